@@ -1,0 +1,3 @@
+//! Newton-Euler.
+#![no_std]
+#![forbid(unsafe_code)]

@@ -1,0 +1,1 @@
+//! Robot and scene files to a checked model.
