@@ -1,0 +1,71 @@
+//! Computed-torque control: from a reference and a measurement to a command, once a tick.
+//!
+//! ```text
+//! measurement -> observer -> guard -> law (inverse dynamics) -> friction -> limits -> command
+//! ```
+//!
+//! [`Controller::tick`] is total: for every input, and that includes NaN, it returns a command. Bad input becomes a
+//! numbered [`Fault`] that stays in force until [`Controller::reset`]; a limit that acts is reported, and is no fault.
+
+mod controller;
+mod fault;
+mod friction;
+mod law;
+mod limits;
+mod observer;
+pub mod trajectory;
+
+pub use controller::{Controller, ControllerConfig, Guard};
+pub use fault::Fault;
+pub use friction::Friction;
+pub use law::{Gains, Law};
+pub use limits::LimitFlags;
+pub use observer::{Encoder, TrackingObserver};
+
+/// What the arm should be doing now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference<S, const N: usize> {
+    /// Joint position, rad or m.
+    pub q: [S; N],
+    /// Joint velocity, rad/s or m/s.
+    pub qd: [S; N],
+    /// Joint acceleration, rad/s^2 or m/s^2.
+    pub qdd: [S; N],
+}
+
+/// What the sensors say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sensed<S, const N: usize> {
+    /// Position and velocity are both measured.
+    State {
+        /// Joint position, rad or m.
+        q: [S; N],
+        /// Joint velocity, rad/s or m/s.
+        qd: [S; N],
+    },
+    /// Encoder counts; the velocity comes from the tracking observer.
+    Counts([i32; N]),
+}
+
+/// What the sensors say, and how old it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement<S, const N: usize> {
+    /// The reading.
+    pub sensed: Sensed<S, N>,
+    /// Ticks since it was taken; 0 is fresh.
+    pub age_ticks: u32,
+}
+
+/// What the actuators should do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command<S, const N: usize> {
+    /// Drive these torques.
+    Drive {
+        /// Actuator torque or force, N m or N.
+        torque: [S; N],
+        /// Which limits acted on each joint in this tick.
+        limits: [LimitFlags; N],
+    },
+    /// Stop: release the drives, engage the brakes.
+    Brake(Fault),
+}

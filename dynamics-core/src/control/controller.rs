@@ -1,0 +1,248 @@
+//! The tick.
+
+use super::friction::Friction;
+use super::law::{Gains, Law, State, torques};
+use super::limits::{LimitFlags, limit_reference, limit_torque};
+use super::observer::{Encoder, TrackingObserver};
+use super::{Command, Fault, Measurement, Reference, Sensed};
+use crate::joint::Limits;
+use crate::newton_euler::InverseDynamics;
+use crate::scalar::Real;
+use crate::scene::Live;
+use crate::trig::Trig;
+
+/// When a measurement is no longer believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard<S> {
+    /// How far beyond a position limit a joint may be before it is a fault, rad or m.
+    pub position_margin: S,
+    /// Speed at which it is a fault, rad/s or m/s.
+    pub velocity_max: S,
+}
+
+/// Everything about the controller that does not change while it runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControllerConfig<S, const N: usize> {
+    /// The control law.
+    pub law: Law,
+    /// Gains per joint.
+    pub gains: [Gains<S>; N],
+    /// Friction to make up for, per joint; `None` leaves it to the feedback.
+    pub friction: Option<[Friction<S>; N]>,
+    /// Limits per joint.
+    pub limits: [Limits<S>; N],
+    /// Greatest change of torque in one tick, N m or N: the torque-rate limit times the period.
+    pub torque_step: [S; N],
+    /// When a measurement is a fault, per joint.
+    pub guard: [Guard<S>; N],
+    /// Oldest measurement that is believed, in ticks.
+    pub age_max: u32,
+    /// Encoder scale per joint.
+    pub encoder: [Encoder<S>; N],
+    /// Velocity from counts.
+    pub observer: TrackingObserver<S>,
+}
+
+impl<const N: usize> ControllerConfig<f64, N> {
+    /// The same configuration in another scalar, each number through [`crate::Scalar::literal`].
+    #[must_use]
+    pub fn cast<T: Real>(&self) -> ControllerConfig<T, N> {
+        let t = T::literal;
+        ControllerConfig {
+            law: self.law,
+            gains: self.gains.map(|g| Gains {
+                position: t(g.position),
+                velocity: t(g.velocity),
+                inertia: t(g.inertia),
+            }),
+            friction: self.friction.map(|all| {
+                all.map(|f| Friction {
+                    viscous: t(f.viscous),
+                    coulomb: t(f.coulomb),
+                    per_smoothing_speed: t(f.per_smoothing_speed),
+                })
+            }),
+            limits: self.limits.map(|l| l.cast()),
+            torque_step: self.torque_step.map(t),
+            guard: self.guard.map(|g| Guard { position_margin: t(g.position_margin), velocity_max: t(g.velocity_max) }),
+            age_max: self.age_max,
+            encoder: self.encoder.map(|e| Encoder { zero: e.zero, per_count: t(e.per_count) }),
+            observer: {
+                let [period, half, g, k] = self.observer.gains().map(t);
+                TrackingObserver::from_gains(period, half, g, k)
+            },
+        }
+    }
+}
+
+/// What changes from tick to tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Memory<S, const N: usize> {
+    /// The observer's position and velocity, once there was a first reading.
+    estimate: Option<([S; N], [S; N])>,
+    /// Acceleration that the last reference asked for.
+    acceleration: [S; N],
+    /// The last commanded torque.
+    torque: Option<[S; N]>,
+    /// The fault in force.
+    fault: Option<Fault>,
+}
+
+/// Computed-torque controller of an arm with `N` joints.
+///
+/// Generic over the inverse dynamics (the recursion or a generated kernel) and over sine and cosine; it cannot tell one
+/// kernel from another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Controller<S, const N: usize, D, T> {
+    config: ControllerConfig<S, N>,
+    dynamics: D,
+    trig: T,
+    live: Live<S, N>,
+    memory: Memory<S, N>,
+}
+
+impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S, N, D, T> {
+    /// A controller at rest, with every live input zero.
+    #[must_use]
+    pub fn new(config: ControllerConfig<S, N>, dynamics: D, trig: T) -> Self {
+        Self { config, dynamics, trig, live: Live::zero(), memory: Memory::new() }
+    }
+
+    /// One tick: from what should be and what is to what to do. Total: it neither panics nor fails.
+    ///
+    /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and about 40 operations per joint.
+    #[inline]
+    pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
+        if self.memory.fault.is_none() {
+            match self.drive(reference, measurement) {
+                Ok(command) => return command,
+                Err(fault) => self.memory.fault = Some(fault),
+            }
+        }
+        // A fault also forgets the torque: after a reset the brakes have held, and the rate limit starts afresh.
+        self.memory.torque = None;
+        Command::Brake(self.memory.fault.unwrap_or(Fault::Overrun))
+    }
+
+    /// Tell the controller that a tick had not ended when the next was due.
+    pub fn overrun(&mut self) {
+        self.memory.fault.get_or_insert(Fault::Overrun);
+    }
+
+    /// Tell the controller that measurements have stopped coming.
+    pub fn measurement_lost(&mut self) {
+        self.memory.fault.get_or_insert(Fault::StaleMeasurement);
+    }
+
+    /// Forget the fault, the observer's estimate and the last torque.
+    pub fn reset(&mut self) {
+        self.memory = Memory::new();
+    }
+
+    /// The fault in force.
+    pub fn fault(&self) -> Option<Fault> {
+        self.memory.fault
+    }
+
+    /// What does not change.
+    pub fn config(&self) -> &ControllerConfig<S, N> {
+        &self.config
+    }
+
+    /// The inverse dynamics, for example to set a payload between ticks.
+    pub fn dynamics_mut(&mut self) -> &mut D {
+        &mut self.dynamics
+    }
+
+    /// The live inputs of the scene, to be set between ticks.
+    pub fn live_mut(&mut self) -> &mut Live<S, N> {
+        &mut self.live
+    }
+
+    fn drive(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Result<Command<S, N>, Fault> {
+        if measurement.age_ticks > self.config.age_max {
+            return Err(Fault::StaleMeasurement);
+        }
+        check_reference(reference)?;
+        let (q, qd) = self.observe(measurement);
+        self.check_state(&q, &qd)?;
+
+        let mut reference = *reference;
+        let mut limits: [LimitFlags; N] =
+            core::array::from_fn(|i| limit_reference(&mut reference, i, &self.config.limits[i]));
+        self.memory.acceleration = reference.qdd;
+
+        let state = State { reference: &reference, q: &q, qd: &qd, live: &self.live };
+        let mut torque = torques(self.config.law, &self.config.gains, &self.dynamics, &self.trig, &state);
+        if let Some(friction) = &self.config.friction {
+            for i in 0..N {
+                torque[i] += friction[i].torque(reference.qd[i]);
+            }
+        }
+        let last = self.memory.torque;
+        for i in 0..N {
+            if !torque[i].is_finite() {
+                return Err(Fault::NonFiniteTorque { joint: i as u8 });
+            }
+            let (limited, flags) =
+                limit_torque(torque[i], last.map(|t| t[i]), self.config.torque_step[i], self.config.limits[i].torque);
+            torque[i] = limited;
+            limits[i] |= flags;
+        }
+        self.memory.torque = Some(torque);
+        Ok(Command::Drive { torque, limits })
+    }
+
+    /// Position and velocity in SI, from whatever the sensors give.
+    #[inline]
+    fn observe(&mut self, measurement: &Measurement<S, N>) -> ([S; N], [S; N]) {
+        let counts = match &measurement.sensed {
+            Sensed::State { q, qd } => return (*q, *qd),
+            Sensed::Counts(counts) => counts,
+        };
+        let position: [S; N] = core::array::from_fn(|i| self.config.encoder[i].position(counts[i]));
+        let (mut x, mut v) = self.memory.estimate.unwrap_or((position, [S::zero(); N]));
+        if self.memory.estimate.is_some() {
+            for i in 0..N {
+                (x[i], v[i]) = self.config.observer.step(x[i], v[i], self.memory.acceleration[i], position[i]);
+            }
+        }
+        self.memory.estimate = Some((x, v));
+        (x, v)
+    }
+
+    #[inline]
+    fn check_state(&self, q: &[S; N], qd: &[S; N]) -> Result<(), Fault> {
+        for i in 0..N {
+            let joint = i as u8;
+            if !(q[i].is_finite() && qd[i].is_finite()) {
+                return Err(Fault::NonFiniteMeasurement { joint });
+            }
+            let guard = &self.config.guard[i];
+            let (lo, hi) = self.config.limits[i].position;
+            if q[i] < lo - guard.position_margin || q[i] > hi + guard.position_margin {
+                return Err(Fault::PositionOutOfBounds { joint });
+            }
+            if qd[i].abs() > guard.velocity_max {
+                return Err(Fault::VelocityOutOfBounds { joint });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<S: Real, const N: usize> Memory<S, N> {
+    fn new() -> Self {
+        Self { estimate: None, acceleration: [S::zero(); N], torque: None, fault: None }
+    }
+}
+
+#[inline]
+fn check_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Result<(), Fault> {
+    for i in 0..N {
+        if !(reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite()) {
+            return Err(Fault::NonFiniteReference { joint: i as u8 });
+        }
+    }
+    Ok(())
+}

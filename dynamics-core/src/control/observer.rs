@@ -1,0 +1,84 @@
+//! Position and velocity from encoder counts.
+
+use crate::scalar::Real;
+
+/// How counts become a joint position: `q = (counts - zero) * per_count`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encoder<S> {
+    /// Counts at `q = 0`.
+    pub zero: i32,
+    /// Joint position per count, rad or m.
+    pub per_count: S,
+}
+
+impl<S: Real> Encoder<S> {
+    /// Joint position, rad or m. The offset is taken off in integers, which wrap and lose nothing.
+    #[inline]
+    pub fn position(&self, counts: i32) -> S {
+        S::from_i32(counts.wrapping_sub(self.zero)) * self.per_count
+    }
+}
+
+/// A tracking observer: a critically damped g-h filter that is told the reference acceleration.
+///
+/// ```text
+/// x-      = x + h v + (h^2 / 2) a        predict, with the commanded acceleration a
+/// v-      = v + h a
+/// e       = q - x-
+/// x       = x- + g e                     correct
+/// v       = v- + k e
+/// g = 1 - p^2,  k = (1 - p)^2 / h,  p = exp(-bandwidth h)
+/// ```
+///
+/// Both poles of the error lie at `p`. A constant acceleration that it is told leaves no lag; one that it is not told
+/// leaves the velocity behind by `h a (1 / (1 - p)^2 - 1/2) (1 - p)^2`, about `2 a / bandwidth`. (Brookner, *Tracking and
+/// Kalman Filtering Made Easy*, ch. 1: the critically damped g-h filter.)
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackingObserver<S> {
+    period: S,
+    half_period_squared: S,
+    g: S,
+    k: S,
+}
+
+impl<S: Real> TrackingObserver<S> {
+    /// An observer with both poles at `exp(-bandwidth * period)`.
+    ///
+    /// | name | quantity | unit |
+    /// |---|---|---|
+    /// | `bandwidth` | bandwidth | rad/s |
+    /// | `period` | time between samples | s |
+    #[must_use]
+    pub fn new(bandwidth: f64, period: f64) -> Self {
+        let pole = libm::exp(-bandwidth * period);
+        Self::from_gains(
+            S::literal(period),
+            S::literal(0.5 * period * period),
+            S::literal(1.0 - pole * pole),
+            S::literal((1.0 - pole) * (1.0 - pole) / period),
+        )
+    }
+
+    /// From the numbers that [`TrackingObserver::gains`] gave, for example on the desk at build time.
+    #[must_use]
+    pub const fn from_gains(period: S, half_period_squared: S, g: S, k: S) -> Self {
+        Self { period, half_period_squared, g, k }
+    }
+
+    /// `[h, h^2 / 2, g, k]`.
+    #[must_use]
+    pub const fn gains(&self) -> [S; 4]
+    where
+        S: Copy,
+    {
+        [self.period, self.half_period_squared, self.g, self.k]
+    }
+
+    /// The next estimate `(x, v)` from the last, the acceleration over the step, and the new position.
+    #[inline]
+    pub fn step(&self, x: S, v: S, acceleration: S, position: S) -> (S, S) {
+        let predicted = x + self.period * v + self.half_period_squared * acceleration;
+        let error = position - predicted;
+        (predicted + self.g * error, v + self.period * acceleration + self.k * error)
+    }
+}

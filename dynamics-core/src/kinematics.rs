@@ -1,0 +1,42 @@
+//! The poses of the links and the tip.
+
+use crate::geometry::{apply, compose};
+use crate::mass_matrix::link_placement;
+use crate::model::{Model, Placement};
+use crate::scalar::Scalar;
+use crate::trig::SinCos;
+
+/// Pose of every link frame in the base frame, base first.
+///
+/// `base_from_link_i = base_from_link_{i-1} * parent_from_link_i(q_i)`. Inputs as
+/// [`crate::InverseDynamics::inverse_dynamics`]; rotation without unit, origin in m.
+#[must_use]
+pub fn link_poses<S: Scalar, const N: usize>(
+    model: &Model<S, N>,
+    turn: &[SinCos<S>; N],
+    q: &[S; N],
+) -> [Placement<S>; N] {
+    let mut poses = [Placement { rotation: nalgebra::Matrix3::identity(), translation: nalgebra::Vector3::zeros() }; N];
+    for i in 0..N {
+        let (rotation, translation) = link_placement(&model.links()[i], turn[i], q[i]);
+        poses[i] = if i == 0 {
+            Placement { rotation, translation }
+        } else {
+            beyond(&poses[i - 1], &Placement { rotation, translation })
+        };
+    }
+    poses
+}
+
+/// Pose of the tip frame in the base frame.
+#[must_use]
+pub fn tip_pose<S: Scalar, const N: usize>(model: &Model<S, N>, turn: &[SinCos<S>; N], q: &[S; N]) -> Placement<S> {
+    beyond(&link_poses(model, turn, q)[N - 1], model.tip())
+}
+
+fn beyond<S: Scalar>(first: &Placement<S>, next: &Placement<S>) -> Placement<S> {
+    Placement {
+        rotation: compose(&first.rotation, &next.rotation),
+        translation: first.translation + apply(&first.rotation, &next.translation),
+    }
+}

@@ -1,0 +1,93 @@
+//! The ring that the recursions are written on, and the ordered field that the controller needs.
+//!
+//! A recursion over [`Scalar`] can add, subtract, multiply and negate, and nothing else: it cannot compare or divide, so
+//! its path cannot depend on data. That makes its cost constant, its bits reproducible, and lets a tape, an interval or a
+//! dual number run through the same source. [`Real`] adds order and division for the parts that need them.
+
+use core::ops::{Div, Neg};
+use nalgebra::{ClosedAddAssign, ClosedMulAssign, ClosedSubAssign};
+use num_traits::{One, Zero};
+
+/// Copyable ring arithmetic: `+`, `-`, `*`, negation, zero, one, and a literal.
+pub trait Scalar:
+    nalgebra::Scalar + Copy + Zero + One + ClosedAddAssign + ClosedSubAssign + ClosedMulAssign + Neg<Output = Self>
+{
+    /// The value nearest to `x`. Used when a model is built or cast, never inside a recursion.
+    fn literal(x: f64) -> Self;
+}
+
+/// An ordered field with a notion of "finite": `f32` or `f64`.
+///
+/// The comparisons below are total in the sense that a NaN never slips through: [`Real::clamp_symmetric`] of NaN is NaN,
+/// and [`Real::is_finite`] of NaN is false.
+pub trait Real: Scalar + PartialOrd + Div<Output = Self> {
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+
+    /// Magnitude, exact.
+    fn abs(self) -> Self;
+
+    /// Square root, correctly rounded on every target.
+    fn sqrt(self) -> Self;
+
+    /// The same number in double precision, exact.
+    fn to_f64(self) -> f64;
+
+    /// A whole number, rounded to nearest when the type cannot hold it.
+    fn from_i32(x: i32) -> Self;
+
+    /// `self` limited to `[lo, hi]`; NaN stays NaN. `lo <= hi` is the caller's promise.
+    #[inline]
+    fn clamp_to(self, lo: Self, hi: Self) -> Self {
+        if self < lo {
+            lo
+        } else if self > hi {
+            hi
+        } else {
+            self
+        }
+    }
+
+    /// `self` limited to `[-bound, bound]`; NaN stays NaN.
+    #[inline]
+    fn clamp_symmetric(self, bound: Self) -> Self {
+        self.clamp_to(-bound, bound)
+    }
+}
+
+macro_rules! impl_scalar {
+    ($float:ty, $sqrt:path, $literal:expr) => {
+        impl Scalar for $float {
+            #[inline]
+            fn literal(x: f64) -> Self {
+                $literal(x)
+            }
+        }
+
+        impl Real for $float {
+            #[inline]
+            fn is_finite(self) -> bool {
+                <$float>::is_finite(self)
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                <$float>::abs(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn from_i32(x: i32) -> Self {
+                x as $float
+            }
+        }
+    };
+}
+
+impl_scalar!(f32, libm::sqrtf, |x: f64| x as f32);
+impl_scalar!(f64, libm::sqrt, |x: f64| x);
