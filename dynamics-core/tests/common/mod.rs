@@ -1,9 +1,12 @@
 //! Golden data and random arms, shared by the tests.
 #![allow(
     dead_code,
+    unreachable_pub,
     clippy::unwrap_used,
     reason = "each test binary uses its part; a broken data file should stop the test"
 )]
+
+pub mod arms;
 
 use dynamics_core::{
     Body, Dh, Frame, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Real, Rotor, SinCos, Tool,

@@ -1,0 +1,173 @@
+//! What each scene term costs in the generic recursion, counted by a scalar that counts.
+//!
+//! The counts are exact and the same for every state: a recursion over [`Scalar`] cannot branch on data. They are pinned
+//! with `==`, so a saving must be written down here as well as a loss.
+#![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
+#![allow(clippy::suspicious_arithmetic_impl, reason = "counting is an addition inside every operator")]
+
+mod common;
+
+use common::{Golden, numbers};
+use core::cell::Cell;
+use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Scalar, Scene, SinCos, Term, Wrench};
+use nalgebra::{Matrix3, Vector3};
+use num_traits::{One, Zero};
+
+thread_local! {
+    static COUNT: Cell<Operations> = const { Cell::new(Operations { mul: 0, add: 0, neg: 0 }) };
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Operations {
+    mul: u32,
+    add: u32,
+    neg: u32,
+}
+
+fn count(f: impl FnOnce(&mut Operations)) {
+    COUNT.with(|cell| {
+        let mut operations = cell.get();
+        f(&mut operations);
+        cell.set(operations);
+    });
+}
+
+/// A double that counts what is done to it; a subtraction counts as an addition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Counted(f64);
+
+impl Add for Counted {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        count(|n| n.add += 1);
+        Self(self.0 + other.0)
+    }
+}
+impl Sub for Counted {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        count(|n| n.add += 1);
+        Self(self.0 - other.0)
+    }
+}
+impl Mul for Counted {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        count(|n| n.mul += 1);
+        Self(self.0 * other.0)
+    }
+}
+impl Neg for Counted {
+    type Output = Self;
+    fn neg(self) -> Self {
+        count(|n| n.neg += 1);
+        Self(-self.0)
+    }
+}
+impl AddAssign for Counted {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+impl SubAssign for Counted {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+impl MulAssign for Counted {
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+impl Zero for Counted {
+    fn zero() -> Self {
+        Self(0.0)
+    }
+    fn is_zero(&self) -> bool {
+        self.0 == 0.0
+    }
+}
+impl One for Counted {
+    fn one() -> Self {
+        Self(1.0)
+    }
+}
+impl Scalar for Counted {
+    fn literal(x: f64) -> Self {
+        Self(x)
+    }
+}
+
+/// Operations of one inverse dynamics of the Puma, at one of the golden states.
+fn cost(scene: impl FnOnce(&Model<f64, 6>) -> Scene<f64, 6>, state: usize) -> Operations {
+    let golden = Golden::load("puma560");
+    let model = golden.classical::<6>();
+    let scene = scene(&model);
+    let dynamics = Dynamics::new(model.cast::<Counted>(), scene.cast());
+    let state = golden.states().nth(state).unwrap();
+    let [q, qd, qdd] = ["q", "qd", "qdd"].map(|key| numbers::<6>(&state[key]).map(Counted));
+    let turn = q.map(|Counted(x)| SinCos { sin: Counted(x.sin()), cos: Counted(x.cos()) });
+    COUNT.set(Operations { mul: 0, add: 0, neg: 0 });
+    let _tau = dynamics.inverse_dynamics(&turn, &q, &qd, &qdd, &Live::zero());
+    COUNT.get()
+}
+
+fn full(model: &Model<f64, 6>) -> Scene<f64, 6> {
+    Scene {
+        payload: Term::Constant(Inertia::from_mass_centre(2.0, &Vector3::new(0.0, 0.0, 0.1), &Matrix3::identity())),
+        tip_wrench: Term::Constant(Wrench { force: Vector3::x(), moment: Vector3::y() }),
+        ..Scene::with_gravity(Vector3::new(0.0, 0.0, -9.81), model)
+    }
+}
+
+fn operations(mul: u32, add: u32, neg: u32) -> Operations {
+    Operations { mul, add, neg }
+}
+
+#[test]
+fn the_count_does_not_depend_on_the_state() {
+    let first = cost(full, 0);
+    // 50 is all zero, 51 at rest, 52 with every velocity one.
+    for state in [1, 7, 50, 51, 52] {
+        assert_eq!(cost(full, state), first);
+    }
+}
+
+#[test]
+fn each_term_costs_what_is_written_here() {
+    let table = [
+        ("all", cost(full, 0)),
+        ("no gravity", cost(|m| Scene { gravity: Term::Absent, ..full(m) }, 0)),
+        ("no payload", cost(|m| Scene { payload: Term::Absent, ..full(m) }, 0)),
+        ("no contact", cost(|m| Scene { tip_wrench: Term::Absent, ..full(m) }, 0)),
+        ("no rotors", cost(|m| Scene { rotor: Term::Absent, ..full(m) }, 0)),
+        ("no velocity terms", cost(|m| Scene { coriolis: Term::Absent, ..full(m) }, 0)),
+        ("nothing", cost(|_| Scene { coriolis: Term::Absent, ..Scene::free_space() }, 0)),
+        ("live payload", cost(|m| Scene { payload: Term::Live, ..full(m) }, 0)),
+    ];
+    let wanted = [
+        ("all", operations(771, 660, 36)),
+        ("no gravity", operations(749, 640, 33)),
+        ("no payload", operations(771, 660, 36)),
+        ("no contact", operations(747, 636, 36)),
+        ("no rotors", operations(765, 654, 36)),
+        ("no velocity terms", operations(507, 401, 3)),
+        ("nothing", operations(455, 351, 0)),
+        ("live payload", operations(771, 673, 36)),
+    ];
+    assert_eq!(table.as_slice(), wanted.as_slice());
+}
+
+#[test]
+fn an_absent_term_costs_no_operation() {
+    let all = cost(full, 0);
+    let without = |scene: fn(&Model<f64, 6>) -> Scene<f64, 6>| cost(scene, 0);
+    // A constant payload is folded when the scene is made.
+    assert_eq!(without(|m| Scene { payload: Term::Absent, ..full(m) }), all);
+    // The rotors: one product and one sum a joint. The contact: two rotations, a cross product, two differences.
+    let no_rotor = without(|m| Scene { rotor: Term::Absent, ..full(m) });
+    assert_eq!((all.mul - no_rotor.mul, all.add - no_rotor.add), (6, 6));
+    let no_contact = without(|m| Scene { tip_wrench: Term::Absent, ..full(m) });
+    assert_eq!((all.mul - no_contact.mul, all.add - no_contact.add), (9 + 9 + 6, 6 + 6 + 3 + 3 + 6));
+}
