@@ -1,1 +1,257 @@
-//! Reference motions.
+//! Reference motions: where the arm should be at every moment.
+//!
+//! | motion | joints follow | smooth in |
+//! |---|---|---|
+//! | [`Motion::hold`] | nothing: they stay | everything |
+//! | [`Motion::quintic`] | quintic polynomials through up to [`POINTS_MAX`] points | `q, qd, qdd` |
+//! | [`Motion::trapezoid`] | a straight line: constant acceleration, constant speed, constant deceleration | `q, qd` |
+//! | [`Motion::sweep`] | a sine whose frequency rises or falls linearly | `q, qd, qdd` |
+//!
+//! Every motion starts and ends at rest. Making one checks it against [`Bounds`]; sampling one never fails. A motion can
+//! be slowed and hastened ([`Motion::stretched`]) without leaving its path, and so fitted to bounds on velocity and
+//! acceleration ([`Motion::fastest`]) and on torque ([`Motion::scale_to_torque`]).
+//!
+//! References are made on the desk and sent to the chip: the sweep takes its sine from libm in double precision, which a
+//! control tick on a chip without a double-precision unit should not do. Of the others only [`Motion::sample`] is meant
+//! for either side.
+//!
+//! ```
+//! use dynamics_core::control::trajectory::{Bounds, Motion, Timing, Waypoint};
+//!
+//! let bounds = Bounds { velocity: [1.5, 3.0], ..Bounds::none() };
+//! let points = [Waypoint::through([0.0, 0.0]), Waypoint::through([1.0, 0.5]), Waypoint::through([1.5, 2.0])];
+//! let motion = Motion::quintic(&points, Timing::Fastest, &bounds)?;
+//! assert_eq!(motion.sample(motion.duration()).q, [1.5, 2.0]);
+//! # Ok::<(), dynamics_core::control::trajectory::MotionError>(())
+//! ```
+
+mod bounds;
+mod error;
+mod quintic;
+mod sweep;
+mod torque;
+mod trapezoid;
+
+pub use bounds::{Bounds, Peaks};
+pub use error::MotionError;
+pub use quintic::{POINTS_MAX, Quintic, Timing, Waypoint};
+pub use sweep::{Sweep, SweepSpec};
+pub use torque::TorqueLimits;
+pub use trapezoid::Trapezoid;
+
+use super::Reference;
+use crate::scalar::Real;
+use error::check_time;
+
+impl<S: Real, const N: usize> Reference<S, N> {
+    /// Standing still at `q`.
+    #[must_use]
+    pub fn at_rest(q: [S; N]) -> Self {
+        Self { q, qd: [S::zero(); N], qdd: [S::zero(); N] }
+    }
+
+    /// The same reference in another scalar, each number through [`crate::Scalar::literal`].
+    #[must_use]
+    pub fn cast<T: Real>(&self) -> Reference<T, N> {
+        let cast = |x: [S; N]| x.map(|x| T::literal(x.to_f64()));
+        Reference { q: cast(self.q), qd: cast(self.qd), qdd: cast(self.qdd) }
+    }
+}
+
+/// A reference motion of `N` joints, from rest to rest.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "without an allocator there is nowhere else to put the points")]
+pub enum Motion<S, const N: usize> {
+    /// Standing still.
+    Hold {
+        /// Where, rad or m.
+        q: [S; N],
+        /// How long, s.
+        duration: S,
+    },
+    /// Quintic polynomials through points.
+    Quintic(Quintic<S, N>),
+    /// Trapezoidal speed along a straight line.
+    Trapezoid(Trapezoid<S, N>),
+    /// A sine of changing frequency.
+    Sweep(Sweep<S, N>),
+}
+
+impl<S: Real, const N: usize> Motion<S, N> {
+    /// Stand still at `q` for `duration` seconds.
+    ///
+    /// # Errors
+    /// A position that is no number or outside its bounds; a duration that is not above zero and finite.
+    pub fn hold(q: [S; N], duration: S, bounds: &Bounds<S, N>) -> Result<Self, MotionError> {
+        bounds.check()?;
+        bounds.check_position(0, &q)?;
+        check_time("duration", duration)?;
+        Ok(Self::Hold { q, duration })
+    }
+
+    /// From point to point along quintic polynomials; see [`Quintic`].
+    ///
+    /// # Errors
+    /// Fewer than 2 or more than [`POINTS_MAX`] points; a number that is none; a point outside the position bounds; a
+    /// negative dwell; not as many durations as segments; durations that break a bound; [`Timing::Fastest`] for a segment
+    /// on which no joint moves, or none that moves has a bound.
+    pub fn quintic(
+        points: &[Waypoint<S, N>],
+        timing: Timing<'_, S>,
+        bounds: &Bounds<S, N>,
+    ) -> Result<Self, MotionError> {
+        Quintic::new(points, timing, bounds).map(Self::Quintic)
+    }
+
+    /// From rest to rest along a straight line, as fast as velocity and acceleration bounds allow; see [`Trapezoid`].
+    ///
+    /// # Errors
+    /// A number that is none; an end outside the position bounds; no joint moves, or none that moves has an
+    /// acceleration bound.
+    pub fn trapezoid(from: [S; N], to: [S; N], bounds: &Bounds<S, N>) -> Result<Self, MotionError> {
+        Trapezoid::fastest(from, to, bounds).map(Self::Trapezoid)
+    }
+
+    /// From rest to rest along a straight line in `duration` seconds, of which the share `ramp_share` in `(0, 1/2]` is
+    /// spent on speeding up and as much again on slowing down; see [`Trapezoid`].
+    ///
+    /// # Errors
+    /// As [`Motion::trapezoid`], and a duration or a share that cannot be; a motion that breaks a bound.
+    pub fn trapezoid_in(
+        from: [S; N],
+        to: [S; N],
+        duration: S,
+        ramp_share: S,
+        bounds: &Bounds<S, N>,
+    ) -> Result<Self, MotionError> {
+        Trapezoid::timed(from, to, duration, ramp_share, bounds).map(Self::Trapezoid)
+    }
+
+    /// A sine of rising or falling frequency about a centre; see [`Sweep`].
+    ///
+    /// # Errors
+    /// A number that is none; an amplitude that leads out of the position bounds; a duration or ramp that cannot be;
+    /// frequencies that are negative or both zero; a motion that breaks a bound.
+    pub fn sweep(spec: &SweepSpec<S, N>, bounds: &Bounds<S, N>) -> Result<Self, MotionError> {
+        Sweep::new(spec, bounds).map(Self::Sweep)
+    }
+
+    /// From the start to the end, s.
+    #[must_use]
+    pub fn duration(&self) -> S {
+        match self {
+            Self::Hold { duration, .. } => *duration,
+            Self::Quintic(motion) => motion.duration(),
+            Self::Trapezoid(motion) => motion.duration(),
+            Self::Sweep(motion) => motion.duration(),
+        }
+    }
+
+    /// Where the motion starts, at rest.
+    #[must_use]
+    pub fn start(&self) -> Reference<S, N> {
+        Reference::at_rest(match self {
+            Self::Hold { q, .. } => *q,
+            Self::Quintic(motion) => motion.first(),
+            Self::Trapezoid(motion) => motion.first(),
+            Self::Sweep(motion) => motion.centre(),
+        })
+    }
+
+    /// Where the motion ends, at rest.
+    #[must_use]
+    pub fn end(&self) -> Reference<S, N> {
+        Reference::at_rest(match self {
+            Self::Hold { q, .. } => *q,
+            Self::Quintic(motion) => motion.last(),
+            Self::Trapezoid(motion) => motion.last(),
+            Self::Sweep(motion) => motion.centre(),
+        })
+    }
+
+    /// The reference at `t` seconds after the start. Total: up to 0, and for NaN, the start at rest; from the duration
+    /// on, the end at rest.
+    ///
+    /// Cost: at most [`POINTS_MAX`] additions, then 1 division and about 20 operations per joint; a sweep: one sine and one
+    /// cosine in double precision.
+    #[must_use]
+    pub fn sample(&self, t: S) -> Reference<S, N> {
+        if t >= self.duration() {
+            return self.end();
+        }
+        if t > S::zero() {
+            match self {
+                Self::Hold { .. } => self.start(),
+                Self::Quintic(motion) => motion.sample(t),
+                Self::Trapezoid(motion) => motion.sample(t),
+                Self::Sweep(motion) => motion.sample(t),
+            }
+        } else {
+            self.start()
+        }
+    }
+
+    /// Greatest speed and acceleration of each joint over the whole motion.
+    ///
+    /// Exact up to rounding for all but the sweep, whose peaks are never understated and overstated by less than 1 % (see
+    /// [`Sweep`]).
+    #[must_use]
+    pub fn peaks(&self) -> Peaks<S, N> {
+        match self {
+            Self::Hold { .. } => Peaks { velocity: [S::zero(); N], acceleration: [S::zero(); N] },
+            Self::Quintic(motion) => motion.peaks(),
+            Self::Trapezoid(motion) => motion.peaks(),
+            Self::Sweep(motion) => motion.peaks(),
+        }
+    }
+
+    /// The same path, `factor` times as slow: `q'(k t) = q(t)`, `qd' = qd / k`, `qdd' = qdd / k^2`.
+    ///
+    /// Dwells keep their length: nothing moves in them.
+    ///
+    /// # Errors
+    /// A factor that is not above zero and finite.
+    pub fn stretched(&self, factor: S) -> Result<Self, MotionError> {
+        check_time("time factor", factor)?;
+        Ok(match self {
+            Self::Hold { q, duration } => Self::Hold { q: *q, duration: *duration * factor },
+            Self::Quintic(motion) => Self::Quintic(motion.stretched(factor)),
+            Self::Trapezoid(motion) => Self::Trapezoid(motion.stretched(factor)),
+            Self::Sweep(motion) => Self::Sweep(motion.stretched(factor)),
+        })
+    }
+
+    /// The same path in `duration` seconds, dwells and all.
+    ///
+    /// # Errors
+    /// A duration that is no number, or not longer than the dwells.
+    pub fn with_duration(&self, duration: S) -> Result<Self, MotionError> {
+        check_time("duration", duration)?;
+        let dwell = match self {
+            Self::Quintic(motion) => motion.dwell(),
+            Self::Hold { .. } | Self::Trapezoid(_) | Self::Sweep(_) => S::zero(),
+        };
+        self.stretched((duration - dwell) / (self.duration() - dwell))
+    }
+
+    /// The factor `k` for [`Motion::stretched`] at which some joint just touches its bound and none breaks one; below 1
+    /// if the motion can be faster.
+    ///
+    /// `k = max_i max(peak_qd_i / qd_i, sqrt(peak_qdd_i / qdd_i))`, plus the margin of [`Bounds::MARGIN`] that keeps the
+    /// motion inside its bounds after rounding to `f32`.
+    ///
+    /// # Errors
+    /// A bound that cannot be; no joint moves, or none that moves has a bound.
+    pub fn time_scale(&self, bounds: &Bounds<S, N>) -> Result<S, MotionError> {
+        bounds.check()?;
+        bounds.time_scale(&self.peaks())
+    }
+
+    /// The same path as fast as the bounds on velocity and acceleration allow, by one factor for the whole motion.
+    ///
+    /// # Errors
+    /// As [`Motion::time_scale`].
+    pub fn fastest(&self, bounds: &Bounds<S, N>) -> Result<Self, MotionError> {
+        self.stretched(self.time_scale(bounds)?)
+    }
+}
