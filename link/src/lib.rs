@@ -1,3 +1,33 @@
-//! The frames that host and MCU exchange.
+//! The frames that host and MCU exchange: `no_std`, no allocation, every error named.
+//!
+//! A packet on the wire, least significant byte first:
+//!
+//! ```text
+//! COBS( version: u8 | sequence: u8 | frame: postcard | CRC-32 of all before: u32 ) 0x00
+//! ```
+//!
+//! COBS leaves no zero byte inside a packet, so a receiver that has lost its place finds it again at the next zero. The
+//! version stands in every packet, outside the serialised part: a peer of another version is told apart from noise. The
+//! sequence number counts packets, wraps at 256, and shows how many were lost on the way.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`frame`] | what is said: hello, measurement, reference, command, fault, refusal |
+//! | [`codec`] | how it is said: encoder, decoder, their errors |
+//! | [`convert`] | to and from the types of the control loop |
 #![no_std]
 #![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod codec;
+pub mod convert;
+pub mod frame;
+
+pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
+pub use convert::JointCountMismatch;
+pub use frame::{Command, Fault, Frame, Hello, JOINTS_MAX, Joints, Measurement, Reference, Refusal, Sensed};
+
+/// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
+pub const PROTOCOL_VERSION: u8 = 1;

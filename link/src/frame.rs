@@ -1,0 +1,139 @@
+//! What is said over the link. SI units and radians; joint values base first.
+
+use serde::{Deserialize, Serialize};
+
+/// Most joints that a frame carries.
+pub const JOINTS_MAX: usize = 6;
+
+/// One value per joint, base first. The count travels with it, so that frames need no type parameter and a peer that
+/// was built for another arm is caught by name instead of misread.
+pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
+
+/// Any frame.
+///
+/// | frame | from | when |
+/// |---|---|---|
+/// | hello | both | first; the answer lets each side compare what it was built from |
+/// | reference | host | before the measurement it belongs to; holds until the next one |
+/// | measurement | host | once per tick; its arrival starts the tick on a board in lock step |
+/// | command | MCU | answer to a measurement |
+/// | fault | MCU | answer to a measurement when the controller brakes |
+/// | refusal | MCU | answer to whatever could not be used |
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Frame {
+    /// Who is speaking.
+    Hello(Hello),
+    /// What the sensors say.
+    Measurement(Measurement),
+    /// What the arm should be doing.
+    Reference(Reference),
+    /// What the actuators should do.
+    Command(Command),
+    /// Why there is no command.
+    Fault(Fault),
+    /// Why the frame before was not used.
+    Refusal(Refusal),
+}
+
+impl Frame {
+    /// Number of kinds; the first payload byte is below it.
+    pub const KINDS: u8 = 6;
+}
+
+/// What a peer was built from. Both sides say it; they run only when it agrees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Hash of the robot, the scene and the controller's configuration.
+    pub robot: u64,
+    /// Number of joints.
+    pub joints: u8,
+    /// Control rate, Hz.
+    pub rate_hz: u32,
+}
+
+/// What the sensors say, and for which tick.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measurement {
+    /// Number of the tick; the answer repeats it.
+    pub tick: u32,
+    /// Ticks since the reading was taken; 0 is fresh.
+    pub age_ticks: u32,
+    /// The reading.
+    pub sensed: Sensed,
+}
+
+/// A sensor reading.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Sensed {
+    /// Position and velocity.
+    State {
+        /// Joint position, rad or m.
+        q: Joints<f32>,
+        /// Joint velocity, rad/s or m/s.
+        qd: Joints<f32>,
+    },
+    /// Encoder counts.
+    Counts(Joints<i32>),
+}
+
+/// What the arm should be doing, until the next reference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reference {
+    /// Joint position, rad or m.
+    pub q: Joints<f32>,
+    /// Joint velocity, rad/s or m/s.
+    pub qd: Joints<f32>,
+    /// Joint acceleration, rad/s^2 or m/s^2.
+    pub qdd: Joints<f32>,
+}
+
+/// What the actuators should do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Command {
+    /// The tick this answers.
+    pub tick: u32,
+    /// Actuator torque or force, N m or N: the very bits that were computed.
+    pub torque: Joints<f32>,
+    /// Limits that acted, as the bits of [`dynamics_core::control::LimitFlags`].
+    pub limits: Joints<u8>,
+    /// Instructions that the controller's tick took, where the board can count them exactly.
+    pub instructions: Option<u32>,
+}
+
+/// Why the controller brakes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fault {
+    /// The tick this answers; for a fault without a measurement, the last tick there was.
+    pub tick: u32,
+    /// Stable number of the fault: [`dynamics_core::Fault::code`].
+    pub code: u8,
+    /// The joint at fault, counted from 0, if it is one joint's.
+    pub joint: Option<u8>,
+}
+
+/// Why the MCU did not use what it received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// The packet could not be decoded.
+    Undecodable(crate::DecodeError),
+    /// Packets were lost before this one.
+    Lost {
+        /// How many, modulo 256.
+        missed: u8,
+    },
+    /// A measurement or reference before hellos were exchanged.
+    NoHello,
+    /// The frame has values for another number of joints.
+    JointCount {
+        /// What the controller was built for.
+        expected: u8,
+        /// What came.
+        found: u8,
+    },
+    /// The hello was for another robot, joint count or rate; the MCU's own hello came before this.
+    OtherRobot,
+    /// A measurement came before any reference.
+    NoReference,
+    /// The MCU never receives this kind of frame.
+    Unexpected,
+}

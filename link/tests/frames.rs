@@ -1,0 +1,189 @@
+//! What must hold of every packet, for every frame and for every damage.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
+
+use link::codec::Received;
+use link::{
+    Command, DecodeError, Decoder, Encoder, Fault, Frame, Hello, Joints, Measurement, PACKET_MAX, Reference, Refusal,
+    Sensed,
+};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+/// Every f32, NaNs of every payload included.
+fn bits() -> impl Strategy<Value = f32> {
+    any::<u32>().prop_map(f32::from_bits)
+}
+
+fn joints<T: Clone + std::fmt::Debug>(one: impl Strategy<Value = T>) -> impl Strategy<Value = Joints<T>> {
+    vec(one, 0..=6).prop_map(|values| Joints::from_slice(&values).unwrap())
+}
+
+fn frames() -> impl Strategy<Value = Frame> {
+    let sensed = prop_oneof![
+        (joints(bits()), joints(bits())).prop_map(|(q, qd)| Sensed::State { q, qd }),
+        joints(any::<i32>()).prop_map(Sensed::Counts),
+    ];
+    let error = prop_oneof![
+        Just(DecodeError::BadCrc),
+        any::<u8>().prop_map(|theirs| DecodeError::WrongVersion { theirs }),
+        any::<u8>().prop_map(|tag| DecodeError::UnknownFrame { tag }),
+    ];
+    let refusal = prop_oneof![
+        error.prop_map(Refusal::Undecodable),
+        any::<u8>().prop_map(|missed| Refusal::Lost { missed }),
+        Just(Refusal::NoHello),
+        any::<(u8, u8)>().prop_map(|(expected, found)| Refusal::JointCount { expected, found }),
+        Just(Refusal::OtherRobot),
+        Just(Refusal::NoReference),
+        Just(Refusal::Unexpected),
+    ];
+    prop_oneof![
+        any::<(u64, u8, u32)>().prop_map(|(robot, joints, rate_hz)| Frame::Hello(Hello { robot, joints, rate_hz })),
+        (any::<u32>(), any::<u32>(), sensed)
+            .prop_map(|(tick, age_ticks, sensed)| { Frame::Measurement(Measurement { tick, age_ticks, sensed }) }),
+        (joints(bits()), joints(bits()), joints(bits())).prop_map(|(q, qd, qdd)| Frame::Reference(Reference {
+            q,
+            qd,
+            qdd
+        })),
+        (any::<u32>(), joints(bits()), joints(any::<u8>()), any::<Option<u32>>()).prop_map(
+            |(tick, torque, limits, instructions)| Frame::Command(Command { tick, torque, limits, instructions })
+        ),
+        any::<(u32, u8, Option<u8>)>().prop_map(|(tick, code, joint)| Frame::Fault(Fault { tick, code, joint })),
+        refusal.prop_map(Frame::Refusal),
+    ]
+}
+
+/// All that a frame holds, as bits: `==` on floats would not tell one NaN from another, or accept one at all.
+fn all_bits(frame: &Frame) -> Vec<u8> {
+    postcard::to_slice(frame, &mut [0; 128]).unwrap().to_vec()
+}
+
+fn decode(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Result<Received, DecodeError>> {
+    bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
+}
+
+fn only_frame(results: &[Result<Received, DecodeError>]) -> &Received {
+    match results {
+        [Ok(received)] => received,
+        other => panic!("expected one good frame, got {other:?}"),
+    }
+}
+
+proptest! {
+    #[test]
+    fn every_frame_comes_back_with_the_very_bits(frame in frames()) {
+        let packet = Encoder::new().encode(&frame).unwrap();
+        let results = decode(&mut Decoder::new(), &packet);
+        let received = only_frame(&results);
+        prop_assert_eq!(all_bits(&received.frame), all_bits(&frame));
+        prop_assert_eq!(received.missed, 0);
+    }
+
+    #[test]
+    fn a_packet_has_one_zero_and_it_is_the_last_byte(frame in frames()) {
+        let packet = Encoder::new().encode(&frame).unwrap();
+        prop_assert!(packet.len() <= PACKET_MAX);
+        prop_assert_eq!(packet.iter().position(|&byte| byte == 0), Some(packet.len() - 1));
+    }
+
+    #[test]
+    fn every_single_bit_flip_is_detected(frame in frames()) {
+        let packet = Encoder::new().encode(&frame).unwrap();
+        for bit in 0..packet.len() * 8 {
+            let mut damaged = packet.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            let results = decode(&mut Decoder::new(), &damaged);
+            prop_assert!(results.iter().all(Result::is_err), "bit {} passed: {:?}", bit, results);
+        }
+    }
+
+    #[test]
+    fn a_truncated_packet_is_an_error_and_the_next_is_read(frame in frames(), next in frames(), cut in any::<prop::sample::Index>()) {
+        let mut encoder = Encoder::new();
+        let first = encoder.encode(&frame).unwrap();
+        let keep = 1 + cut.index(first.len() - 2);
+        let mut decoder = Decoder::new();
+        let mut bytes = first[..keep].to_vec();
+        bytes.push(0);
+        prop_assert!(matches!(decode(&mut decoder, &bytes)[..], [Err(_)]));
+        let second = encoder.encode(&next).unwrap();
+        let results = decode(&mut decoder, &second);
+        prop_assert_eq!(all_bits(&only_frame(&results).frame), all_bits(&next));
+    }
+
+    #[test]
+    fn garbage_never_passes_for_a_frame_and_the_next_frame_is_read(
+        garbage in vec(any::<u8>(), 0..600), frame in frames()
+    ) {
+        let mut decoder = Decoder::new();
+        let results = decode(&mut decoder, &garbage);
+        prop_assert!(results.iter().all(Result::is_err), "{:?}", results);
+        decode(&mut decoder, &[0]);
+        let packet = Encoder::new().encode(&frame).unwrap();
+        let results = decode(&mut decoder, &packet);
+        prop_assert_eq!(all_bits(&only_frame(&results).frame), all_bits(&frame));
+    }
+
+    #[test]
+    fn lost_packets_are_counted(first in frames(), lost in 1_u8..=255, last in frames()) {
+        let mut encoder = Encoder::new();
+        let mut decoder = Decoder::new();
+        decode(&mut decoder, &encoder.encode(&first).unwrap());
+        for _ in 0..lost {
+            encoder.encode(&first).unwrap();
+        }
+        let results = decode(&mut decoder, &encoder.encode(&last).unwrap());
+        let hello = matches!(last, Frame::Hello(_));
+        prop_assert_eq!(only_frame(&results).missed, if hello { 0 } else { lost });
+    }
+}
+
+/// A packet with this version, tag and rest, its check sum right.
+fn forge(version: u8, payload: &[u8]) -> Vec<u8> {
+    let mut raw = vec![version, 0];
+    raw.extend_from_slice(payload);
+    let check = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&raw);
+    raw.extend_from_slice(&check.to_le_bytes());
+    let mut packet = cobs::encode_vec(&raw);
+    packet.push(0);
+    packet
+}
+
+#[test]
+fn each_way_of_being_wrong_has_its_name() {
+    let version = link::PROTOCOL_VERSION;
+    let mut bad_crc = Encoder::new().encode(&Frame::Refusal(Refusal::NoHello)).unwrap();
+    let last = bad_crc.len() - 2;
+    bad_crc[last] ^= 0x40;
+    let mut overlong = vec![7; PACKET_MAX + 1];
+    overlong.push(0);
+    let table: [(&[u8], DecodeError); 8] = [
+        (&overlong, DecodeError::TooLong),
+        (&[3, 1, 2, 0], DecodeError::TooShort),
+        (&[9, 1, 0], DecodeError::BadCobs),
+        (&bad_crc, DecodeError::BadCrc),
+        (&forge(version + 1, &[5, 2]), DecodeError::WrongVersion { theirs: version + 1 }),
+        (&forge(version, &[]), DecodeError::TooShort),
+        (&forge(version, &[Frame::KINDS, 0]), DecodeError::UnknownFrame { tag: Frame::KINDS }),
+        (&forge(version, &[5, 2, 0]), DecodeError::Malformed),
+    ];
+    for (bytes, expected) in table {
+        assert_eq!(decode(&mut Decoder::new(), bytes), [Err(expected)], "{bytes:?}");
+    }
+}
+
+#[test]
+fn the_number_of_kinds_is_the_number_of_tags() {
+    let tag = |tag: u8| postcard::take_from_bytes::<Frame>(&[tag, 0, 0, 0, 0, 0, 0]).is_ok();
+    assert!((0..Frame::KINDS).all(tag));
+    // From 128 a tag takes two bytes.
+    assert!((Frame::KINDS..128).all(|t| !tag(t)));
+}
+
+#[test]
+fn a_frame_for_another_arm_is_refused_by_its_joint_count() {
+    let reference = dynamics_core::Reference { q: [0.0; 3], qd: [0.0; 3], qdd: [0.0; 3] };
+    let mismatch = link::Reference::new(&reference).to_core::<2>().unwrap_err();
+    assert_eq!(mismatch.to_string(), "frame has values for 3 joints, expected 2");
+}
