@@ -1,0 +1,87 @@
+//! Sine and cosine in f64 arithmetic. The derivation is in the documentation of [`super`].
+
+use super::SinCos;
+
+/// Largest accepted |angle|, rad.
+pub(super) const LIMIT: f64 = 1_048_576.0;
+
+const TWO_OVER_PI: f64 = 0.636_619_772_367_581_4;
+
+/// 1.5 * 2^52: rounds to the nearest integer as its f32 sibling does.
+const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// pi/2 in four parts. The first three have at most 33 bits, so their products with |k| < 2^20 are exact.
+const HALF_PI: [f64; 4] =
+    [1.570_796_326_734_125_6, 6.077_094_383_272_197e-11, 6.123_233_995_384_61e-17, 3.521_559_865_183_2e-27];
+
+/// sin r = r + r z (S0 + z (S1 + ...)), z = r^2; relative error 2^-57.9.
+const SINE: [f64; 6] = [
+    -0.166_666_666_666_666_3,
+    0.008_333_333_333_321_84,
+    -0.000_198_412_698_293_585_33,
+    2.755_731_353_851_786e-6,
+    -2.505_073_439_001_923e-8,
+    1.589_543_333_965_584_2e-10,
+];
+
+/// cos r = 1 - z/2 + z^2 (C0 + z (C1 + ...)); relative error 2^-63.9.
+const COSINE: [f64; 6] = [
+    0.041_666_666_666_666_595,
+    -0.001_388_888_888_887_329_9,
+    2.480_158_728_895_604_8e-5,
+    -2.755_731_419_961_099_4e-7,
+    2.087_570_258_028_113e-9,
+    -1.135_858_430_180_350_8e-11,
+];
+
+#[inline]
+pub(super) fn sin_cos(angle: f64) -> SinCos<f64> {
+    // Working on |angle| makes the symmetries hold by construction, for -0 too.
+    let magnitude = angle.abs();
+    // NaN compares false, so it takes the same way out as a huge angle.
+    let x = if magnitude <= LIMIT { magnitude } else { f64::NAN };
+
+    let shifted = x * TWO_OVER_PI + ROUND;
+    let quarter_turns = shifted.to_bits();
+    let k = shifted - ROUND;
+    let (r, tail) = reduce(x, k);
+    let (sine, cosine) = near_zero(r, tail);
+
+    let (sin, cos) = if quarter_turns & 1 == 0 { (sine, cosine) } else { (cosine, -sine) };
+    let half_turn_sign = (quarter_turns & 2) << 62;
+    let angle_sign = angle.to_bits() & (1 << 63);
+    SinCos {
+        sin: f64::from_bits(sin.to_bits() ^ half_turn_sign ^ angle_sign),
+        cos: f64::from_bits(cos.to_bits() ^ half_turn_sign),
+    }
+}
+
+/// x - k pi/2 as a sum of two floats.
+#[inline]
+fn reduce(x: f64, k: f64) -> (f64, f64) {
+    // Exact: every bit of these differences is a bit of x or lies above 2^-54.
+    let coarse = x - k * HALF_PI[0] - k * HALF_PI[1];
+    let fine = k * HALF_PI[2];
+    let r = coarse - fine;
+    // What the last subtraction lost, exact too: either |coarse| > |fine|, or the subtraction lost nothing.
+    let lost = (coarse - r) - fine;
+    (r, lost - k * HALF_PI[3])
+}
+
+/// Sine and cosine of r + tail, |r| <= pi/4.
+#[inline]
+fn near_zero(r: f64, tail: f64) -> (f64, f64) {
+    let z = r * r;
+    let half_z = 0.5 * z;
+    let sine = r + (r * z * horner(&SINE, z) + (tail - tail * half_z));
+    // 1 - z/2 rounds; the first term of the correction gives back what it lost.
+    let leading = 1.0 - half_z;
+    let cosine = leading + (((1.0 - leading) - half_z) + (z * z * horner(&COSINE, z) - r * tail));
+    (sine, cosine)
+}
+
+#[inline]
+fn horner(coefficients: &[f64; 6], z: f64) -> f64 {
+    let [c0, c1, c2, c3, c4, c5] = *coefficients;
+    c0 + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5))))
+}
