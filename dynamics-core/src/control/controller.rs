@@ -113,15 +113,17 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
     /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and about 40 operations per joint.
     #[inline]
     pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
-        if self.memory.fault.is_none() {
-            match self.drive(reference, measurement) {
+        let fault = match self.memory.fault {
+            Some(fault) => fault,
+            None => match self.drive(reference, measurement) {
                 Ok(command) => return command,
-                Err(fault) => self.memory.fault = Some(fault),
-            }
-        }
+                Err(fault) => fault,
+            },
+        };
+        self.memory.fault = Some(fault);
         // A fault also forgets the torque: after a reset the brakes have held, and the rate limit starts afresh.
         self.memory.torque = None;
-        Command::Brake(self.memory.fault.unwrap_or(Fault::Overrun))
+        Command::Brake(fault)
     }
 
     /// Tell the controller that a tick had not ended when the next was due.
@@ -197,7 +199,11 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
     #[inline]
     fn observe(&mut self, measurement: &Measurement<S, N>) -> ([S; N], [S; N]) {
         let counts = match &measurement.sensed {
-            Sensed::State { q, qd } => return (*q, *qd),
+            Sensed::State { q, qd } => {
+                // Counts that come later must not be compared with where the joints were before.
+                self.memory.estimate = None;
+                return (*q, *qd);
+            }
             Sensed::Counts(counts) => counts,
         };
         let position: [S; N] = core::array::from_fn(|i| self.config.encoder[i].position(counts[i]));

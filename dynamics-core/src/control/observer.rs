@@ -22,7 +22,7 @@ impl<S: Real> Encoder<S> {
 /// A tracking observer: a critically damped g-h filter that is told the reference acceleration.
 ///
 /// ```text
-/// x-      = x + h v + (h^2 / 2) a        predict, with the commanded acceleration a
+/// x-      = x + h v + (h^2 / 2) a        predict, with the reference's acceleration a
 /// v-      = v + h a
 /// e       = q - x-
 /// x       = x- + g e                     correct
@@ -31,8 +31,9 @@ impl<S: Real> Encoder<S> {
 /// ```
 ///
 /// Both poles of the error lie at `p`. A constant acceleration that it is told leaves no lag; one that it is not told
-/// leaves the velocity behind by `h a (1 / (1 - p)^2 - 1/2) (1 - p)^2`, about `2 a / bandwidth`. (Brookner, *Tracking and
-/// Kalman Filtering Made Easy*, ch. 1: the critically damped g-h filter.)
+/// leaves the velocity behind by `a h ((1 + p) / (1 - p) - 1/2)`, about `2 a / bandwidth`, and the position by
+/// `a h^2 p^2 / (1 - p)^2`, about `a / bandwidth^2`. (The filter: Brookner, *Tracking and Kalman Filtering Made Easy*, ch. 1,
+/// critically damped g-h filter. The lag: set the error equal to the one before in the equations above.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackingObserver<S> {
     period: S,
