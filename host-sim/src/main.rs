@@ -1,2 +1,2 @@
-//! The simulator.
+//! The simulator's command line.
 fn main() {}

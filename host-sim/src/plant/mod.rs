@@ -1,0 +1,162 @@
+//! The simulated arm: f64, an algorithm of its own, fourth-order Runge-Kutta.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`dynamics`] | equations of motion by geometric Jacobians in the base frame |
+//! | [`friction`] | viscous and Coulomb friction |
+//! | [`actuator`] | delay, saturation and lag of the torque |
+//! | [`sensor`] | noise, encoder counts and delay of the measurement |
+
+pub mod actuator;
+pub mod dynamics;
+pub mod friction;
+mod kinematics;
+pub mod sensor;
+
+use actuator::{ActuatorSettings, Actuators, Drive};
+pub use dynamics::Arm;
+pub use friction::JointFriction;
+
+/// Position and velocity of every joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<const N: usize> {
+    /// Joint position, rad or m.
+    pub q: [f64; N],
+    /// Joint velocity, rad/s or m/s.
+    pub qd: [f64; N],
+}
+
+/// The arm could not be simulated further.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Diverged {
+    /// The joint-space inertia matrix has a pivot that is not above zero.
+    #[error("the plant's inertia matrix is not positive definite: a joint moves no mass")]
+    SingularInertia,
+    /// A position or velocity has become infinite or NaN.
+    #[error("the plant's motion has grown beyond all bounds: the loop is unstable, or the step too long")]
+    NotFinite,
+}
+
+/// How time is cut up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// Control period, s.
+    pub period: f64,
+    /// Runge-Kutta steps in a period.
+    pub steps_per_tick: u32,
+}
+
+impl Clock {
+    /// Length of one Runge-Kutta step, s.
+    #[must_use]
+    pub fn step(&self) -> f64 {
+        self.period / f64::from(self.steps_per_tick)
+    }
+}
+
+/// The simulated arm with its actuators and brakes.
+///
+/// Brakes are stronger than the arm: from the tick in which they engage every joint loses its speed at a constant rate
+/// within [`BRAKING_TIME`] and then stands, whatever pulls at it.
+#[derive(Clone, Debug)]
+pub struct Plant<const N: usize> {
+    arm: Arm<N>,
+    friction: Option<[JointFriction; N]>,
+    actuators: Actuators<N>,
+    clock: Clock,
+    state: State<N>,
+    brake: Option<Braking<N>>,
+}
+
+/// Time in which the brakes bring the arm to rest, s.
+pub const BRAKING_TIME: f64 = 0.1;
+
+#[derive(Clone, Debug)]
+struct Braking<const N: usize> {
+    from: State<N>,
+    ticks: u32,
+}
+
+impl<const N: usize> Plant<N> {
+    /// An arm at rest at `start`.
+    #[must_use]
+    pub fn new(
+        arm: Arm<N>,
+        friction: Option<[JointFriction; N]>,
+        actuators: ActuatorSettings,
+        clock: Clock,
+        start: [f64; N],
+    ) -> Self {
+        let torque_max = core::array::from_fn(|i| arm.joints[i].limits.torque);
+        let actuators = Actuators::new(actuators, torque_max);
+        Self { arm, friction, actuators, clock, state: State { q: start, qd: [0.0; N] }, brake: None }
+    }
+
+    /// Where the arm is now.
+    #[must_use]
+    pub fn state(&self) -> &State<N> {
+        &self.state
+    }
+
+    /// Let one control period pass with this torque command held (before the actuators' own effects).
+    ///
+    /// # Errors
+    /// [`Diverged`] when the motion cannot be continued; the state is then the last good one.
+    pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        let drive = self.actuators.drive(torque, self.clock.period);
+        let h = self.clock.step();
+        for step in 0..self.clock.steps_per_tick {
+            self.state = self.runge_kutta(&drive, f64::from(step) * h, h)?;
+        }
+        Ok(())
+    }
+
+    /// Let one control period pass with the drives released and the brakes engaged.
+    pub fn brake(&mut self) {
+        let brake = self.brake.get_or_insert(Braking { from: self.state, ticks: 0 });
+        brake.ticks += 1;
+        let t = (f64::from(brake.ticks) * self.clock.period).min(BRAKING_TIME);
+        let left = 1.0 - t / BRAKING_TIME;
+        self.state.q = core::array::from_fn(|i| brake.from.q[i] + brake.from.qd[i] * t * (1.0 + left) / 2.0);
+        self.state.qd = brake.from.qd.map(|qd| qd * left);
+    }
+
+    /// One classical fourth-order step from `t` (s into the tick).
+    fn runge_kutta(&self, drive: &Drive<N>, t: f64, h: f64) -> Result<State<N>, Diverged> {
+        let start = self.state;
+        let middle = drive.at(t + h / 2.0);
+        let k1 = self.slope(&start, &drive.at(t))?;
+        let k2 = self.slope(&along(&start, &k1, h / 2.0), &middle)?;
+        let k3 = self.slope(&along(&start, &k2, h / 2.0), &middle)?;
+        let k4 = self.slope(&along(&start, &k3, h), &drive.at(t + h))?;
+        let mix = |x: [f64; 4]| (x[0] + 2.0 * (x[1] + x[2]) + x[3]) * (h / 6.0);
+        let next = State {
+            q: core::array::from_fn(|i| start.q[i] + mix([k1.q[i], k2.q[i], k3.q[i], k4.q[i]])),
+            qd: core::array::from_fn(|i| start.qd[i] + mix([k1.qd[i], k2.qd[i], k3.qd[i], k4.qd[i]])),
+        };
+        if next.q.iter().chain(&next.qd).all(|x| x.is_finite()) { Ok(next) } else { Err(Diverged::NotFinite) }
+    }
+
+    /// `(qd, qdd)`: how the state changes.
+    fn slope(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
+        let mut torque = *torque;
+        if let Some(friction) = &self.friction {
+            for i in 0..N {
+                torque[i] -= friction[i].torque(state.qd[i]);
+            }
+        }
+        if !state.q.iter().chain(&state.qd).all(|x| x.is_finite()) {
+            return Err(Diverged::NotFinite);
+        }
+        let qdd = self.arm.acceleration(&state.q, &state.qd, &torque).ok_or(Diverged::SingularInertia)?;
+        Ok(State { q: state.qd, qd: qdd })
+    }
+}
+
+/// `start + slope * h`.
+fn along<const N: usize>(start: &State<N>, slope: &State<N>, h: f64) -> State<N> {
+    State {
+        q: core::array::from_fn(|i| start.q[i] + slope.q[i] * h),
+        qd: core::array::from_fn(|i| start.qd[i] + slope.qd[i] * h),
+    }
+}

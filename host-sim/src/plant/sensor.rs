@@ -1,0 +1,115 @@
+//! Sensors: noise, quantisation to encoder counts, measurement delay; each only when asked for.
+
+use super::State;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::collections::VecDeque;
+
+/// How one encoder counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Counter {
+    /// Counts at `q = 0`.
+    pub zero: i32,
+    /// Joint position per count, rad or m.
+    pub per_count: f64,
+}
+
+/// What the sensors do to the state, in this order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorSettings<const N: usize> {
+    /// White noise on each position, rms, rad or m.
+    pub position_noise: f64,
+    /// White noise on each velocity, rms, rad/s or m/s.
+    pub velocity_noise: f64,
+    /// Encoders: positions come in counts, velocities are not measured.
+    pub counters: Option<[Counter; N]>,
+    /// Ticks between sampling and delivery.
+    pub delay: usize,
+}
+
+impl<const N: usize> Default for SensorSettings<N> {
+    fn default() -> Self {
+        Self { position_noise: 0.0, velocity_noise: 0.0, counters: None, delay: 0 }
+    }
+}
+
+/// A reading of all joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sample<const N: usize> {
+    /// Position and velocity, rad and rad/s or m and m/s.
+    State(State<N>),
+    /// Encoder counts.
+    Counts([i32; N]),
+}
+
+/// A reading and its age.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading<const N: usize> {
+    /// What was sampled.
+    pub sample: Sample<N>,
+    /// Ticks since.
+    pub age_ticks: u32,
+}
+
+/// The sensors of an arm. Noise is drawn from ChaCha with 8 rounds, so a seed gives the same run on every machine.
+#[derive(Clone, Debug)]
+pub struct Sensors<const N: usize> {
+    settings: SensorSettings<N>,
+    generator: ChaCha8Rng,
+    /// Samples on their way, oldest first, with the tick at which they were taken.
+    pipe: VecDeque<(u64, Sample<N>)>,
+    tick: u64,
+}
+
+impl<const N: usize> Sensors<N> {
+    /// Sensors that have not sampled yet.
+    #[must_use]
+    pub fn new(settings: SensorSettings<N>, seed: u64) -> Self {
+        Self { settings, generator: ChaCha8Rng::seed_from_u64(seed), pipe: VecDeque::new(), tick: 0 }
+    }
+
+    /// Sample the state, once per tick, and deliver what arrives now.
+    ///
+    /// Until the first sample has had time to arrive it is delivered early: the arm has been standing there all along.
+    pub fn read(&mut self, state: &State<N>) -> Reading<N> {
+        let sample = self.sample(state);
+        let now = self.tick;
+        self.tick += 1;
+        self.pipe.push_back((now, sample));
+        if self.pipe.len() > self.settings.delay + 1 {
+            self.pipe.pop_front();
+        }
+        let (taken, sample) = self.pipe.front().copied().unwrap_or((now, sample));
+        Reading { sample, age_ticks: u32::try_from(now - taken).unwrap_or(u32::MAX) }
+    }
+
+    fn sample(&mut self, state: &State<N>) -> Sample<N> {
+        let SensorSettings { position_noise, velocity_noise, counters, .. } = self.settings;
+        let q = self.with_noise(state.q, position_noise);
+        match counters {
+            Some(counters) => Sample::Counts(core::array::from_fn(|i| counters[i].read(q[i]))),
+            None => Sample::State(State { q, qd: self.with_noise(state.qd, velocity_noise) }),
+        }
+    }
+
+    fn with_noise(&mut self, values: [f64; N], rms: f64) -> [f64; N] {
+        if rms > 0.0 { values.map(|x| x + rms * self.normal()) } else { values }
+    }
+
+    /// A standard normal deviate, by Box and Muller; libm's functions give the same bits everywhere.
+    fn normal(&mut self) -> f64 {
+        // 53 random bits; the first shifted off zero for the logarithm.
+        let mut uniform = |offset: f64| ((self.generator.next_u64() >> 11) as f64 + offset) * f64::EPSILON / 2.0;
+        let radius = libm::sqrt(-2.0 * libm::log(uniform(0.5)));
+        radius * libm::cos(core::f64::consts::TAU * uniform(0.0))
+    }
+}
+
+impl Counter {
+    /// The nearest count; the range of `i32` is not left.
+    fn read(&self, q: f64) -> i32 {
+        // `as` saturates, and sends NaN to zero.
+        let counts = libm::round(q / self.per_count) as i32;
+        counts.saturating_add(self.zero)
+    }
+}
