@@ -20,16 +20,35 @@
 //! `sin(-x) == -sin(x)` and `cos(-x) == cos(x)` hold to the bit, and `sin(-0) == -0`.
 //!
 //! # Measured errors
-//! Against f64 libm, all floats of each range (`tests/trig.rs`, the exhaustive test; the strided one pins the same
-//! numbers from both sides). The unit in the last place (ulp) is that of the result, for results of at least 2^-8;
-//! closer to a zero the error is bounded absolutely.
+//! f32: against libm's f64 functions, every float of each range (`tests/trig.rs`, the ignored test; a sample pins the
+//! same numbers from both sides in every run). f64: near 1,500 angles whose functions are known to 32 digits. A unit
+//! in the last place (ulp) is that of the result; where the result is smaller than 2^-8 the bound is absolute instead.
 //!
-//! | f32, \|x\| up to | absolute, sin | absolute, cos | ulp, sin | ulp, cos | absolute where the result is below 2^-8 |
+//! | \|x\| up to | sin, absolute | cos, absolute | sin, ulp | cos, ulp | absolute, result below 2^-8 |
 //! |---|---|---|---|---|---|
-//! | TABLE |
+//! | f32, pi/4 | 6.29e-8 | 5.87e-8 | 1.17 | 0.984 | 2.23e-10 |
+//! | f32, 2 pi | 8.20e-8 | 7.80e-8 | 1.97 | 1.97 | 3.33e-10 |
+//! | f32, 100 | 8.20e-8 | 8.12e-8 | 1.97 | 1.97 | 3.33e-10 |
+//! | f32, 8192 ([`Polynomial::LIMIT_F32`]) | 8.20e-8 | 8.36e-8 | 1.99 | 1.98 | 3.38e-10 |
+//! | f64, 2^20 ([`Polynomial::LIMIT_F64`]) | 8.45e-17 | 8.59e-17 | 0.77 | 0.78 | 2.19e-19 |
+//!
+//! At the tabled zeros and quadrant changes the f64 results stay below 0.78 ulp too. The f32 results do not: they lack
+//! the second float, so next to a zero far from the origin they are good absolutely, not relatively.
 //!
 //! # Cost
-//! TABLE
+//! Instructions on a Cortex-M4F (thumbv7em-none-eabihf, rustc 1.96, opt-level 3), counted in the disassembly of a
+//! function that does nothing else, entry and exit included; the code is straight, so each is executed once.
+//!
+//! | f32 | default tuning | `-C target-cpu=cortex-m4` |
+//! |---|---|---|
+//! | one pair | 55 | 62 |
+//! | six pairs, `sin_cos_all` | 275, 45.8 a pair | 308, 51.3 a pair |
+//!
+//! Six share the loads of the constants. The default tuning uses VMLA, which rounds the product as a separate VMUL does
+//! (same bits, fewer instructions, not fewer cycles); tuned for the M4 the compiler keeps VMUL and VADD apart.
+//!
+//! In f32 the sine is `r (1 + z S)`, not the more accurate `r + r z S` (1.5 instead of 2 ulp): that one turns the sine
+//! of -0 into +0, and repairing the sign cost three instructions a pair.
 mod double;
 mod single;
 

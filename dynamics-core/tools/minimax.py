@@ -8,8 +8,10 @@ Needs mpmath (`pip install mpmath`). Deterministic: the same output every time.
 
 The polynomials, with z = r^2 and |r| <= pi/4 + margin:
 
-    sin r = r + r z S(z)            S is fitted to (sin r / r - 1) / z,        error weighted for the relative error of sin
-    cos r = 1 - (z/2 - z^2 C(z))    C is fitted to (cos r - 1 + z/2) / z^2,    error weighted for the relative error of cos
+    sin r = r + r z S(z)            S is fitted to (sin r / r - 1) / z
+    cos r = 1 - z/2 + z^2 C(z)      C is fitted to (cos r - 1 + z/2) / z^2
+
+each with the weight that makes the relative error of the sine or cosine the least.
 
 Each fit is a Remez exchange. A fitted coefficient is not a float; rounding all of them at once would spoil the fit, so
 they are rounded one at a time, the lowest order (the one that weighs most) first, and the rest are fitted again.
@@ -18,7 +20,7 @@ import random
 import struct
 import sys
 
-from mpmath import mp, mpf, cos, floor, log, lu_solve, matrix, pi, sin, sqrt, taylor
+from mpmath import mp, mpf, cos, floor, log, lu_solve, matrix, pi, sin, sqrt
 
 mp.dps = 60
 
@@ -52,11 +54,6 @@ def shortest_f64(x):
 
 
 # ---------------------------------------------------------------- Remez exchange
-
-def series(function, z):
-    """The fitted function; near zero by its Taylor series, where the definition cancels."""
-    return function(z)
-
 
 def sine_target(z):
     r = sqrt(z)

@@ -5,7 +5,7 @@ use super::SinCos;
 /// Largest accepted |angle|, rad.
 pub(super) const LIMIT: f64 = 1_048_576.0;
 
-const TWO_OVER_PI: f64 = 0.636_619_772_367_581_4;
+const TWO_OVER_PI: f64 = core::f64::consts::FRAC_2_PI;
 
 /// 1.5 * 2^52: rounds to the nearest integer as its f32 sibling does.
 const ROUND: f64 = 6_755_399_441_055_744.0;

@@ -5,7 +5,7 @@ use super::SinCos;
 /// Largest accepted |angle|, rad.
 pub(super) const LIMIT: f32 = 8192.0;
 
-const TWO_OVER_PI: f32 = 0.636_619_75;
+const TWO_OVER_PI: f32 = core::f32::consts::FRAC_2_PI;
 
 /// 1.5 * 2^23: a float of this size has no bits below one, so adding it rounds to the nearest integer (ties to even)
 /// and leaves that integer in the low bits, in two's complement.
@@ -38,8 +38,5 @@ pub(super) fn sin_cos(angle: f32) -> SinCos<f32> {
     // A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
     let (sin, cos) = if quarter_turns & 1 == 0 { (sine, cosine) } else { (cosine, -sine) };
     let half_turn_sign = (quarter_turns & 2) << 30;
-    SinCos {
-        sin: f32::from_bits(sin.to_bits() ^ half_turn_sign),
-        cos: f32::from_bits(cos.to_bits() ^ half_turn_sign),
-    }
+    SinCos { sin: f32::from_bits(sin.to_bits() ^ half_turn_sign), cos: f32::from_bits(cos.to_bits() ^ half_turn_sign) }
 }

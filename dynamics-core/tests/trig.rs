@@ -1,0 +1,272 @@
+//! Accuracy of [`Polynomial`] against libm's f64 functions (f32) and against a table of many digits (f64), from both
+//! sides: a bound that is exceeded fails, and so does an error that has shrunk without anyone saying why.
+#![allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may panic, and symmetry is meant to the bit")]
+
+use core::f64::consts::FRAC_PI_4;
+use dynamics_core::trig::{Libm, Method, Polynomial, SinCos, Trig};
+
+/// Results smaller than this are held to an absolute bound instead of one in units in the last place.
+const SMALL: f64 = 1.0 / 256.0;
+
+/// Largest errors over the angles looked at.
+#[derive(Clone, Copy, Debug, Default)]
+struct Worst {
+    absolute_sin: f64,
+    absolute_cos: f64,
+    ulp_sin: f64,
+    ulp_cos: f64,
+    absolute_small: f64,
+}
+
+impl Worst {
+    fn see(&mut self, sin: (f64, f64), cos: (f64, f64), unit: impl Fn(f64) -> f64) {
+        let Self { absolute_sin, absolute_cos, ulp_sin, ulp_cos, absolute_small } = self;
+        for ((error, truth), absolute, ulp) in [(sin, absolute_sin, ulp_sin), (cos, absolute_cos, ulp_cos)] {
+            let error = error.abs();
+            *absolute = absolute.max(error);
+            if truth.abs() >= SMALL {
+                *ulp = ulp.max(error / unit(truth));
+            } else {
+                *absolute_small = absolute_small.max(error);
+            }
+        }
+    }
+
+    fn fields(&self) -> [f64; 5] {
+        [self.absolute_sin, self.absolute_cos, self.ulp_sin, self.ulp_cos, self.absolute_small]
+    }
+
+    /// No error above the stated one, none below `least` times the stated one.
+    fn hold(&self, stated: &[f64; 5], least: f64) {
+        for (measured, stated) in self.fields().into_iter().zip(stated) {
+            assert!(measured <= *stated, "{measured:e} exceeds the stated {stated:e}: {self:?}");
+            assert!(measured >= least * stated, "{measured:e} is far below the stated {stated:e}: {self:?}");
+        }
+    }
+}
+
+/// Spacing of the f32s at the size of `x`.
+fn unit_f32(x: f64) -> f64 {
+    let x = x.abs() as f32;
+    f64::from(x.next_up()) - f64::from(x)
+}
+
+fn see_f32(worst: &mut Worst, angle: f32) {
+    let SinCos { sin, cos } = Polynomial.sin_cos(angle);
+    let (true_sin, true_cos) = libm::sincos(f64::from(angle));
+    worst.see((f64::from(sin) - true_sin, true_sin), (f64::from(cos) - true_cos, true_cos), unit_f32);
+}
+
+/// Range, rad, and its largest errors (absolute sin and cos, ulp sin and cos, absolute where the result is small), as
+/// the exhaustive test measures them, rounded up in the third digit. The documentation of the module repeats them.
+const STATED_F32: [(f32, [f64; 5]); 4] = [
+    (core::f32::consts::FRAC_PI_4, [6.29e-8, 5.87e-8, 1.17, 0.984, 2.23e-10]),
+    (2.0 * core::f32::consts::PI, [8.20e-8, 7.80e-8, 1.97, 1.97, 3.33e-10]),
+    (100.0, [8.20e-8, 8.12e-8, 1.97, 1.97, 3.33e-10]),
+    (Polynomial::LIMIT_F32, [8.20e-8, 8.36e-8, 1.99, 1.98, 3.38e-10]),
+];
+
+#[test]
+#[ignore = "1.2e9 angles, a minute: cargo test --release --test trig -- --ignored --nocapture"]
+fn f32_errors_over_every_float_are_the_stated_ones() {
+    let mut worst = Worst::default();
+    let mut next = 0;
+    let mut measured = Vec::new();
+    for (end, _) in STATED_F32 {
+        // Negative angles follow from the symmetry, which has its own test.
+        for bits in next..=end.to_bits() {
+            see_f32(&mut worst, f32::from_bits(bits));
+        }
+        next = end.to_bits() + 1;
+        println!("{end}: {:?}", worst.fields().map(|error| format!("{error:.3e}")));
+        measured.push(worst);
+    }
+    for (worst, (_, stated)) in measured.iter().zip(&STATED_F32) {
+        worst.hold(stated, 0.99);
+    }
+}
+
+#[test]
+fn f32_errors_of_a_sample_are_the_stated_ones() {
+    for (end, stated) in &STATED_F32 {
+        let mut worst = Worst::default();
+        // Spread over the floats, that is in magnitude; then evenly.
+        let stride = 1_009;
+        (0..=end.to_bits()).step_by(stride).for_each(|bits| see_f32(&mut worst, f32::from_bits(bits)));
+        (0..=400_000_u32).for_each(|i| see_f32(&mut worst, end * (i as f32 / 400_000.0)));
+        quarter_turn_neighbours(*end).for_each(|angle| see_f32(&mut worst, angle));
+        // A sample misses the very worst float.
+        worst.hold(stated, 0.85);
+    }
+}
+
+/// The floats within three steps of every multiple of pi/4 up to `end`: the zeros, and where the quadrant changes.
+fn quarter_turn_neighbours(end: f32) -> impl Iterator<Item = f32> {
+    let multiples = (f64::from(end) / FRAC_PI_4) as u32;
+    (1..=multiples)
+        .flat_map(|k| {
+            let nearest = (f64::from(k) * FRAC_PI_4) as f32;
+            (0..7).map(move |step| f32::from_bits(nearest.to_bits() - 3 + step))
+        })
+        .filter(move |angle| *angle <= end)
+}
+
+/// An f64 angle with its sine and cosine, each as a sum of two f64.
+struct Row {
+    angle: f64,
+    sin: (f64, f64),
+    cos: (f64, f64),
+}
+
+/// What `tools/minimax.py reference` wrote.
+fn reference() -> Vec<Row> {
+    let float = |hex: &str| f64::from_bits(u64::from_str_radix(hex, 16).unwrap());
+    include_str!("trig_reference.txt")
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| {
+            let [angle, s, s_rest, c, c_rest] = line.split(' ').map(float).collect::<Vec<_>>().try_into().unwrap();
+            Row { angle, sin: (s, s_rest), cos: (c, c_rest) }
+        })
+        .collect()
+}
+
+/// Spacing of the f64s at the size of `x`.
+fn unit_f64(x: f64) -> f64 {
+    x.abs().next_up() - x.abs()
+}
+
+#[test]
+fn f64_results_are_within_an_ulp_of_the_reference_at_zeros_and_everywhere_else() {
+    let rows = reference();
+    assert!(rows.len() > 1_500);
+    let mut worst = 0.0_f64;
+    for Row { angle, sin, cos } in rows {
+        let ours = Polynomial.sin_cos(angle);
+        for (ours, (near, rest)) in [(ours.sin, sin), (ours.cos, cos)] {
+            let error = ((ours - near) - rest).abs() / unit_f64(near);
+            assert!(error < STATED_F64[2].max(STATED_F64[3]), "{angle:e}: {ours:e} for {near:e}");
+            worst = worst.max(error);
+        }
+    }
+    // Half an ulp is the rounding of the result.
+    assert!(worst > 0.5);
+}
+
+/// As in [`STATED_F32`], for |angle| up to [`Polynomial::LIMIT_F64`], from the sample below.
+const STATED_F64: [f64; 5] = [8.45e-17, 8.59e-17, 0.77, 0.78, 2.19e-19];
+
+#[test]
+fn f64_errors_of_a_sample_are_the_stated_ones() {
+    let mut worst = Worst::default();
+    for Row { angle, sin, cos } in reference().iter().filter(|row| row.angle.abs() > 1.0 / 64.0) {
+        for step in -150..=150 {
+            // Near an angle of the table the truth follows by the addition theorem, with little lost: |d| < 2^-14.
+            let near = (angle + f64::from(step) * 3.9e-7).clamp(-Polynomial::LIMIT_F64, Polynomial::LIMIT_F64);
+            let d = near - angle;
+            let sin_d = d - d * d * d / 6.0 + d * d * d * d * d / 120.0;
+            let cos_d_less_one = -d * d / 2.0 + d * d * d * d / 24.0;
+            let sin_moves = cos.0 * sin_d + sin.0 * cos_d_less_one;
+            let cos_moves = cos.0 * cos_d_less_one - sin.0 * sin_d;
+            let ours = Polynomial.sin_cos(near);
+            let error = |ours: f64, (near, rest): (f64, f64), moves| ((ours - near) - moves) - rest;
+            worst.see(
+                (error(ours.sin, *sin, sin_moves), sin.0 + sin_moves),
+                (error(ours.cos, *cos, cos_moves), cos.0 + cos_moves),
+                unit_f64,
+            );
+        }
+    }
+    worst.hold(&STATED_F64, 0.97);
+}
+
+/// f32 angles of every size, subnormal to the limit, with the multiples of pi/4.
+fn angles_f32() -> impl Iterator<Item = f32> {
+    (0..=Polynomial::LIMIT_F32.to_bits())
+        .step_by(10_007)
+        .map(f32::from_bits)
+        .chain([0.0, f32::from_bits(1), f32::MIN_POSITIVE, Polynomial::LIMIT_F32])
+        .chain(quarter_turn_neighbours(Polynomial::LIMIT_F32))
+}
+
+/// f64 angles of every size, subnormal to the limit.
+fn angles_f64() -> impl Iterator<Item = f64> {
+    (0..=Polynomial::LIMIT_F64.to_bits())
+        .step_by(47_000_000_000_017)
+        .map(f64::from_bits)
+        .chain([0.0, f64::from_bits(1), f64::MIN_POSITIVE, Polynomial::LIMIT_F64])
+        .chain(reference().into_iter().map(|row| row.angle.abs()))
+}
+
+#[test]
+fn sine_is_odd_and_cosine_even_to_the_bit() {
+    for angle in angles_f32() {
+        let (plus, minus) = (Polynomial.sin_cos(angle), Polynomial.sin_cos(-angle));
+        assert_eq!((-plus.sin).to_bits(), minus.sin.to_bits(), "sin {angle:e}");
+        assert_eq!(plus.cos.to_bits(), minus.cos.to_bits(), "cos {angle:e}");
+    }
+    for angle in angles_f64() {
+        let (plus, minus) = (Polynomial.sin_cos(angle), Polynomial.sin_cos(-angle));
+        assert_eq!((-plus.sin).to_bits(), minus.sin.to_bits(), "sin {angle:e}");
+        assert_eq!(plus.cos.to_bits(), minus.cos.to_bits(), "cos {angle:e}");
+    }
+}
+
+#[test]
+fn squares_add_up_to_one_and_no_result_exceeds_one() {
+    for angle in angles_f32() {
+        let SinCos { sin, cos } = Polynomial.sin_cos(angle);
+        let (sin, cos) = (f64::from(sin), f64::from(cos));
+        assert!((sin * sin + cos * cos - 1.0).abs() < 1.8e-7, "{angle:e}");
+        assert!(sin.abs() <= 1.0 && cos.abs() <= 1.0, "{angle:e}");
+    }
+    for angle in angles_f64() {
+        let SinCos { sin, cos } = Polynomial.sin_cos(angle);
+        assert!((sin * sin + cos * cos - 1.0).abs() < 5e-16, "{angle:e}");
+        assert!(sin.abs() <= 1.0 && cos.abs() <= 1.0, "{angle:e}");
+    }
+}
+
+#[test]
+fn tiny_angles_are_their_own_sine_with_sign() {
+    for angle in [0.0_f32, -0.0, f32::from_bits(1), -f32::from_bits(77), f32::MIN_POSITIVE, -1e-20, 1e-5] {
+        let SinCos { sin, cos } = Polynomial.sin_cos(angle);
+        assert_eq!((sin.to_bits(), cos), (angle.to_bits(), 1.0), "{angle:e}");
+    }
+    for angle in [0.0_f64, -0.0, f64::from_bits(1), -f64::from_bits(77), f64::MIN_POSITIVE, -1e-200, 1e-9] {
+        let SinCos { sin, cos } = Polynomial.sin_cos(angle);
+        assert_eq!((sin.to_bits(), cos), (angle.to_bits(), 1.0), "{angle:e}");
+    }
+}
+
+#[test]
+fn beyond_the_limit_both_are_nan_and_at_the_limit_neither() {
+    let single = Polynomial::LIMIT_F32;
+    for angle in [single.next_up(), 1e30, f32::MAX, f32::INFINITY, f32::NAN, f32::from_bits(0x7f80_0001)] {
+        for angle in [angle, -angle] {
+            let SinCos { sin, cos } = Polynomial.sin_cos(angle);
+            assert!(sin.is_nan() && cos.is_nan(), "{angle:e}");
+        }
+    }
+    let double = Polynomial::LIMIT_F64;
+    for angle in [double.next_up(), 1e300, f64::MAX, f64::INFINITY, f64::NAN] {
+        for angle in [angle, -angle] {
+            let SinCos { sin, cos } = Polynomial.sin_cos(angle);
+            assert!(sin.is_nan() && cos.is_nan(), "{angle:e}");
+        }
+    }
+    assert!(Polynomial.sin_cos(single).sin.is_finite() && Polynomial.sin_cos(-single).cos.is_finite());
+    assert!(Polynomial.sin_cos(double).sin.is_finite() && Polynomial.sin_cos(-double).cos.is_finite());
+}
+
+#[test]
+fn a_method_chosen_at_run_time_gives_the_bits_of_the_one_it_names() {
+    let angles = [-3.0_f32, -0.1, 0.0, 0.7, 2.0, 6.0];
+    assert_eq!(Method::default().sin_cos_all(&angles), Polynomial.sin_cos_all(&angles));
+    assert_eq!(Method::Libm.sin_cos_all(&angles), angles.map(|angle| Libm.sin_cos(angle)));
+    let angles = angles.map(f64::from);
+    assert_eq!(Method::Polynomial.sin_cos_all(&angles), angles.map(|angle| Polynomial.sin_cos(angle)));
+    assert_eq!(Method::Libm.sin_cos_all(&angles), Libm.sin_cos_all(&angles));
+    // libm's rounding errors are not ours: over many angles the two must differ somewhere.
+    assert!(angles_f32().any(|angle| Libm.sin_cos(angle) != Polynomial.sin_cos(angle)));
+}
