@@ -1,0 +1,61 @@
+//! Friction feedforward: odd, smooth, and exactly Coulomb's and the viscous torque beyond its smoothing speed.
+
+use crate::support::{Desk, UnitMasses, config, driven, measured};
+use dynamics_core::control::{Friction, Law};
+use dynamics_core::{Controller, Reference};
+
+const FRICTION: Friction<f64> = Friction { viscous: 0.7, coulomb: 3.0, per_smoothing_speed: 1.0 / 0.05 };
+
+fn speeds() -> impl Iterator<Item = f64> {
+    (-2000..=2000).map(|i| f64::from(i) * 1e-4)
+}
+
+#[test]
+fn friction_is_odd_to_the_bit_and_zero_at_rest() {
+    for qd in speeds() {
+        assert_eq!(FRICTION.torque(-qd), -FRICTION.torque(qd));
+    }
+    assert_eq!(FRICTION.torque(0.0), 0.0);
+}
+
+#[test]
+fn beyond_the_smoothing_speed_friction_is_coulomb_plus_viscous_and_within_it_the_cubic() {
+    for qd in speeds() {
+        let x = qd / 0.05;
+        let sign = if x.abs() < 1.0 { 1.5 * x - 0.5 * x.powi(3) } else { x.signum() };
+        let expected = 0.7 * qd + 3.0 * sign;
+        assert!((FRICTION.torque(qd) - expected).abs() < 1e-14, "at {qd}");
+    }
+}
+
+#[test]
+fn the_slope_of_friction_is_continuous_and_never_negative() {
+    let h = 1e-6;
+    let slope = |qd: f64| (FRICTION.torque(qd + h) - FRICTION.torque(qd - h)) / (2.0 * h);
+    // The second derivative is 3 c / v^2 at most, so slopes 1e-4 apart differ by no more than that times 1e-4.
+    let steepest = 3.0 * 3.0 / (0.05 * 0.05);
+    for qd in speeds() {
+        let change = slope(qd + 1e-4) - slope(qd);
+        assert!(change.abs() <= steepest * 1.0001e-4, "slope jumps by {change} at {qd}");
+        assert!(slope(qd) >= 0.7 - 1e-6);
+    }
+    // A hard sign function fails the same test by far: its slope jumps by c / h.
+    let hard = |qd: f64| if qd > 0.0 { 3.0 } else { -3.0 };
+    assert!((hard(h) - hard(-h)) / (2.0 * h) > 1000.0 * steepest * 1e-4);
+}
+
+#[test]
+fn the_controller_adds_friction_of_the_reference_velocity_to_every_law() {
+    let reference = Reference { q: [0.1], qd: [0.4], qdd: [0.2] };
+    for law in [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::Feedforward] {
+        let plain = config::<1>(law);
+        let mut with = plain;
+        with.friction = Some([FRICTION]);
+        let torque = |config| {
+            // Measured at another velocity: friction must not follow it.
+            driven(Controller::new(config, UnitMasses::default(), Desk).tick(&reference, &measured([0.1], [-0.3]))).0[0]
+        };
+        let added = torque(with) - torque(plain);
+        assert!((added - FRICTION.torque(0.4)).abs() < 1e-12, "{law:?} adds {added}");
+    }
+}

@@ -1,0 +1,107 @@
+//! Each law against its formula, on an arm whose dynamics are written out by hand.
+
+use crate::support::{Desk, UnitMasses, by_hand, config, controller, driven, measured};
+use dynamics_core::control::Law;
+use dynamics_core::{Controller, Live, Reference};
+
+const LAWS: [Law; 4] = [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::Feedforward];
+
+const REFERENCE: Reference<f64, 2> = Reference { q: [0.4, -1.1], qd: [0.8, 0.3], qdd: [-1.5, 2.5] };
+const Q: [f64; 2] = [0.35, -1.02];
+const QD: [f64; 2] = [0.9, 0.1];
+
+/// `Kd (qd_ref - qd) + Kp (q_ref - q)`, gains from natural frequency and damping by hand.
+fn spring() -> [f64; 2] {
+    [0, 1].map(|i| {
+        let omega = [20.0, 25.0][i];
+        2.0 * 0.9 * omega * (REFERENCE.qd[i] - QD[i]) + omega * omega * (REFERENCE.q[i] - Q[i])
+    })
+}
+
+fn expected(law: Law) -> [f64; 2] {
+    let spring = spring();
+    let pd = [1.5 * spring[0], 1.3 * spring[1]];
+    let plus = |model: [f64; 2]| [model[0] + pd[0], model[1] + pd[1]];
+    match law {
+        Law::ComputedTorque => by_hand(Q, QD, [REFERENCE.qdd[0] + spring[0], REFERENCE.qdd[1] + spring[1]]),
+        Law::Pd => pd,
+        Law::PdGravity => plus(by_hand(Q, [0.0; 2], [0.0; 2])),
+        Law::Feedforward => plus(by_hand(REFERENCE.q, REFERENCE.qd, REFERENCE.qdd)),
+    }
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).abs().max((a[1] - b[1]).abs())
+}
+
+#[test]
+fn every_law_gives_the_torque_of_its_formula() {
+    for law in LAWS {
+        let (torque, _) = driven(controller(config(law)).tick(&REFERENCE, &measured(Q, QD)));
+        let error = distance(torque, expected(law));
+        assert!(error < 1e-12, "{law:?}: {torque:?}, by hand {:?}", expected(law));
+    }
+}
+
+#[test]
+fn at_this_state_no_two_laws_could_be_mistaken_for_each_other() {
+    for (i, a) in LAWS.into_iter().enumerate() {
+        for b in &LAWS[..i] {
+            assert!(distance(expected(a), expected(*b)) > 0.1, "{a:?} and {b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_model_law_asks_for_inverse_dynamics_once_a_tick_and_pd_never() {
+    for (law, calls) in [(Law::ComputedTorque, 1), (Law::Pd, 0), (Law::PdGravity, 1), (Law::Feedforward, 1)] {
+        let mut controller = Controller::new(config::<2>(law), UnitMasses::default(), Desk);
+        for ticks in 1..=5 {
+            driven(controller.tick(&REFERENCE, &measured(Q, QD)));
+            assert_eq!(controller.dynamics_mut().calls.get(), calls * ticks, "{law:?}");
+        }
+    }
+}
+
+#[test]
+fn a_latched_fault_asks_for_nothing() {
+    let mut controller = Controller::new(config::<2>(Law::ComputedTorque), UnitMasses::default(), Desk);
+    controller.overrun();
+    for _ in 0..3 {
+        controller.tick(&REFERENCE, &measured(Q, QD));
+    }
+    assert_eq!(controller.dynamics_mut().calls.get(), 0);
+}
+
+#[test]
+fn with_an_exact_model_the_error_is_a_damped_spring() {
+    // Unit masses: acceleration is torque. The error of a critically damped joint released at distance 1 is
+    // (1 + omega t) exp(-omega t).
+    let omega: f64 = 10.0;
+    let mut settings = config::<1>(Law::ComputedTorque);
+    settings.gains = [dynamics_core::control::Gains::new(omega, 1.0, 1.0)];
+    let mut controller = Controller::new(settings, UnitMasses::default(), Desk);
+    let (h, mut q, mut qd) = (1e-4, 1.0, 0.0);
+    for tick in 0..5000 {
+        let t = f64::from(tick) * h;
+        let exact = (1.0 + omega * t) * (-omega * t).exp();
+        assert!((q - exact).abs() < 1e-3, "at {t} s: {q}, exactly {exact}");
+        let (torque, _) = driven(controller.tick(&Reference::at_rest([0.0]), &measured([q], [qd])));
+        q += h * qd + 0.5 * h * h * torque[0];
+        qd += h * torque[0];
+    }
+}
+
+#[test]
+fn live_inputs_reach_the_dynamics() {
+    use dynamics_core::{Dynamics, Scene, Term};
+    let arm = crate::support::planar();
+    let scene = Scene { gravity: Term::Live, ..*arm.scene() };
+    let mut controller = Controller::new(config(Law::ComputedTorque), Dynamics::new(*arm.model(), scene), Desk);
+    let still = Reference::at_rest(Q);
+    let (weightless, _) = driven(controller.tick(&still, &measured(Q, [0.0; 2])));
+    assert!(distance(weightless, [0.0; 2]) < 1e-15);
+    *controller.live_mut() = Live { gravity: nalgebra::Vector3::new(0.0, -9.81, 0.0), ..Live::zero() };
+    let (holding, _) = driven(controller.tick(&still, &measured(Q, [0.0; 2])));
+    assert!(distance(holding, by_hand(Q, [0.0; 2], [0.0; 2])) < 1e-12);
+}
