@@ -1,0 +1,171 @@
+//! What is wrong with a file, where, and what was expected.
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use std::fmt;
+use std::ops::Range;
+use std::path::Path;
+
+/// A file and its text: what errors point into.
+#[derive(Clone, Debug)]
+pub(crate) struct Source {
+    pub(crate) file: String,
+    pub(crate) text: String,
+}
+
+/// A robot or scene file that was refused.
+///
+/// Displays as `file:line:column: field: problem` on one line. As a [`Diagnostic`] it also carries the text with the
+/// offending place marked, and what was expected.
+#[derive(Debug)]
+pub struct FileError(Box<Details>);
+
+#[derive(Debug)]
+struct Details {
+    file: String,
+    source: NamedSource<String>,
+    span: Option<Range<usize>>,
+    line_column: Option<(usize, usize)>,
+    field: String,
+    problem: String,
+    expected: String,
+}
+
+impl Source {
+    /// Something is wrong with `field`, at `span` in the text.
+    ///
+    /// `problem` says what was found, `expected` what would have been right.
+    pub(crate) fn error(
+        &self,
+        span: Range<usize>,
+        field: impl Into<String>,
+        problem: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> FileError {
+        let span = self.within(span);
+        FileError(Box::new(Details {
+            file: self.file.clone(),
+            source: NamedSource::new(&self.file, self.text.clone()),
+            line_column: Some(self.line_column(span.start)),
+            span: Some(span),
+            field: field.into(),
+            problem: problem.into(),
+            expected: expected.into(),
+        }))
+    }
+
+    /// The span cut to the text and moved to character boundaries, so that rendering cannot fail.
+    fn within(&self, span: Range<usize>) -> Range<usize> {
+        let boundary = |mut at: usize| {
+            at = at.min(self.text.len());
+            while !self.text.is_char_boundary(at) {
+                at -= 1;
+            }
+            at
+        };
+        let start = boundary(span.start);
+        start..boundary(span.end).max(start)
+    }
+
+    fn line_column(&self, at: usize) -> (usize, usize) {
+        let before = self.text.get(..at).unwrap_or_default();
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        let column = before.get(line_start..).unwrap_or_default().chars().count();
+        (before.matches('\n').count() + 1, column + 1)
+    }
+}
+
+impl FileError {
+    /// An error that concerns a file as a whole: it cannot be read, or does not fit what was asked of it.
+    pub(crate) fn whole_file(
+        file: &Path,
+        field: impl Into<String>,
+        problem: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Self {
+        let file = file.display().to_string();
+        Self(Box::new(Details {
+            source: NamedSource::new(&file, String::new()),
+            file,
+            span: None,
+            line_column: None,
+            field: field.into(),
+            problem: problem.into(),
+            expected: expected.into(),
+        }))
+    }
+
+    /// The file, as it was named by whoever opened it.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        &self.0.file
+    }
+
+    /// Line and column, both counted from 1; `None` when the whole file is at fault.
+    #[must_use]
+    pub fn line_column(&self) -> Option<(usize, usize)> {
+        self.0.line_column
+    }
+
+    /// The field, as a path: `joint 2 (elbow).inertia.xx`.
+    #[must_use]
+    pub fn field(&self) -> &str {
+        &self.0.field
+    }
+
+    /// What was found.
+    #[must_use]
+    pub fn problem(&self) -> &str {
+        &self.0.problem
+    }
+
+    /// What would have been right.
+    #[must_use]
+    pub fn expected(&self) -> &str {
+        &self.0.expected
+    }
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let details = &self.0;
+        write!(f, "{}", details.file)?;
+        if let Some((line, column)) = details.line_column {
+            write!(f, ":{line}:{column}")?;
+        }
+        if !details.field.is_empty() {
+            write!(f, ": {}", details.field)?;
+        }
+        write!(f, ": {}", details.problem)
+    }
+}
+
+impl std::error::Error for FileError {}
+
+impl Diagnostic for FileError {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(format!("expected {}", self.0.expected)))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.0.span.as_ref().map(|_| &self.0.source as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let span = self.0.span.clone()?;
+        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some("here".to_owned()), span))))
+    }
+}
+
+/// The known word nearest to an unknown one, when it is near enough to be meant.
+pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let near = |candidate: &&'a str| strsim::damerau_levenshtein(word, candidate);
+    let best = known.iter().copied().min_by_key(|candidate| near(candidate))?;
+    let longest = word.chars().count().max(best.chars().count());
+    (near(&best) * 5 <= longest * 2).then_some(best)
+}
+
+/// "one of a, b, c", with a guess in front when there is one.
+pub(crate) fn one_of(word: &str, known: &[&str]) -> String {
+    let list = known.join(", ");
+    nearest(word, known).map_or(format!("one of {list}"), |guess| format!("one of {list}; did you mean `{guess}`?"))
+}

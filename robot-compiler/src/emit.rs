@@ -1,0 +1,207 @@
+//! A checked arm and its controller as Rust source for the chip.
+//!
+//! The desk reads and checks the files; the chip gets numbers. Every literal is the shortest decimal that reads back as the
+//! same single-precision number, so the chip computes with the very bits that the desk hashed.
+
+use crate::scene::SceneFile;
+use dynamics_core::control::{Encoder, Friction, Gains, Guard};
+use dynamics_core::model::{Link, Placement};
+use dynamics_core::trig::Method;
+use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
+use nalgebra::{Matrix3, Vector3};
+
+mod source;
+
+use source::{Item, call, integer, list, number, record, word};
+
+/// Rust source of a module with the arm, its scene and its controller, for a crate without std.
+///
+/// | item | type | what |
+/// |---|---|---|
+/// | `N` | `usize` | joints |
+/// | `NAME`, `ROBOT` | `&str` | the scene's and the robot's name |
+/// | `HASH` | `u64` | [`SceneFile::hash`] |
+/// | `RATE_HZ` | `f32` | control rate |
+/// | `TRIG` | `Trig` | which sine and cosine; an alias of `dynamics_core::trig::{Polynomial, Libm}` and its value |
+/// | `model()` | `Model<f32, N>` | the arm |
+/// | `scene()` | `Scene<f32, N>` | what acts on it |
+/// | `config()` | `ControllerConfig<f32, N>` | the controller |
+///
+/// The text is as rustfmt would leave it at a width of 120.
+#[must_use]
+pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
+    let trig = match file.control.trig {
+        Method::Polynomial => "Polynomial",
+        Method::Libm => "Libm",
+    };
+    let scene = file.scene(model).cast();
+    let config = file.controller_config(model).cast();
+    let mut text =
+        String::from("//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n");
+    text += &imports(&scene, &config, trig);
+    text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {trig};\n");
+    let constants = [
+        ("Which sine and cosine.", "TRIG", "Trig", trig.to_owned()),
+        ("Joints.", "N", "usize", N.to_string()),
+        ("The scene.", "NAME", "&str", format!("{:?}", file.name)),
+        ("The robot.", "ROBOT", "&str", format!("{:?}", file.robot.name)),
+        ("Hash of everything that decides the bits of a tick.", "HASH", "u64", hexadecimal(file.hash(model))),
+        ("Control rate, Hz.", "RATE_HZ", "f32", source::literal(file.control.rate as f32)),
+    ];
+    for (doc, name, kind, value) in constants {
+        text += &format!("\n/// {doc}\npub const {name}: {kind} = {value};\n");
+    }
+    let functions = [
+        ("The arm.", "model", "Model<f32, N>", model_item(&model.cast())),
+        ("What acts on it.", "scene", "Scene<f32, N>", scene_item(&scene)),
+        ("Its controller.", "config", "ControllerConfig<f32, N>", config_item(&config)),
+    ];
+    for (doc, name, kind, body) in functions {
+        text += &format!("\n/// {doc}\npub const fn {name}() -> {kind} {{\n    {}\n}}\n", body.print(4));
+    }
+    text
+}
+
+/// `0x0123_4567_89ab_cdef`.
+fn hexadecimal(hash: u64) -> String {
+    let part = |shift: u32| (hash >> shift) & 0xffff;
+    format!("0x{:04x}_{:04x}_{:04x}_{:04x}", part(48), part(32), part(16), part(0))
+}
+
+/// Only what the items use, in rustfmt's order.
+fn imports<const N: usize>(scene: &Scene<f32, N>, config: &ControllerConfig<f32, N>, trig: &str) -> String {
+    let friction = if config.friction.is_some() { "Friction, " } else { "" };
+    let wrench = if matches!(scene.tip_wrench, Term::Constant(_)) { ", Wrench" } else { "" };
+    format!(
+        "use dynamics_core::control::{{Encoder, {friction}Gains, Guard, Law, TrackingObserver}};\n\
+         use dynamics_core::model::{{Link, Placement}};\n\
+         use dynamics_core::trig::{trig};\n\
+         use dynamics_core::{{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term{wrench}}};\n\
+         use nalgebra::{{Matrix3, Vector3}};\n"
+    )
+}
+
+fn vector(v: &Vector3<f32>) -> Item {
+    call("Vector3::new", v.iter().map(|x| number(*x)).collect())
+}
+
+/// Row by row, as `Matrix3::new` takes them.
+fn matrix(m: &Matrix3<f32>) -> Item {
+    call("Matrix3::new", m.transpose().iter().map(|x| number(*x)).collect())
+}
+
+fn numbers(all: &[f32]) -> Item {
+    list(all.iter().map(|x| number(*x)).collect())
+}
+
+fn term<T>(term: &Term<T>, constant: impl FnOnce(&T) -> Item) -> Item {
+    match term {
+        Term::Absent => word("Term::Absent"),
+        Term::Constant(value) => call("Term::Constant", vec![constant(value)]),
+        Term::Live => word("Term::Live"),
+    }
+}
+
+fn model_item<const N: usize>(model: &Model<f32, N>) -> Item {
+    let links = model.links().iter().map(|Link { kind, rotation, translation, inertia, rotor, limits }| {
+        let kind = match kind {
+            JointKind::Revolute => "JointKind::Revolute",
+            JointKind::Prismatic => "JointKind::Prismatic",
+        };
+        record(
+            "Link",
+            vec![
+                ("kind", word(kind)),
+                ("rotation", matrix(rotation)),
+                ("translation", vector(translation)),
+                ("inertia", inertia_item(inertia)),
+                ("rotor", number(*rotor)),
+                ("limits", limits_item(limits)),
+            ],
+        )
+    });
+    let Placement { rotation, translation } = model.tip();
+    let tip = record("Placement", vec![("rotation", matrix(rotation)), ("translation", vector(translation))]);
+    call("Model::from_checked", vec![list(links.collect()), tip])
+}
+
+fn inertia_item(inertia: &Inertia<f32>) -> Item {
+    let Inertia { mass, first_moment, about_origin } = inertia;
+    record(
+        "Inertia",
+        vec![("mass", number(*mass)), ("first_moment", vector(first_moment)), ("about_origin", matrix(about_origin))],
+    )
+}
+
+fn limits_item(limits: &Limits<f32>) -> Item {
+    let Limits { position: (lo, hi), velocity, torque, torque_rate } = limits;
+    record(
+        "Limits",
+        vec![
+            ("position", call("", vec![number(*lo), number(*hi)])),
+            ("velocity", number(*velocity)),
+            ("torque", number(*torque)),
+            ("torque_rate", number(*torque_rate)),
+        ],
+    )
+}
+
+fn scene_item<const N: usize>(scene: &Scene<f32, N>) -> Item {
+    let Scene { gravity, payload, tip_wrench, rotor, coriolis } = scene;
+    let wrench = |Wrench { force, moment }: &Wrench<f32>| {
+        record("Wrench", vec![("force", vector(force)), ("moment", vector(moment))])
+    };
+    record(
+        "Scene",
+        vec![
+            ("gravity", term(gravity, vector)),
+            ("payload", term(payload, inertia_item)),
+            ("tip_wrench", term(tip_wrench, wrench)),
+            ("rotor", term(rotor, |rotor| numbers(rotor))),
+            ("coriolis", term(coriolis, |coriolis| numbers(coriolis))),
+        ],
+    )
+}
+
+fn config_item<const N: usize>(config: &ControllerConfig<f32, N>) -> Item {
+    let ControllerConfig { law, gains, friction, limits, torque_step, guard, age_max, encoder, observer } = config;
+    let gains = gains.iter().map(|Gains { position, velocity, inertia }| {
+        let fields =
+            vec![("position", number(*position)), ("velocity", number(*velocity)), ("inertia", number(*inertia))];
+        record("Gains", fields)
+    });
+    let friction = friction.as_ref().map(|all| {
+        let one = |Friction { viscous, coulomb, per_smoothing_speed }: &Friction<f32>| {
+            record(
+                "Friction",
+                vec![
+                    ("viscous", number(*viscous)),
+                    ("coulomb", number(*coulomb)),
+                    ("per_smoothing_speed", number(*per_smoothing_speed)),
+                ],
+            )
+        };
+        call("Some", vec![list(all.iter().map(one).collect())])
+    });
+    let guard = guard.iter().map(|Guard { position_margin, velocity_max }| {
+        let fields = vec![("position_margin", number(*position_margin)), ("velocity_max", number(*velocity_max))];
+        record("Guard", fields)
+    });
+    let encoder = encoder.iter().map(|Encoder { zero, per_count }| {
+        record("Encoder", vec![("zero", integer(i64::from(*zero))), ("per_count", number(*per_count))])
+    });
+    record(
+        "ControllerConfig",
+        vec![
+            ("law", word(&format!("Law::{law:?}"))),
+            ("gains", list(gains.collect())),
+            ("friction", friction.unwrap_or_else(|| word("None"))),
+            ("limits", list(limits.iter().map(limits_item).collect())),
+            ("torque_step", numbers(torque_step)),
+            ("guard", list(guard.collect())),
+            ("age_max", integer(i64::from(*age_max))),
+            ("encoder", list(encoder.collect())),
+            ("observer", call("TrackingObserver::from_gains", observer.gains().map(number).into())),
+        ],
+    )
+}

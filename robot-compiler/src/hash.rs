@@ -1,0 +1,164 @@
+//! One number for everything that decides the bits of a tick.
+//!
+//! The desk and the chip compare it before a run: equal hashes mean equal arm, scene, controller, sine and cosine, joint
+//! count and rate, all as the single-precision numbers that the chip computes with.
+
+use crate::scene::SceneFile;
+use dynamics_core::control::{Encoder, Friction, Gains, Guard, Law};
+use dynamics_core::model::{Link, Placement};
+use dynamics_core::trig::Method;
+use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
+
+/// FNV-1a, 64 bits: `h = (h xor byte) * 0x100000001b3` over bytes, little-endian, from `0xcbf29ce484222325`.
+///
+/// (Fowler, Noll, Vo; draft-eastlake-fnv.) Written out because it must not change with a library or a platform. It guards
+/// against mistakes, not against malice.
+struct Fnv1a(u64);
+
+impl Fnv1a {
+    const BASIS: u64 = 0xcbf2_9ce4_8422_2325;
+    const PRIME: u64 = 0x0100_0000_01b3;
+
+    fn bytes(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(Self::PRIME);
+        }
+    }
+
+    /// A number of a small set: a variant, a count.
+    fn tag(&mut self, tag: u32) {
+        self.bytes(&tag.to_le_bytes());
+    }
+
+    fn number(&mut self, x: f32) {
+        self.tag(x.to_bits());
+    }
+
+    fn numbers<'a>(&mut self, all: impl IntoIterator<Item = &'a f32>) {
+        for x in all {
+            self.number(*x);
+        }
+    }
+
+    fn term<T>(&mut self, term: &Term<T>, constant: impl FnOnce(&mut Self, &T)) {
+        match term {
+            Term::Absent => self.tag(0),
+            Term::Constant(value) => {
+                self.tag(1);
+                constant(self, value);
+            }
+            Term::Live => self.tag(2),
+        }
+    }
+}
+
+impl SceneFile {
+    /// Hash of everything that decides the bits of a tick: model, scene, controller, sine and cosine, `N`, rate.
+    ///
+    /// Not in it, because no tick reads it: names, the motion, the plant, the sensors, the actuators. Stable across runs
+    /// and platforms.
+    #[must_use]
+    pub fn hash<const N: usize>(&self, model: &Model<f64, N>) -> u64 {
+        let mut fnv = Fnv1a(Fnv1a::BASIS);
+        fnv.tag(N as u32);
+        fnv.number(self.control.rate as f32);
+        fnv.tag(match self.control.trig {
+            Method::Polynomial => 0,
+            Method::Libm => 1,
+        });
+        hash_model(&mut fnv, &model.cast());
+        hash_scene(&mut fnv, &self.scene(model).cast());
+        hash_config(&mut fnv, &self.controller_config(model).cast());
+        fnv.0
+    }
+}
+
+// Structures are taken apart by name below, so that a field added to one does not compile until it is hashed.
+
+fn hash_model<const N: usize>(fnv: &mut Fnv1a, model: &Model<f32, N>) {
+    for Link { kind, rotation, translation, inertia, rotor, limits } in model.links() {
+        fnv.tag(match kind {
+            JointKind::Revolute => 0,
+            JointKind::Prismatic => 1,
+        });
+        fnv.numbers(rotation);
+        fnv.numbers(translation);
+        hash_inertia(fnv, inertia);
+        fnv.number(*rotor);
+        hash_limits(fnv, limits);
+    }
+    let Placement { rotation, translation } = model.tip();
+    fnv.numbers(rotation);
+    fnv.numbers(translation);
+}
+
+fn hash_inertia(fnv: &mut Fnv1a, inertia: &Inertia<f32>) {
+    let Inertia { mass, first_moment, about_origin } = inertia;
+    fnv.number(*mass);
+    fnv.numbers(first_moment);
+    fnv.numbers(about_origin);
+}
+
+fn hash_limits(fnv: &mut Fnv1a, limits: &Limits<f32>) {
+    let Limits { position: (lo, hi), velocity, torque, torque_rate } = limits;
+    fnv.numbers([lo, hi, velocity, torque, torque_rate]);
+}
+
+fn hash_scene<const N: usize>(fnv: &mut Fnv1a, scene: &Scene<f32, N>) {
+    let Scene { gravity, payload, tip_wrench, rotor, coriolis } = scene;
+    fnv.term(gravity, |fnv, gravity| fnv.numbers(gravity));
+    fnv.term(payload, hash_inertia);
+    fnv.term(tip_wrench, |fnv, Wrench { force, moment }| {
+        fnv.numbers(force);
+        fnv.numbers(moment);
+    });
+    fnv.term(rotor, |fnv, rotor| fnv.numbers(rotor));
+    fnv.term(coriolis, |fnv, coriolis| fnv.numbers(coriolis));
+}
+
+fn hash_config<const N: usize>(fnv: &mut Fnv1a, config: &ControllerConfig<f32, N>) {
+    let ControllerConfig { law, gains, friction, limits, torque_step, guard, age_max, encoder, observer } = config;
+    fnv.tag(match law {
+        Law::ComputedTorque => 0,
+        Law::Pd => 1,
+        Law::PdGravity => 2,
+        Law::Feedforward => 3,
+    });
+    for Gains { position, velocity, inertia } in gains {
+        fnv.numbers([position, velocity, inertia]);
+    }
+    fnv.tag(u32::from(friction.is_some()));
+    for Friction { viscous, coulomb, per_smoothing_speed } in friction.iter().flatten() {
+        fnv.numbers([viscous, coulomb, per_smoothing_speed]);
+    }
+    for limits in limits {
+        hash_limits(fnv, limits);
+    }
+    fnv.numbers(torque_step);
+    for Guard { position_margin, velocity_max } in guard {
+        fnv.numbers([position_margin, velocity_max]);
+    }
+    fnv.tag(*age_max);
+    for Encoder { zero, per_count } in encoder {
+        fnv.bytes(&zero.to_le_bytes());
+        fnv.number(*per_count);
+    }
+    fnv.numbers(&observer.gains());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Fnv1a;
+
+    /// Vectors of the FNV reference implementation.
+    #[test]
+    fn fnv1a_gives_the_published_hashes() {
+        for (text, hash) in
+            [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)]
+        {
+            let mut fnv = Fnv1a(Fnv1a::BASIS);
+            fnv.bytes(text.as_bytes());
+            assert_eq!(fnv.0, hash, "{text:?}");
+        }
+    }
+}

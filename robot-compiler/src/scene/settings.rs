@@ -1,0 +1,297 @@
+//! The parts of a scene.
+
+use super::SceneFile;
+use crate::robot::{Robot, RobotJoint};
+use dynamics_core::control::Law;
+use dynamics_core::trig::Method;
+use dynamics_core::{Body, JointKind, Term, Wrench};
+use nalgebra::Vector3;
+use std::path::PathBuf;
+
+/// Gravity on a floor, in the base frame, m/s^2.
+pub(crate) const FLOOR: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+/// What the controller's inverse dynamics computes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelSpec {
+    /// Gravitational acceleration in the base frame, m/s^2.
+    pub gravity: Term<Vector3<f64>>,
+    /// A body held by the tip, in the tip frame.
+    pub payload: Term<Body>,
+    /// Wrench of the environment on the arm at the tip's origin, in tip axes.
+    pub tip_wrench: Term<Wrench<f64>>,
+    /// Rotor inertias, at the values of the robot file.
+    pub rotor: Term<()>,
+    /// Velocity terms: live, or at one constant joint velocity.
+    pub coriolis: Term<Vec<f64>>,
+    /// Whether friction is fed forward.
+    pub friction: bool,
+    /// Speed at which the whole Coulomb torque acts, rad/s or m/s.
+    pub friction_smoothing: f64,
+}
+
+/// How the arm is controlled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlSpec {
+    /// Control rate, Hz.
+    pub rate: f64,
+    /// The law.
+    pub law: Law,
+    /// Natural frequency of the error, per joint, rad/s.
+    pub natural_frequency: Vec<f64>,
+    /// Damping ratio of the error, per joint.
+    pub damping: Vec<f64>,
+    /// Which sine and cosine.
+    pub trig: Method,
+    /// Which floating-point type.
+    pub scalar: ScalarChoice,
+    /// Bandwidth of the velocity observer, rad/s.
+    pub observer_bandwidth: f64,
+    /// Oldest measurement that is believed, ticks.
+    pub age_max: u32,
+    /// How far beyond a position limit is a fault, rad or m.
+    pub position_margin: f64,
+    /// How many times the velocity limit is a fault.
+    pub velocity_factor: f64,
+}
+
+/// Which floating-point type the controller uses on the desk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScalarChoice {
+    /// Single precision, as on the chip.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+/// The reference motion.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MotionSpec {
+    /// Stand still.
+    Hold {
+        /// Where, rad or m.
+        q: Vec<f64>,
+        /// How long, s.
+        duration: f64,
+    },
+    /// Quintic polynomials through points. Either every segment has a duration or none has: then the motion is as fast
+    /// as velocity, acceleration and torque limits allow.
+    Quintic {
+        /// The points, start first.
+        points: Vec<ViaPoint>,
+        /// Acceleration bounds per joint, rad/s^2 or m/s^2.
+        acceleration: Option<Vec<f64>>,
+        /// Start again at the end.
+        repeat: bool,
+    },
+    /// Trapezoidal speed along a straight line.
+    Trapezoid {
+        /// Start, rad or m.
+        start: Vec<f64>,
+        /// Goal, rad or m.
+        goal: Vec<f64>,
+        /// Acceleration bounds per joint, rad/s^2 or m/s^2; given when the duration is not.
+        acceleration: Option<Vec<f64>>,
+        /// Duration, s; given when the acceleration is not.
+        duration: Option<f64>,
+        /// Share of the duration spent on speeding up, and as much again on slowing down.
+        ramp_share: f64,
+    },
+    /// A sine of changing frequency.
+    Sine {
+        /// Centre, rad or m.
+        centre: Vec<f64>,
+        /// Amplitude, rad or m.
+        amplitude: Vec<f64>,
+        /// Frequency at the start, Hz.
+        frequency_start: f64,
+        /// Frequency at the end, Hz.
+        frequency_end: f64,
+        /// Duration, s.
+        duration: f64,
+        /// Time in which the amplitude grows at the start and vanishes at the end, s.
+        ramp: f64,
+    },
+}
+
+/// A point of a quintic motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViaPoint {
+    /// Joint position, rad or m.
+    pub q: Vec<f64>,
+    /// Duration of the segment that ends here, s.
+    pub duration: Option<f64>,
+    /// How long to stand still here, s.
+    pub dwell: f64,
+}
+
+/// What is simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantSpec {
+    /// Integration step, s; the control period is a whole multiple of it.
+    pub step: f64,
+    /// The body really held by the tip, in the tip frame.
+    pub payload: Option<Body>,
+    /// The wrench really exerted by the environment at the tip's origin, in tip axes.
+    pub tip_wrench: Option<Wrench<f64>>,
+    /// Whether the joints have the friction of the robot file.
+    pub friction: bool,
+    /// Gravitational acceleration in the base frame, m/s^2.
+    pub gravity: Vector3<f64>,
+    /// Where the arm starts, at rest, rad or m.
+    pub start: Vec<f64>,
+}
+
+/// What the sensors do.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct SensorSpec {
+    /// Measure counts, and leave the velocity to the observer.
+    pub encoder: bool,
+    /// Noise on the position, root mean square, rad or m.
+    pub position_noise: f64,
+    /// Noise on the velocity, root mean square, rad/s or m/s.
+    pub velocity_noise: f64,
+    /// Delay of the measurement, ticks.
+    pub delay: u32,
+}
+
+/// What the actuators do.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct ActuatorSpec {
+    /// Clip at the joint's torque limit.
+    pub saturation: bool,
+    /// First-order time constant, s; 0 for none.
+    pub lag: f64,
+    /// Transport delay, ticks.
+    pub delay: u32,
+}
+
+impl MotionSpec {
+    /// Where the motion starts, rad or m.
+    #[must_use]
+    pub fn start(&self) -> &[f64] {
+        match self {
+            Self::Hold { q, .. } => q,
+            Self::Quintic { points, .. } => points.first().map_or(&[], |point| &point.q),
+            Self::Trapezoid { start, .. } => start,
+            Self::Sine { centre, .. } => centre,
+        }
+    }
+
+    /// Whether it starts again at its end.
+    #[must_use]
+    pub fn repeats(&self) -> bool {
+        matches!(self, Self::Quintic { repeat: true, .. })
+    }
+}
+
+impl ModelSpec {
+    /// Floor, nothing held, and whatever the robot file gives of rotors and friction.
+    pub(crate) fn default_for(robot: &Robot) -> Self {
+        let rotors = robot.joints.iter().any(|joint| joint.spec.rotor.reflected() > 0.0);
+        Self {
+            gravity: Term::Constant(FLOOR),
+            payload: Term::Absent,
+            tip_wrench: Term::Absent,
+            rotor: if rotors { Term::Constant(()) } else { Term::Absent },
+            coriolis: Term::Live,
+            friction: robot.joints.iter().any(|joint| joint.friction.is_some()),
+            friction_smoothing: 0.05,
+        }
+    }
+}
+
+impl ControlSpec {
+    /// Computed torque at 1 kHz, in single precision as on the chip.
+    pub(crate) fn default_for(robot: &Robot) -> Self {
+        Self {
+            rate: 1000.0,
+            law: Law::ComputedTorque,
+            natural_frequency: vec![30.0; robot.dof()],
+            damping: vec![1.0; robot.dof()],
+            trig: Method::Polynomial,
+            scalar: ScalarChoice::F32,
+            observer_bandwidth: 500.0,
+            age_max: 2,
+            position_margin: 0.05,
+            velocity_factor: 1.5,
+        }
+    }
+}
+
+impl PlantSpec {
+    /// The world that the model describes, with the friction of the robot file, integrated four times a tick.
+    pub(crate) fn default_for(robot: &Robot, model: &ModelSpec, control: &ControlSpec, start: &[f64]) -> Self {
+        let constant = |gravity: Term<Vector3<f64>>| match gravity {
+            Term::Constant(gravity) => gravity,
+            Term::Absent | Term::Live => FLOOR,
+        };
+        Self {
+            step: 0.25 / control.rate,
+            payload: match model.payload {
+                Term::Constant(body) => Some(body),
+                Term::Absent | Term::Live => None,
+            },
+            tip_wrench: match model.tip_wrench {
+                Term::Constant(wrench) => Some(wrench),
+                Term::Absent | Term::Live => None,
+            },
+            friction: robot.joints.iter().any(|joint| joint.friction.is_some()),
+            gravity: constant(model.gravity),
+            start: start.to_vec(),
+        }
+    }
+}
+
+pub(super) fn default_scene(robot: Robot) -> SceneFile {
+    let start: Vec<f64> = robot.joints.iter().map(rest).collect();
+    let aside: Vec<f64> = robot.joints.iter().zip(&start).map(|(joint, q)| q + swing(joint, *q)).collect();
+    // A quintic from rest to rest peaks at 15/8 of its mean speed; half the velocity limit leaves room.
+    let slowest = robot.joints.iter().zip(start.iter().zip(&aside));
+    let duration = slowest.map(|(joint, (a, b))| 1.875 * (b - a).abs() / (0.5 * joint.spec.limits.velocity));
+    let duration = Some(duration.fold(1.0, f64::max));
+    let point = |q: &[f64], duration| ViaPoint { q: q.to_vec(), duration, dwell: 0.0 };
+    let model = ModelSpec::default_for(&robot);
+    let control = ControlSpec::default_for(&robot);
+    SceneFile {
+        name: robot.name.clone(),
+        path: PathBuf::new(),
+        duration: None,
+        seed: 0,
+        plant: PlantSpec::default_for(&robot, &model, &control, &start),
+        motion: MotionSpec::Quintic {
+            points: vec![point(&start, None), point(&aside, duration), point(&start, duration)],
+            acceleration: None,
+            repeat: false,
+        },
+        model,
+        control,
+        sensors: SensorSpec::default(),
+        actuators: ActuatorSpec::default(),
+        robot,
+    }
+}
+
+/// Zero where the limits allow it, else the middle between them, else the limit there is.
+fn rest(joint: &RobotJoint) -> f64 {
+    let (lo, hi) = joint.spec.limits.position;
+    if lo <= 0.0 && 0.0 <= hi {
+        0.0
+    } else if lo.is_finite() && hi.is_finite() {
+        0.5 * (lo + hi)
+    } else if lo.is_finite() {
+        lo
+    } else {
+        hi
+    }
+}
+
+/// To the side with more room, at most half of it: half a radian or 10 cm.
+fn swing(joint: &RobotJoint, q: f64) -> f64 {
+    let (lo, hi) = joint.spec.limits.position;
+    let far: f64 = match joint.spec.kind {
+        JointKind::Revolute => 0.5,
+        JointKind::Prismatic => 0.1,
+    };
+    if hi - q >= q - lo { far.min(0.5 * (hi - q)) } else { -far.min(0.5 * (q - lo)) }
+}

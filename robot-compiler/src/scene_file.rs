@@ -1,0 +1,294 @@
+//! The TOML form of a scene file.
+
+use crate::body_fields::{body, wrench};
+use crate::diagnostics::{FileError, Source};
+use crate::reader::{Table, Value, parse};
+use crate::robot::{Robot, physical_body, read_text};
+use crate::scene::{ActuatorSpec, ControlSpec, ModelSpec, PlantSpec, ScalarChoice, SceneFile, SensorSpec};
+use dynamics_core::control::Law;
+use dynamics_core::trig::Method;
+use dynamics_core::{Body, Term};
+use nalgebra::Vector3;
+use std::path::Path;
+
+mod motion;
+
+const SCENE_KEYS: [&str; 11] =
+    ["name", "robot", "tip", "duration", "seed", "model", "control", "motion", "plant", "sensors", "actuators"];
+const GRAVITY: &str = "the gravitational acceleration [x, y, z] in m/s^2";
+
+pub(crate) fn load(path: &Path) -> Result<SceneFile, FileError> {
+    let source = read_text(path)?;
+    let mut scene = read(&source, path.parent().unwrap_or(Path::new("")))?;
+    path.clone_into(&mut scene.path);
+    Ok(scene)
+}
+
+/// `folder` is what the path of the robot file is relative to.
+fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
+    let document = parse(source)?;
+    let root = Table::root(source, &document);
+    root.only(&SCENE_KEYS)?;
+    let name = root.require("name", "the scene's name")?;
+    let robot = robot(&root, folder)?;
+    let model = root.table("model")?.map_or_else(|| Ok(ModelSpec::default_for(&robot)), |t| model(&t, &robot))?;
+    let control =
+        root.table("control")?.map_or_else(|| Ok(ControlSpec::default_for(&robot)), |t| control(&t, &robot))?;
+    let motion_table = root.require("motion", "a [motion] table")?.table()?;
+    let motion = motion::read(&motion_table, &robot)?;
+    let empty = root.empty("plant");
+    let plant = plant(&root.table("plant")?.unwrap_or(empty), &robot, &model, &control, motion.start())?;
+    let scene = SceneFile {
+        name: name.string("the scene's name")?.to_owned(),
+        path: Path::new(&source.file).to_path_buf(),
+        duration: root.get("duration").map(|value| value.positive_up_to(1e5, "a time in s, above zero")).transpose()?,
+        seed: root.get("seed").map_or(Ok(0), |value| value.whole(i64::MAX as u64, "a whole number of zero or more"))?,
+        sensors: root.table("sensors")?.map_or(Ok(SensorSpec::default()), |t| sensors(&t, &robot))?,
+        actuators: root.table("actuators")?.map_or(Ok(ActuatorSpec::default()), |t| actuators(&t))?,
+        model,
+        control,
+        motion,
+        plant,
+        robot,
+    };
+    motion::check(&scene, &motion_table)?;
+    Ok(scene)
+}
+
+fn robot(root: &Table<'_>, folder: &Path) -> Result<Robot, FileError> {
+    let named = root.require("robot", "the path of a robot file, relative to this file")?;
+    let path = folder.join(named.string("the path of a robot file, relative to this file")?);
+    if !path.is_file() {
+        let problem = format!("there is no file {}", path.display());
+        return Err(named.error(problem, "the path of a robot file, relative to this file"));
+    }
+    let Some(tip) = root.get("tip") else {
+        return Robot::load(&path);
+    };
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        return Err(tip.error("given for a TOML robot, which has one chain only", "`tip` only with a URDF robot"));
+    }
+    Robot::from_urdf(&path, Some(tip.string("the name of the link that the chain ends at")?))
+}
+
+/// `"absent"`, `"live"`, or what `constant` makes of any other value.
+fn term<T>(value: &Value<'_>, constant: impl FnOnce(&Value<'_>) -> Result<T, FileError>) -> Result<Term<T>, FileError> {
+    if value.is_string() {
+        value.choice(&[("absent", false), ("live", true)]).map(|live| if live { Term::Live } else { Term::Absent })
+    } else {
+        constant(value).map(Term::Constant)
+    }
+}
+
+/// A table of mass, centre and inertia that some mass distribution could have.
+fn payload(value: &Value<'_>) -> Result<Body, FileError> {
+    let table = value.table()?;
+    table.only(&["mass", "com", "inertia"])?;
+    let body = body(&table)?;
+    physical_body(&body).map_err(|(problem, expected)| value.error(problem, expected))?;
+    Ok(body)
+}
+
+fn model(table: &Table<'_>, robot: &Robot) -> Result<ModelSpec, FileError> {
+    table.only(&["gravity", "payload", "tip_wrench", "rotor", "coriolis", "friction", "friction_smoothing"])?;
+    let mut model = ModelSpec::default_for(robot);
+    if let Some(value) = table.get("gravity") {
+        model.gravity = term(&value, |value| value.vector(GRAVITY))?;
+    }
+    if let Some(value) = table.get("payload") {
+        model.payload = term(&value, payload)?;
+    }
+    if let Some(value) = table.get("tip_wrench") {
+        model.tip_wrench = term(&value, |value| wrench(&value.table()?))?;
+    }
+    if let Some(value) = table.get("rotor") {
+        let choices = [("absent", Term::Absent), ("constant", Term::Constant(())), ("live", Term::Live)];
+        model.rotor = value.choice(&choices)?;
+    }
+    if let Some(value) = table.get("coriolis") {
+        model.coriolis = term(&value, |value| value.numbers(robot.dof(), &per_joint_text(robot, "a velocity")))?;
+    }
+    if let Some(value) = table.get("friction") {
+        model.friction = value.choice(&[("feedforward", true), ("absent", false)])?;
+        if model.friction && robot.joints.iter().all(|joint| joint.friction.is_none()) {
+            return Err(
+                value.error("no joint of the robot has friction", "`friction` in the robot file, or \"absent\"")
+            );
+        }
+    }
+    if let Some(value) = table.get("friction_smoothing") {
+        const EXPECTED: &str = "a speed in rad/s or m/s, at least 1e-6";
+        model.friction_smoothing = value.at_least(1e-6, EXPECTED)?;
+    }
+    Ok(model)
+}
+
+fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
+    table.only(&[
+        "rate",
+        "law",
+        "natural_frequency",
+        "damping",
+        "trig",
+        "scalar",
+        "observer_bandwidth",
+        "age_max",
+        "guard",
+    ])?;
+    let mut control = ControlSpec::default_for(robot);
+    let number = |key, max, expected, default| table.get(key).map_or(Ok(default), |v| v.positive_up_to(max, expected));
+    control.rate = number("rate", 1e5, "a rate in Hz, above zero and at most 1e5", control.rate)?;
+    let bandwidth = "a bandwidth in rad/s, above zero and at most 1e6";
+    control.observer_bandwidth = number("observer_bandwidth", 1e6, bandwidth, control.observer_bandwidth)?;
+    if let Some(value) = table.get("law") {
+        control.law = value.choice(&[
+            ("computed-torque", Law::ComputedTorque),
+            ("pd", Law::Pd),
+            ("pd-gravity", Law::PdGravity),
+            ("feedforward", Law::Feedforward),
+        ])?;
+    }
+    if let Some(value) = table.get("trig") {
+        control.trig = value.choice(&[("polynomial", Method::Polynomial), ("libm", Method::Libm)])?;
+    }
+    if let Some(value) = table.get("scalar") {
+        control.scalar = value.choice(&[("f32", ScalarChoice::F32), ("f64", ScalarChoice::F64)])?;
+    }
+    if let Some(value) = table.get("natural_frequency") {
+        let one = |value: &Value<'_>| value.positive_up_to(1e4, "a frequency in rad/s, above zero and at most 1e4");
+        control.natural_frequency = per_joint(&value, robot, "a frequency in rad/s", one)?;
+    }
+    if let Some(value) = table.get("damping") {
+        let one = |value: &Value<'_>| value.positive_up_to(1e3, "a damping ratio, above zero and at most 1e3");
+        control.damping = per_joint(&value, robot, "a damping ratio", one)?;
+    }
+    if let Some(value) = table.get("age_max") {
+        control.age_max = value.whole(1_000_000, "a whole number of ticks, at most 1,000,000")? as u32;
+    }
+    if let Some(guard) = table.table("guard")? {
+        guard.only(&["position_margin", "velocity_factor"])?;
+        if let Some(value) = guard.get("position_margin") {
+            control.position_margin = value.not_negative("a margin in rad or m, zero or more")?;
+        }
+        if let Some(value) = guard.get("velocity_factor") {
+            control.velocity_factor = value.at_least(1.0, "a factor of at least 1 on the velocity limit")?;
+        }
+    }
+    Ok(control)
+}
+
+fn plant(
+    table: &Table<'_>,
+    robot: &Robot,
+    model: &ModelSpec,
+    control: &ControlSpec,
+    start: &[f64],
+) -> Result<PlantSpec, FileError> {
+    table.only(&["step", "payload", "tip_wrench", "friction", "gravity", "start"])?;
+    let mut plant = PlantSpec::default_for(robot, model, control, start);
+    if let Some(value) = table.get("step") {
+        plant.step = step(&value, 1.0 / control.rate)?;
+    }
+    if let Some(value) = table.get("payload") {
+        plant.payload = absent_or(&value, payload)?;
+    }
+    if let Some(value) = table.get("tip_wrench") {
+        plant.tip_wrench = absent_or(&value, |value| wrench(&value.table()?))?;
+    }
+    if let Some(value) = table.get("friction") {
+        plant.friction = value.boolean()?;
+        if plant.friction && robot.joints.iter().all(|joint| joint.friction.is_none()) {
+            return Err(value.error("no joint of the robot has friction", "`friction` in the robot file, or false"));
+        }
+    }
+    if let Some(value) = table.get("gravity") {
+        plant.gravity = absent_or(&value, |value| value.vector(GRAVITY))?.unwrap_or(Vector3::zeros());
+    }
+    if let Some(value) = table.get("start") {
+        plant.start = value.numbers(robot.dof(), &per_joint_text(robot, "a position"))?;
+        for (index, (item, q)) in value.array("")?.iter().zip(&plant.start).enumerate() {
+            let (lo, hi) = robot.joints[index].spec.limits.position;
+            if *q < lo || *q > hi {
+                let label = Robot::joint_label(index, &robot.joints[index].name);
+                return Err(item.error(format!("{q} is outside the limits of {label}"), format!("{lo} to {hi}")));
+            }
+        }
+    }
+    Ok(plant)
+}
+
+/// The control period must be a whole multiple of the plant's step.
+fn step(value: &Value<'_>, period: f64) -> Result<f64, FileError> {
+    let step = value.positive_up_to(period * (1.0 + 1e-9), "a step in s, at most the control period")?;
+    let ratio = period / step;
+    let expected = "a step that the control period is a whole multiple of, 1 to 10,000 times";
+    if ratio > 10_000.5 || (ratio - ratio.round()).abs() > 1e-6 * ratio {
+        return Err(value.error(format!("the control period {period} s is {ratio} times this"), expected));
+    }
+    Ok(step)
+}
+
+fn absent_or<T>(
+    value: &Value<'_>,
+    present: impl FnOnce(&Value<'_>) -> Result<T, FileError>,
+) -> Result<Option<T>, FileError> {
+    if value.is_string() {
+        value.choice(&[("absent", ())])?;
+        return Ok(None);
+    }
+    present(value).map(Some)
+}
+
+fn sensors(table: &Table<'_>, robot: &Robot) -> Result<SensorSpec, FileError> {
+    table.only(&["encoder", "position_noise", "velocity_noise", "delay"])?;
+    let mut sensors = SensorSpec::default();
+    if let Some(value) = table.get("encoder") {
+        sensors.encoder = value.boolean()?;
+        let without = robot.joints.iter().position(|joint| joint.encoder.is_none());
+        if let (true, Some(index)) = (sensors.encoder, without) {
+            let label = Robot::joint_label(index, &robot.joints[index].name);
+            let problem = format!("{label} has no encoder");
+            return Err(value.error(problem, "`encoder = { counts_per_turn = ... }` on every joint of the robot"));
+        }
+    }
+    let noise = |key, expected| table.get(key).map_or(Ok(0.0), |value| value.not_negative(expected));
+    sensors.position_noise = noise("position_noise", "a noise of zero or more, rms in rad or m")?;
+    sensors.velocity_noise = noise("velocity_noise", "a noise of zero or more, rms in rad/s or m/s")?;
+    sensors.delay = delay(table)?;
+    Ok(sensors)
+}
+
+fn actuators(table: &Table<'_>) -> Result<ActuatorSpec, FileError> {
+    table.only(&["saturation", "lag", "delay"])?;
+    Ok(ActuatorSpec {
+        saturation: table.get("saturation").map_or(Ok(false), |value| value.boolean())?,
+        lag: table.get("lag").map_or(Ok(0.0), |value| value.not_negative("a time constant of zero or more, s"))?,
+        delay: delay(table)?,
+    })
+}
+
+fn delay(table: &Table<'_>) -> Result<u32, FileError> {
+    let ticks = table.get("delay").map_or(Ok(0), |value| value.whole(1000, "a whole number of ticks, at most 1000"))?;
+    Ok(ticks as u32)
+}
+
+/// One number for all joints, or one for each.
+fn per_joint(
+    value: &Value<'_>,
+    robot: &Robot,
+    what: &str,
+    one: impl Fn(&Value<'_>) -> Result<f64, FileError>,
+) -> Result<Vec<f64>, FileError> {
+    if !value.is_array() {
+        return Ok(vec![one(value)?; robot.dof()]);
+    }
+    value.numbers(robot.dof(), &per_joint_text(robot, what))?;
+    value.array("")?.iter().map(one).collect()
+}
+
+fn per_joint_text(robot: &Robot, what: &str) -> String {
+    match robot.dof() {
+        1 => format!("{what} for the one joint"),
+        n => format!("{what} for each of the {n} joints"),
+    }
+}
