@@ -193,8 +193,8 @@ impl<S: Real, const N: usize> Motion<S, N> {
 
     /// Greatest speed and acceleration of each joint over the whole motion.
     ///
-    /// Exact up to rounding for all but the sweep, whose peaks are never understated and overstated by less than 1 % (see
-    /// [`Sweep`]).
+    /// Exact up to rounding for all but the sweep, whose peaks are never understated and overstated by 1 % at most where its
+    /// ramps are not too short (see [`Sweep`]).
     #[must_use]
     pub fn peaks(&self) -> Peaks<S, N> {
         match self {

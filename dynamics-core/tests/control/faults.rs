@@ -11,6 +11,9 @@ fn settings() -> ControllerConfig<f64, 2> {
     settings
 }
 
+/// The fault and its code.
+type Expected = Option<(Fault, u8)>;
+
 type Case = (Reference<f64, 2>, Measurement<f64, 2>);
 
 fn good() -> Case {
@@ -32,7 +35,7 @@ fn aged(age_ticks: u32) -> Case {
 }
 
 /// Every cause next to its nearest innocent neighbour.
-fn table() -> Vec<(&'static str, Case, Option<(Fault, u8)>)> {
+fn table() -> Vec<(&'static str, Case, Expected)> {
     let (nan, inf) = (f64::NAN, f64::INFINITY);
     let measurement = |joint| Some((Fault::NonFiniteMeasurement { joint }, 1));
     let wanted = |joint| Some((Fault::NonFiniteReference { joint }, 2));

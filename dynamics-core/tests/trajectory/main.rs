@@ -1,0 +1,11 @@
+//! Reference motions: smooth, exact at their ends, inside their bounds, and refused when they cannot be.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on should say so")]
+#![allow(clippy::float_cmp, reason = "ends of motions are promised to the bit")]
+
+mod quintic;
+mod refused;
+mod scaling;
+mod support;
+mod sweep;
+mod torque;
+mod trapezoid;
