@@ -121,8 +121,6 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
             },
         };
         self.memory.fault = Some(fault);
-        // A fault also forgets the torque: after a reset the brakes have held, and the rate limit starts afresh.
-        self.memory.torque = None;
         Command::Brake(fault)
     }
 
@@ -136,7 +134,8 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
         self.memory.fault.get_or_insert(Fault::StaleMeasurement);
     }
 
-    /// Forget the fault, the observer's estimate and the last torque.
+    /// Forget the fault, the observer's estimate and the last torque: the brakes have held meanwhile, so the torque-rate
+    /// limit starts afresh.
     pub fn reset(&mut self) {
         self.memory = Memory::new();
     }

@@ -1,8 +1,8 @@
 //! The tracking observer: its poles, its lag, and encoder counts that wrap.
 
-use crate::support::{config, controller, driven};
+use crate::support::{Desk, UnitMasses, config, controller, driven};
 use dynamics_core::control::{Encoder, Law, TrackingObserver};
-use dynamics_core::{Measurement, Reference, Sensed};
+use dynamics_core::{Controller, Measurement, Reference, Sensed};
 
 const BANDWIDTH: f64 = 150.0;
 const PERIOD: f64 = 1e-3;
@@ -120,4 +120,22 @@ fn counts_after_a_measured_state_start_the_observer_afresh() {
     let after = driven(switched.tick(&still, &fresh(Sensed::Counts([10_000; 2]))));
     let mut new = controller(config(Law::ComputedTorque));
     assert_eq!(after, driven(new.tick(&still, &fresh(Sensed::Counts([10_000; 2])))));
+}
+
+#[test]
+fn the_controller_tells_the_observer_what_its_reference_asks_for() {
+    // A joint that follows a constant acceleration exactly: without lag, feedback has nothing to add.
+    let per_count = 1e-9;
+    let mut settings = config(Law::ComputedTorque);
+    settings.encoder = [Encoder { zero: 0, per_count }];
+    let mut controller = Controller::new(settings, UnitMasses::default(), Desk);
+    let acceleration = 3.0;
+    for tick in 0..200 {
+        let t = f64::from(tick) * PERIOD;
+        let reference = Reference { q: [0.5 * acceleration * t * t], qd: [acceleration * t], qdd: [acceleration] };
+        let counts = Sensed::Counts([(reference.q[0] / per_count).round() as i32]);
+        let (torque, _) = driven(controller.tick(&reference, &Measurement { sensed: counts, age_ticks: 0 }));
+        // The untold observer of this bandwidth would lag by 2 a / 200 in velocity, and Kd = 36 makes that a torque of 1.
+        assert!((torque[0] - acceleration).abs() < 1e-3, "torque {} in tick {tick}", torque[0]);
+    }
 }

@@ -6,6 +6,9 @@ use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec,
 const VELOCITY: [f64; 2] = [1.3, 2.1];
 const GENTLE: [f64; 2] = [3.0, 0.9];
 
+/// The most of a bound that a motion may use: the stated margin, but for the rounding of a double.
+const INSIDE: f64 = 1.0 - 0.999 * Bounds::<f64, 2>::MARGIN;
+
 fn bounds() -> Bounds<f64, 2> {
     Bounds { velocity: VELOCITY, ..Bounds::none() }
 }
@@ -37,10 +40,10 @@ fn a_motion_without_durations_is_as_fast_as_the_bounds_allow() {
     for bounds in [bounds(), bounds().with_acceleration(GENTLE)] {
         let motion = Motion::quintic(&points(), Timing::Fastest, &bounds).unwrap();
         let used = used(&motion, &bounds);
-        assert!((0.99998..=1.0).contains(&used), "{used}");
+        assert!((0.99998..=INSIDE).contains(&used), "{used}");
         for fitted in motions().map(|motion| motion.fastest(&bounds).unwrap()) {
             let used = self::used(&fitted, &bounds);
-            assert!((0.99..=1.0).contains(&used), "{used} of {fitted:?}");
+            assert!((0.99..=INSIDE).contains(&used), "{used} of {fitted:?}");
             assert!((fitted.time_scale(&bounds).unwrap() - 1.0).abs() < 1.1 * Bounds::<f64, 2>::MARGIN);
         }
     }
