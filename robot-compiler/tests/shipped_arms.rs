@@ -1,0 +1,101 @@
+//! The arms in `robots/`, read from their files, against Pinocchio (`golden/make.py`).
+#![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
+
+use dynamics_core::forward_dynamics::forward_dynamics;
+use dynamics_core::kinematics::tip_pose;
+use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Term, Trig, Wrench};
+use nalgebra::Vector3;
+use robot_compiler::{Robot, with_dof};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn numbers<const N: usize>(value: &Value) -> [f64; N] {
+    core::array::from_fn(|i| value[i].as_f64().unwrap())
+}
+
+/// Largest difference over the largest entry wanted.
+fn assert_close(found: &[f64], wanted: &[f64], what: &str) {
+    let size = wanted.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(f64::MIN_POSITIVE);
+    for (f, w) in found.iter().zip(wanted) {
+        assert!((f - w).abs() <= 1e-11 * size, "{what}: {found:?}, wanted {wanted:?}");
+    }
+}
+
+fn check<const N: usize>(robot: &Robot, golden: &Value) {
+    let model = robot.model::<N>().unwrap();
+    let gravity = Vector3::from(numbers::<3>(&golden["gravity"]));
+    let dynamics = Dynamics::new(model, Scene::with_gravity(gravity, &model));
+    let still = [0.0; N];
+    let states = golden["states"].as_array().unwrap();
+    assert!(states.len() >= 20);
+    for (index, state) in states.iter().enumerate() {
+        let [q, qd, qdd, tau_in] = ["q", "qd", "qdd", "tau_in"].map(|key| numbers::<N>(&state[key]));
+        let what = |quantity: &str| format!("{} state {index} {quantity}", robot.name);
+        let turn = Libm.sin_cos_all(&q);
+        let tau = |d: &Dynamics<f64, N>, qd, qdd| d.inverse_dynamics(&turn, &q, qd, qdd, &Live::zero());
+        assert_close(&tau(&dynamics, &qd, &qdd), &numbers::<N>(&state["tau"]), &what("tau"));
+        assert_close(&tau(&dynamics, &still, &still), &numbers::<N>(&state["gravity"]), &what("gravity"));
+        let matrix = mass_matrix(&dynamics, &turn, &q, &Live::zero());
+        let wanted: Vec<f64> = (0..N).flat_map(|row| numbers::<N>(&state["M"][row])).collect();
+        assert_close(matrix.as_slice(), &wanted, &what("M"));
+        let qdd_fd = forward_dynamics(&dynamics, &turn, &q, &qd, &tau_in, &Live::zero()).unwrap();
+        assert_close(&qdd_fd, &numbers::<N>(&state["qdd_fd"]), &what("qdd_fd"));
+        let w = numbers::<6>(&state["wrench_tip"]);
+        let wrench = Wrench { force: Vector3::new(w[0], w[1], w[2]), moment: Vector3::new(w[3], w[4], w[5]) };
+        let pushed = Dynamics::new(model, Scene { tip_wrench: Term::Constant(wrench), ..*dynamics.scene() });
+        assert_close(&tau(&pushed, &qd, &qdd), &numbers::<N>(&state["tau_wrench"]), &what("tau_wrench"));
+        let tip = tip_pose(&model, &turn, &q);
+        assert_close(tip.translation.as_slice(), &numbers::<3>(&state["tip_p"]), &what("tip_p"));
+    }
+}
+
+fn agrees(name: &str) {
+    let robot = Robot::load(&workspace().join(format!("robots/{name}.toml"))).unwrap();
+    let text = std::fs::read_to_string(workspace().join(format!("golden/shipped/{name}.json"))).unwrap();
+    let golden: Value = serde_json::from_str(&text).unwrap();
+    with_dof!(robot.dof(), N => check::<N>(&robot, &golden));
+}
+
+#[test]
+fn puma_560_agrees_with_pinocchio() {
+    agrees("puma560");
+}
+
+#[test]
+fn ur5_agrees_with_pinocchio() {
+    agrees("ur5");
+}
+
+#[test]
+fn the_stanford_arm_agrees_with_pinocchio() {
+    agrees("stanford");
+}
+
+#[test]
+fn the_scara_agrees_with_pinocchio() {
+    agrees("scara");
+}
+
+#[test]
+fn planar_arms_agree_with_pinocchio() {
+    agrees("planar2r");
+    agrees("planar3r");
+}
+
+/// An arm added to `robots/` without reference data would go untested.
+#[test]
+fn every_arm_that_ships_has_reference_data() {
+    for entry in std::fs::read_dir(workspace().join("robots")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            let golden = workspace().join("golden/shipped").join(path.with_extension("json").file_name().unwrap());
+            assert!(golden.is_file(), "no {}", golden.display());
+        }
+    }
+}
