@@ -96,11 +96,11 @@ impl Item {
         }
     }
 
-    /// rustfmt fills lines with the entries of an array when none is longer than ten characters.
+    /// rustfmt fills lines with the entries of a list or the arguments of a call when none is longer than ten characters.
     fn is_short_list(&self) -> bool {
         const SHORT: usize = 10;
         match self {
-            Self::Group { open, parts, .. } if open == "[" => {
+            Self::Group { spaced: false, parts, .. } => {
                 parts.iter().all(|part| matches!(part, Self::Word(text) if text.len() <= SHORT))
             }
             _ => false,

@@ -1,0 +1,195 @@
+//! The robots and scenes that ship.
+#![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
+#![allow(clippy::panic, reason = "a test names the file that fails")]
+
+use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
+use nalgebra::Vector3;
+use robot_compiler::{Robot, SceneFile, emit, with_dof};
+
+mod common;
+
+use common::{files, top};
+
+fn scenes() -> Vec<SceneFile> {
+    let scenes = files(&top("scenes"), &["toml"]);
+    assert!(scenes.len() >= 10, "found {}", scenes.len());
+    scenes.iter().map(|path| SceneFile::load(path).unwrap_or_else(|error| panic!("{error}"))).collect()
+}
+
+#[test]
+fn every_robot_loads_and_names_its_source() {
+    let robots = files(&top("robots"), &["toml"]);
+    let names: Vec<String> = robots.iter().map(|path| path.file_stem().unwrap().to_string_lossy().into()).collect();
+    assert_eq!(names, ["planar2r", "planar3r", "puma560", "scara", "stanford", "ur5"]);
+    for path in robots {
+        let robot = Robot::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert!(robot.source.len() > 20, "{}", path.display());
+        assert!(robot.joints.iter().all(|joint| joint.encoder.is_some()), "{}", path.display());
+        with_dof!(robot.dof(), N => { robot.model::<N>().unwrap(); });
+    }
+}
+
+#[test]
+fn only_the_puma_needs_leave_to_be_unphysical() {
+    for path in files(&top("robots"), &["toml"]) {
+        let robot = Robot::load(&path).unwrap();
+        assert_eq!(robot.allow_unphysical.is_some(), robot.name == "Puma 560", "{}", robot.name);
+    }
+}
+
+#[test]
+fn every_scene_gives_a_motion_a_configuration_and_a_hash_of_its_own() {
+    let mut hashes = Vec::new();
+    for scene in scenes() {
+        with_dof!(scene.robot.dof(), N => {
+            let model = scene.robot.model::<N>().unwrap();
+            let motion = scene.trajectory(&model).unwrap();
+            assert!((0.2..20.0).contains(&motion.duration()), "{}: {} s", scene.name, motion.duration());
+            assert_eq!(motion.start().q, <[f64; N]>::try_from(scene.motion.start()).unwrap());
+            let config = scene.controller_config(&model);
+            assert!(config.gains.iter().all(|gains| gains.inertia > 0.0), "{}", scene.name);
+            assert!(!scene.sensors.encoder || config.encoder.iter().all(|encoder| encoder.per_count > 0.0));
+            hashes.push((scene.name.clone(), scene.hash(&model)));
+        });
+    }
+    for (i, (name, hash)) in hashes.iter().enumerate() {
+        for (other, same) in &hashes[..i] {
+            // Same arm, same controller, another motion or world: the very same tick.
+            let alike = ["puma560_pick", "puma560_wrong_payload"];
+            assert!(
+                hash != same || alike.contains(&name.as_str()) && alike.contains(&other.as_str()),
+                "{name} {other}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_robot_without_a_scene_gets_one_that_works() {
+    for path in files(&top("robots"), &["toml"]) {
+        let scene = SceneFile::default_for(Robot::load(&path).unwrap());
+        with_dof!(scene.robot.dof(), N => {
+            let model = scene.robot.model::<N>().unwrap();
+            let motion = scene.trajectory(&model).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+            assert!(motion.duration() >= 2.0);
+        });
+    }
+}
+
+#[test]
+fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
+    let scene = SceneFile::load(&top("scenes/puma560_pick.toml")).unwrap();
+    let hash = |scene: &SceneFile| scene.hash(&scene.robot.model::<6>().unwrap());
+    let changed = |change: &dyn Fn(&mut SceneFile)| {
+        let mut other = scene.clone();
+        change(&mut other);
+        hash(&other)
+    };
+    let same = hash(&scene);
+    let mut felt = vec![
+        changed(&|s| s.control.law = dynamics_core::control::Law::Pd),
+        changed(&|s| s.control.trig = dynamics_core::trig::Method::Libm),
+        changed(&|s| s.control.rate = 2000.0),
+        changed(&|s| s.control.damping[3] = 0.9),
+        changed(&|s| s.control.age_max = 3),
+        changed(&|s| s.control.observer_bandwidth = 601.0),
+        changed(&|s| s.model.friction = false),
+        changed(&|s| s.model.rotor = dynamics_core::Term::Live),
+        changed(&|s| s.model.gravity = dynamics_core::Term::Constant(Vector3::new(0.0, 0.0, -9.810_001))),
+        changed(&|s| s.robot.joints[5].spec.body.mass = 0.090_000_01),
+        changed(&|s| s.robot.joints[0].spec.limits.torque = 97.7),
+        changed(&|s| s.robot.joints[2].encoder = None),
+    ];
+    felt.push(same);
+    felt.sort_unstable();
+    felt.dedup();
+    assert_eq!(felt.len(), 13, "two changes gave one hash");
+    let unfelt = [
+        changed(&|s| s.name = "other".to_owned()),
+        changed(&|s| s.seed = 7),
+        changed(&|s| s.plant.payload = None),
+        changed(&|s| s.sensors.position_noise = 1.0),
+        changed(&|s| s.control.scalar = robot_compiler::scene::ScalarChoice::F64),
+        // Below the resolution of single precision.
+        changed(&|s| s.robot.joints[5].spec.body.mass = 0.09 + 1e-13),
+    ];
+    assert_eq!(unfelt, [same; 6]);
+}
+
+/// Five states of three arms against numbers that no part of this project made.
+#[test]
+fn shipped_robots_give_the_torques_of_outside_computations() {
+    let text = include_str!("data/golden_states.txt");
+    let mut rows = 0;
+    for line in text.lines().filter(|line| !line.starts_with('#')) {
+        let fields: Vec<&str> = line.split("; ").collect();
+        let robot = Robot::load(&top("robots").join(format!("{}.toml", fields[0]))).unwrap();
+        with_dof!(robot.dof(), N => check_state::<N>(&robot, &fields));
+        rows += 1;
+    }
+    assert_eq!(rows, 15);
+}
+
+fn check_state<const N: usize>(robot: &Robot, fields: &[&str]) {
+    let numbers = |index: usize| -> [f64; N] {
+        let list: Vec<f64> = fields[index].split(' ').map(|word| word.parse().unwrap()).collect();
+        list.try_into().unwrap()
+    };
+    let [q, qd, qdd, tau, inertia] = [1, 2, 3, 4, 5].map(numbers);
+    let model = robot.model::<N>().unwrap();
+    let down =
+        if robot.name.starts_with("planar") { Vector3::new(0.0, -9.81, 0.0) } else { Vector3::new(0.0, 0.0, -9.81) };
+    let dynamics = Dynamics::new(model, Scene::with_gravity(down, &model));
+    let turn = Libm.sin_cos_all(&q);
+    let found = dynamics.inverse_dynamics(&turn, &q, &qd, &qdd, &Live::zero());
+    let diagonal = mass_matrix(&dynamics, &turn, &q, &Live::zero()).diagonal();
+    let largest = |v: &[f64; N]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    for i in 0..N {
+        assert!(
+            (found[i] - tau[i]).abs() <= 1e-12 * largest(&tau),
+            "{} joint {}: {} {}",
+            robot.name,
+            i,
+            found[i],
+            tau[i]
+        );
+        assert!((diagonal[i] - inertia[i]).abs() <= 1e-12 * largest(&inertia), "{} joint {}", robot.name, i);
+    }
+}
+
+#[test]
+fn mass_in_the_gains_is_that_of_the_start() {
+    let scene = SceneFile::load(&top("scenes/planar2r_swing.toml")).unwrap();
+    let config = scene.controller_config(&scene.robot.model::<2>().unwrap());
+    // Two rods stretched out: m1 l1^2/3 + m2 (l1^2 + l1 l2 + l2^2/3), and m2 l2^2/3.
+    let outer = 1.5 * 0.8 * 0.8 / 3.0;
+    let inner = 2.0 / 3.0 + 1.5 * (1.0 + 0.8) + outer;
+    assert!((config.gains[0].inertia - inner).abs() < 1e-12 && (config.gains[1].inertia - outer).abs() < 1e-12);
+    assert_eq!(config.gains[0].position, 900.0);
+}
+
+#[test]
+fn emitted_source_is_as_rustfmt_would_leave_it() {
+    let folder = std::env::temp_dir().join(format!("newtau-emit-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for scene in scenes() {
+        let text = with_dof!(scene.robot.dof(), N => emit::arm_module(&scene, &scene.robot.model::<N>().unwrap()));
+        let path = folder.join(format!("{}.rs", scene.name));
+        std::fs::write(&path, &text).unwrap();
+        let mut rustfmt = std::process::Command::new("rustfmt");
+        rustfmt.args(["--edition", "2024", "--config", "max_width=120,use_small_heuristics=Max"]).arg(&path);
+        let Ok(status) = rustfmt.status() else {
+            println!("skipped: there is no rustfmt on this machine");
+            return;
+        };
+        assert!(status.success(), "{}", path.display());
+        let formatted = std::fs::read_to_string(&path).unwrap();
+        for (number, (ours, theirs)) in text.lines().zip(formatted.lines()).enumerate() {
+            assert_eq!(ours, theirs, "{} line {}", scene.name, number + 1);
+        }
+        assert_eq!(text, formatted, "{}", scene.name);
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
