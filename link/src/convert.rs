@@ -75,13 +75,13 @@ impl frame::Reference {
 impl frame::Frame {
     /// The answer to tick number `tick`: a command frame, or a fault frame when the controller brakes.
     #[must_use]
-    pub fn answer<const N: usize>(tick: u32, command: &Command<f32, N>, instructions: Option<u32>) -> Self {
+    pub fn answer<const N: usize>(tick: u32, command: &Command<f32, N>, cost: Option<frame::Cost>) -> Self {
         match command {
             Command::Drive { torque, limits } => Self::Command(frame::Command {
                 tick,
                 torque: joints(torque),
                 limits: joints(&limits.map(LimitFlags::bits)),
-                instructions,
+                cost,
             }),
             Command::Brake(fault) => Self::Fault(frame::Fault { tick, code: fault.code(), joint: fault.joint() }),
         }

@@ -41,14 +41,25 @@ impl Frame {
 }
 
 /// What a peer was built from. Both sides say it; they run only when it agrees.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
     /// Hash of the robot, the scene and the controller's configuration.
     pub robot: u64,
     /// Number of joints.
     pub joints: u8,
     /// Control rate, Hz.
-    pub rate_hz: u32,
+    pub rate_hz: f32,
+    /// What starts a tick: the host asks, the MCU repeats.
+    pub pacing: Pacing,
+}
+
+/// What starts a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Pacing {
+    /// Each measurement starts one: for an emulated chip, whose time runs on while the host computes.
+    LockStep,
+    /// The timer, at the control rate; a tick takes the newest measurement and knows its age.
+    Timer,
 }
 
 /// What the sensors say, and for which tick.
@@ -96,8 +107,17 @@ pub struct Command {
     pub torque: Joints<f32>,
     /// Limits that acted, as the bits of [`dynamics_core::control::LimitFlags`].
     pub limits: Joints<u8>,
-    /// Instructions that the controller's tick took, where the board can count them exactly.
-    pub instructions: Option<u32>,
+    /// What the controller's tick cost, where the board can count it exactly.
+    pub cost: Option<Cost>,
+}
+
+/// What a tick cost. Instructions and cycles are different things and never stand in one column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Cost {
+    /// Instructions executed, as the emulator counts them.
+    Instructions(u32),
+    /// Processor cycles, as the chip's own counter has them.
+    Cycles(u32),
 }
 
 /// Why the controller brakes.

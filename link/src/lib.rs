@@ -27,7 +27,9 @@ pub mod frame;
 
 pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
 pub use convert::JointCountMismatch;
-pub use frame::{Command, Fault, Frame, Hello, JOINTS_MAX, Joints, Measurement, Reference, Refusal, Sensed};
+pub use frame::{
+    Command, Cost, Fault, Frame, Hello, JOINTS_MAX, Joints, Measurement, Pacing, Reference, Refusal, Sensed,
+};
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
 pub const PROTOCOL_VERSION: u8 = 1;

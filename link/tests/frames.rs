@@ -3,8 +3,8 @@
 
 use link::codec::Received;
 use link::{
-    Command, DecodeError, Decoder, Encoder, Fault, Frame, Hello, Joints, Measurement, PACKET_MAX, Reference, Refusal,
-    Sensed,
+    Command, Cost, DecodeError, Decoder, Encoder, Fault, Frame, Hello, Joints, Measurement, PACKET_MAX, Pacing,
+    Reference, Refusal, Sensed,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -16,6 +16,14 @@ fn bits() -> impl Strategy<Value = f32> {
 
 fn joints<T: Clone + std::fmt::Debug>(one: impl Strategy<Value = T>) -> impl Strategy<Value = Joints<T>> {
     vec(one, 0..=6).prop_map(|values| Joints::from_slice(&values).unwrap())
+}
+
+fn cost() -> impl Strategy<Value = Option<Cost>> {
+    prop_oneof![
+        Just(None),
+        any::<u32>().prop_map(|n| Some(Cost::Instructions(n))),
+        any::<u32>().prop_map(|n| Some(Cost::Cycles(n))),
+    ]
 }
 
 fn frames() -> impl Strategy<Value = Frame> {
@@ -38,7 +46,8 @@ fn frames() -> impl Strategy<Value = Frame> {
         Just(Refusal::Unexpected),
     ];
     prop_oneof![
-        any::<(u64, u8, u32)>().prop_map(|(robot, joints, rate_hz)| Frame::Hello(Hello { robot, joints, rate_hz })),
+        ((any::<u64>(), any::<u8>(), bits()), prop_oneof![Just(Pacing::LockStep), Just(Pacing::Timer)])
+            .prop_map(|((robot, joints, rate_hz), pacing)| Frame::Hello(Hello { robot, joints, rate_hz, pacing })),
         (any::<u32>(), any::<u32>(), sensed)
             .prop_map(|(tick, age_ticks, sensed)| { Frame::Measurement(Measurement { tick, age_ticks, sensed }) }),
         (joints(bits()), joints(bits()), joints(bits())).prop_map(|(q, qd, qdd)| Frame::Reference(Reference {
@@ -46,9 +55,8 @@ fn frames() -> impl Strategy<Value = Frame> {
             qd,
             qdd
         })),
-        (any::<u32>(), joints(bits()), joints(any::<u8>()), any::<Option<u32>>()).prop_map(
-            |(tick, torque, limits, instructions)| Frame::Command(Command { tick, torque, limits, instructions })
-        ),
+        (any::<u32>(), joints(bits()), joints(any::<u8>()), cost())
+            .prop_map(|(tick, torque, limits, cost)| Frame::Command(Command { tick, torque, limits, cost })),
         any::<(u32, u8, Option<u8>)>().prop_map(|(tick, code, joint)| Frame::Fault(Fault { tick, code, joint })),
         refusal.prop_map(Frame::Refusal),
     ]

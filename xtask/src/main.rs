@@ -1,2 +1,112 @@
-//! Project tasks.
-fn main() {}
+//! Project tasks: `cargo xtask --help`.
+
+mod firmware;
+mod gate;
+mod process;
+mod qemu;
+mod setup;
+mod size;
+mod toolchain;
+
+use clap::{Parser, Subcommand};
+use firmware::Board;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Project tasks.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Install what is missing: the chip's target, the emulator, the test runner
+    Setup,
+    /// Build, run, measure or flash the firmware
+    Firmware {
+        #[command(subcommand)]
+        task: FirmwareTask,
+    },
+    /// Check that no soft double and no panic is reachable from the control tick
+    Gate {
+        #[command(flatten)]
+        what: What,
+    },
+}
+
+#[derive(clap::Args)]
+struct What {
+    /// The scene whose arm and controller are built in
+    #[arg(long, default_value = firmware::SCENE_DEFAULT)]
+    scene: PathBuf,
+    /// The board
+    #[arg(long, value_enum, default_value_t = Board::Netduinoplus2)]
+    board: Board,
+}
+
+#[derive(Subcommand)]
+enum FirmwareTask {
+    /// Build it, and print where the program lies
+    Build {
+        #[command(flatten)]
+        what: What,
+        /// Print the path alone, as the last line, for other programs
+        #[arg(long)]
+        message_path: bool,
+    },
+    /// Start it in the emulator and print its log
+    Run {
+        #[command(flatten)]
+        what: What,
+        /// Stop after so many seconds
+        #[arg(long)]
+        seconds: Option<u64>,
+    },
+    /// Print what it takes of flash and RAM, and hold it to firmware/budgets.toml
+    Size {
+        #[command(flatten)]
+        what: What,
+    },
+    /// Write it to a real board with probe-rs
+    Flash {
+        /// The scene whose arm and controller are built in
+        #[arg(long, default_value = firmware::SCENE_DEFAULT)]
+        scene: PathBuf,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().task) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(task: Task) -> anyhow::Result<()> {
+    match task {
+        Task::Setup => setup::all(),
+        Task::Gate { what } => gate::check(&what.scene),
+        Task::Firmware { task } => match task {
+            FirmwareTask::Build { what, message_path } => {
+                let elf = firmware::build(&what.scene, what.board)?;
+                if !message_path {
+                    print!("firmware for {} with {}: ", what.board, what.scene.display());
+                }
+                println!("{}", elf.display());
+                Ok(())
+            }
+            FirmwareTask::Run { what, seconds } => {
+                qemu::run(&firmware::build(&what.scene, what.board)?, seconds.map(Duration::from_secs))
+            }
+            FirmwareTask::Size { what } => size::check(&firmware::build(&what.scene, what.board)?, what.board),
+            FirmwareTask::Flash { scene } => firmware::flash(&scene),
+        },
+    }
+}

@@ -1,0 +1,169 @@
+//! The tasks and who owns what.
+//!
+//! | task | interrupt | priority | owns |
+//! |---|---|---|---|
+//! | `byte` | the link's receiver | 3 | the receiving half of the link |
+//! | `tick` | the control timer | 2 | timer, counter, joints |
+//! | `serve` | a vector that no peripheral uses | 1 | decoder, encoder, the sending half of the link |
+//!
+//! `serve` is pended, not spawned: pending it while it runs makes it run again, so no frame can be left lying.
+
+use crate::boards;
+use firmware::board::Board;
+
+#[cfg(feature = "odrive-v3")]
+use defmt_rtt as _;
+#[cfg(feature = "netduinoplus2")]
+use defmt_semihosting as _;
+
+#[cfg(all(feature = "netduinoplus2", feature = "odrive-v3"))]
+compile_error!("choose one board: `--no-default-features --features odrive-v3`");
+
+#[cfg(feature = "netduinoplus2")]
+type ThisBoard = boards::netduinoplus2::NetduinoPlus2;
+#[cfg(all(feature = "odrive-v3", not(feature = "netduinoplus2")))]
+type ThisBoard = boards::odrive_v3::OdriveV3;
+
+/// Braked and silent is the only safe thing left to do.
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    defmt::error!("panic: {}", defmt::Display2Format(info));
+    <ThisBoard as Board>::halt()
+}
+
+#[defmt::panic_handler]
+fn defmt_panic() -> ! {
+    <ThisBoard as Board>::halt()
+}
+
+#[rtic::app(device = crate::boards::pac, peripherals = true)]
+mod rtos {
+    use super::{Board, ThisBoard, boards};
+    use crate::arm;
+    use boards::pac::Interrupt;
+    use dynamics_core::scene::Dynamics;
+    use firmware::board::{JointIo, LinkInput, LinkOutput, Parts, Ticker};
+    use firmware::meter::Meter;
+    use firmware::session::{Reaction, Session, State};
+    use heapless::spsc::{Consumer, Producer, Queue};
+    use link::{Decoder, Encoder, Frame, Pacing};
+
+    /// Bytes between `byte` and `serve`: two whole packets, so that one can come in while another is read.
+    const BYTES: usize = 2 * link::PACKET_MAX;
+
+    type ArmSession = Session<{ arm::N }, Dynamics<f32, { arm::N }>, arm::Trig>;
+
+    #[shared]
+    struct Shared {
+        session: ArmSession,
+        ticker: <ThisBoard as Board>::Ticker,
+        joints: <ThisBoard as Board>::Joints,
+        answer: Option<Frame>,
+        overflow: bool,
+    }
+
+    #[local]
+    struct Local {
+        input: <ThisBoard as Board>::Input,
+        received: Producer<'static, u8>,
+        pending: Consumer<'static, u8>,
+        output: <ThisBoard as Board>::Output,
+        meter: Meter<<ThisBoard as Board>::Counter>,
+    }
+
+    #[init(local = [bytes: Queue<u8, BYTES> = Queue::new()])]
+    fn init(cx: init::Context) -> (Shared, Local) {
+        let Parts { input, output, ticker, counter, joints } = ThisBoard::start(cx.device, arm::RATE_HZ);
+        let meter = Meter::new(counter);
+        let (received, pending) = cx.local.bytes.split();
+        defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, ThisBoard::NAME, arm::N, arm::RATE_HZ);
+        if !meter.is_exact() {
+            defmt::warn!("no exact counter: the cost of a tick is not reported");
+        }
+        let session = Session::new(arm::hello(), arm::controller());
+        (
+            Shared { session, ticker, joints, answer: None, overflow: false },
+            Local { input, received, pending, output, meter },
+        )
+    }
+
+    /// One byte from the link.
+    #[task(binds = USART2, priority = 3, shared = [overflow], local = [input, received])]
+    fn byte(mut cx: byte::Context) {
+        let Some(byte) = cx.local.input.read() else { return };
+        if cx.local.received.enqueue(byte).is_err() {
+            cx.shared.overflow.lock(|overflow| *overflow = true);
+        }
+        if byte == 0 {
+            rtic::pend(Interrupt::EXTI0);
+        }
+    }
+
+    /// The control tick.
+    #[task(binds = TIM3, priority = 2, shared = [session, ticker, joints, answer], local = [meter])]
+    fn tick(cx: tick::Context) {
+        let tick::SharedResources { session, ticker, joints, answer, .. } = cx.shared;
+        let meter = cx.local.meter;
+        (session, ticker, joints, answer).lock(|session, ticker, joints, answer| {
+            ticker.acknowledge();
+            *answer = session.tick(meter);
+            if ticker.is_due() {
+                session.overrun();
+            }
+            if session.drives() { joints.release_brakes() } else { joints.brake() }
+        });
+        rtic::pend(Interrupt::EXTI0);
+    }
+
+    /// Read what came, say what is to be said.
+    #[task(
+        binds = EXTI0, priority = 1, shared = [session, ticker, joints, answer, overflow],
+        local = [pending, output, decoder: Decoder = Decoder::new(), encoder: Encoder = Encoder::new()]
+    )]
+    fn serve(mut cx: serve::Context) {
+        let serve::LocalResources { pending, output, decoder, encoder, .. } = cx.local;
+        let mut send = |frame: &Frame| {
+            if let Ok(packet) = encoder.encode(frame) {
+                output.write(&packet);
+            }
+        };
+        if let Some(frame) = cx.shared.answer.lock(Option::take) {
+            if let Frame::Fault(fault) = &frame {
+                defmt::warn!("fault {} in tick {}", fault.code, fault.tick);
+            }
+            send(&frame);
+        }
+        if cx.shared.overflow.lock(core::mem::take) {
+            defmt::warn!("bytes lost: the link is faster than they are read");
+        }
+        while let Some(byte) = pending.dequeue() {
+            let Some(received) = decoder.push(byte) else { continue };
+            if let Err(error) = &received {
+                defmt::warn!("not decoded: {}", defmt::Display2Format(error));
+            }
+            let reaction = cx.shared.session.lock(|session| session.receive(received));
+            match reaction {
+                Reaction::None => {}
+                Reaction::Tick => cx.shared.ticker.lock(Ticker::trigger),
+                Reaction::Reply(frame) => send(&frame),
+                Reaction::Start(pacing, hello) => {
+                    cx.shared.ticker.lock(|ticker| match pacing {
+                        Pacing::Timer => ticker.run(),
+                        Pacing::LockStep => ticker.hold(),
+                    });
+                    cx.shared.joints.lock(JointIo::brake);
+                    send(&hello);
+                }
+                Reaction::Stop(hello, refusal) => {
+                    cx.shared.ticker.lock(Ticker::hold);
+                    cx.shared.joints.lock(JointIo::brake);
+                    send(&hello);
+                    send(&refusal);
+                }
+            }
+            if cx.shared.session.lock(|session| session.state()) == State::Waiting {
+                cx.shared.answer.lock(|answer| *answer = None);
+            }
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! What a board must do. One file per board implements this; nothing else names the chip's registers.
+
+use crate::meter::Counter;
+
+/// Receiving half of the link.
+pub trait LinkInput {
+    /// The byte that has arrived, if one has. Called in the receive interrupt, which it also acknowledges.
+    fn read(&mut self) -> Option<u8>;
+}
+
+/// Sending half of the link.
+pub trait LinkOutput {
+    /// Send all bytes. Blocks; called below the priority of the tick.
+    fn write(&mut self, bytes: &[u8]);
+}
+
+/// The timer whose interrupt owns the control tick.
+pub trait Ticker {
+    /// Let the timer run at the control rate.
+    fn run(&mut self);
+
+    /// Hold the timer: ticks come from [`Ticker::trigger`] alone.
+    fn hold(&mut self);
+
+    /// Acknowledge the interrupt that started this tick.
+    fn acknowledge(&mut self);
+
+    /// Whether the next tick became due since [`Ticker::acknowledge`].
+    fn is_due(&self) -> bool;
+
+    /// Start one tick now, through the timer's own interrupt.
+    fn trigger(&mut self);
+}
+
+/// The way to the joints.
+///
+/// On the boards there are so far, measurements come and commands go over the link, so all that is left here is the
+/// line that must work without it.
+pub trait JointIo {
+    /// Release the drives and engage the brakes. Also called from the panic handler: at once, and from any state.
+    fn brake(&mut self);
+
+    /// The controller drives: let go of the brakes.
+    fn release_brakes(&mut self);
+}
+
+/// A started board, in the parts that different interrupts own.
+pub struct Parts<B: Board + ?Sized> {
+    /// Receiving half of the link.
+    pub input: B::Input,
+    /// Sending half of the link.
+    pub output: B::Output,
+    /// The control timer.
+    pub ticker: B::Ticker,
+    /// Counts what a tick costs.
+    pub counter: B::Counter,
+    /// The joints.
+    pub joints: B::Joints,
+}
+
+/// A board.
+pub trait Board {
+    /// The chip's peripherals.
+    type Peripherals;
+    /// Receiving half of the link.
+    type Input: LinkInput;
+    /// Sending half of the link.
+    type Output: LinkOutput;
+    /// The control timer.
+    type Ticker: Ticker;
+    /// Counts what a tick costs.
+    type Counter: Counter;
+    /// The joints.
+    type Joints: JointIo;
+
+    /// What people call it.
+    const NAME: &'static str;
+
+    /// Set up clocks, link and timers. Brakes are engaged and the control timer is held when this returns.
+    fn start(peripherals: Self::Peripherals, rate_hz: f32) -> Parts<Self>;
+
+    /// The last thing the program does: brakes engaged, nothing else runs.
+    fn halt() -> !;
+}

@@ -1,0 +1,139 @@
+//! QEMU's `netduinoplus2`: the emulated STM32F405.
+//!
+//! The clock controller reads zero there, so waiting for an oscillator or the PLL would never end: the clocks stay as
+//! the emulator has them. GPIO is not emulated, so there is no brake line: braking is what the fault frame says.
+//! Registers are set directly: the HAL's constructors wait for clocks.
+
+use super::pac;
+use cortex_m_semihosting::debug;
+use firmware::board::{Board, JointIo, LinkInput, LinkOutput, Parts, Ticker};
+use firmware::meter::Counter;
+use link::Cost;
+
+/// With `-icount shift=0` an instruction takes 1 ns, and the emulator counts timers at 1 GHz.
+const TIMER_HZ: f32 = 1e9;
+
+/// The board.
+pub struct NetduinoPlus2;
+
+/// Receiver of USART2. The registers are shared with [`Output`], which uses none of those read here with a side effect.
+pub struct Input;
+
+/// Transmitter of USART2.
+pub struct Output(pac::USART2);
+
+/// TIM3.
+pub struct ControlTimer(pac::TIM3);
+
+/// TIM2, free-running: counts instructions.
+pub struct InstructionCounter(pac::TIM2);
+
+/// No line to the joints but the link.
+pub struct NoLines;
+
+impl Board for NetduinoPlus2 {
+    type Peripherals = pac::Peripherals;
+    type Input = Input;
+    type Output = Output;
+    type Ticker = ControlTimer;
+    type Counter = InstructionCounter;
+    type Joints = NoLines;
+
+    const NAME: &'static str = "netduinoplus2 (QEMU)";
+
+    fn start(peripherals: pac::Peripherals, rate_hz: f32) -> Parts<Self> {
+        let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, .. } = peripherals;
+        usart.cr1().write(|w| w.ue().enabled().re().enabled().te().enabled().rxneie().enabled());
+
+        counter.psc().write(|w| w.psc().set(0));
+        counter.arr().write(|w| w.arr().set(u32::MAX));
+        counter.cr1().write(|w| w.cen().enabled());
+
+        // TIM3 has 16 bits: a prescaler of 1000 leaves 1 MHz, good for 16 Hz and up. The cast saturates.
+        let period = (TIMER_HZ / 1000.0 / rate_hz) as u16;
+        timer.psc().write(|w| w.psc().set(1000 - 1));
+        timer.arr().write(|w| w.arr().set(period.max(2) - 1));
+        timer.dier().write(|w| w.uie().enabled());
+
+        Parts {
+            input: Input,
+            output: Output(usart),
+            ticker: ControlTimer(timer),
+            counter: InstructionCounter(counter),
+            joints: NoLines,
+        }
+    }
+
+    fn halt() -> ! {
+        // Ends the emulator: whoever waits for an answer learns of it at once.
+        debug::exit(debug::EXIT_FAILURE);
+        loop {
+            cortex_m::asm::wfi();
+        }
+    }
+}
+
+impl LinkInput for Input {
+    fn read(&mut self) -> Option<u8> {
+        // One look at the status a byte: each look wakes the emulator's input loop, and that is most of a byte's cost.
+        // Reading the data register acknowledges the interrupt; it comes once per byte, so there is always one.
+        #[allow(unsafe_code, reason = "the receiver's register; the transmitter's owner does not read it")]
+        // SAFETY: a single volatile read of the data register, which nothing else reads.
+        let byte = unsafe { (*pac::USART2::ptr()).dr().read().dr().bits() };
+        Some(byte as u8)
+    }
+}
+
+impl LinkOutput for Output {
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            // The emulated transmitter takes a byte at once: no need to wait, and a look at the status costs.
+            self.0.dr().write(|w| w.dr().set(u16::from(byte)));
+        }
+    }
+}
+
+impl Ticker for ControlTimer {
+    fn run(&mut self) {
+        self.0.cnt().reset();
+        self.0.sr().reset();
+        self.0.cr1().write(|w| w.cen().enabled());
+    }
+
+    fn hold(&mut self) {
+        self.0.cr1().write(|w| w.cen().disabled());
+        self.0.sr().reset();
+    }
+
+    fn acknowledge(&mut self) {
+        self.0.sr().write(|w| w.uif().clear());
+    }
+
+    fn is_due(&self) -> bool {
+        self.0.sr().read().uif().is_update_pending()
+    }
+
+    fn trigger(&mut self) {
+        rtic::pend(pac::Interrupt::TIM3);
+    }
+}
+
+impl Counter for InstructionCounter {
+    fn now(&self) -> u32 {
+        self.0.cnt().read().bits()
+    }
+
+    fn cost(count: u32) -> Cost {
+        Cost::Instructions(count)
+    }
+
+    fn exercise(&self) {
+        cortex_m::asm::delay(100);
+    }
+}
+
+impl JointIo for NoLines {
+    fn brake(&mut self) {}
+
+    fn release_brakes(&mut self) {}
+}

@@ -1,0 +1,22 @@
+//! The microcontroller's program; on the host, the same binary says what it was built for.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+mod arm;
+
+#[cfg(target_os = "none")]
+mod app;
+#[cfg(target_os = "none")]
+#[allow(unreachable_pub, reason = "the framework makes the types of resources part of public ones")]
+mod boards;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("scene       {}", arm::NAME);
+    println!("robot       {}", arm::ROBOT);
+    println!("hash        {:016x}", arm::HASH);
+    println!("joints      {}", arm::N);
+    println!("rate        {} Hz", arm::RATE_HZ);
+    println!("law         {:?}", arm::controller().config().law);
+    println!("trig        {:?}", arm::TRIG);
+    println!("protocol    {}", link::PROTOCOL_VERSION);
+}

@@ -1,0 +1,51 @@
+//! The control tick of one arm as a single C function: nothing else is linked, so every symbol that the linker keeps is
+//! reachable from the tick. `cargo xtask gate` links it and reads the symbols.
+#![no_std]
+
+use dynamics_core::control::{Command, Controller, Measurement, Reference};
+use dynamics_core::scene::Dynamics;
+use generated::{N, TRIG, Trig};
+
+#[allow(unused_imports, dead_code, unreachable_pub, reason = "generated: imports and holds what any scene may need")]
+mod generated {
+    include!(concat!(env!("OUT_DIR"), "/arm.rs"));
+}
+
+/// The controller that the firmware runs.
+pub type ArmController = Controller<f32, N, Dynamics<f32, N>, Trig>;
+
+/// The only thing here that is not the tick; linked because a staticlib needs one. The gate knows it by its name.
+#[cfg(target_os = "none")]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {}
+}
+
+/// A controller, made on the desk or at start; not part of the tick.
+#[must_use]
+pub fn controller() -> ArmController {
+    Controller::new(generated::config(), Dynamics::new(generated::model(), generated::scene()), TRIG)
+}
+
+/// One tick: the entry that the gate links from.
+#[allow(unsafe_code, reason = "the linker must find it by name")]
+#[unsafe(no_mangle)]
+pub extern "Rust" fn newtau_gate_tick(
+    controller: &mut ArmController,
+    reference: &Reference<f32, N>,
+    measurement: &Measurement<f32, N>,
+) -> Command<f32, N> {
+    #[cfg(feature = "bad-panic")]
+    let reference = &{
+        let mut reference = *reference;
+        reference.q[measurement.age_ticks as usize] += 1.0;
+        reference
+    };
+    #[cfg(feature = "bad-double")]
+    let reference = &{
+        let mut reference = *reference;
+        reference.q[0] = (f64::from(reference.q[0]) * 1.000_000_1) as f32;
+        reference
+    };
+    controller.tick(reference, measurement)
+}

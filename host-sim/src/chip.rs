@@ -1,0 +1,167 @@
+//! The chip in the loop: the firmware in an emulated STM32F405, driven in lock step.
+//!
+//! ```text
+//! host                                   chip
+//! hello {robot, joints, rate}   ------>
+//!                               <------  hello {robot, joints, rate}      compared on both sides
+//! reference (when it changed)   ------>
+//! measurement {tick}            ------>  runs one tick
+//!                               <------  command {tick} | fault {tick} | refusal
+//! ```
+//!
+//! Nothing here can hang: every wait has the time that [`Timeouts`] states, and its end is a [`ChipError`] that says what
+//! was waited for. The emulator dies with its [`Chip`].
+//!
+//! A byte to the emulated serial port costs about 13 us as long as all threads of the emulator share one processor: each
+//! byte wakes its input thread and its processor thread in turn, and waking across processors takes four times as long.
+//! So [`Chip::start`] ties the emulator to one.
+
+mod emulator;
+mod error;
+mod program;
+
+#[cfg(test)]
+mod tests;
+
+pub use emulator::{Emulator, Timeouts};
+pub use error::ChipError;
+pub use program::build_firmware;
+
+use dynamics_core::{Command, Measurement, Reference};
+use link::codec::Received;
+use link::{Cost, Decoder, Encoder, Frame, Hello, Pacing};
+use std::path::Path;
+
+/// What the chip answered to one measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChipReply<const N: usize> {
+    /// The command, with the very bits that the chip computed.
+    pub command: Command<f32, N>,
+    /// Instructions that the controller took, if the emulator counts them.
+    pub instructions: Option<u32>,
+}
+
+/// A running chip that has agreed on robot, joint count and rate.
+#[derive(Debug)]
+pub struct Chip {
+    emulator: Emulator,
+    encoder: Encoder,
+    decoder: Decoder,
+    tick: u32,
+    reference: Option<link::Reference>,
+}
+
+impl Chip {
+    /// Start the emulator on a program and exchange hellos in lock step.
+    ///
+    /// # Errors
+    /// No emulator, a program that does not answer in time, or one that was built for something else than `expect`.
+    pub fn start(elf: &Path, expect: Hello) -> Result<Self, ChipError> {
+        Self::over(Emulator::start("qemu-system-arm".as_ref(), elf, Timeouts::default())?, expect)
+    }
+
+    /// Exchange hellos with an emulator that runs already.
+    ///
+    /// # Errors
+    /// As [`Chip::start`].
+    pub fn over(emulator: Emulator, expect: Hello) -> Result<Self, ChipError> {
+        let mut chip =
+            Self { emulator, encoder: Encoder::new(), decoder: Decoder::new(), tick: 0, reference: None };
+        chip.send(&Frame::Hello(expect))?;
+        match chip.receive("the chip's hello")? {
+            Frame::Hello(theirs) if theirs == expect => Ok(chip),
+            Frame::Hello(theirs) => Err(ChipError::OtherRobot { expected: expect, found: theirs }),
+            frame => Err(ChipError::unexpected("a hello", frame)),
+        }
+    }
+
+    /// One tick of the chip's controller.
+    ///
+    /// # Errors
+    /// A chip that refuses, is silent, died, or answers another tick. After an error the chip is of no use: drop it.
+    pub fn tick<const N: usize>(
+        &mut self,
+        reference: &Reference<f32, N>,
+        measurement: &Measurement<f32, N>,
+    ) -> Result<ChipReply<N>, ChipError> {
+        let reference = link::Reference::new(reference);
+        // A reference holds until the next: bytes are what a tick's time goes into. NaN differs from itself and is sent.
+        if self.reference.as_ref() != Some(&reference) {
+            self.send(&Frame::Reference(reference.clone()))?;
+            self.reference = Some(reference);
+        }
+        self.tick = self.tick.wrapping_add(1);
+        self.send(&Frame::Measurement(link::Measurement::new(self.tick, measurement)))?;
+        let answer = self.receive("the answer to a measurement")?;
+        self.reply(answer, self.tick)
+    }
+
+    /// The next answer of a chip whose own timer paces it, with the number of its tick. See [`Chip::start_timer`].
+    ///
+    /// # Errors
+    /// As [`Chip::tick`].
+    pub fn next_timed<const N: usize>(&mut self) -> Result<(u32, ChipReply<N>), ChipError> {
+        let answer = self.receive("an answer in the timer's pace")?;
+        let tick = match &answer {
+            Frame::Command(command) => command.tick,
+            Frame::Fault(fault) => fault.tick,
+            _ => self.tick,
+        };
+        Ok((tick, self.reply(answer, tick)?))
+    }
+
+    /// Hand the pace to the chip's timer, with one reference and one measurement to start from.
+    ///
+    /// # Errors
+    /// As [`Chip::start`].
+    pub fn start_timer<const N: usize>(
+        &mut self,
+        expect: Hello,
+        reference: &Reference<f32, N>,
+        measurement: &Measurement<f32, N>,
+    ) -> Result<(), ChipError> {
+        self.send(&Frame::Hello(Hello { pacing: Pacing::Timer, ..expect }))?;
+        match self.receive("the chip's second hello")? {
+            Frame::Hello(_) => {}
+            frame => return Err(ChipError::unexpected("a hello", frame)),
+        }
+        self.send(&Frame::Reference(link::Reference::new(reference)))?;
+        self.send(&Frame::Measurement(link::Measurement::new(0, measurement)))
+    }
+
+    fn reply<const N: usize>(&self, frame: Frame, expected: u32) -> Result<ChipReply<N>, ChipError> {
+        let (tick, command, cost) = match frame {
+            Frame::Command(command) => (command.tick, command.to_core()?, command.cost),
+            Frame::Fault(fault) => {
+                let known = fault.to_core().ok_or(ChipError::UnknownFault { code: fault.code })?;
+                (fault.tick, Command::Brake(known), None)
+            }
+            frame => return Err(ChipError::unexpected("a command", frame)),
+        };
+        if tick != expected {
+            return Err(ChipError::OtherTick { expected, found: tick });
+        }
+        let instructions = match cost {
+            Some(Cost::Instructions(count)) => Some(count),
+            Some(Cost::Cycles(_)) | None => None,
+        };
+        Ok(ChipReply { command, instructions })
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), ChipError> {
+        let packet = self.encoder.encode(frame)?;
+        self.emulator.write(&packet)
+    }
+
+    fn receive(&mut self, waiting_for: &'static str) -> Result<Frame, ChipError> {
+        loop {
+            let byte = self.emulator.read_byte(waiting_for)?;
+            match self.decoder.push(byte) {
+                None => {}
+                Some(Err(error)) => return Err(ChipError::Undecodable(error)),
+                Some(Ok(Received { missed: missed @ 1.., .. })) => return Err(ChipError::Lost { missed }),
+                Some(Ok(Received { frame, .. })) => return Ok(frame),
+            }
+        }
+    }
+}

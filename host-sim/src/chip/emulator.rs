@@ -1,0 +1,219 @@
+//! The emulator as a child process with a socket to its serial port.
+
+use super::ChipError;
+use std::io::{ErrorKind, Read as _, Write as _};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long each wait may last.
+#[derive(Clone, Copy, Debug)]
+pub struct Timeouts {
+    /// From the start of the emulator to its connection.
+    pub connect: Duration,
+    /// From a frame to its answer. A tick takes milliseconds; a machine busy with other work, longer.
+    pub answer: Duration,
+}
+
+impl Default for Timeouts {
+    fn default() -> Self {
+        Self { connect: Duration::from_secs(10), answer: Duration::from_secs(5) }
+    }
+}
+
+/// A running emulator; it ends when this is dropped.
+#[derive(Debug)]
+pub struct Emulator {
+    child: Child,
+    link: UnixStream,
+    timeouts: Timeouts,
+    buffer: [u8; 256],
+    unread: std::ops::Range<usize>,
+}
+
+/// Ends the child however the start goes.
+struct Guard(Option<Child>);
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.0.take() {
+            end(&mut child);
+        }
+    }
+}
+
+fn end(child: &mut Child) {
+    // Fails only when it has ended already.
+    child.kill().ok();
+    child.wait().ok();
+}
+
+impl Emulator {
+    /// Start `program` (QEMU for Arm) on an ELF file and wait until its serial port is connected.
+    ///
+    /// # Errors
+    /// The program cannot start, ends, or does not connect in time.
+    pub fn start(program: &Path, elf: &Path, timeouts: Timeouts) -> Result<Self, ChipError> {
+        let socket = Socket::new()?;
+        let mut command = Command::new(program);
+        command
+            .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
+            .arg("-chardev")
+            .arg(format!("socket,id=link,path={}", socket.path.display()))
+            // The firmware's link is the second serial port.
+            .args(["-serial", "null", "-serial", "chardev:link"])
+            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+            .arg(elf)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        let child = on_one_processor(|| command.spawn())
+            .map_err(|source| ChipError::CannotStart { program: program.to_owned(), source })?;
+        let mut guard = Guard(Some(child));
+        let link = socket.accept(&mut guard, timeouts.connect)?;
+        link.set_read_timeout(Some(timeouts.answer))?;
+        link.set_write_timeout(Some(timeouts.answer))?;
+        let Some(child) = guard.0.take() else {
+            return Err(ChipError::Io(ErrorKind::NotFound.into()));
+        };
+        Ok(Self { child, link, timeouts, buffer: [0; 256], unread: 0..0 })
+    }
+
+    /// Send bytes.
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
+        self.link.write_all(bytes).map_err(|error| self.explain(error, "room for a frame"))
+    }
+
+    /// The next byte; an error names what was waited for.
+    pub(super) fn read_byte(&mut self, waiting_for: &'static str) -> Result<u8, ChipError> {
+        if self.unread.is_empty() {
+            let count = match self.link.read(&mut self.buffer) {
+                Ok(0) => return Err(dead(&mut self.child, waiting_for)),
+                Ok(count) => count,
+                Err(error) => return Err(self.explain(error, waiting_for)),
+            };
+            self.unread = 0..count;
+        }
+        let byte = self.buffer[self.unread.start];
+        self.unread.start += 1;
+        Ok(byte)
+    }
+
+    /// The emulator's process number.
+    #[must_use]
+    pub fn process(&self) -> u32 {
+        self.child.id()
+    }
+
+    fn explain(&mut self, error: std::io::Error, waiting_for: &'static str) -> ChipError {
+        match error.kind() {
+            ErrorKind::WouldBlock | ErrorKind::TimedOut => {
+                ChipError::Silent { waiting_for, timeout: self.timeouts.answer }
+            }
+            ErrorKind::BrokenPipe | ErrorKind::ConnectionReset | ErrorKind::UnexpectedEof => {
+                dead(&mut self.child, waiting_for)
+            }
+            _ => ChipError::Io(error),
+        }
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        end(&mut self.child);
+    }
+}
+
+/// Make the error of an emulator that has closed its side: end it, and repeat what it said.
+fn dead(child: &mut Child, waiting_for: &'static str) -> ChipError {
+    // It closes the socket a moment before it ends; give it that moment, so that its own status is told.
+    let limit = Instant::now() + Duration::from_millis(500);
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status.to_string(),
+            Ok(None) if Instant::now() < limit => std::thread::sleep(Duration::from_millis(2)),
+            Ok(None) | Err(_) => break "its link is closed".into(),
+        }
+    };
+    end(child);
+    let mut output = String::new();
+    if let Some(mut stderr) = child.stderr.take() {
+        stderr.read_to_string(&mut output).ok();
+    }
+    let output = output.trim_end();
+    let output = if output.is_empty() { String::new() } else { format!(":\n{output}") };
+    ChipError::Dead { status, waiting_for, output }
+}
+
+/// A listening socket with a file name; the file goes with it.
+struct Socket {
+    listener: UnixListener,
+    path: PathBuf,
+}
+
+impl Socket {
+    fn new() -> Result<Self, ChipError> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("newtau-{}-{count}.sock", std::process::id()));
+        // Left over from a process of the same number that was killed.
+        std::fs::remove_file(&path).ok();
+        let listener = UnixListener::bind(&path)?;
+        listener.set_nonblocking(true)?;
+        Ok(Self { listener, path })
+    }
+
+    fn accept(&self, guard: &mut Guard, timeout: Duration) -> Result<UnixStream, ChipError> {
+        const WAITING_FOR: &str = "the emulator's connection";
+        let end = Instant::now() + timeout;
+        loop {
+            match self.listener.accept() {
+                Ok((stream, _)) => {
+                    stream.set_nonblocking(false)?;
+                    return Ok(stream);
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(error) => return Err(error.into()),
+            }
+            if let Some(child) = &mut guard.0
+                && child.try_wait()?.is_some()
+            {
+                return Err(dead(child, WAITING_FOR));
+            }
+            if Instant::now() >= end {
+                return Err(ChipError::Silent { waiting_for: WAITING_FOR, timeout });
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+impl Drop for Socket {
+    fn drop(&mut self) {
+        std::fs::remove_file(&self.path).ok();
+    }
+}
+
+/// Run with this thread tied to the processor it is on: a child process inherits that, and keeps it.
+#[cfg(target_os = "linux")]
+fn on_one_processor<T>(start: impl FnOnce() -> T) -> T {
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
+    let all = sched_getaffinity(None);
+    let mut one = CpuSet::new();
+    one.set(sched_getcpu());
+    // Only a matter of speed: where it is not allowed, go on without.
+    sched_setaffinity(None, &one).ok();
+    let result = start();
+    if let Ok(all) = all {
+        sched_setaffinity(None, &all).ok();
+    }
+    result
+}
+
+/// Elsewhere the scheduler is left to itself: slower, and otherwise the same.
+#[cfg(not(target_os = "linux"))]
+fn on_one_processor<T>(start: impl FnOnce() -> T) -> T {
+    start()
+}

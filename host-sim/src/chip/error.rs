@@ -1,0 +1,134 @@
+//! What can go wrong between host and chip.
+
+use link::codec::FrameTooLong;
+use link::{DecodeError, Frame, Hello, JointCountMismatch, Refusal};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Why the chip is of no use.
+#[derive(Debug, thiserror::Error)]
+pub enum ChipError {
+    /// A program or file that is needed is not there.
+    #[error("cannot start {program}: {source}; `cargo xtask setup` installs what is missing")]
+    CannotStart {
+        /// What should have been started.
+        program: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The firmware could not be built.
+    #[error("the firmware could not be built:\n{output}")]
+    Build {
+        /// What the build said.
+        output: String,
+    },
+    /// The emulator ended.
+    #[error("the emulator died ({status}) while {waiting_for} was awaited{output}")]
+    Dead {
+        /// How it ended.
+        status: String,
+        /// What was waited for.
+        waiting_for: &'static str,
+        /// What it said, on lines of its own.
+        output: String,
+    },
+    /// Nothing came in time.
+    #[error("the chip is silent: {waiting_for} did not come within {timeout:?}")]
+    Silent {
+        /// What was waited for.
+        waiting_for: &'static str,
+        /// How long.
+        timeout: Duration,
+    },
+    /// The firmware was built for something else.
+    #[error(
+        "the firmware was built for another robot or scene: {}; build it again from this scene", difference(expected, found)
+    )]
+    OtherRobot {
+        /// What the host simulates.
+        expected: Hello,
+        /// What the chip has.
+        found: Hello,
+    },
+    /// What came could not be decoded.
+    #[error("from the chip: {0}")]
+    Undecodable(#[from] DecodeError),
+    /// Packets were lost.
+    #[error("{missed} packets from the chip were lost")]
+    Lost {
+        /// How many, modulo 256.
+        missed: u8,
+    },
+    /// The chip did not use what it received.
+    #[error("the chip refused: {}", refusal(.0))]
+    Refused(Refusal),
+    /// A frame that does not belong here.
+    #[error("expected {expected} from the chip, got {found:?}")]
+    Unexpected {
+        /// What belongs here.
+        expected: &'static str,
+        /// What came.
+        found: Box<Frame>,
+    },
+    /// The answer to another tick.
+    #[error("the chip answered tick {found}, expected {expected}")]
+    OtherTick {
+        /// The tick that was asked.
+        expected: u32,
+        /// The tick that was answered.
+        found: u32,
+    },
+    /// A fault with a number that this version does not have.
+    #[error("the chip reports fault {code}, which this version does not know")]
+    UnknownFault {
+        /// Its number.
+        code: u8,
+    },
+    /// A command for another number of joints.
+    #[error("from the chip: {0}")]
+    JointCount(#[from] JointCountMismatch),
+    /// A frame that cannot be sent.
+    #[error(transparent)]
+    TooLong(#[from] FrameTooLong),
+    /// The socket to the emulator failed.
+    #[error("link to the emulator: {0}")]
+    Io(#[from] std::io::Error),
+}
+
+impl ChipError {
+    /// A frame out of place; a refusal has its own name.
+    pub(super) fn unexpected(expected: &'static str, found: Frame) -> Self {
+        match found {
+            Frame::Refusal(refusal) => Self::Refused(refusal),
+            found => Self::Unexpected { expected, found: Box::new(found) },
+        }
+    }
+}
+
+fn difference(expected: &Hello, found: &Hello) -> String {
+    let mut parts = Vec::new();
+    if expected.robot != found.robot {
+        parts.push(format!("hash {:016x}, expected {:016x}", found.robot, expected.robot));
+    }
+    if expected.joints != found.joints {
+        parts.push(format!("{} joints, expected {}", found.joints, expected.joints));
+    }
+    if expected.rate_hz.to_bits() != found.rate_hz.to_bits() {
+        parts.push(format!("{} Hz, expected {} Hz", found.rate_hz, expected.rate_hz));
+    }
+    parts.join("; ")
+}
+
+fn refusal(refusal: &Refusal) -> String {
+    match refusal {
+        Refusal::Undecodable(error) => error.to_string(),
+        Refusal::Lost { missed } => format!("{missed} packets to the chip were lost"),
+        Refusal::NoHello => "no hello has been agreed".into(),
+        Refusal::JointCount { expected, found } => {
+            format!("frame has values for {found} joints, the firmware has {expected}")
+        }
+        Refusal::OtherRobot => "hello for another robot".into(),
+        Refusal::NoReference => "a measurement came before any reference".into(),
+        Refusal::Unexpected => "a frame that only the chip sends".into(),
+    }
+}

@@ -1,0 +1,72 @@
+//! What the client does when the emulator does not do what it should. With programs that stand in for the emulator:
+//! what a real chip answers is tested where the firmware is built, in `tests/chip.rs`.
+#![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+use super::{Chip, ChipError, Emulator, Timeouts};
+use link::{Hello, Pacing};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+const HELLO: Hello = Hello { robot: 1, joints: 2, rate_hz: 1000.0, pacing: Pacing::LockStep };
+
+fn short() -> Timeouts {
+    Timeouts { connect: Duration::from_millis(300), answer: Duration::from_millis(300) }
+}
+
+fn script(name: &str, text: &str) -> std::path::PathBuf {
+    use std::os::unix::fs::PermissionsExt as _;
+    let path = std::env::temp_dir().join(format!("newtau-test-{}-{name}", std::process::id()));
+    std::fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    path
+}
+
+fn start(name: &str, text: &str) -> (Result<Emulator, ChipError>, Duration) {
+    let program = script(name, text);
+    let begun = Instant::now();
+    let result = Emulator::start(&program, Path::new("none.elf"), short());
+    std::fs::remove_file(program).unwrap();
+    (result, begun.elapsed())
+}
+
+#[test]
+fn a_missing_emulator_is_named_with_the_way_to_get_it() {
+    let error = Emulator::start(Path::new("no-such-emulator"), Path::new("none.elf"), short()).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("no-such-emulator") && text.contains("cargo xtask setup"), "{text}");
+}
+
+#[test]
+fn an_emulator_that_ends_at_once_is_dead_and_its_words_are_repeated() {
+    let (result, took) = start("ends", "echo no such machine >&2; exit 3");
+    let text = result.unwrap_err().to_string();
+    assert!(text.contains("died (exit status: 3)") && text.contains("no such machine"), "{text}");
+    assert!(took < Duration::from_secs(2), "{took:?}");
+}
+
+#[test]
+fn an_emulator_that_never_connects_is_silent_within_its_time() {
+    let (result, took) = start("waits", "exec sleep 60");
+    assert!(matches!(result, Err(ChipError::Silent { .. })));
+    assert!(took >= Duration::from_millis(300) && took < Duration::from_secs(3), "{took:?}");
+}
+
+#[test]
+fn the_command_line_of_the_readme_reaches_the_emulator() {
+    let (result, _) = start("says", "echo \"$*\" >&2; exit 1");
+    let text = result.unwrap_err().to_string();
+    for part in ["-M netduinoplus2", "-icount shift=0", "-kernel none.elf", "-serial null -serial chardev:link"] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+}
+
+#[test]
+fn a_program_that_is_no_firmware_is_silent_or_dead_and_never_a_hang() {
+    let begun = Instant::now();
+    let result = Emulator::start(Path::new("qemu-system-arm"), Path::new("/dev/null"), short())
+        .and_then(|emulator| Chip::over(emulator, HELLO));
+    let error = result.unwrap_err();
+    let expected = matches!(error, ChipError::Silent { .. } | ChipError::Dead { .. } | ChipError::CannotStart { .. });
+    assert!(expected, "{error}");
+    assert!(begun.elapsed() < Duration::from_secs(5));
+}

@@ -1,0 +1,85 @@
+//! Building the firmware for a scene and a board.
+
+use crate::process::{run, which};
+use crate::toolchain::{self, TARGET, Toolchain};
+use anyhow::{Context as _, Result, bail};
+use std::fmt;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The scene that is built in when none is named.
+pub(crate) const SCENE_DEFAULT: &str = "scenes/puma560_pick.toml";
+
+/// The chip as probe-rs names it.
+const PROBE_CHIP: &str = "STM32F405RGTx";
+
+/// A board that the firmware runs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Board {
+    /// The emulated one
+    Netduinoplus2,
+    /// ODrive v3 and its like
+    OdriveV3,
+}
+
+impl Board {
+    /// The name of its feature, and what people call it.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Netduinoplus2 => "netduinoplus2",
+            Self::OdriveV3 => "odrive-v3",
+        }
+    }
+}
+
+impl fmt::Display for Board {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Build the firmware; the answer is a copy that later builds for other scenes leave alone.
+pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
+    let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
+    let toolchain = Toolchain::find_or_install()?;
+    let folder = toolchain::target_directory();
+    std::fs::create_dir_all(&folder)?;
+    // Between build and copy nobody else may build: two test processes may ask for two scenes at once.
+    let lock = File::create(folder.join("xtask.lock"))?;
+    lock.lock()?;
+    let mut cargo = toolchain.cargo("build");
+    cargo.args(["--quiet", "--package", "firmware", "--bin", "firmware", "--no-default-features"]);
+    cargo.args(["--features", board.name()]).env("NEWTAU_SCENE", &scene);
+    cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
+    let built = toolchain::build(&mut cargo, folder.join(TARGET).join("release/firmware"))?;
+
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let copy = folder.join(format!("{stem}-{:08x}-{board}.elf", short_hash(&scene)));
+    let text = std::fs::read(&built)?;
+    // A running emulator may hold the old copy open: leave it alone when nothing changed, else put a new one in its place.
+    if std::fs::read(&copy).ok().as_ref() != Some(&text) {
+        let fresh = copy.with_extension("new");
+        std::fs::write(&fresh, text)?;
+        std::fs::rename(&fresh, &copy)?;
+    }
+    Ok(copy)
+}
+
+/// Tells apart scenes of one name in two folders (FNV-1a, 32 bits).
+fn short_hash(path: &Path) -> u32 {
+    let step = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
+    path.as_os_str().as_encoded_bytes().iter().fold(0x811c_9dc5, step)
+}
+
+/// Write the firmware to a real board.
+pub(crate) fn flash(scene: &Path) -> Result<()> {
+    let elf = build(scene, Board::OdriveV3)?;
+    let Some(probe) = which("probe-rs") else {
+        bail!(
+            "probe-rs is not installed: `cargo install probe-rs-tools --locked`, then again. The program is {}",
+            elf.display()
+        );
+    };
+    run(Command::new(probe).args(["run", "--chip", PROBE_CHIP]).arg(elf))
+}

@@ -1,0 +1,80 @@
+//! What the control tick may not contain: arithmetic in f64, which this chip does in software, and panics.
+//!
+//! The tick alone is linked from a staticlib with unused sections collected; what is left was reachable.
+
+use crate::process::run;
+use crate::toolchain::{self, TARGET, Toolchain};
+use anyhow::{Context as _, Result, bail};
+use object::{Object as _, ObjectSymbol as _};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The symbol that the linker starts from.
+const ENTRY: &str = "newtau_gate_tick";
+
+/// Parts of the names that must not be there, and what they are.
+const FORBIDDEN: [(&str, &str); 12] = [
+    ("__aeabi_d", "f64 arithmetic in software"),
+    ("__aeabi_f2d", "f32 to f64 in software"),
+    ("__aeabi_i2d", "integer to f64 in software"),
+    ("__aeabi_ui2d", "integer to f64 in software"),
+    ("__aeabi_l2d", "integer to f64 in software"),
+    ("__aeabi_ul2d", "integer to f64 in software"),
+    ("__aeabi_cd", "f64 comparison in software"),
+    ("panicking", "a panic"),
+    ("panic_bounds_check", "a panic on an index"),
+    ("unwrap_failed", "a panic on unwrap or expect"),
+    ("slice_index_fail", "a panic on a slice"),
+    ("rust_begin_unwind", "the panic handler"),
+];
+
+/// Hold the tick to the rule; and show that the gate would see a tick that breaks it.
+pub(crate) fn check(scene: &Path) -> Result<()> {
+    let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
+    let found = offences(&scene, None)?;
+    if !found.is_empty() {
+        bail!("reachable from the tick of {}:\n  {}", scene.display(), found.join("\n  "));
+    }
+    for (feature, what) in [("bad-panic", "panic"), ("bad-double", "f64")] {
+        if !offences(&scene, Some(feature))?.iter().any(|line| line.contains(what)) {
+            bail!("the gate is blind: it does not see the {what} in the tick built with `{feature}`");
+        }
+    }
+    println!("gate: no soft double and no panic is reachable from the tick; it sees both in the ticks that have them");
+    Ok(())
+}
+
+/// Forbidden symbols in the linked tick, each with what it is.
+fn offences(scene: &Path, feature: Option<&str>) -> Result<Vec<String>> {
+    let linked = link(scene, feature)?;
+    let bytes = std::fs::read(&linked)?;
+    let file = object::File::parse(&*bytes)?;
+    let names: Vec<String> = file.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned)).collect();
+    if !names.iter().any(|name| name == ENTRY) {
+        bail!("{} has no {ENTRY}: the gate would look at nothing", linked.display());
+    }
+    let mut found = Vec::new();
+    for name in &names {
+        if let Some((_, what)) = FORBIDDEN.iter().find(|(part, _)| name.contains(part)) {
+            found.push(format!("{name}: {what}"));
+        }
+    }
+    Ok(found)
+}
+
+fn link(scene: &Path, feature: Option<&str>) -> Result<PathBuf> {
+    let toolchain = Toolchain::find_or_install()?;
+    let mut cargo = toolchain.cargo("build");
+    cargo.args(["--quiet", "--package", "tick-gate"]).env("NEWTAU_SCENE", scene);
+    cargo.args(feature.map(|feature| format!("--features={feature}")));
+    let folder = toolchain::target_directory().join(TARGET).join("release");
+    let library = toolchain::build(&mut cargo, folder.join("libtick_gate.a"))?;
+    let linked = folder.join(format!("tick-gate-{}.elf", feature.unwrap_or("tick")));
+    let linker = toolchain.linker().context("no linker for the chip: `cargo xtask setup`")?;
+    let mut command = Command::new(&linker);
+    if linker.ends_with("rust-lld") {
+        command.args(["-flavor", "gnu"]);
+    }
+    run(command.args(["--gc-sections", "--entry", ENTRY, "-o"]).arg(&linked).arg(library))?;
+    Ok(linked)
+}

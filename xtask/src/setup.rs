@@ -1,0 +1,65 @@
+//! What the project needs on a machine, installed where it is missing. Every step says what it does.
+
+use crate::process::{run, which};
+use crate::toolchain::Toolchain;
+use anyhow::Result;
+use std::path::Path;
+use std::process::{Command, exit};
+
+/// Everything.
+pub(crate) fn all() -> Result<()> {
+    let toolchain = Toolchain::find_or_install()?;
+    eprintln!("setup: firmware is built by {toolchain}");
+    qemu()?;
+    nextest()
+}
+
+/// The emulator.
+pub(crate) fn qemu() -> Result<()> {
+    if which("qemu-system-arm").is_none() {
+        apt_install(&["qemu-system-arm"])?;
+    }
+    eprintln!("setup: qemu-system-arm is there");
+    Ok(())
+}
+
+/// The test runner.
+pub(crate) fn nextest() -> Result<()> {
+    if which("cargo-nextest").is_none() {
+        eprintln!("setup: cargo install --locked cargo-nextest");
+        run(Command::new("cargo").args(["install", "--locked", "cargo-nextest"]))?;
+    }
+    eprintln!("setup: cargo-nextest is there");
+    Ok(())
+}
+
+/// Install Debian packages; where that is not possible, say exactly what to install, and leave with code 2.
+pub(crate) fn apt_install(packages: &[&str]) -> Result<()> {
+    let list = packages.join(" ");
+    let root = crate::process::output(Command::new("id").arg("-u")).as_deref() == Some("0");
+    let debian = Path::new("/usr/bin/apt-get").exists();
+    let sudo =
+        which("sudo").is_some_and(|sudo| Command::new(sudo).args(["-n", "true"]).status().is_ok_and(|s| s.success()));
+    if !debian || !(root || sudo) {
+        eprintln!("setup: missing here: {list}");
+        eprintln!("setup: this is no Debian-like system, or there is no right to install. Install these yourself:");
+        eprintln!("         the Rust target   rustup target add {}", crate::toolchain::TARGET);
+        eprintln!(
+            "         QEMU for Arm      Debian, Ubuntu: apt-get install qemu-system-arm; macOS: brew install qemu"
+        );
+        exit(2);
+    }
+    let apt = |arguments: &[&str]| {
+        let mut command = if root { Command::new("apt-get") } else { Command::new("sudo") };
+        if !root {
+            command.args(["-n", "apt-get"]);
+        }
+        command.env("DEBIAN_FRONTEND", "noninteractive").args(arguments);
+        eprintln!("setup: apt-get {}", arguments.join(" "));
+        run(&mut command)
+    };
+    apt(&["update", "--quiet"])?;
+    let mut install = vec!["install", "--quiet", "--yes", "--no-install-recommends"];
+    install.extend(packages);
+    apt(&install)
+}

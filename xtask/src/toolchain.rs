@@ -1,0 +1,142 @@
+//! The tool chain that builds for the chip.
+//!
+//! The ordinary one first: rustup's, with its precompiled `core` for the target. Where rustup cannot fetch that, Debian's
+//! rustc with the library's sources, from which `core` is built here.
+
+use crate::process::{output, root, run, which};
+use anyhow::{Result, bail};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// The chip: Cortex-M4 with a single-precision unit.
+pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Oldest rustc that builds this workspace (`rust-version` in Cargo.toml).
+const MINOR_MIN: u32 = 95;
+
+/// A tool chain that can build for the chip.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Toolchain {
+    /// The cargo that runs this, with the target installed.
+    Rustup,
+    /// Debian's, with `core` built from source.
+    Debian {
+        /// The linker.
+        linker: PathBuf,
+    },
+}
+
+impl fmt::Display for Toolchain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rustup => write!(f, "rustup's tool chain, target {TARGET} installed"),
+            Self::Debian { linker } => {
+                write!(f, "Debian's /usr/bin/rustc, core built from source, linked by {}", linker.display())
+            }
+        }
+    }
+}
+
+impl Toolchain {
+    /// The one that is there, the ordinary one first.
+    pub(crate) fn find() -> Option<Self> {
+        if has_target(&sysroot()?) {
+            return Some(Self::Rustup);
+        }
+        debian_is_new_enough().then(linker).flatten().map(|linker| Self::Debian { linker })
+    }
+
+    /// The one that is there, or that could be installed; says what it does.
+    pub(crate) fn find_or_install() -> Result<Self> {
+        if let Some(found) = Self::find() {
+            return Ok(found);
+        }
+        if which("rustup").is_some() {
+            eprintln!("setup: rustup target add {TARGET}");
+            let added = Command::new("rustup").args(["target", "add", TARGET]).stdin(Stdio::null()).status();
+            if added.is_ok_and(|status| status.success())
+                && let Some(found) = Self::find()
+            {
+                return Ok(found);
+            }
+            eprintln!("setup: rustup could not; trying Debian's tool chain instead");
+        }
+        crate::setup::apt_install(&["rustc-web", "cargo-web", "rust-web-src", "binutils-arm-none-eabi"])?;
+        match Self::find() {
+            Some(found) => Ok(found),
+            None => bail!(
+                "no tool chain for {TARGET}: either `rustup target add {TARGET}`, or Debian's rustc-web, cargo-web and \
+                 rust-web-src of version 1.{MINOR_MIN} or later with binutils-arm-none-eabi"
+            ),
+        }
+    }
+
+    /// The linker for the chip's programs.
+    pub(crate) fn linker(&self) -> Option<PathBuf> {
+        match self {
+            Self::Rustup => linker(),
+            Self::Debian { linker } => Some(linker.clone()),
+        }
+    }
+
+    /// `cargo SUBCOMMAND` for the chip, optimised, in a target folder of its own: the two tool chains must not disturb
+    /// each other's builds.
+    pub(crate) fn cargo(&self, subcommand: &str) -> Command {
+        let mut command = match self {
+            Self::Rustup => Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())),
+            Self::Debian { .. } => Command::new("/usr/bin/cargo"),
+        };
+        command.current_dir(root()).args([subcommand, "--release", "--target", TARGET]);
+        command.arg("--target-dir").arg(target_directory());
+        // Set by rustup's cargo for whatever it runs; they would lead the other cargo to the wrong compiler.
+        for name in ["RUSTC", "RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS"] {
+            command.env_remove(name);
+        }
+        if let Self::Debian { linker } = self {
+            // `-Zbuild-std` asks for a nightly or for this variable.
+            command.arg("-Zbuild-std=core").env("RUSTC", "/usr/bin/rustc").env("RUSTC_BOOTSTRAP", "1");
+            command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
+        }
+        command
+    }
+}
+
+/// Where builds for the chip go.
+pub(crate) fn target_directory() -> PathBuf {
+    crate::process::target_directory().join("chip")
+}
+
+fn sysroot() -> Option<PathBuf> {
+    output(Command::new("rustc").args(["--print", "sysroot"])).map(PathBuf::from)
+}
+
+fn has_target(sysroot: &Path) -> bool {
+    sysroot.join("lib/rustlib").join(TARGET).join("lib").is_dir()
+}
+
+fn debian_is_new_enough() -> bool {
+    let source = Path::new("/usr/lib/rustlib/src/rust/library/core/src/lib.rs").exists()
+        || output(Command::new("/usr/bin/rustc").args(["--print", "sysroot"]))
+            .is_some_and(|root| Path::new(&root).join("lib/rustlib/src/rust/library/core/src/lib.rs").exists());
+    let minor = output(Command::new("/usr/bin/rustc").arg("--version"))
+        .and_then(|text| text.split('.').nth(1).and_then(|minor| minor.parse::<u32>().ok()));
+    source && Path::new("/usr/bin/cargo").exists() && minor.is_some_and(|minor| minor >= MINOR_MIN)
+}
+
+/// rustup's own lld where there is a rustup, else the cross binutils.
+fn linker() -> Option<PathBuf> {
+    let host = output(Command::new("rustc").arg("-vV"))
+        .and_then(|text| text.lines().find_map(|line| line.strip_prefix("host: ").map(str::to_owned)))?;
+    let lld = sysroot().map(|root| root.join("lib/rustlib").join(host).join("bin/rust-lld"));
+    lld.filter(|path| path.is_file()).or_else(|| which("arm-none-eabi-ld"))
+}
+
+/// Check that the linked program exists after a build that said it succeeded.
+pub(crate) fn build(command: &mut Command, product: PathBuf) -> Result<PathBuf> {
+    run(command)?;
+    if !product.is_file() {
+        bail!("{command:?} succeeded, but there is no {}", product.display());
+    }
+    Ok(product)
+}
