@@ -26,7 +26,9 @@ fn inertia(table: &Table<'_>) -> Result<Matrix3<f64>, FileError> {
         return Ok(Matrix3::zeros());
     };
     tensor.only(&INERTIA_KEYS)?;
-    let moment = |key| tensor.require(key, "a principal-axis entry in kg m^2")?.finite("a number in kg m^2");
+    let moment = |key| {
+        tensor.require(key, "the moment of inertia in kg m^2, about the centre of mass")?.finite("a number in kg m^2")
+    };
     let product = |key| tensor.get(key).map_or(Ok(0.0), |value| value.finite("a number in kg m^2"));
     let (xx, yy, zz) = (moment("xx")?, moment("yy")?, moment("zz")?);
     let (xy, xz, yz) = (product("xy")?, product("xz")?, product("yz")?);

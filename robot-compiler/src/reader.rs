@@ -128,7 +128,7 @@ impl<'a> Value<'a> {
     pub(crate) fn finite(&self, expected: &str) -> Result<f64, FileError> {
         let number = self.number(expected)?;
         if !number.is_finite() {
-            return Err(self.error(format!("found {number}"), expected));
+            return Err(self.error(format!("found {number}, which is not finite"), expected));
         }
         // What is infinite on the chip is refused here, where the field is known.
         if !(number as f32).is_finite() {
@@ -205,12 +205,18 @@ impl<'a> Value<'a> {
     }
 
     /// One of a list of words, each with its meaning.
-    pub(crate) fn choice<T: Copy>(&self, choices: &[(&str, T)]) -> Result<T, FileError> {
+    pub(crate) fn choice<T: Clone>(&self, choices: &[(&str, T)]) -> Result<T, FileError> {
+        self.choice_or(choices, "")
+    }
+
+    /// One of a list of words; `otherwise` says what may stand there instead of a word.
+    pub(crate) fn choice_or<T: Clone>(&self, choices: &[(&str, T)], otherwise: &str) -> Result<T, FileError> {
         let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
         let found = self.string(&format!("one of {}", words.join(", ")))?;
-        choices.iter().find(|(word, _)| *word == found).map(|(_, meaning)| *meaning).ok_or_else(|| {
-            let quoted = format!("found {:?}", shortened(found));
-            self.error(quoted, one_of(found, &words))
+        choices.iter().find(|(word, _)| *word == found).map(|(_, meaning)| meaning.clone()).ok_or_else(|| {
+            let expected = one_of(found, &words);
+            let expected = if otherwise.is_empty() { expected } else { format!("{otherwise}, or {expected}") };
+            self.error(format!("found {:?}", shortened(found)), expected)
         })
     }
 }

@@ -218,20 +218,16 @@ pub(crate) fn expectation(what: &Impossible) -> &'static str {
     match what {
         Impossible::NotFinite(_) => "a finite number",
         Impossible::NegativeMass(_) => "a mass of zero or more, kg",
-        Impossible::InertiaWithoutMass(_) => {
-            "a mass above zero where an inertia tensor is given (or `allow_unphysical = \"reason\"` for a published set)"
-        }
+        Impossible::InertiaWithoutMass(_) => "a mass above zero where an inertia tensor is given",
         Impossible::AsymmetricInertia(_) => "a symmetric inertia tensor",
         Impossible::NegativePrincipalMoment(_) => {
-            "an inertia tensor about the centre of mass with no negative principal moment (or `allow_unphysical = \"reason\"`)"
+            "an inertia tensor about the centre of mass with no negative principal moment"
         }
-        Impossible::TriangleInequality(_) => {
-            "principal moments of which any two add up to at least the third (or `allow_unphysical = \"reason\"` for a published set)"
-        }
+        Impossible::TriangleInequality(_) => "principal moments of which any two add up to at least the third",
         Impossible::NonUnitAxis(_) => "an axis of length 1",
         Impossible::NotARotation(_) => "an orthonormal, right-handed rotation",
         Impossible::PositionLimitsReversed(..) => "[lowest, highest] with lowest < highest",
-        Impossible::LimitNotPositive(..) => "a limit above zero (leave it out for none)",
+        Impossible::LimitNotPositive(..) => "a limit above zero",
         Impossible::NegativeRotorInertia(_) => "a rotor inertia of zero or more, kg m^2",
     }
 }

@@ -212,11 +212,24 @@ fn placed(error: BuildError, robot: &Robot, joints: &[Table<'_>], tool: &Table<'
         BuildError::TooLarge(index) => (joints.get(index), None),
     };
     let table = table.unwrap_or(tool);
+    let expected = format!("{expected}{}", what.as_ref().map_or("", remedy));
     let (outer, inner) = what.as_ref().map_or(("mass", None), field_of);
     let nested = inner.and_then(|inner| Some((table.table(outer).ok()??, inner)));
     match nested {
         Some((nested, inner)) => nested.error(inner, problem, expected),
         None => table.error(outer, problem, expected),
+    }
+}
+
+/// What a TOML file can do instead.
+fn remedy(what: &Impossible) -> &'static str {
+    match what {
+        Impossible::NegativeMass(_)
+        | Impossible::InertiaWithoutMass(_)
+        | Impossible::NegativePrincipalMoment(_)
+        | Impossible::TriangleInequality(_) => ", or `allow_unphysical = \"reason\"` for a published set of numbers",
+        Impossible::LimitNotPositive(..) => "; without the key there is none",
+        _ => "",
     }
 }
 

@@ -15,6 +15,8 @@ mod motion;
 
 const SCENE_KEYS: [&str; 11] =
     ["name", "robot", "tip", "duration", "seed", "model", "control", "motion", "plant", "sensors", "actuators"];
+const BODY: &str = "a body { mass, com, inertia }";
+const WRENCH: &str = "a wrench { force, moment }";
 const GRAVITY: &str = "the gravitational acceleration [x, y, z] in m/s^2";
 
 pub(crate) fn load(path: &Path) -> Result<SceneFile, FileError> {
@@ -71,10 +73,14 @@ fn robot(root: &Table<'_>, folder: &Path) -> Result<Robot, FileError> {
     Robot::from_urdf(&path, Some(tip.string("the name of the link that the chain ends at")?))
 }
 
-/// `"absent"`, `"live"`, or what `constant` makes of any other value.
-fn term<T>(value: &Value<'_>, constant: impl FnOnce(&Value<'_>) -> Result<T, FileError>) -> Result<Term<T>, FileError> {
+/// `"absent"`, `"live"`, or what `constant` makes of any other value; `what` says what that is.
+fn term<T: Clone>(
+    value: &Value<'_>,
+    what: &str,
+    constant: impl FnOnce(&Value<'_>) -> Result<T, FileError>,
+) -> Result<Term<T>, FileError> {
     if value.is_string() {
-        value.choice(&[("absent", false), ("live", true)]).map(|live| if live { Term::Live } else { Term::Absent })
+        value.choice_or(&[("absent", Term::Absent), ("live", Term::Live)], what)
     } else {
         constant(value).map(Term::Constant)
     }
@@ -93,20 +99,21 @@ fn model(table: &Table<'_>, robot: &Robot) -> Result<ModelSpec, FileError> {
     table.only(&["gravity", "payload", "tip_wrench", "rotor", "coriolis", "friction", "friction_smoothing"])?;
     let mut model = ModelSpec::default_for(robot);
     if let Some(value) = table.get("gravity") {
-        model.gravity = term(&value, |value| value.vector(GRAVITY))?;
+        model.gravity = term(&value, GRAVITY, |value| value.vector(GRAVITY))?;
     }
     if let Some(value) = table.get("payload") {
-        model.payload = term(&value, payload)?;
+        model.payload = term(&value, BODY, payload)?;
     }
     if let Some(value) = table.get("tip_wrench") {
-        model.tip_wrench = term(&value, |value| wrench(&value.table()?))?;
+        model.tip_wrench = term(&value, WRENCH, |value| wrench(&value.table()?))?;
     }
     if let Some(value) = table.get("rotor") {
         let choices = [("absent", Term::Absent), ("constant", Term::Constant(())), ("live", Term::Live)];
         model.rotor = value.choice(&choices)?;
     }
     if let Some(value) = table.get("coriolis") {
-        model.coriolis = term(&value, |value| value.numbers(robot.dof(), &per_joint_text(robot, "a velocity")))?;
+        let what = per_joint_text(robot, "a velocity");
+        model.coriolis = term(&value, &what, |value| value.numbers(robot.dof(), &what))?;
     }
     if let Some(value) = table.get("friction") {
         model.friction = value.choice(&[("feedforward", true), ("absent", false)])?;
@@ -190,10 +197,10 @@ fn plant(
         plant.step = step(&value, 1.0 / control.rate)?;
     }
     if let Some(value) = table.get("payload") {
-        plant.payload = absent_or(&value, payload)?;
+        plant.payload = absent_or(&value, BODY, payload)?;
     }
     if let Some(value) = table.get("tip_wrench") {
-        plant.tip_wrench = absent_or(&value, |value| wrench(&value.table()?))?;
+        plant.tip_wrench = absent_or(&value, WRENCH, |value| wrench(&value.table()?))?;
     }
     if let Some(value) = table.get("friction") {
         plant.friction = value.boolean()?;
@@ -202,7 +209,7 @@ fn plant(
         }
     }
     if let Some(value) = table.get("gravity") {
-        plant.gravity = absent_or(&value, |value| value.vector(GRAVITY))?.unwrap_or(Vector3::zeros());
+        plant.gravity = absent_or(&value, GRAVITY, |value| value.vector(GRAVITY))?.unwrap_or(Vector3::zeros());
     }
     if let Some(value) = table.get("start") {
         plant.start = value.numbers(robot.dof(), &per_joint_text(robot, "a position"))?;
@@ -230,10 +237,11 @@ fn step(value: &Value<'_>, period: f64) -> Result<f64, FileError> {
 
 fn absent_or<T>(
     value: &Value<'_>,
+    what: &str,
     present: impl FnOnce(&Value<'_>) -> Result<T, FileError>,
 ) -> Result<Option<T>, FileError> {
     if value.is_string() {
-        value.choice(&[("absent", ())])?;
+        value.choice_or(&[("absent", ())], what)?;
         return Ok(None);
     }
     present(value).map(Some)

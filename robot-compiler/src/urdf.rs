@@ -179,10 +179,23 @@ fn placed(error: &BuildError, robot: &Robot, markup: &Markup<'_>, chain: &Chain)
         Some(Impossible::PositionLimitsReversed(..) | Impossible::LimitNotPositive(..)) => "limit",
         Some(Impossible::NonUnitAxis(_)) => "axis",
         Some(Impossible::NotARotation(_)) => "origin",
-        _ => {
-            let link = &markup.links[chain.child[joint]];
-            return markup.error_in(link, "inertial", format!("{label}.inertial"), problem, expected);
-        }
+        _ => return placed_in_inertial(&label, what, problem, expected, markup, &markup.links[chain.child[joint]]),
     };
     markup.error_in(&markup.joints[joint], element, format!("{label}.{element}"), problem, expected)
+}
+
+fn placed_in_inertial(
+    label: &str,
+    what: Option<&Impossible>,
+    problem: String,
+    expected: &str,
+    markup: &Markup<'_>,
+    link: &roxmltree::Node<'_, '_>,
+) -> FileError {
+    let part = match what {
+        Some(Impossible::NegativeMass(_) | Impossible::InertiaWithoutMass(_)) => "mass",
+        _ => "inertia",
+    };
+    let inertial = markup::child(link, "inertial").unwrap_or(*link);
+    markup.error_in(&inertial, part, format!("{label}.inertial.{part}"), problem, expected)
 }

@@ -1,5 +1,6 @@
 //! The robots and scenes that ship.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
+#![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 
 use dynamics_core::mass_matrix::mass_matrix;

@@ -1,6 +1,6 @@
 //! Which joints of the tree form the arm.
 
-use super::markup::Markup;
+use super::markup::{Markup, child};
 use crate::diagnostics::FileError;
 use std::collections::HashMap;
 use urdf_rs::JointType;
@@ -84,17 +84,20 @@ impl Chain {
             }
             let find = |end: &str, name: &str| {
                 let field = format!("joint {}.{end}", joint.name);
-                links.get(name).copied().ok_or_else(|| markup.unknown_link(node, field, name, &names))
+                links.get(name).copied().ok_or_else(|| {
+                    let element = child(node, end).unwrap_or(*node);
+                    markup.unknown_link(&element, field, name, &names)
+                })
             };
-            let (parent, child) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
-            if let Some(other) = chain.above[child] {
+            let (parent, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
+            if let Some(other) = chain.above[below] {
                 let problem = format!("{:?} already hangs on joint {:?}", joint.child.link, urdf.joints[other].name);
                 let field = format!("joint {}.child", joint.name);
                 return Err(markup.error_in(node, "child", field, problem, "one joint above every link"));
             }
             chain.parent.push(parent);
-            chain.child.push(child);
-            chain.above[child] = Some(index);
+            chain.child.push(below);
+            chain.above[below] = Some(index);
             chain.below[parent].push(index);
         }
         Ok(chain)

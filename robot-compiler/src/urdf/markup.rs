@@ -10,7 +10,10 @@ pub(super) fn parse(source: &Source) -> Result<Document<'_>, FileError> {
     Document::parse(&source.text).map_err(|error| {
         let at = error.pos();
         let offset = offset(&source.text, at.row, at.col);
-        source.error(offset..offset + 1, "", format!("not valid XML: {error}"), "an XML document")
+        // The parser's message ends in the place, which stands in front of ours.
+        let text = error.to_string();
+        let message = text.strip_suffix(&format!(" at {at}")).unwrap_or(&text);
+        source.error(offset..offset + 1, "", format!("not valid XML: {message}"), "an XML document")
     })
 }
 
@@ -91,12 +94,40 @@ impl<'a> Markup<'a> {
         for (kind, nodes) in [("link", &self.links), ("joint", &self.joints)] {
             for node in nodes {
                 let name = self.name(node, kind)?;
+                if kind == "joint" {
+                    self.check_joint(node, &format!("joint {name}"))?;
+                }
                 let inertial = child(node, "inertial");
                 self.check_inertial(inertial.as_ref(), &format!("link {name}"))?;
                 // A link's own children, and those of its inertial; shapes are nobody's business here.
                 for element in node.children().chain(inertial.iter().flat_map(|inertial| inertial.children())) {
                     self.check_element(&element, &format!("{kind} {name}"))?;
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// A joint has a type that URDF knows, and two ends.
+    fn check_joint(&self, node: &Node<'a, 'a>, label: &str) -> Result<(), FileError> {
+        const TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
+        let kind = node.attribute_node("type");
+        let Some(kind) = kind else {
+            return Err(self.error(node, format!("{label}.type"), "missing", one_of("", &TYPES)));
+        };
+        if !TYPES.contains(&kind.value()) {
+            let problem = format!("found {:?}", kind.value());
+            return Err(self.source.error(
+                kind.range(),
+                format!("{label}.type"),
+                problem,
+                one_of(kind.value(), &TYPES),
+            ));
+        }
+        for end in ["parent", "child"] {
+            if child(node, end).is_none_or(|end| end.attribute("link").is_none()) {
+                let expected = format!("<{end} link=\"...\"/>");
+                return Err(self.error_in(node, end, format!("{label}.{end}"), "missing", expected));
             }
         }
         Ok(())
