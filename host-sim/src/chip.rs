@@ -65,8 +65,7 @@ impl Chip {
     /// # Errors
     /// As [`Chip::start`].
     pub fn over(emulator: Emulator, expect: Hello) -> Result<Self, ChipError> {
-        let mut chip =
-            Self { emulator, encoder: Encoder::new(), decoder: Decoder::new(), tick: 0, reference: None };
+        let mut chip = Self { emulator, encoder: Encoder::new(), decoder: Decoder::new(), tick: 0, reference: None };
         chip.send(&Frame::Hello(expect))?;
         match chip.receive("the chip's hello")? {
             Frame::Hello(theirs) if theirs == expect => Ok(chip),

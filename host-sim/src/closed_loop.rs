@@ -34,6 +34,8 @@ pub enum End {
     Interrupted,
     /// The simulated arm could not be followed further.
     Diverged(Diverged),
+    /// The target died or answered nonsense.
+    TargetFailed,
 }
 
 /// How long it took.

@@ -3,16 +3,28 @@
 //! | module | holds |
 //! |---|---|
 //! | [`plant`] | the simulated arm, its actuators and sensors: f64, an algorithm of its own |
+//! | [`chip`] | the firmware in an emulated STM32F405, driven in lock step |
 //! | [`target`] | who computes the torques: the desk, the chip, or both beside each other |
 //! | [`closed_loop`] | the loop itself, once per control period |
+//! | [`simulate`] | from a scene to a finished run |
+//! | [`on_chip`] | a run with the chip in the loop |
 //! | [`record`] | what happened, tick by tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`info_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
+pub mod chip;
+pub mod cli;
 pub mod closed_loop;
+pub mod dynamics_command;
+pub mod exit;
+pub mod info_command;
+pub mod on_chip;
 pub mod plant;
 pub mod plot;
 pub mod record;
+pub mod run_command;
+pub mod simulate;
 pub mod summary;
 pub mod target;

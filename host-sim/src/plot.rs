@@ -4,7 +4,7 @@ use crate::record::{JointLabel, JointSample, Record};
 use plotters::coord::Shift;
 use plotters::prelude::{
     BLACK, ChartBuilder, Color, DrawingArea, IntoDrawingArea, IntoFont, LineSeries, PathElement, RED, RGBColor,
-    SVGBackend, SeriesLabelPosition, WHITE,
+    SVGBackend, Text, WHITE,
 };
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -15,6 +15,8 @@ pub type PlotError = Box<dyn Error + Send + Sync>;
 const WIDTH: u32 = 1000;
 const PANEL: u32 = 240;
 const TITLE: u32 = 40;
+/// Width of an entry of the legend.
+const LEGEND: i32 = 110;
 const BLUE: RGBColor = RGBColor(0x1f, 0x4e, 0x9c);
 const ORANGE: RGBColor = RGBColor(0xf0, 0x8c, 0x1e);
 
@@ -33,7 +35,7 @@ struct Curve {
 struct Figure {
     file: &'static str,
     title: &'static str,
-    axis: &'static str,
+    axis: fn(&JointLabel) -> &'static str,
     unit: fn(&JointLabel) -> &'static str,
     curves: &'static [Curve],
 }
@@ -42,7 +44,7 @@ const FIGURES: [Figure; 4] = [
     Figure {
         file: "position.svg",
         title: "Joint positions",
-        axis: "position",
+        axis: |_| "position",
         unit: JointLabel::position_unit,
         // The reference lies broad under the actual curve: where the two agree, both are seen.
         curves: &[
@@ -53,7 +55,7 @@ const FIGURES: [Figure; 4] = [
     Figure {
         file: "velocity.svg",
         title: "Joint velocities",
-        axis: "velocity",
+        axis: |_| "velocity",
         unit: JointLabel::velocity_unit,
         curves: &[
             Curve { name: "reference", colour: ORANGE, width: 5, value: |s| s.qd_reference },
@@ -63,14 +65,14 @@ const FIGURES: [Figure; 4] = [
     Figure {
         file: "error.svg",
         title: "Tracking error: reference less actual position",
-        axis: "error",
+        axis: |_| "error",
         unit: JointLabel::position_unit,
         curves: &[Curve { name: "error", colour: BLUE, width: 2, value: |s| s.error() }],
     },
     Figure {
         file: "torque.svg",
         title: "Commanded torques and forces",
-        axis: "torque",
+        axis: JointLabel::effort,
         unit: JointLabel::torque_unit,
         curves: &[Curve { name: "torque", colour: BLUE, width: 2, value: |s| s.torque }],
     },
@@ -96,11 +98,31 @@ fn draw(record: &Record, figure: &Figure, name: &str, path: &Path) -> Result<(),
     let height = TITLE + PANEL * u32::try_from(joints)?;
     let area = SVGBackend::new(path, (WIDTH, height)).into_drawing_area();
     area.fill(&WHITE)?;
-    let area = area.titled(&format!("{}: {}", figure.title, name), ("sans-serif", 22))?;
-    for (joint, panel) in area.split_evenly((joints, 1)).iter().enumerate() {
+    let (head, body) = area.split_vertically(TITLE);
+    let faulted = record.faults().iter().any(Option::is_some);
+    draw_head(&head, &format!("{}: {name}", figure.title), figure.curves, faulted)?;
+    for (joint, panel) in body.split_evenly((joints, 1)).iter().enumerate() {
         draw_panel(record, figure, joint, panel)?;
     }
     area.present()?;
+    Ok(())
+}
+
+/// Title on the left, legend on the right: it holds for all panels, and covers no curve up here.
+fn draw_head(
+    head: &DrawingArea<SVGBackend<'_>, Shift>,
+    title: &str,
+    curves: &[Curve],
+    faulted: bool,
+) -> Result<(), PlotError> {
+    head.draw(&Text::new(title.to_owned(), (12, 10), ("sans-serif", 22)))?;
+    let named = curves.iter().map(|curve| (curve.name, curve.colour.stroke_width(curve.width)));
+    let entries: Vec<_> = named.chain(faulted.then(|| ("fault", RED.stroke_width(2)))).collect();
+    for (index, (name, style)) in entries.iter().rev().enumerate() {
+        let x = i32::try_from(WIDTH)? - 20 - LEGEND * (1 + i32::try_from(index)?);
+        head.draw(&PathElement::new([(x, 22), (x + 26, 22)], *style))?;
+        head.draw(&Text::new((*name).to_owned(), (x + 34, 15), ("sans-serif", 15)))?;
+    }
     Ok(())
 }
 
@@ -126,33 +148,20 @@ fn draw_panel(
     chart
         .configure_mesh()
         .x_desc("time / s")
-        .y_desc(format!("{} / {prefix}{}", figure.axis, (figure.unit)(label)))
+        .y_desc(format!("{} / {prefix}{}", (figure.axis)(label), (figure.unit)(label)))
         .label_style(("sans-serif", 14))
         .axis_desc_style(("sans-serif", 15))
         .y_labels(5)
         .light_line_style(WHITE)
         .draw()?;
     for (curve, points) in curves {
-        let style = curve.colour.stroke_width(curve.width);
-        chart
-            .draw_series(LineSeries::new(points.into_iter().map(|(t, y)| (t, y / scale)), style))?
-            .label(curve.name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], style));
+        let scaled = points.into_iter().map(|(t, y)| (t, y / scale));
+        chart.draw_series(LineSeries::new(scaled, curve.colour.stroke_width(curve.width)))?;
     }
     if let Some(tick) = record.faults().iter().position(Option::is_some) {
         let t = record.time()[tick];
-        chart
-            .draw_series(LineSeries::new([(t, low / scale), (t, high / scale)], RED.stroke_width(2)))?
-            .label("fault")
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], RED.stroke_width(2)));
+        chart.draw_series(LineSeries::new([(t, low / scale), (t, high / scale)], RED.stroke_width(2)))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .label_font(("sans-serif", 14))
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.3))
-        .draw()?;
     Ok(())
 }
 

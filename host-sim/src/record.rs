@@ -32,6 +32,15 @@ impl JointLabel {
         }
     }
 
+    /// What its actuator gives.
+    #[must_use]
+    pub fn effort(&self) -> &'static str {
+        match self.kind {
+            JointKind::Revolute => "torque",
+            JointKind::Prismatic => "force",
+        }
+    }
+
     /// Unit of its torque or force.
     #[must_use]
     pub fn torque_unit(&self) -> &'static str {

@@ -116,6 +116,7 @@ impl Summary {
                 End::Complete => None,
                 End::Interrupted => Some("interrupted".to_owned()),
                 End::Diverged(why) => Some(why.to_string()),
+                End::TargetFailed => Some("the target failed".to_owned()),
             },
             tracking_rms: each(&|i| rms(errors(i))),
             tracking_max: each(&|i| peak(errors(i))),

@@ -42,7 +42,8 @@ pub enum ChipError {
     },
     /// The firmware was built for something else.
     #[error(
-        "the firmware was built for another robot or scene: {}; build it again from this scene", difference(expected, found)
+        "the firmware was built for another robot or scene: {}; build it again from this scene",
+        difference(expected, found)
     )]
     OtherRobot {
         /// What the host simulates.

@@ -1,0 +1,203 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use dynamics_core::control::Law;
+use dynamics_core::trig::Method;
+use robot_compiler::scene::ScalarChoice;
+use std::path::PathBuf;
+
+/// Simulate a robot arm under computed-torque control, on the desk or with the chip's own firmware in the loop.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "host-sim", version, after_long_help = EXIT_CODES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done
+  1    something outside failed: a file could not be written, the target died
+  2    bad input: a file, a line or an option; the message says where and what was expected
+  3    the run ended in a fault, or the simulated arm ran away; everything recorded was written
+  4    chip and desk differed in some tick
+  130  interrupted; everything recorded until then was written";
+
+/// What to do.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Command {
+    /// Close the loop of a scene: table, CSV log, plots.
+    Run(RunArgs),
+    /// Inverse and forward dynamics of states given as JSON lines.
+    Dynamics(DynamicsArgs),
+    /// Show what a robot file holds.
+    Info(InfoArgs),
+}
+
+const RUN_EXAMPLES: &str = "\
+Examples:
+  host-sim run scenes/puma560_pick.toml
+  host-sim run scenes/puma560_pick.toml --target qemu
+  host-sim run scenes/puma560_pick.toml --law pd --scalar f64 --out /tmp/pd
+  host-sim run scenes/puma560_pick.toml --json | jq .tracking_max
+
+Files, in the folder given by --out:
+  log.csv       every tick: time, and per joint reference and actual position and velocity, torque, limits; the fault
+  summary.json  what --json prints
+  *.svg         position, velocity, error and torque of every joint over time
+
+A fault brakes the arm (drives released, brakes engaged); the run goes on to its end and exits with 3.";
+
+/// Options of `run`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = RUN_EXAMPLES)]
+pub struct RunArgs {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// Who computes the torques: this program, or the firmware in an emulated STM32F405.
+    #[arg(long, value_enum, default_value_t = Target::Desk)]
+    pub target: Target,
+    /// Floating-point type of the controller; the scene's otherwise. The chip has f32 only.
+    #[arg(long, value_enum)]
+    pub scalar: Option<Scalar>,
+    /// Sine and cosine of the controller; the scene's otherwise.
+    #[arg(long, value_enum)]
+    pub trig: Option<Trig>,
+    /// The control law; the scene's otherwise.
+    #[arg(long, value_enum)]
+    pub law: Option<LawName>,
+    /// Simulated time, s; the scene's otherwise.
+    #[arg(long, value_name = "SECONDS")]
+    pub duration: Option<f64>,
+    /// Folder for log and plots [default: out/<scene>].
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Print the summary as JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+    /// No progress bar and no table.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+const DYNAMICS_EXAMPLES: &str = r#"Each input line is an object; all keys but q may be left out (zero, and gravity [0, 0, -9.81]):
+  {"q":[..], "qd":[..], "qdd":[..], "tau":[..], "wrench_tip":[fx,fy,fz,mx,my,mz], "gravity":[gx,gy,gz]}
+The wrench is that of the environment on the robot at the tip's origin, in tip axes. SI units, radians.
+
+Each output line is an object, in the order of the input:
+  tau          torques for q, qd, qdd under gravity and wrench:  D qdd + C qd + G - J^T w
+  gravity      G(q)
+  coriolis_qd  C(q, qd) qd
+  mass_matrix  D(q), rows
+  qdd          accelerations under the given tau (only if it was given):  D qdd = tau - C qd - G + J^T w
+  tip          pose of the tip in the base: rotation (rows), position
+
+Examples:
+  echo '{"q":[0,0.5,0,0,0,0]}' | host-sim dynamics robots/puma560.toml --input -
+  host-sim dynamics robots/puma560.toml --input states.jsonl --scalar f32 --rotor absent
+
+Numbers have as many digits as they need to be read back exactly. The first bad line ends the work with exit code 2; the
+lines before it have been answered. Empty lines are skipped. Friction is not part of these equations."#;
+
+/// Options of `dynamics`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = DYNAMICS_EXAMPLES)]
+pub struct DynamicsArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// File of JSON lines; - for standard input.
+    #[arg(long, value_name = "FILE")]
+    pub input: PathBuf,
+    /// Floating-point type to compute in.
+    #[arg(long, value_enum, default_value_t = Scalar::F64)]
+    pub scalar: Scalar,
+    /// Whether the rotors of the robot file count.
+    #[arg(long, value_enum, default_value_t = Presence::Present)]
+    pub rotor: Presence,
+}
+
+/// Options of `info`.
+#[derive(Clone, Debug, Args)]
+pub struct InfoArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+}
+
+/// Who computes the torques.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Target {
+    /// This program.
+    Desk,
+    /// The firmware, in an emulated STM32F405.
+    Qemu,
+}
+
+/// Floating-point type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Scalar {
+    /// Single precision, as on the chip.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+/// Sine and cosine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Trig {
+    /// Our own polynomials.
+    Polynomial,
+    /// libm's.
+    Libm,
+}
+
+/// Control law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LawName {
+    /// Inverse dynamics of the measured state and a corrected acceleration.
+    ComputedTorque,
+    /// Spring and damper per joint.
+    Pd,
+    /// Spring and damper, and the torque that holds the arm.
+    PdGravity,
+    /// Spring and damper, and the torque of the reference motion.
+    Feedforward,
+}
+
+/// Whether an effect counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Presence {
+    /// It counts.
+    Present,
+    /// It is left out.
+    Absent,
+}
+
+impl From<Scalar> for ScalarChoice {
+    fn from(scalar: Scalar) -> Self {
+        match scalar {
+            Scalar::F32 => Self::F32,
+            Scalar::F64 => Self::F64,
+        }
+    }
+}
+
+impl From<Trig> for Method {
+    fn from(trig: Trig) -> Self {
+        match trig {
+            Trig::Polynomial => Self::Polynomial,
+            Trig::Libm => Self::Libm,
+        }
+    }
+}
+
+impl From<LawName> for Law {
+    fn from(law: LawName) -> Self {
+        match law {
+            LawName::ComputedTorque => Self::ComputedTorque,
+            LawName::Pd => Self::Pd,
+            LawName::PdGravity => Self::PdGravity,
+            LawName::Feedforward => Self::Feedforward,
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! A run with the chip in the loop, and the desk's own controller beside it on the very same inputs.
+
+use crate::chip::{Chip, build_firmware};
+use crate::exit::Failure;
+use crate::simulate::{self, Run};
+use crate::summary::Instructions;
+use crate::target::{Beside, Ticked, Torques};
+use dynamics_core::{Measurement, Reference};
+use indicatif::ProgressBar;
+use link::{Hello, Pacing};
+use miette::IntoDiagnostic;
+use robot_compiler::SceneFile;
+use robot_compiler::scene::ScalarChoice;
+use std::sync::atomic::AtomicBool;
+
+impl<const N: usize> Torques<f32, N> for Chip {
+    fn tick(
+        &mut self,
+        reference: &Reference<f32, N>,
+        measurement: &Measurement<f32, N>,
+    ) -> miette::Result<Ticked<f32, N>> {
+        let reply = Chip::tick(self, reference, measurement).into_diagnostic()?;
+        Ok(Ticked { command: reply.command, instructions: reply.instructions.map(u64::from) })
+    }
+}
+
+/// Build the firmware for a scene, start it in the emulator, and close the loop through it.
+///
+/// The firmware is built from the scene's file, so the scene must not have been changed in anything that a tick reads;
+/// the hello that both sides exchange would find it out.
+///
+/// # Errors
+/// A scene that cannot be run; a firmware that cannot be built; an emulator that cannot be started or does not agree.
+pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
+    let mut scene = scene.clone();
+    scene.control.scalar = ScalarChoice::F32;
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    // A motion that cannot be should be said before the compiler is started.
+    simulate::world::<N>(&scene)?;
+    let target = |error| Failure::Target(miette::Report::from_err(error));
+    progress.set_message("building the firmware");
+    let program = build_firmware(&scene.path).map_err(target)?;
+    let hello = Hello {
+        robot: scene.hash(&model),
+        joints: u8::try_from(N).unwrap_or(u8::MAX),
+        rate_hz: scene.control.rate as f32,
+        pacing: Pacing::LockStep,
+    };
+    progress.set_message("");
+    let chip = Chip::start(&program, hello).map_err(target)?;
+    let mut both = Beside::new(chip, simulate::desk::<f32, N>(&scene, &model));
+    let mut run = simulate::with(&scene, "qemu", &mut both, stop, progress)?;
+    run.summary.parity = Some(both.parity());
+    run.summary.instructions_per_tick = both.instructions().map(|(min, max)| Instructions { min, max });
+    Ok(run)
+}

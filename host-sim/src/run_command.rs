@@ -1,0 +1,151 @@
+//! `run`: close the loop of a scene, show and write what came of it.
+
+use crate::cli::{RunArgs, Scalar, Target};
+use crate::closed_loop::End;
+use crate::exit::{self, Failure};
+use crate::plot;
+use crate::simulate::{self, Run};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use robot_compiler::{SceneFile, with_dof};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// Run a scene; returns the exit code.
+///
+/// # Errors
+/// A scene that is wrong, a file that cannot be written, a target that died (what was recorded is written first).
+pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
+    let scene = scene(args)?;
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
+    // Better now than after the run.
+    fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+    let progress = progress(args.json || args.quiet);
+    let run = with_dof!(scene.robot.dof(), N => match args.target {
+        Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
+        Target::Qemu => crate::on_chip::run::<N>(&scene, stop, &progress),
+    })?;
+    let files = write(&run, &scene.name, &folder)?;
+    show(args, &run, &files).or_else(|error| match error.kind() {
+        io::ErrorKind::BrokenPipe => Ok(()),
+        _ => Err(Failure::Output(error)),
+    })?;
+    let code = exit_code(&run);
+    match run.failure {
+        Some(report) => Err(Failure::Target(report)),
+        None => Ok(code),
+    }
+}
+
+/// The scene with what the command line changes.
+fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
+    if args.target == Target::Qemu {
+        for (option, given) in [("--law", args.law.is_some()), ("--trig", args.trig.is_some())] {
+            if given {
+                let why = "the firmware is built from the scene file; expected the choice there, under [control]";
+                return Err(Failure::Input(miette::miette!("{option} with --target qemu: {why}")));
+            }
+        }
+        if args.scalar == Some(Scalar::F64) {
+            return Err(Failure::Input(miette::miette!(
+                "--scalar f64 with --target qemu: expected f32, which the chip has"
+            )));
+        }
+    }
+    let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    if let Some(duration) = args.duration {
+        if !(duration.is_finite() && duration > 0.0) {
+            return Err(Failure::Input(miette::miette!("--duration {duration}: expected a time in s above zero")));
+        }
+        scene.duration = Some(duration);
+    }
+    if let Some(law) = args.law {
+        scene.control.law = law.into();
+    }
+    if let Some(trig) = args.trig {
+        scene.control.trig = trig.into();
+    }
+    if let Some(scalar) = args.scalar {
+        scene.control.scalar = scalar.into();
+    }
+    Ok(scene)
+}
+
+/// A name that is one safe part of a path.
+fn file_name(name: &str) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' };
+    let name: String = name.chars().map(safe).collect();
+    if name.is_empty() { "scene".to_owned() } else { name }
+}
+
+/// A bar on standard error, where that is a terminal.
+fn progress(hidden: bool) -> ProgressBar {
+    if hidden || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+    match ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos} of {len} ticks, {eta} to go  {msg}") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+/// Write log, summary and plots; returns the files.
+fn write(run: &Run, name: &str, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let log = folder.join("log.csv");
+    let file = File::create(&log).map_err(|error| in_file(&log, &error))?;
+    run.record.write_csv(BufWriter::new(file)).map_err(|error| in_file(&log, &error))?;
+    let summary = folder.join("summary.json");
+    fs::write(&summary, json(run)?).map_err(|error| in_file(&summary, &error))?;
+    let plots = plot::write_all(&run.record, name, folder).map_err(|error| in_file(folder, &error))?;
+    Ok([log, summary].into_iter().chain(plots).collect())
+}
+
+fn json(run: &Run) -> Result<String, Failure> {
+    let text = serde_json::to_string_pretty(&run.summary).map_err(|error| Failure::Output(error.into()))?;
+    Ok(text + "\n")
+}
+
+fn show(args: &RunArgs, run: &Run, files: &[PathBuf]) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    if args.json {
+        let text = serde_json::to_string_pretty(&run.summary)?;
+        writeln!(out, "{text}")?;
+    } else if !args.quiet {
+        writeln!(out, "{}", run.summary.table())?;
+        for (index, file) in files.iter().enumerate() {
+            let name = if index == 0 { "files" } else { "" };
+            writeln!(out, "{name:<20}{}", file.display())?;
+        }
+    }
+    out.flush()
+}
+
+fn exit_code(run: &Run) -> u8 {
+    let differs = run.summary.parity.is_some_and(|parity| parity.mismatches > 0);
+    match run.end {
+        _ if differs => exit::PARITY,
+        End::Interrupted => exit::INTERRUPTED,
+        End::Diverged(_) => exit::FAULT,
+        End::TargetFailed => exit::OUTSIDE,
+        End::Complete if run.summary.faults.is_empty() => 0,
+        End::Complete => exit::FAULT,
+    }
+}
+
+fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    Failure::Output(io::Error::other(format!("{}: {error}", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::file_name;
+
+    #[test]
+    fn a_scene_cannot_name_a_folder_elsewhere() {
+        assert_eq!(file_name("puma560_pick"), "puma560_pick");
+        assert_eq!(file_name("../../etc/x y"), "______etc_x_y");
+        assert_eq!(file_name(""), "scene");
+    }
+}

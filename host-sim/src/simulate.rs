@@ -1,0 +1,189 @@
+//! From a scene to a finished run, in memory.
+
+use crate::closed_loop::{self, End, World};
+use crate::exit::Failure;
+use crate::plant::actuator::ActuatorSettings;
+use crate::plant::sensor::{Counter, SensorSettings, Sensors};
+use crate::plant::{Arm, Clock, JointFriction, Plant};
+use crate::record::{JointLabel, Record};
+use crate::summary::{Setting, Summary};
+use crate::target::Torques;
+use dynamics_core::control::Law;
+use dynamics_core::inertia::cast_vector;
+use dynamics_core::trig::Method;
+use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
+use indicatif::ProgressBar;
+use robot_compiler::SceneFile;
+use robot_compiler::scene::ScalarChoice;
+use std::sync::atomic::AtomicBool;
+
+/// A finished run.
+#[derive(Debug)]
+pub struct Run {
+    /// What happened.
+    pub record: Record,
+    /// In a few numbers.
+    pub summary: Summary,
+    /// Why it ended.
+    pub end: End,
+    /// What the target died of; the record then ends there.
+    pub failure: Option<miette::Report>,
+}
+
+/// Samples that fit in memory with ease: ticks times joints.
+const SAMPLES_MAX: f64 = 2e7;
+
+/// Run a scene on the desk, until its end or until `stop` is set.
+///
+/// # Errors
+/// [`Failure::Input`] for a scene that cannot be run.
+pub fn on_desk<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    match scene.control.scalar {
+        ScalarChoice::F64 => with::<f64, N, _>(scene, "desk", &mut desk(scene, &model), stop, progress),
+        ScalarChoice::F32 => with::<f32, N, _>(scene, "desk", &mut desk(scene, &model), stop, progress),
+    }
+}
+
+/// The controller that a scene asks for, computing here in `S`.
+#[must_use]
+pub fn desk<S: Real, const N: usize>(
+    scene: &SceneFile,
+    model: &Model<f64, N>,
+) -> Controller<S, N, Dynamics<S, N>, Method>
+where
+    Method: Trig<S>,
+{
+    let config: ControllerConfig<S, N> = scene.controller_config(model).cast();
+    let dynamics = Dynamics::new(model.cast(), scene.scene(model).cast());
+    let mut controller = Controller::new(config, dynamics, scene.control.trig);
+    let live = scene.live(model);
+    *controller.live_mut() = Live {
+        gravity: cast_vector(&live.gravity),
+        payload: live.payload.cast(),
+        tip_wrench: live.tip_wrench.cast(),
+        rotor: live.rotor.map(S::literal),
+    };
+    controller
+}
+
+/// Run a scene with this controller, whoever it is.
+///
+/// # Errors
+/// [`Failure::Input`] for a scene that cannot be run. A target that dies is no error here: see [`Run::failure`].
+pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
+    scene: &SceneFile,
+    target: &str,
+    controller: &mut C,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Run, Failure> {
+    let mut world = world::<N>(scene)?;
+    let ticks = ticks(scene, world.motion.duration())?;
+    progress.set_length(ticks);
+    let labels = scene.robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect();
+    let mut record = Record::new(labels, usize::try_from(ticks).unwrap_or(usize::MAX));
+    // The bar itself limits how often it is drawn; asking it less often costs less still.
+    let after_tick = |tick: u64| {
+        if tick % 64 == 0 {
+            progress.set_position(tick);
+        }
+    };
+    let closed = closed_loop::run(&mut world, controller, ticks, stop, &mut record, after_tick);
+    progress.finish_and_clear();
+    let (end, timing, failure) = match closed {
+        Ok((end, timing)) => (end, timing, None),
+        Err(report) => (End::TargetFailed, closed_loop::Timing::default(), Some(report)),
+    };
+    let summary = Summary::new(setting(scene, target), &record, end, timing);
+    Ok(Run { record, summary, end, failure })
+}
+
+/// The simulated world of a scene.
+///
+/// # Errors
+/// [`Failure::Input`]: the robot has another number of joints, or the motion cannot be.
+pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    let motion = scene
+        .trajectory(&model)
+        .map_err(|error| Failure::Input(miette::miette!("{}: the motion cannot be: {error}", scene.path.display())))?;
+    let specs: Vec<JointSpec> = scene.robot.joints.iter().map(|joint| joint.spec).collect();
+    let wrong = |_| Failure::Input(miette::miette!("{} does not have {N} joints", scene.robot.path.display()));
+    let arm = Arm {
+        joints: <[JointSpec; N]>::try_from(specs).map_err(wrong)?,
+        tool: scene.robot.tool,
+        payload: scene.plant.payload,
+        gravity: scene.plant.gravity,
+        tip_wrench: scene.plant.tip_wrench,
+    };
+    let start: [f64; N] = core::array::from_fn(|i| scene.plant.start.get(i).copied().unwrap_or(0.0));
+    let clock = Clock { period: scene.period(), steps_per_tick: scene.steps_per_tick() };
+    let friction = scene.plant.friction.then(|| {
+        let coefficients = core::array::from_fn(|i| {
+            let friction = scene.robot.joints.get(i).and_then(|joint| joint.friction);
+            friction.map_or((0.0, 0.0), |f| (f.viscous, f.coulomb))
+        });
+        JointFriction::all(&coefficients, &arm, &start, clock.step())
+    });
+    let actuators = ActuatorSettings {
+        delay: scene.actuators.delay as usize,
+        saturation: scene.actuators.saturation,
+        lag: (scene.actuators.lag > 0.0).then_some(scene.actuators.lag),
+    };
+    let encoder = scene.controller_config(&model).encoder;
+    let sensors = SensorSettings {
+        position_noise: scene.sensors.position_noise,
+        velocity_noise: scene.sensors.velocity_noise,
+        counters: scene.sensors.encoder.then(|| encoder.map(|e| Counter { zero: e.zero, per_count: e.per_count })),
+        delay: scene.sensors.delay as usize,
+    };
+    Ok(World {
+        plant: Plant::new(arm, friction, actuators, clock, start),
+        sensors: Sensors::new(sensors, scene.seed),
+        motion,
+        repeat: scene.motion.repeats(),
+        period: scene.period(),
+    })
+}
+
+/// Number of control periods in the scene's duration.
+fn ticks(scene: &SceneFile, motion: f64) -> Result<u64, Failure> {
+    let duration = scene.duration.unwrap_or(motion);
+    let ticks = (duration / scene.period()).round();
+    let problem = if !(duration.is_finite() && ticks >= 1.0) {
+        format!("a duration of {duration} s; expected at least one control period of {} s", scene.period())
+    } else if ticks * scene.robot.dof() as f64 > SAMPLES_MAX {
+        let most = SAMPLES_MAX / scene.robot.dof() as f64 * scene.period();
+        format!("a duration of {duration} s makes {ticks} ticks; expected at most {most:.0} s, which a log can hold")
+    } else {
+        return Ok(ticks as u64);
+    };
+    Err(Failure::Input(miette::miette!("{}: {problem}", scene.path.display())))
+}
+
+fn setting(scene: &SceneFile, target: &str) -> Setting {
+    Setting {
+        scene: scene.name.clone(),
+        robot: scene.robot.name.clone(),
+        target: target.to_owned(),
+        scalar: match scene.control.scalar {
+            ScalarChoice::F32 => "f32",
+            ScalarChoice::F64 => "f64",
+        }
+        .to_owned(),
+        law: match scene.control.law {
+            Law::ComputedTorque => "computed-torque",
+            Law::Pd => "pd",
+            Law::PdGravity => "pd-gravity",
+            Law::Feedforward => "feedforward",
+        }
+        .to_owned(),
+        trig: match scene.control.trig {
+            Method::Polynomial => "polynomial",
+            Method::Libm => "libm",
+        }
+        .to_owned(),
+        period: scene.period(),
+    }
+}
