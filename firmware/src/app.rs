@@ -73,7 +73,8 @@ mod rtos {
 
     #[init(local = [bytes: Queue<u8, BYTES> = Queue::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Parts { input, output, ticker, counter, joints } = ThisBoard::start(cx.device, arm::RATE_HZ);
+        let Parts { input, output, ticker, counter, joints } =
+            ThisBoard::start(boards::Chip { device: cx.device, core: cx.core }, arm::RATE_HZ);
         let meter = Meter::new(counter);
         let (received, pending) = cx.local.bytes.split();
         defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, ThisBoard::NAME, arm::N, arm::RATE_HZ);

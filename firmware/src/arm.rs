@@ -5,11 +5,16 @@ use dynamics_core::scene::Dynamics;
 #[cfg(target_os = "none")]
 use link::{Hello, Pacing};
 
-pub(crate) use generated::{HASH, N, NAME, RATE_HZ, TRIG, Trig};
 #[cfg(not(target_os = "none"))]
 pub(crate) use generated::ROBOT;
+pub(crate) use generated::{HASH, N, NAME, RATE_HZ, TRIG, Trig};
 
-#[allow(unused_imports, dead_code, unreachable_pub, reason = "generated: imports what any scene may need, and exports all")]
+#[allow(
+    unused_imports,
+    dead_code,
+    unreachable_pub,
+    reason = "generated: imports what any scene may need, and exports all"
+)]
 mod generated {
     include!(concat!(env!("OUT_DIR"), "/arm.rs"));
 }

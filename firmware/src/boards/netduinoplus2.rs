@@ -32,7 +32,7 @@ pub struct InstructionCounter(pac::TIM2);
 pub struct NoLines;
 
 impl Board for NetduinoPlus2 {
-    type Peripherals = pac::Peripherals;
+    type Peripherals = super::Chip;
     type Input = Input;
     type Output = Output;
     type Ticker = ControlTimer;
@@ -41,8 +41,8 @@ impl Board for NetduinoPlus2 {
 
     const NAME: &'static str = "netduinoplus2 (QEMU)";
 
-    fn start(peripherals: pac::Peripherals, rate_hz: f32) -> Parts<Self> {
-        let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, .. } = peripherals;
+    fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self> {
+        let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, .. } = chip.device;
         usart.cr1().write(|w| w.ue().enabled().re().enabled().te().enabled().rxneie().enabled());
 
         counter.psc().write(|w| w.psc().set(0));

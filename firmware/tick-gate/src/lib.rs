@@ -6,7 +6,14 @@ use dynamics_core::control::{Command, Controller, Measurement, Reference};
 use dynamics_core::scene::Dynamics;
 use generated::{N, TRIG, Trig};
 
-#[allow(unused_imports, dead_code, unreachable_pub, reason = "generated: imports and holds what any scene may need")]
+#[allow(
+    unused_imports,
+    dead_code,
+    unreachable_pub,
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    reason = "generated: imports and holds what any scene may need"
+)]
 mod generated {
     include!(concat!(env!("OUT_DIR"), "/arm.rs"));
 }

@@ -1,0 +1,212 @@
+//! The session from outside: frames in, ticks and frames out.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
+
+use dynamics_core::control::{
+    Controller, ControllerConfig, Encoder, Gains, Guard, Law, Measurement, Reference, Sensed, TrackingObserver,
+};
+use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::scene::Live;
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{Limits, SinCos};
+use firmware::meter::{Counter, Meter};
+use firmware::session::{Reaction, Session, State};
+use link::codec::Received;
+use link::{Cost, DecodeError, Frame, Hello, Pacing, Refusal};
+use std::cell::Cell;
+
+/// Two unit masses on unit gears, nothing between them: `tau = qdd`.
+struct UnitMasses;
+
+impl InverseDynamics<f32, 2> for UnitMasses {
+    fn inverse_dynamics(
+        &self,
+        _: &[SinCos<f32>; 2],
+        _: &[f32; 2],
+        _: &[f32; 2],
+        qdd: &[f32; 2],
+        _: &Live<f32, 2>,
+    ) -> [f32; 2] {
+        *qdd
+    }
+}
+
+/// Counts one for each look, and ten for the exercise.
+struct Looks(Cell<u32>);
+
+impl Counter for Looks {
+    fn now(&self) -> u32 {
+        self.0.set(self.0.get() + 1);
+        self.0.get()
+    }
+    fn cost(count: u32) -> Cost {
+        Cost::Instructions(count)
+    }
+    fn exercise(&self) {
+        self.0.set(self.0.get() + 10);
+    }
+}
+
+const OWN: Hello = Hello { robot: 7, joints: 2, rate_hz: 500.0, pacing: Pacing::LockStep };
+
+struct Bench {
+    session: Session<2, UnitMasses, Polynomial>,
+    meter: Meter<Looks>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let limits = Limits { position: (-3.0, 3.0), velocity: 5.0, torque: 50.0, torque_rate: 1e6 };
+        let config = ControllerConfig {
+            law: Law::ComputedTorque,
+            gains: [Gains { position: 100.0, velocity: 20.0, inertia: 1.0 }; 2],
+            friction: None,
+            limits: [limits; 2],
+            torque_step: [2000.0; 2],
+            guard: [Guard { position_margin: 0.1, velocity_max: 10.0 }; 2],
+            age_max: 2,
+            encoder: [Encoder { zero: 0, per_count: 0.001 }; 2],
+            observer: TrackingObserver::from_gains(0.002, 2e-6, 0.5, 100.0),
+        };
+        let session = Session::new(OWN, Controller::new(config, UnitMasses, Polynomial));
+        Self { session, meter: Meter::new(Looks(Cell::new(0))) }
+    }
+
+    fn running(pacing: Pacing) -> Self {
+        let mut bench = Self::new();
+        bench.receive(Frame::Hello(Hello { pacing, ..OWN }));
+        bench
+    }
+
+    fn receive(&mut self, frame: Frame) -> Reaction {
+        self.session.receive(Ok(Received { frame, missed: 0 }))
+    }
+
+    fn tick(&mut self) -> Option<Frame> {
+        self.session.tick(&self.meter)
+    }
+
+    fn fault_code(&mut self) -> Option<u8> {
+        match self.tick() {
+            Some(Frame::Fault(fault)) => Some(fault.code),
+            _ => None,
+        }
+    }
+}
+
+fn reference(qdd: f32) -> Frame {
+    Frame::Reference(link::Reference::new(&Reference { q: [0.0; 2], qd: [0.0; 2], qdd: [qdd; 2] }))
+}
+
+fn measurement(tick: u32, q: f32) -> Frame {
+    let sensed = Sensed::State { q: [q; 2], qd: [0.0; 2] };
+    Frame::Measurement(link::Measurement::new(tick, &Measurement { sensed, age_ticks: 0 }))
+}
+
+fn refused(refusal: Refusal) -> Reaction {
+    Reaction::Reply(Frame::Refusal(refusal))
+}
+
+#[test]
+fn nothing_runs_before_an_agreed_hello() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.receive(measurement(1, 0.0)), refused(Refusal::NoHello));
+    assert_eq!(bench.receive(reference(1.0)), refused(Refusal::NoHello));
+    assert_eq!(bench.tick(), None);
+    assert!(!bench.session.drives());
+}
+
+#[test]
+fn a_hello_that_agrees_starts_the_pacing_it_asks_for() {
+    for pacing in [Pacing::LockStep, Pacing::Timer] {
+        let mut bench = Bench::new();
+        let hello = Hello { pacing, ..OWN };
+        assert_eq!(bench.receive(Frame::Hello(hello)), Reaction::Start(pacing, Frame::Hello(hello)));
+        assert_eq!(bench.session.state(), State::Running(pacing));
+    }
+}
+
+#[test]
+fn a_hello_for_anything_else_stops_and_says_what_this_is() {
+    let others = [
+        Hello { robot: 8, ..OWN },
+        Hello { joints: 3, ..OWN },
+        Hello { rate_hz: 1000.0, ..OWN },
+        Hello { rate_hz: f32::NAN, ..OWN },
+    ];
+    for other in others {
+        let mut bench = Bench::running(Pacing::LockStep);
+        let answer = bench.receive(Frame::Hello(other));
+        assert_eq!(answer, Reaction::Stop(Frame::Hello(OWN), Frame::Refusal(Refusal::OtherRobot)), "{other:?}");
+        assert_eq!(bench.session.state(), State::Waiting);
+        assert_eq!(bench.tick(), None);
+    }
+}
+
+#[test]
+fn in_lock_step_a_measurement_starts_one_tick_and_the_answer_has_its_number_and_cost() {
+    let mut bench = Bench::running(Pacing::LockStep);
+    assert_eq!(bench.receive(measurement(1, 0.0)), refused(Refusal::NoReference));
+    assert_eq!(bench.receive(reference(2.0)), Reaction::None);
+    assert_eq!(bench.receive(measurement(41, 0.01)), Reaction::Tick);
+    let Some(Frame::Command(command)) = bench.tick() else { panic!("a command") };
+    assert_eq!(command.tick, 41);
+    assert_eq!(command.torque.as_slice(), [2.0 - 100.0 * 0.01; 2]);
+    assert_eq!(command.cost, Some(Cost::Instructions(0)));
+    assert!(bench.session.drives());
+}
+
+#[test]
+fn a_fault_stops_the_drives_stays_and_goes_with_the_next_hello() {
+    let mut bench = Bench::running(Pacing::LockStep);
+    bench.receive(reference(0.0));
+    bench.receive(measurement(1, f32::NAN));
+    assert_eq!(bench.fault_code(), Some(1));
+    assert!(!bench.session.drives());
+    bench.receive(measurement(2, 0.0));
+    assert_eq!(bench.fault_code(), Some(1));
+    bench.receive(Frame::Hello(OWN));
+    assert_eq!(bench.session.state(), State::Running(Pacing::LockStep));
+    assert_eq!(bench.receive(measurement(3, 0.0)), refused(Refusal::NoReference));
+}
+
+#[test]
+fn on_the_timer_measurements_age_until_they_are_stale() {
+    let mut bench = Bench::running(Pacing::Timer);
+    assert_eq!(bench.tick(), None);
+    bench.receive(reference(0.0));
+    assert_eq!(bench.receive(measurement(5, 0.0)), Reaction::None);
+    for tick in 5..=7 {
+        let Some(Frame::Command(command)) = bench.tick() else { panic!("a command") };
+        assert_eq!(command.tick, tick);
+    }
+    assert_eq!(bench.fault_code(), Some(3));
+    assert!(!bench.session.drives());
+}
+
+#[test]
+fn an_overrun_stops_the_drives_at_once_and_the_next_tick_says_so() {
+    let mut bench = Bench::running(Pacing::Timer);
+    bench.receive(reference(0.0));
+    bench.receive(measurement(1, 0.0));
+    bench.tick();
+    bench.session.overrun();
+    assert!(!bench.session.drives());
+    assert_eq!(bench.fault_code(), Some(6));
+}
+
+#[test]
+fn whatever_cannot_be_used_is_refused_by_name_and_changes_nothing() {
+    let mut bench = Bench::running(Pacing::LockStep);
+    bench.receive(reference(0.0));
+    let other = Reference { q: [0.0_f32; 3], qd: [0.0; 3], qdd: [0.0; 3] };
+    assert_eq!(
+        bench.receive(Frame::Reference(link::Reference::new(&other))),
+        refused(Refusal::JointCount { expected: 2, found: 3 })
+    );
+    assert_eq!(bench.session.receive(Err(DecodeError::BadCrc)), refused(Refusal::Undecodable(DecodeError::BadCrc)));
+    let lost = Received { frame: measurement(1, 0.0), missed: 2 };
+    assert_eq!(bench.session.receive(Ok(lost)), refused(Refusal::Lost { missed: 2 }));
+    assert_eq!(bench.receive(Frame::Refusal(Refusal::NoHello)), refused(Refusal::Unexpected));
+    assert_eq!(bench.receive(measurement(9, 0.0)), Reaction::Tick);
+    assert!(matches!(bench.tick(), Some(Frame::Command(_))));
+}
