@@ -54,6 +54,14 @@ impl SceneFile {
         scene_file::load(path)
     }
 
+    /// From the text of a scene file; `path` stands for the file in errors, and the robot's path is relative to it.
+    ///
+    /// # Errors
+    /// As [`SceneFile::load`].
+    pub fn from_toml_str(text: &str, path: &Path) -> Result<Self, FileError> {
+        scene_file::from_text(text, path)
+    }
+
     /// A sensible scene for an arm without one: floor, computed torque at 1 kHz, a swing to one side and back.
     #[must_use]
     pub fn default_for(robot: Robot) -> Self {

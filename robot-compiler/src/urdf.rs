@@ -23,7 +23,7 @@ pub(crate) fn read(source: &Source, tip: Option<&str>) -> Result<Robot, FileErro
     let document = markup::parse(source)?;
     let markup = Markup::new(source, &document)?;
     markup.check_numbers()?;
-    let urdf = urdf_rs::read_from_string(&source.text).map_err(|error| {
+    let urdf = urdf_rs::read_from_string(&markup.essentials()).map_err(|error| {
         markup.error(&markup.robot, "robot", format!("not a URDF: {error}"), "a URDF robot description")
     })?;
     if urdf.links.len() != markup.links.len() || urdf.joints.len() != markup.joints.len() {

@@ -169,6 +169,23 @@ impl<'a> Markup<'a> {
         Ok(())
     }
 
+    /// The document without shapes, colours and what simulators add: nothing in them bears on dynamics, and a texture that
+    /// `urdf-rs` cannot read should not keep an arm from loading.
+    pub(super) fn essentials(&self) -> String {
+        let beside = self.robot.children().filter(|node| !node.has_tag_name("link") && !node.has_tag_name("joint"));
+        let within = self.links.iter().flat_map(|link| link.children().filter(|node| !node.has_tag_name("inertial")));
+        let mut left_out: Vec<_> = beside.chain(within).filter(Node::is_element).map(|node| node.range()).collect();
+        left_out.sort_unstable_by_key(|range| range.start);
+        let mut text = String::new();
+        let mut from = 0;
+        for range in left_out {
+            text.push_str(self.source.text.get(from..range.start).unwrap_or_default());
+            from = range.end;
+        }
+        text.push_str(self.source.text.get(from..).unwrap_or_default());
+        text
+    }
+
     /// The `name` of a link or joint.
     fn name(&self, node: &Node<'a, 'a>, kind: &str) -> Result<&'a str, FileError> {
         node.attribute("name")
