@@ -13,6 +13,7 @@ pub(crate) use generated::{HASH, N, NAME, RATE_HZ, TRIG, Trig};
     unused_imports,
     dead_code,
     unreachable_pub,
+    clippy::approx_constant,
     reason = "generated: imports what any scene may need, and exports all"
 )]
 mod generated {

@@ -21,6 +21,8 @@ mod error;
 mod program;
 
 #[cfg(test)]
+mod firmware_tests;
+#[cfg(test)]
 mod tests;
 
 pub use emulator::{Emulator, Timeouts};

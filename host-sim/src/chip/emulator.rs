@@ -26,7 +26,7 @@ impl Default for Timeouts {
 /// A running emulator; it ends when this is dropped.
 #[derive(Debug)]
 pub struct Emulator {
-    child: Child,
+    pub(super) child: Child,
     link: UnixStream,
     timeouts: Timeouts,
     buffer: [u8; 256],
@@ -99,6 +99,15 @@ impl Emulator {
         let byte = self.buffer[self.unread.start];
         self.unread.start += 1;
         Ok(byte)
+    }
+
+    /// Wait for answers so long from now on.
+    ///
+    /// # Errors
+    /// The system refuses, for example a wait of no time.
+    pub fn set_answer_timeout(&mut self, timeout: Duration) -> Result<(), ChipError> {
+        self.timeouts.answer = timeout;
+        Ok(self.link.set_read_timeout(Some(timeout))?)
     }
 
     /// The emulator's process number.

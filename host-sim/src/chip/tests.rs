@@ -1,5 +1,5 @@
 //! What the client does when the emulator does not do what it should. With programs that stand in for the emulator:
-//! what a real chip answers is tested where the firmware is built, in `tests/chip.rs`.
+//! what a real chip answers is tested in `firmware_tests`.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use super::{Chip, ChipError, Emulator, Timeouts};
@@ -13,19 +13,11 @@ fn short() -> Timeouts {
     Timeouts { connect: Duration::from_millis(300), answer: Duration::from_millis(300) }
 }
 
-fn script(name: &str, text: &str) -> std::path::PathBuf {
-    use std::os::unix::fs::PermissionsExt as _;
-    let path = std::env::temp_dir().join(format!("newtau-test-{}-{name}", std::process::id()));
-    std::fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
-    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
-    path
-}
-
-fn start(name: &str, text: &str) -> (Result<Emulator, ChipError>, Duration) {
-    let program = script(name, text);
+/// Start a stand-in. They are files of the project: one that is written here and run at once may be "busy".
+fn start(stand_in: &str) -> (Result<Emulator, ChipError>, Duration) {
+    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/chip/fixtures").join(stand_in);
     let begun = Instant::now();
     let result = Emulator::start(&program, Path::new("none.elf"), short());
-    std::fs::remove_file(program).unwrap();
     (result, begun.elapsed())
 }
 
@@ -38,7 +30,7 @@ fn a_missing_emulator_is_named_with_the_way_to_get_it() {
 
 #[test]
 fn an_emulator_that_ends_at_once_is_dead_and_its_words_are_repeated() {
-    let (result, took) = start("ends", "echo no such machine >&2; exit 3");
+    let (result, took) = start("ends");
     let text = result.unwrap_err().to_string();
     assert!(text.contains("died (exit status: 3)") && text.contains("no such machine"), "{text}");
     assert!(took < Duration::from_secs(2), "{took:?}");
@@ -46,14 +38,14 @@ fn an_emulator_that_ends_at_once_is_dead_and_its_words_are_repeated() {
 
 #[test]
 fn an_emulator_that_never_connects_is_silent_within_its_time() {
-    let (result, took) = start("waits", "exec sleep 60");
+    let (result, took) = start("waits");
     assert!(matches!(result, Err(ChipError::Silent { .. })));
     assert!(took >= Duration::from_millis(300) && took < Duration::from_secs(3), "{took:?}");
 }
 
 #[test]
 fn the_command_line_of_the_readme_reaches_the_emulator() {
-    let (result, _) = start("says", "echo \"$*\" >&2; exit 1");
+    let (result, _) = start("says");
     let text = result.unwrap_err().to_string();
     for part in ["-M netduinoplus2", "-icount shift=0", "-kernel none.elf", "-serial null -serial chardev:link"] {
         assert!(text.contains(part), "{part} in {text}");
