@@ -1,0 +1,97 @@
+//! What is read from a scene file: defaults, terms, and robots of both kinds.
+#![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
+#![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
+
+use dynamics_core::control::Law;
+use dynamics_core::trig::Method;
+use dynamics_core::{Live, Term};
+use nalgebra::Vector3;
+use robot_compiler::scene::{MotionSpec, ScalarChoice, SensorSpec};
+use robot_compiler::{FileError, SceneFile};
+use std::path::Path;
+
+/// A scene that stands still, with these lines added; paths are relative to `tests/data`.
+fn scene(robot: &str, lines: &str) -> Result<SceneFile, FileError> {
+    let q = if robot.contains("puma") { "[0.0, 0.5, 0.0, 0.0, 0.0, 0.0]" } else { "[0.0, 0.5]" };
+    let motion = format!("[motion]\nkind = \"hold\"\nq = {q}\nduration = 1.5\n");
+    let text = format!("name = \"test\"\nrobot = \"{robot}\"\n{lines}\n{motion}");
+    SceneFile::from_toml_str(&text, Path::new("tests/data/scene.toml"))
+}
+
+#[test]
+fn a_scene_that_says_little_gets_the_documented_defaults() {
+    let puma = scene("../../../robots/puma560.toml", "").unwrap();
+    assert_eq!((puma.duration, puma.seed), (None, 0));
+    assert_eq!(puma.motion, MotionSpec::Hold { q: vec![0.0, 0.5, 0.0, 0.0, 0.0, 0.0], duration: 1.5 });
+    assert_eq!(puma.model.gravity, Term::Constant(Vector3::new(0.0, 0.0, -9.81)));
+    assert_eq!((puma.model.payload, puma.model.tip_wrench), (Term::Absent, Term::Absent));
+    assert_eq!((puma.model.rotor, puma.model.coriolis.clone()), (Term::Constant(()), Term::Live));
+    assert!(puma.model.friction && puma.plant.friction);
+    assert_eq!((puma.control.rate, puma.control.law, puma.control.age_max), (1000.0, Law::ComputedTorque, 2));
+    assert_eq!((puma.control.trig, puma.control.scalar), (Method::Polynomial, ScalarChoice::F32));
+    assert_eq!(
+        (puma.control.natural_frequency.as_slice(), puma.control.damping.as_slice()),
+        (&[30.0; 6][..], &[1.0; 6][..])
+    );
+    assert_eq!((puma.plant.step, puma.steps_per_tick()), (0.000_25, 4));
+    assert_eq!(puma.plant.start, puma.motion.start());
+    assert_eq!(puma.sensors, SensorSpec::default());
+    // A robot without rotors and friction has no such terms.
+    let planar = scene("../../../robots/planar2r.toml", "").unwrap();
+    assert_eq!(planar.model.rotor, Term::Absent);
+    assert!(!planar.model.friction && !planar.plant.friction);
+}
+
+#[test]
+fn live_terms_are_fed_from_the_plant() {
+    let live = scene(
+        "../../../robots/puma560.toml",
+        "[model]\ngravity = \"live\"\npayload = \"live\"\ntip_wrench = \"live\"\nrotor = \"live\"\n\
+         [plant]\ngravity = [0, 0, 9.81]\npayload = { mass = 2, com = [0, 0, 0.1] }\ntip_wrench = { force = [1, 2, 3] }\n",
+    )
+    .unwrap();
+    let model = live.robot.model::<6>().unwrap();
+    let (scene, values) = (live.scene(&model), live.live(&model));
+    assert_eq!((scene.gravity, scene.payload, scene.tip_wrench), (Term::Live, Term::Live, Term::Live));
+    assert_eq!(values.gravity, Vector3::new(0.0, 0.0, 9.81));
+    assert_eq!(values.payload.first_moment, Vector3::new(0.0, 0.0, 0.2));
+    assert_eq!(values.tip_wrench.force, Vector3::new(1.0, 2.0, 3.0));
+    assert_eq!(values.rotor[0], 62.6111 * 62.6111 * 2e-4);
+    assert_eq!(scene.rotor.value(&values.rotor), Some(&values.rotor));
+}
+
+#[test]
+fn the_plant_takes_over_what_the_model_holds_unless_it_says_otherwise() {
+    let model = "[model]\ngravity = [9.81, 0, 0]\npayload = { mass = 2, com = [0, 0, 0.1] }\n";
+    let robot = "../../../robots/planar2r.toml";
+    let same = scene(robot, model).unwrap();
+    assert_eq!(same.model.payload, Term::Constant(same.plant.payload.unwrap()));
+    assert_eq!(same.plant.gravity, Vector3::new(9.81, 0.0, 0.0));
+    let other = scene(robot, &format!("{model}[plant]\npayload = \"absent\"\ngravity = \"absent\"\n")).unwrap();
+    assert_eq!((other.plant.payload, other.plant.gravity), (None, Vector3::zeros()));
+    assert!(matches!(other.model.payload, Term::Constant(_)));
+    let live: Live<f64, 2> = other.live(&other.robot.model().unwrap());
+    assert_eq!(live.payload.mass, 0.0);
+}
+
+#[test]
+fn a_scene_can_name_a_urdf_robot_and_its_tip() {
+    let two = scene("two.urdf", "").unwrap();
+    assert_eq!((two.robot.dof(), two.model.friction), (2, true));
+    let named = scene("two.urdf", "tip = \"fore\"").unwrap();
+    assert_eq!(named.robot.joints, two.robot.joints);
+    let error = scene("two.urdf", "tip = \"for\"").unwrap_err();
+    assert_eq!((error.file(), error.field()), ("tests/data/two.urdf", "tip"));
+    assert!(error.expected().contains("did you mean `fore`?"), "{}", error.expected());
+    let one = scene("two.urdf", "tip = \"upper\"").unwrap_err();
+    assert_eq!((one.field(), one.problem()), ("motion.q", "found 2 entries"));
+}
+
+#[test]
+fn encoder_counts_become_radians_and_metres() {
+    let scara = SceneFile::load(&Path::new("../scenes").join("scara_pick.toml")).unwrap();
+    let config = scara.controller_config(&scara.robot.model::<4>().unwrap());
+    assert_eq!(config.encoder.map(|encoder| encoder.zero), [0; 4]);
+    assert_eq!(config.encoder[0].per_count, std::f64::consts::TAU / 65536.0);
+    assert_eq!(config.encoder[3].per_count, 1.0 / 200_000.0);
+}
