@@ -81,6 +81,8 @@ mod rtos {
         if !meter.is_exact() {
             defmt::warn!("no exact counter: the cost of a tick is not reported");
         }
+        // Its first run says hello: what a host sends before that may meet a receiver that is not on yet.
+        rtic::pend(Interrupt::EXTI0);
         let session = Session::new(arm::hello(), arm::controller());
         (
             Shared { session, ticker, joints, answer: None, overflow: false },
@@ -119,15 +121,20 @@ mod rtos {
     /// Read what came, say what is to be said.
     #[task(
         binds = EXTI0, priority = 1, shared = [session, ticker, joints, answer, overflow],
-        local = [pending, output, decoder: Decoder = Decoder::new(), encoder: Encoder = Encoder::new()]
+        local = [
+            pending, output, announced: bool = false, decoder: Decoder = Decoder::new(), encoder: Encoder = Encoder::new()
+        ]
     )]
     fn serve(mut cx: serve::Context) {
-        let serve::LocalResources { pending, output, decoder, encoder, .. } = cx.local;
+        let serve::LocalResources { pending, output, announced, decoder, encoder, .. } = cx.local;
         let mut send = |frame: &Frame| {
             if let Ok(packet) = encoder.encode(frame) {
                 output.write(&packet);
             }
         };
+        if !core::mem::replace(announced, true) {
+            send(&Frame::Hello(arm::hello()));
+        }
         if let Some(frame) = cx.shared.answer.lock(Option::take) {
             if let Frame::Fault(fault) = &frame {
                 defmt::warn!("fault {} in tick {}", fault.code, fault.tick);

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! host                                   chip
+//!                               <------  hello {robot, joints, rate}      when it has started
 //! hello {robot, joints, rate}   ------>
 //!                               <------  hello {robot, joints, rate}      compared on both sides
 //! reference (when it changed)   ------>
@@ -68,9 +69,16 @@ impl Chip {
     /// As [`Chip::start`].
     pub fn over(emulator: Emulator, expect: Hello) -> Result<Self, ChipError> {
         let mut chip = Self { emulator, encoder: Encoder::new(), decoder: Decoder::new(), tick: 0, reference: None };
+        // The first comes by itself: whatever is sent before it may meet a receiver that is not on yet, and is lost.
+        chip.agree("the chip's hello", expect)?;
         chip.send(&Frame::Hello(expect))?;
-        match chip.receive("the chip's hello")? {
-            Frame::Hello(theirs) if theirs == expect => Ok(chip),
+        chip.agree("the chip's answer to a hello", expect)?;
+        Ok(chip)
+    }
+
+    fn agree(&mut self, waiting_for: &'static str, expect: Hello) -> Result<(), ChipError> {
+        match self.receive(waiting_for)? {
+            Frame::Hello(theirs) if theirs == expect => Ok(()),
             Frame::Hello(theirs) => Err(ChipError::OtherRobot { expected: expect, found: theirs }),
             frame => Err(ChipError::unexpected("a hello", frame)),
         }
@@ -121,11 +129,9 @@ impl Chip {
         reference: &Reference<f32, N>,
         measurement: &Measurement<f32, N>,
     ) -> Result<(), ChipError> {
-        self.send(&Frame::Hello(Hello { pacing: Pacing::Timer, ..expect }))?;
-        match self.receive("the chip's second hello")? {
-            Frame::Hello(_) => {}
-            frame => return Err(ChipError::unexpected("a hello", frame)),
-        }
+        let timed = Hello { pacing: Pacing::Timer, ..expect };
+        self.send(&Frame::Hello(timed))?;
+        self.agree("the chip's answer to a hello", timed)?;
         self.send(&Frame::Reference(link::Reference::new(reference)))?;
         self.send(&Frame::Measurement(link::Measurement::new(0, measurement)))
     }

@@ -13,7 +13,7 @@ pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 ///
 /// | frame | from | when |
 /// |---|---|---|
-/// | hello | both | first; the answer lets each side compare what it was built from |
+/// | hello | both | the MCU's when it has started; then the host's, and the MCU's answer: each compares |
 /// | reference | host | before the measurement it belongs to; holds until the next one |
 /// | measurement | host | once per tick; its arrival starts the tick on a board in lock step |
 /// | command | MCU | answer to a measurement |

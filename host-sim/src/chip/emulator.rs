@@ -3,6 +3,7 @@
 use super::ChipError;
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -68,7 +69,10 @@ impl Emulator {
             .arg(elf)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
-            .stderr(Stdio::piped());
+            .stderr(Stdio::piped())
+            // A group of its own: Ctrl-C in a terminal reaches every process of the group, and the run is to end cleanly
+            // with the chip still answering.
+            .process_group(0);
         let child = on_one_processor(|| command.spawn())
             .map_err(|source| ChipError::CannotStart { program: program.to_owned(), source })?;
         let mut guard = Guard(Some(child));
