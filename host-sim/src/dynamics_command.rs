@@ -109,7 +109,10 @@ where
     Libm: Trig<S>,
 {
     for (index, line) in input.split(b'\n').enumerate() {
-        let at = |problem: String| Failure::Input(miette::miette!("{source}, line {}: {problem}", index + 1));
+        let at = |problem: String| {
+            let help = format!("expected {{\"q\": [{N} numbers], ..}}; see `host-sim dynamics --help`");
+            Failure::Input(miette::miette!(help = help, "{source}, line {}: {problem}", index + 1))
+        };
         let line = line.map_err(|error| at(format!("cannot be read: {error}")))?;
         let line = std::str::from_utf8(&line).map_err(|e| at(format!("byte {} is not UTF-8", e.valid_up_to() + 1)))?;
         if line.trim().is_empty() {
@@ -124,6 +127,10 @@ where
 
 /// A line as a question, or what is wrong with it.
 fn read(line: &str) -> Result<Question, String> {
+    // serde would take a list as the fields in their order.
+    if !line.trim_start().starts_with('{') {
+        return Err("not a JSON object".to_owned());
+    }
     serde_json::from_str(line).map_err(|error| {
         let text = error.to_string();
         // Every line is its own document: only the column is news.
@@ -188,8 +195,8 @@ where
 /// `K` finite numbers.
 fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[S; K], String> {
     let wrong = |_| {
-        let plural = if K == 1 { "number" } else { "numbers" };
-        format!("`{name}` has {} entries; expected {K} {plural}: {meaning}", values.len())
+        let count = |n: usize| if n == 1 { "1 number".to_owned() } else { format!("{n} numbers") };
+        format!("`{name}` has {}; expected {}: {meaning}", count(values.len()), count(K))
     };
     let values: [f64; K] = values.try_into().map_err(wrong)?;
     let cast = values.map(S::literal);

@@ -8,6 +8,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 fn main() -> ExitCode {
+    // Messages are read by scripts too, which search them for a line number: no line is broken in the middle.
+    let unbroken = || miette::MietteHandlerOpts::new().wrap_lines(false).build();
+    if let Err(error) = miette::set_hook(Box::new(move |_| Box::new(unbroken()))) {
+        eprintln!("{error}");
+    }
     let done = match Cli::parse().command {
         Command::Run(args) => run_command::run(&args, &stop_on_interrupt()),
         Command::Dynamics(args) => dynamics_command::run(&args).map(|()| 0),
@@ -20,16 +25,11 @@ fn main() -> ExitCode {
     }))
 }
 
-/// A flag that the first Ctrl-C sets; the second ends the program at once.
+/// A flag that Ctrl-C sets. The loop looks at it in every tick, and no tick waits longer than the chip's timeout.
 fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
-    let set = ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(host_sim::exit::INTERRUPTED));
-        }
-    });
-    if let Err(error) = set {
+    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
         eprintln!("Ctrl-C will end the run without a summary: {error}");
     }
     stop

@@ -85,7 +85,7 @@ pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
     let mut record = Record::new(labels, usize::try_from(ticks).unwrap_or(usize::MAX));
     // The bar itself limits how often it is drawn; asking it less often costs less still.
     let after_tick = |tick: u64| {
-        if tick % 64 == 0 {
+        if tick.is_multiple_of(64) {
             progress.set_position(tick);
         }
     };

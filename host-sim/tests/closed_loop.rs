@@ -72,10 +72,10 @@ fn a_payload_a_fifth_too_heavy_keeps_the_error_bounded() {
     for summary in [&exact, &wrong] {
         assert!(summary.faults.is_empty() && summary.limits.iter().all(|limits| limits.torque == 0));
     }
-    println!("{:?} {:?}", exact.tracking_max, wrong.tracking_max);
+    // Measured: 1.85e-5 and 2.09e-3 rad.
     let (exact, wrong) = (largest(&exact.tracking_max), largest(&wrong.tracking_max));
-    assert!((1e-6..1e-4).contains(&exact), "{exact:e} rad");
-    assert!((1e-3..1e-1).contains(&wrong), "{wrong:e} rad");
+    assert!((1e-5..3e-5).contains(&exact), "{exact:e} rad");
+    assert!((1.8e-3..2.4e-3).contains(&wrong), "{wrong:e} rad");
 }
 
 #[test]

@@ -74,10 +74,9 @@ fn answers_agree_with_pinocchio() {
         ("random 6R/P", worst(&model::<6>(&random.placed()), &random)),
     ];
     for (robot, (torques, accelerations)) in found {
-        println!("{robot} {torques:e} {accelerations:e}");
-        // Accelerations carry the condition number of the mass matrix, some 1e5 for the Puma without rotors.
+        // Measured: torques at most 3.9e-15, accelerations at most 1.2e-14.
         assert!(torques < 1e-14, "{robot}: {torques:e}");
-        assert!(accelerations < 1e-12, "{robot}: {accelerations:e}");
+        assert!(accelerations < 1e-13, "{robot}: {accelerations:e}");
     }
 }
 
@@ -88,9 +87,9 @@ fn single_precision_answers_are_off_by_its_rounding_and_no_more() {
         worst(&model::<2>(&planar.classical(false)).cast::<f32>(), &planar).0,
         worst(&model::<6>(&random.placed()).cast::<f32>(), &random).0,
     ];
-    println!("{found:?}");
+    // Measured: 5.27e-7 and 5.29e-7, some nine units of rounding.
     for off in found {
-        assert!((2e-8..2e-6).contains(&off), "{off:e}");
+        assert!((2e-7..1e-6).contains(&off), "{off:e}");
     }
 }
 

@@ -1,4 +1,5 @@
 //! Reference data from Pinocchio: robots and states, as `tests/golden/*.json` hold them.
+#![allow(dead_code, reason = "each test file takes what it needs")]
 
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool, Wrench};
 use host_sim::plant::Arm;
