@@ -4,8 +4,12 @@ mod firmware;
 mod gate;
 mod process;
 mod qemu;
+mod readme;
+mod robot_data;
 mod setup;
 mod size;
+mod tally;
+mod test;
 mod toolchain;
 
 use clap::{Parser, Subcommand};
@@ -26,6 +30,8 @@ struct Arguments {
 enum Task {
     /// Install what is missing: the chip's target, the emulator, the test runner
     Setup,
+    /// Run everything that proves the project; sets up what is missing
+    Test,
     /// Build, run, measure or flash the firmware
     Firmware {
         #[command(subcommand)]
@@ -92,6 +98,7 @@ fn main() -> ExitCode {
 fn run(task: Task) -> anyhow::Result<()> {
     match task {
         Task::Setup => setup::all(),
+        Task::Test => test::all(),
         Task::Gate { what } => gate::check(&what.scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Build { what, message_path } => {

@@ -1,0 +1,138 @@
+//! Steps that pass or fail, and the count of both.
+
+use crate::process::run;
+use anyhow::{Context as _, Result};
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// What was run and how it went.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    passed: u64,
+    failed: u64,
+    failures: Vec<String>,
+}
+
+impl Tally {
+    /// Run a step that counts as one.
+    pub(crate) fn step(&mut self, name: &str, step: impl FnOnce() -> Result<()>) {
+        let begin = announce(name);
+        match step() {
+            Ok(()) => self.passed += 1,
+            Err(why) => self.fail(name, &format!("{why:#}")),
+        }
+        eprintln!("    {name}: {:.0} s", begin.elapsed().as_secs_f64());
+    }
+
+    /// Run a command that counts as one.
+    pub(crate) fn command(&mut self, name: &str, command: &mut Command) {
+        self.step(name, || run(command));
+    }
+
+    /// Run a test runner and count the tests that it reports; a run that reports none is a failure.
+    pub(crate) fn tests(&mut self, name: &str, command: &mut Command) {
+        let begin = announce(name);
+        let outcome = counted(command);
+        match outcome {
+            Ok((success, counts)) => {
+                self.passed += counts.passed;
+                self.failed += counts.failed;
+                if counts.failed > 0 {
+                    self.failures.push(format!("{name}: {} failed", counts.failed));
+                } else if !success {
+                    self.fail(name, "the test runner failed");
+                } else if counts.passed == 0 {
+                    self.fail(name, "no test ran");
+                }
+            }
+            Err(why) => self.fail(name, &format!("{why:#}")),
+        }
+        eprintln!("    {name}: {:.0} s", begin.elapsed().as_secs_f64());
+    }
+
+    /// Say what failed, and end with the line that counts. True when nothing failed.
+    pub(crate) fn report(&self) -> bool {
+        for failure in &self.failures {
+            eprintln!("FAILED {failure}");
+        }
+        println!("{} passed, {} failed", self.passed, self.failed);
+        self.failed == 0 && self.passed > 0
+    }
+
+    fn fail(&mut self, name: &str, why: &str) {
+        self.failed += 1;
+        self.failures.push(format!("{name}: {why}"));
+    }
+}
+
+fn announce(name: &str) -> Instant {
+    eprintln!("\n==> {name}");
+    Instant::now()
+}
+
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Counts {
+    passed: u64,
+    failed: u64,
+}
+
+/// Show a test runner's output as it comes, and add up its summaries.
+fn counted(command: &mut Command) -> Result<(bool, Counts)> {
+    // nextest sums up on its standard error, the built-in harness on its standard output: both into one pipe each.
+    let mut child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .with_context(|| format!("cannot start {command:?}"))?;
+    let stderr = child.stderr.take().map(|pipe| std::thread::spawn(move || echo(BufReader::new(pipe))));
+    let mut counts = child.stdout.take().map_or_else(Counts::default, |pipe| echo(BufReader::new(pipe)));
+    if let Some(thread) = stderr {
+        let more = thread.join().map_err(|_| anyhow::anyhow!("the output reader stopped"))?;
+        counts.passed += more.passed;
+        counts.failed += more.failed;
+    }
+    let status = child.wait().with_context(|| format!("cannot wait for {command:?}"))?;
+    Ok((status.success(), counts))
+}
+
+fn echo(pipe: impl BufRead) -> Counts {
+    let mut counts = Counts::default();
+    for line in pipe.lines().map_while(Result::ok) {
+        eprintln!("{line}");
+        if let Some(summary) = summary(&line) {
+            counts.passed += summary.passed;
+            counts.failed += summary.failed;
+        }
+    }
+    counts
+}
+
+/// The counts in a summary line of nextest or of Rust's own test harness.
+fn summary(line: &str) -> Option<Counts> {
+    let line = line.trim();
+    let of_nextest = line.starts_with("Summary [");
+    let of_harness = line.starts_with("test result: ");
+    if !of_nextest && !of_harness {
+        return None;
+    }
+    let before = |word: &str| -> u64 {
+        let words: Vec<&str> = line.split([' ', ',', ';']).filter(|w| !w.is_empty()).collect();
+        words.windows(2).find(|w| w[1] == word).and_then(|w| w[0].parse().ok()).unwrap_or(0)
+    };
+    Some(Counts { passed: before("passed"), failed: before("failed") + before("timed") })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Counts, summary};
+
+    #[test]
+    fn summaries_are_read() {
+        let nextest = "     Summary [   1.234s] 120 tests run: 118 passed (2 slow), 2 failed, 3 skipped";
+        assert_eq!(summary(nextest), Some(Counts { passed: 118, failed: 2 }));
+        let harness = "test result: ok. 5 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.10s";
+        assert_eq!(summary(harness), Some(Counts { passed: 5, failed: 0 }));
+        assert_eq!(summary("12 passed"), None);
+    }
+}

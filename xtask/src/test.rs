@@ -1,0 +1,66 @@
+//! `cargo xtask test`: everything that proves the project, what fails soonest first.
+
+use crate::firmware::{self, Board};
+use crate::process::root;
+use crate::tally::Tally;
+use crate::{gate, readme, robot_data, setup, size};
+use anyhow::Result;
+use std::path::Path;
+use std::process::{Command, exit};
+
+/// Set up what is missing, run everything, and end with the line that counts; code 1 if anything failed.
+pub(crate) fn all() -> Result<()> {
+    setup::all()?;
+    let urdfs = robot_data::fetch();
+    let mut tally = Tally::default();
+    static_checks(&mut tally);
+    host_tests(&mut tally, &urdfs);
+    chip_tests(&mut tally);
+    tally.step("README commands", readme::run_commands);
+    if !tally.report() {
+        exit(1)
+    }
+    Ok(())
+}
+
+/// Format, lints, documentation.
+fn static_checks(tally: &mut Tally) {
+    tally.command("format", &mut cargo(&["fmt", "--all", "--check"]));
+    tally.command("lints", &mut cargo(&["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]));
+    let mut doc = cargo(&["doc", "--workspace", "--no-deps", "--locked"]);
+    tally.command("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"));
+}
+
+/// Unit, integration, property and snapshot tests, and the examples in the documentation.
+fn host_tests(tally: &mut Tally, urdfs: &Path) {
+    // A snapshot that is missing or differs is a failure here, never a new file.
+    let mut tests = cargo(&["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
+    tests.args(["--filterset", &format!("not {CHIP_TESTS}")]);
+    tally.tests("host tests", tests.env("NEWTAU_URDF_DIR", urdfs).env("INSTA_UPDATE", "no"));
+    tally.tests("documentation examples", &mut cargo(&["test", "--workspace", "--doc", "--locked"]));
+}
+
+/// The firmware: built for every board, measured against its budgets, its tick free of what must not be in it, and run
+/// in the emulated chip.
+fn chip_tests(tally: &mut Tally) {
+    let scene = Path::new(firmware::SCENE_DEFAULT);
+    for board in [Board::Netduinoplus2, Board::OdriveV3] {
+        tally.step(&format!("firmware for {board}"), || {
+            let elf = firmware::build(scene, board)?;
+            size::check(&elf, board)
+        });
+    }
+    tally.step("gate", || gate::check(scene));
+    // One emulator at a time: it keeps one processor busy and the test another.
+    let mut tests = cargo(&["nextest", "run", "--release", "--package", "host-sim", "--locked", "--no-fail-fast"]);
+    tally.tests("chip tests", tests.args(["--test-threads", "1", "--filterset", CHIP_TESTS]));
+}
+
+/// Test binaries that need the emulator.
+const CHIP_TESTS: &str = "binary(/^chip/)";
+
+fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root()).args(arguments);
+    command
+}
