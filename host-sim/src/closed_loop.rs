@@ -38,6 +38,17 @@ pub enum End {
     TargetFailed,
 }
 
+/// How a run went.
+#[derive(Debug)]
+pub struct Closed {
+    /// Why it ended.
+    pub end: End,
+    /// How long it took.
+    pub timing: Timing,
+    /// What the target died of.
+    pub failure: Option<miette::Report>,
+}
+
 /// How long it took.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Timing {
@@ -49,10 +60,8 @@ pub struct Timing {
 
 /// Run `ticks` control periods, or until `stop` is set; `after_tick` is called with the number of ticks done.
 ///
-/// A fault brakes the arm, and the run goes on to its end: what the arm does then is part of the answer.
-///
-/// # Errors
-/// The target failed; what was recorded until then stays in `record`.
+/// A fault brakes the arm, and the run goes on to its end: what the arm does then is part of the answer. A target that
+/// fails ends the run; what was recorded until then stays in `record`.
 pub fn run<S: Real, const N: usize>(
     world: &mut World<N>,
     controller: &mut impl Torques<S, N>,
@@ -60,10 +69,10 @@ pub fn run<S: Real, const N: usize>(
     stop: &AtomicBool,
     record: &mut Record,
     mut after_tick: impl FnMut(u64),
-) -> miette::Result<(End, Timing)> {
+) -> Closed {
     let start = Instant::now();
     let mut timing = Timing::default();
-    let mut end = End::Complete;
+    let (mut end, mut failure) = (End::Complete, None);
     for tick in 0..ticks {
         if stop.load(Ordering::Relaxed) {
             end = End::Interrupted;
@@ -75,8 +84,15 @@ pub fn run<S: Real, const N: usize>(
         let measurement = measurement::<S, N>(&world.sensors.read(&state));
         let input = reference.cast::<S>();
         let before = Instant::now();
-        let Ticked { command, .. } = controller.tick(&input, &measurement)?;
+        let ticked = controller.tick(&input, &measurement);
         timing.ticks += before.elapsed();
+        let Ticked { command, .. } = match ticked {
+            Ok(ticked) => ticked,
+            Err(report) => {
+                (end, failure) = (End::TargetFailed, Some(report));
+                break;
+            }
+        };
         let (torque, limits, fault) = outcome(&command);
         let sample = |i: usize| JointSample {
             q_reference: reference.q[i],
@@ -96,7 +112,7 @@ pub fn run<S: Real, const N: usize>(
         after_tick(tick + 1);
     }
     timing.whole = start.elapsed();
-    Ok((end, timing))
+    Closed { end, timing, failure }
 }
 
 impl<const N: usize> World<N> {

@@ -1,6 +1,6 @@
 //! From a scene to a finished run, in memory.
 
-use crate::closed_loop::{self, End, World};
+use crate::closed_loop::{self, Closed, End, World};
 use crate::exit::Failure;
 use crate::plant::actuator::ActuatorSettings;
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
@@ -89,12 +89,9 @@ pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
             progress.set_position(tick);
         }
     };
-    let closed = closed_loop::run(&mut world, controller, ticks, stop, &mut record, after_tick);
+    let Closed { end, timing, failure } =
+        closed_loop::run(&mut world, controller, ticks, stop, &mut record, after_tick);
     progress.finish_and_clear();
-    let (end, timing, failure) = match closed {
-        Ok((end, timing)) => (end, timing, None),
-        Err(report) => (End::TargetFailed, closed_loop::Timing::default(), Some(report)),
-    };
     let summary = Summary::new(setting(scene, target), &record, end, timing);
     Ok(Run { record, summary, end, failure })
 }

@@ -93,10 +93,14 @@ impl Emulator {
     /// The next byte; an error names what was waited for.
     pub(super) fn read_byte(&mut self, waiting_for: &'static str) -> Result<u8, ChipError> {
         if self.unread.is_empty() {
-            let count = match self.link.read(&mut self.buffer) {
-                Ok(0) => return Err(dead(&mut self.child, waiting_for)),
-                Ok(count) => count,
-                Err(error) => return Err(self.explain(error, waiting_for)),
+            let count = loop {
+                match self.link.read(&mut self.buffer) {
+                    Ok(0) => return Err(dead(&mut self.child, waiting_for)),
+                    Ok(count) => break count,
+                    // A signal to this program, such as Ctrl-C, says nothing about the chip.
+                    Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                    Err(error) => return Err(self.explain(error, waiting_for)),
+                }
             };
             self.unread = 0..count;
         }
