@@ -160,7 +160,13 @@ impl Summary {
     /// What concerns the whole arm, a line each.
     fn lines(&self) -> String {
         let mut lines = vec![
-            format!("{:<20}{} of {}", "ticks", self.ticks, engineering(self.setting.period, "s")),
+            format!(
+                "{:<20}{} of {}: {}",
+                "ticks",
+                self.ticks,
+                engineering(self.setting.period, "s"),
+                engineering(self.duration, "s")
+            ),
             format!("{:<20}{}", "time per tick", engineering(self.seconds_per_tick, "s")),
             format!("{:<20}{:.1} times", "faster than real", self.realtime_factor),
         ];

@@ -119,6 +119,24 @@ fn every_law_drives_every_robot_without_a_fault() {
 }
 
 #[test]
+fn every_shipped_scene_runs_to_its_end_without_a_fault() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let mut scenes: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    scenes.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    assert!(scenes.len() >= 6, "{scenes:?}");
+    std::thread::scope(|scope| {
+        for path in &scenes {
+            scope.spawn(move || {
+                let done = run(&SceneFile::load(path).unwrap());
+                assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]), "{}", path.display());
+                // Measured: at most 20 mrad, where a scene starts off its reference on purpose.
+                assert!(largest(&done.summary.tracking_max) < 0.03, "{}", path.display());
+            });
+        }
+    });
+}
+
+#[test]
 fn a_seed_gives_the_same_log_to_the_byte_and_another_seed_does_not() {
     let mut scene = swing();
     scene.sensors.position_noise = 1e-4;

@@ -71,6 +71,7 @@ impl<const N: usize> Arm<N> {
         self.for_each_body(&pose, |link, mass, centre, inertia| {
             add_body(&mut terms, &self.gravity, &pose.axes[..=link], &rates, qd, mass, centre, inertia);
         });
+        terms.mass_matrix.fill_upper_triangle_with_lower_triangle();
         terms
     }
 
@@ -126,7 +127,8 @@ impl<const N: usize> Arm<N> {
     }
 }
 
-/// Add one body's inertia, velocity torques and weight; `axes` are those of the joints that move it.
+/// Add one body's inertia (below and on the diagonal), velocity torques and weight; `axes` are those of the joints that
+/// move it.
 #[allow(
     clippy::too_many_arguments,
     reason = "the quantities of one line of Kane's equations; a struct would only rename them"
@@ -169,7 +171,7 @@ fn add_body<const N: usize>(
         terms.coriolis[j] += linear[j].dot(&force) + angular[j].dot(&moment);
         terms.gravity[j] -= mass * gravity.dot(&linear[j]);
         let turned = inertia * angular[j];
-        for k in 0..axes.len() {
+        for k in 0..=j {
             terms.mass_matrix[(j, k)] += mass * linear[j].dot(&linear[k]) + turned.dot(&angular[k]);
         }
     }
