@@ -70,7 +70,7 @@ pub struct RunArgs {
     /// Simulated time, s; the scene's otherwise.
     #[arg(long, value_name = "SECONDS")]
     pub duration: Option<f64>,
-    /// Folder for log and plots [default: out/<scene>].
+    /// Folder for log and plots; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Print the summary as JSON, and nothing else.

@@ -8,7 +8,7 @@ use nalgebra::SMatrix;
 ///
 /// The hyperbolic tangent is a sign function that an explicit integrator can follow: within 1 % of the whole Coulomb
 /// torque above `2.6 v`. A joint held by friction alone is not locked but creeps, at `v atanh(load / c)`: with the
-/// speeds `v` used here, some hundredths of a millimetre or a milliradian in a tenth of a second. There is no break-away torque above `c`.
+/// speeds `v` used here, some hundredths of a millimetre or of a milliradian in a tenth of a second. There is no break-away torque above `c`.
 ///
 /// `v` is 1 mrad/s (1 mm/s), or more where Runge-Kutta's fourth-order step `h` could not follow so steep a slope: its
 /// stability ends at a decay rate of `2.78 / h`, and the steepest decay is `c (D^-1)_ii / v`. `v` keeps that below `0.5 / h`
