@@ -22,6 +22,31 @@
 //!
 //! Frames are named so that products read: `parent_from_link * x_link = x_parent`. Equation numbers are those of the
 //! robot-dynamics chapter that this crate implements, in the corrected form that `docs/dynamics.md` derives.
+//!
+//! # Example
+//! A pendulum of one link, and the torque that holds it out level:
+//!
+//! ```
+//! use dynamics_core::trig::Polynomial;
+//! use dynamics_core::{Body, Dh, Dynamics, Frame, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, Tool, Trig};
+//! use nalgebra::{Matrix3, Vector3};
+//!
+//! let rod = JointSpec {
+//!     kind: JointKind::Revolute,
+//!     // The link's frame lies at its far end, 1 m along x; its mass half way back.
+//!     frame: Frame::ClassicalDh(Dh { a: 1.0, ..Dh::default() }),
+//!     body: Body { mass: 2.0, com: Vector3::new(-0.5, 0.0, 0.0), inertia: Matrix3::from_diagonal(&Vector3::new(0.0, 0.17, 0.17)) },
+//!     rotor: Rotor::default(),
+//!     limits: Limits::none(),
+//! };
+//! let model = Model::new(&[rod], &Tool::default())?.cast::<f32>();
+//! let dynamics = Dynamics::new(model, Scene::with_gravity(Vector3::new(0.0, -9.81, 0.0), &model));
+//!
+//! let q = [0.0];
+//! let tau = dynamics.inverse_dynamics(&Polynomial.sin_cos_all(&q), &q, &[0.0], &[0.0], &Live::zero());
+//! assert_eq!(tau, [2.0 * 9.81 * 0.5]);
+//! # Ok::<(), dynamics_core::ModelError>(())
+//! ```
 #![no_std]
 #![forbid(unsafe_code)]
 

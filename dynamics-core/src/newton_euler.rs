@@ -23,7 +23,7 @@ use crate::geometry::{apply, apply_transposed};
 use crate::inertia::{Inertia, Wrench};
 use crate::joint::JointKind;
 use crate::model::Link;
-use crate::scalar::Scalar;
+use crate::scalar::{Label, Scalar};
 use crate::scene::{Dynamics, Live};
 use crate::trig::SinCos;
 use nalgebra::{Matrix3, Vector3};
@@ -105,7 +105,7 @@ pub fn joint_wrenches<S: Scalar, const N: usize>(
     let mut motion = Motion { omega: None, alpha: None, a: scene.gravity.value(&live.gravity).map(|g| -g) };
     for i in 0..N {
         let joint = JointMotion { turn: turn[i], q: q[i], qd: velocity.map(|v| v[i]), qdd: qdd[i] };
-        motion = motion.next(&links[i], &joint);
+        motion = motion.next(&links[i], &joint).labelled(i + 1);
         wrench[i] = motion.wrench_of(&dynamics.inertia(i, live));
     }
 
@@ -114,7 +114,9 @@ pub fn joint_wrenches<S: Scalar, const N: usize>(
         wrench[N - 1] = wrench[N - 1] - contact.in_parent(&tip.rotation, &tip.translation);
     }
     for i in (1..N).rev() {
-        wrench[i - 1] = wrench[i - 1] + to_parent(&links[i], turn[i], q[i], &wrench[i]);
+        let carried = wrench[i - 1] + to_parent(&links[i], turn[i], q[i], &wrench[i]);
+        wrench[i - 1] =
+            Wrench { force: Label::vector("f", i, carried.force), moment: Label::vector("n", i, carried.moment) };
     }
     wrench
 }
@@ -173,6 +175,16 @@ impl<S: Scalar> Motion<S> {
                 let a = a.map_or_else(|| z(joint.qdd), |a| Vector3::new(a.x, a.y, a.z + joint.qdd));
                 Self { omega, alpha, a: Some(a) }
             }
+        }
+    }
+
+    /// The same, with every component labelled for a scalar that keeps record: `w`, `al` and `a` of link `link`.
+    #[inline]
+    fn labelled(self, link: usize) -> Self {
+        Self {
+            omega: self.omega.map(|w| Label::vector("w", link, w)),
+            alpha: self.alpha.map(|al| Label::vector("al", link, al)),
+            a: self.a.map(|a| Label::vector("a", link, a)),
         }
     }
 

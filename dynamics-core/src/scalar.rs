@@ -5,7 +5,7 @@
 //! dual number run through the same source. [`Real`] adds order and division for the parts that need them.
 
 use core::ops::{Div, Neg};
-use nalgebra::{ClosedAddAssign, ClosedMulAssign, ClosedSubAssign};
+use nalgebra::{ClosedAddAssign, ClosedMulAssign, ClosedSubAssign, Vector3};
 use num_traits::{One, Zero};
 
 /// Copyable ring arithmetic: `+`, `-`, `*`, negation, zero, one, and a literal.
@@ -14,6 +14,37 @@ pub trait Scalar:
 {
     /// The value nearest to `x`. Used when a model is built or cast, never inside a recursion.
     fn literal(x: f64) -> Self;
+
+    /// The value itself. A scalar that keeps record of what is done to it may note what the value is.
+    #[inline]
+    #[must_use]
+    fn labelled(self, _label: Label) -> Self {
+        self
+    }
+}
+
+/// What a value inside a recursion is, for whoever reads a record of it: a component of a link's vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Label {
+    /// The quantity's symbol, for example `w` for the angular velocity.
+    pub symbol: &'static str,
+    /// The link, counted from 1.
+    pub link: usize,
+    /// `x`, `y` or `z`, in the link's frame.
+    pub axis: char,
+}
+
+impl Label {
+    /// The same vector with every component labelled.
+    #[inline]
+    #[must_use]
+    pub fn vector<S: Scalar>(symbol: &'static str, link: usize, v: Vector3<S>) -> Vector3<S> {
+        Vector3::new(
+            v.x.labelled(Self { symbol, link, axis: 'x' }),
+            v.y.labelled(Self { symbol, link, axis: 'y' }),
+            v.z.labelled(Self { symbol, link, axis: 'z' }),
+        )
+    }
 }
 
 /// An ordered field with a notion of "finite": `f32` or `f64`.

@@ -1,7 +1,7 @@
 //! Building the firmware for a scene and a board.
 
 use crate::process::{run, which};
-use crate::toolchain::{self, TARGET, Toolchain};
+use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
 use std::fmt;
 use std::fs::File;
@@ -52,7 +52,7 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     cargo.args(["--quiet", "--package", "firmware", "--bin", "firmware", "--no-default-features"]);
     cargo.args(["--features", board.name()]).env("NEWTAU_SCENE", &scene);
     cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
-    let built = toolchain::build(&mut cargo, folder.join(TARGET).join("release/firmware"))?;
+    let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
 
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let copy = folder.join(format!("{stem}-{:08x}-{board}.elf", short_hash(&scene)));

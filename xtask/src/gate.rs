@@ -3,7 +3,7 @@
 //! The tick alone is linked from a staticlib with unused sections collected; what is left was reachable.
 
 use crate::process::run;
-use crate::toolchain::{self, TARGET, Toolchain};
+use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
 use object::{Object as _, ObjectSymbol as _};
 use std::path::{Path, PathBuf};
@@ -67,9 +67,8 @@ fn link(scene: &Path, feature: Option<&str>) -> Result<PathBuf> {
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--package", "tick-gate"]).env("NEWTAU_SCENE", scene);
     cargo.args(feature.map(|feature| format!("--features={feature}")));
-    let folder = toolchain::target_directory().join(TARGET).join("release");
-    let library = toolchain::build(&mut cargo, folder.join("libtick_gate.a"))?;
-    let linked = folder.join(format!("tick-gate-{}.elf", feature.unwrap_or("tick")));
+    let library = toolchain::build(&mut cargo, toolchain::product("libtick_gate.a"))?;
+    let linked = toolchain::product(&format!("tick-gate-{}.elf", feature.unwrap_or("tick")));
     let linker = toolchain.linker().context("no linker for the chip: `cargo xtask setup`")?;
     let mut command = Command::new(&linker);
     if linker.ends_with("rust-lld") {

@@ -12,6 +12,9 @@ use std::process::{Command, Stdio};
 /// The chip: Cortex-M4 with a single-precision unit.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// The profile that the chip's programs are built in (Cargo.toml).
+const PROFILE: &str = "firmware";
+
 /// Oldest rustc that builds this workspace (`rust-version` in Cargo.toml).
 const MINOR_MIN: u32 = 95;
 
@@ -87,7 +90,7 @@ impl Toolchain {
             Self::Rustup => Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())),
             Self::Debian { .. } => Command::new("/usr/bin/cargo"),
         };
-        command.current_dir(root()).args([subcommand, "--release", "--target", TARGET]);
+        command.current_dir(root()).args([subcommand, "--profile", PROFILE, "--target", TARGET]);
         command.arg("--target-dir").arg(target_directory());
         // Set by rustup's cargo for whatever it runs; they would lead the other cargo to the wrong compiler.
         for name in ["RUSTC", "RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS"] {
@@ -105,6 +108,11 @@ impl Toolchain {
 /// Where builds for the chip go.
 pub(crate) fn target_directory() -> PathBuf {
     crate::process::target_directory().join("chip")
+}
+
+/// Where a build for the chip leaves its product of this name.
+pub(crate) fn product(name: &str) -> PathBuf {
+    target_directory().join(TARGET).join(PROFILE).join(name)
 }
 
 fn sysroot() -> Option<PathBuf> {
