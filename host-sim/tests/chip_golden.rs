@@ -1,4 +1,4 @@
-//! Reference torques on the emulated chip: Pinocchio's numbers against the firmware's, in single precision.
+//! Outside reference torques (`golden/`) against the firmware's on the emulated chip, in single precision.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
@@ -53,7 +53,7 @@ fn robot_file(golden: &Value) -> String {
 
 /// Largest error of the chip's torques relative to the largest torque of each state.
 fn worst<const N: usize>(robot: &str) -> f64 {
-    let path = format!("{}/tests/golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
     let golden: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     std::fs::write(folder.join(format!("golden_{robot}_robot.toml")), robot_file(&golden)).unwrap();

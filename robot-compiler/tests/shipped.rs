@@ -3,9 +3,6 @@
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 
-use dynamics_core::mass_matrix::mass_matrix;
-use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
 use nalgebra::Vector3;
 use robot_compiler::{Robot, SceneFile, emit, with_dof};
 
@@ -117,47 +114,6 @@ fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
         changed(&|s| s.robot.joints[5].spec.body.mass = 0.09 + 1e-13),
     ];
     assert_eq!(unfelt, [same; 6]);
-}
-
-/// Five states of three arms against numbers that no part of this project made.
-#[test]
-fn shipped_robots_give_the_torques_of_outside_computations() {
-    let text = include_str!("data/golden_states.txt");
-    let mut rows = 0;
-    for line in text.lines().filter(|line| !line.starts_with('#')) {
-        let fields: Vec<&str> = line.split("; ").collect();
-        let robot = Robot::load(&top("robots").join(format!("{}.toml", fields[0]))).unwrap();
-        with_dof!(robot.dof(), N => check_state::<N>(&robot, &fields));
-        rows += 1;
-    }
-    assert_eq!(rows, 15);
-}
-
-fn check_state<const N: usize>(robot: &Robot, fields: &[&str]) {
-    let numbers = |index: usize| -> [f64; N] {
-        let list: Vec<f64> = fields[index].split(' ').map(|word| word.parse().unwrap()).collect();
-        list.try_into().unwrap()
-    };
-    let [q, qd, qdd, tau, inertia] = [1, 2, 3, 4, 5].map(numbers);
-    let model = robot.model::<N>().unwrap();
-    let down =
-        if robot.name.starts_with("planar") { Vector3::new(0.0, -9.81, 0.0) } else { Vector3::new(0.0, 0.0, -9.81) };
-    let dynamics = Dynamics::new(model, Scene::with_gravity(down, &model));
-    let turn = Libm.sin_cos_all(&q);
-    let found = dynamics.inverse_dynamics(&turn, &q, &qd, &qdd, &Live::zero());
-    let diagonal = mass_matrix(&dynamics, &turn, &q, &Live::zero()).diagonal();
-    let largest = |v: &[f64; N]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    for i in 0..N {
-        assert!(
-            (found[i] - tau[i]).abs() <= 1e-12 * largest(&tau),
-            "{} joint {}: {} {}",
-            robot.name,
-            i,
-            found[i],
-            tau[i]
-        );
-        assert!((diagonal[i] - inertia[i]).abs() <= 1e-12 * largest(&inertia), "{} joint {}", robot.name, i);
-    }
 }
 
 #[test]

@@ -56,8 +56,8 @@ fn chip_tests(tally: &mut Tally) {
     tally.tests("chip tests", tests.args(["--test-threads", "1", "--filterset", CHIP_TESTS]));
 }
 
-/// Test binaries that need the emulator.
-const CHIP_TESTS: &str = "binary(/^chip/)";
+/// Tests that need the emulator.
+const CHIP_TESTS: &str = "(binary(/^chip/) or test(/^chip::firmware_tests/))";
 
 fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));

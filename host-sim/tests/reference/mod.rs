@@ -1,4 +1,4 @@
-//! Reference data from Pinocchio: robots and states, as `tests/golden/*.json` hold them.
+//! Outside reference data: robots and states, as `golden/*.json` hold them.
 #![allow(dead_code, reason = "each test file takes what it needs")]
 
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool, Wrench};
@@ -94,7 +94,7 @@ fn kind(letter: char) -> JointKind {
 
 impl Golden {
     pub(crate) fn load(robot: &str) -> Self {
-        let path = format!("{}/tests/golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
         serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
     }
 
