@@ -33,6 +33,7 @@ pub mod diagnostics;
 mod dof;
 pub mod emit;
 pub mod hash;
+pub mod kernel;
 mod reader;
 pub mod robot;
 mod robot_file;

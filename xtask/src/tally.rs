@@ -110,8 +110,8 @@ fn echo(pipe: impl BufRead) -> Counts {
 
 /// The counts in a summary line of nextest or of Rust's own test harness.
 fn summary(line: &str) -> Option<Counts> {
-    let line = line.trim();
-    let of_nextest = line.starts_with("Summary [");
+    let of_nextest = line.trim_start().starts_with("Summary [");
+    // Not trimmed: nextest shows a failed test's own output with an indent, and that test is counted already.
     let of_harness = line.starts_with("test result: ");
     if !of_nextest && !of_harness {
         return None;
@@ -134,5 +134,6 @@ mod tests {
         let harness = "test result: ok. 5 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.10s";
         assert_eq!(summary(harness), Some(Counts { passed: 5, failed: 0 }));
         assert_eq!(summary("12 passed"), None);
+        assert_eq!(summary("    test result: FAILED. 0 passed; 1 failed; 0 ignored"), None, "inside nextest's output");
     }
 }

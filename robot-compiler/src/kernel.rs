@@ -1,0 +1,107 @@
+//! From a model and a scene to straight-line Rust: the kernel of this robot in this scene.
+//!
+//! ```text
+//! core's own recursion --tape--> arena --rules--> program --schedule--> source
+//! ```
+//!
+//! The compiler runs the generic recursion of `dynamics-core` once, on a scalar that writes down what is done to it, and
+//! prints what is left. It holds no equation of its own.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`tape`] | the scalar and its arena |
+//! | [`rules`] | level `exact`: rewrites that keep every result equal |
+//! | [`regroup`], `factor` | level `regrouped`: fewer operations, other rounding |
+//! | [`functions`] | what can be traced, and the names of inputs |
+//! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
+//! | [`source`] | the Rust text |
+
+mod factor;
+pub mod functions;
+pub mod program;
+pub mod regroup;
+pub mod rules;
+mod schedule;
+pub mod source;
+pub mod tape;
+
+pub use functions::Function;
+pub use program::{Operations, Program};
+pub use rules::{Rule, RuleSet};
+pub use tape::Precision;
+
+use dynamics_core::{Model, Scene, Term};
+
+/// How far the operations may leave those of the recursion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Every result equal (`==`) to the generic recursion's.
+    Exact,
+    /// Equal in exact arithmetic: base inertial parameters and common factors. The error is measured.
+    Regrouped,
+}
+
+impl Level {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Exact, Self::Regrouped];
+
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Regrouped => "regrouped",
+        }
+    }
+}
+
+/// Trace a function of the arm in the scene, and simplify it.
+///
+/// Takes under a millisecond for six joints.
+#[must_use]
+pub fn compile<const N: usize>(
+    function: Function,
+    model: &Model<f64, N>,
+    scene: &Scene<f64, N>,
+    level: Level,
+    precision: Precision,
+) -> Program {
+    match level {
+        Level::Exact => compile_with(function, model, scene, RuleSet::ALL, precision),
+        Level::Regrouped => {
+            let (model, scene) = match function {
+                // Regrouping leaves the torques alone and changes the wrenches.
+                Function::JointWrenches => (*model, *scene),
+                _ => regrouped(model, scene),
+            };
+            let (arena, outputs) = functions::record(function, &model, &scene, RuleSet::ALL, precision);
+            let (arena, outputs) = factor::common_factors(arena, outputs, precision);
+            Program::new(arena, &outputs)
+        }
+    }
+}
+
+/// Trace with some rules only, to measure what each saves. Results are equal (`==`) whatever the rules.
+#[must_use]
+pub fn compile_with<const N: usize>(
+    function: Function,
+    model: &Model<f64, N>,
+    scene: &Scene<f64, N>,
+    rules: RuleSet,
+    precision: Precision,
+) -> Program {
+    let (arena, outputs) = functions::record(function, model, scene, rules, precision);
+    Program::new(arena, &outputs)
+}
+
+/// Base parameters of the arm with what it holds; the constant payload is then part of the arm.
+fn regrouped<const N: usize>(model: &Model<f64, N>, scene: &Scene<f64, N>) -> (Model<f64, N>, Scene<f64, N>) {
+    match scene.payload {
+        Term::Constant(payload) => {
+            let tip = model.tip();
+            let held = payload.in_parent(&tip.rotation, &tip.translation);
+            (regroup::base_parameters(model, Some(&held)), Scene { payload: Term::Absent, ..*scene })
+        }
+        Term::Absent | Term::Live => (regroup::base_parameters(model, None), *scene),
+    }
+}

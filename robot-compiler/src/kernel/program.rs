@@ -1,0 +1,176 @@
+//! What is left of a tape when only the outputs count: a list of statements.
+
+use super::schedule;
+use super::tape::{Arena, Expr, Node};
+use dynamics_core::scalar::Label;
+
+/// A straight-line program: statements in order, each made of numbers, inputs and earlier statements.
+#[derive(Clone, Debug)]
+pub struct Program {
+    arena: Arena,
+    order: Vec<Expr>,
+    outputs: Vec<Expr>,
+    live_max: usize,
+}
+
+/// How much work a program is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Operations {
+    /// Multiplications.
+    pub mul: usize,
+    /// Additions.
+    pub add: usize,
+    /// Subtractions.
+    pub sub: usize,
+    /// Negations.
+    pub neg: usize,
+}
+
+impl Operations {
+    /// Multiplications, additions and subtractions; a negation is a bit.
+    #[must_use]
+    pub const fn total(&self) -> usize {
+        self.mul + self.add + self.sub
+    }
+}
+
+impl Program {
+    /// What of `arena` the outputs need, in an order that keeps few values alive.
+    #[must_use]
+    pub fn new(mut arena: Arena, outputs: &[Expr]) -> Self {
+        let outputs: Vec<Expr> = outputs.iter().map(|&output| turn_over(&mut arena, output)).collect();
+        let needed = needed(&arena, &outputs);
+        let traced: Vec<Expr> = needed.iter().copied().filter(|&e| is_statement(arena.node(e))).collect();
+        let order = schedule::few_alive(&arena, &traced, &outputs);
+        let live_max = schedule::live_max(&arena, &order, &outputs);
+        Self { arena, order, outputs, live_max }
+    }
+
+    /// The statements' values, in order.
+    #[must_use]
+    pub fn order(&self) -> &[Expr] {
+        &self.order
+    }
+
+    /// The values that are asked for; one may be a number, an input, or asked for twice.
+    #[must_use]
+    pub fn outputs(&self) -> &[Expr] {
+        &self.outputs
+    }
+
+    /// How a value comes about.
+    #[must_use]
+    pub fn node(&self, expr: Expr) -> Node {
+        self.arena.node(expr)
+    }
+
+    /// What a value is called.
+    #[must_use]
+    pub fn label(&self, expr: Expr) -> Option<Label> {
+        self.arena.label(expr)
+    }
+
+    /// Its number, if it is one.
+    #[must_use]
+    pub fn number(&self, expr: Expr) -> Option<f64> {
+        self.arena.number(expr)
+    }
+
+    /// The most computed values that are alive at once: what a register file would have to hold.
+    #[must_use]
+    pub fn live_max(&self) -> usize {
+        self.live_max
+    }
+
+    /// The same, had the statements stayed in the order in which they were traced.
+    #[must_use]
+    pub fn live_max_as_traced(&self) -> usize {
+        let mut traced = self.order.clone();
+        traced.sort_unstable();
+        schedule::live_max(&self.arena, &traced, &self.outputs)
+    }
+
+    /// How much work it is.
+    #[must_use]
+    pub fn operations(&self) -> Operations {
+        let mut operations = Operations::default();
+        for &expr in &self.order {
+            match self.node(expr) {
+                Node::Add(..) => operations.add += 1,
+                Node::Sub(..) => operations.sub += 1,
+                Node::Mul(..) => operations.mul += 1,
+                Node::Neg(_) => operations.neg += 1,
+                Node::Constant(_) | Node::Input(_) => {}
+            }
+        }
+        operations
+    }
+
+    /// The numbers of the inputs that it reads, in order.
+    #[must_use]
+    pub fn inputs(&self) -> Vec<u32> {
+        let mut inputs: Vec<u32> = needed(&self.arena, &self.outputs)
+            .into_iter()
+            .filter_map(|e| if let Node::Input(number) = self.node(e) { Some(number) } else { None })
+            .collect();
+        inputs.sort_unstable();
+        inputs
+    }
+
+    /// Run it: the interpreter of the tape. Missing inputs count as zero.
+    #[must_use]
+    pub fn evaluate<S: dynamics_core::Real>(&self, inputs: &[S]) -> Vec<S> {
+        let mut values = vec![S::zero(); self.arena.nodes().len()];
+        let leaves = self.arena.nodes().iter().enumerate();
+        for (i, node) in leaves {
+            match *node {
+                Node::Constant(bits) => values[i] = S::literal(f64::from_bits(bits)),
+                Node::Input(number) => {
+                    values[i] = inputs.get(number as usize).copied().unwrap_or_else(S::zero);
+                }
+                Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Neg(_) => {}
+            }
+        }
+        for &expr in &self.order {
+            let value = |e: Expr| values[e.index()];
+            values[expr.index()] = match self.node(expr) {
+                Node::Add(a, b) => value(a) + value(b),
+                Node::Sub(a, b) => value(a) - value(b),
+                Node::Mul(a, b) => value(a) * value(b),
+                Node::Neg(a) => -value(a),
+                Node::Constant(_) | Node::Input(_) => continue,
+            };
+        }
+        self.outputs.iter().map(|output| values[output.index()]).collect()
+    }
+}
+
+/// Whether it is computed, and not a number or an input.
+pub(super) fn is_statement(node: Node) -> bool {
+    !matches!(node, Node::Constant(_) | Node::Input(_))
+}
+
+/// An output `-(a - b)` is `b - a`: the sign that floated out of the last difference goes back in.
+fn turn_over(arena: &mut Arena, output: Expr) -> Expr {
+    if let Node::Neg(inner) = arena.node(output)
+        && let Node::Sub(a, b) = arena.node(inner)
+    {
+        return arena.write(Node::Sub(b, a));
+    }
+    output
+}
+
+/// Everything that the outputs are made of, each after what it is made of.
+pub(super) fn needed(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
+    let mut seen = vec![false; arena.nodes().len()];
+    let mut pending = outputs.to_vec();
+    let mut found = Vec::new();
+    while let Some(expr) = pending.pop() {
+        if !core::mem::replace(&mut seen[expr.index()], true) {
+            found.push(expr);
+            pending.extend(arena.node(expr).operands());
+        }
+    }
+    found.sort_unstable();
+    found
+}

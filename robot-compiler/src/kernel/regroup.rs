@@ -1,0 +1,67 @@
+//! Level `regrouped`: what a joint cannot feel moves into its parent.
+//!
+//! A link's ten inertial parameters act on the joints before it only in combinations. What the link's own joint cannot
+//! tell from a body fixed to the parent may be handed to the parent, whatever the joint's position (the base inertial
+//! parameters of Gautier and Khalil, *Direct calculation of minimum set of inertial parameters*, 1990):
+//!
+//! - a revolute joint: the mass and the first moment along the axis (points on the axis do not move), and an inertia
+//!   `diag(t, t, 0)`, which a turn about z leaves as it is. With `t = Iyy` the link keeps `Ixx - Iyy`, `Izz`, the products of
+//!   inertia and the first moments across the axis.
+//! - a prismatic joint: the whole inertia about the origin, once the first moment says where it is. A slide changes the
+//!   inertia about the parent's origin through mass and first moment alone.
+//!
+//! What reaches the base is felt by nobody. The torques stay the same in exact arithmetic; rounding changes.
+
+use dynamics_core::model::{Link, Model};
+use dynamics_core::{Inertia, JointKind};
+use nalgebra::{Matrix3, Vector3};
+
+/// The same arm with base inertial parameters: equal torques, more zeros. `held` is a constant payload in the last link's
+/// frame, which must move along. The wrenches at the joints are *not* the same.
+#[must_use]
+pub fn base_parameters<const N: usize>(model: &Model<f64, N>, held: Option<&Inertia<f64>>) -> Model<f64, N> {
+    let mut links = *model.links();
+    if let Some(held) = held {
+        links[N - 1].inertia = links[N - 1].inertia + *held;
+    }
+    let size = links.iter().fold(0.0_f64, |size, link| size.max(link.inertia.about_origin.amax()));
+    for i in (0..N).rev() {
+        let unfelt = unfelt(&links[i]);
+        let own = &mut links[i].inertia;
+        own.mass -= unfelt.mass;
+        own.first_moment -= unfelt.first_moment;
+        own.about_origin -= unfelt.about_origin;
+        if i > 0 {
+            let (rotation, translation) = (links[i].rotation, links[i].translation);
+            links[i - 1].inertia = links[i - 1].inertia + unfelt.in_parent(&rotation, &translation);
+        }
+    }
+    // The base's own turn is about one axis of the world: of the first link only what turns about it is felt.
+    for link in &mut links {
+        link.inertia.about_origin = link.inertia.about_origin.map(|x| without_dust(x, size));
+        link.inertia.first_moment = link.inertia.first_moment.map(|x| without_dust(x, size));
+    }
+    Model::from_checked(links, *model.tip())
+}
+
+/// The part of a link's inertia that its own joint cannot tell from the parent's.
+fn unfelt(link: &Link<f64>) -> Inertia<f64> {
+    let Inertia { mass, first_moment, about_origin } = link.inertia;
+    match link.kind {
+        JointKind::Revolute => {
+            let across = about_origin.m22;
+            Inertia {
+                mass,
+                first_moment: Vector3::new(0.0, 0.0, first_moment.z),
+                about_origin: Matrix3::from_diagonal(&Vector3::new(across, across, 0.0)),
+            }
+        }
+        JointKind::Prismatic => Inertia { mass: 0.0, first_moment: Vector3::zeros(), about_origin },
+    }
+}
+
+/// Sums that cancel leave a rest of rounding; a zero there saves operations.
+fn without_dust(x: f64, size: f64) -> f64 {
+    const DUST: f64 = 16.0 * f64::EPSILON;
+    if x.abs() <= DUST * size { 0.0 } else { x }
+}

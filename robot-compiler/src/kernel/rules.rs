@@ -1,0 +1,163 @@
+//! The rewrites of level `exact`: less work, the same value.
+//!
+//! Each is one function from a node to what stands there instead. All of them keep every result equal (`==`) to that of
+//! the operations as they were traced, for finite inputs in round-to-nearest: rounding is symmetric in sign, addition
+//! and multiplication are commutative to the bit, and only the sign of a zero can change, which `==` does not see.
+
+use super::tape::{Arena, Expr, Node};
+
+/// One rewrite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// Operations on numbers alone are done here.
+    Fold,
+    /// `0 x = 0`, `x + 0 = x`, `0 - x = -x`, `x - x = 0`.
+    Zero,
+    /// `1 x = x`, `-1 x = -x`.
+    One,
+    /// Signs float outward until a sum takes them in.
+    Signs,
+    /// `a + b` is `b + a`: one order, so that both are shared.
+    Order,
+    /// Equal expressions are computed once.
+    Share,
+}
+
+impl Rule {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Fold, Self::Zero, Self::One, Self::Signs, Self::Order, Self::Share];
+
+    /// Its name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fold => "folding of numbers",
+            Self::Zero => "zeros",
+            Self::One => "ones",
+            Self::Signs => "signs",
+            Self::Order => "order of operands",
+            Self::Share => "sharing",
+        }
+    }
+}
+
+/// Which rules are in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RuleSet(u8);
+
+impl RuleSet {
+    /// Every rule.
+    pub const ALL: Self = Self(0x3f);
+    /// No rule: the operations as the recursion spells them.
+    pub const NONE: Self = Self(0);
+
+    /// Every rule but one, to measure what it saves.
+    #[must_use]
+    pub const fn without(self, rule: Rule) -> Self {
+        Self(self.0 & !(1 << rule as u8))
+    }
+
+    /// Whether a rule is in force.
+    #[must_use]
+    pub const fn contains(self, rule: Rule) -> bool {
+        self.0 & (1 << rule as u8) != 0
+    }
+}
+
+/// A rewrite: what stands there instead of a node, if the rule applies.
+pub(super) type Rewrite = fn(&mut Arena, Node) -> Option<Expr>;
+
+/// The rules in the order in which they are tried. Numbers first: the others need not think about two constants.
+pub(super) const TABLE: [(Rule, Rewrite); 5] =
+    [(Rule::Fold, fold), (Rule::Zero, zero), (Rule::One, one), (Rule::Signs, signs), (Rule::Order, order)];
+
+/// Operations on numbers are done in the kernel's own precision, so they give the bits that the kernel would have.
+fn fold(arena: &mut Arena, node: Node) -> Option<Expr> {
+    let value = match node {
+        Node::Add(a, b) => arena.number(a)? + arena.number(b)?,
+        Node::Sub(a, b) => arena.number(a)? - arena.number(b)?,
+        Node::Mul(a, b) => arena.number(a)? * arena.number(b)?,
+        Node::Neg(a) => -arena.number(a)?,
+        Node::Constant(_) | Node::Input(_) => return None,
+    };
+    // Two numbers of 24 bits have an exact product and a sum that rounds alike, once in f64 and then to f32: f64 has more
+    // than twice the bits of f32 and two to spare (Figueroa 1995), so rounding twice is rounding once.
+    Some(arena.constant(value))
+}
+
+/// Inputs are checked to be finite before a kernel runs, so `0 x` is 0.
+fn zero(arena: &mut Arena, node: Node) -> Option<Expr> {
+    let is_zero = |e: Expr| arena.number(e) == Some(0.0);
+    match node {
+        Node::Mul(a, b) if is_zero(a) || is_zero(b) => Some(arena.constant(0.0)),
+        Node::Add(a, b) if is_zero(a) => Some(b),
+        Node::Add(a, b) | Node::Sub(a, b) if is_zero(b) => Some(a),
+        Node::Sub(a, b) if is_zero(a) => Some(arena.make(Node::Neg(b))),
+        Node::Sub(a, b) if a == b => Some(arena.constant(0.0)),
+        _ => None,
+    }
+}
+
+/// Right angles fill rotations with ones.
+fn one(arena: &mut Arena, node: Node) -> Option<Expr> {
+    let Node::Mul(a, b) = node else { return None };
+    for (number, other) in [(a, b), (b, a)] {
+        match arena.number(number) {
+            Some(1.0) => return Some(other),
+            Some(-1.0) => return Some(arena.make(Node::Neg(other))),
+            _ => {}
+        }
+    }
+    None
+}
+
+/// A sign moves out of products and into sums, where it turns an addition into a subtraction at no cost; numbers are
+/// written without sign, so that `c x` and `-c x` share their product. Differences have one order, for the same reason.
+fn signs(arena: &mut Arena, node: Node) -> Option<Expr> {
+    let inside = |arena: &Arena, e: Expr| match arena.node(e) {
+        Node::Neg(x) => Some(x),
+        _ => None,
+    };
+    let opposite = |arena: &mut Arena, node: Node| {
+        let positive = arena.make(node);
+        arena.make(Node::Neg(positive))
+    };
+    match node {
+        Node::Neg(a) => inside(arena, a),
+        Node::Mul(a, b) => {
+            for (signed, other) in [(a, b), (b, a)] {
+                let positive = match arena.number(signed) {
+                    Some(x) if x < 0.0 => Some(arena.constant(-x)),
+                    _ => inside(arena, signed),
+                };
+                if let Some(positive) = positive {
+                    return Some(opposite(arena, Node::Mul(positive, other)));
+                }
+            }
+            None
+        }
+        Node::Add(a, b) => match (inside(arena, a), inside(arena, b)) {
+            (Some(x), Some(y)) => Some(opposite(arena, Node::Add(x, y))),
+            (Some(x), None) => Some(arena.make(Node::Sub(b, x))),
+            (None, Some(y)) => Some(arena.make(Node::Sub(a, y))),
+            (None, None) => None,
+        },
+        Node::Sub(a, b) => match (inside(arena, a), inside(arena, b)) {
+            (Some(x), Some(y)) => Some(arena.make(Node::Sub(y, x))),
+            (Some(x), None) => Some(opposite(arena, Node::Add(x, b))),
+            (None, Some(y)) => Some(arena.make(Node::Add(a, y))),
+            (None, None) if a > b => Some(opposite(arena, Node::Sub(b, a))),
+            (None, None) => None,
+        },
+        Node::Constant(_) | Node::Input(_) => None,
+    }
+}
+
+/// Commutative operands stand in the order in which they were written down.
+fn order(arena: &mut Arena, node: Node) -> Option<Expr> {
+    match node {
+        Node::Add(a, b) if a > b => Some(arena.make(Node::Add(b, a))),
+        Node::Mul(a, b) if a > b => Some(arena.make(Node::Mul(b, a))),
+        _ => None,
+    }
+}

@@ -1,0 +1,107 @@
+//! The order of statements: few values alive at once, because every one beyond the registers costs a store and a load.
+
+use super::program::is_statement;
+use super::tape::{Arena, Expr};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The best of three orders: as traced, depth first from the outputs, and greedily by what frees most.
+pub(super) fn few_alive(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
+    let candidates = [traced.to_vec(), depth_first(arena, outputs), greedy(arena, traced, outputs)];
+    candidates.into_iter().min_by_key(|order| live_max(arena, order, outputs)).unwrap_or_default()
+}
+
+/// The most computed values alive at once. Numbers and inputs do not count: they can be loaded when they are used.
+pub(super) fn live_max(arena: &Arena, order: &[Expr], outputs: &[Expr]) -> usize {
+    let mut last_use: BTreeMap<Expr, usize> = BTreeMap::new();
+    for (place, &expr) in order.iter().enumerate() {
+        last_use.insert(expr, place);
+        for operand in arena.node(expr).operands().filter(|&e| is_statement(arena.node(e))) {
+            last_use.insert(operand, place);
+        }
+    }
+    for &output in outputs.iter().filter(|&&e| is_statement(arena.node(e))) {
+        last_use.insert(output, order.len());
+    }
+    let mut dying = vec![0_usize; order.len() + 1];
+    for &place in last_use.values() {
+        dying[place] += 1;
+    }
+    let (mut alive, mut most) = (0, 0);
+    for dies_here in dying.iter().take(order.len()) {
+        // The result may take the register of an operand that is used for the last time.
+        alive = alive + 1 - dies_here;
+        most = most.max(alive);
+    }
+    most
+}
+
+/// Each output in turn, and before it what it needs, the larger operand first.
+fn depth_first(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
+    let mut weight = vec![0_usize; arena.nodes().len()];
+    for (i, node) in arena.nodes().iter().enumerate() {
+        weight[i] = 1 + node.operands().map(|e| weight[e.index()]).max().unwrap_or(0);
+    }
+    let mut done = BTreeSet::new();
+    let mut order = Vec::new();
+    for &output in outputs {
+        let mut stack = vec![(output, false)];
+        while let Some((expr, ready)) = stack.pop() {
+            if done.contains(&expr) || !is_statement(arena.node(expr)) {
+                continue;
+            }
+            if ready {
+                done.insert(expr);
+                order.push(expr);
+                continue;
+            }
+            stack.push((expr, true));
+            let mut operands: Vec<Expr> = arena.node(expr).operands().collect();
+            operands.sort_by_key(|e| weight[e.index()]);
+            stack.extend(operands.into_iter().map(|e| (e, false)));
+        }
+    }
+    order
+}
+
+/// Among what can be computed next, what ends the most lives; among equals, what was traced first.
+fn greedy(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
+    let mut uses: BTreeMap<Expr, usize> = BTreeMap::new();
+    let mut users: BTreeMap<Expr, Vec<Expr>> = BTreeMap::new();
+    let mut waits: BTreeMap<Expr, usize> = BTreeMap::new();
+    for &expr in traced {
+        let operands: BTreeSet<Expr> = arena.node(expr).operands().filter(|&e| is_statement(arena.node(e))).collect();
+        waits.insert(expr, operands.len());
+        for operand in operands {
+            *uses.entry(operand).or_default() += 1;
+            users.entry(operand).or_default().push(expr);
+        }
+    }
+    for &output in outputs.iter().filter(|&&e| is_statement(arena.node(e))) {
+        *uses.entry(output).or_default() += 1;
+    }
+    let mut ready: BTreeSet<Expr> = waits.iter().filter(|(_, n)| **n == 0).map(|(e, _)| *e).collect();
+    let mut order = Vec::with_capacity(traced.len());
+    while let Some(next) = ready.iter().copied().max_by_key(|&expr| {
+        let operands: BTreeSet<Expr> = arena.node(expr).operands().collect();
+        let ended = operands.iter().filter(|e| uses.get(e) == Some(&1)).count();
+        (ended, core::cmp::Reverse(expr))
+    }) {
+        ready.remove(&next);
+        order.push(next);
+        let operands: BTreeSet<Expr> = arena.node(next).operands().collect();
+        for operand in operands {
+            if let Some(left) = uses.get_mut(&operand) {
+                *left -= 1;
+            }
+        }
+        for &user in users.get(&next).into_iter().flatten() {
+            if let Some(left) = waits.get_mut(&user) {
+                *left -= 1;
+                if *left == 0 {
+                    ready.insert(user);
+                }
+            }
+        }
+    }
+    order
+}
