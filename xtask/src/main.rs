@@ -39,8 +39,9 @@ enum Task {
     },
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
-        #[command(flatten)]
-        what: What,
+        /// The scene whose arm and controller are built in
+        #[arg(long, default_value = firmware::SCENE_DEFAULT)]
+        scene: PathBuf,
     },
 }
 
@@ -63,6 +64,9 @@ enum FirmwareTask {
         /// Print the path alone, as the last line, for other programs
         #[arg(long)]
         message_path: bool,
+        /// Install the emulator too where it is missing, for who wants to run the program in it
+        #[arg(long)]
+        emulator: bool,
     },
     /// Start it in the emulator and print its log
     Run {
@@ -99,9 +103,12 @@ fn run(task: Task) -> anyhow::Result<()> {
     match task {
         Task::Setup => setup::all(),
         Task::Test => test::all(),
-        Task::Gate { what } => gate::check(&what.scene),
+        Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
-            FirmwareTask::Build { what, message_path } => {
+            FirmwareTask::Build { what, message_path, emulator } => {
+                if emulator {
+                    setup::qemu()?;
+                }
                 let elf = firmware::build(&what.scene, what.board)?;
                 if !message_path {
                     print!("firmware for {} with {}: ", what.board, what.scene.display());

@@ -11,16 +11,13 @@ pub(crate) fn all() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
     eprintln!("setup: firmware is built by {toolchain}");
     qemu()?;
+    eprintln!("setup: qemu-system-arm is there");
     nextest()
 }
 
 /// The emulator.
 pub(crate) fn qemu() -> Result<()> {
-    if which("qemu-system-arm").is_none() {
-        apt_install(&["qemu-system-arm"])?;
-    }
-    eprintln!("setup: qemu-system-arm is there");
-    Ok(())
+    if which("qemu-system-arm").is_some() { Ok(()) } else { apt_install(&["qemu-system-arm"]) }
 }
 
 /// The test runner.

@@ -1,26 +1,48 @@
 //! The firmware for a scene.
 
 use super::ChipError;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Build the firmware with a scene's arm and controller, and say where the program lies.
+///
+/// Installs what building and emulating need where it is missing, and says so on standard error.
 ///
 /// # Errors
 /// cargo cannot be started, or the build fails; the error holds what it said.
 pub fn build_firmware(scene: &Path) -> Result<PathBuf, ChipError> {
     let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
-    let output = Command::new(&cargo)
-        .args(["run", "--quiet", "--package", "xtask", "--", "firmware", "build", "--message-path", "--scene"])
+    let mut child = Command::new(&cargo)
+        .args(["run", "--quiet", "--package", "xtask", "--"])
+        .args(["firmware", "build", "--message-path", "--emulator", "--scene"])
         .arg(&scene)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .stdin(Stdio::null())
-        .output()
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
         .map_err(|source| ChipError::CannotStart { program: cargo, source })?;
+    let messages = child.stderr.take().map(|pipe| std::thread::spawn(move || relay(pipe)));
+    let output = child.wait_with_output()?;
+    let messages = messages.and_then(|thread| thread.join().ok()).unwrap_or_default();
     let text = String::from_utf8_lossy(&output.stdout);
     match text.lines().last() {
         Some(path) if output.status.success() => Ok(PathBuf::from(path)),
-        _ => Err(ChipError::Build { output: String::from_utf8_lossy(&output.stderr).trim_end().to_owned() }),
+        _ => Err(ChipError::Build { output: messages.trim_end().to_owned() }),
     }
+}
+
+/// Everything that a build says. What it installs is told at once; the rest is of interest only when it fails.
+fn relay(pipe: impl Read) -> String {
+    let mut all = String::new();
+    for line in BufReader::new(pipe).lines().map_while(Result::ok) {
+        if line.starts_with("setup: ") {
+            eprintln!("{line}");
+        }
+        all += &line;
+        all.push('\n');
+    }
+    all
 }
