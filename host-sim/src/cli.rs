@@ -39,7 +39,7 @@ const RUN_EXAMPLES: &str = "\
 Examples:
   host-sim run scenes/puma560_pick.toml
   host-sim run scenes/puma560_pick.toml --target qemu
-  host-sim run scenes/puma560_pick.toml --law pd --scalar f64 --out /tmp/pd
+  host-sim run scenes/puma560_pick.toml --law pd --scalar f64 --out out/pd
   host-sim run scenes/puma560_pick.toml --json | jq .tracking_max
 
 Files, in the folder given by --out:

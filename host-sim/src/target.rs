@@ -61,11 +61,6 @@ impl<C, D> Beside<C, D> {
     pub fn instructions(&self) -> Option<(u64, u64)> {
         self.instructions
     }
-
-    /// The chip, to end the conversation.
-    pub fn into_chip(self) -> C {
-        self.chip
-    }
 }
 
 impl<const N: usize, C: Torques<f32, N>, D: Torques<f32, N>> Torques<f32, N> for Beside<C, D> {
