@@ -2,8 +2,7 @@
 //!
 //! `NEWTAU_SCENE` names the scene file, relative to the workspace; without it the Puma's is taken.
 
-use robot_compiler::{FileError, SceneFile, with_dof};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 const SCENE_DEFAULT: &str = "scenes/puma560_pick.toml";
@@ -22,8 +21,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
     let manifest = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR")?);
     let root = manifest.parent().ok_or("the firmware lies in the workspace")?;
     let scene = root.join(std::env::var("NEWTAU_SCENE").unwrap_or_else(|_| SCENE_DEFAULT.into()));
-    let out = PathBuf::from(std::env::var("OUT_DIR")?);
-    std::fs::write(out.join("arm.rs"), arm(&scene)?)?;
+    robot_compiler::emit::write_firmware(&scene, &PathBuf::from(std::env::var("OUT_DIR")?))?;
 
     println!("cargo::rerun-if-env-changed=NEWTAU_SCENE");
     println!("cargo::rerun-if-changed={}", scene.display());
@@ -36,11 +34,4 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     Ok(())
-}
-
-fn arm(scene: &Path) -> Result<String, FileError> {
-    let file = SceneFile::load(scene)?;
-    let text = with_dof!(file.robot.dof(), N => robot_compiler::emit::arm_module(&file, &file.robot.model::<N>()?));
-    // The module's own documentation cannot stand in an included file.
-    Ok(text.replacen("//!", "//", 1))
 }

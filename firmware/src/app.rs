@@ -41,17 +41,17 @@ mod rtos {
     use super::{Board, ThisBoard, boards};
     use crate::arm;
     use boards::pac::Interrupt;
-    use dynamics_core::scene::Dynamics;
     use firmware::board::{JointIo, LinkInput, LinkOutput, Parts, Ticker};
     use firmware::meter::Meter;
     use firmware::session::{Reaction, Session, State};
     use heapless::spsc::{Consumer, Producer, Queue};
     use link::{Decoder, Encoder, Frame, Pacing};
 
-    /// Bytes between `byte` and `serve`: two whole packets, so that one can come in while another is read.
-    const BYTES: usize = 2 * link::PACKET_MAX;
+    /// Bytes between `byte` and `serve`: three whole packets, the most that a host sends before it waits for an answer
+    /// (live inputs, reference, measurement). A queue holds one less than its size.
+    const BYTES: usize = 3 * link::PACKET_MAX + 1;
 
-    type ArmSession = Session<{ arm::N }, Dynamics<f32, { arm::N }>, arm::Trig>;
+    type ArmSession = Session<{ arm::N }, arm::Arm, arm::Trig>;
 
     #[shared]
     struct Shared {

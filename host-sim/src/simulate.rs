@@ -11,9 +11,10 @@ use crate::target::Torques;
 use dynamics_core::control::Law;
 use dynamics_core::inertia::cast_vector;
 use dynamics_core::trig::Method;
-use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
+use dynamics_core::{Controller, ControllerConfig, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
+use robot_compiler::kernel::ArmDynamics;
 use robot_compiler::scene::ScalarChoice;
 use std::sync::atomic::AtomicBool;
 
@@ -50,13 +51,12 @@ pub fn on_desk<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &
 pub fn desk<S: Real, const N: usize>(
     scene: &SceneFile,
     model: &Model<f64, N>,
-) -> Controller<S, N, Dynamics<S, N>, Method>
+) -> Controller<S, N, ArmDynamics<S, N>, Method>
 where
     Method: Trig<S>,
 {
     let config: ControllerConfig<S, N> = scene.controller_config(model).cast();
-    let dynamics = Dynamics::new(model.cast(), scene.scene(model).cast());
-    let mut controller = Controller::new(config, dynamics, scene.control.trig);
+    let mut controller = Controller::new(config, scene.dynamics(model), scene.control.trig);
     let live = scene.live(model);
     *controller.live_mut() = Live {
         gravity: cast_vector(&live.gravity),

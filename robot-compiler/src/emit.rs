@@ -3,12 +3,16 @@
 //! The desk reads and checks the files; the chip gets numbers. Every literal is the shortest decimal that reads back as the
 //! same single-precision number, so the chip computes with the very bits that the desk hashed.
 
+use crate::kernel::source::Title;
+use crate::kernel::{self, Precision};
 use crate::scene::SceneFile;
+use crate::with_dof;
 use dynamics_core::control::{Encoder, Friction, Gains, Guard};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
 use nalgebra::{Matrix3, Vector3};
+use std::path::Path;
 
 mod source;
 
@@ -60,6 +64,45 @@ pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> St
         text += &format!("\n/// {doc}\npub const fn {name}() -> {kind} {{\n    {}\n}}\n", body.print(4));
     }
     text
+}
+
+/// Rust source of a module with the arm's inverse dynamics, for use beside [`arm_module`].
+///
+/// | item | what |
+/// |---|---|
+/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the kernel that the scene asks for, or the recursion |
+/// | `arm()` | its value |
+#[must_use]
+pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
+    let Some(level) = file.control.kernel.level() else {
+        return format!(
+            "//! The recursion itself, with the model at run time.\n\n\
+             use dynamics_core::Dynamics;\n\n\
+             /// The arm's inverse dynamics.\npub type Arm = Dynamics<f32, {N}>;\n\n\
+             /// The arm's inverse dynamics.\npub fn arm() -> Arm {{\n    Dynamics::new(super::arm::model(), super::arm::scene())\n}}\n"
+        );
+    };
+    let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
+    let kernel = kernel::source::inverse_dynamics(model, &file.scene(model), level, Precision::Single, &title);
+    kernel
+        + "\n/// The arm's inverse dynamics.\npub type Arm = Kernel;\n\n\
+           /// The arm's inverse dynamics.\npub const fn arm() -> Arm {\n    Kernel\n}\n"
+}
+
+/// Write `arm.rs` and `dynamics.rs` for a scene into a folder: the whole of a firmware's build script.
+///
+/// # Errors
+/// A scene that cannot be read, or a folder that cannot be written to.
+pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let file = SceneFile::load(scene)?;
+    let (arm, dynamics) = with_dof!(file.robot.dof(), N => {
+        let model = file.robot.model::<N>()?;
+        (arm_module(&file, &model), dynamics_module(&file, &model))
+    });
+    // A module's own documentation cannot stand in an included file.
+    std::fs::write(folder.join("arm.rs"), arm.replace("//!", "//"))?;
+    std::fs::write(folder.join("dynamics.rs"), dynamics.replace("//!", "//"))?;
+    Ok(())
 }
 
 /// `0x0123_4567_89ab_cdef`.

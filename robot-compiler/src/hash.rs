@@ -3,7 +3,7 @@
 //! The desk and the chip compare it before a run: equal hashes mean equal arm, scene, controller, sine and cosine, joint
 //! count and rate, all as the single-precision numbers that the chip computes with.
 
-use crate::scene::SceneFile;
+use crate::scene::{KernelChoice, SceneFile};
 use dynamics_core::control::{Encoder, Friction, Gains, Guard, Law};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::trig::Method;
@@ -53,7 +53,8 @@ impl Fnv1a {
 }
 
 impl SceneFile {
-    /// Hash of everything that decides the bits of a tick: model, scene, controller, sine and cosine, `N`, rate.
+    /// Hash of everything that decides the bits of a tick: model, scene, controller, sine and cosine, `N`, rate,
+    /// and whether the operations were regrouped.
     ///
     /// Not in it, because no tick reads it: names, the motion, the plant, the sensors, the actuators. Stable across runs
     /// and platforms.
@@ -65,6 +66,11 @@ impl SceneFile {
         fnv.tag(match self.control.trig {
             Method::Polynomial => 0,
             Method::Libm => 1,
+        });
+        // The recursion and its exact kernel give the same bits, and either side may run either.
+        fnv.tag(match self.control.kernel {
+            KernelChoice::Generic | KernelChoice::Exact => 0,
+            KernelChoice::Regrouped => 1,
         });
         hash_model(&mut fnv, &model.cast());
         hash_scene(&mut fnv, &self.scene(model).cast());

@@ -16,6 +16,7 @@
 //! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
 //! | [`source`] | the Rust text |
 
+mod arm;
 mod factor;
 pub mod functions;
 pub mod program;
@@ -25,6 +26,7 @@ mod schedule;
 pub mod source;
 pub mod tape;
 
+pub use arm::ArmDynamics;
 pub use functions::Function;
 pub use program::{Operations, Program};
 pub use rules::{Rule, RuleSet};

@@ -13,7 +13,9 @@ use std::path::{Path, PathBuf};
 
 mod settings;
 
-pub use settings::{ActuatorSpec, ControlSpec, ModelSpec, MotionSpec, PlantSpec, ScalarChoice, SensorSpec, ViaPoint};
+pub use settings::{
+    ActuatorSpec, ControlSpec, KernelChoice, ModelSpec, MotionSpec, PlantSpec, ScalarChoice, SensorSpec, ViaPoint,
+};
 
 /// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.
 ///

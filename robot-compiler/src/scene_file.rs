@@ -4,7 +4,7 @@ use crate::body_fields::{body, wrench};
 use crate::diagnostics::{FileError, Source};
 use crate::reader::{Table, Value, parse};
 use crate::robot::{Robot, physical_body, read_text};
-use crate::scene::{ActuatorSpec, ControlSpec, ModelSpec, ScalarChoice, SceneFile, SensorSpec};
+use crate::scene::{ActuatorSpec, ControlSpec, KernelChoice, ModelSpec, ScalarChoice, SceneFile, SensorSpec};
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
 use dynamics_core::{Body, Term};
@@ -143,6 +143,7 @@ fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
         "damping",
         "trig",
         "scalar",
+        "kernel",
         "observer_bandwidth",
         "age_max",
         "guard",
@@ -165,6 +166,13 @@ fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
     }
     if let Some(value) = table.get("scalar") {
         control.scalar = value.choice(&[("f32", ScalarChoice::F32), ("f64", ScalarChoice::F64)])?;
+    }
+    if let Some(value) = table.get("kernel") {
+        control.kernel = value.choice(&[
+            ("generic", KernelChoice::Generic),
+            ("exact", KernelChoice::Exact),
+            ("regrouped", KernelChoice::Regrouped),
+        ])?;
     }
     if let Some(value) = table.get("natural_frequency") {
         let one = |value: &Value<'_>| value.positive_up_to(1e4, "a frequency in rad/s, above zero and at most 1e4");

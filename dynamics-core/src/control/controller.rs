@@ -175,10 +175,10 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
 
         let state = State { reference: &reference, q: &q, qd: &qd, live: &self.live };
         let mut torque = torques(self.config.law, &self.config.gains, &self.dynamics, &self.trig, &state);
-        if let Some(friction) = &self.config.friction {
-            for i in 0..N {
-                torque[i] += friction[i].torque(reference.qd[i]);
-            }
+        for i in 0..N {
+            // Adding zero to a torque without friction makes +0 of -0: kernels that are equal need not agree on the sign
+            // of a zero, and commands are compared by their bits.
+            torque[i] += self.config.friction.as_ref().map_or(S::zero(), |all| all[i].torque(reference.qd[i]));
         }
         let last = self.memory.torque;
         for i in 0..N {

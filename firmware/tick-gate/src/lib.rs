@@ -3,8 +3,8 @@
 #![no_std]
 
 use dynamics_core::control::{Command, Controller, Measurement, Reference};
-use dynamics_core::scene::Dynamics;
-use generated::{N, TRIG, Trig};
+use generated::arm::{N, TRIG, Trig};
+use generated::dynamics::Arm;
 
 #[allow(
     unused_imports,
@@ -15,11 +15,16 @@ use generated::{N, TRIG, Trig};
     reason = "generated: imports and holds what any scene may need"
 )]
 mod generated {
-    include!(concat!(env!("OUT_DIR"), "/arm.rs"));
+    pub(crate) mod arm {
+        include!(concat!(env!("OUT_DIR"), "/arm.rs"));
+    }
+    pub(crate) mod dynamics {
+        include!(concat!(env!("OUT_DIR"), "/dynamics.rs"));
+    }
 }
 
 /// The controller that the firmware runs.
-pub type ArmController = Controller<f32, N, Dynamics<f32, N>, Trig>;
+pub type ArmController = Controller<f32, N, Arm, Trig>;
 
 /// The only thing here that is not the tick; linked because a staticlib needs one. The gate knows it by its name.
 #[cfg(target_os = "none")]
@@ -31,7 +36,7 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
 /// A controller, made on the desk or at start; not part of the tick.
 #[must_use]
 pub fn controller() -> ArmController {
-    Controller::new(generated::config(), Dynamics::new(generated::model(), generated::scene()), TRIG)
+    Controller::new(generated::arm::config(), generated::dynamics::arm(), TRIG)
 }
 
 /// One tick: the entry that the gate links from.

@@ -8,8 +8,8 @@
 use super::rules::{self, RuleSet};
 use core::cell::RefCell;
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
-use dynamics_core::Scalar;
 use dynamics_core::scalar::Label;
+use dynamics_core::{Real, Scalar};
 use num_traits::{One, Zero};
 use std::collections::HashMap;
 
@@ -23,6 +23,14 @@ pub enum Precision {
 }
 
 impl Precision {
+    /// The precision of a scalar.
+    #[must_use]
+    pub fn of<S: Real>() -> Self {
+        // One unit in the last place of f32's 1 is 2^-23: a smaller step is lost there and kept in f64.
+        let step = S::literal(1.0 + f64::from(f32::EPSILON) / 4.0);
+        if step == S::one() { Self::Single } else { Self::Double }
+    }
+
     /// `x` as this precision holds it.
     #[must_use]
     pub fn round(self, x: f64) -> f64 {

@@ -1,6 +1,7 @@
 //! The parts of a scene.
 
 use super::SceneFile;
+use crate::kernel::Level;
 use crate::robot::{Robot, RobotJoint};
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
@@ -45,6 +46,8 @@ pub struct ControlSpec {
     pub trig: Method,
     /// Which floating-point type.
     pub scalar: ScalarChoice,
+    /// Which inverse dynamics the chip runs.
+    pub kernel: KernelChoice,
     /// Bandwidth of the velocity observer, rad/s.
     pub observer_bandwidth: f64,
     /// Oldest measurement that is believed, ticks.
@@ -53,6 +56,30 @@ pub struct ControlSpec {
     pub position_margin: f64,
     /// How many times the velocity limit is a fault.
     pub velocity_factor: f64,
+}
+
+/// Which inverse dynamics the chip runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KernelChoice {
+    /// The recursion itself, with the model at run time: a payload can be set between ticks.
+    Generic,
+    /// The arm's own kernel, equal to the recursion.
+    #[default]
+    Exact,
+    /// The arm's own kernel with base parameters and common factors: the fewest operations, other rounding.
+    Regrouped,
+}
+
+impl KernelChoice {
+    /// The compiler's level, if a kernel is made.
+    #[must_use]
+    pub const fn level(self) -> Option<Level> {
+        match self {
+            Self::Generic => None,
+            Self::Exact => Some(Level::Exact),
+            Self::Regrouped => Some(Level::Regrouped),
+        }
+    }
 }
 
 /// Which floating-point type the controller uses on the desk.
@@ -211,6 +238,7 @@ impl ControlSpec {
             damping: vec![1.0; robot.dof()],
             trig: Method::Polynomial,
             scalar: ScalarChoice::F32,
+            kernel: KernelChoice::Exact,
             observer_bandwidth: 500.0,
             age_max: 2,
             position_margin: 0.05,

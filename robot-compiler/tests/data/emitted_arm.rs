@@ -22,7 +22,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0xccfd_9ffb_de27_3edc;
+pub const HASH: u64 = 0x45a3_556e_1512_4acc;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
