@@ -1,6 +1,6 @@
 //! What the project needs on a machine, installed where it is missing. Every step says what it does.
 
-use crate::process::{run, which};
+use crate::process::{output, run, which};
 use crate::toolchain::Toolchain;
 use anyhow::Result;
 use std::path::Path;
@@ -8,11 +8,24 @@ use std::process::{Command, exit};
 
 /// Everything.
 pub(crate) fn all() -> Result<()> {
+    components()?;
     let toolchain = Toolchain::find_or_install()?;
     eprintln!("setup: firmware is built by {toolchain}");
     qemu()?;
     eprintln!("setup: qemu-system-arm is there");
     nextest()
+}
+
+/// What rustup's minimal profile leaves out. Its stand-ins are on the path all the same, so only asking them tells.
+fn components() -> Result<()> {
+    for (component, subcommand) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
+        if output(Command::new("cargo").args([subcommand, "--version"])).is_none() {
+            eprintln!("setup: rustup component add {component}");
+            run(Command::new("rustup").args(["component", "add", component]))?;
+        }
+    }
+    eprintln!("setup: rustfmt and clippy are there");
+    Ok(())
 }
 
 /// The emulator.
@@ -33,7 +46,7 @@ pub(crate) fn nextest() -> Result<()> {
 /// Install Debian packages; where that is not possible, say exactly what to install, and leave with code 2.
 pub(crate) fn apt_install(packages: &[&str]) -> Result<()> {
     let list = packages.join(" ");
-    let root = crate::process::output(Command::new("id").arg("-u")).as_deref() == Some("0");
+    let root = output(Command::new("id").arg("-u")).as_deref() == Some("0");
     let debian = Path::new("/usr/bin/apt-get").exists();
     let sudo =
         which("sudo").is_some_and(|sudo| Command::new(sudo).args(["-n", "true"]).status().is_ok_and(|s| s.success()));
