@@ -7,17 +7,10 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Model, Real, Trig};
 use host_sim::dynamics_command::{Answer, Question, answer};
 use host_sim::plant::Arm;
-use reference::{Golden, Reference};
+use reference::{Golden, Reference, relative};
 
 fn model<const N: usize>(arm: &Arm<N>) -> Model<f64, N> {
     Model::new_unphysical(&arm.joints, &arm.tool).unwrap()
-}
-
-/// Largest difference relative to the largest entry of the reference.
-fn relative(found: &[f64], expected: &[f64]) -> f64 {
-    assert_eq!(found.len(), expected.len());
-    let scale = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(1e-12);
-    found.iter().zip(expected).fold(0.0, |m, (a, b)| f64::max(m, (a - b).abs())) / scale
 }
 
 fn ask<S: Real, const N: usize>(model: &Model<S, N>, state: &Reference, gravity: &[f64; 3], wrench: bool) -> Answer

@@ -8,14 +8,7 @@ use dynamics_core::{Body, Dh, Frame};
 use host_sim::plant::actuator::ActuatorSettings;
 use host_sim::plant::{Arm, Clock, JointFriction, Plant, State};
 use nalgebra::{Matrix3, SVector, Vector3};
-use reference::{Golden, Reference, matrix, wrench};
-
-/// Largest difference relative to the largest entry of the reference.
-fn relative(found: &[f64], expected: &[f64]) -> f64 {
-    assert_eq!(found.len(), expected.len());
-    let scale = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(1e-12);
-    found.iter().zip(expected).fold(0.0, |m, (a, b)| f64::max(m, (a - b).abs())) / scale
-}
+use reference::{Golden, Reference, matrix, relative, wrench};
 
 fn array<const N: usize>(values: &[f64]) -> [f64; N] {
     values.try_into().unwrap()

@@ -84,6 +84,15 @@ pub(crate) struct WithRotor {
     pub(crate) qdd_fd: Vec<f64>,
 }
 
+/// Largest difference relative to the largest entry of the reference.
+pub(crate) fn relative(found: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(found.len(), expected.len());
+    // f64::max drops a NaN; a test must not.
+    assert!(found.iter().all(|x| x.is_finite()), "{found:?}");
+    let scale = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(1e-12);
+    found.iter().zip(expected).fold(0.0, |m, (a, b)| f64::max(m, (a - b).abs())) / scale
+}
+
 pub(crate) fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| rows[i][j])
 }
