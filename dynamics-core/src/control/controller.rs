@@ -2,7 +2,7 @@
 
 use super::friction::Friction;
 use super::law::{Gains, Law, State, torques};
-use super::limits::{LimitFlags, limit_reference, limit_torque};
+use super::limits::{LimitFlags, hold_reference, hold_torque, reference_is_inside, torque_is_inside};
 use super::observer::{Encoder, TrackingObserver};
 use super::{Command, Fault, Measurement, Reference, Sensed};
 use crate::joint::Limits;
@@ -168,30 +168,47 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
         let (q, qd) = self.observe(measurement);
         self.check_state(&q, &qd)?;
 
-        let mut reference = *reference;
-        let mut limits: [LimitFlags; N] =
-            core::array::from_fn(|i| limit_reference(&mut reference, i, &self.config.limits[i]));
+        let mut limits = [LimitFlags::NONE; N];
+        let held;
+        let reference = if reference_is_inside(reference, &self.config.limits) {
+            reference
+        } else {
+            held = hold_reference(reference, &self.config.limits, &mut limits);
+            &held
+        };
         self.memory.acceleration = reference.qdd;
 
-        let state = State { reference: &reference, q: &q, qd: &qd, live: &self.live };
+        let state = State { reference, q: &q, qd: &qd, live: &self.live };
         let mut torque = torques(self.config.law, &self.config.gains, &self.dynamics, &self.trig, &state);
         for i in 0..N {
             // Adding zero to a torque without friction makes +0 of -0: kernels that are equal need not agree on the sign
             // of a zero, and commands are compared by their bits.
             torque[i] += self.config.friction.as_ref().map_or(S::zero(), |all| all[i].torque(reference.qd[i]));
         }
-        let last = self.memory.torque;
+        self.limit_torques(&mut torque, &mut limits)?;
+        self.memory.torque = Some(torque);
+        Ok(Command::Drive { torque, limits })
+    }
+
+    #[inline]
+    fn limit_torques(&self, torque: &mut [S; N], limits: &mut [LimitFlags; N]) -> Result<(), Fault> {
+        // Without a torque before there is no rate to limit: every torque is near itself.
+        let last = self.memory.torque.as_ref();
         for i in 0..N {
+            let near = last.map_or(torque[i], |last| last[i]);
+            let limit = self.config.limits[i].torque;
+            let step = self.config.torque_step[i];
+            if torque_is_inside(torque[i], near, step, limit) {
+                continue;
+            }
             if !torque[i].is_finite() {
                 return Err(Fault::NonFiniteTorque { joint: i as u8 });
             }
-            let (limited, flags) =
-                limit_torque(torque[i], last.map(|t| t[i]), self.config.torque_step[i], self.config.limits[i].torque);
-            torque[i] = limited;
+            let (held, flags) = hold_torque(torque[i], last.map(|last| last[i]), step, limit);
+            torque[i] = held;
             limits[i] |= flags;
         }
-        self.memory.torque = Some(torque);
-        Ok(Command::Drive { torque, limits })
+        Ok(())
     }
 
     /// Position and velocity in SI, from whatever the sensors give.
@@ -218,21 +235,36 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
 
     #[inline]
     fn check_state(&self, q: &[S; N], qd: &[S; N]) -> Result<(), Fault> {
+        let mut inside = true;
         for i in 0..N {
-            let joint = i as u8;
-            if !(q[i].is_finite() && qd[i].is_finite()) {
-                return Err(Fault::NonFiniteMeasurement { joint });
-            }
             let guard = &self.config.guard[i];
             let (lo, hi) = self.config.limits[i].position;
-            if q[i] < lo - guard.position_margin || q[i] > hi + guard.position_margin {
-                return Err(Fault::PositionOutOfBounds { joint });
+            let margin = guard.position_margin;
+            inside &= q[i] >= lo - margin && q[i] <= hi + margin && qd[i].abs() <= guard.velocity_max;
+        }
+        // Where there is no limit an infinity is inside.
+        if inside && all_finite(&[q, qd]) { Ok(()) } else { Err(self.name_state(q, qd)) }
+    }
+
+    /// What is wrong with a state that is not believed, on the first joint where something is.
+    #[cold]
+    fn name_state(&self, q: &[S; N], qd: &[S; N]) -> Fault {
+        for i in 0..N {
+            let joint = i as u8;
+            let (lo, hi) = self.config.limits[i].position;
+            let margin = self.config.guard[i].position_margin;
+            if !(q[i].is_finite() && qd[i].is_finite()) {
+                return Fault::NonFiniteMeasurement { joint };
             }
-            if qd[i].abs() > guard.velocity_max {
-                return Err(Fault::VelocityOutOfBounds { joint });
+            if q[i] < lo - margin || q[i] > hi + margin {
+                return Fault::PositionOutOfBounds { joint };
+            }
+            if qd[i].abs() > self.config.guard[i].velocity_max {
+                return Fault::VelocityOutOfBounds { joint };
             }
         }
-        Ok(())
+        // Only a bound that is NaN brings us here: a configuration that no number can meet.
+        Fault::NonFiniteMeasurement { joint: 0 }
     }
 }
 
@@ -244,10 +276,21 @@ impl<S: Real, const N: usize> Memory<S, N> {
 
 #[inline]
 fn check_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Result<(), Fault> {
-    for i in 0..N {
-        if !(reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite()) {
-            return Err(Fault::NonFiniteReference { joint: i as u8 });
-        }
+    if all_finite(&[&reference.q, &reference.qd, &reference.qdd]) {
+        return Ok(());
     }
-    Ok(())
+    let finite = |i: usize| reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite();
+    let joint = (0..N).find(|&i| !finite(i)).unwrap_or_default();
+    Err(Fault::NonFiniteReference { joint: joint as u8 })
+}
+
+/// Whether every value is a number, by one comparison: `0 x` is zero for a number and NaN for what is none, and NaN outlives
+/// every sum.
+#[inline]
+fn all_finite<S: Real, const N: usize>(all: &[&[S; N]]) -> bool {
+    let mut sum = S::zero();
+    for x in all.iter().copied().flatten() {
+        sum += *x * S::zero();
+    }
+    sum == S::zero()
 }
