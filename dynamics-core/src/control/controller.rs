@@ -243,7 +243,7 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
             inside &= q[i] >= lo - margin && q[i] <= hi + margin && qd[i].abs() <= guard.velocity_max;
         }
         // Where there is no limit an infinity is inside.
-        if inside && all_finite(&[q, qd]) { Ok(()) } else { Err(self.name_state(q, qd)) }
+        if inside && zero_if_finite(q) + zero_if_finite(qd) == S::zero() { Ok(()) } else { Err(self.name_state(q, qd)) }
     }
 
     /// What is wrong with a state that is not believed, on the first joint where something is.
@@ -276,7 +276,8 @@ impl<S: Real, const N: usize> Memory<S, N> {
 
 #[inline]
 fn check_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Result<(), Fault> {
-    if all_finite(&[&reference.q, &reference.qd, &reference.qdd]) {
+    let Reference { q, qd, qdd } = reference;
+    if zero_if_finite(q) + zero_if_finite(qd) + zero_if_finite(qdd) == S::zero() {
         return Ok(());
     }
     let finite = |i: usize| reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite();
@@ -284,13 +285,13 @@ fn check_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Resu
     Err(Fault::NonFiniteReference { joint: joint as u8 })
 }
 
-/// Whether every value is a number, by one comparison: `0 x` is zero for a number and NaN for what is none, and NaN outlives
-/// every sum.
+/// Zero when every value is a number, else NaN: `0 x` is zero for a number and NaN for what is none, and NaN outlives every
+/// sum. So one comparison does for all joints.
 #[inline]
-fn all_finite<S: Real, const N: usize>(all: &[&[S; N]]) -> bool {
+fn zero_if_finite<S: Real, const N: usize>(x: &[S; N]) -> S {
     let mut sum = S::zero();
-    for x in all.iter().copied().flatten() {
-        sum += *x * S::zero();
+    for i in 0..N {
+        sum += x[i] * S::zero();
     }
-    sum == S::zero()
+    sum
 }
