@@ -108,6 +108,17 @@ impl<S: Scalar> Inertia<S> {
         Self { mass: self.mass, first_moment: turned + p * self.mass, about_origin }
     }
 
+    /// The same body with the entries of its tensor above the diagonal copied below it.
+    ///
+    /// Rounding after a rotation leaves the two halves different in their last bits; whoever is told six entries instead
+    /// of nine would compute other torques.
+    #[must_use]
+    pub fn symmetric(&self) -> Self {
+        let i = &self.about_origin;
+        let about_origin = Matrix3::new(i.m11, i.m12, i.m13, i.m12, i.m22, i.m23, i.m13, i.m23, i.m33);
+        Self { about_origin, ..*self }
+    }
+
     /// Cast through the nearest literal.
     #[must_use]
     pub fn cast<T: Scalar>(&self) -> Inertia<T>

@@ -60,11 +60,11 @@ impl<const N: usize> Model<f64, N> {
         Self::build(joints, tool, true)
     }
 
-    /// As [`Model::new`], but bodies need only be finite: published parameter sets, identified from motion, often break
-    /// the triangle inequality or leave out what no joint can feel.
+    /// As [`Model::new`], but an inertia tensor need only be finite and symmetric: published parameter sets, identified from
+    /// motion, often break the triangle inequality or leave out what no joint can feel.
     ///
     /// # Errors
-    /// As [`Model::new`], except that negative masses and impossible inertia tensors pass.
+    /// As [`Model::new`], except that inertia tensors that no body has pass, with or without mass.
     pub fn new_unphysical(joints: &[JointSpec; N], tool: &Tool) -> Result<Self, ModelError> {
         Self::build(joints, tool, false)
     }

@@ -141,11 +141,12 @@ fn body(body: &Body, physical: bool) -> Result<(), Impossible> {
     if asymmetry > PRINTED * size {
         return Err(Impossible::AsymmetricInertia(asymmetry));
     }
-    if !physical {
-        return Ok(());
-    }
+    // No identification gives a negative mass that a controller should use.
     if body.mass < 0.0 {
         return Err(Impossible::NegativeMass(body.mass));
+    }
+    if !physical {
+        return Ok(());
     }
     if body.mass == 0.0 && size > 0.0 {
         return Err(Impossible::InertiaWithoutMass(body.mass));

@@ -1,0 +1,49 @@
+//! Whole closed loops through the emulated chip, as a person runs them: every tick gives the desk's bits.
+#![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// The summary of a run in the emulator; `duration` in s, or the scene's own.
+fn run(scene: &str, duration: Option<&str>) -> Value {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let out = workspace.join("target/tmp").join(format!("chip_loop-{scene}"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    command.current_dir(&workspace).args(["run", &format!("scenes/{scene}.toml"), "--target", "qemu", "--json"]);
+    command.arg("--out").arg(&out);
+    if let Some(duration) = duration {
+        command.args(["--duration", duration]);
+    }
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn assert_parity(summary: &Value, ticks: u64) {
+    assert_eq!(summary["parity"]["ticks"], ticks);
+    assert_eq!(summary["parity"]["mismatches"], 0);
+    assert_eq!(summary["faults"], Value::Array(Vec::new()));
+    let count = |which: &str| summary["instructions_per_tick"][which].as_u64().unwrap();
+    assert!(count("min") > 0 && count("min") <= count("max"));
+}
+
+#[test]
+fn the_whole_puma_run_gives_the_desks_bits() {
+    let summary = run("puma560_pick", None);
+    assert_parity(&summary, 2_100);
+    // Encoders, observer, trig, kernel, law, friction, guard and limits: the whole tick.
+    let most = summary["instructions_per_tick"]["max"].as_u64().unwrap();
+    assert!((1_500..1_900).contains(&most), "{most} instructions in a tick, pinned at 1,500 to 1,900");
+}
+
+#[test]
+fn prismatic_joints_and_delays_give_the_desks_bits() {
+    assert_parity(&run("scara_pick", Some("0.4")), 400);
+}
+
+#[test]
+fn another_law_and_measured_states_give_the_desks_bits() {
+    assert_parity(&run("puma560_pd_gravity", Some("0.4")), 400);
+    assert_parity(&run("planar2r_sine", Some("0.4")), 400);
+}
