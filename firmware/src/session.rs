@@ -8,11 +8,13 @@
 //!    +--------------------- fault: every tick answers with the fault; only a hello leaves it
 //! ```
 //!
-//! A hello always starts afresh: the controller is reset, reference and measurement are forgotten.
+//! A hello always starts afresh: the controller is reset, reference and measurement are forgotten, every live input is
+//! zero. Live inputs come between ticks and hold from the next one on; they are answered only when they are refused.
 
 use crate::meter::{Counter, Meter};
 use dynamics_core::control::{Command, Controller, Fault, Measurement, Reference};
 use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
 use link::codec::Received;
 use link::{DecodeError, Frame, Hello, JointCountMismatch, Pacing, Refusal};
@@ -98,6 +100,14 @@ impl<const N: usize, D: InverseDynamics<f32, N>, T: Trig<f32>> Session<N, D, T> 
                 session.fresh = true;
                 Ok(session.after_measurement())
             }),
+            Frame::Live(live) => self.when_agreed(|session| {
+                let values = live.to_core()?;
+                if !live.is_finite() {
+                    return Ok(refuse(Refusal::NonFiniteLive));
+                }
+                *session.controller.live_mut() = values;
+                Ok(Reaction::None)
+            }),
             Frame::Command(_) | Frame::Fault(_) | Frame::Refusal(_) => refuse(Refusal::Unexpected),
         }
     }
@@ -139,6 +149,7 @@ impl<const N: usize, D: InverseDynamics<f32, N>, T: Trig<f32>> Session<N, D, T> 
 
     fn hello(&mut self, theirs: Hello) -> Reaction {
         self.controller.reset();
+        *self.controller.live_mut() = Live::zero();
         self.reference = None;
         self.measurement = None;
         self.fresh = false;

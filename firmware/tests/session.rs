@@ -14,7 +14,7 @@ use link::codec::Received;
 use link::{Cost, DecodeError, Frame, Hello, Pacing, Refusal};
 use std::cell::Cell;
 
-/// Two unit masses on unit gears, nothing between them: `tau = qdd`.
+/// Two unit masses on unit gears, nothing between them, and rotors that are live: `tau = (1 + rotor) qdd`.
 struct UnitMasses;
 
 impl InverseDynamics<f32, 2> for UnitMasses {
@@ -24,9 +24,9 @@ impl InverseDynamics<f32, 2> for UnitMasses {
         _: &[f32; 2],
         _: &[f32; 2],
         qdd: &[f32; 2],
-        _: &Live<f32, 2>,
+        live: &Live<f32, 2>,
     ) -> [f32; 2] {
-        *qdd
+        std::array::from_fn(|i| (1.0 + live.rotor[i]) * qdd[i])
     }
 }
 
@@ -100,6 +100,10 @@ fn reference(qdd: f32) -> Frame {
 fn measurement(tick: u32, q: f32) -> Frame {
     let sensed = Sensed::State { q: [q; 2], qd: [0.0; 2] };
     Frame::Measurement(link::Measurement::new(tick, &Measurement { sensed, age_ticks: 0 }))
+}
+
+fn live(rotor: [f32; 2]) -> Frame {
+    Frame::Live(link::Live::new(&Live { rotor, ..Live::zero() }).unwrap())
 }
 
 fn refused(refusal: Refusal) -> Reaction {
@@ -209,4 +213,38 @@ fn whatever_cannot_be_used_is_refused_by_name_and_changes_nothing() {
     assert_eq!(bench.receive(Frame::Refusal(Refusal::NoHello)), refused(Refusal::Unexpected));
     assert_eq!(bench.receive(measurement(9, 0.0)), Reaction::Tick);
     assert!(matches!(bench.tick(), Some(Frame::Command(_))));
+}
+
+/// The torques of one tick at rest on a reference that asks for an acceleration of 1.
+fn torques(bench: &mut Bench) -> Vec<f32> {
+    bench.receive(reference(1.0));
+    assert_eq!(bench.receive(measurement(1, 0.0)), Reaction::Tick);
+    let Some(Frame::Command(command)) = bench.tick() else { panic!("a command") };
+    command.torque.to_vec()
+}
+
+#[test]
+fn live_inputs_hold_from_the_next_tick_until_others_or_a_hello_come_and_are_not_answered() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.receive(live([1.0, 2.0])), refused(Refusal::NoHello));
+    bench.receive(Frame::Hello(OWN));
+    assert_eq!(torques(&mut bench), [1.0, 1.0]);
+    assert_eq!(bench.receive(live([1.0, 2.0])), Reaction::None);
+    assert_eq!(torques(&mut bench), [2.0, 3.0]);
+    assert_eq!(torques(&mut bench), [2.0, 3.0]);
+    assert_eq!(bench.receive(live([0.5, 0.0])), Reaction::None);
+    assert_eq!(torques(&mut bench), [1.5, 1.0]);
+    bench.receive(Frame::Hello(OWN));
+    assert_eq!(torques(&mut bench), [1.0, 1.0]);
+}
+
+#[test]
+fn live_inputs_that_cannot_be_used_are_refused_and_the_ones_before_hold_on() {
+    let mut bench = Bench::running(Pacing::LockStep);
+    bench.receive(live([1.0, 2.0]));
+    let other = link::Live::new(&Live { rotor: [5.0; 3], ..Live::<f32, 3>::zero() }).unwrap();
+    let wrong_count = refused(Refusal::JointCount { expected: 2, found: 3 });
+    assert_eq!(bench.receive(Frame::Live(other)), wrong_count);
+    assert_eq!(bench.receive(live([5.0, f32::NAN])), refused(Refusal::NonFiniteLive));
+    assert_eq!(torques(&mut bench), [2.0, 3.0]);
 }

@@ -5,6 +5,7 @@
 //!                               <------  hello {robot, joints, rate}      when it has started
 //! hello {robot, joints, rate}   ------>
 //!                               <------  hello {robot, joints, rate}      compared on both sides
+//! live inputs (when they changed) ---->
 //! reference (when it changed)   ------>
 //! measurement {tick}            ------>  runs one tick
 //!                               <------  command {tick} | fault {tick} | refusal
@@ -30,9 +31,9 @@ pub use emulator::{Emulator, Timeouts};
 pub use error::ChipError;
 pub use program::build_firmware;
 
-use dynamics_core::{Command, Measurement, Reference};
-use link::codec::Received;
-use link::{Cost, Decoder, Encoder, Frame, Hello, Pacing};
+use dynamics_core::{Command, Live, Measurement, Reference};
+use link::codec::{FrameTooLong, Received};
+use link::{Cost, Decoder, Encoder, Frame, Hello, Pacing, Packet};
 use std::path::Path;
 
 /// What the chip answered to one measurement.
@@ -51,7 +52,9 @@ pub struct Chip {
     encoder: Encoder,
     decoder: Decoder,
     tick: u32,
-    reference: Option<link::Reference>,
+    /// What the chip holds on to until it is told otherwise, as it was sent.
+    reference: Option<Frame>,
+    live: Option<Frame>,
 }
 
 impl Chip {
@@ -68,7 +71,8 @@ impl Chip {
     /// # Errors
     /// As [`Chip::start`].
     pub fn over(emulator: Emulator, expect: Hello) -> Result<Self, ChipError> {
-        let mut chip = Self { emulator, encoder: Encoder::new(), decoder: Decoder::new(), tick: 0, reference: None };
+        let (encoder, decoder) = (Encoder::new(), Decoder::new());
+        let mut chip = Self { emulator, encoder, decoder, tick: 0, reference: None, live: None };
         // The first comes by itself: whatever is sent before it may meet a receiver that is not on yet, and is lost.
         chip.agree("the chip's hello", expect)?;
         chip.send(&Frame::Hello(expect))?;
@@ -84,6 +88,21 @@ impl Chip {
         }
     }
 
+    /// What acts on the arm from the next tick on, until this is called again. Costs nothing when it is what it was.
+    ///
+    /// Live inputs that the chip refuses are an error of the next tick.
+    ///
+    /// # Errors
+    /// A payload that a frame cannot carry, or a chip that died.
+    pub fn set_live<const N: usize>(&mut self, live: &Live<f32, N>) -> Result<(), ChipError> {
+        let live = Frame::Live(link::Live::new(live)?);
+        if differs(self.live.as_ref(), &live)? {
+            self.send(&live)?;
+            self.live = Some(live);
+        }
+        Ok(())
+    }
+
     /// One tick of the chip's controller.
     ///
     /// # Errors
@@ -93,10 +112,10 @@ impl Chip {
         reference: &Reference<f32, N>,
         measurement: &Measurement<f32, N>,
     ) -> Result<ChipReply<N>, ChipError> {
-        let reference = link::Reference::new(reference);
-        // A reference holds until the next: bytes are what a tick's time goes into. NaN differs from itself and is sent.
-        if self.reference.as_ref() != Some(&reference) {
-            self.send(&Frame::Reference(reference.clone()))?;
+        // A reference holds until the next: bytes are what a tick's time goes into.
+        let reference = Frame::Reference(link::Reference::new(reference));
+        if differs(self.reference.as_ref(), &reference)? {
+            self.send(&reference)?;
             self.reference = Some(reference);
         }
         self.tick = self.tick.wrapping_add(1);
@@ -119,7 +138,7 @@ impl Chip {
         Ok((tick, self.reply(answer, tick)?))
     }
 
-    /// Hand the pace to the chip's timer, with one reference and one measurement to start from.
+    /// Hand the pace to the chip's timer, with one reference and one measurement to start from, and the live inputs there are.
     ///
     /// # Errors
     /// As [`Chip::start`].
@@ -132,6 +151,10 @@ impl Chip {
         let timed = Hello { pacing: Pacing::Timer, ..expect };
         self.send(&Frame::Hello(timed))?;
         self.agree("the chip's answer to a hello", timed)?;
+        // A hello has made the chip forget them.
+        if let Some(live) = self.live.clone() {
+            self.send(&live)?;
+        }
         self.send(&Frame::Reference(link::Reference::new(reference)))?;
         self.send(&Frame::Measurement(link::Measurement::new(0, measurement)))
     }
@@ -171,4 +194,11 @@ impl Chip {
             }
         }
     }
+}
+
+/// Whether a frame says anything but what was sent before. By the bits: to `==`, -0 is 0, and NaN never itself.
+fn differs(before: Option<&Frame>, now: &Frame) -> Result<bool, FrameTooLong> {
+    let packet = |frame: &Frame| Encoder::new().encode(frame);
+    let before: Option<Packet> = before.map(packet).transpose()?;
+    Ok(before != Some(packet(now)?))
 }

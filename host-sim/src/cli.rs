@@ -47,6 +47,8 @@ Files, in the folder given by --out:
   summary.json  what --json prints
   *.svg         position, velocity, error and torque of every joint over time
 
+Terms that the scene's model calls live are fed from its [plant], to the desk's controller and to the chip's alike.
+
 A fault brakes the arm (drives released, brakes engaged); the run goes on to its end and exits with 3.";
 
 /// Options of `run`.

@@ -5,7 +5,7 @@ use crate::exit::Failure;
 use crate::simulate::{self, Run};
 use crate::summary::Instructions;
 use crate::target::{Beside, Ticked, Torques};
-use dynamics_core::{Measurement, Reference, Term};
+use dynamics_core::{Live, Measurement, Reference};
 use indicatif::ProgressBar;
 use link::{Hello, Pacing};
 use miette::IntoDiagnostic;
@@ -14,6 +14,10 @@ use robot_compiler::scene::ScalarChoice;
 use std::sync::atomic::AtomicBool;
 
 impl<const N: usize> Torques<f32, N> for Chip {
+    fn set_live(&mut self, live: &Live<f32, N>) -> miette::Result<()> {
+        Chip::set_live(self, live).into_diagnostic()
+    }
+
     fn tick(
         &mut self,
         reference: &Reference<f32, N>,
@@ -35,7 +39,6 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     let mut scene = scene.clone();
     scene.control.scalar = ScalarChoice::F32;
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
-    no_live_terms(&scene)?;
     // A motion that cannot be should be said before the compiler is started.
     simulate::world::<N>(&scene)?;
     let target = |error| Failure::Target(miette::Report::from_err(error));
@@ -54,22 +57,4 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     run.summary.parity = Some(both.parity());
     run.summary.instructions_per_tick = both.instructions().map(|(min, max)| Instructions { min, max });
     Ok(run)
-}
-
-/// The link carries no live inputs: the chip would compute with zeros where the desk has the scene's values.
-fn no_live_terms(scene: &SceneFile) -> Result<(), Failure> {
-    let SceneFile { model, .. } = scene;
-    let terms = [
-        ("gravity", matches!(model.gravity, Term::Live)),
-        ("payload", matches!(model.payload, Term::Live)),
-        ("tip_wrench", matches!(model.tip_wrench, Term::Live)),
-        ("rotor", matches!(model.rotor, Term::Live)),
-    ];
-    match terms.iter().find(|(_, live)| *live) {
-        None => Ok(()),
-        Some((name, _)) => Err(Failure::Input(miette::miette!(
-            "{}: [model] {name} is live, which the link to the chip does not carry; expected a constant, or \"absent\"",
-            scene.path.display()
-        ))),
-    }
 }

@@ -46,7 +46,7 @@ pub fn on_desk<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &
     }
 }
 
-/// The controller that a scene asks for, computing here in `S`.
+/// The controller that a scene asks for, computing here in `S`; every live input is zero until [`with`] sets it.
 #[must_use]
 pub fn desk<S: Real, const N: usize>(
     scene: &SceneFile,
@@ -56,21 +56,27 @@ where
     Method: Trig<S>,
 {
     let config: ControllerConfig<S, N> = scene.controller_config(model).cast();
-    let mut controller = Controller::new(config, scene.dynamics(model), scene.control.trig);
-    let live = scene.live(model);
-    *controller.live_mut() = Live {
-        gravity: cast_vector(&live.gravity),
-        payload: live.payload.cast(),
-        tip_wrench: live.tip_wrench.cast(),
-        rotor: live.rotor.map(S::literal),
-    };
-    controller
+    Controller::new(config, scene.dynamics(model), scene.control.trig)
 }
 
-/// Run a scene with this controller, whoever it is.
+/// What acts on the scene's simulated arm, as a controller in `S` is told of it.
+#[must_use]
+pub fn live_inputs<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Live<S, N> {
+    let live = scene.live(model);
+    Live {
+        gravity: cast_vector(&live.gravity),
+        // Desk and chip are to compute with the same numbers, and the link carries one half of the tensor.
+        payload: live.payload.cast().symmetric(),
+        tip_wrench: live.tip_wrench.cast(),
+        rotor: live.rotor.map(S::literal),
+    }
+}
+
+/// Run a scene with this controller, whoever it is, after telling it what acts on the arm.
 ///
 /// # Errors
-/// [`Failure::Input`] for a scene that cannot be run. A target that dies is no error here: see [`Run::failure`].
+/// [`Failure::Input`] for a scene that cannot be run; [`Failure::Target`] when the target cannot be told. A target that
+/// dies in the run is no error here: see [`Run::failure`].
 pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
     scene: &SceneFile,
     target: &str,
@@ -81,6 +87,8 @@ pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
     let mut world = world::<N>(scene)?;
     let ticks = ticks(scene, world.motion.duration())?;
     progress.set_length(ticks);
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    controller.set_live(&live_inputs(scene, &model)).map_err(Failure::Target)?;
     let labels = scene.robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect();
     let mut record = Record::new(labels, usize::try_from(ticks).unwrap_or(usize::MAX));
     // The bar itself limits how often it is drawn; asking it less often costs less still.

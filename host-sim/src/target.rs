@@ -1,6 +1,6 @@
 //! Who computes the torques: the desk, the chip, or both beside each other.
 
-use dynamics_core::{Command, Controller, InverseDynamics, Measurement, Real, Reference, Trig};
+use dynamics_core::{Command, Controller, InverseDynamics, Live, Measurement, Real, Reference, Trig};
 
 /// One tick's outcome.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,12 @@ pub struct Ticked<S, const N: usize> {
 
 /// The one seam between the loop and whoever computes: measurement in, command out.
 pub trait Torques<S, const N: usize> {
+    /// What acts on the arm from the next tick on, for the terms of the scene that are live.
+    ///
+    /// # Errors
+    /// As [`Torques::tick`].
+    fn set_live(&mut self, live: &Live<S, N>) -> miette::Result<()>;
+
     /// One tick.
     ///
     /// # Errors
@@ -21,6 +27,11 @@ pub trait Torques<S, const N: usize> {
 }
 
 impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Torques<S, N> for Controller<S, N, D, T> {
+    fn set_live(&mut self, live: &Live<S, N>) -> miette::Result<()> {
+        *self.live_mut() = *live;
+        Ok(())
+    }
+
     fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> miette::Result<Ticked<S, N>> {
         Ok(Ticked { command: Controller::tick(self, reference, measurement), instructions: None })
     }
@@ -64,6 +75,11 @@ impl<C, D> Beside<C, D> {
 }
 
 impl<const N: usize, C: Torques<f32, N>, D: Torques<f32, N>> Torques<f32, N> for Beside<C, D> {
+    fn set_live(&mut self, live: &Live<f32, N>) -> miette::Result<()> {
+        self.chip.set_live(live)?;
+        self.desk.set_live(live)
+    }
+
     fn tick(
         &mut self,
         reference: &Reference<f32, N>,
@@ -103,6 +119,10 @@ mod tests {
     struct Says(Command<f32, 1>);
 
     impl Torques<f32, 1> for Says {
+        fn set_live(&mut self, _: &Live<f32, 1>) -> miette::Result<()> {
+            Ok(())
+        }
+
         fn tick(&mut self, _: &Reference<f32, 1>, _: &Measurement<f32, 1>) -> miette::Result<Ticked<f32, 1>> {
             Ok(Ticked { command: self.0, instructions: Some(700) })
         }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use dynamics_core::control::Law;
-use dynamics_core::{Body, Controller, Dynamics, Measurement, Reference, Term, trig::Method};
+use dynamics_core::{Body, Live, Measurement, Reference, Term};
 use host_sim::closed_loop::End;
 use host_sim::exit::Failure;
 use host_sim::record::Record;
@@ -204,19 +204,23 @@ fn a_stale_measurement_brakes_the_arm_and_the_run_goes_on() {
 }
 
 /// A controller beside which somebody presses Ctrl-C after so many ticks.
-struct Interrupting<'a> {
-    controller: Controller<f64, 2, Dynamics<f64, 2>, Method>,
+struct Interrupting<'a, C> {
+    controller: C,
     left: u32,
     stop: &'a AtomicBool,
 }
 
-impl Torques<f64, 2> for Interrupting<'_> {
+impl<C: Torques<f64, 2>> Torques<f64, 2> for Interrupting<'_, C> {
+    fn set_live(&mut self, live: &Live<f64, 2>) -> miette::Result<()> {
+        self.controller.set_live(live)
+    }
+
     fn tick(&mut self, r: &Reference<f64, 2>, m: &Measurement<f64, 2>) -> miette::Result<Ticked<f64, 2>> {
         self.left -= 1;
         if self.left == 0 {
             self.stop.store(true, Ordering::Relaxed);
         }
-        Torques::tick(&mut self.controller, r, m)
+        self.controller.tick(r, m)
     }
 }
 
@@ -225,7 +229,7 @@ fn an_interrupted_run_keeps_what_was_recorded() {
     let scene = swing();
     let model = scene.robot.model::<2>().unwrap();
     let stop = AtomicBool::new(false);
-    let mut controller = Interrupting { controller: simulate::desk(&scene, &model), left: 50, stop: &stop };
+    let mut controller = Interrupting { controller: simulate::desk::<f64, 2>(&scene, &model), left: 50, stop: &stop };
     let done = simulate::with(&scene, "desk", &mut controller, &stop, &ProgressBar::hidden()).unwrap();
     assert_eq!((done.end, done.summary.ticks), (End::Interrupted, 50));
     assert_eq!(done.summary.stopped.as_deref(), Some("interrupted"));
@@ -238,6 +242,10 @@ fn an_interrupted_run_keeps_what_was_recorded() {
 struct Dying(u32);
 
 impl Torques<f64, 2> for Dying {
+    fn set_live(&mut self, _: &Live<f64, 2>) -> miette::Result<()> {
+        Ok(())
+    }
+
     fn tick(&mut self, _: &Reference<f64, 2>, _: &Measurement<f64, 2>) -> miette::Result<Ticked<f64, 2>> {
         self.0 = self.0.checked_sub(1).ok_or_else(|| miette::miette!("no answer"))?;
         let command = dynamics_core::Command::Drive { torque: [0.0; 2], limits: [Default::default(); 2] };

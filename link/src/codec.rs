@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 const HEADER: usize = 2;
 const CHECK: usize = 4;
 
-/// Longest packet before COBS: a reference of six joints has 82 bytes; the rest is room to grow.
-const RAW_MAX: usize = 96;
+/// Longest packet before COBS: the live inputs of six joints have 108 bytes; the rest is room to grow.
+const RAW_MAX: usize = 112;
 
 /// Longest packet on the wire: COBS adds one byte up to 254, and the zero ends it.
 pub const PACKET_MAX: usize = RAW_MAX + 2;

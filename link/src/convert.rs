@@ -3,7 +3,8 @@
 use crate::frame::{self, Joints};
 use core::fmt;
 use dynamics_core::control::LimitFlags;
-use dynamics_core::{Command, Fault, Measurement, Reference, Sensed};
+use dynamics_core::{Command, Fault, Inertia, Live, Measurement, Reference, Sensed, Wrench};
+use nalgebra::{Matrix3, Vector3};
 
 /// A frame has values for another number of joints than the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,26 @@ impl fmt::Display for JointCountMismatch {
 }
 
 impl core::error::Error for JointCountMismatch {}
+
+/// A payload whose inertia tensor is not symmetric to the last bit. A frame carries six of its nine entries: the chip
+/// would compute with others than the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AsymmetricInertia {
+    /// The entry above the diagonal that differs from the one below: `"xy"`, `"xz"` or `"yz"`.
+    pub entry: &'static str,
+}
+
+impl fmt::Display for AsymmetricInertia {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "the live payload's inertia is not symmetric in {}, expected the very same bits on both sides",
+            self.entry
+        )
+    }
+}
+
+impl core::error::Error for AsymmetricInertia {}
 
 /// An array as a joint vector. No arm has more than [`crate::JOINTS_MAX`] joints; the compiler checks it.
 fn joints<T: Clone, const N: usize>(values: &[T; N]) -> Joints<T> {
@@ -69,6 +90,60 @@ impl frame::Reference {
     /// [`JointCountMismatch`] when the frame is for another number of joints.
     pub fn to_core<const N: usize>(&self) -> Result<Reference<f32, N>, JointCountMismatch> {
         Ok(Reference { q: array(&self.q)?, qd: array(&self.qd)?, qdd: array(&self.qdd)? })
+    }
+}
+
+impl frame::Live {
+    /// The frame that carries the live inputs of a scene.
+    ///
+    /// # Errors
+    /// [`AsymmetricInertia`]: rounded after a rotation, the two halves of a tensor differ in their last bits. See
+    /// [`Inertia::symmetric`].
+    pub fn new<const N: usize>(live: &Live<f32, N>) -> Result<Self, AsymmetricInertia> {
+        let Live { gravity, payload, tip_wrench: Wrench { force, moment }, rotor } = live;
+        let tensor = &payload.about_origin;
+        for (entry, i, j) in [("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2)] {
+            if tensor[(i, j)].to_bits() != tensor[(j, i)].to_bits() {
+                return Err(AsymmetricInertia { entry });
+            }
+        }
+        Ok(Self {
+            gravity: (*gravity).into(),
+            tip_wrench: [force.x, force.y, force.z, moment.x, moment.y, moment.z],
+            payload: frame::Payload {
+                mass: payload.mass,
+                first_moment: payload.first_moment.into(),
+                inertia: [tensor.m11, tensor.m22, tensor.m33, tensor.m12, tensor.m13, tensor.m23],
+            },
+            rotor: joints(rotor),
+        })
+    }
+
+    /// What the controller takes.
+    ///
+    /// # Errors
+    /// [`JointCountMismatch`] when the frame is for another number of joints.
+    pub fn to_core<const N: usize>(&self) -> Result<Live<f32, N>, JointCountMismatch> {
+        let [fx, fy, fz, mx, my, mz] = self.tip_wrench;
+        let [xx, yy, zz, xy, xz, yz] = self.payload.inertia;
+        Ok(Live {
+            gravity: self.gravity.into(),
+            payload: Inertia {
+                mass: self.payload.mass,
+                first_moment: self.payload.first_moment.into(),
+                about_origin: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+            },
+            tip_wrench: Wrench { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) },
+            rotor: array(&self.rotor)?,
+        })
+    }
+
+    /// Whether no number is NaN or infinite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let Self { gravity, tip_wrench, payload: frame::Payload { mass, first_moment, inertia }, rotor } = self;
+        let mut all = gravity.iter().chain(tip_wrench).chain([mass]).chain(first_moment).chain(inertia).chain(rotor);
+        all.all(|x| x.is_finite())
     }
 }
 

@@ -15,6 +15,7 @@ pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 /// |---|---|---|
 /// | hello | both | the MCU's when it has started; then the host's, and the MCU's answer: each compares |
 /// | reference | host | before the measurement it belongs to; holds until the next one |
+/// | live | host | before the tick from which it holds; holds until the next one or a hello, which sets all of it to zero |
 /// | measurement | host | once per tick; its arrival starts the tick on a board in lock step |
 /// | command | MCU | answer to a measurement |
 /// | fault | MCU | answer to a measurement when the controller brakes |
@@ -33,11 +34,13 @@ pub enum Frame {
     Fault(Fault),
     /// Why the frame before was not used.
     Refusal(Refusal),
+    /// What acts on the arm.
+    Live(Live),
 }
 
 impl Frame {
     /// Number of kinds; the first payload byte is below it.
-    pub const KINDS: u8 = 6;
+    pub const KINDS: u8 = 7;
 }
 
 /// What a peer was built from. Both sides say it; they run only when it agrees.
@@ -98,6 +101,30 @@ pub struct Reference {
     pub qdd: Joints<f32>,
 }
 
+/// The live inputs of the scene, until the next of these. The controller reads those whose term is live.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Live {
+    /// Gravitational acceleration in the base frame, m/s^2.
+    pub gravity: [f32; 3],
+    /// Wrench of the environment on the arm at the tip's origin, in tip axes: force, N, then moment, N m.
+    pub tip_wrench: [f32; 6],
+    /// What the tip holds, in the last link's frame.
+    pub payload: Payload,
+    /// Reflected rotor inertias, kg m^2 (kg for a prismatic joint).
+    pub rotor: Joints<f32>,
+}
+
+/// The ten inertial parameters of a held body, in the last link's frame and about its origin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Payload {
+    /// Mass, kg.
+    pub mass: f32,
+    /// First moment, mass times mass centre, kg m.
+    pub first_moment: [f32; 3],
+    /// Inertia about the origin, kg m^2: xx, yy, zz, xy, xz, yz.
+    pub inertia: [f32; 6],
+}
+
 /// What the actuators should do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Command {
@@ -141,7 +168,7 @@ pub enum Refusal {
         /// How many, modulo 256.
         missed: u8,
     },
-    /// A measurement or reference before hellos were exchanged.
+    /// A measurement, reference or live input before hellos were exchanged.
     NoHello,
     /// The frame has values for another number of joints.
     JointCount {
@@ -156,4 +183,6 @@ pub enum Refusal {
     NoReference,
     /// The MCU never receives this kind of frame.
     Unexpected,
+    /// A live input is NaN or infinite; those from before hold on.
+    NonFiniteLive,
 }

@@ -12,7 +12,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frame`] | what is said: hello, measurement, reference, command, fault, refusal |
+//! | [`frame`] | what is said: hello, measurement, reference, live inputs, command, fault, refusal |
 //! | [`codec`] | how it is said: encoder, decoder, their errors |
 //! | [`convert`] | to and from the types of the control loop |
 #![no_std]
@@ -26,10 +26,11 @@ pub mod convert;
 pub mod frame;
 
 pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
-pub use convert::JointCountMismatch;
+pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
-    Command, Cost, Fault, Frame, Hello, JOINTS_MAX, Joints, Measurement, Pacing, Reference, Refusal, Sensed,
+    Command, Cost, Fault, Frame, Hello, JOINTS_MAX, Joints, Live, Measurement, Pacing, Payload, Reference, Refusal,
+    Sensed,
 };
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
-pub const PROTOCOL_VERSION: u8 = 1;
+pub const PROTOCOL_VERSION: u8 = 2;

@@ -3,8 +3,8 @@
 
 use link::codec::Received;
 use link::{
-    Command, Cost, DecodeError, Decoder, Encoder, Fault, Frame, Hello, Joints, Measurement, PACKET_MAX, Pacing,
-    Reference, Refusal, Sensed,
+    Command, Cost, DecodeError, Decoder, Encoder, Fault, Frame, Hello, Joints, Live, Measurement, PACKET_MAX, Pacing,
+    Payload, Reference, Refusal, Sensed,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -26,6 +26,24 @@ fn cost() -> impl Strategy<Value = Option<Cost>> {
     ]
 }
 
+fn all<const N: usize>() -> impl Strategy<Value = [f32; N]> {
+    vec(bits(), N).prop_map(|values| values.try_into().unwrap())
+}
+
+fn live() -> impl Strategy<Value = Live> {
+    let payload = (bits(), all::<3>(), all::<6>()).prop_map(|(mass, first_moment, inertia)| Payload {
+        mass,
+        first_moment,
+        inertia,
+    });
+    (all::<3>(), all::<6>(), payload, joints(bits())).prop_map(|(gravity, tip_wrench, payload, rotor)| Live {
+        gravity,
+        tip_wrench,
+        payload,
+        rotor,
+    })
+}
+
 fn frames() -> impl Strategy<Value = Frame> {
     let sensed = prop_oneof![
         (joints(bits()), joints(bits())).prop_map(|(q, qd)| Sensed::State { q, qd }),
@@ -44,6 +62,7 @@ fn frames() -> impl Strategy<Value = Frame> {
         Just(Refusal::OtherRobot),
         Just(Refusal::NoReference),
         Just(Refusal::Unexpected),
+        Just(Refusal::NonFiniteLive),
     ];
     prop_oneof![
         ((any::<u64>(), any::<u8>(), bits()), prop_oneof![Just(Pacing::LockStep), Just(Pacing::Timer)])
@@ -59,6 +78,7 @@ fn frames() -> impl Strategy<Value = Frame> {
             .prop_map(|(tick, torque, limits, cost)| Frame::Command(Command { tick, torque, limits, cost })),
         any::<(u32, u8, Option<u8>)>().prop_map(|(tick, code, joint)| Frame::Fault(Fault { tick, code, joint })),
         refusal.prop_map(Frame::Refusal),
+        live().prop_map(Frame::Live),
     ]
 }
 
@@ -78,7 +98,30 @@ fn only_frame(results: &[Result<Received, DecodeError>]) -> &Received {
     }
 }
 
+/// A symmetric tensor with six joints' live inputs around it, every number another.
+fn live_of_six() -> dynamics_core::Live<f32, 6> {
+    let payload = Payload { mass: 1.5, first_moment: [0.1, -0.2, 0.3], inertia: [1.0, 2.0, 3.0, 0.4, 0.5, -0.0] };
+    let rotor = Joints::from_slice(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).unwrap();
+    let tip_wrench = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    Live { gravity: [0.5, -0.0, -9.81], tip_wrench, payload, rotor }.to_core().unwrap()
+}
+
+/// Every bit of live inputs, whichever of their numbers a frame carries.
+fn live_bits(live: &dynamics_core::Live<f32, 6>) -> Vec<u32> {
+    let dynamics_core::Live { gravity, payload, tip_wrench, rotor } = live;
+    let vectors = [gravity, &tip_wrench.force, &tip_wrench.moment, &payload.first_moment];
+    let numbers = vectors.into_iter().flat_map(|v| v.iter()).chain(&payload.about_origin).chain([&payload.mass]);
+    numbers.chain(rotor).map(|x| x.to_bits()).collect()
+}
+
 proptest! {
+    #[test]
+    fn live_inputs_go_to_the_control_loop_and_back_with_the_very_bits(mut live in live(), rotor in all::<6>()) {
+        live.rotor = Joints::from_slice(&rotor).unwrap();
+        let back = Live::new(&live.to_core::<6>().unwrap()).unwrap();
+        prop_assert_eq!(all_bits(&Frame::Live(back)), all_bits(&Frame::Live(live)));
+    }
+
     #[test]
     fn every_frame_comes_back_with_the_very_bits(frame in frames()) {
         let packet = Encoder::new().encode(&frame).unwrap();
@@ -185,7 +228,7 @@ fn each_way_of_being_wrong_has_its_name() {
 fn the_number_of_kinds_is_the_number_of_tags() {
     let tag = |tag: u8| {
         // Zeros enough for the longest frame: every field of a known kind reads as zero.
-        let mut bytes = [0; 64];
+        let mut bytes = [0; 128];
         bytes[0] = tag;
         postcard::take_from_bytes::<Frame>(&bytes).is_ok()
     };
@@ -199,4 +242,53 @@ fn a_frame_for_another_arm_is_refused_by_its_joint_count() {
     let reference = dynamics_core::Reference { q: [0.0; 3], qd: [0.0; 3], qdd: [0.0; 3] };
     let mismatch = link::Reference::new(&reference).to_core::<2>().unwrap_err();
     assert_eq!(mismatch.to_string(), "frame has values for 3 joints, expected 2");
+}
+
+#[test]
+fn live_inputs_of_six_joints_fit_a_packet_and_arrive_where_they_belong() {
+    let live = live_of_six();
+    let packet = Encoder::new().encode(&Frame::Live(Live::new(&live).unwrap())).unwrap();
+    assert_eq!(packet.len(), 110);
+    let results = decode(&mut Decoder::new(), &packet);
+    let Frame::Live(frame) = &only_frame(&results).frame else { panic!("live inputs") };
+    assert_eq!(live_bits(&frame.to_core().unwrap()), live_bits(&live));
+}
+
+#[test]
+fn live_inputs_for_another_arm_are_refused_by_their_joint_count() {
+    let mismatch = Live::new(&live_of_six()).unwrap().to_core::<4>().unwrap_err();
+    assert_eq!(mismatch.to_string(), "frame has values for 6 joints, expected 4");
+}
+
+#[test]
+fn a_payload_that_is_not_symmetric_to_the_last_bit_is_refused_by_its_entry() {
+    for (entry, i, j) in [("xy", 1, 0), ("xz", 2, 0), ("yz", 2, 1)] {
+        let mut live = live_of_six();
+        let x = &mut live.payload.about_origin[(i, j)];
+        *x = f32::from_bits(x.to_bits() ^ 1);
+        assert!(Live::new(&live).unwrap_err().to_string().contains(&format!("not symmetric in {entry}")));
+        live.payload = live.payload.symmetric();
+        assert_eq!(live_bits(&live), live_bits(&live_of_six()));
+    }
+}
+
+#[test]
+fn a_single_number_that_is_not_finite_is_found_wherever_it_is() {
+    let finite = Live::new(&live_of_six()).unwrap();
+    assert!(finite.is_finite());
+    let places: [fn(&mut Live) -> &mut f32; 6] = [
+        |live| &mut live.gravity[2],
+        |live| &mut live.tip_wrench[5],
+        |live| &mut live.payload.mass,
+        |live| &mut live.payload.first_moment[2],
+        |live| &mut live.payload.inertia[5],
+        |live| &mut live.rotor[5],
+    ];
+    for (index, place) in places.iter().enumerate() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut live = finite.clone();
+            *place(&mut live) = bad;
+            assert!(!live.is_finite(), "place {index}: {bad}");
+        }
+    }
 }

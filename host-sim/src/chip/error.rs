@@ -1,7 +1,7 @@
 //! What can go wrong between host and chip.
 
 use link::codec::FrameTooLong;
-use link::{DecodeError, Frame, Hello, JointCountMismatch, Refusal};
+use link::{AsymmetricInertia, DecodeError, Frame, Hello, JointCountMismatch, Refusal};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -88,6 +88,9 @@ pub enum ChipError {
     /// A command for another number of joints.
     #[error("from the chip: {0}")]
     JointCount(#[from] JointCountMismatch),
+    /// Live inputs that a frame cannot carry.
+    #[error(transparent)]
+    Asymmetric(#[from] AsymmetricInertia),
     /// A frame that cannot be sent.
     #[error(transparent)]
     TooLong(#[from] FrameTooLong),
@@ -130,6 +133,7 @@ fn refusal(refusal: &Refusal) -> String {
         }
         Refusal::OtherRobot => "hello for another robot".into(),
         Refusal::NoReference => "a measurement came before any reference".into(),
+        Refusal::NonFiniteLive => "a live input is not a finite number".into(),
         Refusal::Unexpected => "a frame that only the chip sends".into(),
     }
 }
