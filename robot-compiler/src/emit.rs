@@ -89,12 +89,22 @@ pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) 
            /// The arm's inverse dynamics.\npub const fn arm() -> Arm {\n    Kernel\n}\n"
 }
 
+/// Slowest rate of the boards' timers, Hz: the emulated one has 16 bits at 1 MHz.
+const RATE_MIN: f64 = 16.0;
+
 /// Write `arm.rs` and `dynamics.rs` for a scene into a folder: the whole of a firmware's build script.
 ///
 /// # Errors
-/// A scene that cannot be read, or a folder that cannot be written to.
+/// A scene that cannot be read, a rate that the boards' timers do not have, or a folder that cannot be written to.
 pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let file = SceneFile::load(scene)?;
+    let rate = file.control.rate;
+    if rate.fract() != 0.0 || rate < RATE_MIN {
+        let name = scene.display();
+        return Err(
+            format!("{name}: control.rate: {rate} Hz; expected whole hertz, {RATE_MIN} or more, for a chip").into()
+        );
+    }
     let (arm, dynamics) = with_dof!(file.robot.dof(), N => {
         let model = file.robot.model::<N>()?;
         (arm_module(&file, &model), dynamics_module(&file, &model))
