@@ -24,6 +24,9 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
     robot_compiler::emit::write_firmware(&scene, &PathBuf::from(std::env::var("OUT_DIR")?))?;
 
     println!("cargo::rerun-if-env-changed=NEWTAU_SCENE");
+    for name in robot_compiler::emit::CHOICES {
+        println!("cargo::rerun-if-env-changed={name}");
+    }
     println!("cargo::rerun-if-changed={}", scene.display());
     println!("cargo::rerun-if-changed={}", root.join("robots").display());
     if std::env::var("CARGO_CFG_TARGET_OS")? == "none" {

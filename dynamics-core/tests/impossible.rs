@@ -121,7 +121,8 @@ fn an_unphysical_arm_may_be_allowed_but_never_one_without_numbers() {
     let link_1_of_corkes_puma = with_body(|b| *b = Body { inertia: diagonal(0.0, 0.35, 0.0), ..Body::massless() });
     assert!(matches!(refused(link_1_of_corkes_puma), Impossible::InertiaWithoutMass(_)));
     assert!(Model::new_unphysical(&[link_1_of_corkes_puma], &Tool::default()).is_ok());
-    for bad in [with_body(|b| b.mass = f64::NAN), with_body(|b| b.mass = -1.0), with_body(|b| b.inertia[(0, 1)] = 0.01)] {
+    for bad in [with_body(|b| b.mass = f64::NAN), with_body(|b| b.mass = -1.0), with_body(|b| b.inertia[(0, 1)] = 0.01)]
+    {
         assert!(Model::new_unphysical(&[bad], &Tool::default()).is_err());
     }
 }

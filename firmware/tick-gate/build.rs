@@ -18,6 +18,9 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
     let scene = root.join(std::env::var("NEWTAU_SCENE").unwrap_or_else(|_| "scenes/puma560_pick.toml".into()));
     robot_compiler::emit::write_firmware(&scene, &PathBuf::from(std::env::var("OUT_DIR")?))?;
     println!("cargo::rerun-if-env-changed=NEWTAU_SCENE");
+    for name in robot_compiler::emit::CHOICES {
+        println!("cargo::rerun-if-env-changed={name}");
+    }
     println!("cargo::rerun-if-changed={}", scene.display());
     println!("cargo::rerun-if-changed={}", root.join("robots").display());
     Ok(())

@@ -29,7 +29,7 @@ mod tests;
 
 pub use emulator::{Emulator, Timeouts};
 pub use error::ChipError;
-pub use program::build_firmware;
+pub use program::{build_firmware, build_firmware_with};
 
 use dynamics_core::{Command, Live, Measurement, Reference};
 use link::codec::{FrameTooLong, Received};

@@ -22,6 +22,8 @@ pub enum Failure {
     Target(miette::Report),
     /// A result cannot be written.
     Output(io::Error),
+    /// Interrupted before there was anything to write.
+    Interrupted,
 }
 
 impl Failure {
@@ -36,6 +38,7 @@ impl Failure {
         match self {
             Self::Input(_) => INPUT,
             Self::Target(_) | Self::Output(_) => OUTSIDE,
+            Self::Interrupted => INTERRUPTED,
         }
     }
 
@@ -45,6 +48,7 @@ impl Failure {
         match self {
             Self::Input(report) | Self::Target(report) => report,
             Self::Output(error) => miette::miette!("the result cannot be written: {error}"),
+            Self::Interrupted => miette::miette!("interrupted before the run began: nothing was recorded"),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A run with the chip in the loop, and the desk's own controller beside it on the very same inputs.
 
-use crate::chip::{Chip, build_firmware};
+use crate::chip::{Chip, build_firmware_with};
 use crate::exit::Failure;
 use crate::simulate::{self, Run};
 use crate::summary::Instructions;
@@ -10,8 +10,10 @@ use indicatif::ProgressBar;
 use link::{Hello, Pacing};
 use miette::IntoDiagnostic;
 use robot_compiler::SceneFile;
+use robot_compiler::emit::CHOICES;
 use robot_compiler::scene::ScalarChoice;
-use std::sync::atomic::AtomicBool;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 impl<const N: usize> Torques<f32, N> for Chip {
     fn set_live(&mut self, live: &Live<f32, N>) -> miette::Result<()> {
@@ -43,7 +45,10 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     simulate::world::<N>(&scene)?;
     let target = |error| Failure::Target(miette::Report::from_err(error));
     progress.set_message("building the firmware");
-    let program = build_firmware(&scene.path).map_err(target)?;
+    let program = build(&scene).map_err(|failure| {
+        // Ctrl-C reaches the compiler too.
+        if stop.load(Ordering::Relaxed) { Failure::Interrupted } else { failure }
+    })?;
     let hello = Hello {
         robot: scene.hash(&model),
         joints: u8::try_from(N).unwrap_or(u8::MAX),
@@ -57,4 +62,13 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     run.summary.parity = Some(both.parity());
     run.summary.instructions_per_tick = both.instructions().map(|(min, max)| Instructions { min, max });
     Ok(run)
+}
+
+/// The firmware of a scene's file, with the law, and the sine and cosine, that were changed since it was read.
+fn build(scene: &SceneFile) -> Result<PathBuf, Failure> {
+    let file = SceneFile::load(&scene.path).map_err(Failure::input)?;
+    let ((law, trig), (law_there, trig_there)) = (scene.control.names(), file.control.names());
+    let changed = CHOICES.into_iter().zip([(law, law_there), (trig, trig_there)]);
+    let changed = changed.filter(|(_, (here, there))| here != there).map(|(variable, (here, _))| (variable, here));
+    build_firmware_with(&scene.path, changed).map_err(|error| Failure::Target(miette::Report::from_err(error)))
 }

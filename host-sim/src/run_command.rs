@@ -40,18 +40,10 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
 
 /// The scene with what the command line changes.
 fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
-    if args.target == Target::Qemu {
-        for (option, given) in [("--law", args.law.is_some()), ("--trig", args.trig.is_some())] {
-            if given {
-                let why = "the firmware is built from the scene file; expected the choice there, under [control]";
-                return Err(Failure::Input(miette::miette!("{option} with --target qemu: {why}")));
-            }
-        }
-        if args.scalar == Some(Scalar::F64) {
-            return Err(Failure::Input(miette::miette!(
-                "--scalar f64 with --target qemu: expected f32, which the chip has"
-            )));
-        }
+    if args.target == Target::Qemu && args.scalar == Some(Scalar::F64) {
+        return Err(Failure::Input(miette::miette!(
+            "--scalar f64 with --target qemu: expected f32, which the chip has"
+        )));
     }
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
     if let Some(duration) = args.duration {

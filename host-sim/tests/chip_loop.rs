@@ -5,17 +5,13 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// The summary of a run in the emulator; `duration` in s, or the scene's own.
-fn run(scene: &str, duration: Option<&str>) -> Value {
+/// The summary of a run in the emulator, with more options.
+fn run(scene: &str, options: &[&str]) -> Value {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let out = workspace.join("target/tmp").join(format!("chip_loop-{scene}"));
     let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
     command.current_dir(&workspace).args(["run", &format!("scenes/{scene}.toml"), "--target", "qemu", "--json"]);
-    command.arg("--out").arg(&out);
-    if let Some(duration) = duration {
-        command.args(["--duration", duration]);
-    }
-    let output = command.output().unwrap();
+    let output = command.arg("--out").arg(&out).args(options).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
@@ -30,7 +26,7 @@ fn assert_parity(summary: &Value, ticks: u64) {
 
 #[test]
 fn the_whole_puma_run_gives_the_desks_bits() {
-    let summary = run("puma560_pick", None);
+    let summary = run("puma560_pick", &[]);
     assert_parity(&summary, 2_100);
     // Encoders, observer, trig, kernel, law, friction, guard and limits: the whole tick.
     let most = summary["instructions_per_tick"]["max"].as_u64().unwrap();
@@ -39,11 +35,20 @@ fn the_whole_puma_run_gives_the_desks_bits() {
 
 #[test]
 fn prismatic_joints_and_delays_give_the_desks_bits() {
-    assert_parity(&run("scara_pick", Some("0.4")), 400);
+    assert_parity(&run("scara_pick", &["--duration", "0.4"]), 400);
 }
 
 #[test]
 fn another_law_and_measured_states_give_the_desks_bits() {
-    assert_parity(&run("puma560_pd_gravity", Some("0.4")), 400);
-    assert_parity(&run("planar2r_sine", Some("0.4")), 400);
+    assert_parity(&run("puma560_pd_gravity", &["--duration", "0.4"]), 400);
+    assert_parity(&run("planar2r_sine", &["--duration", "0.4"]), 400);
+}
+
+#[test]
+fn a_law_and_trig_chosen_on_the_command_line_reach_the_chip() {
+    let summary = run("scara_pick", &["--duration", "0.2", "--law", "pd", "--trig", "libm"]);
+    assert_parity(&summary, 200);
+    assert_eq!((summary["law"].as_str(), summary["trig"].as_str()), (Some("pd"), Some("libm")));
+    // Without a model in the loop there is no sine and no kernel to pay for.
+    assert!(summary["instructions_per_tick"]["max"].as_u64().unwrap() < 500);
 }

@@ -221,7 +221,7 @@ fn bad_single_precision_lines_are_named() {
 
 #[test]
 fn bad_options_and_files_are_named() {
-    let cases: [&[&str]; 14] = [
+    let cases: [&[&str]; 13] = [
         &[],
         &["walk"],
         &["run"],
@@ -231,7 +231,6 @@ fn bad_options_and_files_are_named() {
         &["run", SCENE, "--scalar", "f16"],
         &["run", SCENE, "--duration", "0"],
         &["run", SCENE, "--duration", "1e9"],
-        &["run", SCENE, "--target", "qemu", "--law", "pd"],
         &["run", SCENE, "--target", "qemu", "--scalar", "f64"],
         &["dynamics", "tests/fixtures/nowhere.toml", "--input", "-"],
         &["dynamics", ROBOT, "--input", "tests/fixtures/nowhere.jsonl"],

@@ -4,7 +4,7 @@
 //! same single-precision number, so the chip computes with the very bits that the desk hashed.
 
 use crate::kernel::source::Title;
-use crate::kernel::{self, Precision};
+use crate::kernel::{self, Function, Precision};
 use crate::scene::SceneFile;
 use crate::with_dof;
 use dynamics_core::control::{Encoder, Friction, Gains, Guard};
@@ -14,7 +14,7 @@ use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, 
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 
-mod source;
+pub(crate) mod source;
 
 use source::{Item, call, integer, list, number, record, word};
 
@@ -83,11 +83,15 @@ pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) 
         );
     };
     let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
-    let kernel = kernel::source::inverse_dynamics(model, &file.scene(model), level, Precision::Single, &title);
+    let kernel =
+        kernel::source::module(Function::InverseDynamics, model, &file.scene(model), level, Precision::Single, &title);
     kernel
         + "\n/// The arm's inverse dynamics.\npub type Arm = Kernel;\n\n\
            /// The arm's inverse dynamics.\npub const fn arm() -> Arm {\n    Kernel\n}\n"
 }
+
+/// Variables of the environment that stand for a scene's own law, and sine and cosine, when a firmware is built.
+pub const CHOICES: [&str; 2] = ["NEWTAU_LAW", "NEWTAU_TRIG"];
 
 /// Slowest rate of the boards' timers, Hz: the emulated one has 16 bits at 1 MHz.
 const RATE_MIN: f64 = 16.0;
@@ -97,7 +101,9 @@ const RATE_MIN: f64 = 16.0;
 /// # Errors
 /// A scene that cannot be read, a rate that the boards' timers do not have, or a folder that cannot be written to.
 pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let file = SceneFile::load(scene)?;
+    let mut file = SceneFile::load(scene)?;
+    let chosen = CHOICES.map(|name| std::env::var(name).ok());
+    file.control.choose(chosen[0].as_deref(), chosen[1].as_deref())?;
     let rate = file.control.rate;
     if rate.fract() != 0.0 || rate < RATE_MIN {
         let name = scene.display();

@@ -19,6 +19,8 @@
 mod arm;
 mod factor;
 pub mod functions;
+#[cfg(test)]
+mod mutants;
 pub mod program;
 pub mod regroup;
 pub mod rules;
@@ -33,6 +35,7 @@ pub use rules::{Rule, RuleSet};
 pub use tape::Precision;
 
 use dynamics_core::{Model, Scene, Term};
+use tape::Arena;
 
 /// How far the operations may leave those of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +79,7 @@ pub fn compile<const N: usize>(
                 Function::JointWrenches => (*model, *scene),
                 _ => regrouped(model, scene),
             };
-            let (arena, outputs) = functions::record(function, &model, &scene, RuleSet::ALL, precision);
+            let (arena, outputs) = functions::record(function, &model, &scene, Arena::new(RuleSet::ALL, precision));
             let (arena, outputs) = factor::common_factors(arena, outputs, precision);
             Program::new(arena, &outputs)
         }
@@ -92,7 +95,7 @@ pub fn compile_with<const N: usize>(
     rules: RuleSet,
     precision: Precision,
 ) -> Program {
-    let (arena, outputs) = functions::record(function, model, scene, rules, precision);
+    let (arena, outputs) = functions::record(function, model, scene, Arena::new(rules, precision));
     Program::new(arena, &outputs)
 }
 

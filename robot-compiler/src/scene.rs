@@ -11,6 +11,7 @@ use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, JointKind, Live, 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+pub(crate) mod choices;
 mod settings;
 
 pub use settings::{

@@ -4,9 +4,8 @@ use crate::body_fields::{body, wrench};
 use crate::diagnostics::{FileError, Source};
 use crate::reader::{Table, Value, parse};
 use crate::robot::{Robot, physical_body, read_text};
+use crate::scene::choices::{LAWS, METHODS};
 use crate::scene::{ActuatorSpec, ControlSpec, KernelChoice, ModelSpec, ScalarChoice, SceneFile, SensorSpec};
-use dynamics_core::control::Law;
-use dynamics_core::trig::Method;
 use dynamics_core::{Body, Term};
 use std::path::Path;
 
@@ -154,15 +153,10 @@ fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
     let bandwidth = "a bandwidth in rad/s, above zero and at most 1e6";
     control.observer_bandwidth = number("observer_bandwidth", 1e6, bandwidth, control.observer_bandwidth)?;
     if let Some(value) = table.get("law") {
-        control.law = value.choice(&[
-            ("computed-torque", Law::ComputedTorque),
-            ("pd", Law::Pd),
-            ("pd-gravity", Law::PdGravity),
-            ("feedforward", Law::Feedforward),
-        ])?;
+        control.law = value.choice(&LAWS)?;
     }
     if let Some(value) = table.get("trig") {
-        control.trig = value.choice(&[("polynomial", Method::Polynomial), ("libm", Method::Libm)])?;
+        control.trig = value.choice(&METHODS)?;
     }
     if let Some(value) = table.get("scalar") {
         control.scalar = value.choice(&[("f32", ScalarChoice::F32), ("f64", ScalarChoice::F64)])?;

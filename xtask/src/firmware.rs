@@ -3,6 +3,7 @@
 use crate::process::{run, which};
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
+use std::ffi::OsStr;
 use std::fmt;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -55,7 +56,7 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
 
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let copy = folder.join(format!("{stem}-{:08x}-{board}.elf", short_hash(&scene)));
+    let copy = folder.join(format!("{stem}-{:08x}-{board}.elf", short_hash(&scene, &["NEWTAU_LAW", "NEWTAU_TRIG"])));
     let text = std::fs::read(&built)?;
     // A running emulator may hold the old copy open: leave it alone when nothing changed, else put a new one in its place.
     if std::fs::read(&copy).ok().as_ref() != Some(&text) {
@@ -66,10 +67,12 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     Ok(copy)
 }
 
-/// Tells apart scenes of one name in two folders (FNV-1a, 32 bits).
-fn short_hash(path: &Path) -> u32 {
+/// Tells apart scenes of one name in two folders, and what the environment changes in one (FNV-1a, 32 bits).
+fn short_hash(path: &Path, choices: &[&str]) -> u32 {
     let step = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
-    path.as_os_str().as_encoded_bytes().iter().fold(0x811c_9dc5, step)
+    let add = |hash: u32, text: &OsStr| text.as_encoded_bytes().iter().fold(hash, step);
+    let start = add(0x811c_9dc5, path.as_os_str());
+    choices.iter().filter_map(std::env::var_os).fold(start, |hash, choice| add(hash, &choice))
 }
 
 /// Write the firmware to a real board.

@@ -12,6 +12,18 @@ use std::process::{Command, Stdio};
 /// # Errors
 /// cargo cannot be started, or the build fails; the error holds what it said.
 pub fn build_firmware(scene: &Path) -> Result<PathBuf, ChipError> {
+    build_firmware_with(scene, [])
+}
+
+/// The same with another law, or another sine and cosine, than the scene file's: pairs of
+/// [`robot_compiler::emit::CHOICES`] and names.
+///
+/// # Errors
+/// As [`build_firmware`].
+pub fn build_firmware_with<'a>(
+    scene: &Path,
+    choices: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Result<PathBuf, ChipError> {
     let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
     let mut child = Command::new(&cargo)
@@ -19,6 +31,7 @@ pub fn build_firmware(scene: &Path) -> Result<PathBuf, ChipError> {
         .args(["firmware", "build", "--message-path", "--emulator", "--scene"])
         .arg(&scene)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+        .envs(choices)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -4,7 +4,7 @@
 const WIDTH: usize = 120;
 
 /// An expression.
-pub(super) enum Item {
+pub(crate) enum Item {
     /// Something without parts.
     Word(String),
     /// `open part, part close`, on one line where it fits, else one part a line.
@@ -13,7 +13,7 @@ pub(super) enum Item {
     Field(&'static str, Box<Item>),
 }
 
-pub(super) fn word(text: &str) -> Item {
+pub(crate) fn word(text: &str) -> Item {
     Item::Word(text.to_owned())
 }
 
@@ -29,7 +29,7 @@ pub(super) fn call(function: &str, arguments: Vec<Item>) -> Item {
     Item::Group { open: format!("{function}("), close: ")", spaced: false, parts: arguments }
 }
 
-pub(super) fn list(parts: Vec<Item>) -> Item {
+pub(crate) fn list(parts: Vec<Item>) -> Item {
     Item::Group { open: "[".to_owned(), close: "]", spaced: false, parts }
 }
 
@@ -51,7 +51,7 @@ pub(super) fn literal(x: f32) -> String {
 
 impl Item {
     /// As source, from a column `indent` on.
-    pub(super) fn print(&self, indent: usize) -> String {
+    pub(crate) fn print(&self, indent: usize) -> String {
         self.lay_out(indent, 0, 0)
     }
 

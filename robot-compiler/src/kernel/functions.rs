@@ -1,7 +1,7 @@
 //! Which function is traced, and what its inputs and outputs are called.
 
-use super::rules::RuleSet;
-use super::tape::{Arena, Expr, Precision, input, trace};
+use super::program::Program;
+use super::tape::{Arena, Expr, input, trace};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Real, Scene, SinCos, Term, Wrench};
@@ -36,6 +36,21 @@ impl Function {
             Self::Coriolis => "coriolis",
             Self::MassMatrix => "mass-matrix",
             Self::JointWrenches => "joint-wrenches",
+        }
+    }
+
+    /// What of a scene it sees: what does not enter its equation is absent.
+    #[must_use]
+    pub fn sees<const N: usize>(self, scene: &Scene<f64, N>) -> Scene<f64, N> {
+        let weight = Scene { tip_wrench: Term::Absent, coriolis: Term::Absent, ..*scene };
+        match self {
+            Self::InverseDynamics => *scene,
+            // Standing still, rotors do nothing.
+            Self::Gravity => Scene { rotor: Term::Absent, ..weight },
+            Self::Coriolis => Scene { gravity: Term::Absent, tip_wrench: Term::Absent, rotor: Term::Absent, ..*scene },
+            Self::MassMatrix => Scene { gravity: Term::Absent, ..weight },
+            // A rotor turns between motor and link: no joint carries its wrench.
+            Self::JointWrenches => Scene { rotor: Term::Absent, ..*scene },
         }
     }
 }
@@ -77,6 +92,24 @@ pub fn input_name(number: u32, joints: usize) -> String {
     LIVE.get(live).map_or_else(|| format!("live.rotor[{}]", live - LIVE.len()), |name| (*name).to_owned())
 }
 
+/// Which argument of `InverseDynamics::inverse_dynamics` an input is part of.
+#[must_use]
+pub const fn argument(number: u32, joints: usize) -> &'static str {
+    match number as usize / joints {
+        0 | 1 => "turn",
+        2 => "q",
+        3 => "qd",
+        4 => "qdd",
+        _ => "live",
+    }
+}
+
+/// How many live inputs a program of an arm with so many joints reads.
+#[must_use]
+pub fn live_inputs(program: &Program, joints: usize) -> usize {
+    program.inputs().into_iter().filter(|&number| argument(number, joints) == "live").count()
+}
+
 /// The values of all inputs in the order of their numbers.
 #[must_use]
 pub fn input_values<S: Real, const N: usize>(
@@ -98,36 +131,30 @@ pub fn input_values<S: Real, const N: usize>(
     values
 }
 
-/// Call the core's own function on a tape, and take the tape and the outputs.
+/// Call the core's own function on an empty tape, and take the tape and the outputs.
 pub(super) fn record<const N: usize>(
     function: Function,
     model: &Model<f64, N>,
     scene: &Scene<f64, N>,
-    rules: RuleSet,
-    precision: Precision,
+    tape: Arena,
 ) -> (Arena, Vec<Expr>) {
-    let (outputs, arena) = trace(rules, precision, || {
+    let scene = function.sees(scene);
+    let (outputs, arena) = trace(tape, || {
         let joint = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
         let (sin, cos, q, qd, qdd) = (joint(0), joint(1), joint(2), joint(3), joint(4));
         let turn: [SinCos<Expr>; N] = core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] });
-        let live = live_inputs();
-        let bound = |scene: &Scene<f64, N>| Dynamics::new(model.cast::<Expr>(), scene.cast::<Expr>());
-        let zero = bound(scene).model().links().map(|_| <Expr as num_traits::Zero>::zero());
+        let live = live_tape();
+        let dynamics = Dynamics::new(model.cast::<Expr>(), scene.cast::<Expr>());
+        let zero = [<Expr as num_traits::Zero>::zero(); N];
         match function {
-            Function::InverseDynamics => bound(scene).inverse_dynamics(&turn, &q, &qd, &qdd, &live).to_vec(),
-            Function::Gravity => {
-                let still = Scene { coriolis: Term::Absent, tip_wrench: Term::Absent, ..*scene };
-                bound(&still).inverse_dynamics(&turn, &q, &zero, &zero, &live).to_vec()
-            }
-            Function::Coriolis => {
-                let weightless = Scene { gravity: Term::Absent, tip_wrench: Term::Absent, ..*scene };
-                bound(&weightless).inverse_dynamics(&turn, &q, &qd, &zero, &live).to_vec()
-            }
+            Function::InverseDynamics => dynamics.inverse_dynamics(&turn, &q, &qd, &qdd, &live).to_vec(),
+            Function::Gravity => dynamics.inverse_dynamics(&turn, &q, &zero, &zero, &live).to_vec(),
+            Function::Coriolis => dynamics.inverse_dynamics(&turn, &q, &qd, &zero, &live).to_vec(),
             Function::MassMatrix => {
-                let matrix = mass_matrix(&bound(scene), &turn, &q, &live);
+                let matrix = mass_matrix(&dynamics, &turn, &q, &live);
                 (0..N).flat_map(|row| (row..N).map(move |column| (row, column))).map(|at| matrix[at]).collect()
             }
-            Function::JointWrenches => joint_wrenches(&bound(scene), &turn, &q, &qd, &qdd, &live)
+            Function::JointWrenches => joint_wrenches(&dynamics, &turn, &q, &qd, &qdd, &live)
                 .iter()
                 .flat_map(|w| w.force.iter().chain(w.moment.iter()).copied().collect::<Vec<_>>())
                 .collect(),
@@ -136,7 +163,7 @@ pub(super) fn record<const N: usize>(
     (arena, outputs)
 }
 
-fn live_inputs<const N: usize>() -> Live<Expr, N> {
+fn live_tape<const N: usize>() -> Live<Expr, N> {
     let at = |k: usize| input((PER_JOINT.len() * N + k) as u32);
     let vector = |k: usize| Vector3::new(at(k), at(k + 1), at(k + 2));
     let (xx, yy, zz, xy, xz, yz) = (at(13), at(14), at(15), at(16), at(17), at(18));

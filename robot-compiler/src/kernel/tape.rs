@@ -5,7 +5,7 @@
 //! it is written down, and equal expressions are written down once (hash-consing), so the arena holds only simplified,
 //! shared expressions and no later pass has to look for them.
 
-use super::rules::{self, RuleSet};
+use super::rules::{self, Rewrite, Rule, RuleSet};
 use core::cell::RefCell;
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::scalar::Label;
@@ -89,6 +89,8 @@ pub struct Arena {
     index: HashMap<Node, Expr>,
     labels: HashMap<Expr, Label>,
     rules: RuleSet,
+    /// What each rule does: [`rules::TABLE`], unless a test puts a wrong one in.
+    table: &'static [(Rule, Rewrite)],
     precision: Precision,
 }
 
@@ -96,11 +98,11 @@ thread_local! {
     static ARENA: RefCell<Arena> = RefCell::new(Arena::new(RuleSet::ALL, Precision::Double));
 }
 
-/// Run `function` on a fresh tape, and take both its result and the tape.
-pub fn trace<T>(rules: RuleSet, precision: Precision, function: impl FnOnce() -> T) -> (T, Arena) {
-    ARENA.replace(Arena::new(rules, precision));
+/// Run `function` on a tape, and take both its result and the tape.
+pub fn trace<T>(tape: Arena, function: impl FnOnce() -> T) -> (T, Arena) {
+    let before = ARENA.replace(tape);
     let result = function();
-    (result, ARENA.replace(Arena::new(rules, precision)))
+    (result, ARENA.replace(before))
 }
 
 /// The input with this number. Meaningful inside [`trace`].
@@ -117,7 +119,20 @@ impl Arena {
     /// An empty tape.
     #[must_use]
     pub fn new(rules: RuleSet, precision: Precision) -> Self {
-        Self { nodes: Vec::new(), index: HashMap::new(), labels: HashMap::new(), rules, precision }
+        Self {
+            nodes: Vec::new(),
+            index: HashMap::new(),
+            labels: HashMap::new(),
+            rules,
+            table: &rules::TABLE,
+            precision,
+        }
+    }
+
+    /// The same with other rewrites, to see that a wrong one is found.
+    #[cfg(test)]
+    pub(super) fn with_table(self, table: &'static [(Rule, Rewrite)]) -> Self {
+        Self { table, ..self }
     }
 
     /// How `expr` comes about.
@@ -161,7 +176,7 @@ impl Arena {
 
     /// Write a node down through the rules: the first that applies says what stands there instead.
     pub fn make(&mut self, node: Node) -> Expr {
-        for (rule, rewrite) in rules::TABLE {
+        for &(rule, rewrite) in self.table {
             if self.rules.contains(rule)
                 && let Some(instead) = rewrite(self, node)
             {
@@ -178,7 +193,7 @@ impl Arena {
 
     /// Write a node down as it is; one that stands there already is not written again.
     pub fn write(&mut self, node: Node) -> Expr {
-        let shared = self.rules.contains(rules::Rule::Share) || matches!(node, Node::Constant(_) | Node::Input(_));
+        let shared = self.rules.contains(Rule::Share) || matches!(node, Node::Constant(_) | Node::Input(_));
         if shared && let Some(expr) = self.index.get(&node) {
             return *expr;
         }

@@ -1,0 +1,158 @@
+//! Faults put into the rewrites on purpose: the equality over random states must find every one.
+#![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
+#![allow(clippy::float_cmp, reason = "level exact claims equality")]
+
+use super::functions::{input_values, record};
+use super::rules::{Rewrite, Rule, RuleSet, TABLE};
+use super::tape::{Arena, Expr, Node};
+use super::{Function, Precision, Program};
+use crate::{SceneFile, with_dof};
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, InverseDynamics, Trig};
+use std::path::{Path, PathBuf};
+
+/// The shipped rules with a wrong one tried before them.
+const fn before_all(rule: Rule, wrong: Rewrite) -> [(Rule, Rewrite); 6] {
+    [(rule, wrong), TABLE[0], TABLE[1], TABLE[2], TABLE[3], TABLE[4]]
+}
+
+fn zero_of(arena: &Arena, e: Expr) -> bool {
+    arena.number(e) == Some(0.0)
+}
+
+fn inside(arena: &Arena, e: Expr) -> Option<Expr> {
+    if let Node::Neg(x) = arena.node(e) { Some(x) } else { None }
+}
+
+/// A name, and a table that is wrong in one place.
+type Mutant = (&'static str, &'static [(Rule, Rewrite)]);
+
+macro_rules! mutants {
+    ($($name:ident: $rule:ident, |$arena:ident, $node:ident| $body:expr;)*) => {
+        /// All of them.
+        const MUTANTS: &[Mutant] = &[$({
+            static TABLE: [(Rule, Rewrite); 6] = before_all(Rule::$rule, |$arena, $node| $body);
+            (stringify!($name), &TABLE)
+        }),*];
+    };
+}
+
+mutants! {
+    difference_of_numbers_is_their_sum: Fold, |arena, node| match node {
+        Node::Sub(a, b) => { let sum = arena.number(a)? + arena.number(b)?; Some(arena.constant(sum)) }
+        _ => None,
+    };
+    product_of_numbers_is_one_of_them: Fold, |arena, node| match node {
+        Node::Mul(a, b) => { arena.number(a)?; arena.number(b)?; Some(a) }
+        _ => None,
+    };
+    opposite_of_a_number_is_itself: Fold, |arena, node| match node {
+        Node::Neg(a) => arena.number(a).filter(|x| *x != 0.0).map(|_| a),
+        _ => None,
+    };
+    zero_times_x_is_x: Zero, |arena, node| match node {
+        Node::Mul(a, b) if zero_of(arena, a) => Some(b),
+        Node::Mul(a, b) if zero_of(arena, b) => Some(a),
+        _ => None,
+    };
+    x_plus_zero_is_zero: Zero, |arena, node| match node {
+        Node::Add(a, b) if zero_of(arena, a) || zero_of(arena, b) => Some(arena.constant(0.0)),
+        _ => None,
+    };
+    zero_less_x_is_x: Zero, |arena, node| match node {
+        Node::Sub(a, b) if zero_of(arena, a) => Some(b),
+        _ => None,
+    };
+    minus_one_times_x_is_x: One, |arena, node| match node {
+        Node::Mul(a, b) if arena.number(a) == Some(-1.0) => Some(b),
+        Node::Mul(a, b) if arena.number(b) == Some(-1.0) => Some(a),
+        _ => None,
+    };
+    two_times_x_is_x: One, |arena, node| match node {
+        Node::Add(a, b) if a == b => Some(a),
+        _ => None,
+    };
+    sign_of_a_factor_is_dropped: Signs, |arena, node| match node {
+        Node::Mul(a, b) => { let a = inside(arena, a)?; Some(arena.make(Node::Mul(a, b))) }
+        _ => None,
+    };
+    sign_of_a_negative_number_is_dropped: Signs, |arena, node| match node {
+        Node::Mul(a, b) => {
+            let number = arena.number(b).filter(|x| *x < 0.0 && *x != -1.0)?;
+            let positive = arena.constant(-number);
+            Some(arena.make(Node::Mul(a, positive)))
+        }
+        _ => None,
+    };
+    sign_of_a_summand_is_dropped: Signs, |arena, node| match node {
+        Node::Add(a, b) => { let b = inside(arena, b)?; Some(arena.make(Node::Add(a, b))) }
+        _ => None,
+    };
+    minus_minus_is_minus: Signs, |arena, node| match node {
+        Node::Sub(a, b) => { let b = inside(arena, b)?; Some(arena.make(Node::Sub(a, b))) }
+        _ => None,
+    };
+    opposite_of_the_opposite_keeps_its_sign: Signs, |arena, node| match node {
+        Node::Neg(a) => inside(arena, a).map(|_| a),
+        _ => None,
+    };
+    differences_are_turned_without_their_sign: Order, |arena, node| match node {
+        Node::Sub(a, b) if a > b => Some(arena.make(Node::Sub(b, a))),
+        _ => None,
+    };
+    sums_are_regrouped: Order, |arena, node| match node {
+        // True in exact arithmetic: only the last bits show it.
+        Node::Add(a, b) => match arena.node(a) {
+            Node::Add(c, d) if d < b && c < d => {
+                let end = arena.write(Node::Add(d, b));
+                Some(arena.write(Node::Add(c, end)))
+            }
+            _ => None,
+        },
+        _ => None,
+    };
+    products_are_shared_by_their_first_factor: Order, |arena, node| match node {
+        Node::Mul(a, b) if arena.number(b).is_none() && arena.number(a).is_none() && a != b => {
+            Some(arena.write(Node::Mul(a, a)))
+        }
+        _ => None,
+    };
+}
+
+#[test]
+fn every_seeded_fault_is_found_and_the_shipped_rules_have_none() {
+    let scenes = scenes();
+    assert!(scenes.len() >= 10);
+    let wrong = |table: &'static [(Rule, Rewrite)]| {
+        scenes.iter().filter(|file| with_dof!(file.robot.dof(), N => differs::<N>(file, table))).count()
+    };
+    assert_eq!(wrong(&TABLE), 0);
+    let found: Vec<(&str, usize)> = MUTANTS.iter().map(|(name, table)| (*name, wrong(table))).collect();
+    println!("scenes in which each fault shows: {found:?}");
+    let missed: Vec<&str> = found.iter().filter(|(_, scenes)| *scenes == 0).map(|(name, _)| *name).collect();
+    assert_eq!(missed, [""; 0]);
+}
+
+fn scenes() -> Vec<SceneFile> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    paths.iter().map(|path| SceneFile::load(path).unwrap()).collect()
+}
+
+/// Whether the kernel made with these rules differs from the recursion in any of 50 states.
+fn differs<const N: usize>(file: &SceneFile, table: &'static [(Rule, Rewrite)]) -> bool {
+    let model = file.robot.model::<N>().unwrap();
+    let (scene, live) = (file.scene(&model), file.live(&model));
+    let tape = Arena::new(RuleSet::ALL, Precision::Double).with_table(table);
+    let (arena, outputs) = record(Function::InverseDynamics, &model, &scene, tape);
+    let program = Program::new(arena, &outputs);
+    let generic = Dynamics::new(model, scene);
+    (0..50).any(|k| {
+        let wave = |phase: f64| core::array::from_fn(|i| (f64::from(k) * 0.7 + i as f64 + phase).sin() * 2.0);
+        let (q, qd, qdd): ([f64; N], [f64; N], [f64; N]) = (wave(0.0), wave(1.0), wave(2.0));
+        let turn = Libm.sin_cos_all(&q);
+        let found = program.evaluate(&input_values(&turn, &q, &qd, &qdd, &live));
+        generic.inverse_dynamics(&turn, &q, &qd, &qdd, &live)[..] != found[..]
+    })
+}
