@@ -52,7 +52,13 @@ impl Board for NetduinoPlus2 {
         // TIM3 has 16 bits: a prescaler of 1000 leaves 1 MHz, good for 16 Hz and up. The cast saturates.
         let period = (TIMER_HZ / 1000.0 / rate_hz) as u16;
         timer.psc().write(|w| w.psc().set(1000 - 1));
-        timer.arr().write(|w| w.arr().set(period.max(2) - 1));
+        // QEMU 7.2 (`stm32f2xx_timer_set_alarm`) sets the alarm to now plus the time at which the count was zero plus the
+        // reload. That is a period only for a count that was zero at power-on: one that is reset later makes every period
+        // longer by that time. The reload is the whole period there, not one less. TIM2, whose zero is power-on, tells
+        // the time, to a microsecond.
+        let since_power_on = counter.cnt().read().bits() / 1000;
+        timer.cnt().write(|w| w.cnt().set(since_power_on as u16));
+        timer.arr().write(|w| w.arr().set(period.max(1)));
         timer.dier().write(|w| w.uie().enabled());
 
         Parts {
@@ -95,9 +101,10 @@ impl LinkOutput for Output {
 
 impl Ticker for ControlTimer {
     fn run(&mut self) {
-        self.0.cnt().reset();
         self.0.sr().reset();
         self.0.cr1().write(|w| w.cen().enabled());
+        // The alarm was lost while the timer was held; in the emulator a new reload, even the same, sets it a period ahead.
+        self.0.arr().modify(|_, w| w);
     }
 
     fn hold(&mut self) {
