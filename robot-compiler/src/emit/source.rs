@@ -115,7 +115,7 @@ fn filled(parts: &[Item], indent: usize) -> String {
         let entry = part.flat() + ",";
         match lines.last_mut() {
             Some(line) if line.is_empty() => *line = entry,
-            Some(line) if indent + line.len() + 1 + entry.len() <= WIDTH => *line += &format!(" {entry}"),
+            Some(line) if indent + line.len() + 1 + entry.len() < WIDTH => *line += &format!(" {entry}"),
             _ => lines.push(entry),
         }
     }

@@ -1,0 +1,7 @@
+//! Kernels of the shipped scenes, generated when this crate is built and compiled under the lints of the workspace.
+//!
+//! Its tests compare them with the recursion that they were traced from. Nobody depends on it.
+#![no_std]
+#![forbid(unsafe_code)]
+
+include!(concat!(env!("OUT_DIR"), "/kernels.rs"));

@@ -1,0 +1,86 @@
+//! The kernels' text: what it says, and that rustfmt would leave it as it is.
+#![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
+
+use dynamics_core::Term;
+use robot_compiler::kernel::source::{Title, module};
+use robot_compiler::kernel::{Function, Level, Precision};
+use robot_compiler::{Robot, SceneFile, with_dof};
+
+mod common;
+use common::{files, top};
+
+fn text(file: &SceneFile, function: Function, level: Level, precision: Precision) -> String {
+    with_dof!(file.robot.dof(), N => {
+        let model = file.robot.model::<N>().unwrap();
+        let title = Title { robot: &file.robot.name, scene: &file.name, hash: 0x0123_4567_89ab_cdef };
+        module(function, &model, &file.scene(&model), level, precision, &title)
+    })
+}
+
+fn default_scene(robot: &str) -> SceneFile {
+    SceneFile::default_for(Robot::load(&top(&format!("robots/{robot}.toml"))).unwrap())
+}
+
+#[test]
+fn planar_arm_as_an_exact_kernel() {
+    let text = text(&default_scene("planar2r"), Function::InverseDynamics, Level::Exact, Precision::Single);
+    insta::assert_snapshot!(text);
+}
+
+#[test]
+fn scara_as_a_regrouped_kernel() {
+    let text = text(&default_scene("scara"), Function::InverseDynamics, Level::Regrouped, Precision::Double);
+    insta::assert_snapshot!(text);
+}
+
+#[test]
+fn mass_matrix_of_the_planar_arm() {
+    let text = text(&default_scene("planar2r"), Function::MassMatrix, Level::Exact, Precision::Single);
+    insta::assert_snapshot!(text);
+}
+
+/// Every shipped scene, and the same with everything live.
+fn scenes() -> Vec<SceneFile> {
+    let shipped: Vec<_> = files(&top("scenes"), &["toml"]).iter().map(|path| SceneFile::load(path).unwrap()).collect();
+    let live = shipped.iter().cloned().map(|mut file| {
+        file.name += "_live";
+        let terms = &mut file.model;
+        (terms.gravity, terms.payload, terms.tip_wrench) = (Term::Live, Term::Live, Term::Live);
+        terms.rotor = Term::Live;
+        file
+    });
+    shipped.iter().cloned().chain(live).collect()
+}
+
+#[test]
+fn kernels_are_as_rustfmt_would_leave_them() {
+    let folder = std::env::temp_dir().join(format!("newtau-kernels-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut written = Vec::new();
+    for (number, file) in scenes().iter().enumerate() {
+        for function in Function::ALL {
+            for level in Level::ALL {
+                let precision = if number % 2 == 0 { Precision::Single } else { Precision::Double };
+                let path = folder.join(format!("{}_{}_{}.rs", file.name, function.name(), level.name()));
+                let text = text(file, function, level, precision);
+                std::fs::write(&path, &text).unwrap();
+                written.push((path, text));
+            }
+        }
+    }
+    let mut rustfmt = std::process::Command::new("rustfmt");
+    rustfmt.args(["--edition", "2024", "--config", "max_width=120,use_small_heuristics=Max"]);
+    let Ok(status) = rustfmt.args(written.iter().map(|(path, _)| path)).status() else {
+        println!("skipped: there is no rustfmt on this machine");
+        return;
+    };
+    assert!(status.success());
+    for (path, text) in &written {
+        let formatted = std::fs::read_to_string(path).unwrap();
+        for (number, (ours, theirs)) in text.lines().zip(formatted.lines()).enumerate() {
+            assert_eq!(ours, theirs, "{} line {}", path.display(), number + 1);
+        }
+        assert_eq!(*text, formatted, "{}", path.display());
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
