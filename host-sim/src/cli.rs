@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
+use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::scene::ScalarChoice;
 use std::path::PathBuf;
 
@@ -33,6 +34,8 @@ pub enum Command {
     Dynamics(DynamicsArgs),
     /// Show what a robot file holds.
     Info(InfoArgs),
+    /// Print the arm's dynamics as straight-line Rust, or what that saves.
+    Kernel(KernelArgs),
 }
 
 const RUN_EXAMPLES: &str = "\
@@ -126,6 +129,71 @@ pub struct InfoArgs {
     pub robot: PathBuf,
 }
 
+const KERNEL_EXAMPLES: &str = "\
+Examples:
+  host-sim kernel robots/puma560.toml > kernel.rs
+  host-sim kernel robots/puma560.toml --scene scenes/puma560_pick.toml --level regrouped --scalar f32
+  host-sim kernel robots/ur5.toml --function mass-matrix
+  host-sim kernel robots/ur5.toml --table
+  host-sim kernel robots/ur5.toml --json | jq '.[] | select(.level == \"regrouped\")'
+
+Without --scene: gravity on a floor, velocity terms, and the rotors of the robot file.
+Levels: exact gives the very results of the recursion; regrouped needs fewer operations and rounds otherwise.
+
+--table shows operations and values alive, then what each rewrite saves and what each term of the scene costs.
+--json is an array of {function, level, mul, add, sub, neg, live_inputs, max_live}.
+Both show every function and level, or those that are asked for.";
+
+/// Options of `kernel`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = KERNEL_EXAMPLES)]
+pub struct KernelArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// The scene file, about this robot: which terms act on it.
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// How far the operations may leave those of the recursion; exact if nothing is said.
+    #[arg(long, value_enum)]
+    pub level: Option<LevelName>,
+    /// What it computes; inverse-dynamics if nothing is said.
+    #[arg(long, value_enum)]
+    pub function: Option<FunctionName>,
+    /// Floating-point type; the scene's otherwise.
+    #[arg(long, value_enum)]
+    pub scalar: Option<Scalar>,
+    /// Print operation counts as JSON instead of the source.
+    #[arg(long, conflicts_with = "table")]
+    pub json: bool,
+    /// Print tables of what is saved, by what, instead of the source.
+    #[arg(long)]
+    pub table: bool,
+}
+
+/// How far a kernel's operations may leave those of the recursion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LevelName {
+    /// Every result equal.
+    Exact,
+    /// Fewer operations, other rounding.
+    Regrouped,
+}
+
+/// What a kernel computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FunctionName {
+    /// D qdd + C qd + G - J^T w
+    InverseDynamics,
+    /// G(q)
+    Gravity,
+    /// C(q, qd) qd
+    Coriolis,
+    /// D(q), the upper triangle row by row.
+    MassMatrix,
+    /// Force and moment at every joint, base first.
+    JointWrenches,
+}
+
 /// Who computes the torques.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Target {
@@ -180,6 +248,36 @@ impl From<Scalar> for ScalarChoice {
         match scalar {
             Scalar::F32 => Self::F32,
             Scalar::F64 => Self::F64,
+        }
+    }
+}
+
+impl From<Scalar> for Precision {
+    fn from(scalar: Scalar) -> Self {
+        match scalar {
+            Scalar::F32 => Self::Single,
+            Scalar::F64 => Self::Double,
+        }
+    }
+}
+
+impl From<LevelName> for Level {
+    fn from(level: LevelName) -> Self {
+        match level {
+            LevelName::Exact => Self::Exact,
+            LevelName::Regrouped => Self::Regrouped,
+        }
+    }
+}
+
+impl From<FunctionName> for Function {
+    fn from(function: FunctionName) -> Self {
+        match function {
+            FunctionName::InverseDynamics => Self::InverseDynamics,
+            FunctionName::Gravity => Self::Gravity,
+            FunctionName::Coriolis => Self::Coriolis,
+            FunctionName::MassMatrix => Self::MassMatrix,
+            FunctionName::JointWrenches => Self::JointWrenches,
         }
     }
 }

@@ -11,7 +11,7 @@
 //! | [`record`] | what happened, tick by tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`info_command`], [`exit`] | the command line |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod chip;
@@ -20,6 +20,7 @@ pub mod closed_loop;
 pub mod dynamics_command;
 pub mod exit;
 pub mod info_command;
+pub mod kernel_command;
 pub mod on_chip;
 pub mod plant;
 pub mod plot;

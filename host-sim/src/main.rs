@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use host_sim::cli::{Cli, Command};
-use host_sim::{dynamics_command, info_command, run_command};
+use host_sim::{dynamics_command, info_command, kernel_command, run_command};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +17,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run_command::run(&args, &stop_on_interrupt()),
         Command::Dynamics(args) => dynamics_command::run(&args).map(|()| 0),
         Command::Info(args) => info_command::run(&args).map(|()| 0),
+        Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
     };
     ExitCode::from(done.unwrap_or_else(|failure| {
         let code = failure.code();
