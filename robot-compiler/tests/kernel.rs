@@ -118,7 +118,7 @@ fn robot(name: &str) -> Robot {
     Robot::load(&workspace().join(format!("robots/{name}.toml"))).unwrap()
 }
 
-/// Gravity on the floor and velocity terms, no rotors: the scene of the published counts.
+/// Gravity on the floor and velocity terms, no rotors: the scene in which counts are compared.
 fn plain<const N: usize>() -> Scene<f64, N> {
     Scene { gravity: Term::Constant(Vector3::new(0.0, 0.0, -9.81)), ..Scene::free_space() }
 }
@@ -133,8 +133,7 @@ fn counts(name: &str, level: Level) -> [usize; 4] {
 #[test]
 fn operation_counts_are_what_is_written_here() {
     let found = ["ur5", "puma560", "stanford"].map(|name| Level::ALL.map(|level| counts(name, level)));
-    // mul, add, sub, neg; exact and regrouped, of each arm. Published for the same arms and term: 308, 350 and 287 in all
-    // (link-frame recursion with base parameters), 590 and 609 (CppADCodeGen).
+    // mul, add, sub, neg; exact and regrouped, of each arm.
     let ur5 = [[268, 121, 87, 0], [185, 70, 65, 0]];
     let puma = [[250, 93, 99, 1], [199, 83, 68, 2]];
     let stanford = [[210, 93, 66, 0], [137, 59, 41, 0]];
