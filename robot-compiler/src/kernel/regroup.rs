@@ -20,6 +20,15 @@ use nalgebra::{Matrix3, Vector3};
 /// frame, which must move along. The wrenches at the joints are *not* the same.
 #[must_use]
 pub fn base_parameters<const N: usize>(model: &Model<f64, N>, held: Option<&Inertia<f64>>) -> Model<f64, N> {
+    moved_inward(model, held, unfelt)
+}
+
+/// The same, by any notion of what a joint cannot feel.
+pub(super) fn moved_inward<const N: usize>(
+    model: &Model<f64, N>,
+    held: Option<&Inertia<f64>>,
+    unfelt: fn(&Link<f64>) -> Inertia<f64>,
+) -> Model<f64, N> {
     let mut links = *model.links();
     if let Some(held) = held {
         links[N - 1].inertia = links[N - 1].inertia + *held;
@@ -45,7 +54,7 @@ pub fn base_parameters<const N: usize>(model: &Model<f64, N>, held: Option<&Iner
 }
 
 /// The part of a link's inertia that its own joint cannot tell from the parent's.
-fn unfelt(link: &Link<f64>) -> Inertia<f64> {
+pub(super) fn unfelt(link: &Link<f64>) -> Inertia<f64> {
     let Inertia { mass, first_moment, about_origin } = link.inertia;
     match link.kind {
         JointKind::Revolute => {
