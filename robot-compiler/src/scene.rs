@@ -97,7 +97,8 @@ impl SceneFile {
         let payload = self.plant.payload.map_or(Inertia::zero(), |body| inertia(&body));
         Live {
             gravity: self.plant.gravity,
-            payload: payload.in_parent(&tip.rotation, &tip.translation),
+            // Symmetric to the bit: a kernel reads six entries of it, the recursion nine.
+            payload: payload.in_parent(&tip.rotation, &tip.translation).symmetric(),
             tip_wrench: self.plant.tip_wrench.unwrap_or_else(Wrench::zero),
             rotor: model.links().map(|link| link.rotor),
         }

@@ -18,6 +18,13 @@ const PROFILE: &str = "firmware";
 /// Oldest rustc that builds this workspace (`rust-version` in Cargo.toml).
 const MINOR_MIN: u32 = 95;
 
+/// Names the only tool chain that may be used, `rustup` or `debian`: to test the one that would not be chosen.
+const CHOICE: &str = "NEWTAU_TOOLCHAIN";
+
+fn allowed(name: &str) -> bool {
+    std::env::var(CHOICE).map_or(true, |choice| choice == name)
+}
+
 /// A tool chain that can build for the chip.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Toolchain {
@@ -44,10 +51,10 @@ impl fmt::Display for Toolchain {
 impl Toolchain {
     /// The one that is there, the ordinary one first.
     pub(crate) fn find() -> Option<Self> {
-        if has_target(&sysroot()?) {
+        if allowed("rustup") && has_target(&sysroot()?) {
             return Some(Self::Rustup);
         }
-        debian_is_new_enough().then(linker).flatten().map(|linker| Self::Debian { linker })
+        (allowed("debian") && debian_is_new_enough()).then(linker).flatten().map(|linker| Self::Debian { linker })
     }
 
     /// The one that is there, or that could be installed; says what it does.
@@ -55,7 +62,7 @@ impl Toolchain {
         if let Some(found) = Self::find() {
             return Ok(found);
         }
-        if which("rustup").is_some() {
+        if allowed("rustup") && which("rustup").is_some() {
             eprintln!("setup: rustup target add {TARGET}");
             let added = Command::new("rustup").args(["target", "add", TARGET]).stdin(Stdio::null()).status();
             if added.is_ok_and(|status| status.success())
@@ -64,6 +71,9 @@ impl Toolchain {
                 return Ok(found);
             }
             eprintln!("setup: rustup could not; trying Debian's tool chain instead");
+        }
+        if !allowed("debian") {
+            bail!("{CHOICE} asks for rustup's tool chain, which has no {TARGET} and cannot fetch it");
         }
         crate::setup::apt_install(&["rustc-web", "cargo-web", "rust-web-src", "binutils-arm-none-eabi"])?;
         match Self::find() {
