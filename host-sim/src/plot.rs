@@ -152,6 +152,7 @@ fn draw_panel(
         .label_style(("sans-serif", 14))
         .axis_desc_style(("sans-serif", 15))
         .y_labels(5)
+        .y_label_formatter(&|y| tick_label(*y))
         .light_line_style(WHITE)
         .draw()?;
     for (curve, points) in curves {
@@ -201,6 +202,12 @@ fn prefix<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> (f64, &'static st
     scales.into_iter().find(|(scale, _)| most >= 0.1 * scale).unwrap_or((1.0, ""))
 }
 
+/// A number beside an axis. Ticks are sums of steps, so the one at zero may be a rest of rounding, below zero as likely as not.
+fn tick_label(value: f64) -> String {
+    const STEPS: f64 = 1e6;
+    format!("{}", (value * STEPS).round() / STEPS + 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{points, prefix, span};
@@ -232,5 +239,6 @@ mod tests {
         assert_eq!(prefix([(0.0, -2e-5)].iter()).1, "\u{b5}");
         assert_eq!(prefix([(0.0, 0.3)].iter()).1, "");
         assert_eq!(prefix([(0.0, 0.0)].iter()).1, "");
+        assert_eq!([-1e-17, 0.55, -0.4].map(super::tick_label), ["0", "0.55", "-0.4"]);
     }
 }
