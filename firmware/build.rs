@@ -1,40 +1,18 @@
-//! Writes the arm out as Rust, and tells the linker about the chip's memory.
-//!
-//! `NEWTAU_SCENE` names the scene file, relative to the workspace; without it the Puma's is taken.
+//! Tells the linker about the chip's memory.
 
-use std::path::PathBuf;
-use std::process::ExitCode;
+use std::path::Path;
 
-const SCENE_DEFAULT: &str = "scenes/puma560_pick.toml";
-
-fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error:?}");
-            ExitCode::FAILURE
-        }
+fn main() {
+    let variable = |name| std::env::var(name).unwrap_or_default();
+    if variable("CARGO_CFG_TARGET_OS") != "none" {
+        return;
     }
-}
-
-fn run() -> Result<(), Box<dyn std::error::Error>> {
-    let manifest = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR")?);
-    let root = manifest.parent().ok_or("the firmware lies in the workspace")?;
-    let scene = root.join(std::env::var("NEWTAU_SCENE").unwrap_or_else(|_| SCENE_DEFAULT.into()));
-    robot_compiler::emit::write_firmware(&scene, &PathBuf::from(std::env::var("OUT_DIR")?))?;
-
-    println!("cargo::rerun-if-env-changed=NEWTAU_SCENE");
-    for name in robot_compiler::emit::CHOICES {
-        println!("cargo::rerun-if-env-changed={name}");
+    // `memory.x` stands at the top of the workspace.
+    let manifest = variable("CARGO_MANIFEST_DIR");
+    let root = Path::new(&manifest).join("..");
+    println!("cargo::rustc-link-search={}", root.display());
+    println!("cargo::rerun-if-changed={}", root.join("memory.x").display());
+    for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
+        println!("cargo::rustc-link-arg-bins={argument}");
     }
-    println!("cargo::rerun-if-changed={}", scene.display());
-    println!("cargo::rerun-if-changed={}", root.join("robots").display());
-    if std::env::var("CARGO_CFG_TARGET_OS")? == "none" {
-        println!("cargo::rustc-link-search={}", root.display());
-        println!("cargo::rerun-if-changed={}", root.join("memory.x").display());
-        for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
-            println!("cargo::rustc-link-arg-bins={argument}");
-        }
-    }
-    Ok(())
 }

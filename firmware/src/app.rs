@@ -10,6 +10,7 @@
 
 use crate::boards;
 use firmware::board::Board;
+use link::{Hello, Pacing};
 
 #[cfg(feature = "odrive-v3")]
 use defmt_rtt as _;
@@ -36,10 +37,14 @@ fn defmt_panic() -> ! {
     <ThisBoard as Board>::halt()
 }
 
+/// What this firmware says of itself.
+fn hello() -> Hello {
+    Hello { robot: arm::HASH, joints: arm::N as u8, rate_hz: arm::RATE_HZ, pacing: Pacing::LockStep }
+}
+
 #[rtic::app(device = crate::boards::pac, peripherals = true)]
 mod rtos {
     use super::{Board, ThisBoard, boards};
-    use crate::arm;
     use boards::pac::Interrupt;
     use firmware::board::{JointIo, LinkInput, LinkOutput, Parts, Ticker};
     use firmware::meter::Meter;
@@ -83,7 +88,7 @@ mod rtos {
         }
         // Its first run says hello: what a host sends before that may meet a receiver that is not on yet.
         rtic::pend(Interrupt::EXTI0);
-        let session = Session::new(arm::hello(), arm::controller());
+        let session = Session::new(super::hello(), arm::controller());
         (
             Shared { session, ticker, joints, answer: None, overflow: false },
             Local { input, received, pending, output, meter },
@@ -133,7 +138,7 @@ mod rtos {
             }
         };
         if !core::mem::replace(announced, true) {
-            send(&Frame::Hello(arm::hello()));
+            send(&Frame::Hello(super::hello()));
         }
         if let Some(frame) = cx.shared.answer.lock(Option::take) {
             if let Frame::Fault(fault) = &frame {

@@ -1,8 +1,6 @@
 //! The microcontroller's program; on the host, the same binary says what it was built for.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-mod arm;
-
 #[cfg(target_os = "none")]
 mod app;
 #[cfg(target_os = "none")]

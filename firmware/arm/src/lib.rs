@@ -1,0 +1,34 @@
+//! The arm that a firmware is built for: its numbers, its kernel and its controller, written out by `build.rs` from the
+//! scene file that `NEWTAU_SCENE` names.
+#![no_std]
+
+use dynamics_core::control::Controller;
+
+pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
+pub use generated::dynamics::Arm;
+
+#[allow(
+    unused_imports,
+    dead_code,
+    unreachable_pub,
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    reason = "generated: imports and holds what any scene may need"
+)]
+mod generated {
+    pub(crate) mod arm {
+        include!(concat!(env!("OUT_DIR"), "/arm.rs"));
+    }
+    pub(crate) mod dynamics {
+        include!(concat!(env!("OUT_DIR"), "/dynamics.rs"));
+    }
+}
+
+/// The controller of this arm.
+pub type ArmController = Controller<f32, N, Arm, Trig>;
+
+/// The controller of this arm, at rest.
+#[must_use]
+pub fn controller() -> ArmController {
+    Controller::new(generated::arm::config(), generated::dynamics::arm(), TRIG)
+}
