@@ -32,8 +32,8 @@ impl<const N: usize> Torques<f32, N> for Chip {
 
 /// Build the firmware for a scene, start it in the emulator, and close the loop through it.
 ///
-/// The firmware is built from the scene's file, so the scene must not have been changed in anything that a tick reads;
-/// the hello that both sides exchange would find it out.
+/// The firmware is built from the scene's file, with the law, and the sine and cosine, of `scene`. Nothing else that a tick
+/// reads may have been changed since the file was read; the hello that both sides exchange would find it out.
 ///
 /// # Errors
 /// A scene that cannot be run; a firmware that cannot be built; an emulator that cannot be started or does not agree.

@@ -65,8 +65,7 @@ pub fn live_inputs<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64
     let live = scene.live(model);
     Live {
         gravity: cast_vector(&live.gravity),
-        // Desk and chip are to compute with the same numbers, and the link carries one half of the tensor.
-        payload: live.payload.cast().symmetric(),
+        payload: live.payload.cast(),
         tip_wrench: live.tip_wrench.cast(),
         rotor: live.rotor.map(S::literal),
     }

@@ -97,7 +97,7 @@ impl SceneFile {
         let payload = self.plant.payload.map_or(Inertia::zero(), |body| inertia(&body));
         Live {
             gravity: self.plant.gravity,
-            // Symmetric to the bit: a kernel reads six entries of it, the recursion nine.
+            // Symmetric to the bit: kernels and the link carry six entries of the tensor, the recursion reads nine.
             payload: payload.in_parent(&tip.rotation, &tip.translation).symmetric(),
             tip_wrench: self.plant.tip_wrench.unwrap_or_else(Wrench::zero),
             rotor: model.links().map(|link| link.rotor),
