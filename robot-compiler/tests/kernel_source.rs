@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use dynamics_core::Term;
-use robot_compiler::kernel::source::{Title, module};
+use robot_compiler::kernel::source::{Title, generic_module, module};
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::{Robot, SceneFile, with_dof};
 
@@ -14,6 +14,14 @@ fn text(file: &SceneFile, function: Function, level: Level, precision: Precision
         let model = file.robot.model::<N>().unwrap();
         let title = Title { robot: &file.robot.name, scene: &file.name, hash: 0x0123_4567_89ab_cdef };
         module(function, &model, &file.scene(&model), level, precision, &title)
+    })
+}
+
+fn generic_text(file: &SceneFile, function: Function, level: Level, precision: Precision) -> String {
+    with_dof!(file.robot.dof(), N => {
+        let model = file.robot.model::<N>().unwrap();
+        let title = Title { robot: &file.robot.name, scene: &file.name, hash: 0x0123_4567_89ab_cdef };
+        generic_module(function, &model, &file.scene(&model), level, precision, &title)
     })
 }
 
@@ -39,6 +47,12 @@ fn mass_matrix_of_the_planar_arm() {
     insta::assert_snapshot!(text);
 }
 
+#[test]
+fn planar_arm_as_a_regrouped_kernel_for_every_scalar() {
+    let text = generic_text(&default_scene("planar2r"), Function::InverseDynamics, Level::Regrouped, Precision::Double);
+    insta::assert_snapshot!(text);
+}
+
 /// Every shipped scene, and the same with everything live.
 fn scenes() -> Vec<SceneFile> {
     let shipped: Vec<_> = files(&top("scenes"), &["toml"]).iter().map(|path| SceneFile::load(path).unwrap()).collect();
@@ -61,10 +75,16 @@ fn kernels_are_as_rustfmt_would_leave_them() {
         for function in Function::ALL {
             for level in Level::ALL {
                 let precision = if number % 2 == 0 { Precision::Single } else { Precision::Double };
-                let path = folder.join(format!("{}_{}_{}.rs", file.name, function.name(), level.name()));
-                let text = text(file, function, level, precision);
-                std::fs::write(&path, &text).unwrap();
-                written.push((path, text));
+                let name = format!("{}_{}_{}", file.name, function.name(), level.name());
+                let texts = [
+                    ("", text(file, function, level, precision)),
+                    ("_generic", generic_text(file, function, level, precision)),
+                ];
+                for (kind, text) in texts {
+                    let path = folder.join(format!("{name}{kind}.rs"));
+                    std::fs::write(&path, &text).unwrap();
+                    written.push((path, text));
+                }
             }
         }
     }

@@ -9,13 +9,17 @@ use std::collections::{HashMap, HashSet};
 pub(super) struct Writer<'a> {
     program: &'a Program,
     names: HashMap<Expr, String>,
+    /// Numbers that are declared ahead, in order of their first use.
+    hoisted: Vec<Expr>,
     joints: usize,
     precision: Precision,
 }
 
 impl<'a> Writer<'a> {
     /// A labelled value is called by its label, `w3_z`; another by the order in which it comes, `t17`.
-    pub(super) fn new(program: &'a Program, joints: usize, precision: Precision) -> Self {
+    ///
+    /// With `hoist`, numbers are declared ahead, `c3`, through `S::literal`, and the statements stay readable.
+    pub(super) fn new(program: &'a Program, joints: usize, precision: Precision, hoist: bool) -> Self {
         let mut names = HashMap::new();
         let mut taken: HashMap<String, usize> = HashMap::new();
         let mut plain = 0;
@@ -32,11 +36,25 @@ impl<'a> Writer<'a> {
             let name = if *times == 1 { name } else { format!("{name}{times}") };
             names.insert(expr, name);
         }
-        Self { program, names, joints, precision }
+        let mut hoisted = Vec::new();
+        if hoist {
+            let operands = program.order().iter().flat_map(|&expr| program.node(expr).operands());
+            for number in operands.chain(program.outputs().iter().copied()).filter(|&e| program.number(e).is_some()) {
+                if !names.contains_key(&number) {
+                    hoisted.push(number);
+                    names.insert(number, format!("c{}", hoisted.len()));
+                }
+            }
+        }
+        Self { program, names, hoisted, joints, precision }
     }
 
     pub(super) fn statements(&self, pad: &str) -> String {
         let mut text = String::new();
+        for &number in &self.hoisted {
+            let value = self.program.number(number).map_or_else(String::new, |x| self.argument(x));
+            text += &format!("{pad}let {} = S::literal({value});\n", self.value(number));
+        }
         let mut announced = HashSet::new();
         for &expr in self.program.order() {
             if let Some(label) = self.program.label(expr) {
@@ -61,12 +79,14 @@ impl<'a> Writer<'a> {
     }
 
     pub(super) fn value(&self, expr: Expr) -> String {
+        if let Some(name) = self.names.get(&expr) {
+            return name.clone();
+        }
         match self.program.node(expr) {
             Node::Constant(bits) => self.literal(f64::from_bits(bits)),
             Node::Input(number) => input_name(number, self.joints),
-            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Neg(_) => {
-                self.names.get(&expr).cloned().unwrap_or_default()
-            }
+            // Every statement has a name.
+            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Neg(_) => String::new(),
         }
     }
 
@@ -75,6 +95,17 @@ impl<'a> Writer<'a> {
         match self.precision {
             Precision::Single => format!("{:?}", x as f32),
             Precision::Double => format!("{x:?}"),
+        }
+    }
+
+    /// The same as an argument of `S::literal`. That takes an f64: a short decimal of an f32 which would be rounded to
+    /// another f32 on that way is written in full.
+    fn argument(&self, x: f64) -> String {
+        let short = self.literal(x);
+        let read = short.parse::<f64>().unwrap_or(x);
+        match self.precision {
+            Precision::Single if (read as f32).to_bits() != (x as f32).to_bits() => format!("{x:?}"),
+            Precision::Single | Precision::Double => short,
         }
     }
 }
