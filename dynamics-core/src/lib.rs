@@ -6,7 +6,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`scalar`] | the ring that the recursions are written on, and the ordered field that the controller needs |
+//! | [`scalar`] | the ring that the recursions are written on, and the fields that solving and control need |
 //! | [`trig`] | sine and cosine: our own polynomials, or libm's |
 //! | [`joint`] | how a person describes a joint: frame convention, body, rotor, limits |
 //! | [`geometry`] | small products, written out; right angles exact |
@@ -72,6 +72,6 @@ pub use inertia::{Inertia, Wrench};
 pub use joint::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool};
 pub use model::{Model, ModelError};
 pub use newton_euler::InverseDynamics;
-pub use scalar::{Real, Scalar};
+pub use scalar::{Field, Real, Scalar};
 pub use scene::{Dynamics, Live, Scene, Term};
 pub use trig::{SinCos, Trig};

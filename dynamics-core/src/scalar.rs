@@ -1,8 +1,9 @@
-//! The ring that the recursions are written on, and the ordered field that the controller needs.
+//! The ring that the recursions are written on, the field that forward dynamics needs, and the ordered field that the
+//! controller needs.
 //!
 //! A recursion over [`Scalar`] can add, subtract, multiply and negate, and nothing else: it cannot compare or divide, so
 //! its path cannot depend on data. That makes its cost constant, its bits reproducible, and lets a tape, an interval or a
-//! dual number run through the same source. [`Real`] adds order and division for the parts that need them.
+//! dual number run through the same source. [`Field`] adds division, for forward dynamics alone; [`Real`] adds order.
 
 use core::ops::{Div, Neg};
 use nalgebra::{ClosedAddAssign, ClosedMulAssign, ClosedSubAssign, Vector3};
@@ -47,11 +48,17 @@ impl Label {
     }
 }
 
+/// A scalar that can be divided, still without order.
+///
+/// Only what solves for accelerations asks for it. A quotient of zero by zero, or of anything by zero, is not finite: who
+/// divides says where that shows.
+pub trait Field: Scalar + Div<Output = Self> {}
+
 /// An ordered field with a notion of "finite": `f32` or `f64`.
 ///
 /// The comparisons below are total in the sense that a NaN never slips through: [`Real::clamp_symmetric`] of NaN is NaN,
 /// and [`Real::is_finite`] of NaN is false.
-pub trait Real: Scalar + PartialOrd + Div<Output = Self> {
+pub trait Real: Field + PartialOrd {
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 
@@ -94,6 +101,8 @@ macro_rules! impl_scalar {
                 $literal(x)
             }
         }
+
+        impl Field for $float {}
 
         impl Real for $float {
             #[inline]

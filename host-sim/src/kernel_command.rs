@@ -25,6 +25,8 @@ pub struct Count {
     pub add: usize,
     /// Subtractions.
     pub sub: usize,
+    /// Divisions.
+    pub div: usize,
     /// Negations.
     pub neg: usize,
     /// Live inputs that it reads.
@@ -85,6 +87,7 @@ impl Count {
             mul: n.mul,
             add: n.add,
             sub: n.sub,
+            div: n.div,
             neg: n.neg,
             live_inputs: live_inputs(program, joints),
             max_live: program.live_max(),
@@ -190,13 +193,13 @@ fn difference<const K: usize>(names: [&str; K], more: &Program, less: &Program, 
 }
 
 /// Headers of the numbers in a table.
-const WORK: [&str; 7] = ["mul", "add", "sub", "neg", "live inputs", "alive, traced", "alive, scheduled"];
+const WORK: [&str; 8] = ["mul", "add", "sub", "div", "neg", "live inputs", "alive, traced", "alive, scheduled"];
 
 /// What stands under them.
-fn work(program: &Program, joints: usize) -> [usize; 7] {
+fn work(program: &Program, joints: usize) -> [usize; 8] {
     let n = program.operations();
     let alive = [program.live_max_as_traced(), program.live_max()];
-    [n.mul, n.add, n.sub, n.neg, live_inputs(program, joints), alive[0], alive[1]]
+    [n.mul, n.add, n.sub, n.div, n.neg, live_inputs(program, joints), alive[0], alive[1]]
 }
 
 /// A table of some names and then numbers.

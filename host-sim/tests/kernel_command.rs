@@ -48,14 +48,16 @@ fn json_has_every_level_and_function_and_the_counts_of_the_source() {
     assert_eq!(kinds[9], ("joint-wrenches", "regrouped"));
     for (count, (function, level)) in all.iter().zip(kinds) {
         let keys: Vec<_> = count.as_object().unwrap().keys().collect();
-        assert_eq!(keys, ["add", "function", "level", "live_inputs", "max_live", "mul", "neg", "sub"]);
+        assert_eq!(keys, ["add", "div", "function", "level", "live_inputs", "max_live", "mul", "neg", "sub"]);
         let text = printed(&[PUMA, "--function", function, "--level", level]);
         // `let name = a operator b;` or `let name = -a;`
         let statements = |wanted: Option<&str>| {
             let lines = text.lines().map(str::trim).filter(|line| line.starts_with("let "));
             lines.filter(|line| line.split(' ').nth(4) == wanted).count() as u64
         };
-        for (key, operator) in [("mul", Some("*")), ("add", Some("+")), ("sub", Some("-")), ("neg", None)] {
+        for (key, operator) in
+            [("mul", Some("*")), ("add", Some("+")), ("sub", Some("-")), ("div", Some("/")), ("neg", None)]
+        {
             assert_eq!(count[key].as_u64().unwrap(), statements(operator), "{function} {level} {key}");
         }
     }
@@ -95,7 +97,9 @@ fn a_term_costs_what_a_scene_without_it_saves() {
     let table = printed(&[&[PUMA], &asked[..], &[PICK, "--table"]].concat());
     let row = table.lines().find(|line| line.contains("rotors")).unwrap();
     let cells: Vec<&str> = row.split(['\u{2502}', '\u{2506}']).map(str::trim).collect();
-    assert_eq!(cells[3..9], ["rotors", &saved("mul"), &saved("add"), &saved("sub"), &saved("neg"), "0"], "{table}");
+    let work = ["mul", "add", "sub", "div", "neg"].map(saved);
+    let work = work.iter().map(String::as_str);
+    assert_eq!(cells[3..10], ["rotors"].into_iter().chain(work).chain(["0"]).collect::<Vec<_>>(), "{table}");
     assert_eq!(cells[4], "6", "a product for every joint");
 }
 

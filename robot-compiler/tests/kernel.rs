@@ -8,12 +8,13 @@ mod arms;
 
 use arms::{arm, body, joints, vector};
 use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Real, Scene, Term, Trig, Wrench};
+use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Real, Scalar, Scene, Term, Trig, Wrench};
 use nalgebra::Vector3;
 use proptest::prelude::{Just, Strategy, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use proptest::test_runner::{Config, TestCaseError};
 use robot_compiler::kernel::functions::input_values;
-use robot_compiler::kernel::{Function, Level, Precision, Program, Rule, RuleSet, compile, compile_with};
+use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
+use robot_compiler::kernel::{Function, Level, Operations, Precision, Program, Rule, RuleSet, compile, compile_with};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 
@@ -104,6 +105,31 @@ over_arms! {
     regrouped_agrees_for_one_joint: regrouped_agrees::<1>,
     regrouped_agrees_for_three_joints: regrouped_agrees::<3>,
     regrouped_agrees_for_six_joints: regrouped_agrees::<6>,
+}
+
+fn literal(x: f64) -> Expr {
+    Expr::literal(x)
+}
+
+/// Two outputs of the inputs `a` and `b`: what they cost, and what they are at `a = 6`, `b = -4`.
+fn two(write: fn(Expr, Expr) -> [Expr; 2]) -> (Operations, Vec<f64>) {
+    let (outputs, tape) = trace(Arena::new(RuleSet::ALL, Precision::Double), || write(input(0), input(1)));
+    let program = Program::new(tape, &outputs);
+    (program.operations(), program.evaluate(&[6.0, -4.0]))
+}
+
+#[test]
+fn quotients_are_folded_signed_and_shared_as_products_are() {
+    let only = |div, neg| Operations { div, neg, ..Operations::default() };
+    assert_eq!(two(|_, _| [literal(6.0) / literal(-4.0), literal(0.0)]), (only(0, 0), vec![-1.5, 0.0]));
+    assert_eq!(two(|a, _| [literal(0.0) / a, a / literal(1.0)]), (only(0, 0), vec![0.0, 6.0]));
+    assert_eq!(two(|a, _| [a / literal(-1.0), a]), (only(0, 1), vec![-6.0, 6.0]));
+    assert_eq!(two(|a, b| [a / b, (-a) / (-b)]), (only(1, 0), vec![-1.5, -1.5]));
+    assert_eq!(two(|a, b| [a / b, a / (-b)]), (only(1, 1), vec![-1.5, 1.5]));
+    assert_eq!(two(|a, b| [a / b, b / a]), (only(2, 0), vec![-1.5, -4.0 / 6.0]));
+    // By zero is left to be done: what is not finite has no literal.
+    let (work, found) = two(|a, _| [a / literal(0.0), literal(-2.0) / literal(0.0)]);
+    assert_eq!((work.div, found), (2, vec![f64::INFINITY, -f64::INFINITY]));
 }
 
 fn workspace() -> PathBuf {

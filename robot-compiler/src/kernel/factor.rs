@@ -50,6 +50,7 @@ fn pass(arena: &Arena, outputs: &[Expr], precision: Precision, common: Common) -
             Node::Add(a, b) => Node::Add(at(a), at(b)),
             Node::Sub(a, b) => Node::Sub(at(a), at(b)),
             Node::Mul(a, b) => Node::Mul(at(a), at(b)),
+            Node::Div(a, b) => Node::Div(at(a), at(b)),
             Node::Neg(a) => Node::Neg(at(a)),
         };
         let place = match (common(arena, node, &once), node) {
@@ -60,7 +61,7 @@ fn pass(arena: &Arena, outputs: &[Expr], precision: Precision, common: Common) -
             }
             (None, Node::Constant(bits)) => fresh.constant(f64::from_bits(bits)),
             (None, Node::Input(_)) => fresh.write(node),
-            (None, Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Neg(_)) => fresh.make(moved_node(node)),
+            (None, _) => fresh.make(moved_node(node)),
         };
         if let Some(label) = arena.label(expr) {
             fresh.name(place, label);

@@ -22,15 +22,17 @@ pub struct Operations {
     pub add: usize,
     /// Subtractions.
     pub sub: usize,
+    /// Divisions: none but in forward dynamics.
+    pub div: usize,
     /// Negations.
     pub neg: usize,
 }
 
 impl Operations {
-    /// Multiplications, additions and subtractions; a negation is a bit.
+    /// Multiplications, additions, subtractions and divisions; a negation is a bit.
     #[must_use]
     pub const fn total(&self) -> usize {
-        self.mul + self.add + self.sub
+        self.mul + self.add + self.sub + self.div
     }
 }
 
@@ -99,6 +101,7 @@ impl Program {
                 Node::Add(..) => operations.add += 1,
                 Node::Sub(..) => operations.sub += 1,
                 Node::Mul(..) => operations.mul += 1,
+                Node::Div(..) => operations.div += 1,
                 Node::Neg(_) => operations.neg += 1,
                 Node::Constant(_) | Node::Input(_) => {}
             }
@@ -128,7 +131,7 @@ impl Program {
                 Node::Input(number) => {
                     values[i] = inputs.get(number as usize).copied().unwrap_or_else(S::zero);
                 }
-                Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Neg(_) => {}
+                Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(_) => {}
             }
         }
         for &expr in &self.order {
@@ -137,6 +140,7 @@ impl Program {
                 Node::Add(a, b) => value(a) + value(b),
                 Node::Sub(a, b) => value(a) - value(b),
                 Node::Mul(a, b) => value(a) * value(b),
+                Node::Div(a, b) => value(a) / value(b),
                 Node::Neg(a) => -value(a),
                 Node::Constant(_) | Node::Input(_) => continue,
             };

@@ -11,9 +11,9 @@ use super::tape::{Arena, Expr, Node};
 pub enum Rule {
     /// Operations on numbers alone are done here.
     Fold,
-    /// `0 x = 0`, `x + 0 = x`, `0 - x = -x`, `x - x = 0`.
+    /// `0 x = 0`, `x + 0 = x`, `0 - x = -x`, `x - x = 0`, `0 / x = 0`.
     Zero,
-    /// `1 x = x`, `-1 x = -x`.
+    /// `1 x = x`, `-1 x = -x`, `x / 1 = x`.
     One,
     /// Signs float outward until a sum takes them in.
     Signs,
@@ -77,19 +77,22 @@ fn fold(arena: &mut Arena, node: Node) -> Option<Expr> {
         Node::Add(a, b) => arena.number(a)? + arena.number(b)?,
         Node::Sub(a, b) => arena.number(a)? - arena.number(b)?,
         Node::Mul(a, b) => arena.number(a)? * arena.number(b)?,
+        // By zero stays as it is: what is not finite has no literal.
+        Node::Div(a, b) => arena.number(a)? / arena.number(b).filter(|b| *b != 0.0)?,
         Node::Neg(a) => -arena.number(a)?,
         Node::Constant(_) | Node::Input(_) => return None,
     };
-    // Two numbers of 24 bits have an exact product and a sum that rounds alike, once in f64 and then to f32: f64 has more
-    // than twice the bits of f32 and two to spare (Figueroa 1995), so rounding twice is rounding once.
+    // Two numbers of 24 bits have an exact product, and a sum and a quotient that round alike, once in f64 and then to f32:
+    // f64 has more than twice the bits of f32 and two to spare (Figueroa 1995), so rounding twice is rounding once.
     Some(arena.constant(value))
 }
 
-/// Inputs are checked to be finite before a kernel runs, so `0 x` is 0.
+/// Inputs are checked to be finite before a kernel runs, so `0 x` is 0. `0 / x` is 0 unless `x` is: who divides checks that.
 fn zero(arena: &mut Arena, node: Node) -> Option<Expr> {
     let is_zero = |e: Expr| arena.number(e) == Some(0.0);
     match node {
         Node::Mul(a, b) if is_zero(a) || is_zero(b) => Some(arena.constant(0.0)),
+        Node::Div(a, b) if is_zero(a) && !is_zero(b) => Some(a),
         Node::Add(a, b) if is_zero(a) => Some(b),
         Node::Add(a, b) | Node::Sub(a, b) if is_zero(b) => Some(a),
         Node::Sub(a, b) if is_zero(a) => Some(arena.make(Node::Neg(b))),
@@ -100,8 +103,12 @@ fn zero(arena: &mut Arena, node: Node) -> Option<Expr> {
 
 /// Right angles fill rotations with ones.
 fn one(arena: &mut Arena, node: Node) -> Option<Expr> {
-    let Node::Mul(a, b) = node else { return None };
-    for (number, other) in [(a, b), (b, a)] {
+    let places: &[(Expr, Expr)] = match node {
+        Node::Mul(a, b) => &[(a, b), (b, a)],
+        Node::Div(a, b) => &[(b, a)],
+        _ => return None,
+    };
+    for &(number, other) in places {
         match arena.number(number) {
             Some(1.0) => return Some(other),
             Some(-1.0) => return Some(arena.make(Node::Neg(other))),
@@ -111,12 +118,16 @@ fn one(arena: &mut Arena, node: Node) -> Option<Expr> {
     None
 }
 
-/// A sign moves out of products and into sums, where it turns an addition into a subtraction at no cost; numbers are
+/// A sign moves out of products and quotients and into sums, where it turns an addition into a subtraction at no cost; numbers are
 /// written without sign, so that `c x` and `-c x` share their product. Differences have one order, for the same reason.
 fn signs(arena: &mut Arena, node: Node) -> Option<Expr> {
     let inside = |arena: &Arena, e: Expr| match arena.node(e) {
         Node::Neg(x) => Some(x),
         _ => None,
+    };
+    let unsigned = |arena: &mut Arena, e: Expr| match arena.number(e) {
+        Some(x) if x < 0.0 => Some(arena.constant(-x)),
+        _ => inside(arena, e),
     };
     let opposite = |arena: &mut Arena, node: Node| {
         let positive = arena.make(node);
@@ -125,16 +136,16 @@ fn signs(arena: &mut Arena, node: Node) -> Option<Expr> {
     match node {
         Node::Neg(a) => inside(arena, a),
         Node::Mul(a, b) => {
-            for (signed, other) in [(a, b), (b, a)] {
-                let positive = match arena.number(signed) {
-                    Some(x) if x < 0.0 => Some(arena.constant(-x)),
-                    _ => inside(arena, signed),
-                };
-                if let Some(positive) = positive {
-                    return Some(opposite(arena, Node::Mul(positive, other)));
-                }
+            if let Some(positive) = unsigned(arena, a) {
+                return Some(opposite(arena, Node::Mul(positive, b)));
             }
-            None
+            unsigned(arena, b).map(|positive| opposite(arena, Node::Mul(a, positive)))
+        }
+        Node::Div(a, b) => {
+            if let Some(positive) = unsigned(arena, a) {
+                return Some(opposite(arena, Node::Div(positive, b)));
+            }
+            unsigned(arena, b).map(|positive| opposite(arena, Node::Div(a, positive)))
         }
         Node::Add(a, b) => match (inside(arena, a), inside(arena, b)) {
             (Some(x), Some(y)) => Some(opposite(arena, Node::Add(x, y))),

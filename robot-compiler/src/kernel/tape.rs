@@ -7,9 +7,9 @@
 
 use super::rules::{self, Rewrite, Rule, RuleSet};
 use core::cell::RefCell;
-use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::scalar::Label;
-use dynamics_core::{Real, Scalar};
+use dynamics_core::{Field, Real, Scalar};
 use num_traits::{One, Zero};
 use std::collections::HashMap;
 
@@ -66,6 +66,8 @@ pub enum Node {
     Sub(Expr, Expr),
     /// Product.
     Mul(Expr, Expr),
+    /// Quotient. The recursions cannot write one down: only a function on [`Field`] can.
+    Div(Expr, Expr),
     /// The opposite.
     Neg(Expr),
 }
@@ -76,7 +78,7 @@ impl Node {
         let (first, second) = match self {
             Self::Constant(_) | Self::Input(_) => (None, None),
             Self::Neg(a) => (Some(a), None),
-            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) => (Some(a), Some(b)),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => (Some(a), Some(b)),
         };
         first.into_iter().chain(second)
     }
@@ -225,6 +227,13 @@ impl Mul for Expr {
     }
 }
 
+impl Div for Expr {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        on_tape(|arena| arena.make(Node::Div(self, other)))
+    }
+}
+
 impl Neg for Expr {
     type Output = Self;
     fn neg(self) -> Self {
@@ -264,6 +273,8 @@ impl One for Expr {
         Self::literal(1.0)
     }
 }
+
+impl Field for Expr {}
 
 impl Scalar for Expr {
     fn literal(x: f64) -> Self {

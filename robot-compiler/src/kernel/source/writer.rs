@@ -67,6 +67,7 @@ impl<'a> Writer<'a> {
                 Node::Add(a, b) => (a, b, "+"),
                 Node::Sub(a, b) => (a, b, "-"),
                 Node::Mul(a, b) => (a, b, "*"),
+                Node::Div(a, b) => (a, b, "/"),
                 Node::Neg(a) => {
                     text += &format!("{pad}let {} = -{};\n", self.value(expr), self.value(a));
                     continue;
@@ -86,7 +87,7 @@ impl<'a> Writer<'a> {
             Node::Constant(bits) => self.literal(f64::from_bits(bits)),
             Node::Input(number) => input_name(number, self.joints),
             // Every statement has a name.
-            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Neg(_) => String::new(),
+            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(_) => String::new(),
         }
     }
 
