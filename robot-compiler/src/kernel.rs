@@ -15,10 +15,12 @@
 //! | [`functions`] | what can be traced, and the names of inputs |
 //! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
 //! | [`source`] | the Rust text |
+//! | [`modules`] | the texts as modules, for build scripts |
 
 mod arm;
 mod factor;
 pub mod functions;
+pub mod modules;
 #[cfg(test)]
 mod mutants;
 pub mod program;

@@ -110,10 +110,7 @@ const ARGUMENTS: [&str; 5] = ["turn", "q", "qd", "qdd", "live"];
 impl Text<'_> {
     /// The float in which numbers were folded.
     fn folded(&self) -> &'static str {
-        match self.precision {
-            Precision::Single => "f32",
-            Precision::Double => "f64",
-        }
+        self.precision.name()
     }
 
     /// The scalar of the arguments and results.

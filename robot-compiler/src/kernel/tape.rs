@@ -31,6 +31,15 @@ impl Precision {
         if step == S::one() { Self::Single } else { Self::Double }
     }
 
+    /// The name of its type.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Single => "f32",
+            Self::Double => "f64",
+        }
+    }
+
     /// `x` as this precision holds it.
     #[must_use]
     pub fn round(self, x: f64) -> f64 {

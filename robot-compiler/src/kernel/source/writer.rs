@@ -40,10 +40,10 @@ impl<'a> Writer<'a> {
         if hoist {
             let operands = program.order().iter().flat_map(|&expr| program.node(expr).operands());
             for number in operands.chain(program.outputs().iter().copied()).filter(|&e| program.number(e).is_some()) {
-                if !names.contains_key(&number) {
+                names.entry(number).or_insert_with(|| {
                     hoisted.push(number);
-                    names.insert(number, format!("c{}", hoisted.len()));
-                }
+                    format!("c{}", hoisted.len())
+                });
             }
         }
         Self { program, names, hoisted, joints, precision }

@@ -1,0 +1,35 @@
+//! What `cargo xtask bench` measures: kernels of three arms, generated when this crate is built, and the states that they
+//! are measured in. `no_std`, so that the chip runs the same.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`kernels`] | `ARM_FUNCTION_LEVEL_SCALAR`, for example [`kernels::puma560_inverse_dynamics_regrouped_f32`]; `ARM_arm`, the arm's numbers in f32 |
+//! | [`states`] | random states, the same in every run, on every machine and in both precisions |
+//! | `plain` | the arms as the files give them (feature `desk`) |
+#![cfg_attr(not(feature = "desk"), no_std)]
+#![forbid(unsafe_code)]
+
+#[cfg(feature = "desk")]
+pub mod plain;
+pub mod states;
+
+/// Kernels and numbers of the arms, in the scene of `plain`.
+///
+/// | item | what |
+/// |---|---|
+/// | `ARM_inverse_dynamics_LEVEL_SCALAR::Kernel` | implements `InverseDynamics<SCALAR, 6>` |
+/// | `ARM_gravity_LEVEL_SCALAR::gravity` | `fn(turn) -> [SCALAR; 6]` |
+/// | `ARM_mass_matrix_LEVEL_SCALAR::mass_matrix` | `fn(turn, ..) -> [SCALAR; 21]`, with `q` where the arm has a prismatic joint |
+/// | `ARM_arm::{model, scene}` | the arm for the recursion, f32 |
+///
+/// `ARM` is `ur5`, `puma560` or `stanford`; `LEVEL` is `exact` or `regrouped`; `SCALAR` is `f32` or `f64`.
+pub mod kernels {
+    #![allow(
+        unused_imports,
+        clippy::approx_constant,
+        clippy::excessive_precision,
+        reason = "generated: imports what any arm may need"
+    )]
+
+    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+}

@@ -1,0 +1,65 @@
+//! Kernels as the modules of a crate: what a build script writes.
+
+use super::source::{Title, module};
+use super::{Function, Level, Precision};
+use crate::scene::SceneFile;
+use crate::with_dof;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Kernels in files of a folder, and the modules that they are.
+#[derive(Clone, Debug)]
+pub struct Modules {
+    folder: PathBuf,
+    declarations: String,
+}
+
+impl Modules {
+    /// None yet; files go to `folder`.
+    #[must_use]
+    pub fn new(folder: PathBuf) -> Self {
+        Self { folder, declarations: String::new() }
+    }
+
+    /// Write a kernel of the scene's arm, and give the name of its module: scene, function, level and precision.
+    ///
+    /// # Errors
+    /// An arm that cannot be, or a folder that cannot be written to.
+    pub fn kernel(
+        &mut self,
+        scene: &SceneFile,
+        function: Function,
+        level: Level,
+        precision: Precision,
+    ) -> Result<String, Box<dyn Error>> {
+        let text = with_dof!(scene.robot.dof(), N => {
+            let model = scene.robot.model::<N>()?;
+            let title = Title { robot: &scene.robot.name, scene: &scene.name, hash: scene.hash(&model) };
+            module(function, &model, &scene.scene(&model), level, precision, &title)
+        });
+        let function = function.name().replace('-', "_");
+        let name = format!("{}_{function}_{}_{}", scene.name, level.name(), precision.name());
+        self.module(&name, &text)?;
+        Ok(name)
+    }
+
+    /// Write any other module of this name.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to.
+    pub fn module(&mut self, name: &str, text: &str) -> Result<(), Box<dyn Error>> {
+        let path = self.folder.join(format!("{name}.rs"));
+        std::fs::write(&path, text)?;
+        writeln!(self.declarations, "#[path = {path:?}]\npub mod {name};")?;
+        Ok(())
+    }
+
+    /// Write `kernels.rs`, for the crate to include: the declarations of the modules, and then `rest`.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to.
+    pub fn finish(self, rest: &str) -> Result<(), Box<dyn Error>> {
+        Ok(std::fs::write(self.folder.join("kernels.rs"), self.declarations + "\n" + rest)?)
+    }
+}
