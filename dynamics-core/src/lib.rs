@@ -15,7 +15,7 @@
 //! | [`scene`] | what acts on the arm and which terms are worth computing |
 //! | [`newton_euler`] | joint torques and joint wrenches from the motion |
 //! | [`mass_matrix`] | the joint-space inertia matrix |
-//! | [`forward_dynamics`] | accelerations from torques |
+//! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -53,6 +53,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod articulated_body;
 pub mod control;
 pub mod energy;
 pub mod forward_dynamics;
@@ -68,6 +69,7 @@ pub mod scene;
 pub mod trig;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
+pub use forward_dynamics::Singular;
 pub use inertia::{Inertia, Wrench};
 pub use joint::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool};
 pub use model::{Model, ModelError};

@@ -1,6 +1,6 @@
 //! The joint-space inertia matrix, by composite rigid bodies.
 
-use crate::geometry::apply;
+use crate::geometry::{apply, compose};
 use crate::inertia::{Inertia, Wrench};
 use crate::joint::JointKind;
 use crate::model::Link;
@@ -71,9 +71,66 @@ fn unit_acceleration<S: Scalar>(kind: JointKind, body: &Inertia<S>) -> Wrench<S>
     }
 }
 
+/// A link's inertia about the parent's origin and in its axes. As [`Inertia::in_parent`], in fewer operations: a turn about z
+/// takes 8 multiplications for the tensor and 4 for the first moment, and one triangle of the tensor is computed.
 fn inertia_in_parent<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S, body: &Inertia<S>) -> Inertia<S> {
-    let (rotation, translation) = link_placement(link, turn, q);
-    body.in_parent(&rotation, &translation)
+    let mass = body.mass;
+    let (h, j) = match link.kind {
+        JointKind::Revolute => (body.first_moment, body.about_origin),
+        JointKind::Prismatic => slid(q, body),
+    };
+    let (h, j, p) = (out_of_link(link, turn, &h), tensor_out_of_link(link, turn, &j), link.translation);
+    // With h' = h + m p: J + (p.(h + h')) 1 - p h^T - h' p^T is J + 2 (p.h) 1 - p h^T - h p^T + m (p.p 1 - p p^T).
+    let moved = h + p * mass;
+    let (xx, yy, zz) = (p.x * (h.x + moved.x), p.y * (h.y + moved.y), p.z * (h.z + moved.z));
+    let about_origin = symmetric(
+        j.m11 + (yy + zz),
+        j.m12 - (p.x * h.y + moved.x * p.y),
+        j.m13 - (p.x * h.z + moved.x * p.z),
+        j.m22 + (xx + zz),
+        j.m23 - (p.y * h.z + moved.y * p.z),
+        j.m33 + (xx + yy),
+    );
+    Inertia { mass, first_moment: moved, about_origin }
+}
+
+/// First moment and tensor about a point that lies `-q` along z.
+fn slid<S: Scalar>(q: S, body: &Inertia<S>) -> (Vector3<S>, Matrix3<S>) {
+    let (h, j) = (&body.first_moment, &body.about_origin);
+    let z = h.z + body.mass * q;
+    let across = q * (h.z + z);
+    let tensor = symmetric(j.m11 + across, j.m12, j.m13 - q * h.x, j.m22 + across, j.m23 - q * h.y, j.m33);
+    (Vector3::new(h.x, h.y, z), tensor)
+}
+
+/// A symmetric tensor of this link's frame in the parent's frame: `R Rz(q) J Rz(q)^T R^T`; the upper triangle is read.
+pub(crate) fn tensor_out_of_link<S: Scalar>(link: &Link<S>, turn: SinCos<S>, j: &Matrix3<S>) -> Matrix3<S> {
+    let j = match link.kind {
+        // With u = s (Jxx - Jyy) + 2 c Jxy the turned entries are Jxx - s u, Jyy + s u and c u - Jxy.
+        JointKind::Revolute => {
+            let SinCos { sin, cos } = turn;
+            let u = sin * (j.m11 - j.m22) + cos * (j.m12 + j.m12);
+            let change = sin * u;
+            symmetric(
+                j.m11 - change,
+                cos * u - j.m12,
+                cos * j.m13 - sin * j.m23,
+                j.m22 + change,
+                cos * j.m23 + sin * j.m13,
+                j.m33,
+            )
+        }
+        JointKind::Prismatic => symmetric(j.m11, j.m12, j.m13, j.m22, j.m23, j.m33),
+    };
+    let r = &link.rotation;
+    let half = compose(r, &j);
+    let entry = |i: usize, k: usize| half[(i, 0)] * r[(k, 0)] + half[(i, 1)] * r[(k, 1)] + half[(i, 2)] * r[(k, 2)];
+    symmetric(entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2))
+}
+
+/// From the upper triangle, row by row.
+pub(crate) fn symmetric<S: Scalar>(xx: S, xy: S, xz: S, yy: S, yz: S, zz: S) -> Matrix3<S> {
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
 /// `parent_from_link` at a joint position: rotation and origin.

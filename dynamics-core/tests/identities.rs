@@ -6,10 +6,12 @@ mod common;
 
 use common::arms::{arm, body, joints, rotation, vector};
 use common::{relative_error, torque, turns};
-use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
-use dynamics_core::{Body, Dynamics, Inertia, InverseDynamics, JointKind, Live, Model, Scene, Term, Wrench, energy};
+use dynamics_core::{
+    Body, Dynamics, Inertia, InverseDynamics, JointKind, Live, Model, Scene, Term, Wrench, articulated_body, energy,
+    forward_dynamics,
+};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use proptest::prelude::{Strategy, prop_assert, prop_assert_eq, proptest};
 use proptest::test_runner::TestCaseError;
@@ -88,7 +90,7 @@ fn slope_is_the_mass_matrix<const N: usize>(case: &Case<N>) -> Checked {
     let found = SVector::from(case.torque(case.scene()));
     prop_assert!((found - product).amax() < 1e-12 * size, "{found} {product}");
     prop_assert_eq!(d, d.transpose());
-    prop_assert!(dynamics_core::forward_dynamics::solve(&d, &case.qdd).is_some(), "not positive definite: {}", d);
+    prop_assert!(forward_dynamics::solve(&d, &case.qdd).is_ok(), "not positive definite: {}", d);
     Ok(())
 }
 
@@ -96,12 +98,32 @@ fn slope_is_the_mass_matrix<const N: usize>(case: &Case<N>) -> Checked {
 fn inverse_undoes_forward<const N: usize>(case: &Case<N>) -> Checked {
     let dynamics = Dynamics::new(case.model, case.scene());
     let turn = turns(&case.q);
-    let qdd = forward_dynamics(&dynamics, &turn, &case.q, &case.qd, &case.tau, &Live::zero()).unwrap();
+    let qdd =
+        forward_dynamics::forward_dynamics(&dynamics, &turn, &case.q, &case.qd, &case.tau, &Live::zero()).unwrap();
     let back = torque(&dynamics, &case.q, &case.qd, &qdd);
     let rest = torque::<f64, N>(&dynamics, &case.q, &case.qd, &[0.0; N]);
     let size = rest.iter().chain(&case.tau).fold(0.0_f64, |m, x| m.max(x.abs()));
     for i in 0..N {
         prop_assert!((back[i] - case.tau[i]).abs() < 1e-9 * size, "{:?} {:?}", back, case.tau);
+    }
+    Ok(())
+}
+
+/// Articulated bodies give the accelerations and the pivots of the factored matrix, with rotors and without.
+fn articulated_bodies_agree_with_the_factored_matrix<const N: usize>(case: &Case<N>) -> Checked {
+    for rotor in [case.scene().rotor, Term::Absent, Term::Live] {
+        let dynamics = Dynamics::new(case.model, Scene { rotor, ..case.scene() });
+        let (turn, live) = (turns(&case.q), case.live(&dynamics));
+        let found = articulated_body::acceleration(&dynamics, &turn, &case.q, &case.qd, &case.tau, &live);
+        let wanted = forward_dynamics::acceleration(&dynamics, &turn, &case.q, &case.qd, &case.tau, &live);
+        let d = mass_matrix(&dynamics, &turn, &case.q, &live);
+        let off = d * (SVector::from(found.qdd) - SVector::from(wanted.qdd));
+        let size = case.tau.iter().fold((d * SVector::from(wanted.qdd)).amax(), |m, x| m.max(x.abs()));
+        prop_assert!(off.amax() < 1e-9 * size, "{off} {size}");
+        for i in 0..N {
+            let (found, wanted) = (found.pivot[i], wanted.pivot[i]);
+            prop_assert!((found - wanted).abs() < 1e-10 * d[(i, i)], "{found} {wanted}");
+        }
     }
     Ok(())
 }
@@ -259,6 +281,7 @@ macro_rules! for_every_arm {
 for_every_arm!(
     slope_is_the_mass_matrix,
     inverse_undoes_forward,
+    articulated_bodies_agree_with_the_factored_matrix,
     absent_is_zero_and_live_is_constant,
     payload_cleared_restores_the_bits,
     world_rotation_changes_nothing,

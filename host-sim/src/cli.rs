@@ -192,6 +192,8 @@ pub enum FunctionName {
     MassMatrix,
     /// Force and moment at every joint, base first.
     JointWrenches,
+    /// Accelerations from torques, then the pivots.
+    ForwardDynamics,
 }
 
 /// Who computes the torques.
@@ -278,6 +280,7 @@ impl From<FunctionName> for Function {
             FunctionName::Coriolis => Self::Coriolis,
             FunctionName::MassMatrix => Self::MassMatrix,
             FunctionName::JointWrenches => Self::JointWrenches,
+            FunctionName::ForwardDynamics => Self::ForwardDynamics,
         }
     }
 }

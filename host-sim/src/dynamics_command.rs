@@ -172,7 +172,7 @@ where
     let accelerations = match tau_in {
         Some(tau) => Some(
             forward_dynamics(&dynamics, &turn, &q, &qd, &tau, &all)
-                .ok_or("the mass matrix is not positive definite here: no accelerations follow from `tau`")?,
+                .map_err(|singular| format!("no accelerations follow from `tau`: {singular}"))?,
         ),
         None => None,
     };

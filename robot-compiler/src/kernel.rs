@@ -13,6 +13,7 @@
 //! | [`rules`] | level `exact`: rewrites that keep every result equal |
 //! | [`regroup`], `factor` | level `regrouped`: fewer operations, other rounding |
 //! | [`functions`] | what can be traced, and the names of inputs |
+//! | [`interpreter`] | a program run fast where there is no compiler |
 //! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
 //! | [`source`] | the Rust text |
 //! | [`modules`] | the texts as modules, for build scripts |
@@ -20,6 +21,7 @@
 mod arm;
 mod factor;
 pub mod functions;
+pub mod interpreter;
 pub mod modules;
 #[cfg(test)]
 mod mutants;

@@ -8,11 +8,13 @@ mod arms;
 
 use arms::{arm, body, joints, vector};
 use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Real, Scalar, Scene, Term, Trig, Wrench};
+use dynamics_core::{
+    Dynamics, Inertia, InverseDynamics, Live, Model, Real, Scalar, Scene, SinCos, Term, Trig, Wrench, forward_dynamics,
+};
 use nalgebra::Vector3;
 use proptest::prelude::{Just, Strategy, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use proptest::test_runner::{Config, TestCaseError};
-use robot_compiler::kernel::functions::input_values;
+use robot_compiler::kernel::functions::{forward_input_values, input_values};
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Function, Level, Operations, Precision, Program, Rule, RuleSet, compile, compile_with};
 use robot_compiler::{Robot, SceneFile, with_dof};
@@ -53,15 +55,31 @@ fn case<const N: usize>() -> impl Strategy<Value = Case<N>> {
     })
 }
 
+/// A case's inputs in one scalar.
+struct At<S, const N: usize> {
+    turn: [SinCos<S>; N],
+    q: [S; N],
+    qd: [S; N],
+    /// Accelerations, or torques in forward dynamics.
+    last: [S; N],
+    live: Live<S, N>,
+}
+
+impl<const N: usize> Case<N> {
+    fn at<S: Real>(&self) -> At<S, N> {
+        let cast = |x: [f64; N]| x.map(S::literal);
+        let v = |v: Vector3<f64>| v.map(S::literal);
+        let Live { gravity, payload, tip_wrench, rotor } = self.live;
+        let turn = Libm.sin_cos_all(&self.q).map(|t| SinCos { sin: S::literal(t.sin), cos: S::literal(t.cos) });
+        let live =
+            Live { gravity: v(gravity), payload: payload.cast(), tip_wrench: tip_wrench.cast(), rotor: cast(rotor) };
+        At { turn, q: cast(self.q), qd: cast(self.qd), last: cast(self.qdd), live }
+    }
+}
+
 /// What the generic recursion gives, and what the program gives, in one scalar.
 fn both<S: Real, const N: usize>(case: &Case<N>, program: &Program) -> ([S; N], Vec<S>) {
-    let cast = |x: [f64; N]| x.map(S::literal);
-    let v = |v: Vector3<f64>| v.map(S::literal);
-    let Live { gravity, payload, tip_wrench, rotor } = case.live;
-    let live = Live { gravity: v(gravity), payload: payload.cast(), tip_wrench: tip_wrench.cast(), rotor: cast(rotor) };
-    let turn =
-        Libm.sin_cos_all(&case.q).map(|t| dynamics_core::SinCos { sin: S::literal(t.sin), cos: S::literal(t.cos) });
-    let (q, qd, qdd) = (cast(case.q), cast(case.qd), cast(case.qdd));
+    let At { turn, q, qd, last: qdd, live } = case.at::<S>();
     let generic = Dynamics::new(case.model.cast::<S>(), case.scene.cast());
     let found = program.evaluate(&input_values(&turn, &q, &qd, &qdd, &live));
     (generic.inverse_dynamics(&turn, &q, &qd, &qdd, &live), found)
@@ -76,6 +94,44 @@ fn exact_equals_generic<const N: usize>(case: &Case<N>) -> Result<(), TestCaseEr
     Ok(())
 }
 
+/// Accelerations and pivots, of the generic source and of the program.
+fn forward<S: Real, const N: usize>(case: &Case<N>, program: &Program) -> (Vec<S>, Vec<S>) {
+    let At { turn, q, qd, last: tau, live } = case.at::<S>();
+    let generic = Dynamics::new(case.model.cast::<S>(), case.scene.cast());
+    let wanted = forward_dynamics::acceleration(&generic, &turn, &q, &qd, &tau, &live);
+    let found = program.evaluate(&forward_input_values(&turn, &q, &qd, &tau, &live));
+    (wanted.qdd.into_iter().chain(wanted.pivot).collect(), found)
+}
+
+fn exact_forward_equals_generic<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError> {
+    let program = |precision| compile(Function::ForwardDynamics, &case.model, &case.scene, Level::Exact, precision);
+    let (generic, found) = forward::<f32, N>(case, &program(Precision::Single));
+    prop_assert_eq!(generic, found);
+    let (generic, found) = forward::<f64, N>(case, &program(Precision::Double));
+    prop_assert_eq!(generic, found);
+    Ok(())
+}
+
+/// inverse(forward(tau)) = tau, both as programs of the same level.
+fn inverse_undoes_forward<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError> {
+    let At { turn, q, qd, last: tau, live } = case.at::<f64>();
+    for level in Level::ALL {
+        let program = |function| compile(function, &case.model, &case.scene, level, Precision::Double);
+        let found = program(Function::ForwardDynamics).evaluate(&forward_input_values(&turn, &q, &qd, &tau, &live));
+        let (qdd, pivots) = found.split_at(N);
+        prop_assert!(pivots.iter().all(|&pivot| pivot > 0.0));
+        let qdd: [f64; N] = qdd.try_into().unwrap();
+        let inverse = program(Function::InverseDynamics);
+        let back = inverse.evaluate(&input_values(&turn, &q, &qd, &qdd, &live));
+        let rest = inverse.evaluate(&input_values(&turn, &q, &qd, &[0.0; N], &live));
+        let size = rest.iter().chain(&tau).fold(1.0_f64, |size, x| size.max(x.abs()));
+        for (back, tau) in back.iter().zip(tau) {
+            prop_assert!((back - tau).abs() < 1e-9 * size, "{back} {tau}");
+        }
+    }
+    Ok(())
+}
+
 fn regrouped_agrees<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError> {
     let program = compile(Function::InverseDynamics, &case.model, &case.scene, Level::Regrouped, Precision::Double);
     let (generic, found) = both::<f64, N>(case, &program);
@@ -87,15 +143,16 @@ fn regrouped_agrees<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError>
 }
 
 macro_rules! over_arms {
-    ($($name:ident: $check:ident::<$n:literal>,)*) => {
+    ($cases:literal cases; $($name:ident: $check:ident::<$n:literal>,)*) => {
         proptest! {
-            #![proptest_config(Config::with_cases(96))]
+            #![proptest_config(Config::with_cases($cases))]
             $(#[test] fn $name(case in case::<$n>()) { $check(&case)?; })*
         }
     };
 }
 
 over_arms! {
+    96 cases;
     exact_equals_generic_for_one_joint: exact_equals_generic::<1>,
     exact_equals_generic_for_two_joints: exact_equals_generic::<2>,
     exact_equals_generic_for_three_joints: exact_equals_generic::<3>,
@@ -105,6 +162,19 @@ over_arms! {
     regrouped_agrees_for_one_joint: regrouped_agrees::<1>,
     regrouped_agrees_for_three_joints: regrouped_agrees::<3>,
     regrouped_agrees_for_six_joints: regrouped_agrees::<6>,
+}
+
+over_arms! {
+    24 cases;
+    exact_forward_equals_generic_for_one_joint: exact_forward_equals_generic::<1>,
+    exact_forward_equals_generic_for_two_joints: exact_forward_equals_generic::<2>,
+    exact_forward_equals_generic_for_three_joints: exact_forward_equals_generic::<3>,
+    exact_forward_equals_generic_for_four_joints: exact_forward_equals_generic::<4>,
+    exact_forward_equals_generic_for_five_joints: exact_forward_equals_generic::<5>,
+    exact_forward_equals_generic_for_six_joints: exact_forward_equals_generic::<6>,
+    inverse_undoes_forward_for_one_joint: inverse_undoes_forward::<1>,
+    inverse_undoes_forward_for_three_joints: inverse_undoes_forward::<3>,
+    inverse_undoes_forward_for_six_joints: inverse_undoes_forward::<6>,
 }
 
 fn literal(x: f64) -> Expr {
@@ -164,6 +234,22 @@ fn operation_counts_are_what_is_written_here() {
     let ur5 = [[268, 121, 87, 0], [185, 70, 65, 0]];
     let puma = [[250, 93, 99, 1], [199, 83, 68, 2]];
     let stanford = [[210, 93, 66, 0], [137, 59, 41, 0]];
+    assert_eq!(found, [ur5, puma, stanford]);
+}
+
+#[test]
+fn operation_counts_of_forward_dynamics_are_what_is_written_here() {
+    let count = |name, function| {
+        let model = robot(name).model::<6>().unwrap();
+        let n = compile(function, &model, &plain(), Level::Exact, Precision::Double).operations();
+        [n.mul, n.add, n.sub, n.div]
+    };
+    let found = ["ur5", "puma560", "stanford"]
+        .map(|name| [Function::MassMatrix, Function::ForwardDynamics].map(|function| count(name, function)));
+    // mul, add, sub, div. Of six pivots two are numbers: the inertia that the last two joints feel without the others.
+    let ur5 = [[82, 50, 34, 0], [406, 169, 167, 4]];
+    let puma = [[83, 52, 32, 0], [387, 162, 153, 4]];
+    let stanford = [[48, 29, 15, 0], [307, 114, 120, 4]];
     assert_eq!(found, [ur5, puma, stanford]);
 }
 

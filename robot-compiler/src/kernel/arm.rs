@@ -1,18 +1,28 @@
 //! The inverse dynamics that a scene asks for, on the desk.
 
-use super::functions::input_values;
+use super::functions::{input_count, input_values, write_input_values};
+use super::interpreter::Interpreter;
 use super::{Function, Level, Precision, Program, compile};
 use crate::scene::SceneFile;
+use core::cell::RefCell;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Real, SinCos};
 
-/// The recursion, or a kernel run by the tape's interpreter: the same operations, and so the same bits, as its source on
-/// the chip.
+/// The recursion, or a kernel run by an interpreter: the same operations, and so the same bits, as its source on the chip.
 #[derive(Clone, Debug)]
 pub enum ArmDynamics<S, const N: usize> {
-    /// The recursion. It stands for the exact kernel too, which is equal to it and which it outruns the interpreter of.
+    /// The recursion. It stands for the exact kernel too, to which it is equal.
     Recursion(Dynamics<S, N>),
     /// A regrouped kernel.
-    Kernel(Program),
+    Kernel(RefCell<Ready<S>>),
+    /// A regrouped kernel that is too large for the fast interpreter.
+    Program(Program),
+}
+
+/// An interpreter, and room for its inputs: nothing is allocated in a tick.
+#[derive(Clone, Debug)]
+pub struct Ready<S> {
+    interpreter: Interpreter<S>,
+    inputs: Vec<S>,
 }
 
 impl SceneFile {
@@ -23,7 +33,14 @@ impl SceneFile {
         match self.control.kernel.level() {
             Some(Level::Regrouped) => {
                 let function = Function::InverseDynamics;
-                ArmDynamics::Kernel(compile(function, model, &scene, Level::Regrouped, Precision::of::<S>()))
+                let program = compile(function, model, &scene, Level::Regrouped, Precision::of::<S>());
+                match Interpreter::new(&program, input_count(N)) {
+                    Some(interpreter) => ArmDynamics::Kernel(RefCell::new(Ready {
+                        interpreter,
+                        inputs: Vec::with_capacity(input_count(N)),
+                    })),
+                    None => ArmDynamics::Program(program),
+                }
             }
             None | Some(Level::Exact) => ArmDynamics::Recursion(Dynamics::new(model.cast(), scene.cast())),
         }
@@ -41,7 +58,14 @@ impl<S: Real, const N: usize> InverseDynamics<S, N> for ArmDynamics<S, N> {
     ) -> [S; N] {
         match self {
             Self::Recursion(dynamics) => dynamics.inverse_dynamics(turn, q, qd, qdd, live),
-            Self::Kernel(program) => {
+            Self::Kernel(ready) => {
+                let Ready { interpreter, inputs } = &mut *ready.borrow_mut();
+                write_input_values(inputs, turn, [q, qd, qdd, &[S::zero(); N]], live);
+                let mut found = [S::zero(); N];
+                interpreter.run(inputs, &mut found);
+                found
+            }
+            Self::Program(program) => {
                 let found = program.evaluate(&input_values(turn, q, qd, qdd, live));
                 core::array::from_fn(|i| found.get(i).copied().unwrap_or_else(S::zero))
             }

@@ -2,6 +2,7 @@
 
 use super::program::Program;
 use super::tape::{Arena, Expr, input, trace};
+use dynamics_core::forward_dynamics;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Real, Scene, SinCos, Term, Wrench};
@@ -20,12 +21,20 @@ pub enum Function {
     MassMatrix,
     /// Force and moment at every joint, base first.
     JointWrenches,
+    /// `qdd = D^-1 (tau - C qd - G + J^T w)`, then the pivots: the only one that divides.
+    ForwardDynamics,
 }
 
 impl Function {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::InverseDynamics, Self::Gravity, Self::Coriolis, Self::MassMatrix, Self::JointWrenches];
+    pub const ALL: [Self; 6] = [
+        Self::InverseDynamics,
+        Self::Gravity,
+        Self::Coriolis,
+        Self::MassMatrix,
+        Self::JointWrenches,
+        Self::ForwardDynamics,
+    ];
 
     /// Its name on the command line.
     #[must_use]
@@ -36,6 +45,7 @@ impl Function {
             Self::Coriolis => "coriolis",
             Self::MassMatrix => "mass-matrix",
             Self::JointWrenches => "joint-wrenches",
+            Self::ForwardDynamics => "forward-dynamics",
         }
     }
 
@@ -44,7 +54,7 @@ impl Function {
     pub fn sees<const N: usize>(self, scene: &Scene<f64, N>) -> Scene<f64, N> {
         let weight = Scene { tip_wrench: Term::Absent, coriolis: Term::Absent, ..*scene };
         match self {
-            Self::InverseDynamics => *scene,
+            Self::InverseDynamics | Self::ForwardDynamics => *scene,
             // Standing still, rotors do nothing.
             Self::Gravity => Scene { rotor: Term::Absent, ..weight },
             Self::Coriolis => Scene { gravity: Term::Absent, tip_wrench: Term::Absent, rotor: Term::Absent, ..*scene },
@@ -56,7 +66,7 @@ impl Function {
 }
 
 /// Inputs that come once per joint, in this order; the live ones follow.
-const PER_JOINT: [&str; 5] = ["turn[].sin", "turn[].cos", "q[]", "qd[]", "qdd[]"];
+const PER_JOINT: [&str; 6] = ["turn[].sin", "turn[].cos", "q[]", "qd[]", "qdd[]", "tau[]"];
 
 /// Live inputs that come once; the rotors follow, one per joint.
 const LIVE: [&str; 19] = [
@@ -81,7 +91,7 @@ const LIVE: [&str; 19] = [
     "live.payload.about_origin.m23",
 ];
 
-/// The Rust expression of an input in the arguments of `InverseDynamics::inverse_dynamics`.
+/// The Rust expression of an input in the arguments of `InverseDynamics::inverse_dynamics`, or of forward dynamics.
 #[must_use]
 pub fn input_name(number: u32, joints: usize) -> String {
     let (group, joint) = (number as usize / joints, number as usize % joints);
@@ -92,7 +102,7 @@ pub fn input_name(number: u32, joints: usize) -> String {
     LIVE.get(live).map_or_else(|| format!("live.rotor[{}]", live - LIVE.len()), |name| (*name).to_owned())
 }
 
-/// Which argument of `InverseDynamics::inverse_dynamics` an input is part of.
+/// Which argument of `InverseDynamics::inverse_dynamics`, or of forward dynamics, an input is part of.
 #[must_use]
 pub const fn argument(number: u32, joints: usize) -> &'static str {
     match number as usize / joints {
@@ -100,6 +110,7 @@ pub const fn argument(number: u32, joints: usize) -> &'static str {
         2 => "q",
         3 => "qd",
         4 => "qdd",
+        5 => "tau",
         _ => "live",
     }
 }
@@ -110,7 +121,7 @@ pub fn live_inputs(program: &Program, joints: usize) -> usize {
     program.inputs().into_iter().filter(|&number| argument(number, joints) == "live").count()
 }
 
-/// The values of all inputs in the order of their numbers.
+/// The values of all inputs in the order of their numbers, for every function but forward dynamics.
 #[must_use]
 pub fn input_values<S: Real, const N: usize>(
     turn: &[SinCos<S>; N],
@@ -119,16 +130,50 @@ pub fn input_values<S: Real, const N: usize>(
     qdd: &[S; N],
     live: &Live<S, N>,
 ) -> Vec<S> {
+    let mut values = Vec::new();
+    write_input_values(&mut values, turn, [q, qd, qdd, &[S::zero(); N]], live);
+    values
+}
+
+/// The same for forward dynamics, which reads torques where the others read accelerations.
+#[must_use]
+pub fn forward_input_values<S: Real, const N: usize>(
+    turn: &[SinCos<S>; N],
+    q: &[S; N],
+    qd: &[S; N],
+    tau: &[S; N],
+    live: &Live<S, N>,
+) -> Vec<S> {
+    let mut values = Vec::new();
+    write_input_values(&mut values, turn, [q, qd, &[S::zero(); N], tau], live);
+    values
+}
+
+/// The same for either, into a list that is used again and again: `joints` are `q`, `qd`, `qdd` and `tau`.
+pub(super) fn write_input_values<S: Real, const N: usize>(
+    values: &mut Vec<S>,
+    turn: &[SinCos<S>; N],
+    joints: [&[S; N]; 4],
+    live: &Live<S, N>,
+) {
     let Live { gravity, payload, tip_wrench, rotor } = live;
     let j = &payload.about_origin;
-    let mut values: Vec<S> = turn.iter().map(|t| t.sin).chain(turn.iter().map(|t| t.cos)).collect();
-    values.extend(q.iter().chain(qd).chain(qdd));
-    values.extend(gravity.iter().chain(tip_wrench.force.iter()).chain(tip_wrench.moment.iter()));
+    values.clear();
+    values.extend(turn.iter().map(|t| t.sin));
+    values.extend(turn.iter().map(|t| t.cos));
+    values.extend(joints.into_iter().flatten());
+    values.extend_from_slice(gravity.as_slice());
+    values.extend_from_slice(tip_wrench.force.as_slice());
+    values.extend_from_slice(tip_wrench.moment.as_slice());
     values.push(payload.mass);
-    values.extend(payload.first_moment.iter());
+    values.extend_from_slice(payload.first_moment.as_slice());
     values.extend([j.m11, j.m22, j.m33, j.m12, j.m13, j.m23]);
     values.extend(rotor);
-    values
+}
+
+/// How many there are.
+pub(super) const fn input_count(joints: usize) -> usize {
+    (PER_JOINT.len() + 1) * joints + LIVE.len()
 }
 
 /// Call the core's own function on an empty tape, and take the tape and the outputs.
@@ -141,7 +186,7 @@ pub(super) fn record<const N: usize>(
     let scene = function.sees(scene);
     let (outputs, arena) = trace(tape, || {
         let joint = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
-        let (sin, cos, q, qd, qdd) = (joint(0), joint(1), joint(2), joint(3), joint(4));
+        let (sin, cos, q, qd, qdd, tau) = (joint(0), joint(1), joint(2), joint(3), joint(4), joint(5));
         let turn: [SinCos<Expr>; N] = core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] });
         let live = live_tape();
         let dynamics = Dynamics::new(model.cast::<Expr>(), scene.cast::<Expr>());
@@ -158,6 +203,10 @@ pub(super) fn record<const N: usize>(
                 .iter()
                 .flat_map(|w| w.force.iter().chain(w.moment.iter()).copied().collect::<Vec<_>>())
                 .collect(),
+            Function::ForwardDynamics => {
+                let found = forward_dynamics::acceleration(&dynamics, &turn, &q, &qd, &tau, &live);
+                found.qdd.into_iter().chain(found.pivot).collect()
+            }
         }
     });
     (arena, outputs)

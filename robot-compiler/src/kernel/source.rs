@@ -89,7 +89,11 @@ fn text<const N: usize>(
     let head = text.head(&function.sees(scene), level);
     let item = match function {
         Function::InverseDynamics => text.kernel(),
-        Function::Gravity | Function::Coriolis | Function::MassMatrix | Function::JointWrenches => text.function(),
+        Function::Gravity
+        | Function::Coriolis
+        | Function::MassMatrix
+        | Function::JointWrenches
+        | Function::ForwardDynamics => text.function(),
     };
     head + &item
 }
@@ -105,7 +109,7 @@ struct Text<'a> {
 }
 
 /// The arguments in their order.
-const ARGUMENTS: [&str; 5] = ["turn", "q", "qd", "qdd", "live"];
+const ARGUMENTS: [&str; 6] = ["turn", "q", "qd", "qdd", "tau", "live"];
 
 impl Text<'_> {
     /// The float in which numbers were folded.
@@ -220,7 +224,7 @@ impl Text<'_> {
             "impl{} InverseDynamics<{real}, {joints}> for Kernel {{\n    #[inline]\n    fn inverse_dynamics(\n        &self,\n",
             self.parameters()
         );
-        for name in ARGUMENTS {
+        for name in ARGUMENTS.into_iter().filter(|name| *name != "tau") {
             let unread = if read.contains(name) { "" } else { "_" };
             text += &format!("        {unread}{name}: {},\n", self.kind(name));
         }
@@ -259,6 +263,7 @@ const fn name(function: Function) -> &'static str {
         Function::Coriolis => "Velocity torques",
         Function::MassMatrix => "Mass matrix",
         Function::JointWrenches => "Joint wrenches",
+        Function::ForwardDynamics => "Forward dynamics",
     }
 }
 
@@ -274,6 +279,11 @@ fn documentation(function: Function, title: &Title<'_>) -> String {
         Function::JointWrenches => {
             "What each link exerts on the next, base first, `fx, fy, fz, mx, my, mz` in the frame of the next link, about its\n\
              /// joint's origin: N and N m."
+        }
+        Function::ForwardDynamics => {
+            "`qdd = D(q)^-1 (tau - C(q, qd) qd - G(q) + J^T w)`, one per joint, rad/s^2 or m/s^2; then the inertia that each joint\n\
+             /// feels with the joints beyond it free, kg m^2 or kg. One of these that is not above zero says that `D` cannot be\n\
+             /// inverted: the accelerations, finite or not, then mean nothing."
         }
     };
     format!("/// {} of {} in the scene {}.\n///\n/// {meaning}\n", name(function), title.robot, title.scene)
