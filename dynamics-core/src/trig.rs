@@ -66,10 +66,21 @@ pub trait Trig<S: Copy>: Copy {
     /// Both of one angle, rad.
     fn sin_cos(&self, angle: S) -> SinCos<S>;
 
-    /// Both of each angle, rad.
+    /// Both of each angle, rad: the bits of [`Trig::sin_cos`].
     #[inline]
     fn sin_cos_all<const N: usize>(&self, angles: &[S; N]) -> [SinCos<S>; N] {
-        angles.map(|angle| self.sin_cos(angle))
+        let (mut sin, mut cos) = (*angles, *angles);
+        self.sin_cos_lists(angles, &mut sin, &mut cos);
+        core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] })
+    }
+
+    /// Both of each angle, rad, as two lists: the bits of [`Trig::sin_cos`]. As many as the shortest list has.
+    #[inline]
+    fn sin_cos_lists(&self, angles: &[S], sin: &mut [S], cos: &mut [S]) {
+        for ((angle, sin), cos) in angles.iter().zip(sin).zip(cos) {
+            let both = self.sin_cos(*angle);
+            (*sin, *cos) = (both.sin, both.cos);
+        }
     }
 }
 
@@ -139,6 +150,14 @@ where
         match self {
             Self::Polynomial => Polynomial.sin_cos(angle),
             Self::Libm => Libm.sin_cos(angle),
+        }
+    }
+
+    #[inline]
+    fn sin_cos_lists(&self, angles: &[S], sin: &mut [S], cos: &mut [S]) {
+        match self {
+            Self::Polynomial => Polynomial.sin_cos_lists(angles, sin, cos),
+            Self::Libm => Libm.sin_cos_lists(angles, sin, cos),
         }
     }
 }

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may panic, and symmetry is meant to the bit")]
 
 use core::f64::consts::FRAC_PI_4;
+use dynamics_core::Real;
 use dynamics_core::trig::{Libm, Method, Polynomial, SinCos, Trig};
+use proptest::prelude::proptest;
 
 /// Results smaller than this are held to an absolute bound instead of one in units in the last place.
 const SMALL: f64 = 1.0 / 256.0;
@@ -32,6 +34,11 @@ impl Worst {
         }
     }
 
+    fn from(fields: [f64; 5]) -> Self {
+        let [absolute_sin, absolute_cos, ulp_sin, ulp_cos, absolute_small] = fields;
+        Self { absolute_sin, absolute_cos, ulp_sin, ulp_cos, absolute_small }
+    }
+
     fn fields(&self) -> [f64; 5] {
         [self.absolute_sin, self.absolute_cos, self.ulp_sin, self.ulp_cos, self.absolute_small]
     }
@@ -52,7 +59,7 @@ fn unit_f32(x: f64) -> f64 {
 }
 
 fn see_f32(worst: &mut Worst, angle: f32) {
-    let SinCos { sin, cos } = Polynomial.sin_cos(angle);
+    let SinCos { sin, cos } = of_either_sign(angle);
     let (true_sin, true_cos) = libm::sincos(f64::from(angle));
     worst.see((f64::from(sin) - true_sin, true_sin), (f64::from(cos) - true_cos, true_cos), unit_f32);
 }
@@ -65,6 +72,64 @@ const STATED_F32: [(f32, [f64; 5]); 4] = [
     (100.0, [8.20e-8, 8.12e-8, 1.97, 1.97, 3.33e-10]),
     (Polynomial::LIMIT_F32, [8.20e-8, 8.36e-8, 1.99, 1.98, 3.38e-10]),
 ];
+
+/// Run over parts of a range on all cores.
+fn on_all_cores<T: Send>(
+    range: core::ops::RangeInclusive<u32>,
+    part: impl Fn(core::ops::RangeInclusive<u32>) -> T + Sync,
+) -> Vec<T> {
+    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32);
+    let (start, end) = range.into_inner();
+    let size = (end - start) / cores + 1;
+    std::thread::scope(|scope| {
+        let part = &part;
+        let parts = (0..cores).map(|core| {
+            let first = start + core * size;
+            scope.spawn(move || part(first..=end.min(first + (size - 1))))
+        });
+        parts.collect::<Vec<_>>().into_iter().map(|part| part.join().unwrap()).collect()
+    })
+}
+
+/// Sine and cosine of an angle; of its negative they must be the same but for the sign of the sine.
+fn of_either_sign(angle: f32) -> SinCos<f32> {
+    let (plus, minus) = (Polynomial.sin_cos(angle), Polynomial.sin_cos(-angle));
+    assert!(
+        plus.sin.to_bits() ^ minus.sin.to_bits() == 1 << 31 && plus.cos.to_bits() == minus.cos.to_bits(),
+        "{angle:e}"
+    );
+    plus
+}
+
+/// Up to here the sine is the angle and the cosine one: the true ones are nearer than `x^3 / 6` and `x^2 / 2`, a twelfth
+/// of an ulp and half of one.
+const TINY: f32 = 1.0 / 4096.0;
+
+#[test]
+fn f32_angles_up_to_the_tiny_one_are_their_own_sine() {
+    // A square of at most 2^-24 vanishes beside one, for every such angle by the same argument: a sample will do, and the
+    // ignored test looks at each.
+    on_all_cores(0..=TINY.to_bits(), |bits| {
+        for bits in bits.step_by(499) {
+            let SinCos { sin, cos } = of_either_sign(f32::from_bits(bits));
+            assert!(sin.to_bits() == bits && cos == 1.0, "{bits:x}");
+        }
+    });
+}
+
+#[test]
+fn f32_errors_over_every_other_float_up_to_a_turn_are_the_stated_ones() {
+    let (turn, stated) = &STATED_F32[1];
+    let parts = on_all_cores(TINY.to_bits()..=turn.to_bits(), |bits| {
+        let mut worst = Worst::default();
+        for bits in bits {
+            see_f32(&mut worst, f32::from_bits(bits));
+        }
+        worst
+    });
+    let worst = parts.iter().fold([0.0_f64; 5], |worst, part| core::array::from_fn(|i| worst[i].max(part.fields()[i])));
+    Worst::from(worst).hold(stated, 0.99);
+}
 
 #[test]
 #[ignore = "1.2e9 angles, a minute: cargo test --release --test trig -- --ignored --nocapture"]
@@ -257,6 +322,59 @@ fn beyond_the_limit_both_are_nan_and_at_the_limit_neither() {
     }
     assert!(Polynomial.sin_cos(single).sin.is_finite() && Polynomial.sin_cos(-single).cos.is_finite());
     assert!(Polynomial.sin_cos(double).sin.is_finite() && Polynomial.sin_cos(-double).cos.is_finite());
+}
+
+/// The bits, with all NaNs the same: which of them comes out is no one's promise.
+fn bits<S: Real>(both: SinCos<S>) -> [u64; 2] {
+    [both.sin, both.cos].map(|x| if x.is_finite() { x.to_f64().to_bits() } else { f64::NAN.to_bits() })
+}
+
+/// All at once, as a list and one by one: the same bits for `N` angles.
+fn assert_same_bits<S: Real, const N: usize>(trig: &impl Trig<S>, angles: [S; N]) {
+    let single = angles.map(|angle| bits(trig.sin_cos(angle)));
+    assert_eq!(trig.sin_cos_all(&angles).map(bits), single, "{angles:?}");
+    let (mut sin, mut cos) = ([S::zero(); N], [S::zero(); N]);
+    trig.sin_cos_lists(&angles, &mut sin, &mut cos);
+    let listed = core::array::from_fn(|i| bits(SinCos { sin: sin[i], cos: cos[i] }));
+    assert_eq!(listed, single, "{angles:?}");
+}
+
+proptest! {
+    #[test]
+    fn all_at_once_have_the_bits_of_one_by_one(
+        any32 in proptest::array::uniform6(proptest::num::f32::ANY), any64 in proptest::array::uniform6(proptest::num::f64::ANY),
+        usual in proptest::array::uniform6(-10.0..10.0), large in proptest::array::uniform32(-9e3..9e3),
+    ) {
+        for trig in [Method::Polynomial, Method::Libm] {
+            assert_same_bits(&trig, any32);
+            assert_same_bits(&trig, any64);
+            assert_same_bits(&trig, usual);
+            assert_same_bits(&trig, usual.map(|x| x as f32));
+            assert_same_bits(&trig, large);
+            assert_same_bits(&trig, large.map(|x| x as f32));
+            let [a, b, c, d, e, _] = any64;
+            assert_same_bits(&trig, [a]);
+            assert_same_bits(&trig, [a, b]);
+            assert_same_bits(&trig, [a, b, c]);
+            assert_same_bits(&trig, [a, b, c, d]);
+            assert_same_bits(&trig, [a, b, c, d, e]);
+        }
+    }
+}
+
+#[test]
+fn special_angles_side_by_side_have_the_bits_that_they_have_alone() {
+    let (single, double) = (Polynomial::LIMIT_F32, Polynomial::LIMIT_F64);
+    assert_same_bits(&Polynomial, [f32::NAN, -0.0, f32::INFINITY, single, -single.next_up(), 0.0, 1.0, -single]);
+    assert_same_bits(&Polynomial, [f64::NAN, -0.0, f64::INFINITY, double, -double.next_up(), 0.0, 1.0, -double]);
+}
+
+#[test]
+fn lists_are_filled_as_far_as_the_shortest_goes() {
+    let (mut sin, mut cos) = ([7.0; 3], [7.0; 4]);
+    Polynomial.sin_cos_lists(&[0.5; 5], &mut sin, &mut cos[..2]);
+    let SinCos { sin: s, cos: c } = Polynomial.sin_cos(0.5);
+    assert_eq!((sin, cos), ([s, s, 7.0], [c, c, 7.0, 7.0]));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use dynamics_core::control::Law;
+use dynamics_core::trig::Method;
 use dynamics_core::{Body, Live, Measurement, Reference, Term};
 use host_sim::closed_loop::End;
 use host_sim::exit::Failure;
@@ -53,6 +54,22 @@ fn with_an_exact_model_only_the_error_of_holding_the_torque_is_left() {
     let (slow, fast) = (at_rate(1000.0), at_rate(4000.0));
     assert!((1.4e-4..1.7e-4).contains(&slow), "{slow:e} rad");
     assert!((3.8..4.2).contains(&(slow / fast)), "{slow:e} rad at 1 kHz, {fast:e} rad at 4 kHz");
+}
+
+#[test]
+fn the_scene_chooses_sine_and_cosine_in_either_precision() {
+    for scalar in [ScalarChoice::F32, ScalarChoice::F64] {
+        let [ours, libms] = [Method::Polynomial, Method::Libm].map(|trig| {
+            let mut scene = swing();
+            (scene.control.scalar, scene.control.trig) = (scalar, trig);
+            run(&scene)
+        });
+        assert_eq!((ours.summary.trig.as_str(), libms.summary.trig.as_str()), ("polynomial", "libm"));
+        // The same loop but for last bits, which is how one knows that there were two.
+        let [one, other] = [&ours, &libms].map(|run| largest(&run.summary.tracking_max));
+        assert!((one - other).abs() < 1e-3 * one, "{one:e} and {other:e} rad");
+        assert_ne!(csv(&ours.record), csv(&libms.record), "{scalar:?}");
+    }
 }
 
 #[test]

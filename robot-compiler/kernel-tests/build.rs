@@ -10,6 +10,8 @@ use std::path::PathBuf;
 
 /// The scene of which every function is written.
 const EVERY_FUNCTION: &str = "stanford_reach";
+/// The scenes of which kernels are written for every scalar.
+const EVERY_SCALAR: [&str; 4] = ["ur5_wave", "puma560_pick", "stanford_reach", "scara_pick"];
 /// The scene of which a kernel is written with everything live.
 const LIVE: &str = "puma560_pick";
 
@@ -36,10 +38,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             let (joints, real) = (scene.robot.dof(), precision.name());
             writeln!(list, "        $check!({name}, {:?}, {joints}, {real}, {level:?});", scene.name)?;
         }
+        if EVERY_SCALAR.contains(&scene.name.as_str()) {
+            for level in Level::ALL {
+                modules.generic_kernel(&scene, Function::InverseDynamics, level)?;
+            }
+        }
         if scene.name == LIVE {
             let scene = &all_live(scene.clone());
             for level in Level::ALL {
                 modules.kernel(scene, Function::InverseDynamics, level, Precision::Single)?;
+                modules.generic_kernel(scene, Function::InverseDynamics, level)?;
             }
         }
         if scene.name == EVERY_FUNCTION {

@@ -34,25 +34,31 @@ const COSINE: [f64; 6] = [
     -1.135_858_430_180_350_8e-11,
 ];
 
+/// Overflows when it multiplies an angle beyond the limit, and no other: `2^1004 (1 - 2^-53)`.
+const OVERFLOW: f64 = f64::MAX / LIMIT;
+
 #[inline]
 pub(super) fn sin_cos(angle: f64) -> SinCos<f64> {
     // Working on |angle| makes the symmetries hold by construction, for -0 too.
-    let magnitude = angle.abs();
-    // NaN compares false, so it takes the same way out as a huge angle.
-    let x = if magnitude <= LIMIT { magnitude } else { f64::NAN };
+    let x = angle.abs();
+    let angle_sign = angle.to_bits() ^ x.to_bits();
 
-    let shifted = x * TWO_OVER_PI + ROUND;
+    // Zero, or NaN beyond the limit, for an infinity and for NaN.
+    let within = x * OVERFLOW * 0.0;
+    let shifted = x * TWO_OVER_PI + (ROUND + within);
     let quarter_turns = shifted.to_bits();
     let k = shifted - ROUND;
     let (r, tail) = reduce(x, k);
     let (sine, cosine) = near_zero(r, tail);
 
-    let (sin, cos) = if quarter_turns & 1 == 0 { (sine, cosine) } else { (cosine, -sine) };
+    // A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
+    let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
+    let odd = (quarter_turns & 1).wrapping_neg();
     let half_turn_sign = (quarter_turns & 2) << 62;
-    let angle_sign = angle.to_bits() & (1 << 63);
+    let change = ((sine ^ cosine) & odd) ^ half_turn_sign;
     SinCos {
-        sin: f64::from_bits(sin.to_bits() ^ half_turn_sign ^ angle_sign),
-        cos: f64::from_bits(cos.to_bits() ^ half_turn_sign),
+        sin: f64::from_bits(sine ^ change ^ angle_sign),
+        cos: f64::from_bits(cosine ^ change ^ (quarter_turns << 63)),
     }
 }
 

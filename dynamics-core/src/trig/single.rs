@@ -20,12 +20,14 @@ const SINE: [f32; 3] = [-1.666_665_5e-1, 8.332_187e-3, -1.951_789_6e-4];
 /// cos r = 1 - (z/2 - z^2 (C0 + z (C1 + z C2))); relative error 2^-33.0.
 const COSINE: [f32; 3] = [4.166_664_6e-2, -1.388_731e-3, 2.443_232_7e-5];
 
-#[inline]
-pub(super) fn sin_cos(angle: f32) -> SinCos<f32> {
-    // NaN compares false, so it takes the same way out as a huge angle.
-    let x = if angle.abs() <= LIMIT { angle } else { f32::NAN };
+/// Overflows when it multiplies an angle beyond the limit, and no other: `2^115 (1 - 2^-24)`.
+const OVERFLOW: f32 = f32::MAX / LIMIT;
 
-    let shifted = x * TWO_OVER_PI + ROUND;
+#[inline]
+pub(super) fn sin_cos(x: f32) -> SinCos<f32> {
+    // Zero, or NaN beyond the limit, for an infinity and for NaN.
+    let within = x * OVERFLOW * 0.0;
+    let shifted = x * TWO_OVER_PI + (ROUND + within);
     let quarter_turns = shifted.to_bits();
     let k = shifted - ROUND;
     let r = x - k * HALF_PI[0] - k * HALF_PI[1] - k * HALF_PI[2];
@@ -36,7 +38,9 @@ pub(super) fn sin_cos(angle: f32) -> SinCos<f32> {
     let cosine = 1.0 - (0.5 * z - z * z * (COSINE[0] + z * (COSINE[1] + z * COSINE[2])));
 
     // A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
-    let (sin, cos) = if quarter_turns & 1 == 0 { (sine, cosine) } else { (cosine, -sine) };
+    let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
+    let odd = (quarter_turns & 1).wrapping_neg();
     let half_turn_sign = (quarter_turns & 2) << 30;
-    SinCos { sin: f32::from_bits(sin.to_bits() ^ half_turn_sign), cos: f32::from_bits(cos.to_bits() ^ half_turn_sign) }
+    let change = ((sine ^ cosine) & odd) ^ half_turn_sign;
+    SinCos { sin: f32::from_bits(sine ^ change), cos: f32::from_bits(cosine ^ change ^ (quarter_turns << 31)) }
 }

@@ -1,6 +1,6 @@
 //! Kernels as the modules of a crate: what a build script writes.
 
-use super::source::{Title, module};
+use super::source::{self, Title};
 use super::{Function, Level, Precision};
 use crate::scene::SceneFile;
 use crate::with_dof;
@@ -36,11 +36,40 @@ impl Modules {
         let text = with_dof!(scene.robot.dof(), N => {
             let model = scene.robot.model::<N>()?;
             let title = Title { robot: &scene.robot.name, scene: &scene.name, hash: scene.hash(&model) };
-            module(function, &model, &scene.scene(&model), level, precision, &title)
+            source::module(function, &model, &scene.scene(&model), level, precision, &title)
         });
+        self.named(scene, function, level, precision.name(), &text)
+    }
+
+    /// As [`Modules::kernel`], for every scalar; the name ends in `any` instead of the precision, which is f64.
+    ///
+    /// # Errors
+    /// As [`Modules::kernel`].
+    pub fn generic_kernel(
+        &mut self,
+        scene: &SceneFile,
+        function: Function,
+        level: Level,
+    ) -> Result<String, Box<dyn Error>> {
+        let text = with_dof!(scene.robot.dof(), N => {
+            let model = scene.robot.model::<N>()?;
+            let title = Title { robot: &scene.robot.name, scene: &scene.name, hash: scene.hash(&model) };
+            source::generic_module(function, &model, &scene.scene(&model), level, Precision::Double, &title)
+        });
+        self.named(scene, function, level, "any", &text)
+    }
+
+    fn named(
+        &mut self,
+        scene: &SceneFile,
+        function: Function,
+        level: Level,
+        scalar: &str,
+        text: &str,
+    ) -> Result<String, Box<dyn Error>> {
         let function = function.name().replace('-', "_");
-        let name = format!("{}_{function}_{}_{}", scene.name, level.name(), precision.name());
-        self.module(&name, &text)?;
+        let name = format!("{}_{function}_{}_{scalar}", scene.name, level.name());
+        self.module(&name, text)?;
         Ok(name)
     }
 

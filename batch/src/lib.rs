@@ -1,0 +1,55 @@
+//! Inverse dynamics of many states at once, on the desk: for sweeps and Monte Carlo runs.
+//!
+//! Several states go through the *same* recursion, or the same generated kernel, side by side: the scalar is then not one
+//! float but a vector of them ([`F64x4`], [`F32x8`]). Nothing else changes, so each state's torques have the very bits
+//! that the scalar gives alone.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`lanes`] | vectors of floats as scalars |
+//! | [`states`] | where the states lie in memory |
+//! | [`inverse_dynamics`] | the loop over them, on one core and on all |
+//!
+//! # Example
+//! A thousand states of an arm:
+//!
+//! ```
+//! use dynamics_batch::{F64x4, States, inverse_dynamics_batch};
+//! use dynamics_core::trig::Polynomial;
+//! use dynamics_core::{Body, Dynamics, Frame, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, Tool};
+//! use nalgebra::Vector3;
+//!
+//! let rod = JointSpec {
+//!     kind: JointKind::Revolute,
+//!     frame: Frame::ClassicalDh(dynamics_core::Dh { a: 1.0, ..Default::default() }),
+//!     body: Body { mass: 2.0, com: Vector3::new(-0.5, 0.0, 0.0), ..Body::massless() },
+//!     rotor: Rotor::default(),
+//!     limits: Limits::none(),
+//! };
+//! let model = Model::new(&[rod], &Tool::default())?;
+//! let scene = Scene::with_gravity(Vector3::new(0.0, -9.81, 0.0), &model);
+//! // The model and the scene in lanes: every lane holds the same arm.
+//! let dynamics = Dynamics::new(model.cast::<F64x4>(), scene.cast());
+//!
+//! let q: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.001).collect();
+//! let still = vec![0.0; 1000];
+//! let states = States::new([&q], [&still], [&still])?;
+//! let mut tau = vec![0.0; 1000];
+//! inverse_dynamics_batch(&dynamics, &Polynomial, &states, &Live::zero(), [&mut tau])?;
+//! assert_eq!(tau[0], 9.81);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Which instructions
+//! `wide` chooses its instructions when it is compiled. An ordinary build for x86-64 has SSE2 only, and [`F64x4`] is then
+//! two vectors of two; `RUSTFLAGS="-C target-cpu=native" cargo build --release` uses what the machine has. The bits are
+//! the same either way: no multiplication is fused with an addition.
+#![forbid(unsafe_code)]
+
+pub mod inverse_dynamics;
+pub mod lanes;
+pub mod states;
+
+pub use inverse_dynamics::{inverse_dynamics_batch, inverse_dynamics_batch_parallel};
+pub use lanes::{F32x8, F64x4, Float, Lanes};
+pub use states::{LengthError, States};
