@@ -5,14 +5,16 @@
 //! division and no fused operation, and so gives the same bits on every machine.
 //!
 //! # How it works
-//! 1. **Range.** If |x| is beyond the limit, infinite or NaN, a select replaces it by NaN, and both results are NaN.
+//! 1. **Range.** `x c 0` with a `c` so large that the product overflows just beyond the limit is zero for an angle that is
+//!    accepted, and NaN for all others. Added to the number that rounds, it changes nothing or makes both results NaN.
 //! 2. **Reduction.** `k = round(x 2/pi)` (adding and subtracting 1.5 * 2^23 rounds, ties to even, hence symmetrically)
 //!    and `r = x - k pi/2`. pi/2 is split into parts of so few bits that the products of `k` with the leading parts are
 //!    exact, and so are the first two differences: what remains is the rounding of the last subtraction.
 //!    |r| passes pi/4 by less than 2^-10, by the rounding of `x 2/pi`; the polynomials are fitted that far.
 //! 3. **Polynomials** in `z = r^2`, by a Remez exchange that rounds one coefficient at a time and fits the others again
 //!    (`tools/minimax.py constants` prints every constant of this module with its approximation error).
-//! 4. **Quadrant.** The low bits of `k`: odd swaps, (sin, cos) = (cos r, -sin r), and bit 1 changes both signs.
+//! 4. **Quadrant.** The low bits of `k`: odd swaps, (sin, cos) = (cos r, -sin r), and bit 1 changes both signs. Both by
+//!    `and` and `xor` on the bits of the floats: nothing is compared, so a loop over angles is vectorised on the desk.
 //!
 //! The f32 version spends as few instructions as it can. The f64 version is for the desk: it carries the rounding error
 //! of the reduction along as a second float, and so stays below one unit in the last place.
@@ -36,16 +38,18 @@
 //! the second float, so next to a zero far from the origin they are good absolutely, not relatively.
 //!
 //! # Cost
-//! Instructions on a Cortex-M4F (thumbv7em-none-eabihf, rustc 1.96, opt-level 3), counted in the disassembly of a
+//! Instructions on a Cortex-M4F (thumbv7em-none-eabihf, rustc 1.95, opt-level 3), counted in the disassembly of a
 //! function that does nothing else, entry and exit included; the code is straight, so each is executed once.
 //!
 //! | f32 | default tuning | `-C target-cpu=cortex-m4` |
 //! |---|---|---|
-//! | one pair | 55 | 62 |
-//! | six pairs, `sin_cos_all` | 275, 45.8 a pair | 308, 51.3 a pair |
+//! | one pair | 50 | 61 |
+//! | six pairs, `sin_cos_all` | 248, 41.3 a pair | 274, 45.7 a pair |
 //!
 //! Six share the loads of the constants. The default tuning uses VMLA, which rounds the product as a separate VMUL does
 //! (same bits, fewer instructions, not fewer cycles); tuned for the M4 the compiler keeps VMUL and VADD apart.
+//!
+//! What six pairs take on the desk stands in `docs/numerics.md`, measured beside libm's and glibc's.
 //!
 //! In f32 the sine is `r (1 + z S)`, not the more accurate `r + r z S` (1.5 instead of 2 ulp): that one turns the sine
 //! of -0 into +0, and repairing the sign cost three instructions a pair.
