@@ -16,6 +16,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     for arm in plain::ARMS {
         let scene = plain::scene(arm)?;
         modules.module(&format!("{arm}_arm"), &arm_module(&scene, &scene.robot.model::<6>()?))?;
+        modules.generic_kernel(&scene, Function::InverseDynamics, Level::Regrouped)?;
+        modules.kernel(&scene, Function::ForwardDynamics, Level::Regrouped, Precision::Double)?;
         for precision in [Precision::Single, Precision::Double] {
             for level in Level::ALL {
                 for function in [Function::InverseDynamics, Function::Gravity, Function::MassMatrix] {

@@ -1,5 +1,6 @@
 //! Project tasks: `cargo xtask --help`.
 
+mod bench;
 mod firmware;
 mod gate;
 mod process;
@@ -36,6 +37,11 @@ enum Task {
     Firmware {
         #[command(subcommand)]
         task: FirmwareTask,
+    },
+    /// Measure speed, instruction counts and code size; write docs/performance.md
+    Bench {
+        #[command(flatten)]
+        options: bench::Options,
     },
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
@@ -103,6 +109,7 @@ fn run(task: Task) -> anyhow::Result<()> {
     match task {
         Task::Setup => setup::all(),
         Task::Test => test::all(),
+        Task::Bench { options } => bench::run(options),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Build { what, message_path, emulator } => {

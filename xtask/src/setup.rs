@@ -1,8 +1,8 @@
 //! What the project needs on a machine, installed where it is missing. Every step says what it does.
 
-use crate::process::{output, run, which};
+use crate::process::{output, root, run, which};
 use crate::toolchain::Toolchain;
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use std::path::Path;
 use std::process::{Command, exit};
 
@@ -41,6 +41,30 @@ pub(crate) fn nextest() -> Result<()> {
     }
     eprintln!("setup: cargo-nextest is there");
     Ok(())
+}
+
+/// Callgrind, and gungraun's runner of the version that `Cargo.lock` names: it refuses any other.
+pub(crate) fn gungraun() -> Result<()> {
+    if which("valgrind").is_none() {
+        apt_install(&["valgrind"])?;
+    }
+    let wanted = locked_version("gungraun-runner")?;
+    let found = output(Command::new("gungraun-runner").arg("--version"));
+    if !found.is_some_and(|text| text.split(' ').any(|word| word == wanted)) {
+        eprintln!("setup: cargo install --locked gungraun-runner --version {wanted}");
+        run(Command::new("cargo").args(["install", "--locked", "gungraun-runner", "--version", &wanted]))?;
+    }
+    eprintln!("setup: valgrind and gungraun-runner are there");
+    Ok(())
+}
+
+/// The version of a package in `Cargo.lock`.
+fn locked_version(package: &str) -> Result<String> {
+    let path = root().join("Cargo.lock");
+    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let mut lines = text.lines().skip_while(|line| *line != format!("name = {package:?}"));
+    let version = lines.nth(1).and_then(|line| line.strip_prefix("version = \"")?.strip_suffix('"'));
+    version.map(str::to_owned).with_context(|| format!("{} has no {package}", path.display()))
 }
 
 /// Install Debian packages; where that is not possible, say exactly what to install, and leave with code 2.

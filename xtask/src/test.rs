@@ -3,7 +3,7 @@
 use crate::firmware::{self, Board};
 use crate::process::root;
 use crate::tally::Tally;
-use crate::{gate, readme, robot_data, setup, size};
+use crate::{bench, gate, readme, robot_data, setup, size};
 use anyhow::Result;
 use std::path::Path;
 use std::process::{Command, exit};
@@ -51,6 +51,7 @@ fn chip_tests(tally: &mut Tally) {
         });
     }
     tally.step("gate", || gate::check(scene));
+    tally.step("instruction counts", bench::gate);
     // One emulator at a time: it keeps one processor busy and the test another.
     let mut tests = cargo(&["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     tally.tests("chip tests", tests.args(["--test-threads", "1", "--filterset", CHIP_TESTS]));

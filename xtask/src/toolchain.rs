@@ -93,6 +93,14 @@ impl Toolchain {
         }
     }
 
+    /// The compiler, `rustc 1.95.0`: counts and sizes are those of one compiler.
+    pub(crate) fn rustc(&self) -> Result<String> {
+        rustc_version(match self {
+            Self::Rustup => "rustc",
+            Self::Debian { .. } => "/usr/bin/rustc",
+        })
+    }
+
     /// `cargo SUBCOMMAND` for the chip, optimised, in a target folder of its own: the two tool chains must not disturb
     /// each other's builds.
     pub(crate) fn cargo(&self, subcommand: &str) -> Command {
@@ -113,6 +121,13 @@ impl Toolchain {
         }
         command
     }
+}
+
+/// Name and number of a compiler, without the hash and date of its build.
+pub(crate) fn rustc_version(program: &str) -> Result<String> {
+    let text = output(Command::new(program).arg("--version"));
+    let Some(text) = text else { bail!("{program} --version says nothing") };
+    Ok(text.split(' ').take(2).collect::<Vec<_>>().join(" "))
 }
 
 /// Where builds for the chip go.

@@ -87,9 +87,20 @@ impl Program {
     /// The same, had the statements stayed in the order in which they were traced.
     #[must_use]
     pub fn live_max_as_traced(&self) -> usize {
+        schedule::live_max(&self.arena, &self.traced(), &self.outputs)
+    }
+
+    /// The same program with its statements in the order in which they were traced.
+    #[must_use]
+    pub fn as_traced(&self) -> Self {
+        let (order, live_max) = (self.traced(), self.live_max_as_traced());
+        Self { order, live_max, ..self.clone() }
+    }
+
+    fn traced(&self) -> Vec<Expr> {
         let mut traced = self.order.clone();
         traced.sort_unstable();
-        schedule::live_max(&self.arena, &traced, &self.outputs)
+        traced
     }
 
     /// How much work it is.

@@ -40,7 +40,8 @@ pub fn module<const N: usize>(
     precision: Precision,
     title: &Title<'_>,
 ) -> String {
-    text(function, model, scene, level, precision, title, Scalars::One)
+    let program = super::compile(function, model, scene, level, precision);
+    text(&program, function, scene, level, precision, title, Scalars::One)
 }
 
 /// As [`module`], for every scalar: one text runs on `f64` and on lanes of them, with the same bits in every lane.
@@ -63,7 +64,22 @@ pub fn generic_module<const N: usize>(
     precision: Precision,
     title: &Title<'_>,
 ) -> String {
-    text(function, model, scene, level, precision, title, Scalars::Every)
+    let program = super::compile(function, model, scene, level, precision);
+    text(&program, function, scene, level, precision, title, Scalars::Every)
+}
+
+/// As [`module`], with the statements in the order in which they were traced: to measure what the schedule saves.
+#[must_use]
+pub fn module_as_traced<const N: usize>(
+    function: Function,
+    model: &Model<f64, N>,
+    scene: &Scene<f64, N>,
+    level: Level,
+    precision: Precision,
+    title: &Title<'_>,
+) -> String {
+    let program = super::compile(function, model, scene, level, precision).as_traced();
+    text(&program, function, scene, level, precision, title, Scalars::One)
 }
 
 /// What a text is written for.
@@ -76,16 +92,15 @@ enum Scalars {
 }
 
 fn text<const N: usize>(
+    program: &Program,
     function: Function,
-    model: &Model<f64, N>,
     scene: &Scene<f64, N>,
     level: Level,
     precision: Precision,
     title: &Title<'_>,
     scalars: Scalars,
 ) -> String {
-    let program = super::compile(function, model, scene, level, precision);
-    let text = Text { function, program: &program, joints: N, precision, title, scalars };
+    let text = Text { function, program, joints: N, precision, title, scalars };
     let head = text.head(&function.sees(scene), level);
     let item = match function {
         Function::InverseDynamics => text.kernel(),

@@ -1,0 +1,134 @@
+//! The program on the chip.
+
+use crate::cases::{self, Case, Inputs, Outputs};
+use bench::states::States;
+use core::hint::black_box;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::{debug, hprintln};
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{Dynamics, Inertia, Live, Trig, Wrench};
+use nalgebra::{Matrix3, Vector3};
+use stm32f4xx_hal::pac;
+
+/// Random states that each function is counted in.
+const STATES: usize = 200;
+
+#[entry]
+fn main() -> ! {
+    if let Some(chip) = pac::Peripherals::take() {
+        let counter = Counter::new(chip.TIM2);
+        if counter.is_exact() {
+            all(&counter);
+            debug::exit(debug::EXIT_SUCCESS);
+        }
+    }
+    debug::exit(debug::EXIT_FAILURE);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    debug::exit(debug::EXIT_FAILURE);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// Count everything, a line for each: name, address, least, most, operations, negations, live inputs, alive at most.
+fn all(counter: &Counter) {
+    let arms = cases::arms();
+    let (_, any) = &arms[0];
+    for case in cases::COMMON.iter().chain(&cases::KERNELS) {
+        count(counter, "", case, any);
+    }
+    for (arm, dynamics) in &arms {
+        for case in &cases::OF_ARMS {
+            count(counter, arm, case, dynamics);
+        }
+    }
+}
+
+fn count(counter: &Counter, arm: &str, case: &Case, dynamics: &Dynamics<f32, 6>) {
+    let mut states = States::new();
+    let (mut least, mut most) = (u32::MAX, 0);
+    let mut out = Outputs::default();
+    for _ in 0..STATES {
+        let state = states.draw::<f32>();
+        let inputs = Inputs {
+            turn: Polynomial.sin_cos_all(&state.q),
+            q: state.q,
+            qd: state.qd,
+            qdd: state.qdd,
+            live: live(),
+            dynamics: *dynamics,
+        };
+        let empty = counter.call(cases::nothing, &inputs, &mut out);
+        let taken = counter.call(case.run, &inputs, &mut out).wrapping_sub(empty);
+        (least, most) = (least.min(taken), most.max(taken));
+    }
+    let (address, [operations, negations, live, alive]) = (case.run as usize, case.work);
+    let (between, name) = (if arm.is_empty() { "" } else { "_" }, case.name);
+    hprintln!(
+        "count,{}{}{},{},{},{},{},{},{},{}",
+        arm,
+        between,
+        name,
+        address,
+        least,
+        most,
+        operations,
+        negations,
+        live,
+        alive
+    );
+}
+
+/// Something for every live input; no branch depends on it.
+fn live() -> Live<f32, 6> {
+    Live {
+        gravity: Vector3::new(0.5, -0.25, -9.75),
+        payload: Inertia { mass: 1.0, first_moment: Vector3::zeros(), about_origin: Matrix3::identity() },
+        tip_wrench: Wrench { force: Vector3::new(3.0, -2.0, 8.0), moment: Vector3::new(0.5, 0.25, -1.0) },
+        rotor: [0.5; 6],
+    }
+}
+
+/// TIM2, free-running.
+struct Counter(pac::TIM2);
+
+impl Counter {
+    fn new(timer: pac::TIM2) -> Self {
+        timer.psc().write(|w| w.psc().set(0));
+        timer.arr().write(|w| w.arr().set(u32::MAX));
+        timer.cr1().write(|w| w.cen().enabled());
+        Self(timer)
+    }
+
+    /// Whether the same work always counts the same, and more work more: not so where instructions are not counted.
+    fn is_exact(&self) -> bool {
+        let (short, long) = ([self.trial(100), self.trial(100), self.trial(100)], self.trial(1000));
+        short[1] == short[2] && long > short[2]
+    }
+
+    /// Out of line, so that every run is the same instructions.
+    #[inline(never)]
+    fn trial(&self, loops: u32) -> u32 {
+        let start = self.now();
+        cortex_m::asm::delay(black_box(loops));
+        self.now().wrapping_sub(start)
+    }
+
+    fn now(&self) -> u32 {
+        self.0.cnt().read().bits()
+    }
+
+    /// The count of one call. Out of line, so that every call is made by the same instructions.
+    #[inline(never)]
+    fn call(&self, function: fn(&Inputs, &mut Outputs), inputs: &Inputs, out: &mut Outputs) -> u32 {
+        let start = self.now();
+        function(inputs, out);
+        self.now().wrapping_sub(start)
+    }
+}

@@ -1,0 +1,65 @@
+//! `cargo xtask bench`: what the code costs, on the desk and on the chip, and `docs/performance.md` from it.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`chip`], [`code`] | instructions in the emulator; bytes and stack traffic in the linked program |
+//! | [`counts`] | instructions on the desk, by callgrind |
+//! | [`desk`] | times on the desk, and the kernel compiler's |
+//! | [`baseline`] | the gate: counts held to `bench/baseline.toml` |
+//! | [`report`] | the tables of `docs/performance.md` |
+
+mod baseline;
+mod chip;
+mod code;
+mod counts;
+mod desk;
+mod report;
+
+use crate::process::root;
+use crate::toolchain::rustc_version;
+use anyhow::{Context as _, Result};
+use std::path::Path;
+use std::process::Command;
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct Options {
+    /// Make the instruction counts of now the baseline
+    #[arg(long)]
+    bless: bool,
+    /// Count instructions and hold them to the baseline; measure no time and write nothing
+    #[arg(long)]
+    gate: bool,
+}
+
+/// Count, hold to the baseline, measure, and write the tables.
+pub(crate) fn run(options: Options) -> Result<()> {
+    let chip = chip::count()?;
+    let desk = counts::count()?;
+    baseline::hold(&format!("chip, {}", chip.rustc), &chip.counts(), options.bless)?;
+    let rustc = rustc_version("rustc")?;
+    baseline::hold(&format!("desk, {rustc}"), &desk, options.bless)?;
+    if options.gate {
+        return Ok(());
+    }
+    // What is counted first: it stands, whatever becomes of the times.
+    report::write(&report::Counts { chip, desk, rustc }.tables()?)?;
+    let times = [desk::measure(false)?, desk::measure(true)?];
+    report::write(&report::Clock { times, compile: desk::compile_times()? }.tables()?)
+}
+
+/// The gate of `cargo xtask test`: counts alone.
+pub(crate) fn gate() -> Result<()> {
+    run(Options { bless: false, gate: true })
+}
+
+fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root()).args(arguments);
+    command
+}
+
+fn from_json(path: &Path) -> Result<serde_json::Value> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}

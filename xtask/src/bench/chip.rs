@@ -1,0 +1,79 @@
+//! What kernels take on the emulated chip: instructions, bytes, and what they keep on the stack.
+
+use super::baseline::Counts;
+use super::code::{Code, Program};
+use crate::toolchain::{self, Toolchain};
+use anyhow::{Context as _, Result, bail};
+use std::collections::BTreeMap;
+use std::process::{Command, Stdio};
+
+/// A function that was counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Row {
+    /// Fewest instructions over all states.
+    pub(crate) least: u64,
+    /// Most.
+    pub(crate) most: u64,
+    /// Multiplications, additions and subtractions of its program; zero for what is no kernel.
+    pub(crate) operations: u64,
+    /// Computed values alive at once, at most.
+    pub(crate) alive: u64,
+    /// What it is in the linked program.
+    pub(crate) code: Code,
+}
+
+/// Everything that was counted, by name, and the compiler that built it.
+#[derive(Debug)]
+pub(crate) struct Counted {
+    pub(crate) rows: BTreeMap<String, Row>,
+    pub(crate) rustc: String,
+}
+
+impl Counted {
+    /// A row that must be there.
+    pub(crate) fn row(&self, name: &str) -> Result<&Row> {
+        self.rows.get(name).with_context(|| format!("the chip's program did not count {name}"))
+    }
+
+    /// The instructions, for the baseline.
+    pub(crate) fn counts(&self) -> Counts {
+        self.rows.iter().map(|(name, row)| (name.clone(), row.most)).collect()
+    }
+}
+
+/// Build the program, run it in the emulator, and read what it says.
+pub(crate) fn count() -> Result<Counted> {
+    crate::setup::qemu()?;
+    let toolchain = Toolchain::find_or_install()?;
+    let mut cargo = toolchain.cargo("build");
+    cargo.args(["--quiet", "--locked", "--package", "bench-chip"]);
+    let elf = toolchain::build(&mut cargo, toolchain::product("bench-chip"))?;
+    let output = Command::new("qemu-system-arm")
+        .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
+        .args(["-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(&elf)
+        .stdin(Stdio::null())
+        .output()
+        .context("cannot start qemu-system-arm")?;
+    if !output.status.success() {
+        bail!("the counting program gave up in the emulator: {}", output.status);
+    }
+    let bytes = std::fs::read(&elf)?;
+    let program = Program::parse(&bytes)?;
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    let rows = said.lines().filter_map(|line| line.strip_prefix("count,")).map(|line| row(line, &program));
+    let rows: BTreeMap<String, Row> = rows.collect::<Result<_>>()?;
+    if rows.is_empty() {
+        bail!("the counting program said nothing");
+    }
+    Ok(Counted { rows, rustc: toolchain.rustc()? })
+}
+
+/// `name,address,least,most,operations,negations,live inputs,alive`
+fn row(line: &str, program: &Program<'_>) -> Result<(String, Row)> {
+    let mut fields = line.split(',');
+    let name = fields.next().unwrap_or_default().to_owned();
+    let numbers: Vec<u64> = fields.map(str::parse).collect::<Result<_, _>>().with_context(|| line.to_owned())?;
+    let [address, least, most, operations, _, _, alive] = numbers[..] else { bail!("not seven numbers: {line}") };
+    Ok((name, Row { least, most, operations, alive, code: program.function(address)? }))
+}

@@ -1,0 +1,68 @@
+//! Times on the desk, measured by criterion, and the compiler's own.
+
+use super::{cargo, from_json};
+use crate::process::{output, run, target_directory};
+use anyhow::{Context as _, Result};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// States that one iteration goes through (`bench::states::DESK`).
+const STATES: f64 = 1024.0;
+
+/// Nanoseconds a state, by name.
+pub(crate) type Times = BTreeMap<String, f64>;
+
+/// Measure everything in one build: the ordinary one, or one for this machine's processor.
+pub(crate) fn measure(native: bool) -> Result<Times> {
+    let home = target_directory().join("bench").join(if native { "native" } else { "default" });
+    // What an earlier run measured must not be taken for this one's.
+    if home.exists() {
+        std::fs::remove_dir_all(&home)?;
+    }
+    let mut command = cargo(&["bench", "--quiet", "--locked", "--package", "bench", "--bench", "desk"]);
+    command.env("CRITERION_HOME", &home);
+    if native {
+        command.env("RUSTFLAGS", "-C target-cpu=native").arg("--target-dir").arg(target_directory().join("native"));
+    }
+    run(command.args(["--", "--quiet", "--noplot"]))?;
+    let mut times = Times::new();
+    for folder in std::fs::read_dir(&home).with_context(|| home.display().to_string())? {
+        let folder = folder?.path();
+        let samples = folder.join("new/sample.json");
+        if samples.is_file() {
+            let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            times.insert(name, least(&samples)? / STATES);
+        }
+    }
+    Ok(times)
+}
+
+/// The fastest sample, ns an iteration: what the code takes when nothing else runs.
+fn least(samples: &Path) -> Result<f64> {
+    let json = from_json(samples)?;
+    let list = |name: &str| -> Vec<f64> {
+        json[name].as_array().into_iter().flatten().filter_map(serde_json::Value::as_f64).collect()
+    };
+    let (iterations, times) = (list("iters"), list("times"));
+    let each = iterations.iter().zip(&times).map(|(n, t)| t / n);
+    each.reduce(f64::min).with_context(|| format!("no samples in {}", samples.display()))
+}
+
+/// Milliseconds that the kernel compiler takes, by level: optimised, and unoptimised as in a build script.
+pub(crate) fn compile_times() -> Result<[BTreeMap<String, f64>; 2]> {
+    let program = ["run", "--quiet", "--locked", "--package", "bench", "--bin", "compile-time"];
+    let mut release = cargo(&program);
+    release.arg("--release");
+    let mut unoptimised = cargo(&program);
+    unoptimised.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").arg("--target-dir").arg(unoptimised_directory());
+    let read = |mut command: std::process::Command| -> Result<BTreeMap<String, f64>> {
+        let text = output(&mut command).with_context(|| format!("{command:?} failed"))?;
+        let rows = text.lines().filter_map(|line| line.split_once(','));
+        rows.map(|(level, ms)| Ok((level.to_owned(), ms.parse::<f64>()?))).collect()
+    };
+    Ok([read(release)?, read(unoptimised)?])
+}
+
+fn unoptimised_directory() -> PathBuf {
+    target_directory().join("unoptimised")
+}

@@ -1,0 +1,352 @@
+//! The tables of `docs/performance.md`, between markers; the words around them are written by hand.
+
+use super::baseline;
+use super::chip::{Counted, Row};
+use super::desk::Times;
+use crate::process::{output, root};
+use anyhow::{Context as _, Result};
+use std::collections::BTreeMap;
+use std::process::Command;
+
+/// What was counted: the same in every run.
+pub(crate) struct Counts {
+    /// In the emulated chip.
+    pub(crate) chip: Counted,
+    /// Under callgrind, for all states together.
+    pub(crate) desk: baseline::Counts,
+    /// The desk's compiler.
+    pub(crate) rustc: String,
+}
+
+/// What was measured by the clock.
+pub(crate) struct Clock {
+    /// A state of each: the ordinary build, and the one for this processor.
+    pub(crate) times: [Times; 2],
+    /// The kernel compiler, ms by level: optimised, unoptimised.
+    pub(crate) compile: [BTreeMap<String, f64>; 2],
+}
+
+/// States that callgrind's counts are of (`bench/benches/counts.rs`).
+const COUNTED_STATES: u64 = 64;
+
+const ARMS: [(&str, &str); 3] = [("ur5", "UR5"), ("puma560", "Puma 560"), ("stanford", "Stanford")];
+const LEVELS: [&str; 2] = ["exact", "regrouped"];
+
+/// Put tables into the document, each by the name of its markers.
+pub(crate) fn write(tables: &[(&str, String)]) -> Result<()> {
+    let path = root().join("docs/performance.md");
+    let mut text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    for (name, table) in tables {
+        println!("{name}\n{table}");
+        text = between_markers(&text, name, table)?;
+    }
+    std::fs::write(&path, text)?;
+    println!("written to {}", path.display());
+    Ok(())
+}
+
+/// The text with what stands between the markers of this name replaced.
+fn between_markers(text: &str, name: &str, table: &str) -> Result<String> {
+    let (begin, end) = (format!("<!-- measured: {name} -->\n"), format!("<!-- end: {name} -->"));
+    let (before, rest) = text.split_once(&begin).with_context(|| format!("no {begin}"))?;
+    let (_, after) = rest.split_once(&end).with_context(|| format!("no {end}"))?;
+    Ok(format!("{before}{begin}{table}{end}{after}"))
+}
+
+/// A table: the head, and rows of cells.
+struct Table(String);
+
+impl Table {
+    fn new(head: &[&str]) -> Self {
+        let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
+        Self(line(head.to_vec()) + &"|---".repeat(head.len()) + "|\n")
+    }
+
+    fn row(&mut self, cells: &[String]) {
+        self.0 += &format!("| {} |\n", cells.join(" | "));
+    }
+}
+
+/// One number, or two where the least is not the most.
+fn instructions(row: &Row) -> String {
+    if row.least == row.most {
+        thousands(row.most)
+    } else {
+        format!("{} to {}", thousands(row.least), thousands(row.most))
+    }
+}
+
+/// `12,345`
+fn thousands(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn difference(more: u64, less: u64) -> String {
+    (i128::from(more) - i128::from(less)).to_string()
+}
+
+impl Counts {
+    /// The tables, each with the name of its markers.
+    pub(crate) fn tables(&self) -> Result<Vec<(&'static str, String)>> {
+        Ok(vec![
+            ("machine", self.machine()),
+            ("chip", self.chip_table()?),
+            ("spills", self.spill_table()?),
+            ("terms", self.term_table()?),
+            ("gravity", self.gravity_table()?),
+            ("callgrind", self.count_table()),
+        ])
+    }
+
+    fn machine(&self) -> String {
+        let says = |program: &str, argument: &str| output(Command::new(program).arg(argument)).unwrap_or_default();
+        let first = |text: String| text.lines().next().unwrap_or("unknown").to_owned();
+        let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let cpu = cpu
+            .lines()
+            .find_map(|line| line.strip_prefix("model name"))
+            .map_or("unknown", |line| line.trim_start_matches([' ', '\t', ':']));
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let date = says("date", "+%Y-%m-%d");
+        let rows = [
+            ("date", date),
+            ("processor", format!("{cpu}, {cores} cores")),
+            ("desk's compiler", self.rustc.clone()),
+            ("chip's compiler", self.chip.rustc.clone()),
+            ("emulator", first(says("qemu-system-arm", "--version"))),
+            ("callgrind", first(says("valgrind", "--version"))),
+        ];
+        let mut table = Table::new(&["what", "which"]);
+        for (what, which) in rows {
+            table.row(&[what.to_owned(), which]);
+        }
+        table.0
+    }
+
+    fn chip_table(&self) -> Result<String> {
+        let mut table = Table::new(&["arm", "what", "operations", "instructions", "with sine and cosine", "bytes"]);
+        for (arm, label) in ARMS {
+            let (alone, trig) =
+                (self.chip.row(&format!("{arm}_generic"))?, self.chip.row(&format!("{arm}_generic_with_trig"))?);
+            let dash = || "-".to_owned();
+            table.row(&[
+                label.to_owned(),
+                "recursion".to_owned(),
+                dash(),
+                instructions(alone),
+                instructions(trig),
+                dash(),
+            ]);
+            for level in LEVELS {
+                let (alone, trig) =
+                    (self.chip.row(&format!("{arm}_{level}"))?, self.chip.row(&format!("{arm}_{level}_with_trig"))?);
+                table.row(&[
+                    label.to_owned(),
+                    level.to_owned(),
+                    alone.operations.to_string(),
+                    instructions(alone),
+                    instructions(trig),
+                    thousands(alone.code.bytes),
+                ]);
+            }
+            let matrix = self.chip.row(&format!("{arm}_mass_matrix_regrouped"))?;
+            table.row(&[
+                label.to_owned(),
+                "mass matrix, regrouped".to_owned(),
+                matrix.operations.to_string(),
+                instructions(matrix),
+                dash(),
+                thousands(matrix.code.bytes),
+            ]);
+        }
+        for (name, label) in
+            [("trig_polynomial", "six sines and cosines, our own"), ("trig_libm", "six sines and cosines, libm's")]
+        {
+            let row = self.chip.row(name)?;
+            let dash = || "-".to_owned();
+            table.row(&["any".to_owned(), label.to_owned(), dash(), dash(), instructions(row), dash()]);
+        }
+        Ok(table.0)
+    }
+
+    fn spill_table(&self) -> Result<String> {
+        let mut table = Table::new(&[
+            "arm",
+            "level",
+            "values alive at most",
+            "stores to the stack",
+            "loads from it",
+            "instructions",
+            "bytes",
+        ]);
+        for (arm, label) in ARMS {
+            for level in LEVELS {
+                let (ours, traced) =
+                    (self.chip.row(&format!("{arm}_{level}"))?, self.chip.row(&format!("{arm}_{level}_as_traced"))?);
+                let both = |of: &dyn Fn(&Row) -> u64| format!("{} / {}", thousands(of(traced)), thousands(of(ours)));
+                table.row(&[
+                    label.to_owned(),
+                    level.to_owned(),
+                    both(&|row| row.alive),
+                    both(&|row| row.code.stores as u64),
+                    both(&|row| row.code.loads as u64),
+                    both(&|row| row.most),
+                    both(&|row| row.code.bytes),
+                ]);
+            }
+        }
+        Ok(table.0)
+    }
+
+    fn term_table(&self) -> Result<String> {
+        let mut table = Table::new(&["term", "UR5", "Puma 560", "Stanford"]);
+        let terms = [
+            ("all", "everything"),
+            ("gravity", "gravity"),
+            ("payload", "payload, constant"),
+            ("tip_wrench", "wrench at the tip, live"),
+            ("rotors", "rotors, constant"),
+            ("velocity", "velocity terms"),
+        ];
+        for (term, label) in terms {
+            let mut cells = vec![label.to_owned()];
+            for (arm, _) in ARMS {
+                let (all, without) =
+                    (self.chip.row(&format!("{arm}_terms_all"))?, self.chip.row(&format!("{arm}_terms_{term}"))?);
+                cells.push(if term == "all" {
+                    format!("{} / {} / {}", all.operations, thousands(all.most), thousands(all.code.bytes))
+                } else {
+                    let pairs = [
+                        (all.operations, without.operations),
+                        (all.most, without.most),
+                        (all.code.bytes, without.code.bytes),
+                    ];
+                    pairs.map(|(more, less)| difference(more, less)).join(" / ")
+                });
+            }
+            table.row(&cells);
+        }
+        Ok(table.0)
+    }
+
+    fn gravity_table(&self) -> Result<String> {
+        let mut table = Table::new(&["arm", "gravity alone", "operations", "instructions", "bytes"]);
+        let mut row = |label: &str, what: &str, row: &Row| {
+            table.row(&[
+                label.to_owned(),
+                what.to_owned(),
+                row.operations.to_string(),
+                instructions(row),
+                thousands(row.code.bytes),
+            ]);
+        };
+        for (arm, label) in ARMS {
+            for level in LEVELS {
+                row(label, level, self.chip.row(&format!("{arm}_gravity_{level}"))?);
+            }
+            if arm == "puma560" {
+                row(label, "by hand", self.chip.row("puma560_gravity_by_hand")?);
+            }
+        }
+        Ok(table.0)
+    }
+
+    fn count_table(&self) -> String {
+        let mut table = Table::new(&["what", "instructions a state"]);
+        for (name, count) in &self.desk {
+            table.row(&[format!("`{name}`"), thousands((count + COUNTED_STATES / 2) / COUNTED_STATES)]);
+        }
+        table.0
+    }
+}
+
+impl Clock {
+    /// The tables, each with the name of its markers.
+    pub(crate) fn tables(&self) -> Result<Vec<(&'static str, String)>> {
+        Ok(vec![("desk", self.time_table()?), ("compiler", self.compile_table())])
+    }
+
+    fn time_table(&self) -> Result<String> {
+        let mut table = Table::new(&["what", "UR5", "Puma 560", "Stanford"]);
+        let time = |name: &str| -> Result<String> {
+            let [default, native] = &self.times;
+            let of = |times: &Times| times.get(name).copied().with_context(|| format!("{name} was not measured"));
+            Ok(format!("{:.0} / {:.0}", of(default)?, of(native)?))
+        };
+        for scalar in ["f64", "f32"] {
+            for (kind, label) in [("generic", "recursion"), ("exact", "exact"), ("regrouped", "regrouped")] {
+                for (trig, with) in
+                    [("", ""), ("_with_trig", ", with our sine and cosine"), ("_with_libm", ", with libm's")]
+                {
+                    let mut cells = vec![format!("{label}, {scalar}{with}")];
+                    for (arm, _) in ARMS {
+                        cells.push(time(&format!("{arm}_{kind}_{scalar}{trig}"))?);
+                    }
+                    table.row(&cells);
+                }
+            }
+        }
+        for scalar in ["f64", "f32"] {
+            let mut cells = vec![format!("regrouped, {scalar}, with our sine and cosine, a state of a batch of 1,024")];
+            for (arm, _) in ARMS {
+                cells.push(time(&format!("{arm}_batch_{scalar}"))?);
+            }
+            table.row(&cells);
+        }
+        for (kind, label) in [
+            ("forward_dynamics", "forward dynamics, regrouped, f64"),
+            ("gravity", "gravity alone, regrouped, f64"),
+            ("mass_matrix", "mass matrix, regrouped, f64"),
+        ] {
+            let mut cells = vec![label.to_owned()];
+            for (arm, _) in ARMS {
+                cells.push(time(&format!("{arm}_{kind}_f64"))?);
+            }
+            table.row(&cells);
+        }
+        for (trig, label) in [("polynomial", "our own"), ("libm", "libm's")] {
+            for scalar in ["f64", "f32"] {
+                let any = time(&format!("trig_{trig}_{scalar}"))?;
+                table.row(&[format!("six sines and cosines, {label}, {scalar}"), any.clone(), any.clone(), any]);
+            }
+        }
+        Ok(table.0)
+    }
+
+    fn compile_table(&self) -> String {
+        let mut table = Table::new(&["level", "optimised, ms", "unoptimised, ms"]);
+        let [release, unoptimised] = &self.compile;
+        for (level, ms) in release {
+            let slow = unoptimised.get(level).map_or_else(|| "-".to_owned(), |ms| format!("{ms:.1}"));
+            table.row(&[level.clone(), format!("{ms:.1}"), slow]);
+        }
+        table.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{between_markers, thousands};
+
+    #[test]
+    fn only_what_stands_between_the_markers_changes() {
+        let text = "a\n<!-- measured: x -->\nold\n<!-- end: x -->\nb\n";
+        let new = "a\n<!-- measured: x -->\nnew\n<!-- end: x -->\nb\n";
+        assert_eq!(between_markers(text, "x", "new\n").ok().as_deref(), Some(new));
+        assert!(between_markers(text, "y", "new\n").is_err());
+    }
+
+    #[test]
+    fn thousands_are_set_apart() {
+        let all = [0, 12, 999, 1000, 12_345, 1_234_567].map(thousands);
+        assert_eq!(all, ["0", "12", "999", "1,000", "12,345", "1,234,567"]);
+    }
+}
