@@ -15,14 +15,16 @@ mod counts;
 mod desk;
 mod report;
 
+pub(crate) use report::between_markers;
+
 use crate::process::root;
 use crate::toolchain::rustc_version;
 use anyhow::{Context as _, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What is asked for.
-#[derive(Clone, Copy, Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Options {
     /// Make the instruction counts of now the baseline
     #[arg(long)]
@@ -30,10 +32,19 @@ pub(crate) struct Options {
     /// Count instructions and hold them to the baseline; measure no time and write nothing
     #[arg(long)]
     gate: bool,
+    /// Measure other people's dynamics beside ours instead, installing them from PyPI and Debian
+    #[arg(long, conflicts_with_all = ["bless", "gate"])]
+    peers: bool,
+    /// With --peers: everything as JSON, to a file or to `-`
+    #[arg(long, requires = "peers")]
+    json: Option<PathBuf>,
 }
 
 /// Count, hold to the baseline, measure, and write the tables.
 pub(crate) fn run(options: Options) -> Result<()> {
+    if options.peers {
+        return crate::peers::run(options.json.as_deref());
+    }
     let chip = chip::count()?;
     let desk = counts::count()?;
     baseline::hold(&format!("chip, {}", chip.rustc), &chip.counts(), options.bless)?;
@@ -50,7 +61,7 @@ pub(crate) fn run(options: Options) -> Result<()> {
 
 /// The gate of `cargo xtask test`: counts alone.
 pub(crate) fn gate() -> Result<()> {
-    run(Options { bless: false, gate: true })
+    run(Options { bless: false, gate: true, peers: false, json: None })
 }
 
 fn cargo(arguments: &[&str]) -> Command {

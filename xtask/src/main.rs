@@ -3,6 +3,7 @@
 mod bench;
 mod firmware;
 mod gate;
+mod peers;
 mod process;
 mod qemu;
 mod readme;

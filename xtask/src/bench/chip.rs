@@ -5,7 +5,6 @@ use super::code::{Code, Program};
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
 use std::collections::BTreeMap;
-use std::process::{Command, Stdio};
 
 /// A function that was counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,19 +47,9 @@ pub(crate) fn count() -> Result<Counted> {
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--locked", "--package", "bench-chip"]);
     let elf = toolchain::build(&mut cargo, toolchain::product("bench-chip"))?;
-    let output = Command::new("qemu-system-arm")
-        .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
-        .args(["-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(&elf)
-        .stdin(Stdio::null())
-        .output()
-        .context("cannot start qemu-system-arm")?;
-    if !output.status.success() {
-        bail!("the counting program gave up in the emulator: {}", output.status);
-    }
+    let said = crate::qemu::semihosted(&elf)?;
     let bytes = std::fs::read(&elf)?;
     let program = Program::parse(&bytes)?;
-    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     let rows = said.lines().filter_map(|line| line.strip_prefix("count,")).map(|line| row(line, &program));
     let rows: BTreeMap<String, Row> = rows.collect::<Result<_>>()?;
     if rows.is_empty() {

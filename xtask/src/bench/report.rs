@@ -46,7 +46,7 @@ pub(crate) fn write(tables: &[(&str, String)]) -> Result<()> {
 }
 
 /// The text with what stands between the markers of this name replaced.
-fn between_markers(text: &str, name: &str, table: &str) -> Result<String> {
+pub(crate) fn between_markers(text: &str, name: &str, table: &str) -> Result<String> {
     let (begin, end) = (format!("<!-- measured: {name} -->\n"), format!("<!-- end: {name} -->"));
     let (before, rest) = text.split_once(&begin).with_context(|| format!("no {begin}"))?;
     let (_, after) = rest.split_once(&end).with_context(|| format!("no {end}"))?;

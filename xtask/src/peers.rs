@@ -1,0 +1,71 @@
+//! `cargo xtask bench --peers`: other people's dynamics beside ours, in one run, on the desk and on the chip.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`install`] | what is measured against, from PyPI and Debian |
+//! | [`build`] | compiler runs, two at a time and only where something changed |
+//! | [`contestants`] | who is measured, and how each is built |
+//! | [`desk`] | times, and the check that all torques agree |
+//! | [`chip`] | instructions in the emulator |
+//! | [`report`] | targets, tables, JSON, `docs/performance.md` |
+//!
+//! The harness is C and C++ in `bench/peers`, our side of it the crate `bench-peers`. Everybody is the same C function over
+//! the same states; the peers get their model from the robot file by `bench/peers/arm.py`, which shares nothing with our
+//! reader, and a torque that differs ends the run without a figure.
+
+mod build;
+mod chip;
+mod contestants;
+mod desk;
+mod install;
+mod report;
+
+use crate::process::{root, target_directory};
+use anyhow::Result;
+use std::path::{Path, PathBuf};
+
+/// The arms, by the names of their files.
+const ARMS: [&str; 2] = ["ur5", "puma560"];
+
+/// Joints of every arm that is measured.
+const JOINTS: usize = 6;
+
+/// Where everything that this makes lies.
+fn folder() -> PathBuf {
+    target_directory().join("peers")
+}
+
+/// A file of the harness.
+fn source(name: &str) -> PathBuf {
+    root().join("bench/peers").join(name)
+}
+
+/// What was measured of an arm.
+struct Measured {
+    arm: &'static str,
+    desk: Vec<desk::Time>,
+    chip: Vec<chip::Count>,
+}
+
+/// Install, build, check, measure, and say what came out: on the terminal, as JSON to a file or to `-`, and in the
+/// documentation.
+pub(crate) fn run(json: Option<&Path>) -> Result<()> {
+    let document = report::Document::open()?;
+    let python = install::all()?;
+    let ours = contestants::Ours::build()?;
+    contestants::generate(&python)?;
+    desk::build()?;
+    let mut measured = Vec::new();
+    for arm in ARMS {
+        eprintln!("peers: measuring the {arm}");
+        let (desk, torques) = desk::measure(arm, &ours)?;
+        let chip = chip::measure(arm, &ours, &torques)?;
+        measured.push(Measured { arm, desk, chip });
+    }
+    let report = report::Report::new(&measured)?;
+    document.write(&report)?;
+    if json != Some(Path::new("-")) {
+        report.print();
+    }
+    json.map_or(Ok(()), |path| report.write_json(path))
+}

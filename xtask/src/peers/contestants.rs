@@ -1,0 +1,267 @@
+//! Who is measured, and how each is built.
+
+use super::build::{self, Job};
+use super::{ARMS, folder, install, source};
+use crate::process::{root, run, target_directory};
+use crate::toolchain::{self, Toolchain};
+use anyhow::{Result, bail};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Task {
+    /// Torques from angles, velocities and accelerations: sine and cosine included.
+    Inverse,
+    /// The same with sine and cosine given.
+    Kernel,
+    /// On the chip: the peer's kernel after our sine and cosine.
+    KernelAfterOurTrig,
+    /// As `Inverse`, many states in one call, so that a compiler or a library can put several into one vector.
+    Many,
+    /// Accelerations from angles, velocities and torques.
+    Forward,
+}
+
+/// Whose code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub(super) enum Family {
+    Pinocchio,
+    #[serde(rename = "KDL")]
+    Kdl,
+    CasADi,
+    CppADCodeGen,
+    #[serde(rename = "generic recursion")]
+    Generic,
+    #[serde(rename = "exact kernel")]
+    Exact,
+    #[serde(rename = "regrouped kernel")]
+    Regrouped,
+    #[serde(rename = "regrouped kernel, libm")]
+    RegroupedLibm,
+}
+
+impl Family {
+    /// As the tables print it.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Pinocchio => "Pinocchio",
+            Self::Kdl => "KDL",
+            Self::CasADi => "Pinocchio, CasADi, C",
+            Self::CppADCodeGen => "Pinocchio, CppADCodeGen, C",
+            Self::Generic => "ours: recursion",
+            Self::Exact => "ours: exact kernel",
+            Self::Regrouped => "ours: regrouped kernel",
+            Self::RegroupedLibm => "ours: regrouped kernel, libm's sine and cosine",
+        }
+    }
+}
+
+/// The generators of C, with what their files and their preprocessor's switches are called.
+pub(super) const GENERATORS: [(Family, &str, &str); 2] =
+    [(Family::CasADi, "casadi", "CASADI"), (Family::CppADCodeGen, "cppadcg", "CPPADCG")];
+
+/// What a generator writes, and the switch of `generated.c` for it.
+pub(super) const GENERATED: [(Task, &str, &str); 4] = [
+    (Task::Inverse, "inverse", ""),
+    (Task::Many, "inverse", "-DMANY"),
+    (Task::Kernel, "kernel", "-DKERNEL"),
+    (Task::Forward, "forward", "-DFORWARD"),
+];
+
+/// Name of a build, C compiler, C++ compiler, options.
+pub(super) const COMPILERS: [(&str, &str, &str, &str); 3] = [
+    ("gcc", "gcc", "g++", "-O3 -march=native"),
+    ("clang", "clang", "clang++", "-O3 -march=native"),
+    ("clang, fast-math", "clang", "clang++", "-O3 -march=native -ffast-math"),
+];
+
+const LIBRARY: &str = "-w -shared -fPIC -fvisibility=hidden";
+
+/// What Pinocchio's own build asks of who includes its headers; and its variants are asked for joints that the short
+/// collection in `arm.hpp` does not have.
+const PINOCCHIO: &str = "-std=c++17 -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_LIMIT_VECTOR_SIZE=30 \
+    -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -DBOOST_FUSION_INVOKE_MAX_ARITY=12 \
+    -DBOOST_VARIANT_USE_RELAXED_GET_BY_DEFAULT";
+
+/// One of them on the desk.
+#[derive(Clone, Debug)]
+pub(super) struct Contestant {
+    pub(super) family: Family,
+    pub(super) task: Task,
+    /// Compiler and options, in words.
+    pub(super) build: &'static str,
+    pub(super) library: PathBuf,
+    pub(super) symbol: String,
+}
+
+/// The crate `bench-peers`, built: as everybody builds, for this machine's processor, and for the chip.
+pub(super) struct Ours {
+    desk: [(&'static str, PathBuf); 2],
+    pub(super) chip: PathBuf,
+}
+
+impl Ours {
+    /// Build it.
+    pub(super) fn build() -> Result<Self> {
+        let desk = |flags: &str, target: PathBuf| -> Result<PathBuf> {
+            let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+            // One unit, as a C compiler sees the peers: the profile of the chip's programs.
+            cargo.current_dir(root()).args(["rustc", "--quiet", "--locked", "--package", "bench-peers"]);
+            cargo.args(["--profile", "firmware", "--crate-type", "cdylib", "--target-dir"]).arg(&target);
+            run(cargo.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", flags))?;
+            let library = target.join("firmware/libbench_peers.so");
+            if library.is_file() { Ok(library) } else { bail!("cargo left no {}", library.display()) }
+        };
+        let ordinary = desk("", target_directory())?;
+        let native = desk("-C target-cpu=native", folder().join("native"))?;
+        let mut cargo = Toolchain::find_or_install()?.cargo("rustc");
+        cargo.args(["--quiet", "--locked", "--package", "bench-peers", "--crate-type", "staticlib"]);
+        let chip = toolchain::build(&mut cargo, toolchain::product("libbench_peers.a"))?;
+        Ok(Self { desk: [(NATIVE, native), (ORDINARY, ordinary)], chip })
+    }
+
+    /// The library that supplies states and reference torques.
+    pub(super) fn reference(&self, arm: &str) -> Contestant {
+        self.contestant(Family::Generic, Task::Inverse, 0, format!("{arm}_generic"))
+    }
+
+    /// All of ours.
+    fn contestants(&self, arm: &str) -> Vec<Contestant> {
+        let names = [
+            (Family::Generic, Task::Inverse, "generic"),
+            (Family::Generic, Task::Kernel, "generic_kernel"),
+            (Family::Exact, Task::Inverse, "exact"),
+            (Family::Exact, Task::Kernel, "exact_kernel"),
+            (Family::Regrouped, Task::Inverse, "regrouped"),
+            (Family::Regrouped, Task::Kernel, "regrouped_kernel"),
+            (Family::RegroupedLibm, Task::Inverse, "regrouped_libm"),
+            (Family::Regrouped, Task::Many, "batch"),
+            (Family::Regrouped, Task::Forward, "forward"),
+        ];
+        let both = |(family, task, name)| {
+            (0..self.desk.len()).map(move |build| self.contestant(family, task, build, format!("{arm}_{name}")))
+        };
+        names.into_iter().flat_map(both).collect()
+    }
+
+    fn contestant(&self, family: Family, task: Task, build: usize, symbol: String) -> Contestant {
+        let (build, library) = &self.desk[build];
+        Contestant { family, task, build, library: library.clone(), symbol }
+    }
+}
+
+/// Our build for this machine's processor, as the peers are built.
+pub(super) const NATIVE: &str = "rustc, native";
+
+/// Our build for any processor of the kind.
+pub(super) const ORDINARY: &str = "rustc";
+
+/// The robot file as numbers, and the C that the generators make of it; and the libraries that have their model at run time.
+pub(super) fn generate(python: &Path) -> Result<()> {
+    let site = install::site_packages(python)?;
+    let prefix = site.join("cmeel.prefix");
+    let flags = |job: Job| {
+        let include = prefix.join("include");
+        let job = job.words(PINOCCHIO).with("-w").with("-isystem").with(&include);
+        job.with("-isystem").with(include.join("eigen3"))
+    };
+    let linked = |job: Job, folder: &Path, libraries: &str| {
+        let path = folder.display();
+        job.with(format!("-L{path}")).with(format!("-Wl,-rpath,{path}")).words(libraries)
+    };
+    let library = prefix.join("lib");
+    let mut jobs = Vec::new();
+    // clang takes a default argument of CppAD's for an error.
+    let job = flags(Job::new("g++", folder().join("generate_cppadcg")).words("-O0"));
+    let job = job.from(&source("generate_cppadcg.cpp")).output();
+    jobs.push(linked(job, &library, "-lboost_serialization -lcppad_lib -ldl"));
+    let job = flags(Job::new("clang++", folder().join("generate_casadi")).words("-O0"));
+    let job = job.with("-isystem").with(site.join("casadi/include")).from(&source("generate_casadi.cpp")).output();
+    jobs.push(linked(linked(job, &site.join("casadi"), "-lcasadi"), &library, "-lboost_serialization"));
+    for (index, (_, _, compiler, options)) in COMPILERS.into_iter().enumerate() {
+        let job = flags(Job::new(compiler, model_at_run_time("pinocchio", index)).words(options).words(LIBRARY));
+        let job = job.from(&source("pinocchio.cpp")).output();
+        jobs.push(linked(job, &library, "-lboost_serialization"));
+        let job = Job::new(compiler, model_at_run_time("kdl", index)).words(options).words(LIBRARY);
+        let job = job.words("-isystem /usr/include/eigen3").from(&source("kdl.cpp"));
+        jobs.push(job.output().words("-lorocos-kdl"));
+    }
+    for arm in ARMS {
+        let file = root().join("robots").join(arm).with_extension("toml");
+        let job = Job::new(python, numbers(arm)).with("-B").from(&source("arm.py")).from(&file);
+        jobs.push(job.depends_on(&root().join("golden/make.py")).with(numbers(arm)));
+    }
+    build::all("generators, Pinocchio, KDL", jobs)?;
+
+    let mut jobs = Vec::new();
+    for arm in ARMS {
+        for (_, name, _) in GENERATORS {
+            let program = folder().join(format!("generate_{name}"));
+            let last = generated(arm, name, "forward", "f32");
+            let job = Job::new(&program, last).depends_on(&program).from(&numbers(arm));
+            jobs.push(job.with(folder().join(arm)));
+        }
+    }
+    std::fs::create_dir_all(folder())?;
+    for arm in ARMS {
+        std::fs::create_dir_all(folder().join(arm))?;
+    }
+    build::all("generated C", jobs)?;
+
+    let mut jobs = Vec::new();
+    for arm in ARMS {
+        for (_, name, switch) in GENERATORS {
+            for (task, function, switches) in GENERATED {
+                for (index, (_, compiler, _, options)) in COMPILERS.into_iter().enumerate() {
+                    let text = generated(arm, name, function, "f64");
+                    let job = Job::new(compiler, compiled(arm, name, task, index)).words(options).words(LIBRARY);
+                    let job = job.words(switches).words("-DENTRY=run").with(format!("-D{switch}"));
+                    let job = job.with(format!("-DSOURCE={:?}", text.display().to_string())).depends_on(&text);
+                    jobs.push(job.from(&source("generated.c")).output().words("-lm"));
+                }
+            }
+        }
+    }
+    build::all("contestants", jobs)
+}
+
+/// Everybody, ours first.
+pub(super) fn all(arm: &str, ours: &Ours) -> Vec<Contestant> {
+    let mut all = ours.contestants(arm);
+    for (index, (build, ..)) in COMPILERS.into_iter().enumerate() {
+        let mut push = |family, task, library: PathBuf, symbol: &str| {
+            all.push(Contestant { family, task, build, library, symbol: symbol.to_owned() });
+        };
+        push(Family::Pinocchio, Task::Inverse, model_at_run_time("pinocchio", index), "inverse");
+        push(Family::Pinocchio, Task::Forward, model_at_run_time("pinocchio", index), "forward");
+        push(Family::Pinocchio, Task::Forward, model_at_run_time("pinocchio", index), "forward_world");
+        push(Family::Kdl, Task::Inverse, model_at_run_time("kdl", index), "inverse");
+        for (family, name, _) in GENERATORS {
+            for (task, ..) in GENERATED {
+                push(family, task, compiled(arm, name, task, index), "run");
+            }
+        }
+    }
+    all
+}
+
+/// The arm as `arm.py` writes it.
+pub(super) fn numbers(arm: &str) -> PathBuf {
+    folder().join(arm).with_extension("arm")
+}
+
+/// C of a generator.
+pub(super) fn generated(arm: &str, generator: &str, function: &str, real: &str) -> PathBuf {
+    folder().join(arm).join(format!("{generator}_{function}_{real}.c"))
+}
+
+fn compiled(arm: &str, generator: &str, task: Task, compiler: usize) -> PathBuf {
+    folder().join(arm).join(format!("{generator}_{task:?}_{compiler}.so"))
+}
+
+fn model_at_run_time(peer: &str, compiler: usize) -> PathBuf {
+    folder().join(format!("{peer}_{compiler}.so"))
+}

@@ -1,0 +1,102 @@
+//! Times on the desk, after the check that everybody computes the same.
+
+use super::build::{self, Job};
+use super::contestants::{self, Family, Ours, Task};
+use super::{JOINTS, folder, source};
+use anyhow::{Context as _, Result, bail};
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+/// Least time of a contestant.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(super) struct Time {
+    pub(super) family: Family,
+    pub(super) task: Task,
+    /// Compiler and options, in words.
+    pub(super) build: &'static str,
+    /// For one state, ns.
+    pub(super) ns: f64,
+    /// Largest difference from the reference, relative to the largest answer of the state.
+    pub(super) error: f64,
+}
+
+/// Torques of one state, of the reference.
+pub(super) type Torques = [f64; JOINTS];
+
+/// How far torques may differ from those of our recursion, relative to the largest of the state.
+const TORQUE_ERROR_MAX: f64 = 1e-9;
+
+/// The same of accelerations, which the condition of the mass matrix magnifies.
+const ACCELERATION_ERROR_MAX: f64 = 1e-9;
+
+/// How long an arm is measured, s.
+const SECONDS: u32 = 20;
+
+fn harness() -> std::path::PathBuf {
+    folder().join("harness")
+}
+
+/// Build what times them.
+pub(super) fn build() -> Result<()> {
+    let job = Job::new("g++", harness()).words("-std=c++17 -O2 -Wall").from(&source("harness.cpp"));
+    build::all("harness", vec![job.output().words("-ldl")])
+}
+
+/// Check and time everybody; the second answer is the reference's torques, state by state.
+pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>)> {
+    let mut all = vec![ours.reference(arm)];
+    all.extend(contestants::all(arm, ours));
+    let line = |(number, contestant): (usize, &contestants::Contestant)| {
+        let answer = if contestant.task == Task::Forward { "accelerations" } else { "torques" };
+        let ours_batch = contestant.family == Family::Regrouped && contestant.task == Task::Many;
+        let layout = if ours_batch { "by-joint" } else { "by-state" };
+        format!("{number} {} {} {answer} {layout}\n", contestant.library.display(), contestant.symbol)
+    };
+    let list: String = all.iter().enumerate().map(line).collect();
+    let reference = folder().join(arm).join("torques");
+    // The last processor: the first one serves interrupts.
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut child = Command::new(harness())
+        .args([(processors - 1).to_string(), SECONDS.to_string()])
+        .arg(&reference)
+        .env("PEERS_ARM", contestants::numbers(arm))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("cannot start the harness")?;
+    child.stdin.take().context("the harness's input is piped")?.write_all(list.as_bytes())?;
+    let output = child.wait_with_output()?;
+    if !output.status.success() {
+        bail!("the harness gave up: {}", output.status);
+    }
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let mut times = Vec::new();
+    for (line, contestant) in said.lines().zip(&all) {
+        let numbers: Vec<f64> = line.split(' ').map(str::parse).collect::<Result<_, _>>().context(said.clone())?;
+        let [_, ns, error] = numbers[..] else { bail!("not three numbers: {line}") };
+        let contestants::Contestant { family, task, build, .. } = *contestant;
+        let allowed = if task == Task::Forward { ACCELERATION_ERROR_MAX } else { TORQUE_ERROR_MAX };
+        // A NaN is no agreement either.
+        if error.is_nan() || error > allowed {
+            bail!("{arm}: {} ({task:?}, {build}) differs from ours by {error:.1e} of the largest", family.name());
+        }
+        times.push(Time { family, task, build, ns, error });
+    }
+    if times.len() != all.len() {
+        bail!("the harness measured {} of {}", times.len(), all.len());
+    }
+    // The reference was there only for its torques.
+    times.remove(0);
+    let text = std::fs::read_to_string(&reference).with_context(|| reference.display().to_string())?;
+    Ok((times, text.lines().map(torques).collect::<Result<_>>()?))
+}
+
+fn torques(line: &str) -> Result<Torques> {
+    let numbers: Vec<f64> = line.split(' ').map(str::parse).collect::<Result<_, _>>()?;
+    numbers.try_into().ok().with_context(|| format!("not {JOINTS} torques: {line}"))
+}
+
+/// The fastest of those that `wanted` picks.
+pub(super) fn best(times: &[Time], wanted: impl Fn(&Time) -> bool) -> Option<&Time> {
+    times.iter().filter(|time| wanted(time)).min_by(|a, b| a.ns.total_cmp(&b.ns))
+}

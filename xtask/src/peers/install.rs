@@ -1,0 +1,67 @@
+//! What is measured against, installed where it is missing.
+
+use super::{folder, source};
+use crate::process::{output, run, which};
+use crate::setup;
+use anyhow::{Context as _, Result};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Debian's packages and the virtual environment; the answer is its Python.
+pub(super) fn all() -> Result<PathBuf> {
+    debian()?;
+    setup::qemu()?;
+    python()
+}
+
+/// Compilers, and KDL.
+fn debian() -> Result<()> {
+    let program = |name: &str| which(name).is_some();
+    // Asked for a library that it has, the compiler answers with a path.
+    let newlib = output(Command::new("arm-none-eabi-gcc").arg("-print-file-name=libm.a"))
+        .is_some_and(|path| Path::new(&path).is_absolute());
+    let venv = output(Command::new("python3").args(["-c", "import ensurepip, venv"])).is_some();
+    let wanted = [
+        (program("g++"), "g++"),
+        (program("clang++"), "clang"),
+        (Path::new("/usr/include/kdl/chain.hpp").exists(), "liborocos-kdl-dev"),
+        (program("arm-none-eabi-gcc"), "gcc-arm-none-eabi"),
+        (newlib, "libnewlib-arm-none-eabi"),
+        (venv, "python3-venv"),
+    ];
+    let missing: Vec<&str> = wanted.into_iter().filter(|(there, _)| !there).map(|(_, package)| package).collect();
+    if missing.is_empty() { Ok(()) } else { setup::apt_install(&missing) }
+}
+
+/// A virtual environment with the packages of `requirements.txt`. It counts as made when its copy of that file is there.
+fn python() -> Result<PathBuf> {
+    let folder = folder().join("venv");
+    let (python, stamp) = (folder.join("bin/python"), folder.join("requirements.txt"));
+    let file = source("requirements.txt");
+    let wanted = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+    if python.is_file() && std::fs::read_to_string(&stamp).is_ok_and(|found| found == wanted) {
+        return Ok(python);
+    }
+    let packages: Vec<&str> = wanted.lines().filter(|line| line.contains("==")).collect();
+    eprintln!("setup: {} from PyPI, into {}", packages.join(", "), folder.display());
+    let made = (|| {
+        run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
+        let mut pip = Command::new(&python);
+        run(pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]).arg(&file))
+    })();
+    if made.is_err() {
+        // Half an environment would look like a whole one.
+        std::fs::remove_dir_all(&folder).ok();
+    }
+    made.with_context(|| format!("could not install from PyPI: {}", packages.join(", ")))?;
+    std::fs::write(&stamp, wanted)?;
+    Ok(python)
+}
+
+/// Where the virtual environment keeps its packages.
+pub(super) fn site_packages(python: &Path) -> Result<PathBuf> {
+    let code = "import sysconfig; print(sysconfig.get_path('purelib'))";
+    let path =
+        output(Command::new(python).args(["-c", code])).context("the virtual environment's Python does not run")?;
+    Ok(PathBuf::from(path))
+}

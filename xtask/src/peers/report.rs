@@ -1,0 +1,288 @@
+//! What came out: targets met or not, tables for people, JSON for programs.
+
+use super::chip::Count;
+use super::contestants::{Family, GENERATORS, NATIVE, ORDINARY, Task, generated};
+use super::desk::{Time, best};
+use super::{Measured, source};
+use crate::bench::between_markers;
+use crate::process::{output, root};
+use anyhow::{Context as _, Result};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Between which markers of the document the tables go.
+const MARKER: &str = "peers";
+
+/// A number of ours beside the strongest peer's.
+#[derive(Serialize)]
+struct Target {
+    arm: &'static str,
+    what: &'static str,
+    unit: &'static str,
+    ours: f64,
+    peer: f64,
+    /// Who that was, and how it was built.
+    strongest: String,
+    ratio: f64,
+    target: f64,
+    met: bool,
+}
+
+/// Everything, as the JSON has it.
+#[derive(Serialize)]
+pub(super) struct Report<'a> {
+    machine: Machine,
+    targets: Vec<Target>,
+    arms: Vec<Arm<'a>>,
+}
+
+#[derive(Serialize)]
+struct Machine {
+    date: String,
+    processor: String,
+    compilers: Vec<String>,
+    peers: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Arm<'a> {
+    arm: &'static str,
+    desk: &'a [Time],
+    chip: &'a [Count],
+    /// Multiplications, additions and subtractions in the generated C, sine and cosine given.
+    operations: Vec<(Family, usize)>,
+}
+
+impl<'a> Report<'a> {
+    /// Find the strongest peer of every row, and the ratios.
+    pub(super) fn new(measured: &'a [Measured]) -> Result<Self> {
+        let mut targets = Vec::new();
+        let mut arms = Vec::new();
+        for Measured { arm, desk, chip } in measured {
+            targets.extend(targets_of(arm, desk, chip)?);
+            let operations = GENERATORS.into_iter().map(|(family, name, _)| {
+                let path = generated(arm, name, "kernel", "f32");
+                let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+                Ok((family, operations(&text)))
+            });
+            arms.push(Arm { arm, desk, chip, operations: operations.collect::<Result<_>>()? });
+        }
+        Ok(Self { machine: Machine::this()?, targets, arms })
+    }
+
+    /// The tables on the terminal.
+    pub(super) fn print(&self) {
+        println!("{}", self.markdown());
+    }
+
+    /// To a file, or to the terminal for `-`.
+    pub(super) fn write_json(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self)? + "\n";
+        if path == Path::new("-") {
+            print!("{text}");
+            return Ok(());
+        }
+        std::fs::write(path, text).with_context(|| path.display().to_string())
+    }
+
+    fn markdown(&self) -> String {
+        let Machine { date, processor, compilers, peers } = &self.machine;
+        let mut text =
+            format!("{date}, {processor}, one thread. {}. Against {}.\n\n", compilers.join("; "), peers.join(", "));
+        text += "| what | arm | ours | strongest peer | its build | ratio | target | |\n|---|---|---|---|---|---|---|---|\n";
+        for t in &self.targets {
+            let digits = usize::from(t.unit == "ns");
+            text += &format!(
+                "| {}, {} | {} | {:.digits$} | {:.digits$} | {} | {:.2} | {:.2} | {} |\n",
+                t.what,
+                t.unit,
+                t.arm,
+                t.ours,
+                t.peer,
+                t.strongest,
+                t.ratio,
+                t.target,
+                if t.met { "met" } else { "not met" }
+            );
+        }
+        for arm in &self.arms {
+            text += &format!("\n### {} on the desk\n\n", arm.arm);
+            text += "ns for one state in f64, each contestant's fastest build and that build.\n\n";
+            text +=
+                "| | sine and cosine included | the same, many states a call | given | accelerations from torques |\n";
+            text += "|---|---|---|---|---|\n";
+            for family in families(arm.desk.iter().map(|time| time.family)) {
+                let cell = |task| match best(arm.desk, |time| time.family == family && time.task == task) {
+                    Some(time) => format!("{:.1} ({})", time.ns, time.build),
+                    None => String::new(),
+                };
+                let cells = [Task::Inverse, Task::Many, Task::Kernel, Task::Forward].map(cell);
+                text += &format!("| {} | {} |\n", family.name(), cells.join(" | "));
+            }
+            text += &format!("\n### {} on the chip\n\n", arm.arm);
+            text += "Instructions in f32, least to most over 64 states, and bytes of the function, of the build that takes fewest.\n\n";
+            text += "| | sine and cosine included | with ours | given | operations |\n|---|---|---|---|---|\n";
+            for family in families(arm.chip.iter().map(|count| count.family)) {
+                let cell = |task| fewest(arm.chip, family, task).map_or_else(String::new, Count::cell);
+                let cells = [Task::Inverse, Task::KernelAfterOurTrig, Task::Kernel].map(cell);
+                let operations = arm.operations.iter().find(|(of, _)| *of == family);
+                let operations = operations.map_or_else(String::new, |(_, count)| count.to_string());
+                text += &format!("| {} | {} | {operations} |\n", family.name(), cells.join(" | "));
+            }
+        }
+        text
+    }
+}
+
+impl Count {
+    fn cell(&self) -> String {
+        let Self { instructions_min: min, instructions_max: max, code_bytes, build, .. } = self;
+        let range = if min == max { max.to_string() } else { format!("{min} to {max}") };
+        format!("{range}, {code_bytes} bytes ({build})")
+    }
+}
+
+/// The rows of the table that have a peer.
+fn targets_of(arm: &'static str, desk: &[Time], chip: &[Count]) -> Result<Vec<Target>> {
+    let of_generator = |family| GENERATORS.iter().any(|(generator, ..)| *generator == family);
+    let ours = |family, task, build| {
+        best(desk, |time| time.family == family && time.task == task && time.build == build)
+            .with_context(|| format!("{arm}: nobody measured {family:?}, {task:?}, {build}"))
+    };
+    let generated =
+        |task| best(desk, |time| of_generator(time.family) && time.task == task).context("no generated C was measured");
+    let pinocchio = |task| {
+        best(desk, |time| time.family == Family::Pinocchio && time.task == task).context("no Pinocchio was measured")
+    };
+    let counted = |family, task| fewest(chip, family, task).context("the chip counted too few");
+    let on_chip = |task| {
+        let found = GENERATORS.iter().filter_map(|(family, ..)| fewest(chip, *family, task));
+        found.min_by(|a, b| a.instructions_mean.total_cmp(&b.instructions_mean)).context("no generated C on the chip")
+    };
+    let desk_row = |what, ours: &Time, peer: &Time, target| {
+        row(arm, what, "ns", [ours.ns, peer.ns], strongest(peer.family, peer.build), target)
+    };
+    let chip_row = |what, ours: &Count, peer: &Count, target| {
+        let means = [ours.instructions_mean, peer.instructions_mean];
+        row(arm, what, "instructions", means, strongest(peer.family, peer.build), target)
+    };
+    let kernel = counted(Family::Regrouped, Task::Inverse)?;
+    let whole = generated(Task::Inverse)?;
+    Ok(vec![
+        desk_row("desk, regrouped", ours(Family::Regrouped, Task::Inverse, NATIVE)?, whole, 0.60),
+        desk_row("desk, regrouped, any processor", ours(Family::Regrouped, Task::Inverse, ORDINARY)?, whole, 0.60),
+        desk_row("desk, recursion", ours(Family::Generic, Task::Inverse, NATIVE)?, pinocchio(Task::Inverse)?, 0.50),
+        desk_row("desk, batch, each state", ours(Family::Regrouped, Task::Many, NATIVE)?, whole, 0.20),
+        desk_row(
+            "desk, forward dynamics",
+            ours(Family::Regrouped, Task::Forward, NATIVE)?,
+            pinocchio(Task::Forward)?,
+            0.60,
+        ),
+        chip_row("chip, sine and cosine included", kernel, on_chip(Task::Inverse)?, 0.50),
+        chip_row("chip, the same sine and cosine", kernel, on_chip(Task::KernelAfterOurTrig)?, 0.85),
+    ])
+}
+
+fn strongest(family: Family, build: &str) -> String {
+    format!("{}, {build}", family.name())
+}
+
+fn row(
+    arm: &'static str,
+    what: &'static str,
+    unit: &'static str,
+    [ours, peer]: [f64; 2],
+    strongest: String,
+    target: f64,
+) -> Target {
+    let ratio = ours / peer;
+    Target { arm, what, unit, ours, peer, strongest, ratio, target, met: ratio <= target }
+}
+
+/// The build of a contestant that takes fewest instructions.
+fn fewest(counts: &[Count], family: Family, task: Task) -> Option<&Count> {
+    let found = counts.iter().filter(|count| count.family == family && count.task == task);
+    found.min_by(|a, b| a.instructions_mean.total_cmp(&b.instructions_mean))
+}
+
+/// Each once, in their order.
+fn families(all: impl Iterator<Item = Family>) -> Vec<Family> {
+    let mut families: Vec<Family> = all.collect();
+    families.sort();
+    families.dedup();
+    families
+}
+
+/// Multiplications, additions and subtractions in generated C: the operators between two operands, right of an assignment.
+fn operations(text: &str) -> usize {
+    text.lines().filter_map(|line| line.split_once('=')).map(|(_, right)| operators(right.as_bytes())).sum()
+}
+
+fn operators(right: &[u8]) -> usize {
+    let binary = |at: usize| {
+        let mut before = right[..at].iter().rev().skip_while(|byte| byte.is_ascii_whitespace());
+        let (last, last_but_one) = (before.next(), before.next());
+        let exponent =
+            matches!(last, Some(b'e')) && last_but_one.is_some_and(|byte| matches!(byte, b'0'..=b'9' | b'.'));
+        let operand = last.is_some_and(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b')' | b']' | b'.'));
+        operand && !exponent
+    };
+    (0..right.len()).filter(|&at| matches!(right[at], b'*' | b'+' | b'-') && binary(at)).count()
+}
+
+impl Machine {
+    fn this() -> Result<Self> {
+        let version = |program: &str| {
+            let text = output(Command::new(program).arg("--version")).with_context(|| format!("{program} is gone"))?;
+            Ok(text.lines().next().unwrap_or_default().to_owned())
+        };
+        let date = output(Command::new("date").args(["-u", "+%F"])).context("no date")?;
+        let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let name = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+        let compilers =
+            ["rustc", "gcc", "clang", "arm-none-eabi-gcc"].map(version).into_iter().collect::<Result<_>>()?;
+        let kdl = output(Command::new("dpkg-query").args(["-W", "-f", "KDL ${Version}", "liborocos-kdl-dev"]));
+        let file = source("requirements.txt");
+        let packages = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+        let packages = packages.lines().filter(|line| line.contains("==")).map(|line| line.replace("==", " "));
+        Ok(Self {
+            date,
+            processor: name.map_or_else(|| "unknown processor".to_owned(), |(_, name)| name.to_owned()),
+            compilers,
+            peers: packages.chain(kdl).collect(),
+        })
+    }
+}
+
+/// `docs/performance.md`, read before anything is measured so that a run does not end without a place for its tables.
+pub(super) struct Document {
+    path: PathBuf,
+    text: String,
+}
+
+impl Document {
+    pub(super) fn open() -> Result<Self> {
+        let path = root().join("docs/performance.md");
+        let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+        between_markers(&text, MARKER, "")?;
+        Ok(Self { path, text })
+    }
+
+    pub(super) fn write(&self, report: &Report<'_>) -> Result<()> {
+        let text = between_markers(&self.text, MARKER, &report.markdown())?;
+        std::fs::write(&self.path, text).with_context(|| self.path.display().to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::operations;
+
+    #[test]
+    fn operators_are_counted_and_signs_and_exponents_are_not() {
+        let text = "float const *const *in\na0=(1.5e-03*a1);\ny[0] = -v[3] * 2. - 1e+2 + f(-x);\n";
+        assert_eq!(operations(text), 4);
+    }
+}
