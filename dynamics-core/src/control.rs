@@ -15,10 +15,10 @@ mod limits;
 mod observer;
 pub mod trajectory;
 
-pub use controller::{Controller, ControllerConfig, Guard};
+pub use controller::{Configuration, Controller, ControllerConfig, Guard};
 pub use fault::Fault;
 pub use friction::Friction;
-pub use law::{Gains, Law};
+pub use law::{Gains, Law, computed_torque};
 pub use limits::LimitFlags;
 pub use observer::{Encoder, TrackingObserver};
 

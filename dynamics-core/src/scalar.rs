@@ -59,6 +59,9 @@ pub trait Field: Scalar + Div<Output = Self> {}
 /// The comparisons below are total in the sense that a NaN never slips through: [`Real::clamp_symmetric`] of NaN is NaN,
 /// and [`Real::is_finite`] of NaN is false.
 pub trait Real: Field + PartialOrd {
+    /// The largest finite number.
+    const MAX: Self;
+
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 
@@ -91,6 +94,12 @@ pub trait Real: Field + PartialOrd {
     fn clamp_symmetric(self, bound: Self) -> Self {
         self.clamp_to(-bound, bound)
     }
+
+    /// `self` limited to `[-bound, bound]`, by its bits and therefore without a branch; NaN becomes a bound.
+    ///
+    /// On a Cortex-M4F 6 instructions, where two comparisons take up to 11 and on their way out of them depend on the
+    /// number.
+    fn saturated(self, bound: Self) -> Self;
 }
 
 macro_rules! impl_scalar {
@@ -105,6 +114,8 @@ macro_rules! impl_scalar {
         impl Field for $float {}
 
         impl Real for $float {
+            const MAX: Self = <$float>::MAX;
+
             #[inline]
             fn is_finite(self) -> bool {
                 <$float>::is_finite(self)
@@ -124,6 +135,13 @@ macro_rules! impl_scalar {
             #[inline]
             fn from_i32(x: i32) -> Self {
                 x as $float
+            }
+            #[inline]
+            fn saturated(self, bound: Self) -> Self {
+                // Without their sign, floats are ordered as their bits are.
+                let (bits, bound) = (self.to_bits(), bound.to_bits());
+                let sign = bits & (-0.0 as $float).to_bits();
+                Self::from_bits(if bits << 1 > bound << 1 { sign | bound } else { bits })
             }
         }
     };

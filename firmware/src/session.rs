@@ -12,7 +12,7 @@
 //! zero. Live inputs come between ticks and hold from the next one on; they are answered only when they are refused.
 
 use crate::meter::{Counter, Meter};
-use dynamics_core::control::{Command, Controller, Fault, Measurement, Reference};
+use dynamics_core::control::{Command, Configuration, Controller, ControllerConfig, Fault, Measurement, Reference};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
@@ -46,10 +46,10 @@ pub enum Reaction {
 }
 
 /// The state machine.
-pub struct Session<const N: usize, D, T> {
+pub struct Session<const N: usize, D, T, C = ControllerConfig<f32, N>> {
     own: Hello,
     state: State,
-    controller: Controller<f32, N, D, T>,
+    controller: Controller<f32, N, D, T, C>,
     reference: Option<Reference<f32, N>>,
     measurement: Option<Measurement<f32, N>>,
     /// The number that the last measurement gave to its tick; the timer counts on from it.
@@ -59,9 +59,9 @@ pub struct Session<const N: usize, D, T> {
     driving: bool,
 }
 
-impl<const N: usize, D: InverseDynamics<f32, N>, T: Trig<f32>> Session<N, D, T> {
+impl<const N: usize, D: InverseDynamics<f32, N>, T: Trig<f32>, C: Configuration<f32, N>> Session<N, D, T, C> {
     /// A session that waits for a hello like `own`.
-    pub fn new(own: Hello, controller: Controller<f32, N, D, T>) -> Self {
+    pub fn new(own: Hello, controller: Controller<f32, N, D, T, C>) -> Self {
         Self {
             own,
             state: State::Waiting,
@@ -117,7 +117,7 @@ impl<const N: usize, D: InverseDynamics<f32, N>, T: Trig<f32>> Session<N, D, T> 
     /// Nothing comes back while the session waits, or while the timer already runs but reference or measurement has not
     /// come yet.
     #[inline]
-    pub fn tick<C: Counter>(&mut self, meter: &Meter<C>) -> Option<Frame> {
+    pub fn tick<K: Counter>(&mut self, meter: &Meter<K>) -> Option<Frame> {
         let pacing = match self.state {
             State::Waiting => return None,
             State::Running(pacing) | State::Fault(_, pacing) => pacing,

@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
+use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::scene::ScalarChoice;
 use std::path::PathBuf;
@@ -194,6 +195,24 @@ pub enum FunctionName {
     JointWrenches,
     /// Accelerations from torques, then the pivots.
     ForwardDynamics,
+    /// The law, ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)), with the scene's gains folded in.
+    ComputedTorque,
+}
+
+impl FunctionName {
+    /// The function of this name, with the gains that the law takes.
+    #[must_use]
+    pub const fn function(self, springs: Springs) -> Function {
+        match self {
+            Self::InverseDynamics => Function::InverseDynamics,
+            Self::Gravity => Function::Gravity,
+            Self::Coriolis => Function::Coriolis,
+            Self::MassMatrix => Function::MassMatrix,
+            Self::JointWrenches => Function::JointWrenches,
+            Self::ForwardDynamics => Function::ForwardDynamics,
+            Self::ComputedTorque => Function::ComputedTorque(springs),
+        }
+    }
 }
 
 /// Who computes the torques.
@@ -268,19 +287,6 @@ impl From<LevelName> for Level {
         match level {
             LevelName::Exact => Self::Exact,
             LevelName::Regrouped => Self::Regrouped,
-        }
-    }
-}
-
-impl From<FunctionName> for Function {
-    fn from(function: FunctionName) -> Self {
-        match function {
-            FunctionName::InverseDynamics => Self::InverseDynamics,
-            FunctionName::Gravity => Self::Gravity,
-            FunctionName::Coriolis => Self::Coriolis,
-            FunctionName::MassMatrix => Self::MassMatrix,
-            FunctionName::JointWrenches => Self::JointWrenches,
-            FunctionName::ForwardDynamics => Self::ForwardDynamics,
         }
     }
 }

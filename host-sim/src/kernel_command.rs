@@ -4,7 +4,7 @@ use crate::cli::KernelArgs;
 use crate::exit::Failure;
 use comfy_table::{CellAlignment, Table, presets};
 use dynamics_core::{Model, Scene, Term};
-use robot_compiler::kernel::functions::live_inputs;
+use robot_compiler::kernel::functions::{Springs, live_inputs};
 use robot_compiler::kernel::source::{Title, module};
 use robot_compiler::kernel::{Function, Level, Precision, Program, Rule, RuleSet, compile, compile_with};
 use robot_compiler::scene::ScalarChoice;
@@ -98,6 +98,7 @@ impl Count {
 /// An arm in a scene, and what of it is asked for.
 struct Kernels<'a, const N: usize> {
     model: &'a Model<f64, N>,
+    springs: Springs,
     scene: Scene<f64, N>,
     precision: Precision,
     functions: Vec<Function>,
@@ -110,17 +111,20 @@ impl<'a, const N: usize> Kernels<'a, N> {
             ScalarChoice::F32 => Precision::Single,
             ScalarChoice::F64 => Precision::Double,
         };
+        let springs = Springs::new(&file.controller_config(model).gains);
+        let every = || Function::ALL.into_iter().chain([Function::ComputedTorque(springs)]).collect();
         Self {
             model,
+            springs,
             scene: file.scene(model),
             precision: args.scalar.map_or(of_scene, Precision::from),
-            functions: args.function.map_or_else(|| Function::ALL.to_vec(), |name| vec![name.into()]),
+            functions: args.function.map_or_else(every, |name| vec![name.function(springs)]),
             levels: args.level.map_or_else(|| Level::ALL.to_vec(), |name| vec![name.into()]),
         }
     }
 
     fn source(&self, args: &KernelArgs, file: &SceneFile) -> String {
-        let function = args.function.map_or(Function::InverseDynamics, Function::from);
+        let function = args.function.map_or(Function::InverseDynamics, |name| name.function(self.springs));
         let level = args.level.map_or(Level::Exact, Level::from);
         let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(self.model) };
         module(function, self.model, &self.scene, level, self.precision, &title)

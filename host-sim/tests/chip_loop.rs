@@ -28,9 +28,10 @@ fn assert_parity(summary: &Value, ticks: u64) {
 fn the_whole_puma_run_gives_the_desks_bits() {
     let summary = run("puma560_pick", &[]);
     assert_parity(&summary, 2_100);
-    // Encoders, observer, trig, kernel, law, friction, guard and limits: the whole tick.
-    let most = summary["instructions_per_tick"]["max"].as_u64().unwrap();
-    assert!((1_500..1_900).contains(&most), "{most} instructions in a tick, pinned at 1,500 to 1,900");
+    // Encoders, observer, trig, kernel, law, friction, guard and limits: the whole tick, and each the same.
+    let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
+    assert!((1_300..1_420).contains(&most), "{most} instructions in a tick, pinned at 1,300 to 1,420");
+    assert_eq!(least, most, "no tick of this run is unlike the others");
 }
 
 #[test]

@@ -50,7 +50,7 @@ fn chip_and_desk_give_the_same_bits_over_random_states() {
 
     let mut rng = ChaCha8Rng::seed_from_u64(20_405);
     let limits = desk.config().limits;
-    let mut counts = (u32::MAX, 0);
+    let (mut plain, mut limited) = ((u32::MAX, 0), (u32::MAX, 0));
     let mut driven = 0;
     for state in 0..STATES {
         let mut near = |width: f32, of: [f32; N]| of.map(|x| x + uniform(&mut rng, (-width, width)));
@@ -64,8 +64,11 @@ fn chip_and_desk_give_the_same_bits_over_random_states() {
         assert_eq!(bits(&reply.command), bits(&expected), "state {state}: {:?} and {expected:?}", reply.command);
         driven += usize::from(matches!(expected, Command::Drive { .. }));
         let count = reply.instructions.unwrap();
-        counts = (counts.0.min(count), counts.1.max(count));
+        let counts = if bits(&expected).1 == [0; N] { &mut plain } else { &mut limited };
+        *counts = (counts.0.min(count), counts.1.max(count));
     }
     assert_eq!(driven, STATES, "a controller that brakes compares nothing");
-    println!("{STATES} states, identical bits; instructions in a tick: {} to {}", counts.0, counts.1);
+    println!("{STATES} states, identical bits; instructions in a tick: {plain:?}, where a limit acts {limited:?}");
+    assert_eq!(plain.0, plain.1, "what a tick costs depends on no state");
+    assert!(limited.0 > plain.1 && limited.1 < plain.1 + 200, "{limited:?} where a limit acts");
 }

@@ -1,9 +1,10 @@
 //! Writes kernels of every shipped scene as modules, and the list of them as a macro.
 
 use dynamics_core::Term;
-use robot_compiler::SceneFile;
+use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::modules::Modules;
 use robot_compiler::kernel::{Function, Level, Precision};
+use robot_compiler::{SceneFile, with_dof};
 use std::error::Error;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -51,7 +52,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
         if scene.name == EVERY_FUNCTION {
-            for (function, level) in Function::ALL.into_iter().flat_map(|f| Level::ALL.map(|level| (f, level))) {
+            let springs = with_dof!(scene.robot.dof(), N => {
+                Springs::new(&scene.controller_config(&scene.robot.model::<N>()?).gains)
+            });
+            let every = Function::ALL.into_iter().chain([Function::ComputedTorque(springs)]);
+            for (function, level) in every.flat_map(|f| Level::ALL.map(|level| (f, level))) {
                 if function != Function::InverseDynamics {
                     modules.kernel(&scene, function, level, Precision::Double)?;
                 }

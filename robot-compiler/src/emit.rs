@@ -5,7 +5,7 @@
 
 use crate::kernel::source::Title;
 use crate::kernel::{self, Function, Precision};
-use crate::scene::SceneFile;
+use crate::scene::{KernelMemory, SceneFile};
 use crate::with_dof;
 use dynamics_core::control::{Encoder, Friction, Gains, Guard};
 use dynamics_core::model::{Link, Placement};
@@ -70,7 +70,7 @@ pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> St
 ///
 /// | item | what |
 /// |---|---|
-/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the kernel that the scene asks for, or the recursion |
+/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the kernel that the scene asks for, where it asks for it, or the recursion |
 /// | `arm()` | its value |
 #[must_use]
 pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
@@ -85,9 +85,27 @@ pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) 
     let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
     let kernel =
         kernel::source::module(Function::InverseDynamics, model, &file.scene(model), level, Precision::Single, &title);
-    kernel
-        + "\n/// The arm's inverse dynamics.\npub type Arm = Kernel;\n\n\
-           /// The arm's inverse dynamics.\npub const fn arm() -> Arm {\n    Kernel\n}\n"
+    let (kind, value) = match file.control.kernel_memory {
+        KernelMemory::Flash => ("/// The arm's inverse dynamics.\npub type Arm = Kernel;\n".to_owned(), "Kernel"),
+        KernelMemory::Sram => (in_sram(N), "Arm"),
+    };
+    format!("{kernel}\n{kind}\n/// The arm's inverse dynamics.\npub const fn arm() -> Arm {{\n    {value}\n}}\n")
+}
+
+/// The type `Arm`, whose one function holds the kernel and lies in static RAM.
+fn in_sram(joints: usize) -> String {
+    format!(
+        "/// The arm's inverse dynamics, run from static RAM.\n\
+         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]\npub struct Arm;\n\n\
+         impl InverseDynamics<f32, {joints}> for Arm {{\n    \
+         #[allow(unsafe_code, reason = \"a function is placed where variables lie\")]\n    \
+         // SAFETY: the start-up code copies the section to RAM before anything runs, and nothing writes to it.\n    \
+         #[cfg_attr(target_os = \"none\", unsafe(link_section = \".data.kernel\"))]\n    \
+         #[inline(never)]\n    fn inverse_dynamics(\n        &self,\n        \
+         turn: &[SinCos<f32>; {joints}],\n        q: &[f32; {joints}],\n        qd: &[f32; {joints}],\n        \
+         qdd: &[f32; {joints}],\n        live: &Live<f32, {joints}>,\n    ) -> [f32; {joints}] {{\n        \
+         Kernel.inverse_dynamics(turn, q, qd, qdd, live)\n    }}\n}}\n"
+    )
 }
 
 /// Variables of the environment that stand for a scene's own law, and sine and cosine, when a firmware is built.

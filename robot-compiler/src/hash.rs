@@ -56,8 +56,8 @@ impl SceneFile {
     /// Hash of everything that decides the bits of a tick: model, scene, controller, sine and cosine, `N`, rate,
     /// and whether the operations were regrouped.
     ///
-    /// Not in it, because no tick reads it: names, the motion, the plant, the sensors, the actuators. Stable across runs
-    /// and platforms.
+    /// Not in it, because no tick reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
+    /// kernel runs from, because no bit depends on it. Stable across runs and platforms.
     #[must_use]
     pub fn hash<const N: usize>(&self, model: &Model<f64, N>) -> u64 {
         let mut fnv = Fnv1a(Fnv1a::BASIS);

@@ -15,7 +15,8 @@ pub(crate) mod choices;
 mod settings;
 
 pub use settings::{
-    ActuatorSpec, ControlSpec, KernelChoice, ModelSpec, MotionSpec, PlantSpec, ScalarChoice, SensorSpec, ViaPoint,
+    ActuatorSpec, ControlSpec, KernelChoice, KernelMemory, ModelSpec, MotionSpec, PlantSpec, ScalarChoice, SensorSpec,
+    ViaPoint,
 };
 
 /// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.

@@ -5,7 +5,9 @@ use crate::diagnostics::{FileError, Source};
 use crate::reader::{Table, Value, parse};
 use crate::robot::{Robot, physical_body, read_text};
 use crate::scene::choices::{LAWS, METHODS};
-use crate::scene::{ActuatorSpec, ControlSpec, KernelChoice, ModelSpec, ScalarChoice, SceneFile, SensorSpec};
+use crate::scene::{
+    ActuatorSpec, ControlSpec, KernelChoice, KernelMemory, ModelSpec, ScalarChoice, SceneFile, SensorSpec,
+};
 use dynamics_core::{Body, Term};
 use std::path::Path;
 
@@ -143,6 +145,7 @@ fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
         "trig",
         "scalar",
         "kernel",
+        "kernel_memory",
         "observer_bandwidth",
         "age_max",
         "guard",
@@ -167,6 +170,12 @@ fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
             ("exact", KernelChoice::Exact),
             ("regrouped", KernelChoice::Regrouped),
         ])?;
+    }
+    if let Some(value) = table.get("kernel_memory") {
+        control.kernel_memory = value.choice(&[("flash", KernelMemory::Flash), ("sram", KernelMemory::Sram)])?;
+        if control.kernel_memory == KernelMemory::Sram && control.kernel == KernelChoice::Generic {
+            return Err(value.error("the recursion is not placed in SRAM", "`kernel` exact or regrouped, or \"flash\""));
+        }
     }
     if let Some(value) = table.get("natural_frequency") {
         let one = |value: &Value<'_>| value.positive_up_to(1e4, "a frequency in rad/s, above zero and at most 1e4");

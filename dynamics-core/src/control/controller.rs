@@ -2,7 +2,7 @@
 
 use super::friction::Friction;
 use super::law::{Gains, Law, State, torques};
-use super::limits::{LimitFlags, hold_reference, hold_torque, reference_is_inside, torque_is_inside};
+use super::limits::{LimitFlags, hold_reference, hold_torque, reference_is_inside, step_is_inside, torque_is_inside};
 use super::observer::{Encoder, TrackingObserver};
 use super::{Command, Fault, Measurement, Reference, Sensed};
 use crate::joint::Limits;
@@ -43,6 +43,23 @@ pub struct ControllerConfig<S, const N: usize> {
     pub observer: TrackingObserver<S>,
 }
 
+/// Where a controller finds its configuration.
+///
+/// On the desk that is the configuration itself. A firmware, whose configuration is known when it is built, implements this
+/// for a type without a size: the compiler then folds every number into the code of the tick, leaves out what does nothing
+/// (a limit that is infinite, an offset of zero), and no RAM holds it.
+pub trait Configuration<S, const N: usize> {
+    /// The configuration; always the same.
+    fn get(&self) -> &ControllerConfig<S, N>;
+}
+
+impl<S, const N: usize> Configuration<S, N> for ControllerConfig<S, N> {
+    #[inline]
+    fn get(&self) -> &Self {
+        self
+    }
+}
+
 impl<const N: usize> ControllerConfig<f64, N> {
     /// The same configuration in another scalar, each number through [`crate::Scalar::literal`].
     #[must_use]
@@ -78,39 +95,52 @@ impl<const N: usize> ControllerConfig<f64, N> {
 /// What changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Memory<S, const N: usize> {
-    /// The observer's position and velocity, once there was a first reading.
-    estimate: Option<([S; N], [S; N])>,
+    observed: Observed<S, N>,
     /// Acceleration that the last reference asked for.
     acceleration: [S; N],
-    /// The last commanded torque.
-    torque: Option<[S; N]>,
+    /// The last commanded torque; zero as long as there is none.
+    torque: [S; N],
+    /// How far the next one may be from it; any finite number as long as there is none.
+    torque_step: [S; N],
     /// The fault in force.
     fault: Option<Fault>,
 }
 
+/// What the observer knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Observed<S, const N: usize> {
+    /// The estimates; zero as long as there is none.
+    position: [S; N],
+    velocity: [S; N],
+    /// What takes it to the next; [`TrackingObserver::start`] as long as there is none.
+    observer: TrackingObserver<S>,
+    /// Whether there is one: the last reading was in counts.
+    started: bool,
+}
+
 /// Computed-torque controller of an arm with `N` joints.
 ///
-/// Generic over the inverse dynamics (the recursion or a generated kernel) and over sine and cosine; it cannot tell one
-/// kernel from another.
+/// Generic over the inverse dynamics (the recursion or a generated kernel), over sine and cosine, and over where the
+/// configuration is kept ([`Configuration`]); it cannot tell one kernel from another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Controller<S, const N: usize, D, T> {
-    config: ControllerConfig<S, N>,
+pub struct Controller<S, const N: usize, D, T, C = ControllerConfig<S, N>> {
+    config: C,
     dynamics: D,
     trig: T,
     live: Live<S, N>,
     memory: Memory<S, N>,
 }
 
-impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S, N, D, T> {
+impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configuration<S, N>> Controller<S, N, D, T, C> {
     /// A controller at rest, with every live input zero.
     #[must_use]
-    pub fn new(config: ControllerConfig<S, N>, dynamics: D, trig: T) -> Self {
+    pub fn new(config: C, dynamics: D, trig: T) -> Self {
         Self { config, dynamics, trig, live: Live::zero(), memory: Memory::new() }
     }
 
     /// One tick: from what should be and what is to what to do. Total: it neither panics nor fails.
     ///
-    /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 860 instructions of a Cortex-M4F
+    /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 600 instructions of a Cortex-M4F
     /// beside them (`docs/timing.md`).
     #[inline]
     pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
@@ -148,7 +178,7 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
 
     /// What does not change.
     pub fn config(&self) -> &ControllerConfig<S, N> {
-        &self.config
+        self.config.get()
     }
 
     /// The inverse dynamics, for example to set a payload between ticks.
@@ -161,138 +191,169 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Controller<S
         &mut self.live
     }
 
+    #[inline]
     fn drive(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Result<Command<S, N>, Fault> {
-        if measurement.age_ticks > self.config.age_max {
+        let Self { config, dynamics, trig, live, memory } = self;
+        let config = config.get();
+        if measurement.age_ticks > config.age_max {
             return Err(Fault::StaleMeasurement);
         }
-        check_reference(reference)?;
-        let (q, qd) = self.observe(measurement);
-        self.check_state(&q, &qd)?;
+        let (q, qd) = memory.observed.update(config, &memory.acceleration, measurement);
+        if !state_is_inside(q, qd, config) {
+            return Err(name_fault(reference, q, qd, config));
+        }
 
         let mut limits = [LimitFlags::NONE; N];
         let held;
-        let reference = if reference_is_inside(reference, &self.config.limits) {
+        let reference = if reference_is_inside(reference, &config.limits) {
             reference
         } else {
-            held = hold_reference(reference, &self.config.limits, &mut limits);
+            if let Some(fault) = name_reference(reference) {
+                return Err(fault);
+            }
+            held = hold_reference(reference, &config.limits, &mut limits);
             &held
         };
-        self.memory.acceleration = reference.qdd;
+        memory.acceleration = reference.qdd;
 
-        let state = State { reference, q: &q, qd: &qd, live: &self.live };
-        let mut torque = torques(self.config.law, &self.config.gains, &self.dynamics, &self.trig, &state);
+        let state = State { reference, q, qd, live };
+        let mut torque = torques(config.law, &config.gains, dynamics, trig, &state);
         for i in 0..N {
-            // Adding zero to a torque without friction makes +0 of -0: kernels that are equal need not agree on the sign
-            // of a zero, and commands are compared by their bits.
-            torque[i] += self.config.friction.as_ref().map_or(S::zero(), |all| all[i].torque(reference.qd[i]));
+            if let Some(friction) = &config.friction {
+                torque[i] += friction[i].torque(reference.qd[i]);
+            }
+            // Makes +0 of -0: kernels that are equal need not agree on the sign of a zero, and commands are compared by
+            // their bits.
+            torque[i] += S::zero();
         }
-        self.limit_torques(&mut torque, &mut limits)?;
-        self.memory.torque = Some(torque);
+        memory.limit(&mut torque, &mut limits, config)?;
         Ok(Command::Drive { torque, limits })
-    }
-
-    #[inline]
-    fn limit_torques(&self, torque: &mut [S; N], limits: &mut [LimitFlags; N]) -> Result<(), Fault> {
-        // Without a torque before there is no rate to limit: every torque is near itself.
-        let last = self.memory.torque.as_ref();
-        for i in 0..N {
-            let near = last.map_or(torque[i], |last| last[i]);
-            let limit = self.config.limits[i].torque;
-            let step = self.config.torque_step[i];
-            if torque_is_inside(torque[i], near, step, limit) {
-                continue;
-            }
-            if !torque[i].is_finite() {
-                return Err(Fault::NonFiniteTorque { joint: i as u8 });
-            }
-            let (held, flags) = hold_torque(torque[i], last.map(|last| last[i]), step, limit);
-            torque[i] = held;
-            limits[i] |= flags;
-        }
-        Ok(())
-    }
-
-    /// Position and velocity in SI, from whatever the sensors give.
-    #[inline]
-    fn observe(&mut self, measurement: &Measurement<S, N>) -> ([S; N], [S; N]) {
-        let counts = match &measurement.sensed {
-            Sensed::State { q, qd } => {
-                // Counts that come later must not be compared with where the joints were before.
-                self.memory.estimate = None;
-                return (*q, *qd);
-            }
-            Sensed::Counts(counts) => counts,
-        };
-        let position: [S; N] = core::array::from_fn(|i| self.config.encoder[i].position(counts[i]));
-        let (mut x, mut v) = self.memory.estimate.unwrap_or((position, [S::zero(); N]));
-        if self.memory.estimate.is_some() {
-            for i in 0..N {
-                (x[i], v[i]) = self.config.observer.step(x[i], v[i], self.memory.acceleration[i], position[i]);
-            }
-        }
-        self.memory.estimate = Some((x, v));
-        (x, v)
-    }
-
-    #[inline]
-    fn check_state(&self, q: &[S; N], qd: &[S; N]) -> Result<(), Fault> {
-        let mut inside = true;
-        for i in 0..N {
-            let guard = &self.config.guard[i];
-            let (lo, hi) = self.config.limits[i].position;
-            let margin = guard.position_margin;
-            inside &= q[i] >= lo - margin && q[i] <= hi + margin && qd[i].abs() <= guard.velocity_max;
-        }
-        // Where there is no limit an infinity is inside.
-        if inside && zero_if_finite(q) + zero_if_finite(qd) == S::zero() { Ok(()) } else { Err(self.name_state(q, qd)) }
-    }
-
-    /// What is wrong with a state that is not believed, on the first joint where something is.
-    #[cold]
-    fn name_state(&self, q: &[S; N], qd: &[S; N]) -> Fault {
-        for i in 0..N {
-            let joint = i as u8;
-            let (lo, hi) = self.config.limits[i].position;
-            let margin = self.config.guard[i].position_margin;
-            if !(q[i].is_finite() && qd[i].is_finite()) {
-                return Fault::NonFiniteMeasurement { joint };
-            }
-            if q[i] < lo - margin || q[i] > hi + margin {
-                return Fault::PositionOutOfBounds { joint };
-            }
-            if qd[i].abs() > self.config.guard[i].velocity_max {
-                return Fault::VelocityOutOfBounds { joint };
-            }
-        }
-        // Only a bound that is NaN brings us here: a configuration that no number can meet.
-        Fault::NonFiniteMeasurement { joint: 0 }
     }
 }
 
 impl<S: Real, const N: usize> Memory<S, N> {
     fn new() -> Self {
-        Self { estimate: None, acceleration: [S::zero(); N], torque: None, fault: None }
+        let zero = [S::zero(); N];
+        Self { observed: Observed::new(), acceleration: zero, torque: zero, torque_step: [S::MAX; N], fault: None }
+    }
+
+    /// Hold the torques inside their limits, and remember them.
+    #[inline]
+    fn limit(
+        &mut self,
+        torque: &mut [S; N],
+        limits: &mut [LimitFlags; N],
+        config: &ControllerConfig<S, N>,
+    ) -> Result<(), Fault> {
+        for i in 0..N {
+            let (limit, last, step) = (config.limits[i].torque, self.torque[i], self.torque_step[i]);
+            // A step that the configuration does not limit is not looked at, and costs nothing where that is known.
+            let rated = config.torque_step[i] <= S::MAX;
+            if torque_is_inside(torque[i], limit) && (!rated || step_is_inside(torque[i], last, step)) {
+                continue;
+            }
+            if !torque[i].is_finite() {
+                return Err(Fault::NonFiniteTorque { joint: i as u8 });
+            }
+            let (held, flags) = hold_torque(torque[i], last, step, limit);
+            torque[i] = held;
+            limits[i] |= flags;
+        }
+        self.torque = *torque;
+        self.torque_step = config.torque_step;
+        Ok(())
     }
 }
 
-#[inline]
-fn check_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Result<(), Fault> {
-    let Reference { q, qd, qdd } = reference;
-    if zero_if_finite(q) + zero_if_finite(qd) + zero_if_finite(qdd) == S::zero() {
-        return Ok(());
+impl<S: Real, const N: usize> Observed<S, N> {
+    fn new() -> Self {
+        let zero = [S::zero(); N];
+        Self { position: zero, velocity: zero, observer: TrackingObserver::start(), started: false }
     }
-    let finite = |i: usize| reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite();
-    let joint = (0..N).find(|&i| !finite(i)).unwrap_or_default();
-    Err(Fault::NonFiniteReference { joint: joint as u8 })
+
+    /// Position and velocity in SI, from whatever the sensors give.
+    ///
+    /// The first reading in counts starts the estimate there, at rest, and costs what every other costs.
+    #[inline]
+    fn update<'a>(
+        &'a mut self,
+        config: &ControllerConfig<S, N>,
+        acceleration: &[S; N],
+        measurement: &'a Measurement<S, N>,
+    ) -> (&'a [S; N], &'a [S; N]) {
+        let counts = match &measurement.sensed {
+            Sensed::State { q, qd } => {
+                // Counts that come later must not be compared with where the joints were before.
+                if self.started {
+                    *self = Self::new();
+                }
+                return (q, qd);
+            }
+            Sensed::Counts(counts) => counts,
+        };
+        for i in 0..N {
+            let position = config.encoder[i].position(counts[i]);
+            (self.position[i], self.velocity[i]) =
+                self.observer.step(self.position[i], self.velocity[i], acceleration[i], position);
+        }
+        (self.observer, self.started) = (config.observer, true);
+        (&self.position, &self.velocity)
+    }
 }
 
-/// Zero when every value is a number, else NaN: `0 x` is zero for a number and NaN for what is none, and NaN outlives every
-/// sum. So one comparison does for all joints.
+/// Where position and velocity of a joint are believed: between the first two, and no faster than the third. Finite, so that
+/// no infinity is inside where there is no limit.
 #[inline]
-fn zero_if_finite<S: Real, const N: usize>(x: &[S; N]) -> S {
-    let mut sum = S::zero();
+fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>, i: usize) -> (S, S, S) {
+    let Guard { position_margin, velocity_max } = config.guard[i];
+    let (lo, hi) = config.limits[i].position;
+    let finite = |x: S| x.clamp_symmetric(S::MAX);
+    (finite(lo - position_margin), finite(hi + position_margin), finite(velocity_max))
+}
+
+/// Whether a state is believed. False where a value is NaN or infinite.
+#[inline]
+fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &ControllerConfig<S, N>) -> bool {
     for i in 0..N {
-        sum += x[i] * S::zero();
+        let (lo, hi, velocity_max) = believed(config, i);
+        if !(q[i] >= lo && q[i] <= hi && qd[i].abs() <= velocity_max) {
+            return false;
+        }
     }
-    sum
+    true
+}
+
+/// What is wrong where a state is not believed, on the first joint where something is: with the reference before the state.
+#[cold]
+fn name_fault<S: Real, const N: usize>(
+    reference: &Reference<S, N>,
+    q: &[S; N],
+    qd: &[S; N],
+    config: &ControllerConfig<S, N>,
+) -> Fault {
+    if let Some(fault) = name_reference(reference) {
+        return fault;
+    }
+    for i in 0..N {
+        let joint = i as u8;
+        let (lo, hi, velocity_max) = believed(config, i);
+        if !(q[i].is_finite() && qd[i].is_finite()) {
+            return Fault::NonFiniteMeasurement { joint };
+        }
+        if q[i] < lo || q[i] > hi {
+            return Fault::PositionOutOfBounds { joint };
+        }
+        if qd[i].abs() > velocity_max {
+            return Fault::VelocityOutOfBounds { joint };
+        }
+    }
+    // Only a bound that is NaN brings us here: a configuration that no number can meet.
+    Fault::NonFiniteMeasurement { joint: 0 }
+}
+
+/// The first joint whose reference is not a finite number, if there is one.
+#[cold]
+fn name_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Option<Fault> {
+    let finite = |i: usize| reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite();
+    (0..N).find(|&i| !finite(i)).map(|joint| Fault::NonFiniteReference { joint: joint as u8 })
 }

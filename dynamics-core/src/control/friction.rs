@@ -17,11 +17,11 @@ pub struct Friction<S> {
 }
 
 impl<S: Real> Friction<S> {
-    /// Torque that makes up for friction at the velocity `qd`, N m or N.
+    /// Torque that makes up for friction at the velocity `qd`, N m or N; NaN for NaN.
     #[inline]
     pub fn torque(&self, qd: S) -> S {
-        let x = (qd * self.per_smoothing_speed).clamp_symmetric(S::one());
-        let sign = x * (S::literal(1.5) - S::literal(0.5) * (x * x));
-        self.viscous * qd + self.coulomb * sign
+        let x = (qd * self.per_smoothing_speed).saturated(S::one());
+        let (once, cubed) = (S::literal(1.5) * self.coulomb, S::literal(0.5) * self.coulomb);
+        self.viscous * qd + x * (once - cubed * (x * x))
     }
 }

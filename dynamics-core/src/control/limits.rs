@@ -66,21 +66,28 @@ impl BitOrAssign for LimitFlags {
     }
 }
 
-/// Whether no limit acts on a reference. False where a value is NaN.
+/// Whether every value of a reference is a finite number and no limit acts on it.
 ///
-/// The way that nearly every tick takes: two comparisons for the position and one for the velocity.
+/// The way that nearly every tick takes: two comparisons for the position, one for the velocity, and one for all
+/// accelerations.
 #[inline]
 pub(super) fn reference_is_inside<S: Real, const N: usize>(
     reference: &Reference<S, N>,
     limits: &[Limits<S>; N],
 ) -> bool {
+    let mut sum = S::zero();
     for i in 0..N {
         let (lo, hi) = limits[i].position;
-        if !(reference.q[i] >= lo && reference.q[i] <= hi && reference.qd[i].abs() <= limits[i].velocity) {
+        // Where there is no limit an infinity would be inside.
+        let (lo, hi) = (lo.clamp_symmetric(S::MAX), hi.clamp_symmetric(S::MAX));
+        let velocity = limits[i].velocity.clamp_symmetric(S::MAX);
+        if !(reference.q[i] >= lo && reference.q[i] <= hi && reference.qd[i].abs() <= velocity) {
             return false;
         }
+        // Zero for a number, NaN for what is none, and NaN outlives every sum.
+        sum += reference.qdd[i] * S::zero();
     }
-    true
+    sum == S::zero()
 }
 
 /// A reference held inside the position and velocity limits, and which of them acted.
@@ -118,22 +125,22 @@ fn hold_joint<S: Real>(q: &mut S, qd: &mut S, qdd: &mut S, limits: &Limits<S>) -
     LimitFlags::POSITION.when(below || above) | LimitFlags::VELOCITY.when(too_fast || too_slow)
 }
 
-/// Whether no limit acts on a torque, `near` being the one before. False for NaN and infinities.
+/// Whether a torque is a finite number inside its limit.
 #[inline]
-pub(super) fn torque_is_inside<S: Real>(torque: S, near: S, step: S, limit: S) -> bool {
-    // An infinity is not near itself: the difference is NaN.
-    torque.abs() <= limit && (torque - near).abs() <= step
+pub(super) fn torque_is_inside<S: Real>(torque: S, limit: S) -> bool {
+    torque.abs() <= limit.clamp_symmetric(S::MAX)
+}
+
+/// Whether a torque is near the one before.
+#[inline]
+pub(super) fn step_is_inside<S: Real>(torque: S, last: S, step: S) -> bool {
+    (torque - last).abs() <= step
 }
 
 /// Hold a torque inside its limit and near the one before; `step` is the greatest change in one tick.
 #[cold]
-pub(super) fn hold_torque<S: Real>(torque: S, last: Option<S>, step: S, limit: S) -> (S, LimitFlags) {
+pub(super) fn hold_torque<S: Real>(torque: S, last: S, step: S, limit: S) -> (S, LimitFlags) {
     let bounded = torque.clamp_symmetric(limit);
-    let mut flags = LimitFlags::TORQUE.when(bounded != torque);
-    let Some(last) = last else {
-        return (bounded, flags);
-    };
     let near = bounded.clamp_to(last - step, last + step);
-    flags |= LimitFlags::TORQUE_RATE.when(near != bounded);
-    (near, flags)
+    (near, LimitFlags::TORQUE.when(bounded != torque) | LimitFlags::TORQUE_RATE.when(near != bounded))
 }

@@ -66,6 +66,12 @@ impl<S: Real> TrackingObserver<S> {
         Self { period, half_period_squared, g, k }
     }
 
+    /// One that forgets: from an estimate of zero its step leads to the position that it is given, at rest, exactly.
+    #[must_use]
+    pub(super) fn start() -> Self {
+        Self::from_gains(S::zero(), S::zero(), S::one(), S::zero())
+    }
+
     /// `[h, h^2 / 2, g, k]`.
     #[must_use]
     pub const fn gains(&self) -> [S; 4]

@@ -59,3 +59,30 @@ fn the_controller_adds_friction_of_the_reference_velocity_to_every_law() {
         assert!((added - FRICTION.torque(0.4)).abs() < 1e-12, "{law:?} adds {added}");
     }
 }
+
+#[test]
+fn no_torque_is_minus_zero() {
+    let reference = Reference { q: [-0.0], qd: [-0.0], qdd: [-0.0] };
+    // The friction of -0 is -0, the torque that the law asks for is -0, and so is their sum.
+    assert_eq!(FRICTION.torque(-0.0).to_bits(), (-0.0_f64).to_bits());
+    for friction in [None, Some([FRICTION])] {
+        let settings = dynamics_core::ControllerConfig { friction, ..config(Law::ComputedTorque) };
+        let mut controller = Controller::new(settings, UnitMasses::default(), Desk);
+        let (torque, _) = driven(controller.tick(&reference, &measured([0.0], [0.0])));
+        assert_eq!(torque[0].to_bits(), 0, "{friction:?}");
+    }
+}
+
+#[test]
+fn a_number_is_saturated_at_a_bound_of_its_sign_and_as_it_is_inside() {
+    use dynamics_core::Real;
+    let ends =
+        [0.0, f32::MIN_POSITIVE, 1e-40, 0.5, 1.0_f32.next_down(), 1.0, 1.0_f32.next_up(), f32::MAX, f32::INFINITY];
+    for x in ends.into_iter().flat_map(|x| [x, -x]) {
+        assert_eq!(x.saturated(1.0).to_bits(), x.clamp(-1.0, 1.0).to_bits(), "{x}");
+        let x = f64::from(x);
+        assert_eq!(x.saturated(1.0).to_bits(), x.clamp(-1.0, 1.0).to_bits(), "{x}");
+    }
+    // Its friction is no number all the same.
+    assert!(FRICTION.torque(f64::NAN).is_nan());
+}

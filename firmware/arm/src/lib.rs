@@ -2,7 +2,7 @@
 //! scene file that `NEWTAU_SCENE` names.
 #![no_std]
 
-use dynamics_core::control::Controller;
+use dynamics_core::control::{Configuration, Controller, ControllerConfig};
 
 pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
 pub use generated::dynamics::Arm;
@@ -24,11 +24,22 @@ mod generated {
     }
 }
 
+/// The configuration of this arm's controller, as constants of the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings;
+
+impl Configuration<f32, N> for Settings {
+    #[inline]
+    fn get(&self) -> &ControllerConfig<f32, N> {
+        const { &generated::arm::config() }
+    }
+}
+
 /// The controller of this arm.
-pub type ArmController = Controller<f32, N, Arm, Trig>;
+pub type ArmController = Controller<f32, N, Arm, Trig, Settings>;
 
 /// The controller of this arm, at rest.
 #[must_use]
 pub fn controller() -> ArmController {
-    Controller::new(generated::arm::config(), generated::dynamics::arm(), TRIG)
+    Controller::new(Settings, generated::dynamics::arm(), TRIG)
 }

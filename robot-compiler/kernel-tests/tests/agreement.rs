@@ -2,13 +2,15 @@
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
+use dynamics_core::control::computed_torque;
 use dynamics_core::forward_dynamics::acceleration;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Real, Scene, SinCos, Term, Trig, Wrench};
+use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Real, Reference, Scene, SinCos, Term, Trig, Wrench};
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
+use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level};
 use std::path::Path;
 
@@ -170,12 +172,22 @@ fn expected(function: Function, at: &State<f64, 6>) -> Vec<f64> {
             let found = acceleration(&dynamics(scene), turn, q, qd, tau(at), live);
             found.qdd.into_iter().chain(found.pivot).collect()
         }
+        Function::ComputedTorque(_) => {
+            let gains = file.controller_config(&model).gains;
+            computed_torque(&gains, &dynamics(scene), || *turn, &reference(at), (q, qd), live).to_vec()
+        }
     }
 }
 
 /// Any numbers will do.
 const fn tau(at: &State<f64, 6>) -> &[f64; 6] {
     &at.qdd
+}
+
+/// Near the state, with its acceleration.
+fn reference(at: &State<f64, 6>) -> Reference<f64, 6> {
+    let near = |of: &[f64; 6]| core::array::from_fn(|i| of[i] + 0.01 * at.qdd[5 - i]);
+    Reference { q: near(&at.q), qd: near(&at.qd), qdd: at.qdd }
 }
 
 /// A compiled function of M outputs.
@@ -233,5 +245,17 @@ fn forward_dynamics_agrees() {
     compare_function(
         Function::ForwardDynamics,
         [&|s| exact(&s.turn, &s.q, &s.qd, tau(s)), &|s| regrouped(&s.turn, &s.q, &s.qd, tau(s))],
+    );
+}
+
+#[test]
+fn the_law_agrees() {
+    use kernel_tests::stanford_reach_computed_torque_exact_f64::computed_torque as exact;
+    use kernel_tests::stanford_reach_computed_torque_regrouped_f64::computed_torque as regrouped;
+    let file = scene("stanford_reach");
+    let springs = Springs::new(&file.controller_config(&file.robot.model::<6>().unwrap()).gains);
+    compare_function(
+        Function::ComputedTorque(springs),
+        [&|s| exact(&s.turn, &s.q, &s.qd, &reference(s)), &|s| regrouped(&s.turn, &s.q, &s.qd, &reference(s))],
     );
 }

@@ -2,14 +2,17 @@
 
 use super::program::Program;
 use super::tape::{Arena, Expr, input, trace};
+use dynamics_core::control::{Gains, computed_torque};
 use dynamics_core::forward_dynamics;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
-use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Real, Scene, SinCos, Term, Wrench};
+use dynamics_core::{
+    Dynamics, Inertia, InverseDynamics, Live, Model, Real, Reference, Scalar, Scene, SinCos, Term, Wrench,
+};
 use nalgebra::{Matrix3, Vector3};
 
 /// What a kernel computes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Function {
     /// `tau = D qdd + C qd + G - J^T w`
     InverseDynamics,
@@ -23,10 +26,35 @@ pub enum Function {
     JointWrenches,
     /// `qdd = D^-1 (tau - C qd - G + J^T w)`, then the pivots: the only one that divides.
     ForwardDynamics,
+    /// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`: the whole law, its gains folded in.
+    ComputedTorque(Springs),
+}
+
+/// The gains of the computed-torque law, base first: `Kp`, 1/s^2, and `Kd`, 1/s, of every joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Springs([[f64; 2]; 6]);
+
+impl Springs {
+    /// From a controller's gains.
+    #[must_use]
+    pub fn new<const N: usize>(gains: &[Gains<f64>; N]) -> Self {
+        Self(core::array::from_fn(|i| gains.get(i).map_or([0.0; 2], |gains| [gains.position, gains.velocity])))
+    }
+
+    /// As constants of a scalar; the law does not read the inertia.
+    fn gains<S: Scalar, const N: usize>(&self) -> [Gains<S>; N] {
+        let all = self.0.map(|[position, velocity]| Gains {
+            position: S::literal(position),
+            velocity: S::literal(velocity),
+            inertia: S::zero(),
+        });
+        let none = Gains { position: S::zero(), velocity: S::zero(), inertia: S::zero() };
+        core::array::from_fn(|i| all.get(i).copied().unwrap_or(none))
+    }
 }
 
 impl Function {
-    /// All of them.
+    /// All that take no more than an arm in a scene.
     pub const ALL: [Self; 6] = [
         Self::InverseDynamics,
         Self::Gravity,
@@ -46,6 +74,7 @@ impl Function {
             Self::MassMatrix => "mass-matrix",
             Self::JointWrenches => "joint-wrenches",
             Self::ForwardDynamics => "forward-dynamics",
+            Self::ComputedTorque(_) => "computed-torque",
         }
     }
 
@@ -54,7 +83,7 @@ impl Function {
     pub fn sees<const N: usize>(self, scene: &Scene<f64, N>) -> Scene<f64, N> {
         let weight = Scene { tip_wrench: Term::Absent, coriolis: Term::Absent, ..*scene };
         match self {
-            Self::InverseDynamics | Self::ForwardDynamics => *scene,
+            Self::InverseDynamics | Self::ForwardDynamics | Self::ComputedTorque(_) => *scene,
             // Standing still, rotors do nothing.
             Self::Gravity => Scene { rotor: Term::Absent, ..weight },
             Self::Coriolis => Scene { gravity: Term::Absent, tip_wrench: Term::Absent, rotor: Term::Absent, ..*scene },
@@ -65,8 +94,11 @@ impl Function {
     }
 }
 
-/// Inputs that come once per joint, in this order; the live ones follow.
+/// Inputs that come once per joint, in this order; the live ones follow, and then those of [`REFERENCE`].
 const PER_JOINT: [&str; 6] = ["turn[].sin", "turn[].cos", "q[]", "qd[]", "qdd[]", "tau[]"];
+
+/// The last inputs, once per joint: what the law reads in place of the wanted acceleration.
+const REFERENCE: [&str; 3] = ["reference.q[]", "reference.qd[]", "reference.qdd[]"];
 
 /// Live inputs that come once; the rotors follow, one per joint.
 const LIVE: [&str; 19] = [
@@ -91,18 +123,25 @@ const LIVE: [&str; 19] = [
     "live.payload.about_origin.m23",
 ];
 
-/// The Rust expression of an input in the arguments of `InverseDynamics::inverse_dynamics`, or of forward dynamics.
+/// The Rust expression of an input in the arguments of `InverseDynamics::inverse_dynamics`, of forward dynamics, and of
+/// `computed_torque`.
 #[must_use]
 pub fn input_name(number: u32, joints: usize) -> String {
-    let (group, joint) = (number as usize / joints, number as usize % joints);
-    if let Some(name) = PER_JOINT.get(group) {
-        return name.replace("[]", &format!("[{joint}]"));
+    let per_joint = |names: &[&str], number: usize| {
+        names.get(number / joints).map(|name| name.replace("[]", &format!("[{}]", number % joints)))
+    };
+    let number = number as usize;
+    if let Some(name) = per_joint(&PER_JOINT, number) {
+        return name;
     }
-    let live = number as usize - PER_JOINT.len() * joints;
+    if let Some(name) = number.checked_sub(input_count(joints)).and_then(|number| per_joint(&REFERENCE, number)) {
+        return name;
+    }
+    let live = number - PER_JOINT.len() * joints;
     LIVE.get(live).map_or_else(|| format!("live.rotor[{}]", live - LIVE.len()), |name| (*name).to_owned())
 }
 
-/// Which argument of `InverseDynamics::inverse_dynamics`, or of forward dynamics, an input is part of.
+/// Which argument an input is part of.
 #[must_use]
 pub const fn argument(number: u32, joints: usize) -> &'static str {
     match number as usize / joints {
@@ -111,6 +150,7 @@ pub const fn argument(number: u32, joints: usize) -> &'static str {
         3 => "qd",
         4 => "qdd",
         5 => "tau",
+        _ if number as usize >= input_count(joints) => "reference",
         _ => "live",
     }
 }
@@ -121,7 +161,8 @@ pub fn live_inputs(program: &Program, joints: usize) -> usize {
     program.inputs().into_iter().filter(|&number| argument(number, joints) == "live").count()
 }
 
-/// The values of all inputs in the order of their numbers, for every function but forward dynamics.
+/// The values of the inputs in the order of their numbers, for every function but forward dynamics and the law; for that one
+/// those of [`reference_values`] follow.
 #[must_use]
 pub fn input_values<S: Real, const N: usize>(
     turn: &[SinCos<S>; N],
@@ -171,9 +212,15 @@ pub(super) fn write_input_values<S: Real, const N: usize>(
     values.extend(rotor);
 }
 
-/// How many there are.
+/// How many there are; the reference's follow.
 pub(super) const fn input_count(joints: usize) -> usize {
     (PER_JOINT.len() + 1) * joints + LIVE.len()
+}
+
+/// The values of the inputs that follow [`input_values`], for [`Function::ComputedTorque`].
+#[must_use]
+pub fn reference_values<S: Real, const N: usize>(reference: &Reference<S, N>) -> Vec<S> {
+    reference.q.iter().chain(&reference.qd).chain(&reference.qdd).copied().collect()
 }
 
 /// Call the core's own function on an empty tape, and take the tape and the outputs.
@@ -206,6 +253,12 @@ pub(super) fn record<const N: usize>(
             Function::ForwardDynamics => {
                 let found = forward_dynamics::acceleration(&dynamics, &turn, &q, &qd, &tau, &live);
                 found.qdd.into_iter().chain(found.pivot).collect()
+            }
+            Function::ComputedTorque(springs) => {
+                let start = input_count(N);
+                let at = |group: usize| core::array::from_fn(|i| input((start + group * N + i) as u32));
+                let reference = Reference { q: at(0), qd: at(1), qdd: at(2) };
+                computed_torque(&springs.gains(), &dynamics, || turn, &reference, (&q, &qd), &live).to_vec()
             }
         }
     });

@@ -108,7 +108,8 @@ fn text<const N: usize>(
         | Function::Coriolis
         | Function::MassMatrix
         | Function::JointWrenches
-        | Function::ForwardDynamics => text.function(),
+        | Function::ForwardDynamics
+        | Function::ComputedTorque(_) => text.function(),
     };
     head + &item
 }
@@ -179,6 +180,7 @@ impl Text<'_> {
         match name {
             "turn" => format!("&[SinCos<{real}>; {joints}]"),
             "live" => format!("&Live<{real}, {joints}>"),
+            "reference" => format!("&Reference<{real}, {joints}>"),
             _ => format!("&[{real}; {joints}]"),
         }
     }
@@ -248,8 +250,9 @@ impl Text<'_> {
 
     fn function(&self) -> String {
         let read = self.read();
-        let arguments: Vec<&str> = ARGUMENTS.into_iter().filter(|name| read.contains(name)).collect();
-        let types = [("live", "Live"), ("turn", "SinCos")];
+        let arguments: Vec<&str> =
+            ARGUMENTS.into_iter().chain(["reference"]).filter(|name| read.contains(name)).collect();
+        let types = [("live", "Live"), ("reference", "Reference"), ("turn", "SinCos")];
         let named: Vec<&str> =
             types.into_iter().filter(|(name, _)| read.contains(name)).map(|(_, kind)| kind).collect();
         let imports = self.imports(&named);
@@ -279,6 +282,7 @@ const fn name(function: Function) -> &'static str {
         Function::MassMatrix => "Mass matrix",
         Function::JointWrenches => "Joint wrenches",
         Function::ForwardDynamics => "Forward dynamics",
+        Function::ComputedTorque(_) => "Computed torque",
     }
 }
 
@@ -299,6 +303,9 @@ fn documentation(function: Function, title: &Title<'_>) -> String {
             "`qdd = D(q)^-1 (tau - C(q, qd) qd - G(q) + J^T w)`, one per joint, rad/s^2 or m/s^2; then the inertia that each joint\n\
              /// feels with the joints beyond it free, kg m^2 or kg. One of these that is not above zero says that `D` cannot be\n\
              /// inverted: the accelerations, finite or not, then mean nothing."
+        }
+        Function::ComputedTorque(_) => {
+            "`tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`, before friction and limits: one per joint, N m or N."
         }
     };
     format!("/// {} of {} in the scene {}.\n///\n/// {meaning}\n", name(function), title.robot, title.scene)

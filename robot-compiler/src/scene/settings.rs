@@ -48,6 +48,8 @@ pub struct ControlSpec {
     pub scalar: ScalarChoice,
     /// Which inverse dynamics the chip runs.
     pub kernel: KernelChoice,
+    /// What the chip runs the arm's kernel from.
+    pub kernel_memory: KernelMemory,
     /// Bandwidth of the velocity observer, rad/s.
     pub observer_bandwidth: f64,
     /// Oldest measurement that is believed, ticks.
@@ -80,6 +82,16 @@ impl KernelChoice {
             Self::Regrouped => Some(Level::Regrouped),
         }
     }
+}
+
+/// What the chip runs the arm's kernel from. No bit of a result depends on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KernelMemory {
+    /// Flash, as part of the tick: at 168 MHz with 5 wait states for each line of 16 bytes that its cache does not hold.
+    #[default]
+    Flash,
+    /// Static RAM, without wait states, as a function of its own that the start-up code copies there.
+    Sram,
 }
 
 /// Which floating-point type the controller uses on the desk.
@@ -239,6 +251,7 @@ impl ControlSpec {
             trig: Method::Polynomial,
             scalar: ScalarChoice::F32,
             kernel: KernelChoice::Exact,
+            kernel_memory: KernelMemory::Flash,
             observer_bandwidth: 500.0,
             age_max: 2,
             position_margin: 0.05,
