@@ -64,7 +64,7 @@ fn the_scene_chooses_sine_and_cosine_in_either_precision() {
             (scene.control.scalar, scene.control.trig) = (scalar, trig);
             run(&scene)
         });
-        assert_eq!((ours.summary.trig.as_str(), libms.summary.trig.as_str()), ("polynomial", "libm"));
+        assert_eq!((ours.summary.setting.trig.as_str(), libms.summary.setting.trig.as_str()), ("polynomial", "libm"));
         // The same loop but for last bits, which is how one knows that there were two.
         let [one, other] = [&ours, &libms].map(|run| largest(&run.summary.tracking_max));
         assert!((one - other).abs() < 1e-3 * one, "{one:e} and {other:e} rad");
