@@ -20,6 +20,7 @@
 
 mod arm;
 mod factor;
+pub mod frames;
 pub mod functions;
 pub mod interpreter;
 pub mod modules;
@@ -33,6 +34,7 @@ pub mod source;
 pub mod tape;
 
 pub use arm::ArmDynamics;
+pub use frames::Frames;
 pub use functions::Function;
 pub use program::{Operations, Program};
 pub use rules::{Rule, RuleSet};
@@ -77,16 +79,7 @@ pub fn compile<const N: usize>(
 ) -> Program {
     match level {
         Level::Exact => compile_with(function, model, scene, RuleSet::ALL, precision),
-        Level::Regrouped => {
-            let (model, scene) = match function {
-                // Regrouping leaves the torques alone and changes the wrenches.
-                Function::JointWrenches => (*model, *scene),
-                _ => regrouped(model, scene),
-            };
-            let (arena, outputs) = functions::record(function, &model, &scene, Arena::new(RuleSet::ALL, precision));
-            let (arena, outputs) = factor::common_factors(arena, outputs, precision);
-            Program::new(arena, &outputs)
-        }
+        Level::Regrouped => regrouped(function, model, scene, precision),
     }
 }
 
@@ -99,18 +92,45 @@ pub fn compile_with<const N: usize>(
     rules: RuleSet,
     precision: Precision,
 ) -> Program {
-    let (arena, outputs) = functions::record(function, model, scene, Arena::new(rules, precision));
+    let (arena, outputs) = functions::record(function, model, scene, None, Arena::new(rules, precision));
     Program::new(arena, &outputs)
 }
 
-/// Base parameters of the arm with what it holds; the constant payload is then part of the arm.
-fn regrouped<const N: usize>(model: &Model<f64, N>, scene: &Scene<f64, N>) -> (Model<f64, N>, Scene<f64, N>) {
-    match scene.payload {
-        Term::Constant(payload) => {
-            let tip = model.tip();
-            let held = payload.in_parent(&tip.rotation, &tip.translation);
-            (regroup::base_parameters(model, Some(&held)), Scene { payload: Term::Absent, ..*scene })
-        }
-        Term::Absent | Term::Live => (regroup::base_parameters(model, None), *scene),
+/// Frames chosen by what they cost, base parameters in them, then factoring.
+fn regrouped<const N: usize>(
+    function: Function,
+    model: &Model<f64, N>,
+    scene: &Scene<f64, N>,
+    precision: Precision,
+) -> Program {
+    let tape = || Arena::new(RuleSet::ALL, precision);
+    if function == Function::JointWrenches {
+        // Neither leaves the wrenches as they are: they are what a frame and its link feel.
+        let (arena, outputs) = functions::record(function, model, scene, None, tape());
+        let (arena, outputs) = factor::common_factors(arena, outputs, precision);
+        return Program::new(arena, &outputs);
     }
+    let (model, scene) = holding(model, scene);
+    let written = |frames: &Frames<N>| {
+        let arm = regroup::base_parameters(&frames.shifted(&model));
+        let (arena, outputs) = functions::record(function, &arm, &scene, Some(frames), tape());
+        factor::common_factors(arena, outputs, precision)
+    };
+    // A live payload is given in the frame that the model has on the last link.
+    let free = core::array::from_fn(|i| i + 1 < N || !matches!(scene.payload, Term::Live));
+    let frames = Frames::cheapest(&model, &free, |frames| {
+        let (arena, outputs) = written(frames);
+        program::operations(&arena, &outputs)
+    });
+    let (arena, outputs) = written(&frames);
+    Program::new(arena, &outputs)
+}
+
+/// The arm with a constant payload as part of it.
+fn holding<const N: usize>(model: &Model<f64, N>, scene: &Scene<f64, N>) -> (Model<f64, N>, Scene<f64, N>) {
+    let Term::Constant(payload) = scene.payload else { return (*model, *scene) };
+    let tip = model.tip();
+    let mut links = *model.links();
+    links[N - 1].inertia = links[N - 1].inertia + payload.in_parent(&tip.rotation, &tip.translation);
+    (Model::from_checked(links, *tip), Scene { payload: Term::Absent, ..*scene })
 }

@@ -234,6 +234,7 @@ fn operation_counts_are_what_is_written_here() {
     let ur5 = [[268, 121, 87, 0], [185, 70, 65, 0]];
     let puma = [[250, 93, 99, 1], [199, 83, 68, 2]];
     let stanford = [[210, 93, 66, 0], [137, 59, 41, 0]];
+    println!("{found:?}");
     assert_eq!(found, [ur5, puma, stanford]);
 }
 

@@ -162,7 +162,7 @@ impl Case {
 
 fn program<const N: usize>(file: &SceneFile, function: Function, tape: Arena) -> Program {
     let model = file.robot.model::<N>().unwrap();
-    let (arena, outputs) = record(function, &model, &file.scene(&model), tape);
+    let (arena, outputs) = record(function, &model, &file.scene(&model), None, tape);
     Program::new(arena, &outputs)
 }
 
@@ -225,7 +225,7 @@ const WRONG_REGROUPINGS: [Regrouping; 4] = [
 fn leaves<const N: usize>(case: &Case, moves: fn(&Link<f64>) -> Inertia<f64>, common: Common) -> bool {
     let model = case.file.robot.model::<N>().unwrap();
     let tape = Arena::new(RuleSet::ALL, Precision::Double);
-    let (arena, outputs) = record(case.function, &moved_inward(&model, None, moves), &case.file.scene(&model), tape);
+    let (arena, outputs) = record(case.function, &moved_inward(&model, moves), &case.file.scene(&model), None, tape);
     let (arena, outputs) = factored(arena, outputs, Precision::Double, common);
     let program = Program::new(arena, &outputs);
     case.states.iter().any(|(inputs, wanted)| {

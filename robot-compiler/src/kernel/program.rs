@@ -160,6 +160,12 @@ impl Program {
     }
 }
 
+/// Multiplications, additions and subtractions that the outputs need.
+pub(super) fn operations(arena: &Arena, outputs: &[Expr]) -> usize {
+    let counts = |e: &&Expr| matches!(arena.node(**e), Node::Add(..) | Node::Sub(..) | Node::Mul(..));
+    needed(arena, outputs).iter().filter(counts).count()
+}
+
 /// Whether it is computed, and not a number or an input.
 pub(super) fn is_statement(node: Node) -> bool {
     !matches!(node, Node::Constant(_) | Node::Input(_))

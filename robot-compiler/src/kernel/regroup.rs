@@ -16,23 +16,18 @@ use dynamics_core::model::{Link, Model};
 use dynamics_core::{Inertia, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
-/// The same arm with base inertial parameters: equal torques, more zeros. `held` is a constant payload in the last link's
-/// frame, which must move along. The wrenches at the joints are *not* the same.
+/// The same arm with base inertial parameters: equal torques, more zeros. The wrenches at the joints are *not* the same.
 #[must_use]
-pub fn base_parameters<const N: usize>(model: &Model<f64, N>, held: Option<&Inertia<f64>>) -> Model<f64, N> {
-    moved_inward(model, held, unfelt)
+pub fn base_parameters<const N: usize>(model: &Model<f64, N>) -> Model<f64, N> {
+    moved_inward(model, unfelt)
 }
 
 /// The same, by any notion of what a joint cannot feel.
 pub(super) fn moved_inward<const N: usize>(
     model: &Model<f64, N>,
-    held: Option<&Inertia<f64>>,
     unfelt: fn(&Link<f64>) -> Inertia<f64>,
 ) -> Model<f64, N> {
     let mut links = *model.links();
-    if let Some(held) = held {
-        links[N - 1].inertia = links[N - 1].inertia + *held;
-    }
     let size = links.iter().fold(0.0_f64, |size, link| size.max(link.inertia.about_origin.amax()));
     for i in (0..N).rev() {
         let unfelt = unfelt(&links[i]);

@@ -1,0 +1,198 @@
+//! Level `regrouped`: in which frame each link's quantities are written.
+//!
+//! Nothing but custom ties a link's frame to one place and one attitude. Two freedoms leave every joint torque as it is,
+//! and cost or save operations:
+//!
+//! - **Where the origin lies.** A revolute joint's may be anywhere on its axis, a prismatic joint's anywhere at all. Where two
+//!   axes meet, or an offset along one axis can be charged to another, components of the step from link to link vanish.
+//! - **Whether the frame turns with its link.** A frame that stands still while its joint turns hands the turn on: the next
+//!   step takes it, and the link's own constants (first moment, inertia, place of the next joint) turn instead of the
+//!   vectors. Behind parallel axes the turns add up to one angle, and velocities and accelerations are not turned at all.
+//!
+//! Which choice is cheapest depends on every zero of the arm, so it is searched, by counting what the kernel would cost.
+
+use super::tape::Expr;
+use dynamics_core::model::{Link, Model, Placement};
+use dynamics_core::{Inertia, JointKind, Scalar, SinCos};
+use nalgebra::{Matrix3, Vector3};
+use num_traits::{One, Zero};
+
+/// The choice for every link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frames<const N: usize> {
+    /// By how much the origin moves from where the model has it, in the link's frame, m; along z for a revolute joint.
+    pub shift: [Vector3<f64>; N],
+    /// Whether the frame stands still while its joint turns.
+    pub still: [bool; N],
+}
+
+impl<const N: usize> Frames<N> {
+    /// As the model has them.
+    #[must_use]
+    pub fn of_the_model() -> Self {
+        Self { shift: [Vector3::zeros(); N], still: [false; N] }
+    }
+
+    /// The same arm with its origins moved. Torques stay as they are in exact arithmetic; wrenches are about other points.
+    #[must_use]
+    pub fn shifted(&self, model: &Model<f64, N>) -> Model<f64, N> {
+        let mut before = Vector3::zeros();
+        let links = core::array::from_fn(|i| {
+            let link = &model.links()[i];
+            let shift = self.shift[i];
+            let translation = without_dust(&(link.translation + link.rotation * shift - before), &link.translation);
+            before = shift;
+            Link { translation, inertia: link.inertia.in_parent(&Matrix3::identity(), &-shift), ..*link }
+        });
+        let tip = model.tip();
+        let translation = without_dust(&(tip.translation - before), &tip.translation);
+        Model::from_checked(links, Placement { translation, ..*tip })
+    }
+
+    /// The choice with the least cost that can be reached by changing one link at a time, or two neighbours at once.
+    ///
+    /// `free[i]` says whether link `i` may be changed at all.
+    #[must_use]
+    pub(super) fn cheapest(model: &Model<f64, N>, free: &[bool; N], mut cost: impl FnMut(&Self) -> usize) -> Self {
+        let mut best = Self::of_the_model();
+        let mut least = cost(&best);
+        loop {
+            let before = least;
+            for i in (0..N).filter(|&i| free[i]) {
+                let mut candidates: Vec<Self> = Vec::new();
+                let mut flipped = best;
+                flipped.still[i] = !flipped.still[i];
+                candidates.push(flipped);
+                if i + 1 < N && free[i + 1] {
+                    flipped.still[i + 1] = flipped.still[i];
+                    candidates.push(flipped);
+                }
+                for shift in best.worth_trying(model, i) {
+                    let mut moved = best;
+                    moved.shift[i] = shift;
+                    candidates.push(moved);
+                    // An offset is often best handed on along axes that are parallel or meet.
+                    if i + 1 < N && free[i + 1] {
+                        for next in moved.worth_trying(model, i + 1) {
+                            let mut both = moved;
+                            both.shift[i + 1] = next;
+                            candidates.push(both);
+                        }
+                    }
+                }
+                for candidate in candidates {
+                    let found = cost(&candidate);
+                    if found < least {
+                        (best, least) = (candidate, found);
+                    }
+                }
+            }
+            if least == before {
+                return best;
+            }
+        }
+    }
+
+    /// Shifts of one link that may save something: those that make a component of the step to it, or from it, zero.
+    #[must_use]
+    pub(super) fn worth_trying(&self, model: &Model<f64, N>, i: usize) -> Vec<Vector3<f64>> {
+        let links = model.links();
+        let (here, before) = (&links[i], if i == 0 { Vector3::zeros() } else { self.shift[i - 1] });
+        // The steps to this link, in its own axes, and from it, as they would be without a shift of this one.
+        let step_to = here.rotation.transpose() * (here.translation - before);
+        let step_from = match links.get(i + 1) {
+            Some(next) => next.translation + next.rotation * self.shift[i + 1],
+            None => model.tip().translation,
+        };
+        let mut found = vec![Vector3::zeros()];
+        match here.kind {
+            JointKind::Prismatic => found.extend([-step_to, step_from]),
+            JointKind::Revolute => {
+                let axis = here.rotation.column(2);
+                let step = here.translation - before;
+                let along = (0..3).filter(|&k| axis[k] != 0.0).map(|k| -step[k] / axis[k]);
+                found.extend(along.chain([step_from.z]).map(|z| Vector3::new(0.0, 0.0, z)));
+            }
+        }
+        found
+    }
+
+    /// The arm on the tape with its frames as chosen, and the turn of each joint as its frame sees it.
+    ///
+    /// `turn` are the sines and cosines of the joints. The recursion that runs on the result is the ordinary one: what
+    /// stands still is told to it as a joint that does not turn, with inertia and steps that do.
+    pub(super) fn on_tape(
+        &self,
+        model: &Model<f64, N>,
+        turn: &[SinCos<Expr>; N],
+    ) -> (Model<Expr, N>, [SinCos<Expr>; N]) {
+        let tape = model.cast::<Expr>();
+        let mut carried: Option<SinCos<Expr>> = None;
+        let mut seen = *turn;
+        let links = core::array::from_fn(|i| {
+            let (link, constant) = (&tape.links()[i], &model.links()[i].rotation);
+            let mut link = Link { translation: turned(carried, &link.translation), ..*link };
+            let own = (link.kind == JointKind::Revolute).then_some(turn[i]);
+            let parallel = along_z(constant).filter(|_| self.still[i] || link.kind == JointKind::Revolute);
+            let inner = match (carried, parallel) {
+                // `Rz(a) R = R Rz(a)` for a turn R about z, `R Rz(-a)` for one that turns z over.
+                (Some(carry), Some(sign)) => Some(after(SinCos { sin: carry.sin * Expr::literal(sign), ..carry }, own)),
+                (Some(carry), None) => {
+                    link.rotation = dynamics_core::geometry::compose(&about_z(carry), &link.rotation);
+                    own
+                }
+                (None, _) => own,
+            };
+            carried = None;
+            if self.still[i] {
+                seen[i] = no_turn();
+                link.inertia = inertia_turned(inner, &link.inertia);
+                carried = inner;
+            } else if let Some(inner) = inner {
+                seen[i] = inner;
+            }
+            link
+        });
+        let tip = tape.tip();
+        let rotation = carried
+            .map_or(tip.rotation, |carry| dynamics_core::geometry::compose(&about_z(carry), &tip.rotation));
+        let tip = Placement { rotation, translation: turned(carried, &tip.translation) };
+        (Model::from_checked(links, tip), seen)
+    }
+}
+
+/// Whether a rotation leaves the z axis where it is (1) or turns it over (-1).
+fn along_z(rotation: &Matrix3<f64>) -> Option<f64> {
+    let z = rotation.m33;
+    // Rotations of the model have exact zeros and ones at right angles.
+    (rotation.m13 == 0.0 && rotation.m23 == 0.0).then_some(z)
+}
+
+fn no_turn() -> SinCos<Expr> {
+    SinCos { sin: Expr::zero(), cos: Expr::one() }
+}
+
+/// One turn after the other: sine and cosine of the sum.
+fn after(a: SinCos<Expr>, b: Option<SinCos<Expr>>) -> SinCos<Expr> {
+    b.map_or(a, |b| SinCos { sin: a.sin * b.cos + a.cos * b.sin, cos: a.cos * b.cos - a.sin * b.sin })
+}
+
+fn about_z(turn: SinCos<Expr>) -> Matrix3<Expr> {
+    let (zero, one, SinCos { sin, cos }) = (Expr::zero(), Expr::one(), turn);
+    Matrix3::new(cos, -sin, zero, sin, cos, zero, zero, zero, one)
+}
+
+fn turned(turn: Option<SinCos<Expr>>, v: &Vector3<Expr>) -> Vector3<Expr> {
+    turn.map_or(*v, |t| dynamics_core::geometry::apply(&about_z(t), v))
+}
+
+fn inertia_turned(turn: Option<SinCos<Expr>>, body: &Inertia<Expr>) -> Inertia<Expr> {
+    turn.map_or(*body, |t| body.in_parent(&about_z(t), &Vector3::from_element(Expr::zero())).symmetric())
+}
+
+/// Differences that cancel leave a rest of rounding; a zero there saves operations.
+fn without_dust(v: &Vector3<f64>, of: &Vector3<f64>) -> Vector3<f64> {
+    const DUST: f64 = 16.0 * f64::EPSILON;
+    let size = of.amax().max(v.amax());
+    v.map(|x| if x.abs() <= DUST * size { 0.0 } else { x })
+}
