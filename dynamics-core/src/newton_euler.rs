@@ -102,7 +102,7 @@ pub fn joint_wrenches<S: Scalar, const N: usize>(
     let velocity = scene.coriolis.value(qd);
 
     let mut wrench = [Wrench::zero(); N];
-    let mut motion = Motion { omega: None, alpha: None, a: scene.gravity.value(&live.gravity).map(|g| -g) };
+    let mut motion = Motion::new(None, None, scene.gravity.value(&live.gravity).map(|g| -g));
     for i in 0..N {
         let joint = JointMotion { turn: turn[i], q: q[i], qd: velocity.map(|v| v[i]), qdd: qdd[i] };
         motion = motion.next(&links[i], &joint).labelled(i + 1);
@@ -137,9 +137,16 @@ struct Motion<S> {
     alpha: Option<Vector3<S>>,
     /// Acceleration of the frame's origin, less gravity, m/s^2.
     a: Option<Vector3<S>>,
+    /// `U`, 1/s^2.
+    spin: Option<Spin<S>>,
 }
 
 impl<S: Scalar> Motion<S> {
+    #[inline]
+    fn new(omega: Option<Vector3<S>>, alpha: Option<Vector3<S>>, a: Option<Vector3<S>>) -> Self {
+        Self { omega, alpha, a, spin: Spin::new(omega.as_ref(), alpha.as_ref()) }
+    }
+
     /// The motion of the link after this one (eq. 12.515-12.516).
     ///
     /// Revolute: `omega' = R^T omega + qd z`, `alpha' = R^T alpha + qdd z + R^T omega x qd z`, `a' = R^T (a + U p)`.
@@ -149,21 +156,20 @@ impl<S: Scalar> Motion<S> {
         let into = |v: Vector3<S>| into_link(link, joint.turn, &v);
         let omega = self.omega.map(into);
         let alpha = self.alpha.map(into);
-        let a = sum(self.a, self.spin().map(|u| u.apply(&link.translation))).map(into);
+        let a = sum(self.a, self.spin.as_ref().map(|u| u.apply(&link.translation))).map(into);
         let z = |x: S| Vector3::new(S::zero(), S::zero(), x);
         match link.kind {
-            JointKind::Revolute => Self {
-                omega: match (omega, joint.qd) {
+            JointKind::Revolute => {
+                let turned = match (omega, joint.qd) {
                     (Some(w), Some(qd)) => Some(Vector3::new(w.x, w.y, w.z + qd)),
                     (None, Some(qd)) => Some(z(qd)),
                     (w, None) => w,
-                },
-                alpha: Some(turning_acceleration(omega, alpha, joint.qd, joint.qdd)),
-                a,
-            },
+                };
+                Self::new(turned, Some(turning_acceleration(omega, alpha, joint.qd, joint.qdd)), a)
+            }
             JointKind::Prismatic => {
-                let here = Self { omega, alpha, a: None };
-                let sliding = here.spin().map(|u| u.column_z() * joint.q);
+                let here = Self::new(omega, alpha, None);
+                let sliding = here.spin.as_ref().map(|u| u.column_z() * joint.q);
                 let a = sum(a, sliding);
                 let a = match (omega, joint.qd) {
                     (Some(w), Some(qd)) => {
@@ -173,7 +179,7 @@ impl<S: Scalar> Motion<S> {
                     _ => a,
                 };
                 let a = a.map_or_else(|| z(joint.qdd), |a| Vector3::new(a.x, a.y, a.z + joint.qdd));
-                Self { omega, alpha, a: Some(a) }
+                Self { a: Some(a), ..here }
             }
         }
     }
@@ -185,17 +191,7 @@ impl<S: Scalar> Motion<S> {
             omega: self.omega.map(|w| Label::vector("w", link, w)),
             alpha: self.alpha.map(|al| Label::vector("al", link, al)),
             a: self.a.map(|a| Label::vector("a", link, a)),
-        }
-    }
-
-    /// `U = [alpha]x + [omega]x [omega]x`, as far as it is not zero.
-    #[inline]
-    fn spin(&self) -> Option<Spin<S>> {
-        match (self.omega, self.alpha) {
-            (Some(w), Some(al)) => Some(Spin::Turning(turning(&w, &al))),
-            (Some(w), None) => Some(Spin::Turning(turning(&w, &Vector3::zeros()))),
-            (None, Some(al)) => Some(Spin::Starting(al)),
-            (None, None) => None,
+            ..self
         }
     }
 
@@ -205,14 +201,37 @@ impl<S: Scalar> Motion<S> {
     #[inline]
     fn wrench_of(&self, body: &Inertia<S>) -> Wrench<S> {
         let h = &body.first_moment;
-        let j = &body.about_origin;
-        let force = sum(self.a.map(|a| a * body.mass), self.spin().map(|u| u.apply(h)));
-        let moment = sum(
-            sum(self.alpha.map(|al| apply(j, &al)), self.omega.map(|w| w.cross(&apply(j, &w)))),
-            self.a.map(|a| h.cross(&a)),
-        );
+        let force = sum(self.a.map(|a| a * body.mass), self.spin.as_ref().map(|u| u.apply(h)));
+        let moment = sum(self.moment_of_turning(&body.about_origin), self.a.map(|a| h.cross(&a)));
         Wrench { force: force.unwrap_or_else(Vector3::zeros), moment: moment.unwrap_or_else(Vector3::zeros) }
     }
+
+    /// `J alpha + omega x (J omega)`, written with the entries of `U` and the products in them, which other links' origins and
+    /// the force need anyway: 15 multiplications instead of 24, and two an axis where `J` is diagonal.
+    #[inline]
+    fn moment_of_turning(&self, j: &Matrix3<S>) -> Option<Vector3<S>> {
+        let (Spin::Starting(al) | Spin::Turning { alpha: al, .. }) = self.spin.as_ref()?;
+        let Some(Spin::Turning { u, xy, xz, yz, .. }) = self.spin.as_ref() else {
+            return Some(moment_of_starting(j, al));
+        };
+        // What multiplies a product of inertia is an entry of U, or a difference of two: `u22 - u33 = wy^2 - wz^2`.
+        Some(Vector3::new(
+            j.m11 * al.x + (j.m33 - j.m22) * *yz - j.m12 * u.m31 + j.m13 * u.m21 + j.m23 * (u.m22 - u.m33),
+            j.m22 * al.y + (j.m11 - j.m33) * *xz - j.m23 * u.m12 + j.m12 * u.m32 + j.m13 * (u.m33 - u.m11),
+            j.m33 * al.z + (j.m22 - j.m11) * *xy - j.m13 * u.m23 + j.m23 * u.m13 + j.m12 * (u.m11 - u.m22),
+        ))
+    }
+}
+
+/// `J alpha`, summed in the order of [`Motion::moment_of_turning`]: a scene without velocity terms and one with velocities of
+/// zero give the same bits.
+#[inline]
+fn moment_of_starting<S: Scalar>(j: &Matrix3<S>, al: &Vector3<S>) -> Vector3<S> {
+    Vector3::new(
+        j.m11 * al.x + j.m12 * al.y + j.m13 * al.z,
+        j.m22 * al.y + j.m23 * al.z + j.m12 * al.x,
+        j.m33 * al.z + j.m13 * al.x + j.m23 * al.y,
+    )
 }
 
 /// How a turning link accelerates the points fixed to it.
@@ -220,15 +239,51 @@ enum Spin<S> {
     /// No angular velocity: `alpha x p`.
     Starting(Vector3<S>),
     /// Both: `U p`.
-    Turning(Matrix3<S>),
+    Turning {
+        /// Angular acceleration, rad/s^2.
+        alpha: Vector3<S>,
+        /// `U = [alpha]x + [omega]x [omega]x`, 1/s^2.
+        u: Matrix3<S>,
+        /// `omega_x omega_y`, 1/s^2.
+        xy: S,
+        /// `omega_x omega_z`, 1/s^2.
+        xz: S,
+        /// `omega_y omega_z`, 1/s^2.
+        yz: S,
+    },
 }
 
 impl<S: Scalar> Spin<S> {
+    /// `U` as far as it is not zero: 6 multiplications, 9 additions, 3 negations.
+    #[inline]
+    fn new(omega: Option<&Vector3<S>>, alpha: Option<&Vector3<S>>) -> Option<Self> {
+        let w = match (omega, alpha) {
+            (Some(w), _) => w,
+            (None, Some(alpha)) => return Some(Self::Starting(*alpha)),
+            (None, None) => return None,
+        };
+        let al = alpha.copied().unwrap_or_else(Vector3::zeros);
+        let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
+        let (xy, xz, yz) = (w.x * w.y, w.x * w.z, w.y * w.z);
+        let u = Matrix3::new(
+            -(yy + zz),
+            xy - al.z,
+            xz + al.y,
+            xy + al.z,
+            -(xx + zz),
+            yz - al.x,
+            xz - al.y,
+            yz + al.x,
+            -(xx + yy),
+        );
+        Some(Self::Turning { alpha: al, u, xy, xz, yz })
+    }
+
     #[inline]
     fn apply(&self, p: &Vector3<S>) -> Vector3<S> {
         match self {
             Self::Starting(alpha) => alpha.cross(p),
-            Self::Turning(u) => apply(u, p),
+            Self::Turning { u, .. } => apply(u, p),
         }
     }
 
@@ -237,17 +292,9 @@ impl<S: Scalar> Spin<S> {
     fn column_z(&self) -> Vector3<S> {
         match self {
             Self::Starting(alpha) => Vector3::new(alpha.y, -alpha.x, S::zero()),
-            Self::Turning(u) => Vector3::new(u.m13, u.m23, u.m33),
+            Self::Turning { u, .. } => Vector3::new(u.m13, u.m23, u.m33),
         }
     }
-}
-
-/// `[alpha]x + [omega]x [omega]x`: 6 multiplications, 9 additions, 3 negations.
-#[inline]
-fn turning<S: Scalar>(w: &Vector3<S>, al: &Vector3<S>) -> Matrix3<S> {
-    let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
-    let (xy, xz, yz) = (w.x * w.y, w.x * w.z, w.y * w.z);
-    Matrix3::new(-(yy + zz), xy - al.z, xz + al.y, xy + al.z, -(xx + zz), yz - al.x, xz - al.y, yz + al.x, -(xx + yy))
 }
 
 /// `R^T alpha + qdd z + R^T omega x qd z`, with the parent's vectors already in this frame.

@@ -11,15 +11,15 @@
 //! |---|---|
 //! | [`tape`] | the scalar and its arena |
 //! | [`rules`] | level `exact`: rewrites that keep every result equal |
-//! | [`regroup`], `factor` | level `regrouped`: fewer operations, other rounding |
+//! | [`regroup`], [`frames`], `algebra` | level `regrouped`: fewer operations, other rounding |
 //! | [`functions`] | what can be traced, and the names of inputs |
 //! | [`interpreter`] | a program run fast where there is no compiler |
 //! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
 //! | [`source`] | the Rust text |
 //! | [`modules`] | the texts as modules, for build scripts |
 
+mod algebra;
 mod arm;
-mod factor;
 pub mod frames;
 pub mod functions;
 pub mod interpreter;
@@ -48,7 +48,7 @@ use tape::Arena;
 pub enum Level {
     /// Every result equal (`==`) to the generic recursion's.
     Exact,
-    /// Equal in exact arithmetic: base inertial parameters and common factors. The error is measured.
+    /// Equal in exact arithmetic: base inertial parameters, cheaper frames, common factors and sums. The error is measured.
     Regrouped,
 }
 
@@ -68,7 +68,7 @@ impl Level {
 
 /// Trace a function of the arm in the scene, and simplify it.
 ///
-/// Takes under a millisecond for six joints.
+/// For six joints: a few milliseconds at level exact, about a tenth of a second regrouped, because frames are searched.
 #[must_use]
 pub fn compile<const N: usize>(
     function: Function,
@@ -96,34 +96,65 @@ pub fn compile_with<const N: usize>(
     Program::new(arena, &outputs)
 }
 
-/// Frames chosen by what they cost, base parameters in them, then factoring.
+/// Frames chosen by what they cost, base parameters in them, then what is common taken out.
 fn regrouped<const N: usize>(
     function: Function,
     model: &Model<f64, N>,
     scene: &Scene<f64, N>,
     precision: Precision,
 ) -> Program {
-    let tape = || Arena::new(RuleSet::ALL, precision);
     if function == Function::JointWrenches {
         // Neither leaves the wrenches as they are: they are what a frame and its link feel.
-        let (arena, outputs) = functions::record(function, model, scene, None, tape());
-        let (arena, outputs) = factor::common_factors(arena, outputs, precision);
-        return Program::new(arena, &outputs);
+        let (arena, outputs) = functions::record(function, model, scene, None, Arena::new(RuleSet::ALL, precision));
+        return algebra::fewest_operations(arena, &outputs, precision, algebra::MOVES);
     }
     let (model, scene) = holding(model, scene);
-    let written = |frames: &Frames<N>| {
-        let arm = regroup::base_parameters(&frames.shifted(&model));
-        let (arena, outputs) = functions::record(function, &arm, &scene, Some(frames), tape());
-        factor::common_factors(arena, outputs, precision)
-    };
-    // A live payload is given in the frame that the model has on the last link.
-    let free = core::array::from_fn(|i| i + 1 < N || !matches!(scene.payload, Term::Live));
-    let frames = Frames::cheapest(&model, &free, |frames| {
-        let (arena, outputs) = written(frames);
-        program::operations(&arena, &outputs)
-    });
-    let (arena, outputs) = written(&frames);
-    Program::new(arena, &outputs)
+    let how = &REGROUPING;
+    let frames = how.cheapest_frames(function, &model, &scene, precision);
+    let (arena, outputs) = how.record(function, &model, &scene, &frames, precision);
+    algebra::fewest_operations(arena, &outputs, precision, how.moves)
+}
+
+/// The steps of level `regrouped`. A test puts wrong ones in.
+struct Regrouping {
+    unfelt: regroup::Unfelt,
+    turning: frames::Turning,
+    moves: algebra::Moves,
+}
+
+/// The right ones.
+const REGROUPING: Regrouping = Regrouping { unfelt: regroup::unfelt, turning: frames::TURNING, moves: algebra::MOVES };
+
+impl Regrouping {
+    /// The frames in which the function takes the fewest operations, before what is common is taken out.
+    fn cheapest_frames<const N: usize>(
+        &self,
+        function: Function,
+        model: &Model<f64, N>,
+        scene: &Scene<f64, N>,
+        precision: Precision,
+    ) -> Frames<N> {
+        // A live payload is given in the frame that the model has on the last link.
+        let free = core::array::from_fn(|i| i + 1 < N || !matches!(scene.payload, Term::Live));
+        Frames::cheapest(model, &free, |frames| {
+            let (arena, outputs) = self.record(function, model, scene, frames, precision);
+            program::operations(&arena, &outputs)
+        })
+    }
+
+    /// The arm in these frames, with base parameters, on a tape.
+    fn record<const N: usize>(
+        &self,
+        function: Function,
+        model: &Model<f64, N>,
+        scene: &Scene<f64, N>,
+        frames: &Frames<N>,
+        precision: Precision,
+    ) -> (Arena, Vec<tape::Expr>) {
+        let arm = regroup::moved_inward(&frames.shifted(model), &frames.across, self.unfelt);
+        let tape = Arena::new(RuleSet::ALL, precision);
+        functions::record(function, &arm, scene, Some((frames, &self.turning)), tape)
+    }
 }
 
 /// The arm with a constant payload as part of it.

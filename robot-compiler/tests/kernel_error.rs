@@ -1,12 +1,16 @@
-//! What rounding costs the two levels, against the recursion in double precision.
+//! What rounding costs the two levels, against the recursion in double-double arithmetic.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
+#![allow(clippy::float_cmp, reason = "what double-double holds is exact")]
 
+use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, SinCos, Term, Trig};
+use dynamics_core::{Dynamics, InverseDynamics, Live, Real, Scalar, Scene, SinCos, Term, Trig};
 use nalgebra::Vector3;
+use num_traits::{One, Zero};
 use robot_compiler::Robot;
 use robot_compiler::kernel::functions::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, compile};
+use twofloat::TwoFloat;
 
 mod common;
 use common::top;
@@ -26,26 +30,87 @@ impl Random {
     }
 }
 
-/// Largest error of each level in f32, relative to the largest torque of the state.
-fn errors(robot: &str) -> [f64; 2] {
+/// A double-double: about 31 digits, so what it leaves out cannot be seen beside the error of f64.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Reference(TwoFloat);
+
+impl Reference {
+    fn minus(self, x: f64) -> f64 {
+        (self.0 - x).hi()
+    }
+}
+
+macro_rules! operators {
+    ($($operator:ident, $method:ident, $assigning:ident, $assign:ident;)*) => {$(
+        impl $operator for Reference {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                Self(self.0.$method(other.0))
+            }
+        }
+        impl $assigning for Reference {
+            fn $assign(&mut self, other: Self) {
+                *self = self.$method(other);
+            }
+        }
+    )*};
+}
+
+operators! {
+    Add, add, AddAssign, add_assign;
+    Sub, sub, SubAssign, sub_assign;
+    Mul, mul, MulAssign, mul_assign;
+}
+
+impl Neg for Reference {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl Zero for Reference {
+    fn zero() -> Self {
+        Self::literal(0.0)
+    }
+    fn is_zero(&self) -> bool {
+        *self == Self::zero()
+    }
+}
+
+impl One for Reference {
+    fn one() -> Self {
+        Self::literal(1.0)
+    }
+}
+
+impl Scalar for Reference {
+    fn literal(x: f64) -> Self {
+        Self(TwoFloat::from(x))
+    }
+}
+
+/// Largest error of each level in a precision, relative to the largest torque of the state.
+fn errors<S: Real>(robot: &str) -> [f64; 2] {
     let model = Robot::load(&top(&format!("robots/{robot}.toml"))).unwrap().model::<6>().unwrap();
     let scene = Scene { gravity: Term::Constant(Vector3::new(0.0, 0.0, -9.81)), ..Scene::free_space() };
-    let recursion = Dynamics::new(model, scene);
-    let kernels = Level::ALL.map(|level| compile(Function::InverseDynamics, &model, &scene, level, Precision::Single));
+    let recursion = Dynamics::new(model.cast::<Reference>(), scene.cast());
+    let level = |level| compile(Function::InverseDynamics, &model, &scene, level, Precision::of::<S>());
+    let kernels = Level::ALL.map(level);
     let mut random = Random(7);
     let mut worst = [0.0_f64; 2];
     for _ in 0..STATES {
         let (q, qd, qdd) = (random.joints(3.0), random.joints(2.0), random.joints(5.0));
-        let rounded = Libm.sin_cos_all(&q).map(|t| (t.sin as f32, t.cos as f32));
-        let turn = rounded.map(|(sin, cos)| SinCos { sin: f64::from(sin), cos: f64::from(cos) });
-        let wanted = recursion.inverse_dynamics(&turn, &q, &qd, &qdd, &Live::zero());
-        let size = wanted.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        let single = |x: [f64; 6]| x.map(|x| x as f32);
-        let turn = rounded.map(|(sin, cos)| SinCos { sin, cos });
-        let inputs = input_values(&turn, &single(q), &single(qd), &single(qdd), &Live::zero());
+        let turn = Libm.sin_cos_all(&q).map(|t| SinCos { sin: S::literal(t.sin), cos: S::literal(t.cos) });
+        let exact = turn.map(|t| SinCos { sin: Scalar::literal(t.sin.to_f64()), cos: Scalar::literal(t.cos.to_f64()) });
+        let [rq, rqd, rqdd] = [q, qd, qdd].map(|x| x.map(Reference::literal));
+        let wanted = recursion.inverse_dynamics(&exact, &rq, &rqd, &rqdd, &Live::zero());
+        let size = wanted.iter().fold(0.0_f64, |size, x| size.max(x.minus(0.0).abs()));
+        let [q, qd, qdd] = [q, qd, qdd].map(|x| x.map(S::literal));
+        let inputs = input_values(&turn, &q, &qd, &qdd, &Live::zero());
         for (kernel, worst) in kernels.iter().zip(&mut worst) {
             for (found, wanted) in kernel.evaluate(&inputs).into_iter().zip(wanted) {
-                *worst = worst.max((f64::from(found) - wanted).abs() / size);
+                *worst = worst.max(wanted.minus(found.to_f64()).abs() / size);
             }
         }
     }
@@ -54,8 +119,8 @@ fn errors(robot: &str) -> [f64; 2] {
 
 /// Errors are those written here, to a twentieth; the second at most twice the first.
 #[track_caller]
-fn assert_errors(robot: &str, exact: f64, regrouped: f64) {
-    let found = errors(robot);
+fn assert_errors<S: Real>(robot: &str, exact: f64, regrouped: f64) {
+    let found = errors::<S>(robot);
     println!("{robot}: {found:?}");
     for (found, wanted) in found.into_iter().zip([exact, regrouped]) {
         assert!((found / wanted - 1.0).abs() < 0.05, "{robot}: {found:e}, not {wanted:e}");
@@ -64,16 +129,40 @@ fn assert_errors(robot: &str, exact: f64, regrouped: f64) {
 }
 
 #[test]
+fn a_double_double_holds_twice_the_digits() {
+    let tiny = Reference::literal(f64::EPSILON * f64::EPSILON);
+    assert_eq!((Reference::one() + tiny).minus(1.0), f64::EPSILON * f64::EPSILON);
+    // (1 + e)^2 = 1 + 2 e + e^2, to the last term.
+    let near = Reference::literal(1.0 + f64::EPSILON);
+    assert_eq!((near * near).minus(1.0 + 2.0 * f64::EPSILON), f64::EPSILON * f64::EPSILON);
+}
+
+#[test]
 fn ur5_in_single_precision() {
-    assert_errors("ur5", 8.51e-7, 3.56e-7);
+    assert_errors::<f32>("ur5", 8.51e-7, 6.58e-7);
 }
 
 #[test]
 fn puma_in_single_precision() {
-    assert_errors("puma560", 5.33e-7, 4.38e-7);
+    assert_errors::<f32>("puma560", 5.20e-7, 3.74e-7);
 }
 
 #[test]
 fn stanford_in_single_precision() {
-    assert_errors("stanford", 7.81e-7, 6.58e-7);
+    assert_errors::<f32>("stanford", 7.81e-7, 9.89e-7);
+}
+
+#[test]
+fn ur5_in_double_precision() {
+    assert_errors::<f64>("ur5", 1.51e-15, 1.04e-15);
+}
+
+#[test]
+fn puma_in_double_precision() {
+    assert_errors::<f64>("puma560", 1.20e-15, 8.96e-16);
+}
+
+#[test]
+fn stanford_in_double_precision() {
+    assert_errors::<f64>("stanford", 1.24e-15, 1.50e-15);
 }

@@ -11,7 +11,9 @@
 //!
 //! Which choice is cheapest depends on every zero of the arm, so it is searched, by counting what the kernel would cost.
 
+use super::regroup::Across;
 use super::tape::Expr;
+use dynamics_core::geometry::{apply, compose};
 use dynamics_core::model::{Link, Model, Placement};
 use dynamics_core::{Inertia, JointKind, Scalar, SinCos};
 use nalgebra::{Matrix3, Vector3};
@@ -24,13 +26,15 @@ pub struct Frames<const N: usize> {
     pub shift: [Vector3<f64>; N],
     /// Whether the frame stands still while its joint turns.
     pub still: [bool; N],
+    /// What each link gives away of its inertia across its axis.
+    pub across: [Across; N],
 }
 
 impl<const N: usize> Frames<N> {
     /// As the model has them.
     #[must_use]
     pub fn of_the_model() -> Self {
-        Self { shift: [Vector3::zeros(); N], still: [false; N] }
+        Self { shift: [Vector3::zeros(); N], still: [false; N], across: [Across::Iyy; N] }
     }
 
     /// The same arm with its origins moved. Torques stay as they are in exact arithmetic; wrenches are about other points.
@@ -63,6 +67,11 @@ impl<const N: usize> Frames<N> {
                 let mut flipped = best;
                 flipped.still[i] = !flipped.still[i];
                 candidates.push(flipped);
+                candidates.extend(Across::ALL.map(|across| {
+                    let mut other = best;
+                    other.across[i] = across;
+                    other
+                }));
                 if i + 1 < N && free[i + 1] {
                     flipped.still[i + 1] = flipped.still[i];
                     candidates.push(flipped);
@@ -125,20 +134,25 @@ impl<const N: usize> Frames<N> {
         &self,
         model: &Model<f64, N>,
         turn: &[SinCos<Expr>; N],
+        how: &Turning,
     ) -> (Model<Expr, N>, [SinCos<Expr>; N]) {
         let tape = model.cast::<Expr>();
+        let step = |carried: Option<SinCos<Expr>>, v: &Vector3<Expr>| carried.map_or(*v, |carry| (how.step)(carry, v));
         let mut carried: Option<SinCos<Expr>> = None;
         let mut seen = *turn;
         let links = core::array::from_fn(|i| {
-            let (link, constant) = (&tape.links()[i], &model.links()[i].rotation);
-            let mut link = Link { translation: turned(carried, &link.translation), ..*link };
+            let (mut link, constant) = (tape.links()[i], &model.links()[i].rotation);
+            link.translation = step(carried, &link.translation);
             let own = (link.kind == JointKind::Revolute).then_some(turn[i]);
-            let parallel = along_z(constant).filter(|_| self.still[i] || link.kind == JointKind::Revolute);
+            let parallel = along_z(constant).filter(|_| self.still[i] || own.is_some());
             let inner = match (carried, parallel) {
                 // `Rz(a) R = R Rz(a)` for a turn R about z, `R Rz(-a)` for one that turns z over.
-                (Some(carry), Some(sign)) => Some(after(SinCos { sin: carry.sin * Expr::literal(sign), ..carry }, own)),
+                (Some(carry), Some(sign)) => {
+                    let carry = SinCos { sin: carry.sin * Expr::literal(sign), ..carry };
+                    Some(own.map_or(carry, |own| (how.both)(carry, own)))
+                }
                 (Some(carry), None) => {
-                    link.rotation = dynamics_core::geometry::compose(&about_z(carry), &link.rotation);
+                    link.rotation = compose(&about_z(carry), &link.rotation);
                     own
                 }
                 (None, _) => own,
@@ -146,7 +160,7 @@ impl<const N: usize> Frames<N> {
             carried = None;
             if self.still[i] {
                 seen[i] = no_turn();
-                link.inertia = inertia_turned(inner, &link.inertia);
+                link.inertia = inner.map_or(link.inertia, |inner| (how.inertia)(inner, &link.inertia));
                 carried = inner;
             } else if let Some(inner) = inner {
                 seen[i] = inner;
@@ -154,12 +168,28 @@ impl<const N: usize> Frames<N> {
             link
         });
         let tip = tape.tip();
-        let rotation = carried
-            .map_or(tip.rotation, |carry| dynamics_core::geometry::compose(&about_z(carry), &tip.rotation));
-        let tip = Placement { rotation, translation: turned(carried, &tip.translation) };
+        let rotation = carried.map_or(tip.rotation, |carry| compose(&about_z(carry), &tip.rotation));
+        let tip = Placement { rotation, translation: step(carried, &tip.translation) };
         (Model::from_checked(links, tip), seen)
     }
 }
+
+/// What a link hands on when its frame stands still. A test puts wrong ones in.
+pub(super) struct Turning {
+    /// The step to the next link.
+    pub(super) step: fn(SinCos<Expr>, &Vector3<Expr>) -> Vector3<Expr>,
+    /// The link's own body.
+    pub(super) inertia: fn(SinCos<Expr>, &Inertia<Expr>) -> Inertia<Expr>,
+    /// One turn after the other about the same direction.
+    pub(super) both: fn(SinCos<Expr>, SinCos<Expr>) -> SinCos<Expr>,
+}
+
+/// The right ones.
+pub(super) const TURNING: Turning = Turning {
+    step: |turn, v| apply(&about_z(turn), v),
+    inertia: |turn, body| body.in_parent(&about_z(turn), &Vector3::from_element(Expr::zero())).symmetric(),
+    both: |a, b| SinCos { sin: a.sin * b.cos + a.cos * b.sin, cos: a.cos * b.cos - a.sin * b.sin },
+};
 
 /// Whether a rotation leaves the z axis where it is (1) or turns it over (-1).
 fn along_z(rotation: &Matrix3<f64>) -> Option<f64> {
@@ -172,22 +202,9 @@ fn no_turn() -> SinCos<Expr> {
     SinCos { sin: Expr::zero(), cos: Expr::one() }
 }
 
-/// One turn after the other: sine and cosine of the sum.
-fn after(a: SinCos<Expr>, b: Option<SinCos<Expr>>) -> SinCos<Expr> {
-    b.map_or(a, |b| SinCos { sin: a.sin * b.cos + a.cos * b.sin, cos: a.cos * b.cos - a.sin * b.sin })
-}
-
 fn about_z(turn: SinCos<Expr>) -> Matrix3<Expr> {
     let (zero, one, SinCos { sin, cos }) = (Expr::zero(), Expr::one(), turn);
     Matrix3::new(cos, -sin, zero, sin, cos, zero, zero, zero, one)
-}
-
-fn turned(turn: Option<SinCos<Expr>>, v: &Vector3<Expr>) -> Vector3<Expr> {
-    turn.map_or(*v, |t| dynamics_core::geometry::apply(&about_z(t), v))
-}
-
-fn inertia_turned(turn: Option<SinCos<Expr>>, body: &Inertia<Expr>) -> Inertia<Expr> {
-    turn.map_or(*body, |t| body.in_parent(&about_z(t), &Vector3::from_element(Expr::zero())).symmetric())
 }
 
 /// Differences that cancel leave a rest of rounding; a zero there saves operations.

@@ -1,6 +1,6 @@
 //! Which function is traced, and what its inputs and outputs are called.
 
-use super::frames::Frames;
+use super::frames::{Frames, Turning};
 use super::program::Program;
 use super::tape::{Arena, Expr, input, trace};
 use dynamics_core::control::{Gains, computed_torque};
@@ -229,7 +229,7 @@ pub(super) fn record<const N: usize>(
     function: Function,
     model: &Model<f64, N>,
     scene: &Scene<f64, N>,
-    frames: Option<&Frames<N>>,
+    frames: Option<(&Frames<N>, &Turning)>,
     tape: Arena,
 ) -> (Arena, Vec<Expr>) {
     let scene = function.sees(scene);
@@ -237,7 +237,8 @@ pub(super) fn record<const N: usize>(
         let joint = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
         let (sin, cos, q, qd, qdd, tau) = (joint(0), joint(1), joint(2), joint(3), joint(4), joint(5));
         let turn: [SinCos<Expr>; N] = core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] });
-        let (model, turn) = frames.map_or_else(|| (model.cast(), turn), |frames| frames.on_tape(model, &turn));
+        let (model, turn) =
+            frames.map_or_else(|| (model.cast(), turn), |(frames, how)| frames.on_tape(model, &turn, how));
         let live = live_tape();
         let dynamics = Dynamics::new(model, scene.cast::<Expr>());
         let zero = [<Expr as num_traits::Zero>::zero(); N];

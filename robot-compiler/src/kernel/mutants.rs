@@ -2,14 +2,14 @@
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
-use super::factor::{Common, common, factored};
+use super::algebra::fewest_operations;
 use super::functions::{forward_input_values, input_values, record};
-use super::regroup::{moved_inward, unfelt};
+use super::program::operations;
+use super::regroup::unfelt;
 use super::rules::{Rewrite, Rule, RuleSet, TABLE};
-use super::tape::{Arena, Expr, Node, input, trace};
-use super::{Function, Precision, Program};
+use super::tape::{Arena, Expr, Node};
+use super::{Frames, Function, Precision, Program, REGROUPING, Regrouping, holding};
 use crate::{SceneFile, with_dof};
-use dynamics_core::model::Link;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Inertia, JointKind, Trig};
 use std::path::{Path, PathBuf};
@@ -188,46 +188,48 @@ fn every_seeded_fault_is_found_and_the_shipped_rules_have_none() {
     assert_eq!(missed, [""; 0]);
 }
 
-/// What is wrong with level `regrouped`: what moves into the parent, and what counts as a common factor.
-type Regrouping = (&'static str, fn(&Link<f64>) -> Inertia<f64>, Common);
+/// What is wrong with level `regrouped`.
+type Fault = (&'static str, fn(&mut Regrouping));
 
-const WRONG_REGROUPINGS: [Regrouping; 4] = [
-    (
-        "the first moment across the axis moves too",
-        |link| Inertia { first_moment: link.inertia.first_moment, ..unfelt(link) },
-        common,
-    ),
-    (
-        "the inertia about the axis moves too",
-        |link| {
-            let mut moved = unfelt(link);
+const WRONG_REGROUPINGS: [Fault; 9] = [
+    ("the first moment across the axis moves too", |how| {
+        how.unfelt = |link, across| Inertia { first_moment: link.inertia.first_moment, ..unfelt(link, across) };
+    }),
+    ("the inertia about the axis moves too", |how| {
+        how.unfelt = |link, across| {
+            let mut moved = unfelt(link, across);
             moved.about_origin.m33 = link.inertia.about_origin.m33;
             moved
-        },
-        common,
-    ),
-    (
-        "the mass on a slide moves",
-        |link| match link.kind {
-            JointKind::Revolute => unfelt(link),
-            JointKind::Prismatic => link.inertia,
-        },
-        common,
-    ),
-    ("first factors count as common", unfelt, |arena, node, once| {
-        let Node::Add(left, right) = node else { return None };
-        let (Node::Mul(a, b), Node::Mul(_, d)) = (arena.node(left), arena.node(right)) else { return None };
-        (once(left) && once(right)).then_some((a, Node::Add(b, d)))
+        };
     }),
+    ("the mass on a slide moves", |how| {
+        how.unfelt = |link, across| match link.kind {
+            JointKind::Revolute => unfelt(link, across),
+            JointKind::Prismatic => link.inertia,
+        };
+    }),
+    ("the step from a still frame does not turn", |how| how.turning.step = |_, v| *v),
+    ("the body in a still frame does not turn", |how| how.turning.inertia = |_, body| *body),
+    ("of two turns the second is lost", |how| how.turning.both = |first, _| first),
+    ("a shared sum loses its sign", |how| how.moves.shared_sum = |_| false),
+    ("the first factor is taken out, not the common one", |how| {
+        how.moves.without = |factors, _| factors.get(1..).unwrap_or_default().to_vec();
+    }),
+    ("signs in a bracket are lost", |how| how.moves.inside = |_| false),
 ];
 
-/// Whether the torques regrouped so leave the recursion's by more than rounding.
-fn leaves<const N: usize>(case: &Case, moves: fn(&Link<f64>) -> Inertia<f64>, common: Common) -> bool {
-    let model = case.file.robot.model::<N>().unwrap();
-    let tape = Arena::new(RuleSet::ALL, Precision::Double);
-    let (arena, outputs) = record(case.function, &moved_inward(&model, moves), &case.file.scene(&model), None, tape);
-    let (arena, outputs) = factored(arena, outputs, Precision::Double, common);
-    let program = Program::new(arena, &outputs);
+/// Whether the torques regrouped so, in the frames that the right regrouping chooses, leave the recursion's by more than
+/// rounding.
+fn leaves<const N: usize>(case: &Case, how: &Regrouping) -> bool {
+    let (model, scene) =
+        holding(&case.file.robot.model::<N>().unwrap(), &case.file.scene(&case.file.robot.model::<N>().unwrap()));
+    let free = [true; N];
+    let frames = Frames::cheapest(&model, &free, |frames| {
+        let (arena, outputs) = REGROUPING.record(case.function, &model, &scene, frames, Precision::Double);
+        operations(&arena, &outputs)
+    });
+    let (arena, outputs) = how.record(case.function, &model, &scene, &frames, Precision::Double);
+    let program = fewest_operations(arena, &outputs, Precision::Double, how.moves);
     case.states.iter().any(|(inputs, wanted)| {
         let size = wanted.iter().fold(1.0_f64, |size, x| size.max(x.abs()));
         program.evaluate(inputs).iter().zip(wanted).any(|(found, wanted)| (found - wanted).abs() > 1e-12 * size)
@@ -237,24 +239,17 @@ fn leaves<const N: usize>(case: &Case, moves: fn(&Link<f64>) -> Inertia<f64>, co
 #[test]
 fn every_wrong_regrouping_is_found_and_the_right_one_is_none() {
     let mut cases = cases();
-    // Base parameters change the wrenches, which are therefore not regrouped; solving for accelerations magnifies rounding.
-    cases.retain(|case| !matches!(case.function, Function::JointWrenches | Function::ForwardDynamics));
-    let wrong = |moves, common| {
-        cases.iter().filter(|case| with_dof!(case.file.robot.dof(), N => leaves::<N>(case, moves, common))).count()
+    // The functions that regrouping serves; the others are parts of the first.
+    cases.retain(|case| matches!(case.function, Function::InverseDynamics | Function::MassMatrix));
+    let wrong = |how: &Regrouping| {
+        cases.iter().filter(|case| with_dof!(case.file.robot.dof(), N => leaves::<N>(case, how))).count()
     };
-    assert_eq!(wrong(unfelt, common), 0);
-    let found = WRONG_REGROUPINGS.map(|(name, moves, common)| (name, wrong(moves, common)));
+    assert_eq!(wrong(&REGROUPING), 0);
+    let found = WRONG_REGROUPINGS.map(|(name, spoil)| {
+        let mut how = REGROUPING;
+        spoil(&mut how);
+        (name, wrong(&how))
+    });
     println!("of {} kernels, each fault shows in: {found:?}", cases.len());
     assert!(found.iter().all(|(_, kernels)| *kernels > 0), "{found:?}");
-}
-
-#[test]
-fn a_common_factor_leaves_a_difference_a_difference() {
-    // No shipped arm has one.
-    let (difference, tape) =
-        trace(Arena::new(RuleSet::ALL, Precision::Double), || input(0) * input(1) - input(0) * input(2));
-    let (tape, outputs) = factored(tape, vec![difference], Precision::Double, common);
-    let program = Program::new(tape, &outputs);
-    assert_eq!((program.operations().mul, program.operations().sub), (1, 1));
-    assert_eq!(program.evaluate(&[3.0, 5.0, 2.0]), [9.0]);
 }

@@ -97,6 +97,12 @@ impl Program {
         Self { order, live_max, ..self.clone() }
     }
 
+    /// Stores and loads that a Cortex-M4F's 32 registers would make necessary, were the order of the statements kept.
+    #[must_use]
+    pub fn spills(&self) -> usize {
+        schedule::spills(&self.arena, &self.order)
+    }
+
     fn traced(&self) -> Vec<Expr> {
         let mut traced = self.order.clone();
         traced.sort_unstable();

@@ -5,8 +5,8 @@
 //! parameters of Gautier and Khalil, *Direct calculation of minimum set of inertial parameters*, 1990):
 //!
 //! - a revolute joint: the mass and the first moment along the axis (points on the axis do not move), and an inertia
-//!   `diag(t, t, 0)`, which a turn about z leaves as it is. With `t = Iyy` the link keeps `Ixx - Iyy`, `Izz`, the products of
-//!   inertia and the first moments across the axis.
+//!   `diag(t, t, 0)`, which a turn about z leaves as it is. Any `t` will do. With `t = Iyy` the link keeps `Ixx - Iyy`, `Izz`, the
+//!   products of inertia and the first moments across the axis; which `t` saves most is searched ([`Across`]).
 //! - a prismatic joint: the whole inertia about the origin, once the first moment says where it is. A slide changes the
 //!   inertia about the parent's origin through mass and first moment alone.
 //!
@@ -16,21 +16,48 @@ use dynamics_core::model::{Link, Model};
 use dynamics_core::{Inertia, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
-/// The same arm with base inertial parameters: equal torques, more zeros. The wrenches at the joints are *not* the same.
-#[must_use]
-pub fn base_parameters<const N: usize>(model: &Model<f64, N>) -> Model<f64, N> {
-    moved_inward(model, unfelt)
+/// Which moment of inertia across a revolute axis a link gives away: what then vanishes from its moments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Across {
+    /// `Iyy = 0`
+    Iyy,
+    /// `Ixx = 0`
+    Ixx,
+    /// `Iyy = Izz`: nothing about x but what accelerates it.
+    IyyToIzz,
+    /// `Ixx = Izz`: nothing about y but what accelerates it.
+    IxxToIzz,
 }
 
-/// The same, by any notion of what a joint cannot feel.
+impl Across {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Iyy, Self::Ixx, Self::IyyToIzz, Self::IxxToIzz];
+
+    /// `t`, kg m^2.
+    fn given_away(self, inertia: &Matrix3<f64>) -> f64 {
+        match self {
+            Self::Iyy => inertia.m22,
+            Self::Ixx => inertia.m11,
+            Self::IyyToIzz => inertia.m22 - inertia.m33,
+            Self::IxxToIzz => inertia.m11 - inertia.m33,
+        }
+    }
+}
+
+/// What of a link's inertia its own joint cannot tell from the parent's.
+pub(super) type Unfelt = fn(&Link<f64>, Across) -> Inertia<f64>;
+
+/// The same arm with base inertial parameters: equal torques, more zeros. The wrenches at the joints are *not* the same.
+#[must_use]
 pub(super) fn moved_inward<const N: usize>(
     model: &Model<f64, N>,
-    unfelt: fn(&Link<f64>) -> Inertia<f64>,
+    across: &[Across; N],
+    unfelt: Unfelt,
 ) -> Model<f64, N> {
     let mut links = *model.links();
     let size = links.iter().fold(0.0_f64, |size, link| size.max(link.inertia.about_origin.amax()));
     for i in (0..N).rev() {
-        let unfelt = unfelt(&links[i]);
+        let unfelt = unfelt(&links[i], across[i]);
         let own = &mut links[i].inertia;
         own.mass -= unfelt.mass;
         own.first_moment -= unfelt.first_moment;
@@ -42,18 +69,21 @@ pub(super) fn moved_inward<const N: usize>(
     }
     // The base's own turn is about one axis of the world: of the first link only what turns about it is felt.
     for link in &mut links {
+        // What was made equal to another is so up to rounding; to be seen, it must be so to the bit.
+        let j = &mut link.inertia.about_origin;
+        (j.m11, j.m22) = (equal_if_near(j.m11, j.m33, size), equal_if_near(j.m22, j.m33, size));
         link.inertia.about_origin = link.inertia.about_origin.map(|x| without_dust(x, size));
         link.inertia.first_moment = link.inertia.first_moment.map(|x| without_dust(x, size));
     }
     Model::from_checked(links, *model.tip())
 }
 
-/// The part of a link's inertia that its own joint cannot tell from the parent's.
-pub(super) fn unfelt(link: &Link<f64>) -> Inertia<f64> {
+/// The part of a link's inertia that its own joint cannot tell from the parent's, whatever the joint's position.
+pub(super) fn unfelt(link: &Link<f64>, across: Across) -> Inertia<f64> {
     let Inertia { mass, first_moment, about_origin } = link.inertia;
     match link.kind {
         JointKind::Revolute => {
-            let across = about_origin.m22;
+            let across = across.given_away(&about_origin);
             Inertia {
                 mass,
                 first_moment: Vector3::new(0.0, 0.0, first_moment.z),
@@ -62,6 +92,10 @@ pub(super) fn unfelt(link: &Link<f64>) -> Inertia<f64> {
         }
         JointKind::Prismatic => Inertia { mass: 0.0, first_moment: Vector3::zeros(), about_origin },
     }
+}
+
+fn equal_if_near(x: f64, to: f64, size: f64) -> f64 {
+    if without_dust(x - to, size) == 0.0 { to } else { x }
 }
 
 /// Sums that cancel leave a rest of rounding; a zero there saves operations.

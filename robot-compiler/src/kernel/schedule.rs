@@ -2,12 +2,56 @@
 
 use super::program::is_statement;
 use super::tape::{Arena, Expr};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// The best of three orders: as traced, depth first from the outputs, and greedily by what frees most.
 pub(super) fn few_alive(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
     let candidates = [traced.to_vec(), depth_first(arena, outputs), greedy(arena, traced, outputs)];
-    candidates.into_iter().min_by_key(|order| live_max(arena, order, outputs)).unwrap_or_default()
+    let cost = |order: &Vec<Expr>| (spills(arena, order), live_max(arena, order, outputs));
+    candidates.into_iter().min_by_key(cost).unwrap_or_default()
+}
+
+/// Single-precision registers of a Cortex-M4F, less two for the inputs and numbers of a statement.
+const REGISTERS: usize = 30;
+
+/// Stores and loads of values that find no register: whenever one is needed, the value whose next use is farthest goes
+/// (Belady's rule, the best there is for loads). An output goes where it is asked for and takes no register afterwards.
+pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
+    let computed = |e: &Expr| is_statement(arena.node(*e));
+    let mut uses: BTreeMap<Expr, VecDeque<usize>> = BTreeMap::new();
+    for (place, &expr) in order.iter().enumerate() {
+        for operand in arena.node(expr).operands().filter(computed) {
+            uses.entry(operand).or_default().push_back(place);
+        }
+    }
+    let mut held: BTreeSet<Expr> = BTreeSet::new();
+    let mut stored: BTreeSet<Expr> = BTreeSet::new();
+    let mut moved = 0;
+    for &expr in order {
+        let operands: BTreeSet<Expr> = arena.node(expr).operands().filter(computed).collect();
+        for &operand in &operands {
+            if held.insert(operand) {
+                moved += 1;
+            }
+        }
+        for operand in arena.node(expr).operands().filter(computed) {
+            if let Some(places) = uses.get_mut(&operand) {
+                places.pop_front();
+            }
+        }
+        let next = |e: &Expr| uses.get(e).and_then(|places| places.front()).copied();
+        held.retain(|e| next(e).is_some());
+        if next(&expr).is_some() {
+            held.insert(expr);
+        }
+        while held.len() > REGISTERS
+            && let Some(farthest) = held.iter().copied().max_by_key(|e| next(e))
+        {
+            held.remove(&farthest);
+            moved += usize::from(stored.insert(farthest));
+        }
+    }
+    moved
 }
 
 /// The most computed values alive at once. Numbers and inputs do not count: they can be loaded when they are used.

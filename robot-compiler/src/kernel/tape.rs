@@ -11,7 +11,7 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::scalar::Label;
 use dynamics_core::{Field, Real, Scalar};
 use num_traits::{One, Zero};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap as HashMap;
 
 /// The precision in which constants are folded: the one that the kernel will compute in, or its bits would differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,8 +132,8 @@ impl Arena {
     pub fn new(rules: RuleSet, precision: Precision) -> Self {
         Self {
             nodes: Vec::new(),
-            index: HashMap::new(),
-            labels: HashMap::new(),
+            index: HashMap::default(),
+            labels: HashMap::default(),
             rules,
             table: &rules::TABLE,
             precision,
