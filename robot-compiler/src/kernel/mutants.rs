@@ -4,11 +4,10 @@
 
 use super::algebra::fewest_operations;
 use super::functions::{forward_input_values, input_values, record};
-use super::program::operations;
 use super::regroup::unfelt;
 use super::rules::{Rewrite, Rule, RuleSet, TABLE};
 use super::tape::{Arena, Expr, Node};
-use super::{Frames, Function, Precision, Program, REGROUPING, Regrouping, holding};
+use super::{Function, Precision, Program, REGROUPING, Regrouping, holding};
 use crate::{SceneFile, with_dof};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Inertia, JointKind, Trig};
@@ -221,13 +220,9 @@ const WRONG_REGROUPINGS: [Fault; 9] = [
 /// Whether the torques regrouped so, in the frames that the right regrouping chooses, leave the recursion's by more than
 /// rounding.
 fn leaves<const N: usize>(case: &Case, how: &Regrouping) -> bool {
-    let (model, scene) =
-        holding(&case.file.robot.model::<N>().unwrap(), &case.file.scene(&case.file.robot.model::<N>().unwrap()));
-    let free = [true; N];
-    let frames = Frames::cheapest(&model, &free, |frames| {
-        let (arena, outputs) = REGROUPING.record(case.function, &model, &scene, frames, Precision::Double);
-        operations(&arena, &outputs)
-    });
+    let model = case.file.robot.model::<N>().unwrap();
+    let (model, scene) = holding(&model, &case.file.scene(&model));
+    let frames = REGROUPING.cheapest_frames(case.function, &model, &scene, Precision::Double);
     let (arena, outputs) = how.record(case.function, &model, &scene, &frames, Precision::Double);
     let program = fewest_operations(arena, &outputs, Precision::Double, how.moves);
     case.states.iter().any(|(inputs, wanted)| {

@@ -166,9 +166,9 @@ impl Program {
     }
 }
 
-/// Multiplications, additions and subtractions that the outputs need.
+/// Multiplications, additions, subtractions and divisions that the outputs need.
 pub(super) fn operations(arena: &Arena, outputs: &[Expr]) -> usize {
-    let counts = |e: &&Expr| matches!(arena.node(**e), Node::Add(..) | Node::Sub(..) | Node::Mul(..));
+    let counts = |e: &&Expr| matches!(arena.node(**e), Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..));
     needed(arena, outputs).iter().filter(counts).count()
 }
 
