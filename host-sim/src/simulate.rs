@@ -143,7 +143,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         delay: scene.sensors.delay as usize,
     };
     Ok(World {
-        plant: Plant::new(arm, friction, actuators, clock, start),
+        plant: Plant::new(&arm, friction, actuators, clock, start),
         sensors: Sensors::new(sensors, scene.seed),
         motion,
         repeat: scene.motion.repeats(),

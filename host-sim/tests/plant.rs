@@ -1,14 +1,19 @@
 //! The plant against reference data from Pinocchio, and against the laws of mechanics.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#![allow(clippy::float_cmp, reason = "a trace claims equality")]
 
 mod reference;
 
 use dynamics_core::geometry::{about_x, about_z};
-use dynamics_core::{Body, Dh, Frame};
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{Body, Dh, Frame, SinCos, Trig};
 use host_sim::plant::actuator::ActuatorSettings;
+use host_sim::plant::dynamics::Mechanism;
 use host_sim::plant::{Arm, Clock, JointFriction, Plant, State};
 use nalgebra::{Matrix3, SVector, Vector3};
 use reference::{Golden, Reference, matrix, relative, wrench};
+use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
+use robot_compiler::kernel::{Precision, Program, RuleSet};
 
 fn array<const N: usize>(values: &[f64]) -> [f64; N] {
     values.try_into().unwrap()
@@ -68,6 +73,54 @@ fn equations_of_motion_agree_with_pinocchio() {
         assert!(terms < 1e-14, "{robot}: terms off by {terms:e}");
         assert!(forward < 1e-13, "{robot}: forward dynamics off by {forward:e}");
     }
+}
+
+/// The plant's source run on a tape, as a program of sines, cosines, positions, velocities and torques.
+fn traced<const N: usize>(mechanism: &Mechanism<N>) -> Program {
+    let (outputs, tape) = trace(Arena::new(RuleSet::ALL, Precision::Double), || {
+        let joints = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
+        let (sin, cos) = (joints(0), joints(1));
+        let turn = core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] });
+        let found = mechanism.solution(&turn, &joints(2), &joints(3), &joints(4));
+        found.qdd.into_iter().chain(found.pivot).collect::<Vec<_>>()
+    });
+    Program::new(tape, &outputs)
+}
+
+fn traced_equals_source<const N: usize>(arm: &Arm<N>, states: &[Reference]) {
+    let mechanism = arm.mechanism();
+    let program = traced(&mechanism);
+    for state in states {
+        let [q, qd, drive] = [&state.q, &state.qd, &state.tau_in].map(|list| array::<N>(list));
+        let turn = Polynomial.sin_cos_all(&q);
+        let inputs: Vec<f64> = turn.iter().map(|t| t.sin).chain(turn.iter().map(|t| t.cos)).collect();
+        let inputs = [&inputs, &q[..], &qd, &drive].concat();
+        let wanted = mechanism.solution(&turn, &q, &qd, &drive);
+        let found = program.evaluate(&inputs);
+        assert_eq!(found, [wanted.qdd, wanted.pivot].concat());
+        assert_eq!(mechanism.acceleration(&q, &qd, &drive), Some(wanted.qdd));
+    }
+}
+
+#[test]
+fn the_source_can_be_traced_and_keeps_its_bits() {
+    let (puma, random) = (Golden::load("puma560"), Golden::load("random6_generic"));
+    traced_equals_source::<6>(&puma.classical(true), &puma.states);
+    let mut touched: Arm<6> = random.placed();
+    touched.tip_wrench = Some(wrench(&random.states[0].wrench_tip));
+    touched.payload = Some(Body { mass: 2.0, com: Vector3::new(0.02, -0.01, 0.05), inertia: Matrix3::identity() });
+    traced_equals_source(&touched, &random.states);
+}
+
+#[test]
+fn an_arm_that_moves_no_mass_has_no_acceleration() {
+    let mut arm: Arm<2> = Golden::load("planar2r").classical(false);
+    assert!(arm.acceleration(&[0.3, 0.5], &[0.0; 2], &[1.0; 2]).is_some());
+    arm.joints[1].body = Body::massless();
+    assert_eq!(arm.acceleration(&[0.3, 0.5], &[0.0; 2], &[1.0; 2]), None);
+    // A position without a sine is none either.
+    let arm: Arm<2> = Golden::load("planar2r").classical(false);
+    assert_eq!(arm.acceleration(&[2e6, 0.5], &[0.0; 2], &[1.0; 2]), None);
 }
 
 #[test]
@@ -141,7 +194,7 @@ fn plant<const N: usize>(
     start: [f64; N],
 ) -> Plant<N> {
     let clock = Clock { period: 1e-2, steps_per_tick };
-    Plant::new(arm.clone(), friction, ActuatorSettings::default(), clock, start)
+    Plant::new(arm, friction, ActuatorSettings::default(), clock, start)
 }
 
 fn energy<const N: usize>(arm: &Arm<N>, state: &State<N>) -> f64 {

@@ -1,21 +1,28 @@
-//! The arm's equations of motion, by geometric Jacobians in the base frame.
+//! The arm's equations of motion, by moving bodies in base axes.
 //!
 //! The simulation must not confirm the controller's mistakes, so nothing here shares a line with the controller's
-//! recursion: no link frames on joint axes, no first moments, no accelerating base. For every body `b`, with its mass
-//! centre `c`, its Jacobians `Jv`, `Jw` and its inertia `I` turned into base axes (Kane's form of the equations):
+//! recursion: every vector is in base axes, every body is described by its mass centre and its inertia about it, and weight
+//! is a force. With `d` from one joint's origin to the next, `r` from a joint's origin to a mass centre, and `z` the axes:
 //!
 //! ```text
-//! D  = sum_b  m Jv^T Jv + Jw^T I Jw  +  diag(rotors)
-//! h  = sum_b  m Jv^T a  + Jw^T (I alpha + w x I w)       a, alpha: accelerations of the body at qdd = 0
-//! G  = -sum_b m Jv^T g                                    the gradient of the potential -m g.c
-//! D qdd = drive - friction + J_tip^T wrench - h - G
+//! w_i = w + z qd,  alpha_i = alpha + w x z qd,  a_i = a + alpha x d + w x (w x d)      outward, at qdd = 0
+//! F = m (a + alpha x r + w x (w x r)),  M = I alpha + w x I w + r x F                  of each body (Euler's laws)
 //! ```
 //!
-//! `a` and `alpha` come from the time derivative of the Jacobian's columns: `d/dt [z x (c - o)] = z' x (c - o) +
-//! z x (c' - o')`, `z' = w_before x z`.
+//! (a slide adds `2 w x z qd` to `a` and nothing to the others), and with sums over what lies beyond a joint, moved from
+//! origin to origin inward: of mass, first moment `h` and inertia `J` about the origin, of `F` and of `M`,
+//!
+//! ```text
+//! D_ij = z_i . (what J and h make of a unit acceleration about z_j, moved to i), i <= j;  rotors on the diagonal
+//! h_i  = z_i . M,   G_i = -z_i . (h x g)          (along a slide: forces instead of moments)
+//! D qdd = drive - friction + tip - h - G
+//! ```
+//!
+//! The source is generic in its scalar and has no branch on data, so that it can be traced.
 
-use super::kinematics::{Axis, Pose, origin, rotation};
-use dynamics_core::{Body, JointKind, JointSpec, Tool, Wrench};
+use super::kinematics::{Chain, Pose};
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{Body, Field, JointKind, JointSpec, Scalar, SinCos, Tool, Trig, Wrench};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// An arm and what acts on it, as nature has it.
@@ -33,61 +40,65 @@ pub struct Arm<const N: usize> {
     pub tip_wrench: Option<Wrench<f64>>,
 }
 
-/// The parts of the equations of motion at one state.
+/// An arm made ready: what does not change with its state is computed once.
 #[derive(Clone, Debug)]
-pub struct Terms<const N: usize> {
-    /// Joint-space inertia with rotors, kg m^2, kg m, kg.
-    pub mass_matrix: SMatrix<f64, N, N>,
-    /// Centrifugal and Coriolis torques `h`, N m or N.
-    pub coriolis: [f64; N],
-    /// Torques `G` that hold the arm against gravity, N m or N.
-    pub gravity: [f64; N],
-    /// Torques `J^T w` with which the tip wrench drives the joints, N m or N.
-    pub tip: [f64; N],
+pub struct Mechanism<const N: usize> {
+    chain: Chain<N>,
+    gravity: Vector3<f64>,
+    tip_wrench: Option<Wrench<f64>>,
 }
 
-/// How fast a joint's axis moves.
-#[derive(Clone, Copy)]
-struct AxisRate {
-    direction: Vector3<f64>,
-    point: Vector3<f64>,
+/// The parts of the equations of motion at one state.
+#[derive(Clone, Debug)]
+pub struct Terms<const N: usize, S = f64> {
+    /// Joint-space inertia with rotors, kg m^2, kg m, kg.
+    pub mass_matrix: SMatrix<S, N, N>,
+    /// Centrifugal and Coriolis torques `h`, N m or N.
+    pub coriolis: [S; N],
+    /// Torques `G` that hold the arm against gravity, N m or N.
+    pub gravity: [S; N],
+    /// Torques `J^T w` with which the tip wrench drives the joints, N m or N.
+    pub tip: [S; N],
+}
+
+/// Accelerations, and the pivots that they were divided by: without meaning unless all of those are above zero.
+#[derive(Clone, Copy, Debug)]
+pub struct Solution<S, const N: usize> {
+    /// Joint acceleration, rad/s^2 or m/s^2.
+    pub qdd: [S; N],
+    /// Inertia that the joint feels with the joints before it free, kg m^2 or kg.
+    pub pivot: [S; N],
 }
 
 impl<const N: usize> Arm<N> {
-    /// Every term of the equations of motion at a state; O(N^2) vector products per body.
+    /// The arm made ready.
+    #[must_use]
+    pub fn mechanism(&self) -> Mechanism<N> {
+        Mechanism {
+            chain: Chain::new(&self.joints, &self.tool, self.payload.as_ref()),
+            gravity: self.gravity,
+            tip_wrench: self.tip_wrench,
+        }
+    }
+
+    /// Every term of the equations of motion at a state.
     #[must_use]
     pub fn terms(&self, q: &[f64; N], qd: &[f64; N]) -> Terms<N> {
-        let pose = Pose::new(&self.joints, &self.tool, q);
-        let rates = axis_rates(&pose.axes, qd);
-        let mut terms = Terms {
-            mass_matrix: SMatrix::zeros(),
-            coriolis: [0.0; N],
-            gravity: [0.0; N],
-            tip: self.tip_torques(&pose),
-        };
-        for i in 0..N {
-            terms.mass_matrix[(i, i)] = self.joints[i].rotor.reflected();
-        }
-        self.for_each_body(&pose, |link, mass, centre, inertia| {
-            add_body(&mut terms, &self.gravity, &pose.axes[..=link], &rates, qd, mass, centre, inertia);
-        });
-        terms.mass_matrix.fill_upper_triangle_with_lower_triangle();
-        terms
+        self.mechanism().terms(&Polynomial.sin_cos_all(q), q, qd)
     }
 
     /// Joint accelerations under joint torques `drive`; `None` when the inertia matrix is not positive definite.
     #[must_use]
     pub fn acceleration(&self, q: &[f64; N], qd: &[f64; N], drive: &[f64; N]) -> Option<[f64; N]> {
-        let terms = self.terms(q, qd);
-        let rest = core::array::from_fn(|i| drive[i] + terms.tip[i] - terms.coriolis[i] - terms.gravity[i]);
-        cholesky_solve(&terms.mass_matrix, &rest)
+        self.mechanism().acceleration(q, qd, drive)
     }
 
     /// Pose of the tip in the base frame: rotation and origin (m).
     #[must_use]
     pub fn tip_pose(&self, q: &[f64; N]) -> (Matrix3<f64>, Vector3<f64>) {
-        let tip = Pose::new(&self.joints, &self.tool, q).tip;
-        (rotation(&tip), origin(&tip))
+        let chain = self.mechanism().chain;
+        let tip = chain.places(&Polynomial.sin_cos_all(q), q)[N - 1].then(&chain.tip);
+        (tip.rotation, tip.origin)
     }
 
     /// `1/2 qd^T D qd`, J.
@@ -100,135 +111,298 @@ impl<const N: usize> Arm<N> {
     /// `-sum m g.c`, J; zero for masses at the base origin.
     #[must_use]
     pub fn potential(&self, q: &[f64; N]) -> f64 {
-        let mut energy = 0.0;
-        self.for_each_body(&Pose::new(&self.joints, &self.tool, q), |_, mass, centre, _| {
-            energy -= mass * self.gravity.dot(&centre);
+        let chain = self.mechanism().chain;
+        let places = chain.places(&Polynomial.sin_cos_all(q), q);
+        let bodies = chain.joints.iter().zip(&places).flat_map(|(joint, place)| {
+            joint.bodies.iter().map(|body| -body.mass * self.gravity.dot(&place.at(&body.com)))
         });
-        energy
+        bodies.sum()
+    }
+}
+
+impl<const N: usize> Mechanism<N> {
+    /// Joint accelerations under joint torques `drive`; `None` when the inertia matrix is not positive definite, or a
+    /// position is beyond [`Polynomial::LIMIT_F64`].
+    #[must_use]
+    pub fn acceleration(&self, q: &[f64; N], qd: &[f64; N], drive: &[f64; N]) -> Option<[f64; N]> {
+        let Solution { qdd, pivot } = self.solution(&Polynomial.sin_cos_all(q), q, qd, drive);
+        pivot.iter().all(|&pivot| pivot > 0.0 && pivot.is_finite()).then_some(qdd)
     }
 
-    /// Calls `visit(link, mass, mass centre, inertia)` for every link, the tool and the payload, in base axes.
-    fn for_each_body(&self, pose: &Pose<N>, mut visit: impl FnMut(usize, f64, Vector3<f64>, Matrix3<f64>)) {
-        let links = self.joints.iter().zip(&pose.links).enumerate().map(|(i, (joint, frame))| (i, &joint.body, frame));
-        let held = [Some(&self.tool.body), self.payload.as_ref()].into_iter().flatten();
-        for (link, body, frame) in links.chain(held.map(|body| (N - 1, body, &pose.tip))) {
-            let r = rotation(frame);
-            visit(link, body.mass, r * body.com + origin(frame), r * body.inertia * r.transpose());
+    /// As [`Mechanism::acceleration`], in any scalar, with the pivots instead of a judgement on them.
+    #[must_use]
+    pub fn solution<S: Field>(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N], drive: &[S; N]) -> Solution<S, N> {
+        let terms = self.terms(turn, q, qd);
+        let rest = core::array::from_fn(|i| drive[i] + terms.tip[i] - terms.coriolis[i] - terms.gravity[i]);
+        solve(&terms.mass_matrix, &rest)
+    }
+
+    /// Every term of the equations of motion at a state.
+    #[must_use]
+    pub fn terms<S: Scalar>(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N]) -> Terms<N, S> {
+        let pose = self.chain.pose(turn, q);
+        let gravity = self.gravity.map(S::literal);
+        let (bodies, loads) = self.outward(&pose, qd);
+        let zero = [S::zero(); N];
+        let mut terms =
+            Terms { mass_matrix: SMatrix::zeros(), coriolis: zero, gravity: zero, tip: self.tip_torques(&pose) };
+        let (mut beyond, mut load) = (bodies[N - 1], loads[N - 1]);
+        for j in (0..N).rev() {
+            if j + 1 < N {
+                beyond = bodies[j].and(&beyond.moved(&pose[j + 1].offset));
+                load = loads[j].and(&load.moved(&pose[j + 1].offset));
+            }
+            terms.coriolis[j] = load.along(&pose[j]);
+            let weight = Load { force: gravity * beyond.mass, moment: beyond.first_moment.cross(&gravity) };
+            terms.gravity[j] = -weight.along(&pose[j]);
+            let mut taken = beyond.taken(&pose[j]);
+            for i in (0..=j).rev() {
+                let along = taken.along(&pose[i]);
+                terms.mass_matrix[(i, j)] = along;
+                terms.mass_matrix[(j, i)] = along;
+                if i > 0 {
+                    taken = taken.moved(&pose[i].offset);
+                }
+            }
+            terms.mass_matrix[(j, j)] += S::literal(self.chain.joints[j].rotor);
         }
+        terms
     }
 
-    fn tip_torques(&self, pose: &Pose<N>) -> [f64; N] {
+    /// What each joint moves by itself, and what its motion takes at `qdd = 0`; both about the joint's origin.
+    fn outward<S: Scalar>(&self, pose: &[Pose<S>; N], qd: &[S; N]) -> ([Bodies<S>; N], [Load<S>; N]) {
+        let mut bodies = [Bodies::none(); N];
+        let mut loads = [Load::none(); N];
+        let mut motion = Motion { w: Vector3::zeros(), alpha: Vector3::zeros(), a: Vector3::zeros() };
+        for i in 0..N {
+            motion = motion.next(&pose[i], qd[i]);
+            for body in &self.chain.joints[i].bodies {
+                let body = Turned::new(body, &pose[i].rotation);
+                bodies[i] = bodies[i].and(&body.about_origin());
+                loads[i] = loads[i].and(&body.load(&motion));
+            }
+        }
+        (bodies, loads)
+    }
+
+    fn tip_torques<S: Scalar>(&self, pose: &[Pose<S>; N]) -> [S; N] {
+        let mut torques = [S::zero(); N];
         let Some(wrench) = &self.tip_wrench else {
-            return [0.0; N];
+            return torques;
         };
-        let (r, at) = (rotation(&pose.tip), origin(&pose.tip));
-        let (force, moment) = (r * wrench.force, r * wrench.moment);
-        pose.axes.map(|axis| column(&axis, &at).dot(&force) + turn_column(&axis).dot(&moment))
+        let rotation = pose[N - 1].rotation;
+        let tip = self.chain.tip.literal();
+        let in_base = |v: &Vector3<f64>| rotation * (tip.rotation * v.map(S::literal));
+        let force = in_base(&wrench.force);
+        let mut load = Load { force, moment: in_base(&wrench.moment) + (rotation * tip.origin).cross(&force) };
+        for i in (0..N).rev() {
+            torques[i] = load.along(&pose[i]);
+            load = load.moved(&pose[i].offset);
+        }
+        torques
     }
 }
 
-/// Add one body's inertia (below and on the diagonal), velocity torques and weight; `axes` are those of the joints that
-/// move it.
-#[allow(
-    clippy::too_many_arguments,
-    reason = "the quantities of one line of Kane's equations; a struct would only rename them"
-)]
-fn add_body<const N: usize>(
-    terms: &mut Terms<N>,
-    gravity: &Vector3<f64>,
-    axes: &[Axis],
-    rates: &[AxisRate; N],
-    qd: &[f64; N],
-    mass: f64,
-    centre: Vector3<f64>,
-    inertia: Matrix3<f64>,
-) {
-    let mut linear = [Vector3::zeros(); N];
-    let mut angular = [Vector3::zeros(); N];
-    let (mut velocity, mut turning) = (Vector3::zeros(), Vector3::zeros());
-    for (j, axis) in axes.iter().enumerate() {
-        linear[j] = column(axis, &centre);
-        angular[j] = turn_column(axis);
-        velocity += linear[j] * qd[j];
-        turning += angular[j] * qd[j];
-    }
-    let (mut acceleration, mut angular_acceleration) = (Vector3::zeros(), Vector3::zeros());
-    for (j, axis) in axes.iter().enumerate() {
-        let rate = &rates[j];
-        match axis.kind {
-            JointKind::Revolute => {
-                let spread = rate.direction.cross(&(centre - axis.point));
-                acceleration += (spread + axis.direction.cross(&(velocity - rate.point))) * qd[j];
-                angular_acceleration += rate.direction * qd[j];
-            }
-            // A slide's column is its direction, once for its own turning and once for the body carried along it.
-            JointKind::Prismatic => acceleration += rate.direction * qd[j],
+/// Angular velocity and acceleration of a link, and the acceleration of its joint's origin, at `qdd = 0`.
+#[derive(Clone, Copy)]
+struct Motion<S> {
+    w: Vector3<S>,
+    alpha: Vector3<S>,
+    a: Vector3<S>,
+}
+
+impl<S: Scalar> Motion<S> {
+    /// Of the link beyond the next joint.
+    fn next(&self, pose: &Pose<S>, qd: S) -> Self {
+        let own = pose.axis * qd;
+        let across = self.w.cross(&own);
+        let a = self.at(&pose.offset);
+        match pose.kind {
+            JointKind::Revolute => Self { w: self.w + own, alpha: self.alpha + across, a },
+            JointKind::Prismatic => Self { a: a + across + across, ..*self },
         }
     }
-    let force = acceleration * mass;
-    let moment = inertia * angular_acceleration + turning.cross(&(inertia * turning));
-    for j in 0..axes.len() {
-        terms.coriolis[j] += linear[j].dot(&force) + angular[j].dot(&moment);
-        terms.gravity[j] -= mass * gravity.dot(&linear[j]);
-        let turned = inertia * angular[j];
-        for k in 0..=j {
-            terms.mass_matrix[(j, k)] += mass * linear[j].dot(&linear[k]) + turned.dot(&angular[k]);
+
+    /// Acceleration of a point of the link.
+    fn at(&self, point: &Vector3<S>) -> Vector3<S> {
+        self.a + self.alpha.cross(point) + self.w.cross(&self.w.cross(point))
+    }
+}
+
+/// A body in base axes, about its own mass centre.
+struct Turned<S> {
+    mass: S,
+    /// From the joint's origin to the mass centre.
+    centre: Vector3<S>,
+    inertia: Symmetric<S>,
+}
+
+impl<S: Scalar> Turned<S> {
+    fn new(body: &Body, rotation: &Matrix3<S>) -> Self {
+        Self {
+            mass: S::literal(body.mass),
+            centre: rotation * body.com.map(S::literal),
+            inertia: Symmetric::turned(rotation, &body.inertia.map(S::literal)),
+        }
+    }
+
+    /// `J = I + m (r.r 1 - r r^T)`.
+    fn about_origin(&self) -> Bodies<S> {
+        let first_moment = self.centre * self.mass;
+        let along = first_moment.component_mul(&self.centre);
+        let across = first_moment.component_mul(&next(&self.centre));
+        Bodies { mass: self.mass, first_moment, inertia: self.inertia.moved(&along, &across) }
+    }
+
+    fn load(&self, motion: &Motion<S>) -> Load<S> {
+        let Motion { w, alpha, .. } = motion;
+        let force = motion.at(&self.centre) * self.mass;
+        let moment = self.inertia.times(alpha) + w.cross(&self.inertia.times(w)) + self.centre.cross(&force);
+        Load { force, moment }
+    }
+}
+
+/// Bodies that move as one, about a joint's origin.
+#[derive(Clone, Copy)]
+struct Bodies<S> {
+    mass: S,
+    first_moment: Vector3<S>,
+    inertia: Symmetric<S>,
+}
+
+impl<S: Scalar> Bodies<S> {
+    fn none() -> Self {
+        let inertia = Symmetric { diagonal: Vector3::zeros(), beside: Vector3::zeros() };
+        Self { mass: S::zero(), first_moment: Vector3::zeros(), inertia }
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            mass: self.mass + other.mass,
+            first_moment: self.first_moment + other.first_moment,
+            inertia: self.inertia.plus(&other.inertia),
+        }
+    }
+
+    /// The same about a point from which `d` leads here: `J + 2 (d.h) 1 - d h^T - h d^T + m (d.d 1 - d d^T)`.
+    fn moved(&self, d: &Vector3<S>) -> Self {
+        let h = self.first_moment;
+        let moved = h + d * self.mass;
+        let along = d.component_mul(&(h + moved));
+        let across = d.component_mul(&next(&h)) + moved.component_mul(&next(d));
+        Self { mass: self.mass, first_moment: moved, inertia: self.inertia.moved(&along, &across) }
+    }
+
+    /// What a unit acceleration of a joint at the origin takes.
+    fn taken(&self, pose: &Pose<S>) -> Load<S> {
+        let (z, h) = (&pose.axis, &self.first_moment);
+        match pose.kind {
+            JointKind::Revolute => Load { force: z.cross(h), moment: self.inertia.times(z) },
+            JointKind::Prismatic => Load { force: z * self.mass, moment: h.cross(z) },
         }
     }
 }
 
-/// The joint's column of the Jacobian of a point: velocity of the point per unit of joint velocity.
-fn column(axis: &Axis, at: &Vector3<f64>) -> Vector3<f64> {
-    match axis.kind {
-        JointKind::Revolute => axis.direction.cross(&(at - axis.point)),
-        JointKind::Prismatic => axis.direction,
+/// A symmetric matrix: xx, yy, zz, and xy, yz, zx.
+#[derive(Clone, Copy)]
+struct Symmetric<S> {
+    diagonal: Vector3<S>,
+    beside: Vector3<S>,
+}
+
+impl<S: Scalar> Symmetric<S> {
+    /// `R I R^T`, as the sum over the columns of `R I` and `R` of their outer products.
+    fn turned(rotation: &Matrix3<S>, inertia: &Matrix3<S>) -> Self {
+        let half = rotation * inertia;
+        let outer = |k: usize| {
+            let (h, r) = (half.column(k).into_owned(), rotation.column(k).into_owned());
+            Self { diagonal: h.component_mul(&r), beside: h.component_mul(&next(&r)) }
+        };
+        outer(0).plus(&outer(1)).plus(&outer(2))
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        Self { diagonal: self.diagonal + other.diagonal, beside: self.beside + other.beside }
+    }
+
+    /// With `(along.x + along.y + along.z) 1 - diag(along)` added, and `across` taken off beside the diagonal.
+    fn moved(&self, along: &Vector3<S>, across: &Vector3<S>) -> Self {
+        let whole = Vector3::repeat(along.x + along.y + along.z);
+        Self { diagonal: self.diagonal + (whole - along), beside: self.beside - across }
+    }
+
+    fn times(&self, v: &Vector3<S>) -> Vector3<S> {
+        let back = Vector3::new(self.beside.z, self.beside.x, self.beside.y);
+        let before = Vector3::new(v.z, v.x, v.y);
+        self.diagonal.component_mul(v) + self.beside.component_mul(&next(v)) + back.component_mul(&before)
     }
 }
 
-/// The joint's column of the Jacobian of the angular velocity.
-fn turn_column(axis: &Axis) -> Vector3<f64> {
-    match axis.kind {
-        JointKind::Revolute => axis.direction,
-        JointKind::Prismatic => Vector3::zeros(),
-    }
+/// `(y, z, x)`.
+fn next<S: Scalar>(v: &Vector3<S>) -> Vector3<S> {
+    Vector3::new(v.y, v.z, v.x)
 }
 
-/// Velocity of each axis: its direction turns with the link before, its point moves with it.
-fn axis_rates<const N: usize>(axes: &[Axis; N], qd: &[f64; N]) -> [AxisRate; N] {
-    core::array::from_fn(|j| {
-        let (mut turning, mut velocity) = (Vector3::zeros(), Vector3::zeros());
-        for k in 0..j {
-            turning += turn_column(&axes[k]) * qd[k];
-            velocity += column(&axes[k], &axes[j].point) * qd[k];
+/// A force, and a moment about a joint's origin.
+#[derive(Clone, Copy)]
+struct Load<S> {
+    force: Vector3<S>,
+    moment: Vector3<S>,
+}
+
+impl<S: Scalar> Load<S> {
+    fn none() -> Self {
+        Self { force: Vector3::zeros(), moment: Vector3::zeros() }
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        Self { force: self.force + other.force, moment: self.moment + other.moment }
+    }
+
+    /// The same about a point from which `d` leads here.
+    fn moved(&self, d: &Vector3<S>) -> Self {
+        Self { force: self.force, moment: self.moment + d.cross(&self.force) }
+    }
+
+    /// What a joint feels of it.
+    fn along(&self, pose: &Pose<S>) -> S {
+        match pose.kind {
+            JointKind::Revolute => pose.axis.dot(&self.moment),
+            JointKind::Prismatic => pose.axis.dot(&self.force),
         }
-        AxisRate { direction: turning.cross(&axes[j].direction), point: velocity }
-    })
+    }
 }
 
-/// `x` with `A x = b` by Cholesky's `A = L L^T`; `None` when a pivot is not above zero.
-pub(super) fn cholesky_solve<const N: usize>(a: &SMatrix<f64, N, N>, b: &[f64; N]) -> Option<[f64; N]> {
-    let mut l = SMatrix::<f64, N, N>::zeros();
-    for j in 0..N {
-        for i in j..N {
-            let sum: f64 = (0..j).map(|k| l[(i, k)] * l[(j, k)]).sum();
-            let rest = a[(i, j)] - sum;
-            if i > j {
-                l[(i, j)] = rest / l[(j, j)];
-            } else if rest > 0.0 && rest.is_finite() {
-                l[(j, j)] = rest.sqrt();
-            } else {
-                return None;
-            }
-        }
-    }
+/// `x` with `A x = b` by Cholesky's factors without their square roots, `A = L P L^T`; the lower triangle is read.
+pub(super) fn solve<S: Field, const N: usize>(a: &SMatrix<S, N, N>, b: &[S; N]) -> Solution<S, N> {
+    // Below the diagonal first `L P`, then, once a row is done, `L`.
+    let mut l = *a;
+    let mut inverse = [S::zero(); N];
     let mut x = *b;
-    for i in 0..N {
-        let sum: f64 = (0..i).map(|k| l[(i, k)] * x[k]).sum();
-        x[i] = (x[i] - sum) / l[(i, i)];
+    for j in 0..N {
+        for k in 0..j {
+            let mut rest = l[(j, k)];
+            for m in 0..k {
+                rest -= l[(j, m)] * l[(k, m)];
+            }
+            l[(j, k)] = rest;
+        }
+        let mut pivot = l[(j, j)];
+        for k in 0..j {
+            let ratio = l[(j, k)] * inverse[k];
+            pivot -= ratio * l[(j, k)];
+            x[j] -= ratio * x[k];
+            l[(j, k)] = ratio;
+        }
+        l[(j, j)] = pivot;
+        inverse[j] = S::one() / pivot;
     }
-    for i in (0..N).rev() {
-        let sum: f64 = (i + 1..N).map(|k| l[(k, i)] * x[k]).sum();
-        x[i] = (x[i] - sum) / l[(i, i)];
+    for j in (0..N).rev() {
+        x[j] *= inverse[j];
+        for k in j + 1..N {
+            let carried = l[(k, j)] * x[k];
+            x[j] -= carried;
+        }
     }
-    Some(x)
+    Solution { qdd: x, pivot: core::array::from_fn(|i| l[(i, i)]) }
 }

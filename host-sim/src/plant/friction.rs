@@ -53,9 +53,11 @@ impl JointFriction {
 fn mobility<const N: usize>(matrix: &SMatrix<f64, N, N>, i: usize, joint: &JointSpec) -> f64 {
     let mut unit = [0.0; N];
     unit[i] = 1.0;
-    match super::dynamics::cholesky_solve(matrix, &unit) {
-        Some(x) => x[i],
+    let found = super::dynamics::solve(matrix, &unit);
+    if found.pivot.iter().all(|&pivot| pivot > 0.0 && pivot.is_finite()) {
+        found.qdd[i]
+    } else {
         // The first step will report the singular matrix; until then the rotor alone bounds the acceleration.
-        None => joint.rotor.reflected().recip().min(1.0),
+        joint.rotor.reflected().recip().min(1.0)
     }
 }

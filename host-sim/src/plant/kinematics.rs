@@ -1,70 +1,141 @@
-//! Where everything is: 4 x 4 homogeneous products, and joint axes in the base frame.
+//! Where everything is: the rows of the robot file, multiplied out once, and joint axes in the base frame.
 
-use dynamics_core::{Dh, Frame, JointKind, JointSpec, Tool};
+use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Scalar, SinCos, Tool};
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
-/// A joint's axis as seen from the base.
+/// A frame's rotation and origin (m), seen from another.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Axis {
-    pub(super) kind: JointKind,
-    /// Unit vector along the axis.
-    pub(super) direction: Vector3<f64>,
-    /// A point on the axis that is fixed to the link before (revolute joints; m).
-    pub(super) point: Vector3<f64>,
+pub(super) struct Place<S> {
+    pub(super) rotation: Matrix3<S>,
+    pub(super) origin: Vector3<S>,
 }
 
-/// The arm at one position, everything in the base frame.
+/// A joint as the frame that moves with the joint before it sees it: what is constant stands before the motion, and the
+/// motion is about or along z.
 #[derive(Clone, Debug)]
-pub(super) struct Pose<const N: usize> {
-    pub(super) axes: [Axis; N],
-    /// `base_from_link`, in the frame that the link's data are given in.
-    pub(super) links: [Matrix4<f64>; N],
-    /// `base_from_tip`.
-    pub(super) tip: Matrix4<f64>,
+pub(super) struct Joint {
+    pub(super) kind: JointKind,
+    pub(super) place: Place<f64>,
+    /// What the joint moves, rigidly joined, in the frame that moves with it.
+    pub(super) bodies: Vec<Body>,
+    pub(super) rotor: f64,
 }
 
-impl<const N: usize> Pose<N> {
+/// The joints of an arm, and its tip in the frame that moves with the last.
+#[derive(Clone, Debug)]
+pub(super) struct Chain<const N: usize> {
+    pub(super) joints: [Joint; N],
+    pub(super) tip: Place<f64>,
+}
+
+impl<const N: usize> Chain<N> {
     /// `base_from_link_i = base_from_link_{i-1} A_i(q_i)`, with `A_i` as the joint's own convention has it.
-    pub(super) fn new(joints: &[JointSpec; N], tool: &Tool, q: &[f64; N]) -> Self {
-        let mut base_from_link = Matrix4::identity();
-        let mut axes = [Axis { kind: JointKind::Revolute, direction: Vector3::z(), point: Vector3::zeros() }; N];
-        let links = core::array::from_fn(|i| {
-            let (before, axis_in_joint, moved) = joint(&joints[i], q[i]);
-            let base_from_joint = base_from_link * before;
-            base_from_link = base_from_joint * moved;
-            axes[i] = Axis {
-                kind: joints[i].kind,
-                direction: rotation(&base_from_joint) * axis_in_joint,
-                point: origin(&base_from_joint),
-            };
-            base_from_link
+    pub(super) fn new(joints: &[JointSpec; N], tool: &Tool, payload: Option<&Body>) -> Self {
+        // From the frame that moves with a joint to the one that the link's data, and the next joint, are given in.
+        let mut moved_from_link = Matrix4::identity();
+        let mut chain = joints.each_ref().map(|joint| {
+            let (before, after) = constant_parts(joint);
+            let place = place(&(moved_from_link * before));
+            moved_from_link = after;
+            let bodies = vec![moved(&joint.body, &after)];
+            Joint { kind: joint.kind, place, bodies, rotor: joint.rotor.reflected() }
         });
-        Self { axes, links, tip: base_from_link * homogeneous(&tool.rotation, &tool.translation) }
+        let tip = moved_from_link * homogeneous(&tool.rotation, &tool.translation);
+        if let Some(last) = chain.last_mut() {
+            last.bodies.extend(core::iter::once(&tool.body).chain(payload).map(|body| moved(body, &tip)));
+        }
+        for joint in &mut chain {
+            joint.bodies.retain(|body| body.mass > 0.0 || body.inertia != Matrix3::zeros());
+        }
+        Self { joints: chain, tip: place(&tip) }
+    }
+
+    /// Every joint and the frame that moves with it, in base axes.
+    pub(super) fn pose<S: Scalar>(&self, turn: &[SinCos<S>; N], q: &[S; N]) -> [Pose<S>; N] {
+        let mut before: Option<Matrix3<S>> = None;
+        core::array::from_fn(|i| {
+            let joint = &self.joints[i];
+            let Place { rotation, origin } = joint.place.literal();
+            let (rotation, mut offset) = before.map_or((rotation, origin), |r| (r * rotation, r * origin));
+            let column = |k: usize| rotation.column(k).into_owned();
+            let (x, y, axis) = (column(0), column(1), column(2));
+            let rotation = match joint.kind {
+                JointKind::Revolute => {
+                    let SinCos { sin, cos } = turn[i];
+                    Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, axis])
+                }
+                JointKind::Prismatic => {
+                    offset += axis * q[i];
+                    rotation
+                }
+            };
+            before = Some(rotation);
+            Pose { kind: joint.kind, axis, offset, rotation }
+        })
+    }
+
+    /// The frames that move with the joints, in the base frame.
+    pub(super) fn places<S: Scalar>(&self, turn: &[SinCos<S>; N], q: &[S; N]) -> [Place<S>; N] {
+        let mut origin = Vector3::zeros();
+        self.pose(turn, q).map(|pose| {
+            origin += pose.offset;
+            Place { rotation: pose.rotation, origin }
+        })
     }
 }
 
-/// `(link_before_from_joint, axis in the joint frame, joint_from_link)`; the last holds the motion.
-fn joint(joint: &JointSpec, q: f64) -> (Matrix4<f64>, Vector3<f64>, Matrix4<f64>) {
+/// A joint and the frame that moves with it, in base axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pose<S> {
+    pub(super) kind: JointKind,
+    /// Unit vector along the joint.
+    pub(super) axis: Vector3<S>,
+    /// From the origin of the frame before (the base's, for the first) to this one's, m.
+    pub(super) offset: Vector3<S>,
+    pub(super) rotation: Matrix3<S>,
+}
+
+impl Place<f64> {
+    /// The same in another scalar.
+    pub(super) fn literal<S: Scalar>(&self) -> Place<S> {
+        Place { rotation: self.rotation.map(S::literal), origin: self.origin.map(S::literal) }
+    }
+}
+
+impl<S: Scalar> Place<S> {
+    /// `next`, given in this frame, in the frame that this one is given in.
+    pub(super) fn then(&self, next: &Self) -> Self {
+        Self { rotation: self.rotation * next.rotation, origin: self.at(&next.origin) }
+    }
+
+    /// A point of this frame in the frame that this one is given in.
+    pub(super) fn at(&self, point: &Vector3<S>) -> Vector3<S> {
+        self.rotation * point + self.origin
+    }
+}
+
+/// `(link_before_from_joint, joint_from_link)` at `q = 0`, with the joint's axis along z between them.
+fn constant_parts(joint: &JointSpec) -> (Matrix4<f64>, Matrix4<f64>) {
     match &joint.frame {
-        Frame::ClassicalDh(dh) => (Matrix4::identity(), Vector3::z(), along_z(joint.kind, dh, q) * along_x(dh)),
-        Frame::ModifiedDh(dh) => (along_x(dh), Vector3::z(), along_z(joint.kind, dh, q)),
+        Frame::ClassicalDh(dh) => (Matrix4::identity(), along_z(dh) * along_x(dh)),
+        Frame::ModifiedDh(dh) => (along_x(dh), along_z(dh)),
         Frame::Placement { rotation, translation, axis } => {
-            let moved = match joint.kind {
-                JointKind::Revolute => homogeneous(&about(axis, q), &Vector3::zeros()),
-                JointKind::Prismatic => homogeneous(&Matrix3::identity(), &(axis * q)),
-            };
-            (homogeneous(rotation, translation), *axis, moved)
+            let turned = homogeneous(&z_along(axis), &Vector3::zeros());
+            (homogeneous(rotation, translation) * turned, turned.transpose())
         }
     }
 }
 
-/// `Rz(theta) Tz(d)`, the joint variable added to the one or the other.
-fn along_z(kind: JointKind, dh: &Dh, q: f64) -> Matrix4<f64> {
-    let (theta, d) = match kind {
-        JointKind::Revolute => (dh.theta + q, dh.d),
-        JointKind::Prismatic => (dh.theta, dh.d + q),
-    };
-    homogeneous(&about(&Vector3::z(), theta), &Vector3::new(0.0, 0.0, d))
+/// A rotation whose third column is the unit vector `axis`.
+fn z_along(axis: &Vector3<f64>) -> Matrix3<f64> {
+    let helper = if axis.x.abs() > 0.8 { Vector3::y() } else { Vector3::x() };
+    let x = (helper - axis * axis.dot(&helper)).normalize();
+    Matrix3::from_columns(&[x, axis.cross(&x), *axis])
+}
+
+/// `Rz(theta) Tz(d)`, which commutes with the joint's motion.
+fn along_z(dh: &Dh) -> Matrix4<f64> {
+    homogeneous(&about(&Vector3::z(), dh.theta), &Vector3::new(0.0, 0.0, dh.d))
 }
 
 /// `Rx(alpha) Tx(a)`; the two commute.
@@ -85,10 +156,14 @@ fn homogeneous(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Matrix4<f
     m
 }
 
-pub(super) fn rotation(m: &Matrix4<f64>) -> Matrix3<f64> {
-    m.fixed_view::<3, 3>(0, 0).into_owned()
+/// Of a homogeneous matrix; what rounding leaves of the zeros of right angles is dropped.
+fn place(m: &Matrix4<f64>) -> Place<f64> {
+    let whole = |x: f64| if (x - x.round()).abs() < 1e-15 { x.round() } else { x };
+    Place { rotation: m.fixed_view::<3, 3>(0, 0).map(whole), origin: m.fixed_view::<3, 1>(0, 3).into_owned() }
 }
 
-pub(super) fn origin(m: &Matrix4<f64>) -> Vector3<f64> {
-    m.fixed_view::<3, 1>(0, 3).into_owned()
+/// A body given in a frame, seen from where that frame is placed.
+fn moved(body: &Body, frame: &Matrix4<f64>) -> Body {
+    let Place { rotation, origin } = place(frame);
+    Body { mass: body.mass, com: rotation * body.com + origin, inertia: rotation * body.inertia * rotation.transpose() }
 }

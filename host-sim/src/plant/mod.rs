@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`dynamics`] | equations of motion by geometric Jacobians in the base frame |
+//! | [`dynamics`] | equations of motion by moving bodies in base axes |
 //! | [`friction`] | viscous and Coulomb friction |
 //! | [`actuator`] | delay, saturation and lag of the torque |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
@@ -15,6 +15,8 @@ pub mod sensor;
 
 use actuator::{ActuatorSettings, Actuators, Drive};
 pub use dynamics::Arm;
+use dynamics::Mechanism;
+use dynamics_core::trig::Polynomial;
 pub use friction::JointFriction;
 
 /// Position and velocity of every joint.
@@ -32,7 +34,7 @@ pub enum Diverged {
     /// The joint-space inertia matrix has a pivot that is not above zero.
     #[error("the plant's inertia matrix is not positive definite: a joint moves no mass")]
     SingularInertia,
-    /// A position or velocity has become infinite or NaN.
+    /// A position or velocity has become infinite or NaN, or a position so large that it has no sine.
     #[error("the plant's motion has grown beyond all bounds: the loop is unstable, or the step too long")]
     NotFinite,
 }
@@ -60,7 +62,7 @@ impl Clock {
 /// within [`BRAKING_TIME`] and then stands, whatever pulls at it.
 #[derive(Clone, Debug)]
 pub struct Plant<const N: usize> {
-    arm: Arm<N>,
+    mechanism: Mechanism<N>,
     friction: Option<[JointFriction; N]>,
     actuators: Actuators<N>,
     clock: Clock,
@@ -81,7 +83,7 @@ impl<const N: usize> Plant<N> {
     /// An arm at rest at `start`.
     #[must_use]
     pub fn new(
-        arm: Arm<N>,
+        arm: &Arm<N>,
         friction: Option<[JointFriction; N]>,
         actuators: ActuatorSettings,
         clock: Clock,
@@ -89,7 +91,14 @@ impl<const N: usize> Plant<N> {
     ) -> Self {
         let torque_max = core::array::from_fn(|i| arm.joints[i].limits.torque);
         let actuators = Actuators::new(actuators, torque_max);
-        Self { arm, friction, actuators, clock, state: State { q: start, qd: [0.0; N] }, brake: None }
+        Self {
+            mechanism: arm.mechanism(),
+            friction,
+            actuators,
+            clock,
+            state: State { q: start, qd: [0.0; N] },
+            brake: None,
+        }
     }
 
     /// Where the arm is now.
@@ -145,10 +154,11 @@ impl<const N: usize> Plant<N> {
                 torque[i] -= friction[i].torque(state.qd[i]);
             }
         }
-        if !state.q.iter().chain(&state.qd).all(|x| x.is_finite()) {
+        let within = |q: &f64| q.abs() <= Polynomial::LIMIT_F64;
+        if !(state.q.iter().all(within) && state.qd.iter().all(|x| x.is_finite())) {
             return Err(Diverged::NotFinite);
         }
-        let qdd = self.arm.acceleration(&state.q, &state.qd, &torque).ok_or(Diverged::SingularInertia)?;
+        let qdd = self.mechanism.acceleration(&state.q, &state.qd, &torque).ok_or(Diverged::SingularInertia)?;
         Ok(State { q: state.qd, qd: qdd })
     }
 }
