@@ -147,14 +147,14 @@ fn each_term_costs_what_is_written_here() {
         ("live payload", cost(|m| Scene { payload: Term::Live, ..full(m) }, 0)),
     ];
     let wanted = [
-        ("all", operations(771, 660, 36)),
-        ("no gravity", operations(749, 640, 33)),
-        ("no payload", operations(771, 660, 36)),
-        ("no contact", operations(747, 636, 36)),
-        ("no rotors", operations(765, 654, 36)),
+        ("all", operations(687, 615, 21)),
+        ("no gravity", operations(665, 595, 18)),
+        ("no payload", operations(687, 615, 21)),
+        ("no contact", operations(663, 591, 21)),
+        ("no rotors", operations(681, 609, 21)),
         ("no velocity terms", operations(507, 401, 3)),
         ("nothing", operations(455, 351, 0)),
-        ("live payload", operations(771, 673, 36)),
+        ("live payload", operations(687, 628, 21)),
     ];
     assert_eq!(table.as_slice(), wanted.as_slice());
 }
