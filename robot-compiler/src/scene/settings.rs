@@ -68,7 +68,8 @@ pub enum KernelChoice {
     /// The arm's own kernel, equal to the recursion.
     #[default]
     Exact,
-    /// The arm's own kernel with base parameters and common factors: the fewest operations, other rounding.
+    /// The arm's own kernel with cheaper frames, base parameters and what is common taken out: the fewest operations, other
+    /// rounding.
     Regrouped,
 }
 
