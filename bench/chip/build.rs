@@ -8,7 +8,7 @@ use robot_compiler::SceneFile;
 use robot_compiler::emit::arm_module;
 use robot_compiler::kernel::functions::{argument, live_inputs};
 use robot_compiler::kernel::modules::Modules;
-use robot_compiler::kernel::source::{Title, module, module_as_traced};
+use robot_compiler::kernel::source::{Title, module_of};
 use robot_compiler::kernel::{Function, Level, Precision, compile};
 use std::error::Error;
 use std::fmt::Write;
@@ -103,13 +103,9 @@ impl Cases {
         let Arm { file, model } = arm;
         let precision = Precision::Single;
         let title = Title { robot: &file.robot.name, scene: name, hash: file.hash(model) };
-        let program = compile(function, model, scene, level, precision);
-        let (print, alive): (Print, usize) = if name.ends_with(AS_TRACED) {
-            (module_as_traced, program.live_max_as_traced())
-        } else {
-            (module, program.live_max())
-        };
-        self.modules.module(name, &print(function, model, scene, level, precision, &title))?;
+        let scheduled = compile(function, model, scene, level, precision);
+        let program = if name.ends_with(AS_TRACED) { scheduled.as_traced() } else { scheduled };
+        self.modules.module(name, &module_of(&program, function, scene, level, precision, &title))?;
         let turn = if name.ends_with(WITH_TRIG) { "Polynomial.sin_cos_all(&i.q)" } else { "i.turn" };
         let call = if function == Function::InverseDynamics {
             format!("Kernel.inverse_dynamics(&{turn}, &i.q, &i.qd, &i.qdd, &i.live)")
@@ -127,13 +123,11 @@ impl Cases {
             "#[inline(never)]\nfn run_{name}(i: &Inputs, out: &mut Outputs) {{\n    put({name}::{call}, out);\n}}"
         )?;
         let n = program.operations();
-        let work = [n.total(), n.neg, live_inputs(&program, 6), alive];
+        let work = [n.total(), n.neg, live_inputs(&program, 6), program.live_max()];
         self.list.push(format!("    Case {{ name: {name:?}, run: run_{name}, work: {work:?} }},\n"));
         Ok(())
     }
 }
-
-type Print = fn(Function, &Model<f64, 6>, &Scene<f64, 6>, Level, Precision, &Title<'_>) -> String;
 
 /// Where the chip's memory is, as for the firmware.
 fn link_arguments() {

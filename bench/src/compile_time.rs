@@ -1,5 +1,5 @@
 //! How long the kernel compiler takes for the arm that is the most work, from the model to the text: `LEVEL,milliseconds`,
-//! the least of some runs. `cargo xtask bench` runs it optimised, and unoptimised as build scripts are.
+//! the least of some runs.
 
 use bench::general;
 use robot_compiler::kernel::source::{Title, module};

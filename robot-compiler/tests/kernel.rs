@@ -9,9 +9,10 @@ mod arms;
 use arms::{arm, body, joints, vector};
 use dynamics_core::trig::Libm;
 use dynamics_core::{
-    Dynamics, Inertia, InverseDynamics, Live, Model, Real, Scalar, Scene, SinCos, Term, Trig, Wrench, forward_dynamics,
+    Body, Dynamics, Frame, Inertia, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Real, Rotor, Scalar,
+    Scene, SinCos, Term, Tool, Trig, Wrench, forward_dynamics, geometry,
 };
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::{Just, Strategy, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use proptest::test_runner::{Config, TestCaseError};
 use robot_compiler::kernel::functions::{forward_input_values, input_values};
@@ -303,5 +304,53 @@ fn equals_on_states<const N: usize>(file: &SceneFile) {
         let case = Case { model, scene, live, q: wave(0.0), qd: wave(1.0), qdd: wave(2.0) };
         let (generic, found) = both::<f32, N>(&case, &program);
         assert_eq!(generic.to_vec(), found, "{} state {k}", file.name);
+    }
+}
+
+/// Three joints, each tilted against the one before, each with a body, scaled in mass; in a state that moves them all.
+fn three(tilts: [f64; 3], masses: [f64; 3]) -> Case<3> {
+    let joint = |i: usize| JointSpec {
+        kind: JointKind::Revolute,
+        frame: Frame::Placement {
+            rotation: geometry::from_rpy(tilts[i], 0.0, 0.0),
+            translation: Vector3::new(0.3, 0.2, 0.1),
+            axis: Vector3::z(),
+        },
+        body: Body {
+            mass: masses[i],
+            com: Vector3::new(-0.2, 0.03, 0.05),
+            inertia: Matrix3::new(4e-3, 1e-4, 2e-4, 1e-4, 3e-3, 3e-4, 2e-4, 3e-4, 2e-3) * masses[i],
+        },
+        rotor: Rotor::default(),
+        limits: Limits::none(),
+    };
+    let model = Model::new(&core::array::from_fn(joint), &Tool::default()).unwrap();
+    let live = Live { gravity: Vector3::new(0.0, 0.0, -9.81), ..Live::zero() };
+    let (q, qd, qdd) = ([0.3, -0.9, 1.4], [1.1, -0.7, 2.0], [3.0, -5.0, 4.0]);
+    Case { model, scene: plain(), live, q, qd, qdd }
+}
+
+/// Relative error of each torque by itself, regrouped against the recursion.
+fn regrouped_errors(case: &Case<3>) -> [f64; 3] {
+    let program = compile(Function::InverseDynamics, &case.model, &case.scene, Level::Regrouped, Precision::Double);
+    let (generic, found) = both::<f64, 3>(case, &program);
+    core::array::from_fn(|i| ((found[i] - generic[i]) / generic[i]).abs())
+}
+
+/// Feet of common normals lie a kilometre away there: no origin may go to them.
+#[test]
+fn axes_that_are_nearly_parallel_cost_no_digits() {
+    for tilt in [1e-2, 1e-4, 1e-6] {
+        let errors = regrouped_errors(&three([0.0, 1.2, tilt], [3.0, 2.0, 1.0]));
+        assert!(errors.iter().all(|&error| error < 1e-13), "tilt {tilt}: {errors:?}");
+    }
+}
+
+/// A gripper's moments are not rounding of the base's.
+#[test]
+fn a_light_link_on_a_heavy_one_keeps_its_digits() {
+    for light in [1e-3, 1e-9, 1e-15] {
+        let errors = regrouped_errors(&three([1.2, -0.7, 0.4], [1e3, 1.0, light]));
+        assert!(errors.iter().all(|&error| error < 1e-12), "mass {light}: {errors:?}");
     }
 }

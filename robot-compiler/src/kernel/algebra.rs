@@ -96,18 +96,19 @@ pub(super) fn fewest_operations(arena: Arena, outputs: &[Expr], precision: Preci
     let preferences = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let ends =
         preferences.into_iter().flat_map(|rank| [false, true].map(|late| start.clone().reduced(moves, rank, late)));
-    let programs = ends.map(|end| {
-        let (arena, outputs) = end.write(&arena);
-        Program::new(arena, &outputs)
-    });
     // A value that finds no register costs as much as an operation.
-    let cost = |program: &Program| (program.operations().total() + program.spills(), program.operations().neg);
-    programs
-        .collect::<Vec<_>>()
-        .into_iter()
-        .chain([Program::new(arena.clone(), outputs)])
-        .min_by_key(cost)
-        .unwrap_or_else(|| Program::new(arena, outputs))
+    let costed = |program: Program| {
+        let operations = program.operations();
+        ((operations.total() + program.spills(), operations.neg), program)
+    };
+    let reduced = ends.map(|end| {
+        let (arena, outputs) = end.write(&arena);
+        costed(Program::new(arena, &outputs))
+    });
+    let least = reduced.min_by_key(|(cost, _)| *cost);
+    let plain = costed(Program::new(arena, outputs));
+    // What reduces nothing still has its terms in their place.
+    least.filter(|(cost, _)| *cost <= plain.0).unwrap_or(plain).1
 }
 
 impl Algebra {

@@ -11,7 +11,7 @@
 //!
 //! Which choice is cheapest depends on every zero of the arm, so it is searched, by counting what the kernel would cost.
 
-use super::regroup::Across;
+use super::regroup::{Across, without_dust};
 use super::tape::Expr;
 use dynamics_core::geometry::{apply, compose};
 use dynamics_core::model::{Link, Model, Placement};
@@ -44,12 +44,12 @@ impl<const N: usize> Frames<N> {
         let links = core::array::from_fn(|i| {
             let link = &model.links()[i];
             let shift = self.shift[i];
-            let translation = without_dust(&(link.translation + link.rotation * shift - before), &link.translation);
+            let translation = differing(&(link.translation + link.rotation * shift - before), &link.translation);
             before = shift;
             Link { translation, inertia: link.inertia.in_parent(&Matrix3::identity(), &-shift), ..*link }
         });
         let tip = model.tip();
-        let translation = without_dust(&(tip.translation - before), &tip.translation);
+        let translation = differing(&(tip.translation - before), &tip.translation);
         Model::from_checked(links, Placement { translation, ..*tip })
     }
 
@@ -103,6 +103,9 @@ impl<const N: usize> Frames<N> {
     }
 
     /// Shifts of one link that may save something: those that make a component of the step to it, or from it, zero.
+    ///
+    /// None beyond the arm's own reach: axes that nearly meet, or are nearly parallel, would send the origin far away, where
+    /// moments of inertia are large and cancel.
     #[must_use]
     pub(super) fn worth_trying(&self, model: &Model<f64, N>, i: usize) -> Vec<Vector3<f64>> {
         let links = model.links();
@@ -123,6 +126,8 @@ impl<const N: usize> Frames<N> {
                 found.extend(along.chain([step_from.z]).map(|z| Vector3::new(0.0, 0.0, z)));
             }
         }
+        let reach = links.iter().map(|link| link.translation.norm()).sum::<f64>() + model.tip().translation.norm();
+        found.retain(|shift| shift.norm() <= reach);
         found
     }
 
@@ -207,9 +212,8 @@ fn about_z(turn: SinCos<Expr>) -> Matrix3<Expr> {
     Matrix3::new(cos, -sin, zero, sin, cos, zero, zero, zero, one)
 }
 
-/// Differences that cancel leave a rest of rounding; a zero there saves operations.
-fn without_dust(v: &Vector3<f64>, of: &Vector3<f64>) -> Vector3<f64> {
-    const DUST: f64 = 16.0 * f64::EPSILON;
-    let size = of.amax().max(v.amax());
-    v.map(|x| if x.abs() <= DUST * size { 0.0 } else { x })
+/// A step that was made from another by differences, without what rounding leaves of those that cancel.
+fn differing(step: &Vector3<f64>, from: &Vector3<f64>) -> Vector3<f64> {
+    let size = from.amax().max(step.amax());
+    step.map(|x| without_dust(x, size))
 }

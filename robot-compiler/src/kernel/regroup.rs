@@ -55,7 +55,7 @@ pub(super) fn moved_inward<const N: usize>(
     unfelt: Unfelt,
 ) -> Model<f64, N> {
     let mut links = *model.links();
-    let size = links.iter().fold(0.0_f64, |size, link| size.max(link.inertia.about_origin.amax()));
+    let mut sizes = links.map(|link| Sizes::of(&link.inertia));
     for i in (0..N).rev() {
         let unfelt = unfelt(&links[i], across[i]);
         let own = &mut links[i].inertia;
@@ -65,15 +65,15 @@ pub(super) fn moved_inward<const N: usize>(
         if i > 0 {
             let (rotation, translation) = (links[i].rotation, links[i].translation);
             links[i - 1].inertia = links[i - 1].inertia + unfelt.in_parent(&rotation, &translation);
+            sizes[i - 1] = sizes[i - 1].max(Sizes::of(&unfelt).at(translation.norm(), unfelt.mass));
         }
     }
-    // The base's own turn is about one axis of the world: of the first link only what turns about it is felt.
-    for link in &mut links {
+    for (link, size) in links.iter_mut().zip(sizes) {
         // What was made equal to another is so up to rounding; to be seen, it must be so to the bit.
         let j = &mut link.inertia.about_origin;
-        (j.m11, j.m22) = (equal_if_near(j.m11, j.m33, size), equal_if_near(j.m22, j.m33, size));
-        link.inertia.about_origin = link.inertia.about_origin.map(|x| without_dust(x, size));
-        link.inertia.first_moment = link.inertia.first_moment.map(|x| without_dust(x, size));
+        (j.m11, j.m22) = (equal_if_near(j.m11, j.m33, size.second), equal_if_near(j.m22, j.m33, size.second));
+        link.inertia.about_origin = link.inertia.about_origin.map(|x| without_dust(x, size.second));
+        link.inertia.first_moment = link.inertia.first_moment.map(|x| without_dust(x, size.first));
     }
     Model::from_checked(links, *model.tip())
 }
@@ -94,12 +94,39 @@ pub(super) fn unfelt(link: &Link<f64>, across: Across) -> Inertia<f64> {
     }
 }
 
+/// How large the numbers were that were summed to a link's inertia: what of the sum is rounding is measured by them.
+///
+/// Each link has its own: a gripper's moments are not dust because the base is heavy.
+#[derive(Clone, Copy)]
+struct Sizes {
+    /// Of first moments, kg m.
+    first: f64,
+    /// Of second moments, kg m^2.
+    second: f64,
+}
+
+impl Sizes {
+    fn of(body: &Inertia<f64>) -> Self {
+        Self { first: body.first_moment.amax(), second: body.about_origin.amax() }
+    }
+
+    /// About a point at a distance, by the parallel-axis rule without its signs.
+    fn at(self, distance: f64, mass: f64) -> Self {
+        let first = self.first + mass.abs() * distance;
+        Self { first, second: self.second + 2.0 * self.first * distance + mass.abs() * distance * distance }
+    }
+
+    fn max(self, other: Self) -> Self {
+        Self { first: self.first.max(other.first), second: self.second.max(other.second) }
+    }
+}
+
 fn equal_if_near(x: f64, to: f64, size: f64) -> f64 {
     if without_dust(x - to, size) == 0.0 { to } else { x }
 }
 
 /// Sums that cancel leave a rest of rounding; a zero there saves operations.
-fn without_dust(x: f64, size: f64) -> f64 {
+pub(super) fn without_dust(x: f64, size: f64) -> f64 {
     const DUST: f64 = 16.0 * f64::EPSILON;
     if x.abs() <= DUST * size { 0.0 } else { x }
 }

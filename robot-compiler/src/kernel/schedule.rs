@@ -11,16 +11,20 @@ pub(super) fn few_alive(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec
     candidates.into_iter().min_by_key(cost).unwrap_or_default()
 }
 
+/// What a statement takes from earlier ones. Numbers and inputs do not count: they can be loaded when they are used.
+fn computed_operands(arena: &Arena, expr: Expr) -> impl Iterator<Item = Expr> {
+    arena.node(expr).operands().filter(|&e| is_statement(arena.node(e)))
+}
+
 /// Single-precision registers of a Cortex-M4F, less two for the inputs and numbers of a statement.
 const REGISTERS: usize = 30;
 
 /// Stores and loads of values that find no register: whenever one is needed, the value whose next use is farthest goes
 /// (Belady's rule, the best there is for loads). An output goes where it is asked for and takes no register afterwards.
 pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
-    let computed = |e: &Expr| is_statement(arena.node(*e));
     let mut uses: BTreeMap<Expr, VecDeque<usize>> = BTreeMap::new();
     for (place, &expr) in order.iter().enumerate() {
-        for operand in arena.node(expr).operands().filter(computed) {
+        for operand in computed_operands(arena, expr) {
             uses.entry(operand).or_default().push_back(place);
         }
     }
@@ -28,13 +32,13 @@ pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
     let mut stored: BTreeSet<Expr> = BTreeSet::new();
     let mut moved = 0;
     for &expr in order {
-        let operands: BTreeSet<Expr> = arena.node(expr).operands().filter(computed).collect();
+        let operands: BTreeSet<Expr> = computed_operands(arena, expr).collect();
         for &operand in &operands {
             if held.insert(operand) {
                 moved += 1;
             }
         }
-        for operand in arena.node(expr).operands().filter(computed) {
+        for operand in computed_operands(arena, expr) {
             if let Some(places) = uses.get_mut(&operand) {
                 places.pop_front();
             }
@@ -54,12 +58,12 @@ pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
     moved
 }
 
-/// The most computed values alive at once. Numbers and inputs do not count: they can be loaded when they are used.
+/// The most computed values alive at once.
 pub(super) fn live_max(arena: &Arena, order: &[Expr], outputs: &[Expr]) -> usize {
     let mut last_use: BTreeMap<Expr, usize> = BTreeMap::new();
     for (place, &expr) in order.iter().enumerate() {
         last_use.insert(expr, place);
-        for operand in arena.node(expr).operands().filter(|&e| is_statement(arena.node(e))) {
+        for operand in computed_operands(arena, expr) {
             last_use.insert(operand, place);
         }
     }
@@ -113,7 +117,7 @@ fn greedy(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
     let mut users: BTreeMap<Expr, Vec<Expr>> = BTreeMap::new();
     let mut waits: BTreeMap<Expr, usize> = BTreeMap::new();
     for &expr in traced {
-        let operands: BTreeSet<Expr> = arena.node(expr).operands().filter(|&e| is_statement(arena.node(e))).collect();
+        let operands: BTreeSet<Expr> = computed_operands(arena, expr).collect();
         waits.insert(expr, operands.len());
         for operand in operands {
             *uses.entry(operand).or_default() += 1;

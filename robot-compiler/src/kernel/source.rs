@@ -40,8 +40,20 @@ pub fn module<const N: usize>(
     precision: Precision,
     title: &Title<'_>,
 ) -> String {
-    let program = super::compile(function, model, scene, level, precision);
-    text(&program, function, scene, level, precision, title, Scalars::One)
+    module_of(&super::compile(function, model, scene, level, precision), function, scene, level, precision, title)
+}
+
+/// As [`module`], of a program that was compiled from these before.
+#[must_use]
+pub fn module_of<const N: usize>(
+    program: &Program,
+    function: Function,
+    scene: &Scene<f64, N>,
+    level: Level,
+    precision: Precision,
+    title: &Title<'_>,
+) -> String {
+    text(program, function, scene, level, precision, title, Scalars::One)
 }
 
 /// As [`module`], for every scalar: one text runs on `f64` and on lanes of them, with the same bits in every lane.
@@ -66,20 +78,6 @@ pub fn generic_module<const N: usize>(
 ) -> String {
     let program = super::compile(function, model, scene, level, precision);
     text(&program, function, scene, level, precision, title, Scalars::Every)
-}
-
-/// As [`module`], with the statements in the order in which they were traced: to measure what the schedule saves.
-#[must_use]
-pub fn module_as_traced<const N: usize>(
-    function: Function,
-    model: &Model<f64, N>,
-    scene: &Scene<f64, N>,
-    level: Level,
-    precision: Precision,
-    title: &Title<'_>,
-) -> String {
-    let program = super::compile(function, model, scene, level, precision).as_traced();
-    text(&program, function, scene, level, precision, title, Scalars::One)
 }
 
 /// What a text is written for.

@@ -4,7 +4,7 @@ use super::{cargo, from_json};
 use crate::process::{output, run, target_directory};
 use anyhow::{Context as _, Result};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// States that one iteration goes through (`bench::states::DESK`).
 const STATES: f64 = 1024.0;
@@ -48,21 +48,11 @@ fn least(samples: &Path) -> Result<f64> {
     each.reduce(f64::min).with_context(|| format!("no samples in {}", samples.display()))
 }
 
-/// Milliseconds that the kernel compiler takes, by level: optimised, and unoptimised as in a build script.
-pub(crate) fn compile_times() -> Result<[BTreeMap<String, f64>; 2]> {
-    let program = ["run", "--quiet", "--locked", "--package", "bench", "--bin", "compile-time"];
-    let mut release = cargo(&program);
-    release.arg("--release");
-    let mut unoptimised = cargo(&program);
-    unoptimised.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").arg("--target-dir").arg(unoptimised_directory());
-    let read = |mut command: std::process::Command| -> Result<BTreeMap<String, f64>> {
-        let text = output(&mut command).with_context(|| format!("{command:?} failed"))?;
-        let rows = text.lines().filter_map(|line| line.split_once(','));
-        rows.map(|(level, ms)| Ok((level.to_owned(), ms.parse::<f64>()?))).collect()
-    };
-    Ok([read(release)?, read(unoptimised)?])
-}
-
-fn unoptimised_directory() -> PathBuf {
-    target_directory().join("unoptimised")
+/// Milliseconds that the kernel compiler takes, by level. Every profile optimises it alike, that of build scripts too.
+pub(crate) fn compile_times() -> Result<BTreeMap<String, f64>> {
+    let mut program =
+        cargo(&["run", "--quiet", "--locked", "--release", "--package", "bench", "--bin", "compile-time"]);
+    let text = output(&mut program).with_context(|| format!("{program:?} failed"))?;
+    let rows = text.lines().filter_map(|line| line.split_once(','));
+    rows.map(|(level, ms)| Ok((level.to_owned(), ms.parse::<f64>()?))).collect()
 }

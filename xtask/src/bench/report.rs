@@ -22,8 +22,8 @@ pub(crate) struct Counts {
 pub(crate) struct Clock {
     /// A state of each: the ordinary build, and the one for this processor.
     pub(crate) times: [Times; 2],
-    /// The kernel compiler, ms by level: optimised, unoptimised.
-    pub(crate) compile: [BTreeMap<String, f64>; 2],
+    /// The kernel compiler, ms by level.
+    pub(crate) compile: BTreeMap<String, f64>,
 }
 
 /// States that callgrind's counts are of (`bench/benches/counts.rs`).
@@ -322,11 +322,9 @@ impl Clock {
     }
 
     fn compile_table(&self) -> String {
-        let mut table = Table::new(&["level", "optimised, ms", "unoptimised, ms"]);
-        let [release, unoptimised] = &self.compile;
-        for (level, ms) in release {
-            let slow = unoptimised.get(level).map_or_else(|| "-".to_owned(), |ms| format!("{ms:.1}"));
-            table.row(&[level.clone(), format!("{ms:.1}"), slow]);
+        let mut table = Table::new(&["level", "ms"]);
+        for (level, ms) in &self.compile {
+            table.row(&[level.clone(), format!("{ms:.1}")]);
         }
         table.0
     }
