@@ -11,7 +11,7 @@
 //! |---|---|
 //! | [`tape`] | the scalar and its arena |
 //! | [`rules`] | level `exact`: rewrites that keep every result equal |
-//! | [`regroup`], [`frames`], `algebra` | level `regrouped`: fewer operations, other rounding |
+//! | [`regroup`], [`frames`], `identities`, `algebra` | level `regrouped`: fewer operations, other rounding |
 //! | [`functions`] | what can be traced, and the names of inputs |
 //! | [`interpreter`] | a program run fast where there is no compiler |
 //! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
@@ -22,6 +22,7 @@ mod algebra;
 mod arm;
 pub mod frames;
 pub mod functions;
+mod identities;
 pub mod interpreter;
 pub mod modules;
 #[cfg(test)]
@@ -119,11 +120,13 @@ fn regrouped<const N: usize>(
 struct Regrouping {
     unfelt: regroup::Unfelt,
     turning: frames::Turning,
+    same: identities::Same,
     moves: algebra::Moves,
 }
 
 /// The right ones.
-const REGROUPING: Regrouping = Regrouping { unfelt: regroup::unfelt, turning: frames::TURNING, moves: algebra::MOVES };
+const REGROUPING: Regrouping =
+    Regrouping { unfelt: regroup::unfelt, turning: frames::TURNING, same: identities::SAME, moves: algebra::MOVES };
 
 impl Regrouping {
     /// The frames in which the function takes the fewest operations, before what is common is taken out.
@@ -153,7 +156,8 @@ impl Regrouping {
     ) -> (Arena, Vec<tape::Expr>) {
         let arm = regroup::moved_inward(&frames.shifted(model), &frames.across, self.unfelt);
         let tape = Arena::new(RuleSet::ALL, precision);
-        functions::record(function, &arm, scene, Some((frames, &self.turning)), tape)
+        let (arena, outputs) = functions::record(function, &arm, scene, Some((frames, &self.turning)), tape);
+        identities::once(&arena, &outputs, N, precision, self.same)
     }
 }
 

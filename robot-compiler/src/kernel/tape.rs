@@ -82,6 +82,19 @@ pub enum Node {
 }
 
 impl Node {
+    /// The same operation on other operands.
+    #[must_use]
+    pub(super) fn map(self, to: impl Fn(Expr) -> Expr) -> Self {
+        match self {
+            Self::Constant(_) | Self::Input(_) => self,
+            Self::Add(a, b) => Self::Add(to(a), to(b)),
+            Self::Sub(a, b) => Self::Sub(to(a), to(b)),
+            Self::Mul(a, b) => Self::Mul(to(a), to(b)),
+            Self::Div(a, b) => Self::Div(to(a), to(b)),
+            Self::Neg(a) => Self::Neg(to(a)),
+        }
+    }
+
     /// What it is made of, one or two.
     pub fn operands(self) -> impl Iterator<Item = Expr> {
         let (first, second) = match self {
