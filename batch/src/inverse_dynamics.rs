@@ -5,12 +5,16 @@ use crate::states::{LengthError, States, check};
 use core::mem::take;
 use dynamics_core::inertia::cast_vector;
 use dynamics_core::{InverseDynamics, Live, Scalar, SinCos, Trig};
+use num_traits::Zero as _;
 
 /// States whose sines and cosines are computed together: a few vectors of each joint, which stay in the nearest cache.
 const BLOCK: usize = 64;
 
 /// Fewest states that are worth a core's attention.
 const GRAIN: usize = 16 * BLOCK;
+
+/// Fewest states for which it pays to find out what the dynamics reads.
+const PROBED: usize = 4 * BLOCK;
 
 /// Joint torques of many states: `tau[joint][state]`, N m or N.
 ///
@@ -41,7 +45,7 @@ where
     T: Trig<F>,
 {
     check("tau", tau.each_ref().map(|list| list.len()), states.len())?;
-    Batch::<F, D, T, N> { dynamics, trig, live: in_every_lane(live) }.run(states, &mut tau);
+    Batch::new(dynamics, trig, live, states.len()).run(states, &mut tau);
     Ok(())
 }
 
@@ -63,7 +67,7 @@ where
     T: Trig<F> + Sync,
 {
     check("tau", tau.each_ref().map(|list| list.len()), states.len())?;
-    Batch::<F, D, T, N> { dynamics, trig, live: in_every_lane(live) }.share_out(states, tau);
+    Batch::new(dynamics, trig, live, states.len()).share_out(states, tau);
     Ok(())
 }
 
@@ -72,33 +76,79 @@ struct Batch<'a, F: Float, D, T, const N: usize> {
     dynamics: &'a D,
     trig: &'a T,
     live: Live<F::Lanes, N>,
+    /// Of which joints the sine and cosine are read.
+    read: [bool; N],
 }
 
-impl<F, D, T, const N: usize> Batch<'_, F, D, T, N>
+impl<'a, F, D, T, const N: usize> Batch<'a, F, D, T, N>
 where
     F: Float,
     D: InverseDynamics<F::Lanes, N>,
     T: Trig<F>,
 {
+    /// Torques of `count` states are wanted.
+    fn new(dynamics: &'a D, trig: &'a T, live: &Live<F, N>, count: usize) -> Self {
+        let live = in_every_lane(live);
+        let read = if count < PROBED { [true; N] } else { turns_read(dynamics, &live) };
+        Self { dynamics, trig, live, read }
+    }
+
     fn run(&self, states: &States<'_, F, N>, tau: &mut [&mut [F]; N]) {
-        let (mut sin, mut cos) = ([[F::zero(); BLOCK]; N], [[F::zero(); BLOCK]; N]);
-        for start in (0..states.len()).step_by(BLOCK) {
-            let count = BLOCK.min(states.len() - start);
-            for (i, q) in states.q.iter().enumerate() {
-                self.trig.sin_cos_lists(&q[start..start + count], &mut sin[i], &mut cos[i]);
+        let mut turn = [[[F::zero(); BLOCK]; 2]; N];
+        let inputs = [&states.q, &states.qd, &states.qdd].map(|lists| lists.map(|list| list.as_chunks::<BLOCK>()));
+        let mut tau = tau.each_mut().map(|list| list.as_chunks_mut::<BLOCK>());
+        for at in 0..states.len() / BLOCK {
+            let block = inputs.each_ref().map(|lists| lists.each_ref().map(|(blocks, _)| &blocks[at]));
+            self.block(block, tau.each_mut().map(|(blocks, _)| &mut blocks[at]), &mut turn, BLOCK);
+        }
+
+        let count = states.len() % BLOCK;
+        if count > 0 {
+            let filled = inputs.each_ref().map(|lists| {
+                lists.each_ref().map(|(_, rest)| {
+                    let mut block = [F::zero(); BLOCK];
+                    block[..count].copy_from_slice(rest);
+                    block
+                })
+            });
+            let mut found = [[F::zero(); BLOCK]; N];
+            let block = filled.each_ref().map(|lists| lists.each_ref());
+            self.block(block, found.each_mut(), &mut turn, count);
+            for ((_, rest), found) in tau.iter_mut().zip(&found) {
+                rest.copy_from_slice(&found[..count]);
             }
-            for offset in (0..count).step_by(F::Lanes::COUNT) {
-                let at = start + offset;
-                let load = |lists: &[&[F]; N]| -> [F::Lanes; N] { lists.map(|list| Lanes::load(list, at)) };
-                let turn = core::array::from_fn(|i| SinCos {
-                    sin: Lanes::load(&sin[i], offset),
-                    cos: Lanes::load(&cos[i], offset),
-                });
-                let (q, qd, qdd) = (load(&states.q), load(&states.qd), load(&states.qdd));
-                let found = self.dynamics.inverse_dynamics(&turn, &q, &qd, &qdd, &self.live);
-                for (found, list) in found.into_iter().zip(tau.iter_mut()) {
-                    found.store(list, at);
-                }
+        }
+    }
+
+    /// The torques of the first `count` states of a block. Lists of a length that the compiler knows: every vector is
+    /// loaded and stored by one instruction, without a check.
+    #[inline]
+    fn block(
+        &self,
+        [q, qd, qdd]: [[&[F; BLOCK]; N]; 3],
+        tau: [&mut [F; BLOCK]; N],
+        turn: &mut [[[F; BLOCK]; 2]; N],
+        count: usize,
+    ) {
+        for ((q, [sin, cos]), read) in q.iter().zip(turn.iter_mut()).zip(self.read) {
+            if read {
+                self.trig.sin_cos_lists(*q, sin, cos);
+            }
+        }
+        // Plain loops: `map` on arrays of vectors became calls that pass them through memory, a third of the time.
+        let zero = F::Lanes::zero();
+        for place in 0..count.min(BLOCK).div_ceil(F::Lanes::COUNT) {
+            let (mut turns, mut inputs) = ([SinCos { sin: zero, cos: zero }; N], [[zero; N]; 3]);
+            for i in 0..N {
+                let [sin, cos] = &turn[i];
+                turns[i] = SinCos { sin: Lanes::load(sin, place), cos: Lanes::load(cos, place) };
+                inputs[0][i] = Lanes::load(q[i], place);
+                inputs[1][i] = Lanes::load(qd[i], place);
+                inputs[2][i] = Lanes::load(qdd[i], place);
+            }
+            let found = self.dynamics.inverse_dynamics(&turns, &inputs[0], &inputs[1], &inputs[2], &self.live);
+            for i in 0..N {
+                found[i].store(tau[i], place);
             }
         }
     }
@@ -123,11 +173,50 @@ where
     }
 }
 
+/// The joints whose sine and cosine the torques depend on: those of an upright first joint, of a last joint about an axis
+/// of symmetry and of prismatic joints are not read by kernels, and computing a pair costs a sixth of such a kernel.
+///
+/// Whatever depends on a NaN is NaN, for there are only sums, differences and products. So each joint in turn gets one.
+fn turns_read<L: Lanes, const N: usize>(dynamics: &impl InverseDynamics<L, N>, live: &Live<L, N>) -> [bool; N] {
+    let nan = L::literal(f64::NAN);
+    let still = [L::zero(); N];
+    core::array::from_fn(|joint| {
+        let turn = core::array::from_fn(|i| {
+            let x = if i == joint { nan } else { L::zero() };
+            SinCos { sin: x, cos: x }
+        });
+        let tau = dynamics.inverse_dynamics(&turn, &still, &still, &still, live);
+        tau.iter().any(|tau| tau != tau)
+    })
+}
+
 fn in_every_lane<F: Float, const N: usize>(live: &Live<F, N>) -> Live<F::Lanes, N> {
     Live {
         gravity: cast_vector(&live.gravity),
         payload: live.payload.cast(),
         tip_wrench: live.tip_wrench.cast(),
         rotor: live.rotor.map(|x| F::Lanes::literal(x.into())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::turns_read;
+    use crate::F64Lanes;
+    use dynamics_core::{Dynamics, Live};
+    use robot_compiler::SceneFile;
+    use std::path::Path;
+
+    #[test]
+    fn the_turn_of_a_prismatic_joint_alone_is_not_read() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+        let read = |scene: &str| {
+            let file = SceneFile::load(&folder.join(scene)).ok()?;
+            let model = file.robot.model::<6>().ok()?;
+            let dynamics = Dynamics::<F64Lanes, 6>::new(model.cast(), file.scene(&model).cast());
+            Some(turns_read(&dynamics, &Live::zero()))
+        };
+        assert_eq!(read("stanford_reach.toml"), Some([true, true, false, true, true, true]));
+        assert_eq!(read("puma560_pick.toml"), Some([true; 6]));
     }
 }

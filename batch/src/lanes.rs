@@ -1,9 +1,18 @@
-//! Vectors of floats as scalars.
+//! Vectors of floats as scalars, as wide as the registers that the compiler may use.
+//!
+//! | `target_feature` | f64 | f32 |
+//! |---|---|---|
+//! | `avx512f` | [`F64x8`] | [`F32x16`] |
+//! | `avx` | [`F64x4`] | [`F32x8`] |
+//! | neither | [`F64x2`] | [`F32x4`] |
+//!
+//! [`F64Lanes`] and [`F32Lanes`] are the ones in force. Wider ones than the registers would work, in two halves, and run
+//! out of registers.
 
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::{Real, Scalar};
 use num_traits::{One, Zero};
-use wide::{f32x8, f64x4};
+use wide::{f32x4, f32x8, f32x16, f64x2, f64x4, f64x8};
 
 /// A float that has a vector.
 pub trait Float: Real + Into<f64> + Send + Sync {
@@ -19,11 +28,11 @@ pub trait Lanes: Scalar {
     /// How many.
     const COUNT: usize;
 
-    /// The floats from `at` on; zero where the list has ended.
-    fn load(list: &[Self::Float], at: usize) -> Self;
+    /// The vector at `place`, when the list is cut into vectors from its start; zero where it holds no whole one.
+    fn load(list: &[Self::Float], place: usize) -> Self;
 
-    /// Put them into a list from `at` on, as far as it goes.
-    fn store(self, list: &mut [Self::Float], at: usize);
+    /// Put it there; nothing where the list has no room for a whole one.
+    fn store(self, list: &mut [Self::Float], place: usize);
 }
 
 macro_rules! impl_lanes {
@@ -71,42 +80,22 @@ macro_rules! impl_lanes {
             }
         }
 
-        impl Float for $float {
-            type Lanes = $name;
-        }
-
         impl Lanes for $name {
             type Float = $float;
 
             const COUNT: usize = $count;
 
             #[inline]
-            fn load(list: &[$float], at: usize) -> Self {
-                let rest = list.get(at..).unwrap_or(&[]);
-                let lanes = match rest.first_chunk::<$count>() {
-                    Some(all) => *all,
-                    None => {
-                        let mut lanes = [0.0; $count];
-                        for (lane, x) in lanes.iter_mut().zip(rest) {
-                            *lane = *x;
-                        }
-                        lanes
-                    }
-                };
-                Self(<$wide>::new(lanes))
+            fn load(list: &[$float], place: usize) -> Self {
+                let (vectors, _) = list.as_chunks::<$count>();
+                Self(vectors.get(place).map_or(<$wide>::splat(0.0), |vector| <$wide>::new(*vector)))
             }
 
             #[inline]
-            fn store(self, list: &mut [$float], at: usize) {
-                let lanes = self.0.to_array();
-                let rest = list.get_mut(at..).unwrap_or(&mut []);
-                match rest.first_chunk_mut::<$count>() {
-                    Some(all) => *all = lanes,
-                    None => {
-                        for (x, lane) in rest.iter_mut().zip(lanes) {
-                            *x = lane;
-                        }
-                    }
+            fn store(self, list: &mut [$float], place: usize) {
+                let (vectors, _) = list.as_chunks_mut::<$count>();
+                if let Some(vector) = vectors.get_mut(place) {
+                    *vector = self.0.to_array();
                 }
             }
         }
@@ -130,10 +119,49 @@ macro_rules! impl_lanes {
 }
 
 impl_lanes!(
+    /// Two `f64` side by side.
+    F64x2, f64x2, f64, 2
+);
+impl_lanes!(
     /// Four `f64` side by side.
     F64x4, f64x4, f64, 4
+);
+impl_lanes!(
+    /// Eight `f64` side by side.
+    F64x8, f64x8, f64, 8
+);
+impl_lanes!(
+    /// Four `f32` side by side.
+    F32x4, f32x4, f32, 4
 );
 impl_lanes!(
     /// Eight `f32` side by side.
     F32x8, f32x8, f32, 8
 );
+impl_lanes!(
+    /// Sixteen `f32` side by side.
+    F32x16, f32x16, f32, 16
+);
+
+/// The widest vectors of the build.
+mod widest {
+    #[cfg(not(target_feature = "avx"))]
+    pub(super) use super::{F32x4 as Single, F64x2 as Double};
+    #[cfg(all(target_feature = "avx", not(target_feature = "avx512f")))]
+    pub(super) use super::{F32x8 as Single, F64x4 as Double};
+    #[cfg(target_feature = "avx512f")]
+    pub(super) use super::{F32x16 as Single, F64x8 as Double};
+}
+
+/// As many `f64` as a register of the build holds.
+pub type F64Lanes = widest::Double;
+/// As many `f32` as a register of the build holds.
+pub type F32Lanes = widest::Single;
+
+impl Float for f64 {
+    type Lanes = F64Lanes;
+}
+
+impl Float for f32 {
+    type Lanes = F32Lanes;
+}

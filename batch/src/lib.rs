@@ -1,7 +1,7 @@
 //! Inverse dynamics of many states at once, on the desk: for sweeps and Monte Carlo runs.
 //!
 //! Several states go through the *same* recursion, or the same generated kernel, side by side: the scalar is then not one
-//! float but a vector of them ([`F64x4`], [`F32x8`]). Nothing else changes, so each state's torques have the very bits
+//! float but a vector of them ([`F64Lanes`], [`F32Lanes`]). Nothing else changes, so each state's torques have the very bits
 //! that the scalar gives alone.
 //!
 //! | module | holds |
@@ -14,7 +14,7 @@
 //! A thousand states of an arm:
 //!
 //! ```
-//! use dynamics_batch::{F64x4, States, inverse_dynamics_batch};
+//! use dynamics_batch::{F64Lanes, States, inverse_dynamics_batch};
 //! use dynamics_core::trig::Polynomial;
 //! use dynamics_core::{Body, Dynamics, Frame, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, Tool};
 //! use nalgebra::Vector3;
@@ -29,7 +29,7 @@
 //! let model = Model::new(&[rod], &Tool::default())?;
 //! let scene = Scene::with_gravity(Vector3::new(0.0, -9.81, 0.0), &model);
 //! // The model and the scene in lanes: every lane holds the same arm.
-//! let dynamics = Dynamics::new(model.cast::<F64x4>(), scene.cast());
+//! let dynamics = Dynamics::new(model.cast::<F64Lanes>(), scene.cast());
 //!
 //! let q: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.001).collect();
 //! let still = vec![0.0; 1000];
@@ -41,8 +41,8 @@
 //! ```
 //!
 //! # Which instructions
-//! `wide` chooses its instructions when it is compiled. An ordinary build for x86-64 has SSE2 only, and [`F64x4`] is then
-//! two vectors of two; `RUSTFLAGS="-C target-cpu=native" cargo build --release` uses what the machine has. The bits are
+//! `wide` chooses its instructions when it is compiled. An ordinary build for x86-64 has SSE2 only, and [`F64Lanes`] is then
+//! a vector of two; `RUSTFLAGS="-C target-cpu=native" cargo build --release` uses what the machine has. The bits are
 //! the same either way: no multiplication is fused with an addition.
 #![forbid(unsafe_code)]
 
@@ -51,5 +51,5 @@ pub mod lanes;
 pub mod states;
 
 pub use inverse_dynamics::{inverse_dynamics_batch, inverse_dynamics_batch_parallel};
-pub use lanes::{F32x8, F64x4, Float, Lanes};
+pub use lanes::{F32Lanes, F32x4, F32x8, F32x16, F64Lanes, F64x2, F64x4, F64x8, Float, Lanes};
 pub use states::{LengthError, States};

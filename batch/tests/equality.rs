@@ -44,7 +44,8 @@ fn bits<F: Float>(x: F) -> u64 {
     x.to_f64().to_bits()
 }
 
-/// Batches of 0 to 33 states, on one core, against the same dynamics in single floats.
+/// Batches of 0 to 33 states, of more than a block, and of so many that unread sines are left out; on one core, against
+/// the same dynamics in single floats.
 fn compare<F: Float, const N: usize>(
     name: &str,
     single: &impl InverseDynamics<F, N>,
@@ -52,7 +53,7 @@ fn compare<F: Float, const N: usize>(
     trig: &impl Trig<F>,
 ) {
     let mut random = Random::new();
-    for count in 0..=33 {
+    for count in (0..=33).chain([63, 64, 65, 131, 300]) {
         let lists = Lists::random(&mut random, count);
         let mut tau = places::<F, N>(count);
         inverse_dynamics_batch(lanes, trig, &lists.states(), &live(), tau.each_mut().map(Vec::as_mut_slice)).unwrap();
@@ -74,8 +75,8 @@ fn compare_arm<K, const N: usize>(name: &str, kernel: &K)
 where
     K: InverseDynamics<f64, N>
         + InverseDynamics<f32, N>
-        + InverseDynamics<dynamics_batch::F64x4, N>
-        + InverseDynamics<dynamics_batch::F32x8, N>,
+        + InverseDynamics<dynamics_batch::F64Lanes, N>
+        + InverseDynamics<dynamics_batch::F32Lanes, N>,
 {
     let file = scene(name);
     compare::<f64, N>(name, &recursion(&file), &recursion(&file), &Polynomial);

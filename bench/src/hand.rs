@@ -75,6 +75,6 @@ mod tests {
         let file = plain::scene("puma560").unwrap();
         let model = file.robot.model::<6>().unwrap();
         let kernel = |level| compile(Function::Gravity, &model, &file.scene(&model), level, Precision::Double);
-        assert_eq!(Level::ALL.map(|level| kernel(level).operations().total()), [121, 35]);
+        assert_eq!(Level::ALL.map(|level| kernel(level).operations().total()), [121, 28]);
     }
 }

@@ -120,13 +120,13 @@ fn regrouped<const N: usize>(
 struct Regrouping {
     unfelt: regroup::Unfelt,
     turning: frames::Turning,
-    same: identities::Same,
+    angle: identities::Angle,
     moves: algebra::Moves,
 }
 
 /// The right ones.
 const REGROUPING: Regrouping =
-    Regrouping { unfelt: regroup::unfelt, turning: frames::TURNING, same: identities::SAME, moves: algebra::MOVES };
+    Regrouping { unfelt: regroup::unfelt, turning: frames::TURNING, angle: identities::ANGLE, moves: algebra::MOVES };
 
 impl Regrouping {
     /// The frames in which the function takes the fewest operations, before what is common is taken out.
@@ -157,7 +157,7 @@ impl Regrouping {
         let arm = regroup::moved_inward(&frames.shifted(model), &frames.across, self.unfelt);
         let tape = Arena::new(RuleSet::ALL, precision);
         let (arena, outputs) = functions::record(function, &arm, scene, Some((frames, &self.turning)), tape);
-        identities::once(&arena, &outputs, N, precision, self.same)
+        identities::once(&arena, &outputs, N, precision, self.angle)
     }
 }
 

@@ -1,34 +1,29 @@
 //! Level `regrouped`: what is equal in every state is computed once, and what is always zero not at all.
 //!
 //! Rules on single operations cannot see that `s^2 + c^2` is one, or that the weight of an arm has no moment about a vertical
-//! axis. A few random states can: two expressions that agree in all of them, to the last bits of f64, are the same function
-//! of the state, for functions that are polynomials in positions, sines and cosines cannot agree there by accident. Sines and
-//! cosines are those of one angle, so their identities count. An agreement that is off by a rounding error would be worth a
-//! rounding error.
+//! axis. A random state can. It is taken in a finite field, the whole numbers modulo the prime `2^61 - 1`, where nothing is
+//! rounded: every `f64` constant has its exact place there, a sine and its cosine are a random point of the circle
+//! `s^2 + c^2 = 1`, and all other inputs are random. Two different polynomials of degree `d` agree in such a state with a chance
+//! of at most `d / 2^61` (Schwartz 1980, Zippel 1979), so that what agrees is the same function of the state.
+//!
+//! The identities are those of the arm with its constants as they are written: what is equal but for the rounding of a
+//! constant (of the sine of a twist of 30 degrees, say) counts as different.
 
 use super::program::needed;
 use super::rules::RuleSet;
 use super::tape::{Arena, Expr, Node, Precision};
-use std::collections::{BTreeMap, HashMap};
+use rustc_hash::FxHashMap;
 
-/// How many states are looked at.
-const STATES: usize = 3;
+/// Sine and cosine, in the field, of a random angle. A test puts a wrong one in.
+pub(super) type Angle = fn(Element) -> [Element; 2];
 
-/// What an expression is in each state.
-type Values = [f64; STATES];
-
-/// Whether two numbers are the same, given the size of what they were made of. A test puts a wrong one in.
-pub(super) type Same = fn(f64, f64, f64) -> bool;
-
-/// The right one: up to rounding.
-pub(super) const SAME: Same = |a, b, size| (a - b).abs() <= 1e-13 * size;
-
-/// An expression that stays, what it is, and the size of the terms that it was summed from.
-struct Known {
-    place: Expr,
-    values: Values,
-    sizes: Values,
-}
+/// The right one: `2 t / (1 + t^2)`, `(1 - t^2) / (1 + t^2)`.
+pub(super) const ANGLE: Angle = |t| {
+    let (one, square) = (Element(1), t.times(t));
+    // Minus one has no square root modulo this prime: the sum is not zero.
+    let all = one.plus(square).inverse();
+    [t.plus(t).times(all), one.plus(square.negative()).times(all)]
+};
 
 /// The outputs on a new tape, with every expression replaced by an equal, an opposite or a number that is known before it.
 ///
@@ -39,109 +34,118 @@ pub(super) fn once(
     outputs: &[Expr],
     joints: usize,
     precision: Precision,
-    same: Same,
+    angle: Angle,
 ) -> (Arena, Vec<Expr>) {
     let mut fresh = Arena::new(RuleSet::ALL, precision);
-    let mut moved: HashMap<Expr, usize> = HashMap::new();
-    let mut known: Vec<Known> = Vec::new();
-    let mut by_value: BTreeMap<i64, usize> = BTreeMap::new();
-    for expr in needed(arena, outputs) {
+    let mut moved: FxHashMap<Expr, (Expr, Element)> = FxHashMap::default();
+    let mut known: FxHashMap<Element, Expr> = FxHashMap::default();
+    for (k, expr) in needed(arena, outputs).into_iter().enumerate() {
         let node = arena.node(expr);
-        let of = |e: Expr| moved.get(&e).and_then(|&k| known.get(k));
-        let at = |e: Expr| of(e).map_or(e, |k| k.place);
-        let (values, sizes) = evaluate(node, joints, &of);
-        // Near in the first state, and then in all.
-        let find = |sign: f64| {
-            let (middle, reach) = (sign * values[0], NEAR * sizes[0]);
-            let mut near = by_value.range(ordered(middle - reach)..=ordered(middle + reach)).map(|(_, &k)| &known[k]);
-            let agrees =
-                |k: &&Known| (0..STATES).all(|s| same(values[s], sign * k.values[s], sizes[s].max(k.sizes[s])));
-            near.find(agrees).map(|k| k.place)
+        let of = |e: Expr| moved.get(&e).map_or((e, Element(0)), |found| *found);
+        let value = match node {
+            Node::Constant(bits) => Element::from_f64(f64::from_bits(bits)),
+            Node::Input(number) => Some(input(number as usize, joints, angle)),
+            Node::Add(a, b) => Some(of(a).1.plus(of(b).1)),
+            Node::Sub(a, b) => Some(of(a).1.plus(of(b).1.negative())),
+            Node::Mul(a, b) => Some(of(a).1.times(of(b).1)),
+            Node::Neg(a) => Some(of(a).1.negative()),
+            Node::Div(a, b) => Some(of(b).1).filter(|b| *b != Element(0)).map(|b| of(a).1.times(b.inverse())),
         };
+        // What has no value in the field is like nothing else.
+        let value = value.unwrap_or_else(|| Element::random(usize::MAX - k));
         let place = match node {
             Node::Constant(bits) => fresh.constant(f64::from_bits(bits)),
             Node::Input(_) => fresh.write(node),
-            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(_) => {
-                if let Some(number) =
-                    [0.0, 1.0].into_iter().find(|x| (0..STATES).all(|s| same(values[s], *x, sizes[s])))
-                {
-                    fresh.constant(number)
-                } else if let Some(equal) = find(1.0) {
-                    equal
-                } else if let Some(opposite) = find(-1.0) {
-                    fresh.make(Node::Neg(opposite))
-                } else {
-                    fresh.make(node.map(at))
-                }
-            }
+            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(_) => match value {
+                Element(0) => fresh.constant(0.0),
+                Element(1) => fresh.constant(1.0),
+                _ => match (known.get(&value), known.get(&value.negative())) {
+                    (Some(&equal), _) => equal,
+                    (None, Some(&opposite)) => fresh.make(Node::Neg(opposite)),
+                    (None, None) => fresh.make(node.map(|operand| of(operand).0)),
+                },
+            },
         };
         if let Some(label) = arena.label(expr) {
             fresh.name(place, label);
         }
-        by_value.entry(ordered(values[0])).or_insert(known.len());
-        moved.insert(expr, known.len());
-        known.push(Known { place, values, sizes });
+        known.entry(value).or_insert(place);
+        moved.insert(expr, (place, value));
     }
-    let at = |e: &Expr| moved.get(e).and_then(|&k| known.get(k)).map_or(*e, |k| k.place);
-    let outputs = outputs.iter().map(at).collect();
+    let outputs = outputs.iter().map(|e| moved.get(e).map_or(*e, |(place, _)| *place)).collect();
     (fresh, outputs)
 }
 
-/// How far apart equal values are looked for, relative to the size of their terms; [`SAME`] is stricter.
-const NEAR: f64 = 1e-12;
-
-/// A whole number that orders as the value does.
-fn ordered(x: f64) -> i64 {
-    let bits = x.to_bits() as i64;
-    if bits < 0 { i64::MIN.wrapping_sub(bits) } else { bits }
-}
-
-/// A node's values from those of its operands.
-fn evaluate<'a>(node: Node, joints: usize, of: &dyn Fn(Expr) -> Option<&'a Known>) -> (Values, Values) {
-    let values = |e: Expr| of(e).map_or([f64::NAN; STATES], |k| k.values);
-    let sizes = |e: Expr| of(e).map_or([f64::NAN; STATES], |k| k.sizes);
-    let each = |f: &dyn Fn(usize) -> f64| -> Values { core::array::from_fn(f) };
-    match node {
-        Node::Constant(bits) => ([f64::from_bits(bits); STATES], [f64::from_bits(bits).abs(); STATES]),
-        Node::Input(number) => {
-            let x = each(&|s| input(number as usize, joints, s));
-            (x, x.map(f64::abs))
-        }
-        Node::Neg(a) => (values(a).map(|x| -x), sizes(a)),
-        Node::Add(a, b) => {
-            let (x, y, p, q) = (values(a), values(b), sizes(a), sizes(b));
-            (each(&|s| x[s] + y[s]), each(&|s| p[s] + q[s]))
-        }
-        Node::Sub(a, b) => {
-            let (x, y, p, q) = (values(a), values(b), sizes(a), sizes(b));
-            (each(&|s| x[s] - y[s]), each(&|s| p[s] + q[s]))
-        }
-        Node::Mul(a, b) => {
-            let (x, y, p, q) = (values(a), values(b), sizes(a), sizes(b));
-            (each(&|s| x[s] * y[s]), each(&|s| p[s] * q[s]))
-        }
-        Node::Div(a, b) => {
-            let (x, y, p) = (values(a), values(b), sizes(a));
-            (each(&|s| x[s] / y[s]), each(&|s| p[s] / y[s].abs()))
-        }
+/// Value of an input in the random state.
+fn input(number: usize, joints: usize, angle: Angle) -> Element {
+    let [sin, cos] = angle(Element::random(number % joints));
+    match number / joints {
+        0 => sin,
+        1 => cos,
+        _ => Element::random(number),
     }
 }
 
-/// Value of an input in a state: numbers between 1 and 2 of either sign, none the same; sine and cosine of one angle.
-fn input(number: usize, joints: usize, state: usize) -> f64 {
-    let random = |n: usize| {
-        // SplitMix64 (Steele, Lea and Flood, 2014). Evenly spaced numbers would have sums and differences in common.
-        let mut z = ((n * STATES + state + 1) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+/// A whole number modulo [`PRIME`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Element(u64);
+
+/// A Mersenne prime: `2^61 = 1` makes reduction an addition and powers of two a rotation.
+const PRIME: u64 = (1 << 61) - 1;
+
+impl Element {
+    fn reduced(x: u64) -> Self {
+        let folded = (x & PRIME) + (x >> 61);
+        Self(if folded >= PRIME { folded - PRIME } else { folded })
+    }
+
+    /// `SplitMix64` (Steele, Lea and Flood, 2014).
+    fn random(number: usize) -> Self {
+        let mut z = (number as u64).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        let x = 1.0 + (z >> 12) as f64 / (1_u64 << 52) as f64;
-        if z & 1 == 0 { x } else { -x }
-    };
-    match number / joints {
-        0 => libm::sin(random(number)),
-        1 => libm::cos(random(number - joints)),
-        _ => random(number),
+        Self::reduced(z ^ (z >> 31))
+    }
+
+    /// The exact place of a number `m 2^e`; none for what is not finite.
+    fn from_f64(x: f64) -> Option<Self> {
+        let bits = x.to_bits();
+        let (exponent, fraction) = ((bits >> 52) as i32 & 0x7ff, bits & ((1 << 52) - 1));
+        let (mantissa, exponent) = match exponent {
+            0x7ff => return None,
+            0 => (fraction, -1074),
+            _ => (fraction | 1 << 52, exponent - 1075),
+        };
+        let shift = exponent.rem_euclid(61) as u32;
+        // Bits that leave at the top come back at the bottom.
+        let rotated = Self::reduced((mantissa << shift & PRIME) | (mantissa >> (61 - shift)));
+        Some(if x < 0.0 { rotated.negative() } else { rotated })
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self::reduced(self.0 + other.0)
+    }
+
+    fn negative(self) -> Self {
+        Self::reduced(PRIME - self.0)
+    }
+
+    fn times(self, other: Self) -> Self {
+        let product = u128::from(self.0) * u128::from(other.0);
+        Self::reduced((product as u64 & PRIME) + (product >> 61) as u64)
+    }
+
+    /// `x^(p - 2)` (Fermat); of zero, zero.
+    fn inverse(self) -> Self {
+        // p - 2 is 61 ones with the second lowest bit cleared.
+        let (mut power, mut found) = (self, self);
+        for bit in 1..61 {
+            power = power.times(power);
+            if bit != 1 {
+                found = found.times(power);
+            }
+        }
+        found
     }
 }
 
@@ -154,7 +158,7 @@ mod tests {
     fn left<const M: usize>(f: impl FnOnce([Expr; 6]) -> [Expr; M]) -> usize {
         let (outputs, arena) =
             trace(Arena::new(RuleSet::ALL, Precision::Double), || f(core::array::from_fn(|i| input(i as u32))));
-        let (arena, outputs) = once(&arena, &outputs, 2, Precision::Double, SAME);
+        let (arena, outputs) = once(&arena, &outputs, 2, Precision::Double, ANGLE);
         super::super::program::operations(&arena, &outputs)
     }
 
@@ -167,13 +171,34 @@ mod tests {
 
     #[test]
     fn what_was_summed_in_another_order_or_multiplied_out_is_known() {
-        assert_eq!(left(|[.., x, y]| [(x + y) * x, x * x + y * x]), 4);
+        assert_eq!(left(|[.., x, y]| [(x + y) * x, x * x + y * x]), 2);
         assert_eq!(left(|[a, b, .., x, y]| [(x + a) + (y + b), (y + a) + (b + x)]), 3);
         assert_eq!(left(|[a, .., x, y]| [x * a - y * a, (y - x) * a]), 3);
+        assert_eq!(left(|[a, .., x, y]| [x / a * y, y * x / a]), 2);
     }
 
     #[test]
     fn what_is_always_zero_is_not_computed() {
         assert_eq!(left(|[s, _, c, _, x, y]| [(x * s + y * c) * c - (x * c - y * s) * s - y]), 0);
+        // Nor is what is divided by it known to be anything.
+        assert_eq!(left(|[s, _, c, _, x, y]| [x / (s * s + c * c - (x + y) / (y + x)), y]), 1);
+    }
+
+    #[test]
+    fn a_number_has_its_exact_place_in_the_field() {
+        let of = |x: f64| Element::from_f64(x).unwrap();
+        for (a, b) in [(0.1, 3.7), (-1e-300, 1e300), (5e-324, -0.0), (1.5, f64::MAX), (-7.25, -1e9)] {
+            assert_eq!(of(-a), of(a).negative());
+            assert_eq!(of(a).plus(of(-a)), Element(0));
+            // Powers of two and small sums are exact in f64 as well.
+            assert_eq!(of(a).times(of(4.0)), of(a * 4.0));
+            assert_eq!(of(b), of(b / 2.0).plus(of(b / 2.0)));
+        }
+        assert_eq!(of(3.0).times(of(0.375)), of(1.125));
+        assert_eq!(of(0.3).times(of(0.3).inverse()), of(1.0));
+        assert_eq!(Element::from_f64(f64::NAN), None);
+        assert_eq!(Element::from_f64(f64::INFINITY), None);
+        let [s, c] = ANGLE(Element::random(5));
+        assert_eq!(s.times(s).plus(c.times(c)), Element(1));
     }
 }

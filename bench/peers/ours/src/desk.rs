@@ -3,7 +3,7 @@
 use crate::{JOINTS, given, torques};
 use bench::states::{DESK, State, States};
 use bench::{kernels, plain};
-use dynamics_batch::{F64x4, inverse_dynamics_batch};
+use dynamics_batch::{F64Lanes, inverse_dynamics_batch};
 use dynamics_core::trig::{Libm, Polynomial};
 use dynamics_core::{Dynamics, InverseDynamics, Live, Trig};
 use std::sync::LazyLock;
@@ -67,7 +67,7 @@ impl AllStates<'_> {
         }
     }
 
-    fn batch(&self, arm: &impl InverseDynamics<F64x4, JOINTS>, out: &mut ByJoint) {
+    fn batch(&self, arm: &impl InverseDynamics<F64Lanes, JOINTS>, out: &mut ByJoint) {
         let computed =
             dynamics_batch::States::new(lists(self.q_by_joint), lists(self.qd_by_joint), lists(self.qdd_by_joint))
                 .and_then(|states| {
