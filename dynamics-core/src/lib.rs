@@ -16,6 +16,7 @@
 //! | [`newton_euler`] | joint torques and joint wrenches from the motion |
 //! | [`mass_matrix`] | the joint-space inertia matrix |
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
+//! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -64,6 +65,7 @@ pub mod kinematics;
 pub mod mass_matrix;
 pub mod model;
 pub mod newton_euler;
+pub mod posture;
 pub mod scalar;
 pub mod scene;
 pub mod trig;
