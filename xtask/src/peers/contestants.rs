@@ -154,7 +154,7 @@ impl Ours {
 }
 
 /// Our build for this machine's processor, as the peers are built.
-pub(super) const NATIVE: &str = "rustc, native";
+const NATIVE: &str = "rustc, native";
 
 /// Our build for any processor of the kind.
 pub(super) const ORDINARY: &str = "rustc";
