@@ -6,7 +6,9 @@ use comfy_table::{CellAlignment, Table, presets};
 use dynamics_core::{Model, Scene, Term};
 use robot_compiler::kernel::functions::{Springs, live_inputs};
 use robot_compiler::kernel::source::{Title, module};
-use robot_compiler::kernel::{Function, Level, Precision, Program, Rule, RuleSet, compile, compile_with};
+use robot_compiler::kernel::{
+    Function, Level, Precision, Program, Rule, RuleSet, Step, compile, compile_with, compile_without,
+};
 use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{Robot, SceneFile, with_dof};
 use serde::Serialize;
@@ -146,6 +148,9 @@ impl<'a, const N: usize> Kernels<'a, N> {
         if self.levels.contains(&Level::Exact) {
             text += &format!("\nWhat each rewrite saves of level exact:\n{}\n", self.rule_table());
         }
+        if self.levels.contains(&Level::Regrouped) {
+            text += &format!("\nWhat each step of level regrouped saves:\n{}\n", self.step_table());
+        }
         text + &format!("\nWhat each term of the scene costs:\n{}\n", self.term_table())
     }
 
@@ -167,6 +172,20 @@ impl<'a, const N: usize> Kernels<'a, N> {
                 table.add_row(difference([function.name(), rule.name()], &with(RuleSet::ALL.without(rule)), &all, N));
             }
             table.add_row(difference([function.name(), "all of them"], &with(RuleSet::NONE), &all, N));
+        }
+        table
+    }
+
+    fn step_table(&self) -> Table {
+        let mut table = table(&["function", "step"]);
+        for &function in &self.functions {
+            let all = self.compile(function, &self.scene, Level::Regrouped);
+            for step in Step::ALL {
+                let without = compile_without(step, function, self.model, &self.scene, self.precision);
+                table.add_row(difference([function.name(), step.name()], &without, &all, N));
+            }
+            let exact = self.compile(function, &self.scene, Level::Exact);
+            table.add_row(difference([function.name(), "all of them"], &exact, &all, N));
         }
         table
     }

@@ -74,6 +74,9 @@ fn tables_name_every_rewrite_and_every_term_of_the_scene() {
     for word in ["folding of numbers", "zeros", "ones", "signs", "order of operands", "sharing", "all of them"] {
         assert!(text.contains(word), "{word} in {text}");
     }
+    for step in ["cheapest frames", "base parameters", "identities", "common factors and sums"] {
+        assert!(text.contains(&format!("inverse-dynamics \u{2506} {step}")), "{step} in {text}");
+    }
     for term in ["gravity", "payload", "rotors", "velocity terms"] {
         assert!(text.contains(&format!("inverse-dynamics \u{2506} exact     \u{2506} {term}")), "{term} in {text}");
     }

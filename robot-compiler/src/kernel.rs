@@ -41,7 +41,7 @@ pub use program::{Operations, Program};
 pub use rules::{Rule, RuleSet};
 pub use tape::Precision;
 
-use dynamics_core::{Model, Scene, Term};
+use dynamics_core::{Inertia, Model, Scene, Term};
 use tape::Arena;
 
 /// How far the operations may leave those of the recursion.
@@ -80,8 +80,49 @@ pub fn compile<const N: usize>(
 ) -> Program {
     match level {
         Level::Exact => compile_with(function, model, scene, RuleSet::ALL, precision),
-        Level::Regrouped => regrouped(function, model, scene, precision),
+        Level::Regrouped => regrouped(function, model, scene, None, precision),
     }
+}
+
+/// A step of level `regrouped`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// The search for the cheapest frames.
+    Frames,
+    /// What a joint cannot feel moves into the parent.
+    BaseParameters,
+    /// What is equal in every state is computed once.
+    Identities,
+    /// What is common to sums and products is taken out.
+    Algebra,
+}
+
+impl Step {
+    /// All of them, in their order.
+    pub const ALL: [Self; 4] = [Self::Frames, Self::BaseParameters, Self::Identities, Self::Algebra];
+
+    /// Its name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Frames => "cheapest frames",
+            Self::BaseParameters => "base parameters",
+            Self::Identities => "identities",
+            Self::Algebra => "common factors and sums",
+        }
+    }
+}
+
+/// Level `regrouped` with one step left out, to measure what it saves.
+#[must_use]
+pub fn compile_without<const N: usize>(
+    step: Step,
+    function: Function,
+    model: &Model<f64, N>,
+    scene: &Scene<f64, N>,
+    precision: Precision,
+) -> Program {
+    regrouped(function, model, scene, Some(step), precision)
 }
 
 /// Trace with some rules only, to measure what each saves. Results are equal (`==`) whatever the rules.
@@ -97,36 +138,53 @@ pub fn compile_with<const N: usize>(
     Program::new(arena, &outputs)
 }
 
-/// Frames chosen by what they cost, base parameters in them, then what is common taken out.
+/// Frames chosen by what they cost, base parameters in them, then what is equal or common taken out.
 fn regrouped<const N: usize>(
     function: Function,
     model: &Model<f64, N>,
     scene: &Scene<f64, N>,
+    without: Option<Step>,
     precision: Precision,
 ) -> Program {
-    if function == Function::JointWrenches {
-        // Neither leaves the wrenches as they are: they are what a frame and its link feel.
-        let (arena, outputs) = functions::record(function, model, scene, None, Arena::new(RuleSet::ALL, precision));
-        return algebra::fewest_operations(arena, &outputs, precision, algebra::MOVES);
+    let mut how = REGROUPING;
+    match without {
+        Some(Step::BaseParameters) => how.unfelt = |_, _| Inertia::zero(),
+        Some(Step::Identities) => how.angle = None,
+        Some(Step::Frames | Step::Algebra) | None => {}
     }
-    let (model, scene) = holding(model, scene);
-    let how = &REGROUPING;
-    let frames = how.cheapest_frames(function, &model, &scene, precision);
-    let (arena, outputs) = how.record(function, &model, &scene, &frames, precision);
-    algebra::fewest_operations(arena, &outputs, precision, how.moves)
+    let (arena, outputs) = if function == Function::JointWrenches {
+        // Neither frames nor base parameters leave the wrenches as they are: they are what a frame and its link feel.
+        functions::record(function, model, scene, None, Arena::new(RuleSet::ALL, precision))
+    } else {
+        let (model, scene) = holding(model, scene);
+        let frames = match without {
+            Some(Step::Frames) => Frames::of_the_model(),
+            _ => how.cheapest_frames(function, &model, &scene, precision),
+        };
+        how.record(function, &model, &scene, &frames, precision)
+    };
+    match without {
+        Some(Step::Algebra) => Program::new(arena, &outputs),
+        _ => algebra::fewest_operations(arena, &outputs, precision, how.moves),
+    }
 }
 
 /// The steps of level `regrouped`. A test puts wrong ones in.
 struct Regrouping {
     unfelt: regroup::Unfelt,
     turning: frames::Turning,
-    angle: identities::Angle,
+    /// None: identities are not looked for.
+    angle: Option<identities::Angle>,
     moves: algebra::Moves,
 }
 
 /// The right ones.
-const REGROUPING: Regrouping =
-    Regrouping { unfelt: regroup::unfelt, turning: frames::TURNING, angle: identities::ANGLE, moves: algebra::MOVES };
+const REGROUPING: Regrouping = Regrouping {
+    unfelt: regroup::unfelt,
+    turning: frames::TURNING,
+    angle: Some(identities::ANGLE),
+    moves: algebra::MOVES,
+};
 
 impl Regrouping {
     /// The frames in which the function takes the fewest operations, before what is common is taken out.
@@ -157,7 +215,10 @@ impl Regrouping {
         let arm = regroup::moved_inward(&frames.shifted(model), &frames.across, self.unfelt);
         let tape = Arena::new(RuleSet::ALL, precision);
         let (arena, outputs) = functions::record(function, &arm, scene, Some((frames, &self.turning)), tape);
-        identities::once(&arena, &outputs, N, precision, self.angle)
+        match self.angle {
+            Some(angle) => identities::once(&arena, &outputs, N, precision, angle),
+            None => (arena, outputs),
+        }
     }
 }
 

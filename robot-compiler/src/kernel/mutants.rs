@@ -210,7 +210,7 @@ const WRONG_REGROUPINGS: [Fault; 10] = [
     ("the step from a still frame does not turn", |how| how.turning.step = |_, v| *v),
     ("the body in a still frame does not turn", |how| how.turning.inertia = |_, body| *body),
     ("of two turns the second is lost", |how| how.turning.both = |first, _| first),
-    ("a cosine counts as equal to the sine", |how| how.angle = |t| [t, t]),
+    ("a cosine counts as equal to the sine", |how| how.angle = Some(|t| [t, t])),
     ("a shared sum loses its sign", |how| how.moves.shared_sum = |_| false),
     ("the first factor is taken out, not the common one", |how| {
         how.moves.without = |factors, _| factors.get(1..).unwrap_or_default().to_vec();
