@@ -177,6 +177,7 @@ where
 /// of symmetry and of prismatic joints are not read by kernels, and computing a pair costs a sixth of such a kernel.
 ///
 /// Whatever depends on a NaN is NaN, for there are only sums, differences and products. So each joint in turn gets one.
+#[expect(clippy::eq_op, reason = "a NaN is what differs from itself")]
 fn turns_read<L: Lanes, const N: usize>(dynamics: &impl InverseDynamics<L, N>, live: &Live<L, N>) -> [bool; N] {
     let nan = L::literal(f64::NAN);
     let still = [L::zero(); N];
