@@ -19,6 +19,7 @@
 //! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
 //! | [`lagrange`] | Lagrange's equations from the links' Jacobians: matrices, Christoffel symbols, torques |
 //! | [`trace_form`] | the same from derivatives of 4x4 transforms, sharing nothing with the others |
+//! | [`rotor_coupling`] | what reflected rotor inertia leaves out |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -69,6 +70,7 @@ pub mod mass_matrix;
 pub mod model;
 pub mod newton_euler;
 pub mod posture;
+pub mod rotor_coupling;
 pub mod scalar;
 pub mod scene;
 pub mod trace_form;
