@@ -26,7 +26,7 @@ pub fn kinetic<S: Scalar, const N: usize>(
     twice * S::literal(0.5)
 }
 
-/// Potential energy `-sum_i g . (m_i r_i)`, J, zero for masses at the base origin (eq. 12.229).
+/// Potential energy `-sum_i g . (m_i r_i)`, J, zero for masses at the base origin (eq. 12.231).
 #[must_use]
 pub fn potential<S: Scalar, const N: usize>(
     dynamics: &Dynamics<S, N>,

@@ -17,6 +17,9 @@
 //! | [`mass_matrix`] | the joint-space inertia matrix |
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
 //! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
+//! | [`lagrange`] | Lagrange's equations from the links' Jacobians: matrices, Christoffel symbols, torques |
+//! | [`trace_form`] | the same from derivatives of 4x4 transforms, sharing nothing with the others |
+//! | [`rotor_coupling`] | what reflected rotor inertia leaves out |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -62,12 +65,15 @@ pub mod geometry;
 pub mod inertia;
 pub mod joint;
 pub mod kinematics;
+pub mod lagrange;
 pub mod mass_matrix;
 pub mod model;
 pub mod newton_euler;
 pub mod posture;
+pub mod rotor_coupling;
 pub mod scalar;
 pub mod scene;
+pub mod trace_form;
 pub mod trig;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};

@@ -4,12 +4,12 @@
 
 mod common;
 
-use common::arms::{arm, body, joints, rotation, vector};
-use common::{relative_error, torque, turns};
+use common::arms::{arm, body, held, joints, rotation, vector};
+use common::{along, derivative, relative_error, torque, turns};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::{
-    Body, Dynamics, Inertia, InverseDynamics, JointKind, Live, Model, Scene, Term, Wrench, articulated_body, energy,
+    Dynamics, Inertia, InverseDynamics, JointKind, Live, Model, Scene, Term, Wrench, articulated_body, energy,
     forward_dynamics,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -53,10 +53,6 @@ impl<const N: usize> Case<N> {
     fn torque(&self, scene: Scene<f64, N>) -> [f64; N] {
         torque(&Dynamics::new(self.model, scene), &self.q, &self.qd, &self.qdd)
     }
-}
-
-fn held(body: &Body) -> Inertia<f64> {
-    Inertia::from_mass_centre(body.mass, &body.com, &body.inertia)
 }
 
 fn case<const N: usize>() -> impl Strategy<Value = Case<N>> {
@@ -238,14 +234,11 @@ fn power_is_the_rate_of_energy<const N: usize>(case: &Case<N>) -> Checked {
     let scene = Scene { tip_wrench: Term::Absent, ..case.scene() };
     let dynamics = Dynamics::new(case.model, scene);
     let energy_at = |t: f64| {
-        let q: [f64; N] = core::array::from_fn(|i| case.q[i] + case.qd[i] * t + 0.5 * case.qdd[i] * t * t);
-        let qd: [f64; N] = core::array::from_fn(|i| case.qd[i] + case.qdd[i] * t);
+        let (q, qd) = along(&case.q, &case.qd, &case.qdd, t);
         let (turn, live) = (turns(&q), Live::zero());
         energy::kinetic(&dynamics, &turn, &q, &qd, &live) + energy::potential(&dynamics, &turn, &q, &live)
     };
-    // Five-point difference: truncation h^4, rounding energy * 2^-53 / h.
-    let h = 1e-3;
-    let rate = (energy_at(-2.0 * h) - 8.0 * energy_at(-h) + 8.0 * energy_at(h) - energy_at(2.0 * h)) / (12.0 * h);
+    let rate = derivative(energy_at);
     let tau = case.torque(scene);
     let power: f64 = tau.iter().zip(&case.qd).map(|(t, v)| t * v).sum();
     let size = tau.iter().zip(&case.qd).map(|(t, v)| (t * v).abs()).sum::<f64>() + energy_at(0.0).abs() + 1.0;

@@ -13,6 +13,7 @@ use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{Robot, SceneFile, with_dof};
 use serde::Serialize;
 use std::io::{self, Write};
+use std::path::Path;
 
 /// How much work one kernel is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -42,7 +43,7 @@ pub struct Count {
 /// # Errors
 /// A robot or a scene file that is wrong; a scene about another robot.
 pub fn run(args: &KernelArgs) -> Result<(), Failure> {
-    let file = scene(args)?;
+    let file = scene_about(&args.robot, args.scene.as_deref())?;
     let text = with_dof!(file.robot.dof(), N => {
         let model = file.robot.model::<N>().map_err(Failure::input)?;
         let kernels = Kernels::new(args, &file, &model);
@@ -61,16 +62,16 @@ pub fn run(args: &KernelArgs) -> Result<(), Failure> {
     }
 }
 
-/// The scene that is asked for, if it is about the robot that is asked for.
-fn scene(args: &KernelArgs) -> Result<SceneFile, Failure> {
-    let robot = Robot::load(&args.robot).map_err(Failure::input)?;
-    let Some(path) = &args.scene else { return Ok(SceneFile::default_for(robot)) };
+/// The scene that is asked for, if it is about the robot that is asked for; a sensible one if none is.
+pub(crate) fn scene_about(robot_file: &Path, scene_file: Option<&Path>) -> Result<SceneFile, Failure> {
+    let robot = Robot::load(robot_file).map_err(Failure::input)?;
+    let Some(path) = scene_file else { return Ok(SceneFile::default_for(robot)) };
     let file = SceneFile::load(path).map_err(Failure::input)?;
     // By what the files hold: the same file may be reached by many paths.
     if (Robot { path: file.robot.path.clone(), ..robot.clone() }) == file.robot {
         return Ok(file);
     }
-    let (scene, asked) = (path.display(), args.robot.display());
+    let (scene, asked) = (path.display(), robot_file.display());
     Err(Failure::Input(miette::miette!(
         help = "expected a scene whose `robot` is that file",
         "{scene} is a scene of another robot, {:?}; {asked} holds {:?}",

@@ -11,7 +11,7 @@
 //! | [`record`] | what happened, tick by tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod chip;
@@ -29,3 +29,4 @@ pub mod run_command;
 pub mod simulate;
 pub mod summary;
 pub mod target;
+pub mod terms_command;

@@ -1,6 +1,6 @@
 //! Random arms and states for property tests.
 
-use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Model, Rotor, Tool, geometry};
+use dynamics_core::{Body, Dh, Frame, Inertia, JointKind, JointSpec, Limits, Model, Rotor, Tool, geometry};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::{Just, Strategy, any, prop_oneof};
 
@@ -64,6 +64,11 @@ pub fn body() -> impl Strategy<Value = Body> {
             .sum();
         Body { mass, com, inertia }
     })
+}
+
+/// The ten numbers of a body held by the tip.
+pub fn held(body: &Body) -> Inertia<f64> {
+    Inertia::from_mass_centre(body.mass, &body.com, &body.inertia)
 }
 
 fn joint() -> impl Strategy<Value = JointSpec> {

@@ -139,3 +139,40 @@ pub fn torque<S: Real, const N: usize>(
 ) -> [S; N] {
     dynamics.inverse_dynamics(&turns(q), &cast(q), &cast(qd), &cast(qdd), &Live::zero())
 }
+
+/// Derivative at zero by five points: truncation `h^4`, rounding `|f| 2^-53 / h`.
+pub fn derivative(f: impl Fn(f64) -> f64) -> f64 {
+    let h = 1e-3;
+    (f(-2.0 * h) - 8.0 * f(-h) + 8.0 * f(h) - f(2.0 * h)) / (12.0 * h)
+}
+
+/// `q` and `qd` at the time `t` of the motion `q + qd t + qdd t^2 / 2`.
+pub fn along<const N: usize>(q: &[f64; N], qd: &[f64; N], qdd: &[f64; N], t: f64) -> ([f64; N], [f64; N]) {
+    let moved = core::array::from_fn(|i| q[i] + qd[i] * t + 0.5 * qdd[i] * t * t);
+    (moved, core::array::from_fn(|i| qd[i] + qdd[i] * t))
+}
+
+/// The same vector with `step` added to one entry.
+pub fn stepped<const N: usize>(x: &[f64; N], i: usize, step: f64) -> [f64; N] {
+    let mut moved = *x;
+    moved[i] += step;
+    moved
+}
+
+/// Lagrange's equation (12.215) with every derivative taken numerically: `d/dt dL/dqd - dL/dq` of `lagrangian(q, qd)`.
+///
+/// Of a Lagrangian that is quadratic in `qd`, for which the central difference by `qd` is exact.
+pub fn lagrange_equation<const N: usize>(
+    lagrangian: impl Fn(&[f64; N], &[f64; N]) -> f64,
+    q: &[f64; N],
+    qd: &[f64; N],
+    qdd: &[f64; N],
+) -> [f64; N] {
+    core::array::from_fn(|i| {
+        let momentum = |t: f64| {
+            let (q, qd) = along(q, qd, qdd, t);
+            (lagrangian(&q, &stepped(&qd, i, 1.0)) - lagrangian(&q, &stepped(&qd, i, -1.0))) / 2.0
+        };
+        derivative(momentum) - derivative(|step| lagrangian(&stepped(q, i, step), qd))
+    })
+}
