@@ -17,6 +17,7 @@
 //! | [`mass_matrix`] | the joint-space inertia matrix |
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
 //! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
+//! | [`global`] | every link's Newton and Euler equation in the base frame, and all of them as one linear system |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -59,6 +60,7 @@ pub mod control;
 pub mod energy;
 pub mod forward_dynamics;
 pub mod geometry;
+pub mod global;
 pub mod inertia;
 pub mod joint;
 pub mod kinematics;
