@@ -18,6 +18,7 @@
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
 //! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
 //! | [`global`] | every link's Newton and Euler equation in the base frame, and all of them as one linear system |
+//! | [`contact`] | the wrench at the tip from the one that the base measures |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -56,6 +57,7 @@
 extern crate std;
 
 pub mod articulated_body;
+pub mod contact;
 pub mod control;
 pub mod energy;
 pub mod forward_dynamics;
