@@ -19,6 +19,7 @@
 //! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
 //! | [`global`] | every link's Newton and Euler equation in the base frame, and all of them as one linear system |
 //! | [`contact`] | the wrench at the tip from the one that the base measures |
+//! | [`reactions`] | what of a joint's wrench its actuator carries, and what its bearings |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -70,6 +71,7 @@ pub mod mass_matrix;
 pub mod model;
 pub mod newton_euler;
 pub mod posture;
+pub mod reactions;
 pub mod scalar;
 pub mod scene;
 mod solve;
