@@ -18,6 +18,7 @@
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
 //! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
 //! | [`global`] | every link's Newton and Euler equation in the base frame, and all of them as one linear system |
+//! | [`statics`] | joint wrenches and torques at rest, inward and outward, in the base frame and in the links' |
 //! | [`contact`] | the wrench at the tip from the one that the base measures |
 //! | [`reactions`] | what of a joint's wrench its actuator carries, and what its bearings |
 //! | [`kinematics`] | the poses of the links and the tip |
@@ -75,6 +76,7 @@ pub mod reactions;
 pub mod scalar;
 pub mod scene;
 mod solve;
+pub mod statics;
 pub mod trig;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
