@@ -21,6 +21,7 @@
 //! | [`statics`] | joint wrenches and torques at rest, inward and outward, in the base frame and in the links' |
 //! | [`contact`] | the wrench at the tip from the one that the base measures |
 //! | [`reactions`] | what of a joint's wrench its actuator carries, and what its bearings |
+//! | [`work`] | work done by the actuators along a motion |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -78,6 +79,7 @@ pub mod scene;
 mod solve;
 pub mod statics;
 pub mod trig;
+pub mod work;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
 pub use forward_dynamics::Singular;
