@@ -15,7 +15,7 @@ use std::io::{BufRead, BufReader, BufWriter, Write, stdin, stdout};
 use std::path::Path;
 
 /// Gravity on a floor, m/s^2.
-const FLOOR: [f64; 3] = [0.0, 0.0, -9.81];
+pub(crate) const FLOOR: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// A state to work on.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -193,7 +193,7 @@ where
 }
 
 /// `K` finite numbers.
-fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[S; K], String> {
+pub(crate) fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[S; K], String> {
     let wrong = |_| {
         let count = |n: usize| if n == 1 { "1 number".to_owned() } else { format!("{n} numbers") };
         format!("`{name}` has {}; expected {}: {meaning}", count(values.len()), count(K))
