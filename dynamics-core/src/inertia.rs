@@ -1,6 +1,6 @@
 //! Mass, first moment and inertia of a body about an origin, and wrenches.
 
-use crate::geometry::{apply, compose};
+use crate::geometry::{apply, apply_transposed, compose};
 use crate::scalar::Scalar;
 use core::ops::{Add, Sub};
 use nalgebra::{Matrix3, Vector3};
@@ -48,6 +48,16 @@ impl<S: Scalar> Wrench<S> {
     pub fn in_parent(&self, rotation: &Matrix3<S>, translation: &Vector3<S>) -> Self {
         let force = apply(rotation, &self.force);
         Self { force, moment: apply(rotation, &self.moment) + translation.cross(&force) }
+    }
+
+    /// A wrench about the parent's origin and in its axes, about the origin of this frame and in its axes: undoes
+    /// [`Wrench::in_parent`].
+    ///
+    /// `F' = R^T F`, `M' = R^T (M - p x F)` (eq. 12.167-12.168 with `iT_{i+1}^{-1}`, the moment moved to this origin).
+    #[must_use]
+    pub fn in_child(&self, rotation: &Matrix3<S>, translation: &Vector3<S>) -> Self {
+        let moment = apply_transposed(rotation, &(self.moment - translation.cross(&self.force)));
+        Self { force: apply_transposed(rotation, &self.force), moment }
     }
 
     /// Cast through the nearest literal.

@@ -20,6 +20,11 @@
 //! | [`lagrange`] | Lagrange's equations from the links' Jacobians: matrices, Christoffel symbols, torques |
 //! | [`trace_form`] | the same from derivatives of 4x4 transforms, sharing nothing with the others |
 //! | [`rotor_coupling`] | what reflected rotor inertia leaves out |
+//! | [`global`] | every link's Newton and Euler equation in the base frame, and all of them as one linear system |
+//! | [`statics`] | joint wrenches and torques at rest, inward and outward, in the base frame and in the links' |
+//! | [`contact`] | the wrench at the tip from the one that the base measures |
+//! | [`reactions`] | what of a joint's wrench its actuator carries, and what its bearings |
+//! | [`work`] | work done by the actuators along a motion |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
@@ -58,10 +63,12 @@
 extern crate std;
 
 pub mod articulated_body;
+pub mod contact;
 pub mod control;
 pub mod energy;
 pub mod forward_dynamics;
 pub mod geometry;
+pub mod global;
 pub mod inertia;
 pub mod joint;
 pub mod kinematics;
@@ -70,11 +77,15 @@ pub mod mass_matrix;
 pub mod model;
 pub mod newton_euler;
 pub mod posture;
+pub mod reactions;
 pub mod rotor_coupling;
 pub mod scalar;
 pub mod scene;
+mod solve;
+pub mod statics;
 pub mod trace_form;
 pub mod trig;
+pub mod work;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
 pub use forward_dynamics::Singular;

@@ -122,15 +122,15 @@ pub fn joint_wrenches<S: Scalar, const N: usize>(
 }
 
 /// A joint's own motion; `qd` is `None` where the scene has no velocity terms.
-struct JointMotion<S> {
-    turn: SinCos<S>,
-    q: S,
-    qd: Option<S>,
-    qdd: S,
+pub(crate) struct JointMotion<S> {
+    pub(crate) turn: SinCos<S>,
+    pub(crate) q: S,
+    pub(crate) qd: Option<S>,
+    pub(crate) qdd: S,
 }
 
 /// Motion of a link in its own frame; what is `None` is zero by construction.
-struct Motion<S> {
+pub(crate) struct Motion<S> {
     /// Angular velocity, rad/s.
     omega: Option<Vector3<S>>,
     /// Angular acceleration, rad/s^2.
@@ -143,7 +143,7 @@ struct Motion<S> {
 
 impl<S: Scalar> Motion<S> {
     #[inline]
-    fn new(omega: Option<Vector3<S>>, alpha: Option<Vector3<S>>, a: Option<Vector3<S>>) -> Self {
+    pub(crate) fn new(omega: Option<Vector3<S>>, alpha: Option<Vector3<S>>, a: Option<Vector3<S>>) -> Self {
         Self { omega, alpha, a, spin: Spin::new(omega.as_ref(), alpha.as_ref()) }
     }
 
@@ -152,7 +152,7 @@ impl<S: Scalar> Motion<S> {
     /// Revolute: `omega' = R^T omega + qd z`, `alpha' = R^T alpha + qdd z + R^T omega x qd z`, `a' = R^T (a + U p)`.
     /// Prismatic: `omega' = R^T omega`, `alpha' = R^T alpha`, `a' = R^T (a + U p) + U' (0, 0, q) + 2 omega' x qd z + qdd z`.
     #[inline]
-    fn next(&self, link: &Link<S>, joint: &JointMotion<S>) -> Self {
+    pub(crate) fn next(&self, link: &Link<S>, joint: &JointMotion<S>) -> Self {
         let into = |v: Vector3<S>| into_link(link, joint.turn, &v);
         let omega = self.omega.map(into);
         let alpha = self.alpha.map(into);
@@ -199,7 +199,7 @@ impl<S: Scalar> Motion<S> {
     ///
     /// `F = m a + U h`, `M = J alpha + omega x (J omega) + h x a` (eq. 12.157-12.158 about the origin instead of the mass centre).
     #[inline]
-    fn wrench_of(&self, body: &Inertia<S>) -> Wrench<S> {
+    pub(crate) fn wrench_of(&self, body: &Inertia<S>) -> Wrench<S> {
         let h = &body.first_moment;
         let force = sum(self.a.map(|a| a * body.mass), self.spin.as_ref().map(|u| u.apply(h)));
         let moment = sum(self.moment_of_turning(&body.about_origin), self.a.map(|a| h.cross(&a)));
@@ -351,6 +351,18 @@ pub(crate) fn to_parent<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S, wrench
     };
     let force = out_of_link(link, turn, &wrench.force);
     Wrench { force, moment: out_of_link(link, turn, &moment) + link.translation.cross(&force) }
+}
+
+/// A wrench about the parent's origin and in its axes, about this link's origin and in its: undoes [`to_parent`]
+/// (eq. 12.167-12.168 with `iT_{i+1}^{-1}`).
+pub(crate) fn from_parent<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S, wrench: &Wrench<S>) -> Wrench<S> {
+    let force = into_link(link, turn, &wrench.force);
+    let moment = into_link(link, turn, &(wrench.moment - link.translation.cross(&wrench.force)));
+    let moment = match link.kind {
+        JointKind::Revolute => moment,
+        JointKind::Prismatic => Vector3::new(moment.x + q * force.y, moment.y - q * force.x, moment.z),
+    };
+    Wrench { force, moment }
 }
 
 /// The sum of what is there.

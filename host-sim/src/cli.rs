@@ -35,6 +35,10 @@ pub enum Command {
     Dynamics(DynamicsArgs),
     /// Show the matrices of the equations of motion at one posture.
     Terms(TermsArgs),
+    /// Torques that hold an arm at rest, what its joints carry, and the posture that takes least.
+    Statics(StaticsArgs),
+    /// Run a scene and account for the energy: work of every joint, friction, what is left over.
+    Energy(EnergyArgs),
     /// Show what a robot file holds.
     Info(InfoArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.
@@ -181,6 +185,71 @@ pub struct TermsArgs {
     pub json: bool,
 }
 
+const STATICS_EXAMPLES: &str = "\
+What is computed, with the equations of the chapter in docs/dynamics.md:
+  wrench    F_{i-1} = F_i - sum F_e,  M_{i-1} = M_i - sum M_e + d x F_i, from the tip inward       12.455-12.456
+            with every moment of a load moved to the joint it is felt at; 12.465 gives weight another
+  torque    the component along the joint's axis, which its actuator carries: G(q) - J^T w         12.503-12.504, index i-1
+  bearing   everything else: force across and along the axis, moment across and along it
+  V         -sum m g . r, of the arm and its load; zero for masses at the base's origin            12.230
+
+Examples:
+  host-sim statics robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0
+  host-sim statics robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0 --load 2,0,0,0.1 --json | jq .tau
+  host-sim statics robots/planar2r.toml --gravity 0,-9.81,0 --q 0.5,0.785 --hold elbow --minimise shoulder
+  host-sim statics robots/ur5.toml --minimise total --tip-wrench 0,0,-20,0,0,0
+
+The wrench is that of the environment on the robot at the tip's origin, in tip axes. Rotors and friction do not act at rest.
+
+--minimise looks inside the joint limits (one turn where a revolute joint has none). From 64 starts, the given posture, the middle
+of the limits and 62 points spread evenly by a fixed sequence, it goes along one joint after another by steps that halve when
+none helps, to a ten-thousandth of each joint's range; the best goes on to a billionth. The same input gives the same answer.
+It is the least that was found: no proof that nothing less exists.";
+
+/// Options of `statics`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = STATICS_EXAMPLES)]
+pub struct StaticsArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// Joint positions, rad or m; where the search begins with --minimise, which needs none.
+    #[arg(
+        long,
+        value_name = "Q1,Q2,..",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        required_unless_present = "minimise"
+    )]
+    pub q: Option<Vec<f64>>,
+    /// Gravitational acceleration in the base frame, m/s^2.
+    #[arg(
+        long,
+        value_name = "GX,GY,GZ",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        default_value = "0,0,-9.81"
+    )]
+    pub gravity: Vec<f64>,
+    /// A point mass held by the tip: kg, and where in the tip frame, m (its origin if left out).
+    #[arg(long, value_name = "MASS[,X,Y,Z]", value_delimiter = ',', allow_hyphen_values = true)]
+    pub load: Option<Vec<f64>>,
+    /// What the environment does to the arm at the tip, in tip axes, N and N m.
+    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
+    pub tip_wrench: Option<Vec<f64>>,
+    /// Find the posture of the least: torque of a joint (its name or number), total (sum of squares of all), potential (V).
+    #[arg(long, value_name = "JOINT|total|potential")]
+    pub minimise: Option<String>,
+    /// Joints (names or numbers) that stay at their --q in the search.
+    #[arg(long, value_name = "JOINT,..", value_delimiter = ',', requires_all = ["q", "minimise"])]
+    pub hold: Vec<String>,
+    /// Axes of the joints' wrenches.
+    #[arg(long, value_enum, default_value_t = AxesName::Link)]
+    pub axes: AxesName,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// How the terms of the equations of motion are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TermsMethod {
@@ -190,6 +259,52 @@ pub enum TermsMethod {
     Trace,
     /// Composite rigid bodies and Newton-Euler.
     Recursive,
+}
+
+/// Which axes a wrench is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AxesName {
+    /// Each link's own, z along its joint.
+    Link,
+    /// The base frame's.
+    Base,
+}
+
+const ENERGY_EXAMPLES: &str = "\
+What is computed:
+  work      int tau qd dt of every joint, positive and negative apart; tau as it acts, after delay, saturation and lag
+  friction  int -tau_f qd dt of every joint
+  contact   work of what pushes at the tip
+  T         1/2 qd^T D qd, with rotors                                                             12.228
+  V         -sum m g . r                                                                           12.230
+  residual  work + friction + contact - (gain of T + V): what the quadrature misses
+The trapezoid rule over the simulation's own steps: the residual falls with the square of `step` in the scene's [plant].
+
+Examples:
+  host-sim energy scenes/puma560_pick.toml
+  host-sim energy scenes/planar2r_swing.toml --duration 1.8 --json | jq .joints[0].positive
+
+Files, in the folder given by --out:
+  energy.json  what --json prints
+  power.svg    power of every joint over time: commanded torque times velocity
+
+A fault ends the account: what the brakes take is not in it. Exit codes as those of `run`.";
+
+/// Options of `energy`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = ENERGY_EXAMPLES)]
+pub struct EnergyArgs {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// Simulated time, s; the scene's otherwise.
+    #[arg(long, value_name = "SECONDS")]
+    pub duration: Option<f64>,
+    /// Folder for the files; the scene's name under out/ otherwise.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Options of `info`.

@@ -15,7 +15,7 @@ use std::io::{BufRead, BufReader, BufWriter, Write, stdin, stdout};
 use std::path::Path;
 
 /// Gravity on a floor, m/s^2.
-const FLOOR: [f64; 3] = [0.0, 0.0, -9.81];
+pub(crate) const FLOOR: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// A state to work on.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

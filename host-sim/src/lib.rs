@@ -11,22 +11,26 @@
 //! | [`record`] | what happened, tick by tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
+//! | [`posture_search`] | the posture that makes least of something |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod chip;
 pub mod cli;
 pub mod closed_loop;
 pub mod dynamics_command;
+pub mod energy_command;
 pub mod exit;
 pub mod info_command;
 pub mod kernel_command;
 pub mod on_chip;
 pub mod plant;
 pub mod plot;
+pub mod posture_search;
 pub mod record;
 pub mod run_command;
 pub mod simulate;
+pub mod statics_command;
 pub mod summary;
 pub mod target;
 pub mod terms_command;

@@ -2,7 +2,9 @@
 
 use clap::Parser;
 use host_sim::cli::{Cli, Command};
-use host_sim::{dynamics_command, info_command, kernel_command, run_command, terms_command};
+use host_sim::{
+    dynamics_command, energy_command, info_command, kernel_command, run_command, statics_command, terms_command,
+};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +19,8 @@ fn main() -> ExitCode {
         Command::Run(args) => run_command::run(&args, &stop_on_interrupt()),
         Command::Dynamics(args) => dynamics_command::run(&args).map(|()| 0),
         Command::Terms(args) => terms_command::run(&args).map(|()| 0),
+        Command::Statics(args) => statics_command::run(&args).map(|()| 0),
+        Command::Energy(args) => energy_command::run(&args, &stop_on_interrupt()),
         Command::Info(args) => info_command::run(&args).map(|()| 0),
         Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
     };

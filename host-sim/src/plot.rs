@@ -78,19 +78,35 @@ const FIGURES: [Figure; 4] = [
     },
 ];
 
+/// What [`write_power`] draws.
+const POWER: Figure = Figure {
+    file: "power.svg",
+    title: "Power of the commanded torques and forces",
+    axis: |_| "power",
+    unit: |_| "W",
+    curves: &[Curve { name: "power", colour: BLUE, width: 2, value: |s| s.torque * s.qd }],
+};
+
+/// Draw the power of every joint into the folder; returns the file.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_power(record: &Record, name: &str, folder: &Path) -> Result<PathBuf, PlotError> {
+    write(record, &POWER, name, folder)
+}
+
 /// Draw every figure into the folder; returns the files.
 ///
 /// # Errors
 /// A file cannot be written.
 pub fn write_all(record: &Record, name: &str, folder: &Path) -> Result<Vec<PathBuf>, PlotError> {
-    FIGURES
-        .iter()
-        .map(|figure| {
-            let path = folder.join(figure.file);
-            draw(record, figure, name, &path)?;
-            Ok(path)
-        })
-        .collect()
+    FIGURES.iter().map(|figure| write(record, figure, name, folder)).collect()
+}
+
+fn write(record: &Record, figure: &Figure, name: &str, folder: &Path) -> Result<PathBuf, PlotError> {
+    let path = folder.join(figure.file);
+    draw(record, figure, name, &path)?;
+    Ok(path)
 }
 
 fn draw(record: &Record, figure: &Figure, name: &str, path: &Path) -> Result<(), PlotError> {

@@ -46,12 +46,7 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
         )));
     }
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
-    if let Some(duration) = args.duration {
-        if !(duration.is_finite() && duration > 0.0) {
-            return Err(Failure::Input(miette::miette!("--duration {duration}: expected a time in s above zero")));
-        }
-        scene.duration = Some(duration);
-    }
+    set_duration(&mut scene, args.duration)?;
     if let Some(law) = args.law {
         scene.control.law = law.into();
     }
@@ -64,8 +59,19 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
     Ok(scene)
 }
 
+/// Run for another time than the scene says, if one is given.
+pub(crate) fn set_duration(scene: &mut SceneFile, duration: Option<f64>) -> Result<(), Failure> {
+    if let Some(duration) = duration {
+        if !(duration.is_finite() && duration > 0.0) {
+            return Err(Failure::Input(miette::miette!("--duration {duration}: expected a time in s above zero")));
+        }
+        scene.duration = Some(duration);
+    }
+    Ok(())
+}
+
 /// A name that is one safe part of a path.
-fn file_name(name: &str) -> String {
+pub(crate) fn file_name(name: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' };
     let name: String = name.chars().map(safe).collect();
     if name.is_empty() { "scene".to_owned() } else { name }
@@ -114,7 +120,7 @@ fn show(args: &RunArgs, run: &Run, files: &[PathBuf]) -> io::Result<()> {
     out.flush()
 }
 
-fn exit_code(run: &Run) -> u8 {
+pub(crate) fn exit_code(run: &Run) -> u8 {
     let differs = run.summary.parity.is_some_and(|parity| parity.mismatches > 0);
     match run.end {
         _ if differs => exit::PARITY,
@@ -126,7 +132,7 @@ fn exit_code(run: &Run) -> u8 {
     }
 }
 
-fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+pub(crate) fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Output(io::Error::other(format!("{}: {error}", path.display())))
 }
 

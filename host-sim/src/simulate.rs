@@ -39,10 +39,23 @@ const SAMPLES_MAX: f64 = 2e7;
 /// # Errors
 /// [`Failure::Input`] for a scene that cannot be run.
 pub fn on_desk<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
+    on_desk_in::<N>(&mut world(scene)?, scene, stop, progress)
+}
+
+/// As [`on_desk`], in a world that the caller keeps.
+///
+/// # Errors
+/// As [`on_desk`].
+pub fn on_desk_in<const N: usize>(
+    world: &mut World<N>,
+    scene: &SceneFile,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Run, Failure> {
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     match scene.control.scalar {
-        ScalarChoice::F64 => with::<f64, N, _>(scene, "desk", &mut desk(scene, &model), stop, progress),
-        ScalarChoice::F32 => with::<f32, N, _>(scene, "desk", &mut desk(scene, &model), stop, progress),
+        ScalarChoice::F64 => within::<f64, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
+        ScalarChoice::F32 => within::<f32, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
     }
 }
 
@@ -83,7 +96,18 @@ pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
     stop: &AtomicBool,
     progress: &ProgressBar,
 ) -> Result<Run, Failure> {
-    let mut world = world::<N>(scene)?;
+    within(&mut world::<N>(scene)?, scene, target, controller, stop, progress)
+}
+
+/// As [`with`], in a world that the caller keeps.
+fn within<S: Real, const N: usize, C: Torques<S, N>>(
+    world: &mut World<N>,
+    scene: &SceneFile,
+    target: &str,
+    controller: &mut C,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Run, Failure> {
     let ticks = ticks(scene, world.motion.duration())?;
     progress.set_length(ticks);
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
@@ -96,11 +120,26 @@ pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
             progress.set_position(tick);
         }
     };
-    let Closed { end, timing, failure } =
-        closed_loop::run(&mut world, controller, ticks, stop, &mut record, after_tick);
+    let Closed { end, timing, failure } = closed_loop::run(world, controller, ticks, stop, &mut record, after_tick);
     progress.finish_and_clear();
     let summary = Summary::new(setting(scene, target), &record, end, timing);
     Ok(Run { record, summary, end, failure })
+}
+
+/// The arm that a scene simulates, and what acts on it.
+///
+/// # Errors
+/// [`Failure::Input`]: the robot has another number of joints.
+pub fn arm<const N: usize>(scene: &SceneFile) -> Result<Arm<N>, Failure> {
+    let specs: Vec<JointSpec> = scene.robot.joints.iter().map(|joint| joint.spec).collect();
+    let wrong = |_| Failure::Input(miette::miette!("{} does not have {N} joints", scene.robot.path.display()));
+    Ok(Arm {
+        joints: <[JointSpec; N]>::try_from(specs).map_err(wrong)?,
+        tool: scene.robot.tool,
+        payload: scene.plant.payload,
+        gravity: scene.plant.gravity,
+        tip_wrench: scene.plant.tip_wrench,
+    })
 }
 
 /// The simulated world of a scene.
@@ -112,15 +151,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     let motion = scene
         .trajectory(&model)
         .map_err(|error| Failure::Input(miette::miette!("{}: the motion cannot be: {error}", scene.path.display())))?;
-    let specs: Vec<JointSpec> = scene.robot.joints.iter().map(|joint| joint.spec).collect();
-    let wrong = |_| Failure::Input(miette::miette!("{} does not have {N} joints", scene.robot.path.display()));
-    let arm = Arm {
-        joints: <[JointSpec; N]>::try_from(specs).map_err(wrong)?,
-        tool: scene.robot.tool,
-        payload: scene.plant.payload,
-        gravity: scene.plant.gravity,
-        tip_wrench: scene.plant.tip_wrench,
-    };
+    let arm = arm::<N>(scene)?;
     let start: [f64; N] = core::array::from_fn(|i| scene.plant.start.get(i).copied().unwrap_or(0.0));
     let clock = Clock { period: scene.period(), steps_per_tick: scene.steps_per_tick() };
     let friction = scene.plant.friction.then(|| {

@@ -8,8 +8,9 @@
 
 pub mod arms;
 
+use dynamics_core::posture::Posture;
 use dynamics_core::{
-    Body, Dh, Frame, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Real, Rotor, SinCos, Tool,
+    Body, Dh, Frame, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Real, Rotor, SinCos, Tool, Wrench,
 };
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use serde_json::Value;
@@ -128,6 +129,28 @@ pub fn relative_error<S: Real>(found: &[S], wanted: &[f64]) -> f64 {
     // f64::max drops a NaN; a test must not.
     assert!(found.iter().all(|f| f.is_finite()));
     if size > 0.0 { worst / size } else { worst }
+}
+
+/// Forces and moments one after another.
+pub fn numbers_of(wrenches: &[Wrench<f64>]) -> Vec<f64> {
+    wrenches.iter().flat_map(|w| w.force.iter().chain(w.moment.iter()).copied().collect::<Vec<_>>()).collect()
+}
+
+/// Every wrench of its link's axes in base axes.
+pub fn into_base<const N: usize>(posture: &Posture<f64, N>, wrenches: &[Wrench<f64>; N]) -> [Wrench<f64>; N] {
+    core::array::from_fn(|i| wrenches[i].in_parent(&posture.links[i].rotation, &Vector3::zeros()))
+}
+
+/// `found` is `measured`, the number that a test has seen before, to 5 %: neither worse nor better without a reason.
+pub fn pinned(what: &str, found: f64, measured: f64) {
+    println!("{what}: {found:.2e}");
+    assert!(found > 0.95 * measured && found < 1.05 * measured, "{what}: {found:e}, measured before: {measured:e}");
+}
+
+/// As [`pinned`], for what is rounding alone: to a factor of two, for another sine may round otherwise.
+pub fn pinned_rounding(what: &str, found: f64, measured: f64) {
+    println!("{what}: {found:.2e}");
+    assert!(found > 0.5 * measured && found < 2.0 * measured, "{what}: {found:e}, measured before: {measured:e}");
 }
 
 /// Inverse dynamics with exactly rounded sine and cosine and no live inputs.

@@ -129,6 +129,12 @@ impl<const N: usize> Mechanism<N> {
         pivot.iter().all(|&pivot| pivot > 0.0 && pivot.is_finite()).then_some(qdd)
     }
 
+    /// Torques `J^T w` of what pushes at the tip, N m or N; `None` where nothing does.
+    #[must_use]
+    pub fn contact(&self, q: &[f64; N]) -> Option<[f64; N]> {
+        self.tip_wrench.map(|_| self.terms(&Polynomial.sin_cos_all(q), q, &[0.0; N]).tip)
+    }
+
     /// As [`Mechanism::acceleration`], in any scalar, with the pivots instead of a judgement on them.
     #[must_use]
     pub fn solution<S: Field>(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N], drive: &[S; N]) -> Solution<S, N> {

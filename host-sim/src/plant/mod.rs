@@ -6,11 +6,13 @@
 //! | [`friction`] | viscous and Coulomb friction |
 //! | [`actuator`] | delay, saturation and lag of the torque |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
+//! | [`ledger`] | what has put energy into the arm and taken it out |
 
 pub mod actuator;
 pub mod dynamics;
 pub mod friction;
 mod kinematics;
+pub mod ledger;
 pub mod sensor;
 
 use actuator::{ActuatorSettings, Actuators, Drive};
@@ -18,6 +20,7 @@ pub use dynamics::Arm;
 use dynamics::Mechanism;
 use dynamics_core::trig::Polynomial;
 pub use friction::JointFriction;
+use ledger::Ledger;
 
 /// Position and velocity of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +71,7 @@ pub struct Plant<const N: usize> {
     clock: Clock,
     state: State<N>,
     brake: Option<Braking<N>>,
+    ledger: Option<Ledger<N>>,
 }
 
 /// Time in which the brakes bring the arm to rest, s.
@@ -98,7 +102,20 @@ impl<const N: usize> Plant<N> {
             clock,
             state: State { q: start, qd: [0.0; N] },
             brake: None,
+            ledger: None,
         }
+    }
+
+    /// The same arm, with a ledger from now on; it costs the dynamics of one more state a step where something pushes at the tip.
+    #[must_use]
+    pub fn with_ledger(self) -> Self {
+        Self { ledger: Some(Ledger::new(self.state)), ..self }
+    }
+
+    /// Where the energy came from and went, if that was asked for.
+    #[must_use]
+    pub fn ledger(&self) -> Option<&Ledger<N>> {
+        self.ledger.as_ref()
     }
 
     /// Where the arm is now.
@@ -115,7 +132,13 @@ impl<const N: usize> Plant<N> {
         let drive = self.actuators.drive(torque, self.clock.period);
         let h = self.clock.step();
         for step in 0..self.clock.steps_per_tick {
-            self.state = self.runge_kutta(&drive, f64::from(step) * h, h)?;
+            let t = f64::from(step) * h;
+            let next = self.runge_kutta(&drive, t, h)?;
+            if let Some(ledger) = &mut self.ledger {
+                let ends = [(drive.at(t), self.state), (drive.at(t + h), next)];
+                ledger.step(h, &ends, self.friction.as_ref(), &self.mechanism);
+            }
+            self.state = next;
         }
         Ok(())
     }

@@ -1,0 +1,94 @@
+//! The wrench at the tip from the one that a sensor in the base measures: how an arm without a sensor in its wrist feels a
+//! contact.
+//!
+//! The recursion runs outward (eq. 12.163-12.168): each link takes from the wrench that reaches it what its own motion and
+//! weight need, and hands the rest on. What is left at the tip is what the arm does to the environment; returned is the
+//! opposite, what the *environment does to the arm*, as everywhere in this crate: it can be put into
+//! [`crate::Scene::tip_wrench`].
+//!
+//! Corrections to the chapter: 12.167-12.168 need `iT_{i+1}^{-1}` (printed with both indices raised), and the wrench that is
+//! handed on acts on the next link with its own sign, not as its negative.
+//!
+//! # What sensor noise does
+//! With `R = base_from_tip`, `d` from the base's origin to the tip's, and `W(q, qd, qdd)` the wrench that the model expects without
+//! a contact ([`base_wrench`]), an arm that touches nothing feels, to first order,
+//!
+//! ```text
+//! force  R^T e_F,  moment  R^T (e_M - d x e_F)        (e_F, e_M) = change of W by the errors of q, qd, qdd - error of the reading
+//! ```
+//!
+//! Of the reading and of `qdd` this is exact, and a force keeps its size while a moment gains the reach times the force: noise of
+//! `s_F` and `s_M` on every axis of the reading is felt as `s_F` on every axis of the force and as
+//! `sqrt(3 s_M^2 + 2 |d|^2 s_F^2)` in all of the moment. A unit of `qdd` at a revolute joint of axis `k` changes the force by
+//! `k x sum m r`, over what lies beyond the joint, `r` from the joint.
+//!
+//! A Puma 560 in the middle of a quick reach, its tip 1.24 m from the base's origin, feels by the noise of each sensor (root mean
+//! square of the whole vector; `tests/contact.rs` pins these numbers, and ten thousand draws scatter by 1.78 N and 0.919 N m):
+//!
+//! | sensor | noise on every axis or joint | force, N | moment, N m |
+//! |---|---|---|---|
+//! | base sensor | 0.5 N, 0.05 N m | 0.866 | 0.878 |
+//! | position | 1e-4 rad | 0.0022 | 0.0066 |
+//! | velocity | 5e-3 rad/s | 0.087 | 0.042 |
+//! | acceleration | 0.2 rad/s^2 | 1.54 | 0.26 |
+//! | all | | 1.77 | 0.92 |
+//!
+//! The acceleration is the weak spot: what is not measured but differentiated should be filtered.
+
+use crate::inertia::Wrench;
+use crate::newton_euler::{JointMotion, Motion, from_parent, joint_wrenches, to_parent};
+use crate::scalar::Scalar;
+use crate::scene::{Dynamics, Live};
+use crate::trig::SinCos;
+
+/// What the base exerts on the arm, about the origin of the base frame and in its axes: what a sensor there would read.
+///
+/// `(F_0, M_0)` of eq. 12.157-12.158, moved to the base's origin. Inputs as [`crate::InverseDynamics::inverse_dynamics`], the
+/// scene's tip wrench included; N and N m. The reaction of spinning rotors is not in it, as in all wrenches of this crate.
+pub fn base_wrench<S: Scalar, const N: usize>(
+    dynamics: &Dynamics<S, N>,
+    turn: &[SinCos<S>; N],
+    q: &[S; N],
+    qd: &[S; N],
+    qdd: &[S; N],
+    live: &Live<S, N>,
+) -> Wrench<S> {
+    let first = joint_wrenches(dynamics, turn, q, qd, qdd, live)[0];
+    to_parent(&dynamics.model().links()[0], turn[0], q[0], &first)
+}
+
+/// What the environment does to the arm at the tip, from what the base exerts on the arm.
+///
+/// `F_i = F_{i-1} + m_i (g - a_i)`, `M_i` likewise, from the base to the tip; then `w = -(F_n, M_n)`
+/// (eq. 12.163-12.168 corrected, see [`crate::contact`])
+///
+/// | name | quantity | unit | frame |
+/// |---|---|---|---|
+/// | `turn`, `q`, `qd`, `qdd`, `live` | as [`crate::InverseDynamics::inverse_dynamics`]; the scene's tip wrench is not read | | |
+/// | `base_wrench` | on the arm by the base, about the *base's origin* | N, N m | base |
+/// | return | on the arm by the environment, about the *tip's origin* | N, N m | tip |
+///
+/// A sensor that sits elsewhere in the base gives `reading.in_parent(&sensor.rotation, &sensor.translation)`; one that reports
+/// what the arm does to the base gives the opposite.
+///
+/// O(N); no branch on data, no division.
+pub fn contact_wrench<S: Scalar, const N: usize>(
+    dynamics: &Dynamics<S, N>,
+    turn: &[SinCos<S>; N],
+    q: &[S; N],
+    qd: &[S; N],
+    qdd: &[S; N],
+    base_wrench: &Wrench<S>,
+    live: &Live<S, N>,
+) -> Wrench<S> {
+    let (model, scene) = (dynamics.model(), dynamics.scene());
+    let velocity = scene.coriolis.value(qd);
+    let mut motion = Motion::new(None, None, scene.gravity.value(&live.gravity).map(|g| -g));
+    let mut carried = *base_wrench;
+    for (i, link) in model.links().iter().enumerate() {
+        let joint = JointMotion { turn: turn[i], q: q[i], qd: velocity.map(|v| v[i]), qdd: qdd[i] };
+        motion = motion.next(link, &joint);
+        carried = from_parent(link, turn[i], q[i], &carried) - motion.wrench_of(&dynamics.inertia(i, live));
+    }
+    Wrench::zero() - carried.in_child(&model.tip().rotation, &model.tip().translation)
+}

@@ -1,0 +1,48 @@
+//! What has put energy into the arm and taken it out.
+
+use super::dynamics::Mechanism;
+use super::{JointFriction, State};
+use dynamics_core::work::WorkMeter;
+
+/// Work on the arm while its actuators drive it, by the trapezoid rule over the integration's own steps; what the brakes do is not
+/// in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ledger<const N: usize> {
+    /// Of each actuator, with the torque that really acts, after delay, saturation and lag.
+    pub actuators: WorkMeter<f64, N>,
+    /// Of each joint's friction; all of it is negative.
+    pub friction: WorkMeter<f64, N>,
+    /// Of what pushes at the tip, as the joints feel it.
+    pub contact: WorkMeter<f64, N>,
+    /// State at the begin.
+    pub start: State<N>,
+    /// State at the end of the last step.
+    pub end: State<N>,
+}
+
+impl<const N: usize> Ledger<N> {
+    pub(super) fn new(start: State<N>) -> Self {
+        let none = WorkMeter::new();
+        Self { actuators: none, friction: none, contact: none, start, end: start }
+    }
+
+    /// A step of `h` (s) between two states under their torques.
+    pub(super) fn step(
+        &mut self,
+        h: f64,
+        ends: &[([f64; N], State<N>); 2],
+        friction: Option<&[JointFriction; N]>,
+        mechanism: &Mechanism<N>,
+    ) {
+        let [(before, from), (after, to)] = ends;
+        self.actuators.step(h, (before, &from.qd), (after, &to.qd));
+        if let Some(friction) = friction {
+            let opposed = |state: &State<N>| core::array::from_fn(|i| -friction[i].torque(state.qd[i]));
+            self.friction.step(h, (&opposed(from), &from.qd), (&opposed(to), &to.qd));
+        }
+        if let (Some(before), Some(after)) = (mechanism.contact(&from.q), mechanism.contact(&to.q)) {
+            self.contact.step(h, (&before, &from.qd), (&after, &to.qd));
+        }
+        self.end = *to;
+    }
+}

@@ -1,0 +1,132 @@
+//! The posture inside a box that makes least of something: many starts, each followed downhill.
+//!
+//! Deterministic and without derivatives. Starts: the given posture, the middle of the box, and points of an additive sequence
+//! with the powers of a generalised golden ratio, which fills a box of any dimension evenly. Downhill: each joint in turn is
+//! tried a step to either side, the first gain is kept, and when no joint gains, the steps are halved. The best of all starts is
+//! then followed further. A smooth function ends where no joint alone can improve it; that nothing less exists elsewhere is
+//! likely with so many starts, not proved.
+
+/// Where the search begins: this many points.
+pub const STARTS: usize = 64;
+
+/// First step, as a share of a joint's range.
+const FIRST: f64 = 1.0 / 8.0;
+/// Last step for all starts.
+const COARSE: f64 = 1e-4;
+/// Last step for the best start.
+const FINE: f64 = 1e-9;
+/// Rounds of all joints in one descent: a bound for valleys too narrow to follow.
+const ROUNDS: usize = 20_000;
+
+/// The least that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Least<const N: usize> {
+    /// Where.
+    pub q: [f64; N],
+    /// How much.
+    pub value: f64,
+    /// How often the function was asked.
+    pub evaluations: u64,
+}
+
+/// Search a box for the least value of a function; a joint whose bounds are equal stays there.
+///
+/// `start` must lie in the box. Values that are NaN are never better.
+pub fn minimise<const N: usize>(
+    bounds: &[(f64, f64); N],
+    start: &[f64; N],
+    mut cost: impl FnMut(&[f64; N]) -> f64,
+) -> Least<N> {
+    let share = |part: &[f64; N]| core::array::from_fn(|i| bounds[i].0 + (bounds[i].1 - bounds[i].0) * part[i]);
+    let ratio = golden(N);
+    let spread = |k: usize| {
+        share(&core::array::from_fn(|i| {
+            let x = 0.5 + k as f64 * ratio.powi(-(i as i32 + 1));
+            x - x.floor()
+        }))
+    };
+    let others = [share(&[0.5; N])].into_iter().chain((1..STARTS - 1).map(spread));
+    let mut best = Least { q: *start, value: cost(start), evaluations: 1 };
+    downhill(bounds, &mut best, (FIRST, COARSE), &mut cost);
+    for q in others {
+        let mut next = Least { q, value: cost(&q), evaluations: best.evaluations + 1 };
+        downhill(bounds, &mut next, (FIRST, COARSE), &mut cost);
+        best = Least { evaluations: next.evaluations, ..if next.value < best.value { next } else { best } };
+    }
+    downhill(bounds, &mut best, (COARSE, FINE), &mut cost);
+    best
+}
+
+/// Follow a point downhill with steps from the first share of each joint's range to the last.
+fn downhill<const N: usize>(
+    bounds: &[(f64, f64); N],
+    at: &mut Least<N>,
+    (first, last): (f64, f64),
+    cost: &mut impl FnMut(&[f64; N]) -> f64,
+) {
+    let mut step = first;
+    for _ in 0..ROUNDS {
+        let mut gained = false;
+        for i in 0..N {
+            let (low, high) = bounds[i];
+            for side in [step, -step] {
+                let mut q = at.q;
+                q[i] = (q[i] + side * (high - low)).clamp(low, high);
+                if q == at.q {
+                    continue;
+                }
+                let value = cost(&q);
+                at.evaluations += 1;
+                if value < at.value {
+                    (at.q, at.value, gained) = (q, value, true);
+                    break;
+                }
+            }
+        }
+        if !gained {
+            step /= 2.0;
+            if step < last {
+                return;
+            }
+        }
+    }
+}
+
+/// The root above one of `x^(n + 1) = x + 1`: the golden ratio for one dimension.
+fn golden(n: usize) -> f64 {
+    let power = 1.0 / (n as f64 + 1.0);
+    (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(power))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{golden, minimise};
+
+    #[test]
+    fn the_ratio_is_golden() {
+        assert!((golden(1) - (1.0 + 5.0_f64.sqrt()) / 2.0).abs() < 1e-15);
+        assert!((golden(2).powi(3) - golden(2) - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn the_deeper_of_two_valleys_is_found_from_the_other_one() {
+        let two = |x: &[f64; 1]| (x[0] * x[0] - 1.0).powi(2) + 0.1 * x[0];
+        let least = minimise(&[(-3.0, 3.0)], &[1.0], two);
+        // d/dx: 4 x^3 - 4 x + 0.1 = 0.
+        assert!((least.q[0] + 1.012_270_7).abs() < 1e-6, "{least:?}");
+        assert_eq!(least, minimise(&[(-3.0, 3.0)], &[1.0], two));
+    }
+
+    #[test]
+    fn bounds_hold_and_equal_ones_hold_a_joint() {
+        let slope = |x: &[f64; 3]| x[0] + (x[1] - 0.3).powi(2) - 2.0 * x[2];
+        let least = minimise(&[(-1.0, 1.0), (0.7, 0.7), (0.0, 2.0)], &[0.0, 0.7, 0.0], slope);
+        assert_eq!((least.q[0], least.q[1], least.q[2]), (-1.0, 0.7, 2.0));
+    }
+
+    #[test]
+    fn a_value_that_is_none_is_never_the_least() {
+        let least = minimise(&[(-1.0, 1.0)], &[0.5], |x| if x[0] < 0.0 { f64::NAN } else { x[0] });
+        assert!(least.q[0].abs() < 1e-8 && least.value >= 0.0, "{least:?}");
+    }
+}
