@@ -68,6 +68,7 @@ pub mod newton_euler;
 pub mod posture;
 pub mod scalar;
 pub mod scene;
+mod solve;
 pub mod trig;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
