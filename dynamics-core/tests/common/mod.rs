@@ -7,6 +7,7 @@
 )]
 
 pub mod arms;
+pub mod linkages;
 
 use dynamics_core::{
     Body, Dh, Frame, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Real, Rotor, SinCos, Tool,
