@@ -4,7 +4,9 @@ use crate::diagnostics::{FileError, Source};
 use crate::linkage::{LinkageFile, Mechanism};
 use crate::reader::{Table, Value, parse};
 use crate::robot_file::{origin, text};
-use dynamics_core::linkage::{FourBar, FourBarLengths, LinkageError, Member, PlanarBody, SliderCrank, SliderCrankLengths};
+use dynamics_core::linkage::{
+    FourBar, FourBarLengths, LinkageError, Member, PlanarBody, SliderCrank, SliderCrankLengths,
+};
 use nalgebra::Vector2;
 use std::path::PathBuf;
 
