@@ -27,6 +27,7 @@
 //! | [`work`] | work done by the actuators along a motion |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
+//! | [`linkage`] | planar closed loops: four-bar and slider-crank |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
 //!
 //! Frames are named so that products read: `parent_from_link * x_link = x_parent`. Equation numbers are those of the
@@ -73,6 +74,7 @@ pub mod inertia;
 pub mod joint;
 pub mod kinematics;
 pub mod lagrange;
+pub mod linkage;
 pub mod mass_matrix;
 pub mod model;
 pub mod newton_euler;

@@ -59,7 +59,7 @@ pub(crate) fn solve_rows<S: Real>(a: &mut [S], b: &mut [S]) -> bool {
 }
 
 /// `n eps` of the scalar: four thirds, rounded, miss one and a third by a third of `eps`.
-fn rounding<S: Real>(n: usize) -> S {
+pub(crate) fn rounding<S: Real>(n: usize) -> S {
     let four_thirds = S::literal(4.0) / S::literal(3.0);
     let eps = ((four_thirds - S::one()) * S::literal(3.0) - S::one()).abs();
     eps * S::from_i32(n as i32)

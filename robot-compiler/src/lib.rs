@@ -3,7 +3,8 @@
 //! | module | holds |
 //! |---|---|
 //! | [`robot`] | what an arm is: joints, links, motors, sensors, tool |
-//! | [`scene`] | what acts on it, how it is controlled, what is simulated |
+//! | [`linkage`] | what a planar closed loop is: four-bar or slider-crank |
+//! | [`scene`] | what acts on an arm, how it is controlled, what is simulated |
 //! | [`diagnostics`] | errors that point at file, line and field |
 //! | [`emit`] | a checked arm and its controller as Rust source for the chip |
 //! | [`hash`] | one number for everything that decides the bits of a tick |
@@ -34,6 +35,8 @@ mod dof;
 pub mod emit;
 pub mod hash;
 pub mod kernel;
+pub mod linkage;
+mod linkage_file;
 mod reader;
 pub mod robot;
 mod robot_file;
@@ -42,5 +45,6 @@ mod scene_file;
 mod urdf;
 
 pub use diagnostics::FileError;
+pub use linkage::{LinkageFile, Mechanism};
 pub use robot::{JointEncoder, JointFriction, Robot, RobotJoint};
 pub use scene::SceneFile;

@@ -2,6 +2,7 @@
 
 use crate::body_fields::{body, placement};
 use crate::diagnostics::{FileError, Source};
+use crate::linkage_file;
 use crate::reader::{Table, Value, counted, parse};
 use crate::robot::{BuildError, DOF, JointEncoder, JointFriction, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
@@ -28,12 +29,10 @@ const JOINT_KEYS: [&str; 13] = [
 pub(crate) fn read(source: &Source) -> Result<Robot, FileError> {
     let document = parse(source)?;
     let root = Table::root(source, &document);
+    linkage_file::refuse(&root, "an arm with [[joint]] tables")?;
     root.only(&ROBOT_KEYS)?;
     let name = text(&root.require("name", "the robot's name")?, "the robot's name")?;
-    let origin = match root.get("source") {
-        Some(value) => value.string("where the numbers come from")?.to_owned(),
-        None => String::new(),
-    };
+    let origin = origin(&root)?;
     let allow_unphysical = root
         .get("allow_unphysical")
         .map(|value| text(&value, "the reason, as a string that is not empty, why impossible bodies are accepted"))
@@ -59,8 +58,13 @@ pub(crate) fn read(source: &Source) -> Result<Robot, FileError> {
     Ok(robot)
 }
 
+/// Where the numbers come from; empty if the file does not say.
+pub(crate) fn origin(root: &Table<'_>) -> Result<String, FileError> {
+    root.get("source").map_or(Ok(String::new()), |value| Ok(value.string("where the numbers come from")?.to_owned()))
+}
+
 /// A string with something in it.
-fn text(value: &Value<'_>, expected: &str) -> Result<String, FileError> {
+pub(crate) fn text(value: &Value<'_>, expected: &str) -> Result<String, FileError> {
     let found = value.string(expected)?;
     if found.trim().is_empty() { Err(value.error("found an empty string", expected)) } else { Ok(found.to_owned()) }
 }

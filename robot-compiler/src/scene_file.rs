@@ -2,6 +2,7 @@
 
 use crate::body_fields::{body, wrench};
 use crate::diagnostics::{FileError, Source};
+use crate::linkage_file;
 use crate::reader::{Table, Value, parse};
 use crate::robot::{Robot, physical_body, read_text};
 use crate::scene::choices::{LAWS, METHODS};
@@ -36,6 +37,7 @@ pub(crate) fn from_text(text: &str, path: &Path) -> Result<SceneFile, FileError>
 fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
     let document = parse(source)?;
     let root = Table::root(source, &document);
+    linkage_file::refuse(&root, "a scene that names a robot file")?;
     root.only(&SCENE_KEYS)?;
     let name = root.require("name", "the scene's name")?;
     let robot = robot(&root, folder)?;

@@ -6,17 +6,20 @@
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
-use robot_compiler::{FileError, Robot, SceneFile};
+use robot_compiler::{FileError, LinkageFile, Robot, SceneFile};
 use std::path::{Path, PathBuf};
 
 mod common;
 
 use common::files;
 
-/// Scene files start with `scene_`, all others are robots. Paths relative to this package, so that messages are the same everywhere.
+/// Scene files start with `scene_`, linkages with `linkage_`, all others are robots. Paths relative to this package, so that messages are the same everywhere.
 fn load(path: &Path) -> Result<(), FileError> {
-    if path.file_name().unwrap().to_string_lossy().starts_with("scene_") {
+    let name = path.file_name().unwrap().to_string_lossy();
+    if name.starts_with("scene_") {
         SceneFile::load(path).map(|_| ())
+    } else if name.starts_with("linkage_") {
+        LinkageFile::load(path).map(|_| ())
     } else {
         Robot::load(path).map(|_| ())
     }

@@ -1,12 +1,13 @@
-//! Whatever stands in a file, reading it ends in a robot, a scene or an error: it never panics, and what was accepted works.
+//! Whatever stands in a file, reading it ends in a robot, a linkage, a scene or an error: it never panics, and what was accepted works.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
+use dynamics_core::linkage::{Branch, Linkage, LinkagePosture};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
-use robot_compiler::{FileError, Robot, SceneFile, emit, with_dof};
+use robot_compiler::{FileError, LinkageFile, Robot, SceneFile, emit, with_dof};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -91,9 +92,10 @@ fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
     }
 }
 
-/// Text of every shipped robot and scene and of the URDF of the tests, each with its extension.
+/// Text of every shipped robot, linkage and scene and of the URDF of the tests, each with its extension.
 static GOOD: LazyLock<Vec<(String, String)>> = LazyLock::new(|| {
     let mut all = files(&top("robots"), &["toml"]);
+    all.extend(files(&top("robots/chapter12"), &["toml"]));
     all.extend(files(&top("scenes"), &["toml"]));
     all.extend(files(&top("robot-compiler/tests/data"), &["urdf"]));
     all.iter().map(|path| (path.display().to_string(), std::fs::read_to_string(path).unwrap())).collect()
@@ -119,6 +121,24 @@ fn check_robot(robot: &Robot) {
     check_scene(&SceneFile::default_for(robot.clone()));
 }
 
+/// An accepted linkage says of every crank angle where its links are and what drives them, or why not.
+fn check_linkage(linkage: &LinkageFile) {
+    for step in 0..12 {
+        let turn = Libm.sin_cos(f64::from(step) * 0.5);
+        for branch in [Branch::Open, Branch::Crossed] {
+            let motion = |posture: &LinkagePosture<f64>| Ok(posture.coefficients()?.map(|k| k.motion(1.0, 0.0)));
+            let forces =
+                linkage.mechanism.posture(&turn, branch).and_then(|p| p.forces(&motion(&p)?, &linkage.gravity));
+            if let Ok(forces) = forces {
+                assert!(forces.driving_moment.is_finite(), "{linkage:?}");
+            }
+        }
+    }
+    assert!(
+        linkage.mechanism.crank_range().ends().iter().flatten().all(|end| end.sin.is_finite() && end.cos.is_finite())
+    );
+}
+
 /// An accepted scene can be hashed and written out as source.
 fn check_scene(scene: &SceneFile) {
     with_dof!(scene.robot.dof(), N => {
@@ -132,6 +152,8 @@ fn check(name: &str, bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     let result = if name.ends_with(".urdf") {
         Robot::from_urdf_str(&text, name, None).map(|robot| check_robot(&robot))
+    } else if name.contains("chapter12") {
+        LinkageFile::from_toml_str(&text, name).map(|linkage| check_linkage(&linkage))
     } else if name.contains("scenes") {
         SceneFile::from_toml_str(&text, Path::new(name)).map(|scene| check_scene(&scene))
     } else {
@@ -176,7 +198,7 @@ proptest! {
 
     #[test]
     fn noise_is_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-        for name in ["noise.toml", "noise.urdf", "scenes/noise.toml"] {
+        for name in ["noise.toml", "noise.urdf", "scenes/noise.toml", "chapter12/noise.toml"] {
             check(name, &bytes);
         }
     }

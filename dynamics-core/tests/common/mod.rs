@@ -7,6 +7,7 @@
 )]
 
 pub mod arms;
+pub mod linkages;
 
 use dynamics_core::posture::Posture;
 use dynamics_core::{
