@@ -17,5 +17,15 @@ mod chapter12 {
     mod example_345;
     mod example_346;
     mod example_347;
+    mod exercise_21;
+    mod exercise_31;
+    mod exercises_02_to_06;
+    mod exercises_32_and_33;
+    mod exercises_articulated;
+    mod exercises_cartesian;
+    mod exercises_planar_3r;
+    mod exercises_polar;
+    mod exercises_scara;
+    mod exercises_spherical;
     mod support_b;
 }
