@@ -1,0 +1,31 @@
+//! The robot-dynamics chapter's examples and exercises: closed forms against the general code, and printed forms that are
+//! wrong, kept to show that they are.
+#![allow(clippy::unwrap_used, reason = "an arm that cannot be built should stop the test")]
+
+mod common;
+
+mod chapter12 {
+    mod example_336;
+    mod example_337;
+    mod example_338;
+    mod example_339;
+    mod example_340;
+    mod example_341;
+    mod example_342;
+    mod example_343;
+    mod example_344;
+    mod example_345;
+    mod example_346;
+    mod example_347;
+    mod exercise_21;
+    mod exercise_31;
+    mod exercises_02_to_06;
+    mod exercises_32_and_33;
+    mod exercises_articulated;
+    mod exercises_cartesian;
+    mod exercises_planar_3r;
+    mod exercises_polar;
+    mod exercises_scara;
+    mod exercises_spherical;
+    mod support_b;
+}

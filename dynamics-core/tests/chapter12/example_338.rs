@@ -1,0 +1,66 @@
+//! Example 338: no gravity and nothing touched, eq. 12.284-12.285.
+
+use super::support_b::{
+    Equations, STATED_3, State, assert_equal, assert_stated, difference, floating, mass_matrix_slope, states,
+};
+use crate::common::arms::arm;
+use crate::common::{torque, turns};
+use dynamics_core::{Dynamics, Live, Scene, energy, forward_dynamics};
+use nalgebra::{SMatrix, SVector};
+
+/// Christoffel symbols of the first kind, `[i][(l, m)]` (eq. 12.281).
+fn first_kind<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N]) -> [SMatrix<f64, N, N>; N] {
+    let slope: [SMatrix<f64, N, N>; N] = core::array::from_fn(|k| mass_matrix_slope(dynamics, q, k));
+    core::array::from_fn(|i| SMatrix::from_fn(|l, m| (slope[m][(i, l)] + slope[l][(i, m)] - slope[i][(l, m)]) / 2.0))
+}
+
+/// `Gamma^i_lm qd_l qd_m`
+fn contracted<const N: usize>(symbols: &[SMatrix<f64, N, N>; N], qd: &[f64; N]) -> [f64; N] {
+    let qd = SVector::from(*qd);
+    symbols.map(|symbol| (symbol * qd).dot(&qd))
+}
+
+/// 12.284: the Lagrangian is the kinetic energy.
+#[test]
+fn lagrangian_is_12_284() {
+    assert_equal("12.284", (arm::<4>(), states()), |(model, state): (_, State<4>)| {
+        let dynamics = Dynamics::new(model, Scene::free_space());
+        let d = Equations::of(&dynamics, &state.q, &state.qd).d;
+        let qd = SVector::from(state.qd);
+        let found = energy::kinetic(&dynamics, &turns(&state.q), &state.q, &state.qd, &Live::zero());
+        assert_eq!(energy::potential(&dynamics, &turns(&state.q), &state.q, &Live::zero()), 0.0);
+        difference(&[found], &[(d * qd).dot(&qd) / 2.0])
+    });
+}
+
+/// 12.285 corrected: row `i` is `D_ij qdd_j + Gamma^i_lm qd_l qd_m`; taken out of a bracket the symbols are of the second
+/// kind, `D_ij (qdd_j + Gamma2^j_lm qd_l qd_m)` with `Gamma2 = D^-1 Gamma`.
+#[test]
+fn equations_are_the_corrected_12_285() {
+    let free = floating(&super::example_342::stated());
+    assert_equal("12.285", states::<3>(), |State { q, qd, qdd }| {
+        let d = Equations::of(&free, &q, &qd).d;
+        let contracted = contracted(&first_kind(&free, &q), &qd);
+        let second_kind = forward_dynamics::solve(&d, &contracted).unwrap();
+        let found = SVector::from(torque::<f64, 3>(&free, &q, &qd, &qdd));
+        let first = d * SVector::from(qdd) + SVector::from(contracted);
+        let second = d * (SVector::from(qdd) + SVector::from(second_kind));
+        let size = d.amax() * 10.0;
+        ((found - first).amax() / size).max((found - second).amax() / size)
+    });
+}
+
+/// As printed: summed over `i` it is one number for all joints; and with symbols of the first kind inside the bracket, even
+/// row by row and with the indices put right, it is no torque.
+#[test]
+fn printed_12_285_is_wrong() {
+    let free = floating(&super::example_342::stated());
+    let State { q, qd, qdd } = STATED_3;
+    let d = Equations::of(&free, &q, &qd).d;
+    let wanted = torque::<f64, 3>(&free, &q, &qd, &qdd);
+    let contracted = contracted(&first_kind(&free, &q), &qd);
+    let total: f64 =
+        (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).map(|(i, j)| d[(i, j)] * (qdd[i] + contracted[j])).sum();
+    let rows: [f64; 3] = (d * (SVector::from(qdd) + SVector::from(contracted))).into();
+    assert_stated(&[difference(&[total; 3], &wanted), difference(&rows, &wanted)], &[1.084, 0.1246]);
+}

@@ -1,0 +1,37 @@
+//! Example 347: what of a joint's wrench the actuator carries, eq. 12.503-12.504 with the index of 12.212-12.213 corrected.
+
+use super::support_b::{STATED_3, State, assert_equal, assert_stated, difference, posture, wrenches_in_base};
+use crate::common::arms::{arm, joints, vector};
+use crate::common::torque;
+use dynamics_core::{Dynamics, JointKind, Scene};
+use proptest::prelude::Strategy;
+
+/// `k_{i-1} . F_{i-1}` of a prismatic joint, `k_{i-1} . M_{i-1}` of a revolute one.
+#[test]
+fn actuator_carries_the_joints_own_component() {
+    let draws = (arm::<5>(), vector(12.0), joints(3.2))
+        .prop_map(|(model, gravity, q)| (Dynamics::new(model, Scene::with_gravity(gravity, &model)), q));
+    assert_equal("12.503-12.504", draws, |(dynamics, q)| {
+        let still = [0.0; 5];
+        let wrenches = wrenches_in_base(&dynamics, &State::still(q));
+        let links = posture(&dynamics, &q).links;
+        let along: [f64; 5] = core::array::from_fn(|i| match links[i].kind {
+            JointKind::Prismatic => links[i].axis.dot(&wrenches[i].force),
+            JointKind::Revolute => links[i].axis.dot(&wrenches[i].moment),
+        });
+        difference(&along, &torque::<f64, 5>(&dynamics, &q, &still, &still))
+    });
+}
+
+/// With `M_i`, the moment at the next joint, for `M_{i-1}`: not what holds the arm. (There is no next joint after the last.)
+#[test]
+fn printed_index_of_12_503_and_12_504_is_wrong() {
+    let dynamics = super::example_342::stated();
+    let q = STATED_3.q;
+    let wrenches = wrenches_in_base(&dynamics, &State::still(q));
+    let links = posture(&dynamics, &q).links;
+    let found = torque::<f64, 3>(&dynamics, &q, &[0.0; 3], &[0.0; 3]);
+    // The first joint of this arm is upright and carries no weight; the second does.
+    let printed = links[1].axis.dot(&wrenches[2].moment);
+    assert_stated(&[difference(&[printed], &[found[1]])], &[0.829]);
+}

@@ -1,0 +1,74 @@
+//! Exercises 32 and 33: statics of two uniform bars under a ceiling, with 14 kg hanging from the tip.
+//!
+//! With gravity along -y of the base, as the exercise says, angles are measured from its x axis, which is level.
+
+use super::support_b::{DOWN_Y, G, State, arm, body, planar_link, pushed};
+use crate::common::{torque, turns};
+use dynamics_core::{Dynamics, Live, energy};
+use nalgebra::Vector3;
+
+const BEND: f64 = core::f64::consts::FRAC_PI_4;
+
+/// What the joints carry times what lever: `Q_1 = g (44 cos(theta_1) + 23 cos(theta_1 + theta_2))`, `Q_2` its second term.
+const FIRST: f64 = 24.0 / 2.0 + 18.0 + 14.0;
+const SECOND: f64 = 18.0 / 2.0 + 14.0;
+
+fn bars() -> Dynamics<f64, 2> {
+    let bar = |m: f64| planar_link(1.0, body(m, [-0.5, 0.0, 0.0], [0.0, m / 12.0, m / 12.0]));
+    arm(&[bar(24.0), bar(18.0)], [0.0; 3], 0.0, DOWN_Y)
+}
+
+fn moments(theta: f64) -> [f64; 2] {
+    let q = [theta, BEND];
+    let State { qd, qdd, .. } = State::still(q);
+    torque(&pushed(&bars(), &q, DOWN_Y * 14.0, Vector3::zeros()), &q, &qd, &qdd)
+}
+
+/// Potential energy of the bars, and of the load as a mass.
+fn potential(theta: f64) -> f64 {
+    let q = [theta, BEND];
+    energy::potential(&bars(), &turns(&q), &q, &Live::zero()) + 14.0 * G * (theta.sin() + (theta + BEND).sin())
+}
+
+/// Exercise 32: 432.2 N m and 58.40 N m at 30 and 45 degrees.
+#[test]
+fn static_moments_of_exercise_32() {
+    let theta = core::f64::consts::FRAC_PI_6;
+    let [q1, q2] = moments(theta);
+    let second = SECOND * G * (theta + BEND).cos();
+    let first = FIRST * G * theta.cos() + second;
+    assert!((q1 - first).abs() < 1e-12 * first && (q2 - second).abs() < 1e-12 * first);
+    assert!((q1 - 432.21).abs() < 0.005 && (q2 - 58.40).abs() < 0.005, "{q1} {q2}");
+}
+
+/// `a cos(theta) + b cos(theta + 45 degrees) = r cos(theta + lead)`, as `(r, lead)`.
+fn wave(a: f64, b: f64) -> (f64, f64) {
+    let (sine, cosine) = (b * BEND.sin(), a + b * BEND.cos());
+    ((sine * sine + cosine * cosine).sqrt(), sine.atan2(cosine))
+}
+
+/// Exercise 33: all four are waves in the first angle, least half a turn from where they are greatest; the energy, whose
+/// slope is `Q_1`, a quarter turn later.
+#[test]
+fn least_moments_and_energy_of_exercise_33() {
+    let pi = core::f64::consts::PI;
+    let (size1, lead1) = wave(FIRST, SECOND);
+    let (size2, lead2) = (SECOND, BEND);
+    let (size_sum, lead_sum) = wave(FIRST, 2.0 * SECOND);
+    let cases: [(&str, f64, f64, fn(f64) -> f64, f64); 4] = [
+        ("Q1", pi - lead1, -size1 * G, |theta| moments(theta)[0], 165.0),
+        ("Q2", pi - lead2, -size2 * G, |theta| moments(theta)[1], 135.0),
+        ("Q1 + Q2", pi - lead_sum, -size_sum * G, |theta| moments(theta).iter().sum(), 157.0),
+        ("V", -pi / 2.0 - lead1, -size1 * G, potential, -105.0),
+    ];
+    for (name, at, least, value, degrees) in cases {
+        let size = least.abs();
+        assert!((value(at) - least).abs() < 1e-12 * size, "{name}: {} {least}", value(at));
+        assert!((at.to_degrees() - degrees).abs() < 1.0, "{name}: {}", at.to_degrees());
+        for k in 1..360 {
+            assert!(value(at + f64::from(k).to_radians()) > least + 1e-4 * size, "{name} {k}");
+        }
+    }
+    // Least energy is where the first joint needs no moment.
+    assert!(moments(-pi / 2.0 - lead1)[0].abs() < 1e-11);
+}

@@ -1,0 +1,317 @@
+//! The equations of motion as the core computes them, taken apart into inertia, velocity and gravity terms; bodies, arms and
+//! random draws for the examples from 336 on and for the exercises.
+#![allow(unreachable_pub, reason = "helpers of one test binary")]
+
+use crate::common::arms::joints;
+use crate::common::{torque, turns};
+use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::newton_euler::joint_wrenches;
+use dynamics_core::posture::{Chain, Posture};
+use dynamics_core::{
+    Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scalar, Scene, SinCos, Term,
+    Tool, Wrench,
+};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use num_traits::{One, Zero};
+use proptest::prelude::Strategy;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+
+/// Standard gravity to three digits, as the chapter has it, m/s^2.
+pub const G: f64 = 9.81;
+
+/// Gravity of the planar examples (eq. 12.269).
+pub const DOWN_Y: Vector3<f64> = Vector3::new(0.0, -G, 0.0);
+
+/// What a closed form may differ by from the general code.
+pub const TOLERANCE: f64 = 1e-12;
+
+/// `D qdd + C qd + G` at one position and velocity (eq. 12.217).
+#[derive(Clone, Copy, Debug)]
+pub struct Equations<const N: usize> {
+    pub d: SMatrix<f64, N, N>,
+    pub c: SMatrix<f64, N, N>,
+    pub g: SVector<f64, N>,
+}
+
+impl<const N: usize> Equations<N> {
+    /// What the recursions say. The velocity torques `h` are quadratic in the velocity, so
+    /// `h(u + v) - h(u) - h(v)` is twice their symmetric bilinear form, without any step length: with `u` a unit vector and
+    /// `v = qd` that is a column of the `C` of Christoffel symbols (eq. 12.281).
+    pub fn of(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
+        let still = [0.0; N];
+        let h = |qd: &[f64; N]| coupling(dynamics, q, qd);
+        let columns: [_; N] = core::array::from_fn(|j| {
+            let (mut unit, mut both) = (still, *qd);
+            unit[j] = 1.0;
+            both[j] += 1.0;
+            (h(&both) - h(&unit) - h(qd)) * 0.5
+        });
+        Self {
+            d: mass_matrix(dynamics, &turns(q), q, &Live::zero()),
+            c: SMatrix::from_columns(&columns),
+            g: SVector::from(torque(dynamics, q, &still, &still)),
+        }
+    }
+
+    pub fn torque(&self, qd: &[f64; N], qdd: &[f64; N]) -> [f64; N] {
+        (self.d * SVector::from(*qdd) + self.c * SVector::from(*qd) + self.g).into()
+    }
+
+    /// The largest relative difference from what the core computes, of `D`, `C`, `G` and the torque.
+    ///
+    /// Relative to what each could be, not to what it happens to be where sines vanish: `C` is a rate of `D`, and `G` is
+    /// at most `g sqrt(m D)` by Cauchy and Schwarz.
+    pub fn error(&self, dynamics: &Dynamics<f64, N>, state: &State<N>) -> f64 {
+        let State { q, qd, qdd } = state;
+        let found = Self::of(dynamics, q, qd);
+        let norm = |v: &[f64; N]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+        let inertia = found.d.amax();
+        let velocity = inertia * norm(qd);
+        let gravity = weight(dynamics) * libm::sqrt(inertia / mass(dynamics));
+        let all = inertia * norm(qdd) + velocity * norm(qd) + gravity;
+        let tau = SVector::from(torque::<f64, N>(dynamics, q, qd, qdd)) - SVector::from(self.torque(qd, qdd));
+        [
+            (found.d - self.d).amax() / inertia,
+            (found.c - self.c).amax() / velocity,
+            (found.g - self.g).amax() / (gravity + f64::MIN_POSITIVE),
+            tau.amax() / all,
+        ]
+        .into_iter()
+        .fold(0.0, larger)
+    }
+}
+
+/// The larger of two; NaN if either is.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
+}
+
+fn payload<const N: usize>(dynamics: &Dynamics<f64, N>) -> Inertia<f64> {
+    *dynamics.scene().payload.value(&Inertia::zero()).unwrap_or(&Inertia::zero())
+}
+
+fn mass<const N: usize>(dynamics: &Dynamics<f64, N>) -> f64 {
+    dynamics.model().links().iter().map(|link| link.inertia.mass).sum::<f64>() + payload(dynamics).mass
+}
+
+fn weight<const N: usize>(dynamics: &Dynamics<f64, N>) -> f64 {
+    let g = *dynamics.scene().gravity.value(&Vector3::zeros()).unwrap_or(&Vector3::zeros());
+    mass(dynamics) * libm::sqrt(g.dot(&g))
+}
+
+/// The same arm and what it holds, with neither gravity nor contact.
+pub fn floating<const N: usize>(dynamics: &Dynamics<f64, N>) -> Dynamics<f64, N> {
+    let scene = Scene { gravity: Term::Absent, tip_wrench: Term::Absent, ..*dynamics.scene() };
+    Dynamics::new(*dynamics.model(), scene)
+}
+
+/// The velocity coupling vector `H(q, qd)` (eq. 12.216), from the recursion.
+pub fn coupling<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> SVector<f64, N> {
+    SVector::from(torque::<f64, N>(&floating(dynamics), q, qd, &[0.0; N]))
+}
+
+/// Where everything is, in the base frame.
+pub fn posture<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N]) -> Posture<f64, N> {
+    Chain::new(dynamics.model(), &payload(dynamics)).posture(&turns(q), q)
+}
+
+/// What each joint carries, about the joint's origin and in base axes: the chapter's `0F_{i-1}`, `0M_{i-1}`.
+pub fn wrenches_in_base<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>) -> [Wrench<f64>; N] {
+    let State { q, qd, qdd } = state;
+    let wrenches = joint_wrenches(dynamics, &turns(q), q, qd, qdd, &Live::zero());
+    let posture = posture(dynamics, q);
+    core::array::from_fn(|i| wrenches[i].in_parent(&posture.links[i].rotation, &Vector3::zeros()))
+}
+
+/// A joint position, velocity and acceleration.
+#[derive(Clone, Copy, Debug)]
+pub struct State<const N: usize> {
+    pub q: [f64; N],
+    pub qd: [f64; N],
+    pub qdd: [f64; N],
+}
+
+impl<const N: usize> State<N> {
+    pub const fn still(q: [f64; N]) -> Self {
+        Self { q, qd: [0.0; N], qdd: [0.0; N] }
+    }
+}
+
+/// The state at which printed forms are shown to be wrong, for two joints.
+pub const STATED_2: State<2> = State { q: [0.4, 0.9], qd: [1.3, -0.7], qdd: [2.1, -1.6] };
+
+/// The same for three joints.
+pub const STATED_3: State<3> = State { q: [0.4, 0.9, -0.5], qd: [1.3, -0.7, 0.8], qdd: [2.1, -1.6, 1.1] };
+
+/// Positions up to half a turn, speeds up to 3, accelerations up to 10.
+pub fn states<const N: usize>() -> impl Strategy<Value = State<N>> {
+    (joints(3.2), joints(3.0), joints(10.0)).prop_map(|(q, qd, qdd)| State { q, qd, qdd })
+}
+
+/// Masses, lengths and inertias: what must be positive.
+pub fn sizes<const M: usize>() -> impl Strategy<Value = [f64; M]> {
+    proptest::array::uniform(0.1..2.0)
+}
+
+/// The largest error over 256 draws, the same ones in every run.
+pub fn worst<S: Strategy>(strategy: S, error: impl Fn(S::Value) -> f64) -> f64 {
+    let mut runner = TestRunner::deterministic();
+    (0..256).map(|_| error(strategy.new_tree(&mut runner).unwrap().current())).fold(0.0, larger)
+}
+
+/// `worst` stays below the tolerance; prints what it is.
+pub fn assert_equal<S: Strategy>(what: &str, strategy: S, error: impl Fn(S::Value) -> f64) {
+    let found = worst(strategy, error);
+    println!("{what}: worst relative error {found:.1e}");
+    assert!(found < TOLERANCE, "{what}: {found:e}");
+}
+
+/// Largest difference over the largest entry of what was wanted.
+pub fn difference(found: &[f64], wanted: &[f64]) -> f64 {
+    crate::common::relative_error(found, wanted)
+}
+
+/// How far printed forms are off, each within a thousandth of what is stated: neither more nor less.
+#[track_caller]
+pub fn assert_stated(found: &[f64], stated: &[f64]) {
+    let near = |(found, stated): (&f64, &f64)| (found - stated).abs() <= 1e-3 * stated.abs() && *stated > 1e-6;
+    assert!(found.len() == stated.len() && found.iter().zip(stated).all(near), "found {found:.5?}, stated {stated:?}");
+}
+
+pub fn body(mass: f64, com: [f64; 3], inertia: [f64; 3]) -> Body {
+    Body { mass, com: com.into(), inertia: Matrix3::from_diagonal(&inertia.into()) }
+}
+
+pub fn point(mass: f64, at: [f64; 3]) -> Body {
+    body(mass, at, [0.0; 3])
+}
+
+/// Several bodies as one.
+pub fn joined(parts: &[Body]) -> Body {
+    let mass = parts.iter().map(|part| part.mass).sum::<f64>();
+    if mass == 0.0 {
+        return Body { inertia: parts.iter().map(|part| part.inertia).sum(), ..Body::massless() };
+    }
+    let com = parts.iter().map(|part| part.com * part.mass).sum::<Vector3<f64>>() / mass;
+    let about_com = |part: &Body| Inertia::from_mass_centre(part.mass, &(part.com - com), &part.inertia).about_origin;
+    Body { mass, com, inertia: parts.iter().map(about_com).sum() }
+}
+
+pub fn joint(kind: JointKind, frame: Frame, body: Body) -> JointSpec {
+    JointSpec { kind, frame, body, rotor: Rotor::default(), limits: Limits::none() }
+}
+
+/// A link of a planar arm: `R || R (0)` of the chapter, its frame at the far end.
+pub fn planar_link(length: f64, body: Body) -> JointSpec {
+    joint(JointKind::Revolute, Frame::ClassicalDh(Dh { a: length, ..Dh::default() }), body)
+}
+
+/// A joint placed on the link before, the link's frame at the joint.
+pub fn placed(kind: JointKind, rotation: Matrix3<f64>, translation: [f64; 3], axis: [f64; 3], body: Body) -> JointSpec {
+    joint(kind, Frame::Placement { rotation, translation: translation.into(), axis: axis.into() }, body)
+}
+
+/// An arm with a point mass at its tip, `tip` from the last link's frame.
+pub fn arm<const N: usize>(
+    joints: &[JointSpec; N],
+    tip: [f64; 3],
+    held: f64,
+    gravity: Vector3<f64>,
+) -> Dynamics<f64, N> {
+    let tool = Tool { translation: tip.into(), ..Tool::default() };
+    // Some examples know of a body no more than one moment of inertia.
+    let model = Model::new_unphysical(joints, &tool).unwrap();
+    let payload = Inertia { mass: held, ..Inertia::zero() };
+    Dynamics::new(model, Scene { payload: Term::Constant(payload), ..Scene::with_gravity(gravity, &model) })
+}
+
+/// The same arm under a wrench of the environment at its tip, given in base axes, at one position.
+pub fn pushed<const N: usize>(
+    dynamics: &Dynamics<f64, N>,
+    q: &[f64; N],
+    force: Vector3<f64>,
+    moment: Vector3<f64>,
+) -> Dynamics<f64, N> {
+    let turned = posture(dynamics, q).tip.rotation.transpose();
+    let contact = Wrench { force: turned * force, moment: turned * moment };
+    Dynamics::new(*dynamics.model(), Scene { tip_wrench: Term::Constant(contact), ..*dynamics.scene() })
+}
+
+/// A number and its slope along one joint: exact derivatives from the general code.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual {
+    pub value: f64,
+    pub slope: f64,
+}
+
+impl Add for Dual {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self { value: self.value + other.value, slope: self.slope + other.slope }
+    }
+}
+impl Neg for Dual {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { value: -self.value, slope: -self.slope }
+    }
+}
+impl Sub for Dual {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self { value: self.value - other.value, slope: self.slope - other.slope }
+    }
+}
+impl Mul for Dual {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self { value: self.value * other.value, slope: self.slope * other.value + self.value * other.slope }
+    }
+}
+impl AddAssign for Dual {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+impl SubAssign for Dual {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+impl MulAssign for Dual {
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+impl Zero for Dual {
+    fn zero() -> Self {
+        Self::literal(0.0)
+    }
+    fn is_zero(&self) -> bool {
+        *self == Self::zero()
+    }
+}
+impl One for Dual {
+    fn one() -> Self {
+        Self::literal(1.0)
+    }
+}
+impl Scalar for Dual {
+    fn literal(value: f64) -> Self {
+        Self { value, slope: 0.0 }
+    }
+}
+
+/// `dD/dq_k`, exact: [`mass_matrix`] on dual numbers.
+pub fn mass_matrix_slope<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N], k: usize) -> SMatrix<f64, N, N> {
+    let dual = Dynamics::new(dynamics.model().cast::<Dual>(), dynamics.scene().cast());
+    let along = |i: usize| if i == k { 1.0 } else { 0.0 };
+    let turn = core::array::from_fn(|i| {
+        let (sin, cos) = libm::sincos(q[i]);
+        SinCos { sin: Dual { value: sin, slope: cos * along(i) }, cos: Dual { value: cos, slope: -sin * along(i) } }
+    });
+    let q = core::array::from_fn(|i| Dual { value: q[i], slope: along(i) });
+    mass_matrix(&dual, &turn, &q, &Live::zero()).map(|entry| entry.slope)
+}
