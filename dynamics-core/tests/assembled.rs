@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::arms::{Moving, fixed, moving, worst, worst_over_arms};
+use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
 use common::{into_base, numbers_of, pinned, pinned_rounding, relative_error, torque, turns};
 use dynamics_core::global::{Assembled, momentum_rate, residuals, weights};
 use dynamics_core::newton_euler::joint_wrenches;

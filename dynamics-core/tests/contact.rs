@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::arms::{Moving, fixed, moving, worst, worst_over_arms};
+use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
 use common::{Golden, numbers_of, pinned, pinned_rounding, relative_error, turns};
 use dynamics_core::contact::{base_wrench, contact_wrench};
 use dynamics_core::{Dynamics, Live, Scene, Term, Wrench, geometry};

@@ -8,13 +8,15 @@ mod common;
 
 use common::arms::{arm, body, held, joints, vector};
 use common::{derivative, lagrange_equation, relative_error};
+use dynamics_core::global::Assembled;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::posture::{Chain, Posture};
+use dynamics_core::reactions::Reaction;
 use dynamics_core::trace_form::Transforms;
 use dynamics_core::trig::Libm;
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, Inertia, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene,
-    SinCos, Term, Tool, Trig, Wrench, energy, lagrange,
+    SinCos, Term, Tool, Trig, Wrench, energy, global, lagrange, statics,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use proptest::prelude::Strategy;
@@ -81,6 +83,22 @@ fn methods<const N: usize>() -> Vec<Method<N>> {
             torque: |case, demand| case.transforms().inverse_dynamics(&demand.qd, &demand.qdd, &demand.gravity),
             mass_matrix: Some(|case| case.transforms().mass_matrix()),
             gravity: Some(|case| case.transforms().gravity(&case.gravity)),
+        },
+        Method {
+            name: "assembled system",
+            torque: |case, demand| {
+                let posture = case.posture();
+                let motion = posture.motion(&demand.qd, &demand.qdd);
+                let weights = global::weights(&posture, &demand.gravity);
+                let system = Assembled::new(&posture, &motion, &weights, &Wrench::zero());
+                let wrenches = system.solve().unwrap();
+                core::array::from_fn(|i| {
+                    let link = &posture.links[i];
+                    Reaction::of(link.kind, &link.axis, &wrenches[i]).actuator
+                })
+            },
+            mass_matrix: None,
+            gravity: Some(|case| statics::holding_torque(&case.posture(), &case.gravity, &Wrench::zero())),
         },
     ]
 }
@@ -197,7 +215,7 @@ impl<const N: usize> Method<N> {
 }
 
 /// Pairs of the methods, in the order of the table.
-const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)];
 
 /// Of each pair: torque, inertia matrix, weight.
 struct Pairs;
@@ -230,6 +248,9 @@ fn every_method_gives_the_same_torques_matrix_and_weight() {
         2.852e-15, 1.347e-15, 3.859e-15, // recursive and Lagrange
         2.852e-15, 8.841e-16, 4.898e-15, // recursive and trace form
         4.382e-15, 1.366e-15, 2.434e-15, // Lagrange and trace form
+        1.813e-15, 1.347e-15, 3.265e-15, // recursive and assembled system; its G is that of statics
+        1.509e-15, 4.655e-16, 5.937e-16, // Lagrange and assembled system
+        3.778e-15, 1.195e-15, 1.861e-15, // trace form and assembled system
     ];
     assert_measured(&worst::<Pairs, COMPARED>(), &names, &measured);
 }

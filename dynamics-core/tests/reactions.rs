@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::arms::{Moving, worst, worst_over_arms};
+use common::moving::{Moving, worst, worst_over_arms};
 use common::{pinned, pinned_rounding, relative_error, torque, turns};
 use dynamics_core::reactions::{Axes, Reaction, joint_reactions};
 use dynamics_core::{JointKind, Live, Wrench};

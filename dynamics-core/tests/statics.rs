@@ -3,7 +3,8 @@
 
 mod common;
 
-use common::arms::{Moving, fixed, moving, vector, worst, worst_over_arms};
+use common::arms::vector;
+use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
 use common::{into_base, numbers_of, pinned, pinned_rounding, relative_error, torque, turns};
 use dynamics_core::global::{residuals, weights};
 use dynamics_core::newton_euler::joint_wrenches;

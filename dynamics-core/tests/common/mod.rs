@@ -8,6 +8,7 @@
 
 pub mod arms;
 pub mod linkages;
+pub mod moving;
 
 use dynamics_core::posture::Posture;
 use dynamics_core::{
