@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::arms::{Moving, worst_over_arms};
+use common::moving::{Moving, worst_over_arms};
 use common::{pinned, torque, turns};
 use dynamics_core::work::WorkMeter;
 use dynamics_core::{Dynamics, Live, Scene, Term, energy};
