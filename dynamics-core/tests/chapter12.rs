@@ -5,6 +5,18 @@
 mod common;
 
 mod chapter12 {
+    mod example_323;
+    mod example_325;
+    mod example_326;
+    mod example_327;
+    mod example_328;
+    mod example_329;
+    mod example_330;
+    mod example_331;
+    mod example_332;
+    mod example_333;
+    mod example_334;
+    mod example_335;
     mod example_336;
     mod example_337;
     mod example_338;
@@ -27,5 +39,6 @@ mod chapter12 {
     mod exercises_polar;
     mod exercises_scara;
     mod exercises_spherical;
+    mod support;
     mod support_b;
 }
