@@ -29,6 +29,7 @@ mod chapter12 {
     mod example_345;
     mod example_346;
     mod example_347;
+    mod exercise_17;
     mod exercise_21;
     mod exercise_31;
     mod exercises_02_to_06;

@@ -1,0 +1,189 @@
+//! `docs/chapter12.md` leads from every equation, example and exercise of the robot-dynamics chapter to code and tests: nothing is
+//! left out, and everything that it names is there.
+//!
+//! Rows are `| numbers | what | code and files | tests |` under the headings `Equations`, `Examples` and `Exercises`. In the
+//! last two columns every name in backticks is an entry: `crate::module::item` (an item or a method), a file with its
+//! path, or `file.rs::test`. A row without an entry says `none:` and why, which only an exercise may.
+#![allow(clippy::unwrap_used, reason = "a table that cannot be read should stop the test")]
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// What the chapter has of each kind.
+const HEADINGS: [(&str, core::ops::RangeInclusive<u32>); 3] =
+    [("Equations", 1..=535), ("Examples", 323..=347), ("Exercises", 1..=38)];
+
+/// Crates that an entry may name, and where their sources are.
+const CRATES: [(&str, &str); 3] =
+    [("dynamics_core", "dynamics-core/src"), ("robot_compiler", "robot-compiler/src"), ("host_sim", "host-sim/src")];
+
+/// What may stand before an item's name where it is made.
+const ITEMS: [&str; 6] = ["fn", "struct", "enum", "trait", "const", "type"];
+
+struct Row<'a> {
+    heading: &'a str,
+    numbers: Vec<u32>,
+    entries: Vec<&'a str>,
+    line: &'a str,
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn read(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap()
+}
+
+/// What stands between pairs of backticks.
+fn quoted(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+/// `12.1-12.3, 12.5` as 1, 2, 3, 5; none if a part is no number or range of them.
+fn numbers(cell: &str) -> Option<Vec<u32>> {
+    let number = |text: &str| -> Option<u32> {
+        let text = text.trim();
+        text.strip_prefix("12.").unwrap_or(text).parse().ok()
+    };
+    let parts = cell.split(',').map(|part| match part.split_once('-') {
+        Some((first, last)) => Some(number(first)?..=number(last)?),
+        None => number(part).map(|n| n..=n),
+    });
+    parts.collect::<Option<Vec<_>>>().map(|ranges| ranges.into_iter().flatten().collect())
+}
+
+fn rows(text: &str) -> Result<Vec<Row<'_>>, String> {
+    let mut heading = "";
+    let mut rows = Vec::new();
+    for line in text.lines() {
+        if let Some(found) = line.strip_prefix("## ") {
+            heading = found;
+        }
+        let cells: Vec<_> = line.trim().trim_matches('|').split('|').map(str::trim).collect();
+        let [first, .., code, tests] = cells[..] else { continue };
+        let head = !first.starts_with(|c: char| c.is_ascii_digit());
+        if !line.starts_with('|') || head || !HEADINGS.iter().any(|(known, _)| *known == heading) {
+            continue;
+        }
+        let numbers = numbers(first).ok_or_else(|| format!("{heading}: {first} is no list of numbers"))?;
+        let entries = quoted(code).chain(quoted(tests)).collect();
+        rows.push(Row { heading, numbers, entries, line });
+    }
+    Ok(rows)
+}
+
+/// Numbers that no row has, and rows that lead nowhere though they should.
+fn missing(rows: &[Row]) -> Vec<String> {
+    let mut missing = Vec::new();
+    for (heading, all) in HEADINGS {
+        let found: BTreeSet<u32> =
+            rows.iter().filter(|row| row.heading == heading).flat_map(|row| row.numbers.iter().copied()).collect();
+        missing.extend(all.clone().filter(|n| !found.contains(n)).map(|n| format!("{heading}: {n} has no row")));
+        missing.extend(found.iter().filter(|n| !all.contains(n)).map(|n| format!("{heading}: there is no {n}")));
+    }
+    let excused = |row: &Row| row.heading == "Exercises" && row.line.contains("| none: ");
+    missing.extend(rows.iter().filter(|row| row.entries.is_empty() && !excused(row)).map(|row| row.line.to_owned()));
+    missing
+}
+
+/// `word name` with nothing of a name behind it.
+fn makes(text: &str, word: &str, name: &str) -> bool {
+    let wanted = format!("{word} {name}");
+    text.match_indices(&wanted)
+        .any(|(at, _)| !text[at + wanted.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+}
+
+/// The files of a module and of the modules inside it, as one text.
+fn module(path: &Path) -> Option<String> {
+    let mut text = std::fs::read_to_string(path.with_extension("rs")).ok();
+    for entry in std::fs::read_dir(path).into_iter().flatten().flatten() {
+        let inner = entry.path();
+        if inner.extension().is_some_and(|e| e == "rs") {
+            text.get_or_insert_default().push_str(&std::fs::read_to_string(inner).ok()?);
+        }
+    }
+    text
+}
+
+fn exists(entry: &str) -> bool {
+    if let Some((file, test)) = entry.split_once(".rs::") {
+        return std::fs::read_to_string(root().join(file).with_extension("rs"))
+            .is_ok_and(|text| makes(&text, "fn", test));
+    }
+    let mut parts = entry.split("::");
+    let Some((_, sources)) = CRATES.iter().find(|(name, _)| parts.clone().next() == Some(*name)) else {
+        return entry.contains('/') && root().join(entry).is_file();
+    };
+    let (Some(name), items) = (parts.nth(1), parts.collect::<Vec<_>>()) else { return false };
+    let text = module(&root().join(sources).join(name));
+    text.is_some_and(|text| items.iter().all(|item| ITEMS.iter().any(|word| makes(&text, word, item))))
+}
+
+fn unresolved<'a>(rows: &[Row<'a>]) -> Vec<&'a str> {
+    rows.iter().flat_map(|row| row.entries.iter().copied()).filter(|entry| !exists(entry)).collect()
+}
+
+#[test]
+fn every_equation_example_and_exercise_has_a_row() {
+    let text = read("docs/chapter12.md");
+    assert_eq!(missing(&rows(&text).unwrap()), Vec::<String>::new());
+}
+
+#[test]
+fn every_entry_of_the_map_is_there() {
+    let text = read("docs/chapter12.md");
+    let found = unresolved(&rows(&text).unwrap());
+    assert!(found.is_empty(), "not found:\n{}", found.join("\n"));
+}
+
+/// Names of tests in `docs/errata.md` are long and have underscores; no formula there looks like that.
+#[test]
+fn every_test_that_the_errata_name_is_there() {
+    let folders = ["dynamics-core/tests", "dynamics-core/tests/chapter12"].map(|folder| root().join(folder));
+    let sources: Vec<String> = folders
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(folder).unwrap())
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "rs"))
+        .map(|path| std::fs::read_to_string(path).unwrap())
+        .collect();
+    let text = read("docs/errata.md");
+    let is_test = |name: &&str| name.matches('_').count() > 2 && !name.contains([' ', '/', '=']);
+    let named: BTreeSet<&str> = quoted(&text).filter(is_test).collect();
+    assert!(named.len() > 30, "{named:?}");
+    let gone: Vec<_> = named.iter().filter(|name| !sources.iter().any(|text| makes(text, "fn", name))).collect();
+    assert!(gone.is_empty(), "not found: {gone:?}");
+}
+
+/// A table as it should not be: each of its faults is found, and what is right in it is not.
+#[test]
+fn a_broken_table_is_refused() {
+    let table = "\
+## Equations
+| equation | what | code | tests |
+|---|---|---|---|
+| 12.1-12.533, 12.535 | all but one | `dynamics_core::posture::Posture::motion` | `dynamics-core/tests/identities.rs::slope_is_the_mass_matrix` |
+| 12.536 | one too many | `dynamics_core::posture::Posture::motions` | `dynamics-core/tests/identities.rs::slope_is_the` |
+## Examples
+| 323-347 | leads nowhere | none: not an exercise | |
+## Exercises
+| 1-37 | in words | none: asked for in words | |
+| 38 | gone | `robots/gone.toml`, `dynamics_core::gone::motion`, `dynamics_core::posture` | `docs/dynamics.md` |
+";
+    let broken = rows(table).unwrap();
+    let found = missing(&broken);
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert_eq!(found[0], "Equations: 534 has no row");
+    assert_eq!(found[1], "Equations: there is no 536");
+    assert!(found[2].contains("leads nowhere"));
+    let wanted = [
+        "dynamics_core::posture::Posture::motions",
+        "dynamics-core/tests/identities.rs::slope_is_the",
+        "robots/gone.toml",
+        "dynamics_core::gone::motion",
+    ];
+    assert_eq!(unresolved(&broken), wanted);
+    // A first column that starts as a number and goes on as something else.
+    assert!(rows("## Equations\n| 12.1 and 12.2 | two | `a` | `b` |\n").is_err());
+}
