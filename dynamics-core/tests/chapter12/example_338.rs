@@ -28,8 +28,8 @@ fn lagrangian_is_12_284() {
         let d = Equations::of(&dynamics, &state.q, &state.qd).d;
         let qd = SVector::from(state.qd);
         let found = energy::kinetic(&dynamics, &turns(&state.q), &state.q, &state.qd, &Live::zero());
-        assert_eq!(energy::potential(&dynamics, &turns(&state.q), &state.q, &Live::zero()), 0.0);
-        difference(&[found], &[(d * qd).dot(&qd) / 2.0])
+        let weight = energy::potential(&dynamics, &turns(&state.q), &state.q, &Live::zero());
+        difference(&[found - weight], &[(d * qd).dot(&qd) / 2.0])
     });
 }
 

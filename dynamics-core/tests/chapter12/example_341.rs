@@ -4,7 +4,10 @@ use super::example_340::Arm;
 use super::support_b::{Equations, G, STATED_2, State, assert_equal, assert_stated, difference, larger, sizes, states};
 use nalgebra::{Matrix2, Vector2};
 
-/// What stands in the equations of one case, besides the state.
+/// Takes away what a case is without.
+type Special = fn(Arm) -> Arm;
+
+/// The equations that the chapter prints for a case.
 type Form = fn(&Arm, &State<2>) -> Equations<2>;
 
 /// 12.333-12.342 with `g`: no mass in the links. Their moments of inertia stay, as those of the motors.
@@ -66,7 +69,7 @@ fn uniform(arm: Arm) -> Arm {
 }
 
 /// Against the recursion and against the general equations of example 340.
-fn check(what: &str, special: fn(Arm) -> Arm, form: Form) {
+fn check(what: &str, special: Special, form: Form) {
     assert_equal(what, (sizes(), states()), |(sizes, state)| {
         let arm = special(Arm::of(sizes));
         let (closed, general) = (form(&arm, &state), arm.equations(&state));
@@ -98,7 +101,7 @@ fn uniform_links_are_12_353_to_12_362() {
 /// 12.341-12.342, 12.351-12.352 and 12.361-12.362 lack `g`.
 #[test]
 fn printed_gravity_terms_lack_g() {
-    let cases: [(fn(Arm) -> Arm, Form); 3] =
+    let cases: [(Special, Form); 3] =
         [(without_arms, massless_arms), (without_joints, massless_joints), (uniform, uniform_links)];
     for (special, form) in cases {
         let arm = special(Arm::STATED);

@@ -59,7 +59,7 @@ impl Articulated {
     }
 
     /// The same arm as rows of a table: (a, alpha, d) = (0, 90, 0), (l2, 0, -l1), (0, 90, 0).
-    fn from_rows(&self) -> Dynamics<f64, 3> {
+    fn by_rows(&self) -> Dynamics<f64, 3> {
         let Self { m: [m0, m1, m2, m3], l: [l1, l2, l3], c: [c1, c2, c3], i: [i1, i2, i3] } = *self;
         let row =
             |a, alpha, d, body| joint(JointKind::Revolute, Frame::ClassicalDh(Dh { a, alpha, d, theta: 0.0 }), body);
@@ -144,7 +144,7 @@ fn equations_of_motion_are_12_390() {
 fn rows_of_a_table_give_the_same_arm() {
     assert_equal("rows", ((sizes(), sizes()), states()), |(sizes, state)| {
         let arm = Articulated::of(sizes);
-        arm.equations(&state).error(&arm.from_rows(), &state)
+        arm.equations(&state).error(&arm.by_rows(), &state)
     });
 }
 

@@ -41,6 +41,9 @@ fn static_moments_of_exercise_32() {
     assert!((q1 - 432.21).abs() < 0.005 && (q2 - 58.40).abs() < 0.005, "{q1} {q2}");
 }
 
+/// Of the arm, by its first angle.
+type Value = fn(f64) -> f64;
+
 /// `a cos(theta) + b cos(theta + 45 degrees) = r cos(theta + lead)`, as `(r, lead)`.
 fn wave(a: f64, b: f64) -> (f64, f64) {
     let (sine, cosine) = (b * BEND.sin(), a + b * BEND.cos());
@@ -55,7 +58,7 @@ fn least_moments_and_energy_of_exercise_33() {
     let (size1, lead1) = wave(FIRST, SECOND);
     let (size2, lead2) = (SECOND, BEND);
     let (size_sum, lead_sum) = wave(FIRST, 2.0 * SECOND);
-    let cases: [(&str, f64, f64, fn(f64) -> f64, f64); 4] = [
+    let cases: [(&str, f64, f64, Value, f64); 4] = [
         ("Q1", pi - lead1, -size1 * G, |theta| moments(theta)[0], 165.0),
         ("Q2", pi - lead2, -size2 * G, |theta| moments(theta)[1], 135.0),
         ("Q1 + Q2", pi - lead_sum, -size_sum * G, |theta| moments(theta).iter().sum(), 157.0),
