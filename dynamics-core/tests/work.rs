@@ -44,8 +44,8 @@ fn a_number_that_is_none_is_not_lost() {
     }
 }
 
-/// A swinging motion through the case's state at 0, sampled in `steps` steps of a second: what the work misses of the gain in energy,
-/// relative to the work of either sign.
+/// A swinging motion through the case's state at 0, sampled in `steps` steps of a second: what the work misses of the gain in
+/// energy, relative to the work of either sign.
 fn imbalance<const N: usize>(case: &Moving<N>, steps: usize) -> f64 {
     let scene = Scene { tip_wrench: Term::Absent, ..*case.dynamics().scene() };
     let dynamics = Dynamics::new(case.model, scene);
@@ -81,8 +81,8 @@ fn fine<const N: usize>(case: &Moving<N>) -> f64 {
     imbalance(case, 1000)
 }
 
-/// Exercise 31: two massless links of 1 m carry 12 kg at 1 m/s along two half circles of 0.75 m, over the first centre and under the
-/// second. The speed is the same at both ends and so is the height: together the actuators do no work.
+/// Exercise 31: two massless links of 1 m carry 12 kg at 1 m/s along two half circles of 0.75 m, over the first centre and under
+/// the second. The speed is the same at both ends and so is the height: together the actuators do no work.
 #[test]
 fn two_half_circles_at_constant_speed_take_back_all_that_they_gave() {
     let (mass, speed, radius, gravity) = (12.0, 1.0, 0.75, Vector3::new(0.0, -9.81, 0.0));

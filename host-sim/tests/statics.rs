@@ -145,7 +145,7 @@ fn a_free_search_finds_the_hanging_arm_and_the_same_one_every_time() {
     assert_eq!(planar(&free("potential")), hanging);
     assert!(planar(&free("total")).minimised.unwrap().value < 1e-10);
 
-    // Where nothing better is found, at least no start is better.
+    // Held straight up or straight down, a Puma needs no torque but a wrist's that its masses all but balance.
     let puma = Robot::load(&here("../robots/puma560.toml")).unwrap();
     let floor = Question { gravity: vec![0.0, 0.0, -9.81], ..free("total") };
     let found = ask(&puma, &floor);
