@@ -11,7 +11,8 @@
 //! | [`record`] | what happened, tick by tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
+//! | [`linkage_turn`], [`linkage_run`] | a closed loop, driven round and let run |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod chip;
@@ -21,6 +22,9 @@ pub mod dynamics_command;
 pub mod exit;
 pub mod info_command;
 pub mod kernel_command;
+pub mod linkage_command;
+pub mod linkage_run;
+pub mod linkage_turn;
 pub mod on_chip;
 pub mod plant;
 pub mod plot;

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use host_sim::cli::{Cli, Command};
-use host_sim::{dynamics_command, info_command, kernel_command, run_command};
+use host_sim::{dynamics_command, info_command, kernel_command, linkage_command, run_command};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,6 +18,7 @@ fn main() -> ExitCode {
         Command::Dynamics(args) => dynamics_command::run(&args).map(|()| 0),
         Command::Info(args) => info_command::run(&args).map(|()| 0),
         Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
+        Command::Linkage(args) => linkage_command::run(&args),
     };
     ExitCode::from(done.unwrap_or_else(|failure| {
         let code = failure.code();

@@ -65,7 +65,7 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
 }
 
 /// A name that is one safe part of a path.
-fn file_name(name: &str) -> String {
+pub(crate) fn file_name(name: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' };
     let name: String = name.chars().map(safe).collect();
     if name.is_empty() { "scene".to_owned() } else { name }
@@ -126,7 +126,7 @@ fn exit_code(run: &Run) -> u8 {
     }
 }
 
-fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+pub(crate) fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Output(io::Error::other(format!("{}: {error}", path.display())))
 }
 
