@@ -1,5 +1,6 @@
 //! `host-sim linkage` as a person or a script meets it.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#![allow(clippy::float_cmp, reason = "a log is the summary's numbers, to the last digit")]
 
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -306,5 +307,25 @@ fn the_help_names_the_equations() {
     let text = String::from_utf8(output.stdout).unwrap();
     for words in ["12.44-12.46", "12.41 with m3 a3", "12.47", "12.216", "docs/linkages.md"] {
         assert!(text.contains(words), "{words} in {text}");
+    }
+}
+
+/// What `docs/linkages.md` shows is what is printed, to the last digit.
+#[test]
+fn the_documents_examples_are_real() {
+    let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let text = std::fs::read_to_string(top.join("docs/linkages.md")).unwrap();
+    let here = folder("document");
+    std::fs::create_dir_all(&here).unwrap();
+    let commands: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("$ host-sim ")).collect();
+    assert_eq!(commands.len(), 2);
+    for command in commands {
+        let words = command.split(' ').map(|word| match word.strip_prefix("robots/") {
+            Some(file) => top.join("robots").join(file).display().to_string(),
+            None => word.to_owned(),
+        });
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim")).current_dir(&here).args(words).output().unwrap();
+        let printed = String::from_utf8(output.stdout).unwrap();
+        assert!(text.contains(&format!("```text\n{printed}```\n")), "{command}\n{printed}");
     }
 }
