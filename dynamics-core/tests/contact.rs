@@ -4,7 +4,7 @@
 mod common;
 
 use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
-use common::{Golden, numbers_of, pinned, pinned_rounding, relative_error, turns};
+use common::{Golden, cast, numbers_of, pinned, pinned_rounding, relative_error, turns};
 use dynamics_core::contact::{base_wrench, contact_wrench};
 use dynamics_core::{Dynamics, Live, Scene, Term, Wrench, geometry};
 use nalgebra::Vector3;
@@ -32,6 +32,20 @@ fn undone<const N: usize>(case: &Moving<N>) -> f64 {
 #[test]
 fn outward_undoes_inward() {
     pinned_rounding("outward after inward", worst_over_arms!(undone), 2.22e-15);
+}
+
+#[test]
+fn single_precision_feels_to_its_rounding_of_what_the_base_carries() {
+    let worst = worst::<6>(|case| {
+        let scene = Scene { tip_wrench: Term::Absent, ..*case.dynamics().scene() };
+        let dynamics = Dynamics::new(case.model.cast::<f32>(), scene.cast());
+        let [q, qd, qdd] = [&case.q, &case.qd, &case.qdd].map(cast::<f32, 6>);
+        let reading = reading(case);
+        let felt = contact_wrench(&dynamics, &turns(&case.q), &q, &qd, &qdd, &reading.cast(), &Live::zero());
+        let most = |w: &Wrench<f64>| w.force.amax().max(w.moment.amax());
+        most(&(felt.cast() - case.contact)) / most(&reading)
+    });
+    pinned_rounding("single precision", worst, 5.73e-7);
 }
 
 #[test]
@@ -64,7 +78,7 @@ fn a_sensor_elsewhere_in_the_base_is_moved_to_its_origin() {
     assert!(relative_error(&numbers_of(&[felt]), &numbers_of(&[case.contact])) < 1e-13);
 }
 
-/// The text after 12.168 lets the negative of what a link hands on act on the next: of an arm of two links nothing is left of it.
+/// The text after 12.168 lets the negative of what a link hands on act on the next.
 #[test]
 fn a_wrench_handed_on_with_its_sign_turned_over_is_wrong() {
     let handed_on = |case: &Moving<2>, sign: f64| {
@@ -94,7 +108,8 @@ struct Noise {
     qdd: f64,
 }
 
-/// A base sensor for some hundred newtons, encoders of 2^16 counts a turn, and their differences once and twice over some milliseconds.
+/// A base sensor for some hundred newtons, encoders of 2^16 counts a turn, and their differences once and twice over some
+/// milliseconds.
 const NOISE: Noise = Noise { force: 0.5, moment: 0.05, q: 1e-4, qd: 5e-3, qdd: 0.2 };
 
 /// A Puma 560 at a quick moment of a reach, touching nothing.

@@ -94,7 +94,8 @@ fn link_frames_and_base_frame_agree() {
     pinned_rounding("link frames against base frame", worst_over_arms!(in_links), 1.54e-15);
 }
 
-/// Every load's moment taken about every point in turn: the joints feel the same. And the balance about mass centres, 12.458-12.459.
+/// Every load's moment taken about every point in turn: the joints feel the same. And the balance about mass centres,
+/// 12.458-12.459.
 fn about_every_point<const N: usize>(case: &Moving<N>) -> f64 {
     let (posture, loads) = (case.posture(), loads(case));
     let wanted = backward(&posture, &case.gravity, &slices(&loads), &case.push());

@@ -282,7 +282,7 @@ The trapezoid rule over the simulation's own steps: the residual falls with the 
 
 Examples:
   host-sim energy scenes/puma560_pick.toml
-  host-sim energy scenes/planar2r_swing.toml --duration 1.8 --json | jq .joints[0].positive
+  host-sim energy scenes/planar2r_swing.toml --duration 1.8 --json | jq '.joints[0].positive'
 
 Files, in the folder given by --out:
   energy.json  what --json prints

@@ -128,7 +128,8 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
 /// What holds the arm.
 ///
 /// # Errors
-/// [`Failure::Input`]: a list of the wrong length, a posture outside the limits, a joint that there is not, a search without bounds.
+/// [`Failure::Input`]: a list of the wrong length, a posture outside the limits, a joint that there is not, a search without
+/// bounds.
 pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answer, Failure> {
     let model = robot.model::<N>().map_err(Failure::input)?;
     let held = load(question.load.as_deref()).map_err(wrong)?;

@@ -4,8 +4,8 @@ use super::dynamics::Mechanism;
 use super::{JointFriction, State};
 use dynamics_core::work::WorkMeter;
 
-/// Work on the arm while its actuators drive it, by the trapezoid rule over the integration's own steps; what the brakes do is not
-/// in it.
+/// Work on the arm while its actuators drive it, by the trapezoid rule over the integration's own steps; what the brakes do is
+/// not in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ledger<const N: usize> {
     /// Of each actuator, with the torque that really acts, after delay, saturation and lag.

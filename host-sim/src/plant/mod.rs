@@ -106,7 +106,8 @@ impl<const N: usize> Plant<N> {
         }
     }
 
-    /// The same arm, with a ledger from now on; it costs the dynamics of one more state a step where something pushes at the tip.
+    /// The same arm, with a ledger from now on; where something pushes at the tip, it costs the terms of two
+    /// more states a step.
     #[must_use]
     pub fn with_ledger(self) -> Self {
         Self { ledger: Some(Ledger::new(self.state)), ..self }
