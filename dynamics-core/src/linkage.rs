@@ -269,6 +269,11 @@ impl core::fmt::Display for DeadPoint {
     }
 }
 
+/// A length as a person reads it: without the digits that subtraction left.
+fn short<S: Real>(length: S) -> f32 {
+    length.to_f64() as f32
+}
+
 impl<S: Real> core::fmt::Display for LinkageError<S> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -282,9 +287,9 @@ impl<S: Real> core::fmt::Display for LinkageError<S> {
                     "the loop never closes: the {longest} is {excess:.3e} m longer than all other lengths together"
                 )
             }
-            Self::TooFar { gap } => write!(f, "the loop does not close: {:.3e} m are missing", gap.to_f64()),
+            Self::TooFar { gap } => write!(f, "the loop does not close: {} m are missing", short(*gap)),
             Self::TooNear { gap } => {
-                write!(f, "the loop does not close: one link reaches {:.3e} m past the other", gap.to_f64())
+                write!(f, "the loop does not close: one link reaches {} m past the other", short(*gap))
             }
             Self::Dead(point) => write!(f, "dead point: {point}"),
             Self::NoInertia => write!(f, "nothing that moves with the crank has mass"),

@@ -422,7 +422,7 @@ fn what_cannot_be_is_refused_and_named() {
     assert_eq!(refused([0.1, 0.1, 0.1, f64::INFINITY]), LinkageError::Length(Member::Follower));
     assert_eq!(refused([0.1, -0.1, 0.1, 0.1]), LinkageError::Length(Member::Crank));
     let text = refused([0.1, 0.1, 1.0, 0.2]).to_string();
-    assert_eq!(text, "the loop never closes: the coupler is 6.000e-1 m longer than all other lengths together");
+    assert_eq!(text, "the loop never closes: the coupler is 0.6 m longer than all other lengths together");
     let point = PlanarBody { mass: 1.0, centre: Vector2::zeros(), inertia: 0.0 };
     let of = |body| FourBar::new(lengths(CRANK_ROCKER), [point, point, body]).map(|_| ());
     assert_eq!(of(point), Ok(()));

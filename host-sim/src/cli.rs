@@ -2,6 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dynamics_core::control::Law;
+use dynamics_core::linkage::Branch;
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level, Precision};
@@ -22,7 +23,8 @@ Exit codes:
   0    done
   1    something outside failed: a file could not be written, the target died
   2    bad input: a file, a line or an option; the message says where and what was expected
-  3    the run ended in a fault, or the simulated arm ran away; everything recorded was written
+  3    the run ended in a fault, the simulated arm ran away, or the simulated linkage came to a dead point; everything recorded was
+       written
   4    chip and desk differed in some tick
   130  interrupted; everything recorded until then was written";
 
@@ -43,6 +45,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.
     Kernel(KernelArgs),
+    /// Drive a four-bar linkage or a slider-crank round, or let it run.
+    Linkage(LinkageArgs),
 }
 
 const RUN_EXAMPLES: &str = "\
@@ -355,6 +359,71 @@ pub struct KernelArgs {
     pub table: bool,
 }
 
+const LINKAGE_EXAMPLES: &str = "\
+Examples:
+  host-sim linkage robots/chapter12/four_bar.toml
+  host-sim linkage robots/chapter12/slider_crank.toml --speed 300 --steps 720 --json | jq .shaking_force
+  host-sim linkage robots/chapter12/four_bar.toml --simulate 0.5 --duration 3
+
+Driven: the crank turns at a constant speed, and at every step of a turn the nine equations of the three links, [A] x = b (12.44-12.46;
+12.41 with m3 a3), give the driving moment M_0 and the joint forces F_0 to F_3. F_i acts through joint i on what comes after it.
+The shaking force on the ground is F_3 - F_0 (12.47), weight included; its moment is about the crank's ground pivot, the motor's
+reaction included. A crank that cannot turn fully is driven through all steps at which the loop closes.
+
+Simulated: M = I(theta) thetadd + 1/2 I'(theta) thetad^2 + dV/dtheta (12.216 with one coordinate) under a constant moment on the crank, by
+a Runge-Kutta method of fourth order. The balance is that of energy and work, E - E_0 = M (theta - theta_0).
+
+Files, in the folder given by --out:
+  driven.csv, driving_moment.svg, shaking_force.svg, shaking_moment.svg   over the crank's angle
+  free.csv, motion.svg, energy.svg                                        over time, with --simulate
+  summary.json                                                            what --json prints
+
+Units: SI, radians. Angles count from the ground or the guide; see docs/linkages.md.";
+
+/// Options of `linkage`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = LINKAGE_EXAMPLES)]
+pub struct LinkageArgs {
+    /// The linkage file (TOML).
+    pub linkage: PathBuf,
+    /// Speed of the crank, rad/s: constant and 10 if nothing is said; with --simulate that of the start, else 0.
+    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
+    pub speed: Option<f64>,
+    /// Steps in a turn.
+    #[arg(long, default_value_t = 360, value_parser = clap::value_parser!(u32).range(8..=100_000), conflicts_with = "simulate")]
+    pub steps: u32,
+    /// Which way the loop is assembled.
+    #[arg(long, value_enum, default_value_t = BranchName::Open)]
+    pub branch: BranchName,
+    /// Let it run under this moment on the crank, N m, instead of driving it.
+    #[arg(long, value_name = "MOMENT", allow_negative_numbers = true)]
+    pub simulate: Option<f64>,
+    /// Simulated time, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, requires = "simulate")]
+    pub duration: f64,
+    /// Time step of the simulation, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1e-4, requires = "simulate")]
+    pub time_step: f64,
+    /// Crank angle at which the simulation starts, rad; the middle of its range if nothing is said, 0 if that is a whole turn.
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true, requires = "simulate")]
+    pub angle: Option<f64>,
+    /// Folder for table and plots; the linkage's name under out/ otherwise.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Print the summary as JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which of two ways a loop is assembled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BranchName {
+    /// Joint 2 to the left of the line from the crank pin to the follower's pivot; the slider ahead of the crank pin.
+    Open,
+    /// The mirror image about that line; the slider behind the crank pin.
+    Crossed,
+}
+
 /// How far a kernel's operations may leave those of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LevelName {
@@ -446,6 +515,15 @@ pub enum Presence {
     Present,
     /// It is left out.
     Absent,
+}
+
+impl From<BranchName> for Branch {
+    fn from(branch: BranchName) -> Self {
+        match branch {
+            BranchName::Open => Self::Open,
+            BranchName::Crossed => Self::Crossed,
+        }
+    }
 }
 
 impl From<Scalar> for ScalarChoice {

@@ -12,7 +12,8 @@
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
 //! | [`posture_search`] | the posture that makes least of something |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
+//! | [`linkage_turn`], [`linkage_run`] | a closed loop, driven round and let run |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod chip;
@@ -23,6 +24,9 @@ pub mod energy_command;
 pub mod exit;
 pub mod info_command;
 pub mod kernel_command;
+pub mod linkage_command;
+pub mod linkage_run;
+pub mod linkage_turn;
 pub mod on_chip;
 pub mod plant;
 pub mod plot;

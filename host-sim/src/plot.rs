@@ -1,10 +1,10 @@
-//! Plots of a run, as SVG: one file per quantity, one panel per joint.
+//! Plots as SVG. Of a run: one file per quantity, one panel per joint. Of anything else: a [`Chart`].
 
 use crate::record::{JointLabel, JointSample, Record};
 use plotters::coord::Shift;
 use plotters::prelude::{
     BLACK, ChartBuilder, Color, DrawingArea, IntoDrawingArea, IntoFont, LineSeries, PathElement, RED, RGBColor,
-    SVGBackend, Text, WHITE,
+    SVGBackend, ShapeStyle, Text, WHITE,
 };
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -19,6 +19,7 @@ const TITLE: u32 = 40;
 const LEGEND: i32 = 110;
 const BLUE: RGBColor = RGBColor(0x1f, 0x4e, 0x9c);
 const ORANGE: RGBColor = RGBColor(0xf0, 0x8c, 0x1e);
+const GREEN: RGBColor = RGBColor(0x2e, 0x8b, 0x57);
 
 /// Points drawn per curve: two per pixel column hold every peak.
 const COLUMNS: usize = WIDTH as usize;
@@ -109,16 +110,116 @@ fn write(record: &Record, figure: &Figure, name: &str, folder: &Path) -> Result<
     Ok(path)
 }
 
+/// A file of panels above one another, over one abscissa.
+pub struct Chart {
+    /// What stands on top.
+    pub title: String,
+    /// The abscissa and its unit, for example `time / s`.
+    pub abscissa: &'static str,
+    /// From top to bottom.
+    pub panels: Vec<Panel>,
+}
+
+/// One panel of a chart.
+pub struct Panel {
+    /// What stands above it.
+    pub caption: String,
+    /// What it shows.
+    pub quantity: &'static str,
+    /// In which unit, without prefix.
+    pub unit: &'static str,
+    /// Up to three curves.
+    pub lines: Vec<Line>,
+}
+
+/// One curve of a panel.
+pub struct Line {
+    /// Its name in the legend.
+    pub name: &'static str,
+    /// Pieces without a gap.
+    pub pieces: Vec<Vec<(f64, f64)>>,
+}
+
+/// Draw a chart.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_chart(chart: &Chart, path: &Path) -> Result<(), PlotError> {
+    const COLOURS: [RGBColor; 3] = [BLUE, ORANGE, GREEN];
+    let styled = |lines: &[Line]| -> Vec<(&'static str, ShapeStyle)> {
+        lines.iter().zip(COLOURS.iter().cycle()).map(|(line, colour)| (line.name, colour.stroke_width(2))).collect()
+    };
+    // The legend is that of the panel with the most curves; the others' are among them.
+    let legend =
+        chart.panels.iter().max_by_key(|panel| panel.lines.len()).map_or(Vec::new(), |panel| styled(&panel.lines));
+    let ends = |panel: &Panel| {
+        panel.lines.iter().flat_map(|line| line.pieces.iter().flatten().map(|p| p.0)).collect::<Vec<_>>()
+    };
+    let all: Vec<f64> = chart.panels.iter().flat_map(ends).collect();
+    let (from, to) = all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let range = if from < to { from..to } else { 0.0..1.0 };
+    let title = chart.title.clone();
+    on_page(path, &title, &legend, chart.panels.len(), |index, area| {
+        let panel = &chart.panels[index];
+        let curves = panel
+            .lines
+            .iter()
+            .zip(styled(&panel.lines))
+            .map(|(line, (_, style))| (style, line.pieces.iter().map(|piece| thinned(piece.clone())).collect()));
+        draw_curves(
+            area,
+            &Axes {
+                caption: &panel.caption,
+                abscissa: chart.abscissa,
+                range: range.clone(),
+                quantity: panel.quantity,
+                unit: panel.unit,
+            },
+            &curves.collect::<Vec<_>>(),
+            None,
+        )
+    })
+}
+
 fn draw(record: &Record, figure: &Figure, name: &str, path: &Path) -> Result<(), PlotError> {
-    let joints = record.joints().len();
-    let height = TITLE + PANEL * u32::try_from(joints)?;
+    let faulted = record.faults().iter().any(Option::is_some);
+    let named = figure.curves.iter().map(|curve| (curve.name, curve.colour.stroke_width(curve.width)));
+    let legend: Vec<_> = named.chain(faulted.then(|| ("fault", RED.stroke_width(2)))).collect();
+    on_page(path, &format!("{}: {name}", figure.title), &legend, record.joints().len(), |joint, area| {
+        let label = &record.joints()[joint];
+        let curves: Vec<(ShapeStyle, Vec<Vec<(f64, f64)>>)> = figure
+            .curves
+            .iter()
+            .map(|curve| (curve.colour.stroke_width(curve.width), vec![points(record, joint, curve.value)]))
+            .collect();
+        let end = record.time().last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
+        let fault = record.faults().iter().position(Option::is_some).map(|tick| record.time()[tick]);
+        let axes = Axes {
+            caption: &label.name,
+            abscissa: "time / s",
+            range: 0.0..end,
+            quantity: (figure.axis)(label),
+            unit: (figure.unit)(label),
+        };
+        draw_curves(area, &axes, &curves, fault)
+    })
+}
+
+/// A file with a head and `count` panels, each drawn by `panel`.
+fn on_page(
+    path: &Path,
+    title: &str,
+    legend: &[(&str, ShapeStyle)],
+    count: usize,
+    panel: impl Fn(usize, &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), PlotError>,
+) -> Result<(), PlotError> {
+    let height = TITLE + PANEL * u32::try_from(count)?;
     let area = SVGBackend::new(path, (WIDTH, height)).into_drawing_area();
     area.fill(&WHITE)?;
     let (head, body) = area.split_vertically(TITLE);
-    let faulted = record.faults().iter().any(Option::is_some);
-    draw_head(&head, &format!("{}: {name}", figure.title), figure.curves, faulted)?;
-    for (joint, panel) in body.split_evenly((joints, 1)).iter().enumerate() {
-        draw_panel(record, figure, joint, panel)?;
+    draw_head(&head, title, legend)?;
+    for (index, area) in body.split_evenly((count, 1)).iter().enumerate() {
+        panel(index, area)?;
     }
     area.present()?;
     Ok(())
@@ -128,13 +229,10 @@ fn draw(record: &Record, figure: &Figure, name: &str, path: &Path) -> Result<(),
 fn draw_head(
     head: &DrawingArea<SVGBackend<'_>, Shift>,
     title: &str,
-    curves: &[Curve],
-    faulted: bool,
+    legend: &[(&str, ShapeStyle)],
 ) -> Result<(), PlotError> {
     head.draw(&Text::new(title.to_owned(), (12, 10), ("sans-serif", 22)))?;
-    let named = curves.iter().map(|curve| (curve.name, curve.colour.stroke_width(curve.width)));
-    let entries: Vec<_> = named.chain(faulted.then(|| ("fault", RED.stroke_width(2)))).collect();
-    for (index, (name, style)) in entries.iter().rev().enumerate() {
+    for (index, (name, style)) in legend.iter().rev().enumerate() {
         let x = i32::try_from(WIDTH)? - 20 - LEGEND * (1 + i32::try_from(index)?);
         head.draw(&PathElement::new([(x, 22), (x + 26, 22)], *style))?;
         head.draw(&Text::new((*name).to_owned(), (x + 34, 15), ("sans-serif", 15)))?;
@@ -142,50 +240,62 @@ fn draw_head(
     Ok(())
 }
 
-fn draw_panel(
-    record: &Record,
-    figure: &Figure,
-    joint: usize,
+/// What a panel's axes say.
+struct Axes<'a> {
+    caption: &'a str,
+    abscissa: &'a str,
+    range: std::ops::Range<f64>,
+    quantity: &'a str,
+    unit: &'a str,
+}
+
+/// Axes and curves, each of pieces; `mark` is where a red line stands across.
+fn draw_curves(
     panel: &DrawingArea<SVGBackend<'_>, Shift>,
+    axes: &Axes<'_>,
+    curves: &[(ShapeStyle, Vec<Vec<(f64, f64)>>)],
+    mark: Option<f64>,
 ) -> Result<(), PlotError> {
-    let label = &record.joints()[joint];
-    let curves: Vec<(&Curve, Vec<(f64, f64)>)> =
-        figure.curves.iter().map(|curve| (curve, points(record, joint, curve.value))).collect();
-    let (scale, prefix) = prefix(curves.iter().flat_map(|(_, points)| points));
-    let (low, high) = span(curves.iter().flat_map(|(_, points)| points));
-    let end = record.time().last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
+    let all = || curves.iter().flat_map(|(_, pieces)| pieces.iter().flatten());
+    let (scale, prefix) = prefix(all());
+    let (low, high) = span(all());
     let mut chart = ChartBuilder::on(panel)
-        .caption(&label.name, ("sans-serif", 17).into_font().color(&BLACK))
+        .caption(axes.caption, ("sans-serif", 17).into_font().color(&BLACK))
         .margin_right(20)
         .margin_left(10)
         .x_label_area_size(40)
         .y_label_area_size(80)
-        .build_cartesian_2d(0.0..end, low / scale..high / scale)?;
+        .build_cartesian_2d(axes.range.clone(), low / scale..high / scale)?;
     chart
         .configure_mesh()
-        .x_desc("time / s")
-        .y_desc(format!("{} / {prefix}{}", (figure.axis)(label), (figure.unit)(label)))
+        .x_desc(axes.abscissa)
+        .y_desc(format!("{} / {prefix}{}", axes.quantity, axes.unit))
         .label_style(("sans-serif", 14))
         .axis_desc_style(("sans-serif", 15))
         .y_labels(5)
         .y_label_formatter(&|y| tick_label(*y))
         .light_line_style(WHITE)
         .draw()?;
-    for (curve, points) in curves {
-        let scaled = points.into_iter().map(|(t, y)| (t, y / scale));
-        chart.draw_series(LineSeries::new(scaled, curve.colour.stroke_width(curve.width)))?;
+    for (style, pieces) in curves {
+        for piece in pieces {
+            let scaled = piece.iter().map(|(x, y)| (*x, y / scale));
+            chart.draw_series(LineSeries::new(scaled, *style))?;
+        }
     }
-    if let Some(tick) = record.faults().iter().position(Option::is_some) {
-        let t = record.time()[tick];
-        chart.draw_series(LineSeries::new([(t, low / scale), (t, high / scale)], RED.stroke_width(2)))?;
+    if let Some(x) = mark {
+        chart.draw_series(LineSeries::new([(x, low / scale), (x, high / scale)], RED.stroke_width(2)))?;
     }
     Ok(())
 }
 
-/// A joint's curve over time; where there are many ticks, the lowest and the highest of each pixel column.
+/// A joint's curve over time, as far as it is finite, thinned.
 fn points(record: &Record, joint: usize, value: fn(&JointSample) -> f64) -> Vec<(f64, f64)> {
     let finite = record.time().iter().copied().zip(record.joint(joint).map(value)).filter(|(_, y)| y.is_finite());
-    let all: Vec<(f64, f64)> = finite.collect();
+    thinned(finite.collect())
+}
+
+/// Where there are many points, the lowest and the highest of each pixel column.
+fn thinned(all: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let per_column = all.len().div_ceil(COLUMNS).max(1);
     if per_column <= 2 {
         return all;

@@ -230,7 +230,7 @@ fn fault_events(record: &Record) -> Vec<FaultEvent> {
     events
 }
 
-fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(crate) fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let count = values.clone().count();
     libm::sqrt(ratio(values.map(|x| x * x).sum(), count as f64))
 }

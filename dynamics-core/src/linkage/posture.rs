@@ -66,8 +66,9 @@ pub struct PlanarMotion<S> {
 }
 
 impl GroundJoint {
-    /// What makes a loop that is held so singular.
-    pub(super) const fn dead_point(self) -> DeadPoint {
+    /// The dead point of a loop that is held so.
+    #[must_use]
+    pub const fn dead_point(self) -> DeadPoint {
         match self {
             Self::Pin => DeadPoint::CouplerAndFollower,
             Self::Guide => DeadPoint::RodAcrossGuide,

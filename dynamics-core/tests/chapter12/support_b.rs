@@ -8,9 +8,10 @@ use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::posture::{Chain, Posture};
+use dynamics_core::trace_form::Transforms;
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scalar, Scene, SinCos, Term,
-    Tool, Wrench,
+    Tool, Wrench, lagrange,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_traits::{One, Zero};
@@ -59,7 +60,29 @@ impl<const N: usize> Equations<N> {
         (self.d * SVector::from(*qdd) + self.c * SVector::from(*qd) + self.g).into()
     }
 
-    /// The largest relative difference from what the core computes, of `D`, `C`, `G` and the torque.
+    /// The same three by Lagrange's equations from the links' Jacobians.
+    fn by_jacobians(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
+        let posture = posture(dynamics, q);
+        Self {
+            d: lagrange::mass_matrix(&posture),
+            c: lagrange::coriolis_matrix(&posture, qd),
+            g: SVector::from(lagrange::gravity(&posture, &gravity(dynamics))),
+        }
+    }
+
+    /// The same three by Lagrange's equations from derivatives of transformation matrices.
+    fn by_traces(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
+        let transforms = Transforms::new(&Chain::new(dynamics.model(), &payload(dynamics)), &turns(q), q);
+        let symbols = transforms.coupling();
+        Self {
+            d: transforms.mass_matrix(),
+            c: SMatrix::from_fn(|i, j| (0..N).map(|k| symbols[i][j][k] * qd[k]).sum()),
+            g: SVector::from(transforms.gravity(&gravity(dynamics))),
+        }
+    }
+
+    /// The largest relative difference from what the core computes, of `D`, `C` and `G` by all three methods, and of the
+    /// torque by the recursion.
     ///
     /// Relative to what each could be, not to what it happens to be where sines vanish: `C` is a rate of `D`, and `G` is
     /// at most `g sqrt(m D)` by Cauchy and Schwarz.
@@ -72,14 +95,15 @@ impl<const N: usize> Equations<N> {
         let gravity = weight(dynamics) * libm::sqrt(inertia / mass(dynamics));
         let all = inertia * norm(qdd) + velocity * norm(qd) + gravity;
         let tau = SVector::from(torque::<f64, N>(dynamics, q, qd, qdd)) - SVector::from(self.torque(qd, qdd));
-        [
-            (found.d - self.d).amax() / inertia,
-            (found.c - self.c).amax() / velocity,
-            (found.g - self.g).amax() / (gravity + f64::MIN_POSITIVE),
-            tau.amax() / all,
-        ]
-        .into_iter()
-        .fold(0.0, larger)
+        let methods = [found, Self::by_jacobians(dynamics, q, qd), Self::by_traces(dynamics, q, qd)];
+        let parts = methods.into_iter().flat_map(|found| {
+            [
+                (found.d - self.d).amax() / inertia,
+                (found.c - self.c).amax() / velocity,
+                (found.g - self.g).amax() / (gravity + f64::MIN_POSITIVE),
+            ]
+        });
+        parts.fold(tau.amax() / all, larger)
     }
 }
 
@@ -96,8 +120,12 @@ fn mass<const N: usize>(dynamics: &Dynamics<f64, N>) -> f64 {
     dynamics.model().links().iter().map(|link| link.inertia.mass).sum::<f64>() + payload(dynamics).mass
 }
 
+fn gravity<const N: usize>(dynamics: &Dynamics<f64, N>) -> Vector3<f64> {
+    *dynamics.scene().gravity.value(&Vector3::zeros()).unwrap_or(&Vector3::zeros())
+}
+
 fn weight<const N: usize>(dynamics: &Dynamics<f64, N>) -> f64 {
-    let g = *dynamics.scene().gravity.value(&Vector3::zeros()).unwrap_or(&Vector3::zeros());
+    let g = gravity(dynamics);
     mass(dynamics) * libm::sqrt(g.dot(&g))
 }
 
