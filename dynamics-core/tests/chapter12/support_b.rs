@@ -5,6 +5,7 @@
 use crate::common::arms::joints;
 use crate::common::{torque, turns};
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use dynamics_core::contact::{base_wrench, contact_wrench};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::posture::{Chain, Posture};
@@ -151,6 +152,29 @@ pub fn wrenches_in_base<const N: usize>(dynamics: &Dynamics<f64, N>, state: &Sta
     let wrenches = joint_wrenches(dynamics, &turns(q), q, qd, qdd, &Live::zero());
     let posture = posture(dynamics, q);
     core::array::from_fn(|i| wrenches[i].in_parent(&posture.links[i].rotation, &Vector3::zeros()))
+}
+
+/// The largest entry of any force or moment.
+pub fn largest(wrenches: &[Wrench<f64>]) -> f64 {
+    wrenches.iter().fold(0.0, |m, wrench| m.max(wrench.force.amax()).max(wrench.moment.amax()))
+}
+
+/// What the forward recursion (eq. 12.163-12.168) ends with, from what the base does to the arm about its origin: the
+/// environment's wrench on the tip, in tip axes.
+pub fn felt<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>, base: &Wrench<f64>) -> Wrench<f64> {
+    let State { q, qd, qdd } = state;
+    contact_wrench(dynamics, &turns(q), q, qd, qdd, base, &Live::zero())
+}
+
+/// The backward recursion (eq. 12.157-12.162) from a push at the tip to the base, and the forward recursion back to the tip:
+/// how far the push that comes back is off, relative to what the base carries.
+pub fn there_and_back<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>) -> f64 {
+    let push = Wrench { force: Vector3::new(20.0, -7.0, 12.0), moment: Vector3::new(1.0, 3.0, -2.0) };
+    let pushed = Dynamics::new(*dynamics.model(), Scene { tip_wrench: Term::Constant(push), ..*dynamics.scene() });
+    let State { q, qd, qdd } = state;
+    let base = base_wrench(&pushed, &turns(q), q, qd, qdd, &Live::zero());
+    let off = felt(dynamics, state, &base) - push;
+    largest(&[off]) / largest(&[base])
 }
 
 /// A joint position, velocity and acceleration.
