@@ -281,11 +281,8 @@ impl<S: Real> core::fmt::Display for LinkageError<S> {
             Self::Length(member) => write!(f, "the length of the {member} is not above zero"),
             Self::Body(member) => write!(f, "no body has the mass and inertia of the {member}"),
             Self::NeverCloses { longest, excess } => {
-                let excess = excess.to_f64();
-                write!(
-                    f,
-                    "the loop never closes: the {longest} is {excess:.3e} m longer than all other lengths together"
-                )
+                let excess = short(*excess);
+                write!(f, "the loop never closes: the {longest} is {excess} m longer than all other lengths together")
             }
             Self::TooFar { gap } => write!(f, "the loop does not close: {} m are missing", short(*gap)),
             Self::TooNear { gap } => {

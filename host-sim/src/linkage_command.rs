@@ -30,7 +30,7 @@ pub fn run(args: &LinkageArgs) -> Result<u8, Failure> {
     let given = [("--speed", args.speed), ("--simulate", args.simulate), ("--angle", args.angle)];
     for (option, number) in given.into_iter().filter_map(|(option, number)| Some((option, number?))) {
         // Squares of what is far beyond any machine still have to be numbers.
-        if !(number.abs() <= 1e9) {
+        if number.is_nan() || number.abs() > 1e9 {
             return Err(Failure::Input(miette::miette!("{option} {number}: expected a number up to 1e9")));
         }
     }
@@ -275,6 +275,13 @@ fn turn_table(summary: &TurnSummary) -> String {
     let moved = steps - summary.steps_open - summary.steps_dead;
     if moved < *steps {
         rows.push(("", format!("driven at {moved} steps; the forces grow without bound towards the dead points")));
+    }
+    if summary.crank_range.full_turn {
+        let met = match summary.steps_dead {
+            0 => "none".to_owned(),
+            steps => format!("at {steps} of the steps"),
+        };
+        rows.push(("dead points", met));
     }
     let standing = if summary.slider_position.is_some() { "slider" } else { "follower" };
     for centre in &summary.dead_centres {

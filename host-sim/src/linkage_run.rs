@@ -132,8 +132,7 @@ pub fn run(linkage: &LinkageFile, start: &Start) -> Result<Run, LinkageError<f64
         };
         greatest = greatest.max(now.size());
         let lost = now.balance(&first).abs();
-        // A NaN is no balance.
-        if !(lost <= LOST * greatest) {
+        if lost.is_nan() || lost > LOST * greatest {
             run.stopped = Some("the steps are too long: the energy is no longer that of the work".to_owned());
             break;
         }

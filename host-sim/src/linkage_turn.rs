@@ -1,5 +1,6 @@
 //! A closed loop driven round: what its motor and joints bear at every step of a turn of the crank.
 
+use crate::plot::Pieces;
 use crate::summary::rms;
 use dynamics_core::SinCos;
 use dynamics_core::linkage::{
@@ -167,7 +168,7 @@ impl Turn {
 
     /// Points of a curve over the crank's angle, in pieces without a gap.
     #[must_use]
-    pub fn pieces(&self, value: impl Fn(&Step) -> f64) -> Vec<Vec<(f64, f64)>> {
+    pub fn pieces(&self, value: impl Fn(&Step) -> f64) -> Pieces {
         let near = |a: &Step, b: &Step| b.angle - a.angle < 1.5 * self.increment;
         self.steps.chunk_by(near).map(|piece| piece.iter().map(|step| (step.angle, value(step))).collect()).collect()
     }

@@ -136,9 +136,12 @@ pub struct Panel {
 pub struct Line {
     /// Its name in the legend.
     pub name: &'static str,
-    /// Pieces without a gap.
-    pub pieces: Vec<Vec<(f64, f64)>>,
+    /// What it goes through.
+    pub pieces: Pieces,
 }
+
+/// The points of a curve, in pieces without a gap.
+pub type Pieces = Vec<Vec<(f64, f64)>>;
 
 /// Draw a chart.
 ///
@@ -187,7 +190,7 @@ fn draw(record: &Record, figure: &Figure, name: &str, path: &Path) -> Result<(),
     let legend: Vec<_> = named.chain(faulted.then(|| ("fault", RED.stroke_width(2)))).collect();
     on_page(path, &format!("{}: {name}", figure.title), &legend, record.joints().len(), |joint, area| {
         let label = &record.joints()[joint];
-        let curves: Vec<(ShapeStyle, Vec<Vec<(f64, f64)>>)> = figure
+        let curves: Vec<(ShapeStyle, Pieces)> = figure
             .curves
             .iter()
             .map(|curve| (curve.colour.stroke_width(curve.width), vec![points(record, joint, curve.value)]))
@@ -253,7 +256,7 @@ struct Axes<'a> {
 fn draw_curves(
     panel: &DrawingArea<SVGBackend<'_>, Shift>,
     axes: &Axes<'_>,
-    curves: &[(ShapeStyle, Vec<Vec<(f64, f64)>>)],
+    curves: &[(ShapeStyle, Pieces)],
     mark: Option<f64>,
 ) -> Result<(), PlotError> {
     let all = || curves.iter().flat_map(|(_, pieces)| pieces.iter().flatten());
