@@ -1,7 +1,7 @@
 //! Exercise 7: a slider-crank. Its closed form, from the textbook way of the crank mechanism, against the general code; equations link
 //! by link, energy, virtual work, dead points.
 #![allow(clippy::unwrap_used, reason = "a random linkage that cannot be built should stop the test")]
-#![allow(clippy::float_cmp, reason = "a guide without friction carries exactly nothing along itself")]
+#![allow(clippy::float_cmp, reason = "a guide without friction bears exactly nothing along itself")]
 
 mod common;
 
