@@ -2,7 +2,10 @@
 
 use clap::Parser;
 use host_sim::cli::{Cli, Command};
-use host_sim::{dynamics_command, energy_command, info_command, kernel_command, linkage_command, run_command, statics_command, terms_command};
+use host_sim::{
+    dynamics_command, energy_command, info_command, kernel_command, linkage_command, run_command, statics_command,
+    terms_command,
+};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
