@@ -4,7 +4,7 @@ use super::support_b::{
     Equations, STATED_2, STATED_3, assert_equal, assert_stated, coupling, difference, mass_matrix_slope, states,
 };
 use crate::common::arms::{arm, vector};
-use dynamics_core::{Dynamics, Scene};
+use dynamics_core::{Dynamics, Scene, Term};
 use nalgebra::{SMatrix, SVector};
 
 /// `dD_ij/dq_k` as `[k][(i, j)]`.
@@ -36,7 +36,9 @@ fn matrix<const N: usize>(
 #[test]
 fn christoffel_symbols_give_the_velocity_torques() {
     assert_equal("12.281", (arm::<4>(), vector(12.0), states()), |(model, gravity, state)| {
-        let dynamics = Dynamics::new(model, Scene::with_gravity(gravity, &model));
+        // Jacobians and transforms know of links only.
+        let scene = Scene { rotor: Term::Absent, ..Scene::with_gravity(gravity, &model) };
+        let dynamics = Dynamics::new(model, scene);
         let c = matrix(&slopes(&dynamics, &state.q), &state.qd, christoffel);
         Equations { c, ..Equations::of(&dynamics, &state.q, &state.qd) }.error(&dynamics, &state)
     });

@@ -3,7 +3,9 @@
 //! The figures stand in another chapter or show no lengths; taken here: shoulder at height `l1` above the base with no
 //! displacement, angles zero with the arm stretched out level. In exercise 13 the two masses are at elbow and tip.
 
-use super::support_b::{Equations, G, State, arm, assert_equal, body, larger, placed, sizes, states, wrenches_in_base};
+use super::support_b::{
+    Equations, G, State, arm, assert_equal, body, larger, placed, sizes, states, there_and_back, wrenches_in_base,
+};
 use dynamics_core::geometry::about_x;
 use dynamics_core::{Dynamics, JointKind};
 use nalgebra::{Matrix3, Vector3};
@@ -79,6 +81,14 @@ fn equations_of_motion_of_the_articulated_arm() {
     assert_equal("exercises 16, 23, 28", (sizes(), states()), |(x, state)| {
         let arm = Articulated::of(x);
         arm.equations(&state).error(&arm.dynamics(0.4, -G), &state)
+    });
+}
+
+/// Exercise 23: the backward and the forward recursion undo each other on this arm.
+#[test]
+fn both_recursions_of_the_articulated_arm() {
+    assert_equal("exercise 23", (sizes(), states()), |(x, state)| {
+        there_and_back(&Articulated::of(x).dynamics(0.4, -G), &state)
     });
 }
 

@@ -3,7 +3,7 @@
 //! Taken here: x level, y upright, mass centres beside the sliders' axes by `c1` and `c2` along x, so that the bearings carry moments.
 
 use super::support_b::{
-    DOWN_Y, Equations, G, State, arm, assert_equal, body, larger, placed, sizes, states, wrenches_in_base,
+    DOWN_Y, Equations, G, State, arm, assert_equal, body, larger, largest, placed, sizes, states, wrenches_in_base,
 };
 use dynamics_core::{Dynamics, JointKind};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
@@ -42,7 +42,6 @@ fn joint_forces_of_the_cartesian_arm() {
             (found[1].force, force1),
             (found[1].moment, moment1),
         ];
-        let size = (m1 + m2) * 20.0 * (1.0 + y.abs());
-        pairs.map(|(found, wanted)| (found - wanted).amax() / size).into_iter().fold(0.0, larger)
+        pairs.map(|(found, wanted)| (found - wanted).amax()).into_iter().fold(0.0, larger) / largest(&found)
     });
 }

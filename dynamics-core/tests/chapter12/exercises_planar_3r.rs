@@ -2,9 +2,9 @@
 //! -x in the others.
 
 use super::support_b::{
-    Equations, G, State, arm, assert_equal, body, larger, planar_link, sizes, states, wrenches_in_base,
+    Equations, G, State, arm, assert_equal, body, felt, larger, largest, planar_link, sizes, states, wrenches_in_base,
 };
-use dynamics_core::Dynamics;
+use dynamics_core::{Dynamics, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
 /// Masses, lengths, distances of the mass centres from the links' joints, moments of inertia about them.
@@ -87,12 +87,6 @@ impl Wall {
         }
         wrenches
     }
-
-    fn size(&self) -> f64 {
-        let reach = self.l.iter().chain(&self.c).sum::<f64>();
-        let pulls = self.m.iter().sum::<f64>() * (G + reach * 100.0);
-        pulls * (1.0 + reach) + self.i.iter().sum::<f64>() * 30.0
-    }
 }
 
 #[test]
@@ -114,9 +108,21 @@ fn joint_forces_of_the_three_link_arm() {
             let off = arm.wrenches(&state).into_iter().zip(found).map(|((force, moment), found)| {
                 larger((found.force - force).amax(), (found.moment - Vector3::z() * moment).amax())
             });
-            off.fold(0.0, larger) / arm.size()
+            off.fold(0.0, larger) / largest(&found)
         });
     }
+}
+
+/// Exercise 20 b: the forward recursion from the base's force and moment by the laws of each link leaves nothing at the tip.
+#[test]
+fn forward_recursion_of_the_three_link_arm() {
+    assert_equal("exercise 20 b", (sizes(), states()), |(x, state)| {
+        let arm = Wall::of(x, -G);
+        let [(force, moment), ..] = arm.wrenches(&state);
+        let base = Wrench { force, moment: Vector3::z() * moment };
+        let left = felt(&arm.dynamics(), &state, &base);
+        largest(&[left]) / largest(&[base])
+    });
 }
 
 /// Exercise 34: at rest every joint carries what lies beyond it, `F_{i-1} = g sum m_k i` and `M_{i-1} = -g sum m_k y_k`, heights
@@ -132,10 +138,11 @@ fn statics_of_the_three_link_arm() {
         let second = third - G * (m2 * c2 + m3 * l2) * s12;
         let first = second - G * (m1 * c1 + (m2 + m3) * l1) * s1;
         let wanted = [(m1 + m2 + m3, first), (m2 + m3, second), (m3, third)];
-        let off = wanted.into_iter().zip(wrenches_in_base(&arm.dynamics(), &still)).map(|((mass, moment), found)| {
+        let found = wrenches_in_base(&arm.dynamics(), &still);
+        let off = wanted.into_iter().zip(found).map(|((mass, moment), found)| {
             let force = (found.force - Vector3::x() * (mass * G)).amax();
             larger(force, (found.moment - Vector3::z() * moment).amax())
         });
-        off.fold(0.0, larger) / arm.size()
+        off.fold(0.0, larger) / largest(&found)
     });
 }

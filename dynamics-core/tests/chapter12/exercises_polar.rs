@@ -4,9 +4,10 @@
 //! and the slider's distance `d` measured to its mass centre.
 
 use super::support_b::{
-    DOWN_Y, Equations, G, State, arm, assert_equal, body, larger, placed, sizes, states, wrenches_in_base,
+    DOWN_Y, Equations, G, State, arm, assert_equal, body, felt, larger, largest, placed, sizes, states,
+    wrenches_in_base,
 };
-use dynamics_core::{Dynamics, JointKind};
+use dynamics_core::{Dynamics, JointKind, Wrench};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// `m1, c1, I1, m2, I2`
@@ -54,29 +55,39 @@ fn equations_of_motion_of_the_polar_arm() {
     });
 }
 
+/// Exercise 22 b: the forward recursion from the base's force and moment, as exercise 14 has them, leaves nothing at the tip.
+#[test]
+fn forward_recursion_of_the_polar_arm() {
+    assert_equal("exercise 22", (sizes(), states()), |(sizes, state)| {
+        let (polar, [(force, moment), _]) = (Polar(sizes), wrenches(sizes, &state));
+        let base = Wrench { force, moment };
+        largest(&[felt(&polar.dynamics(), &state, &base)]) / largest(&[base])
+    });
+}
+
+/// Both joints' forces and moments, in base axes.
+fn wrenches(sizes: [f64; 5], state: &State<2>) -> [(Vector3<f64>, Vector3<f64>); 2] {
+    let State { q: [theta, d], qd: [turn, slide], qdd: [spin, start] } = *state;
+    let [m1, c1, i1, m2, i2] = sizes;
+    let (s, c) = theta.sin_cos();
+    let (along, across) = (Vector3::new(c, s, 0.0), Vector3::new(-s, c, 0.0));
+    let a1 = across * (c1 * spin) - along * (c1 * turn * turn);
+    let a2 = along * (start - d * turn * turn) + across * (d * spin + 2.0 * slide * turn);
+    let force1 = (a2 - DOWN_Y) * m2;
+    let force0 = force1 + (a1 - DOWN_Y) * m1;
+    let moment1 = Vector3::z() * (i2 * spin);
+    let lever = (along * c1).cross(&((a1 - DOWN_Y) * m1)) + (along * d).cross(&force1);
+    [(force0, moment1 + Vector3::z() * (i1 * spin) + lever), (force1, moment1)]
+}
+
 /// Exercise 14 a: both joints' forces and moments by Newton's and Euler's laws.
 #[test]
 fn joint_forces_of_the_polar_arm() {
     assert_equal("exercise 14", (sizes(), states()), |(sizes, state)| {
-        let (polar, State { q: [theta, d], qd: [turn, slide], qdd: [spin, start] }) = (Polar(sizes), state);
-        let [m1, c1, i1, m2, i2] = sizes;
-        let (s, c) = theta.sin_cos();
-        let (along, across) = (Vector3::new(c, s, 0.0), Vector3::new(-s, c, 0.0));
-        let a1 = across * (c1 * spin) - along * (c1 * turn * turn);
-        let a2 = along * (start - d * turn * turn) + across * (d * spin + 2.0 * slide * turn);
-        let force1 = (a2 - DOWN_Y) * m2;
-        let force0 = force1 + (a1 - DOWN_Y) * m1;
-        let moment1 = Vector3::z() * (i2 * spin);
-        let lever = (along * c1).cross(&((a1 - DOWN_Y) * m1)) + (along * d).cross(&force1);
-        let moment0 = moment1 + Vector3::z() * (i1 * spin) + lever;
-        let found = wrenches_in_base(&polar.dynamics(), &state);
-        let pairs = [
-            (found[0].force, force0),
-            (found[0].moment, moment0),
-            (found[1].force, force1),
-            (found[1].moment, moment1),
-        ];
-        let size = (m1 + m2) * (G + 10.0 + 9.0 * d.abs()) * (1.0 + d.abs()) + i2 * 10.0;
-        pairs.map(|(found, wanted)| (found - wanted).amax() / size).into_iter().fold(0.0, larger)
+        let found = wrenches_in_base(&Polar(sizes).dynamics(), &state);
+        let pairs = wrenches(sizes, &state).into_iter().zip(found);
+        let off =
+            pairs.map(|((force, moment), found)| larger((found.force - force).amax(), (found.moment - moment).amax()));
+        off.fold(0.0, larger) / largest(&found)
     });
 }

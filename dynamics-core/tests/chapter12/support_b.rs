@@ -5,12 +5,14 @@
 use crate::common::arms::joints;
 use crate::common::{torque, turns};
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use dynamics_core::contact::{base_wrench, contact_wrench};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::posture::{Chain, Posture};
+use dynamics_core::trace_form::Transforms;
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scalar, Scene, SinCos, Term,
-    Tool, Wrench,
+    Tool, Wrench, lagrange,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_traits::{One, Zero};
@@ -59,7 +61,29 @@ impl<const N: usize> Equations<N> {
         (self.d * SVector::from(*qdd) + self.c * SVector::from(*qd) + self.g).into()
     }
 
-    /// The largest relative difference from what the core computes, of `D`, `C`, `G` and the torque.
+    /// The same three by Lagrange's equations from the links' Jacobians.
+    fn by_jacobians(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
+        let posture = posture(dynamics, q);
+        Self {
+            d: lagrange::mass_matrix(&posture),
+            c: lagrange::coriolis_matrix(&posture, qd),
+            g: SVector::from(lagrange::gravity(&posture, &gravity(dynamics))),
+        }
+    }
+
+    /// The same three by Lagrange's equations from derivatives of transformation matrices.
+    fn by_traces(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
+        let transforms = Transforms::new(&Chain::new(dynamics.model(), &payload(dynamics)), &turns(q), q);
+        let symbols = transforms.coupling();
+        Self {
+            d: transforms.mass_matrix(),
+            c: SMatrix::from_fn(|i, j| (0..N).map(|k| symbols[i][j][k] * qd[k]).sum()),
+            g: SVector::from(transforms.gravity(&gravity(dynamics))),
+        }
+    }
+
+    /// The largest relative difference from what the core computes, of `D`, `C` and `G` by all three methods, and of the
+    /// torque by the recursion.
     ///
     /// Relative to what each could be, not to what it happens to be where sines vanish: `C` is a rate of `D`, and `G` is
     /// at most `g sqrt(m D)` by Cauchy and Schwarz.
@@ -72,14 +96,15 @@ impl<const N: usize> Equations<N> {
         let gravity = weight(dynamics) * libm::sqrt(inertia / mass(dynamics));
         let all = inertia * norm(qdd) + velocity * norm(qd) + gravity;
         let tau = SVector::from(torque::<f64, N>(dynamics, q, qd, qdd)) - SVector::from(self.torque(qd, qdd));
-        [
-            (found.d - self.d).amax() / inertia,
-            (found.c - self.c).amax() / velocity,
-            (found.g - self.g).amax() / (gravity + f64::MIN_POSITIVE),
-            tau.amax() / all,
-        ]
-        .into_iter()
-        .fold(0.0, larger)
+        let methods = [found, Self::by_jacobians(dynamics, q, qd), Self::by_traces(dynamics, q, qd)];
+        let parts = methods.into_iter().flat_map(|found| {
+            [
+                (found.d - self.d).amax() / inertia,
+                (found.c - self.c).amax() / velocity,
+                (found.g - self.g).amax() / (gravity + f64::MIN_POSITIVE),
+            ]
+        });
+        parts.fold(tau.amax() / all, larger)
     }
 }
 
@@ -96,8 +121,12 @@ fn mass<const N: usize>(dynamics: &Dynamics<f64, N>) -> f64 {
     dynamics.model().links().iter().map(|link| link.inertia.mass).sum::<f64>() + payload(dynamics).mass
 }
 
+fn gravity<const N: usize>(dynamics: &Dynamics<f64, N>) -> Vector3<f64> {
+    *dynamics.scene().gravity.value(&Vector3::zeros()).unwrap_or(&Vector3::zeros())
+}
+
 fn weight<const N: usize>(dynamics: &Dynamics<f64, N>) -> f64 {
-    let g = *dynamics.scene().gravity.value(&Vector3::zeros()).unwrap_or(&Vector3::zeros());
+    let g = gravity(dynamics);
     mass(dynamics) * libm::sqrt(g.dot(&g))
 }
 
@@ -123,6 +152,29 @@ pub fn wrenches_in_base<const N: usize>(dynamics: &Dynamics<f64, N>, state: &Sta
     let wrenches = joint_wrenches(dynamics, &turns(q), q, qd, qdd, &Live::zero());
     let posture = posture(dynamics, q);
     core::array::from_fn(|i| wrenches[i].in_parent(&posture.links[i].rotation, &Vector3::zeros()))
+}
+
+/// The largest entry of any force or moment.
+pub fn largest(wrenches: &[Wrench<f64>]) -> f64 {
+    wrenches.iter().fold(0.0, |m, wrench| m.max(wrench.force.amax()).max(wrench.moment.amax()))
+}
+
+/// What the forward recursion (eq. 12.163-12.168) ends with, from what the base does to the arm about its origin: the
+/// environment's wrench on the tip, in tip axes.
+pub fn felt<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>, base: &Wrench<f64>) -> Wrench<f64> {
+    let State { q, qd, qdd } = state;
+    contact_wrench(dynamics, &turns(q), q, qd, qdd, base, &Live::zero())
+}
+
+/// The backward recursion (eq. 12.157-12.162) from a push at the tip to the base, and the forward recursion back to the tip:
+/// how far the push that comes back is off, relative to what the base carries.
+pub fn there_and_back<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>) -> f64 {
+    let push = Wrench { force: Vector3::new(20.0, -7.0, 12.0), moment: Vector3::new(1.0, 3.0, -2.0) };
+    let pushed = Dynamics::new(*dynamics.model(), Scene { tip_wrench: Term::Constant(push), ..*dynamics.scene() });
+    let State { q, qd, qdd } = state;
+    let base = base_wrench(&pushed, &turns(q), q, qd, qdd, &Live::zero());
+    let off = felt(dynamics, state, &base) - push;
+    largest(&[off]) / largest(&[base])
 }
 
 /// A joint position, velocity and acceleration.
