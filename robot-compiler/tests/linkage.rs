@@ -6,6 +6,7 @@
 use dynamics_core::linkage::{Grashof, Linkage};
 use nalgebra::Vector2;
 use robot_compiler::{LinkageFile, Mechanism, Robot, SceneFile};
+use std::path::PathBuf;
 
 mod common;
 
@@ -13,9 +14,12 @@ use common::{files, top};
 
 #[test]
 fn every_linkage_loads_names_its_source_and_turns_fully() {
-    let all = files(&top("robots/chapter12"), &["toml"]);
+    // Arms lie in the same folder; a linkage says what kind it is.
+    let says_its_kind =
+        |path: &PathBuf| std::fs::read_to_string(path).unwrap().lines().any(|line| line.starts_with("kind = "));
+    let all = files(&top("robots/chapter12"), &["toml"]).into_iter().filter(says_its_kind);
     let linkages: Vec<LinkageFile> =
-        all.iter().map(|path| LinkageFile::load(path).unwrap_or_else(|error| panic!("{error}"))).collect();
+        all.map(|path| LinkageFile::load(&path).unwrap_or_else(|error| panic!("{error}"))).collect();
     let names: Vec<&str> = linkages.iter().map(|linkage| linkage.name.as_str()).collect();
     assert_eq!(names, ["example 324", "exercise 7"]);
     assert_eq!([0, 1].map(|i| linkages[i].mechanism.kind()), ["four-bar", "slider-crank"]);
