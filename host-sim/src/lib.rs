@@ -12,7 +12,7 @@
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
 //! | [`posture_search`] | the posture that makes least of something |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`explain_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod chip;
@@ -21,6 +21,7 @@ pub mod closed_loop;
 pub mod dynamics_command;
 pub mod energy_command;
 pub mod exit;
+pub mod explain_command;
 pub mod info_command;
 pub mod kernel_command;
 pub mod on_chip;
