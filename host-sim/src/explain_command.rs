@@ -363,13 +363,15 @@ impl Explanation {
     fn fewest_lines(&self) -> String {
         let Fewest { chosen, given_up, dropped } = &self.fewest;
         let share = dropped.torque_error.of_limit[dropped.torque_error.worst()].map_or("nothing".to_owned(), percent);
-        let what = if given_up.is_empty() { "nothing".to_owned() } else { given_up.join(", ") };
         let Count { mul, add, sub } = dropped.operations;
+        let what = if given_up.is_empty() {
+            "nothing".to_owned()
+        } else {
+            format!("{}: {share} of a limit at most, {mul} mul, {add} add, {sub} sub less", given_up.join(", "))
+        };
         let verb = if *chosen { "given up" } else { "could go" };
-        let mut lines = vec![
-            ("tolerance", format!("{} of each joint's torque limit", percent(self.tolerance))),
-            (verb, format!("{what}: {share} of a limit at most, {mul} mul, {add} add, {sub} sub less")),
-        ];
+        let mut lines =
+            vec![("tolerance", format!("{} of each joint's torque limit", percent(self.tolerance))), (verb, what)];
         let faults = self.terms.iter().filter_map(|report| {
             let fault = report.dropped.as_ref()?.tracking.fault.as_ref()?;
             Some(format!("{}: {fault}", report.term))
