@@ -157,7 +157,9 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     let clock = Clock { period: scene.period(), steps_per_tick: scene.steps_per_tick() };
     let friction =
         scene.plant.friction.then(|| JointFriction::of_laws(&friction_laws(scene), &arm, &start, clock.step()));
-    friction.iter().flatten().enumerate().try_for_each(|(i, friction)| can_follow(scene, i, friction))?;
+    // The steepest joint asks for the shortest step.
+    let steepest = friction.iter().flatten().enumerate().max_by(|a, b| a.1.sign_speed.total_cmp(&b.1.sign_speed));
+    steepest.map_or(Ok(()), |(joint, friction)| can_follow(scene, joint, friction))?;
     let actuators = ActuatorSettings {
         delay: scene.actuators.delay as usize,
         saturation: scene.actuators.saturation,

@@ -46,10 +46,13 @@ fn a_step_calls_nothing_that_the_scene_did_not_ask_for() {
     }
 }
 
+/// Makes a scene ask for something.
+type Ask = fn(&mut SceneFile);
+
 #[test]
 fn each_effect_that_is_asked_for_is_called_and_no_other() {
     let puma = shipped().into_iter().find(|path| path.ends_with("puma560.toml")).unwrap();
-    let asks: [(Effect, fn(&mut SceneFile)); 10] = [
+    let asks: [(Effect, Ask); 10] = [
         (Effect::Friction, |scene| scene.plant.friction = true),
         (Effect::Breakaway, |scene| {
             let breakaway = BreakawaySpec { torque: vec![1.0; 6], speed: 1.0, load: 0.0 };
@@ -96,4 +99,22 @@ fn what_only_the_model_has_is_not_in_the_world() {
     let mut scene = bare(&shipped()[0]);
     scene.model.tip_wrench = Term::Constant(Wrench { force: Vector3::new(1.0, 0.0, 0.0), moment: Vector3::zeros() });
     assert_eq!(called(&scene), []);
+}
+
+#[test]
+fn a_step_that_would_hide_breakaway_is_refused_with_one_that_would_not() {
+    let puma = shipped().into_iter().find(|path| path.ends_with("puma560.toml")).unwrap();
+    let mut scene = bare(&puma);
+    let breakaway = BreakawaySpec { torque: vec![30.0; 6], speed: 0.02, load: 0.0 };
+    scene.plant.friction = true;
+    scene.plant.friction_law =
+        Some(FrictionSpec { viscous: vec![0.0; 6], coulomb: vec![1.0; 6], breakaway: Some(breakaway) });
+    let Err(failure) = simulate::world::<6>(&scene) else { unreachable!("a step of {} s", scene.plant.step) };
+    let report = failure.report();
+    assert!(report.to_string().contains("is too long for breakaway"), "{report}");
+    let help = report.help().unwrap().to_string();
+    let step: f64 = help.split(' ').find_map(|word| word.strip_suffix('`').map_or(word, |w| w).parse().ok()).unwrap();
+    assert!(step < scene.plant.step, "{help}");
+    scene.plant.step = 0.99 * step;
+    assert!(simulate::world::<6>(&scene).is_ok(), "{help}");
 }
