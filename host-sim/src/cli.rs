@@ -41,6 +41,8 @@ pub enum Command {
     Statics(StaticsArgs),
     /// Run a scene and account for the energy: work of every joint, friction, what is left over.
     Energy(EnergyArgs),
+    /// Explain a scene's model: what each term costs, and what goes wrong without it.
+    Explain(ExplainArgs),
     /// Show what a robot file holds.
     Info(InfoArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.
@@ -307,6 +309,37 @@ pub struct EnergyArgs {
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+const EXPLAIN_EXAMPLES: &str = "\
+For every term of the model (gravity, payload, tip wrench, rotors, velocity terms, friction feedforward):
+  is            absent, constant, live, or given up by `terms = \"auto\"`; and the line that says so
+  mul add sub   operations of a tick's inverse dynamics and friction that go with it: the kernel compiled with and without, at the
+                scene's level (exact where the scene runs the recursion); friction as its formula has it
+  torque error  what the model leaves out without the term, on the scene's own reference motion
+  tracking      greatest error of the closed loop without the term, in the scene's world, which keeps it
+A term may go if its torque error stays within the tolerance on every joint that has a torque limit. Which may go together is
+searched over all sets, as `terms = \"auto\"` in a scene's [model] does it.
+
+Instructions and bytes of the chip are not measured here: `cargo xtask bench` measures them, for three arms.
+
+Examples:
+  host-sim explain scenes/puma560_pick.toml
+  host-sim explain scenes/puma560_pick.toml --tolerance 0.05
+  host-sim explain scenes/puma560_auto.toml --json | jq .fewest.given_up";
+
+/// Options of `explain`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXPLAIN_EXAMPLES)]
+pub struct ExplainArgs {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// Torque error that is allowed, as a share of each joint's torque limit; the scene's otherwise, or 0.002.
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// Print JSON instead of tables.
     #[arg(long)]
     pub json: bool,
 }

@@ -13,7 +13,7 @@
 //! | [`plot`] | a run in pictures |
 //! | [`posture_search`] | the posture that makes least of something |
 //! | [`linkage_turn`], [`linkage_run`] | a closed loop, driven round and let run |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`exit`] | the command line |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`explain_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod chip;
@@ -22,6 +22,7 @@ pub mod closed_loop;
 pub mod dynamics_command;
 pub mod energy_command;
 pub mod exit;
+pub mod explain_command;
 pub mod info_command;
 pub mod kernel_command;
 pub mod linkage_command;

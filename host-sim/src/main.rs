@@ -3,8 +3,8 @@
 use clap::Parser;
 use host_sim::cli::{Cli, Command};
 use host_sim::{
-    dynamics_command, energy_command, info_command, kernel_command, linkage_command, run_command, statics_command,
-    terms_command,
+    dynamics_command, energy_command, explain_command, info_command, kernel_command, linkage_command, run_command,
+    statics_command, terms_command,
 };
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         Command::Terms(args) => terms_command::run(&args).map(|()| 0),
         Command::Statics(args) => statics_command::run(&args).map(|()| 0),
         Command::Energy(args) => energy_command::run(&args, &stop_on_interrupt()),
+        Command::Explain(args) => explain_command::run(&args, &stop_on_interrupt()).map(|()| 0),
         Command::Info(args) => info_command::run(&args).map(|()| 0),
         Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
         Command::Linkage(args) => linkage_command::run(&args),

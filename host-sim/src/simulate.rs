@@ -2,7 +2,8 @@
 
 use crate::closed_loop::{self, Closed, End, World};
 use crate::exit::Failure;
-use crate::plant::actuator::ActuatorSettings;
+use crate::plant::actuator::{ActuatorSettings, Ripple};
+use crate::plant::friction::{Breakaway, FrictionLaw};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
 use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::record::{JointLabel, Record};
@@ -15,7 +16,7 @@ use dynamics_core::{Controller, ControllerConfig, JointSpec, Live, Model, Real, 
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use robot_compiler::kernel::ArmDynamics;
-use robot_compiler::scene::ScalarChoice;
+use robot_compiler::scene::{RippleSpec, ScalarChoice};
 use std::sync::atomic::AtomicBool;
 
 /// A finished run.
@@ -154,17 +155,16 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     let arm = arm::<N>(scene)?;
     let start: [f64; N] = core::array::from_fn(|i| scene.plant.start.get(i).copied().unwrap_or(0.0));
     let clock = Clock { period: scene.period(), steps_per_tick: scene.steps_per_tick() };
-    let friction = scene.plant.friction.then(|| {
-        let coefficients = core::array::from_fn(|i| {
-            let friction = scene.robot.joints.get(i).and_then(|joint| joint.friction);
-            friction.map_or((0.0, 0.0), |f| (f.viscous, f.coulomb))
-        });
-        JointFriction::all(&coefficients, &arm, &start, clock.step())
-    });
+    let friction =
+        scene.plant.friction.then(|| JointFriction::of_laws(&friction_laws(scene), &arm, &start, clock.step()));
+    // The steepest joint asks for the shortest step.
+    let steepest = friction.iter().flatten().enumerate().max_by(|a, b| a.1.sign_speed.total_cmp(&b.1.sign_speed));
+    steepest.map_or(Ok(()), |(joint, friction)| can_follow(scene, joint, friction))?;
     let actuators = ActuatorSettings {
         delay: scene.actuators.delay as usize,
         saturation: scene.actuators.saturation,
         lag: (scene.actuators.lag > 0.0).then_some(scene.actuators.lag),
+        ripple: scene.actuators.ripple.map(|RippleSpec { share, cycles }| Ripple { share, cycles }),
     };
     let encoder = scene.controller_config(&model).encoder;
     let sensors = SensorSettings {
@@ -180,6 +180,47 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         repeat: scene.motion.repeats(),
         period: scene.period(),
     })
+}
+
+/// Friction of the simulated joints: the plant's own, or the robot file's.
+fn friction_laws<const N: usize>(scene: &SceneFile) -> [FrictionLaw; N] {
+    let at = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
+    core::array::from_fn(|i| match &scene.plant.friction_law {
+        Some(law) => FrictionLaw {
+            viscous: at(&law.viscous, i),
+            coulomb: at(&law.coulomb, i),
+            breakaway: law.breakaway.as_ref().map(|breakaway| Breakaway {
+                torque: at(&breakaway.torque, i),
+                speed: breakaway.speed,
+                load: breakaway.load,
+            }),
+        },
+        None => {
+            let friction = scene.robot.joints.get(i).and_then(|joint| joint.friction);
+            let (viscous, coulomb) = friction.map_or((0.0, 0.0), |f| (f.viscous, f.coulomb));
+            FrictionLaw { viscous, coulomb, breakaway: None }
+        }
+    })
+}
+
+/// A step too long for the steep friction at rest would smooth the breakaway away without a word.
+fn can_follow(scene: &SceneFile, joint: usize, friction: &JointFriction) -> Result<(), Failure> {
+    const RATIO: f64 = 5.0;
+    let Some(Breakaway { speed, .. }) = friction.breakaway.filter(|b| b.speed < RATIO * friction.sign_speed) else {
+        return Ok(());
+    };
+    let step = scene.plant.step * speed / (RATIO * friction.sign_speed);
+    let least = RATIO * friction.sign_speed;
+    let name = scene.robot.joints.get(joint).map_or("", |joint| &joint.name);
+    Err(Failure::Input(miette::miette!(
+        help = format!(
+            "expected a `step` of at most {step:.2e} in [plant], or a `stribeck_speed` of at least {least:.2e}"
+        ),
+        "{}: joint {} ({name}): a step of {} s is too long for breakaway at a Stribeck velocity of {speed}",
+        scene.path.display(),
+        joint + 1,
+        scene.plant.step
+    )))
 }
 
 /// Number of control periods in the scene's duration.

@@ -6,9 +6,10 @@ mod reference;
 
 use dynamics_core::geometry::{about_x, about_z};
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{Body, Dh, Frame, SinCos, Trig};
-use host_sim::plant::actuator::ActuatorSettings;
+use dynamics_core::{Body, Dh, Frame, JointKind, SinCos, Trig};
+use host_sim::plant::actuator::{ActuatorSettings, Ripple};
 use host_sim::plant::dynamics::Mechanism;
+use host_sim::plant::friction::{Breakaway, FrictionLaw};
 use host_sim::plant::{Arm, Clock, JointFriction, Plant, State};
 use nalgebra::{Matrix3, SVector, Vector3};
 use reference::{Golden, Reference, matrix, relative, wrench};
@@ -275,6 +276,74 @@ fn coulomb_friction_holds_what_it_can_and_opposes_motion() {
     assert!(moved(&held) < 1.1 * creep && moved(&held) > 0.5 * creep, "{} of {creep}", moved(&held));
     assert!(moved(&free) > 20.0 * moved(&held), "{} and {}", moved(&free), moved(&held));
     assert!(friction[0].torque(1.0) > 4.999 && friction[0].torque(-1.0) < -4.999);
+}
+
+/// Friction of the planar arm's first joint: 4 N m once it slides, 12 N m before.
+fn sticky(load: f64) -> [FrictionLaw; 2] {
+    let breakaway = Some(Breakaway { torque: 12.0, speed: 0.05, load });
+    let first = FrictionLaw { viscous: 0.2, coulomb: 4.0, breakaway };
+    [first, FrictionLaw { viscous: 0.0, coulomb: 0.5, breakaway: None }]
+}
+
+#[test]
+fn friction_falls_from_breakaway_to_coulomb_as_stribeck_has_it() {
+    let arm: Arm<2> = Golden::load("planar2r").classical(false);
+    let [friction, plain] = JointFriction::of_laws(&sticky(0.0), &arm, &[0.0; 2], 1e-4);
+    let curve = |qd: f64| friction.torque(qd) - 0.2 * qd;
+    let peak = (1..2000).map(|k| curve(f64::from(k) * 1e-4)).fold(0.0, f64::max);
+    // Of the 8 N m above Coulomb, 93 % where the Stribeck velocity is ten times the sign's.
+    let reached = (peak - 4.0) / 8.0;
+    assert!(friction.sign_speed <= 0.005 && (0.93..1.0).contains(&reached), "{reached} at {}", friction.sign_speed);
+    // At the Stribeck velocity the rise is down to 1/e; far above it only Coulomb is left.
+    assert!((curve(0.05) - (4.0 + 8.0 / 1.0_f64.exp())).abs() < 1e-6, "{}", curve(0.05));
+    assert!((curve(0.5) - 4.0).abs() < 1e-12 && (curve(-0.5) + 4.0).abs() < 1e-12);
+    assert_eq!(plain, JointFriction::all(&[(0.0, 0.0), (0.0, 0.5)], &arm, &[0.0; 2], 1e-4)[1]);
+    // A load raises breakaway and leaves sliding friction alone.
+    let [loaded, _] = JointFriction::of_laws(&sticky(0.1), &arm, &[0.0; 2], 1e-4);
+    let rise = |drive: f64| loaded.torque_under(drive, 0.05) - loaded.torque_under(0.0, 0.05);
+    assert!((rise(20.0) - 2.0 / 1.0_f64.exp()).abs() < 1e-6 && (rise(-20.0) - rise(20.0)).abs() < 1e-12);
+    assert!((loaded.torque_under(20.0, 0.5) - loaded.torque_under(0.0, 0.5)).abs() < 1e-12);
+}
+
+#[test]
+fn a_joint_breaks_away_above_its_level_and_then_slides_on_less() {
+    let mut arm: Arm<2> = Golden::load("planar2r").classical(false);
+    arm.gravity = Vector3::zeros();
+    let moved = |torque: f64, load: f64| {
+        let friction = JointFriction::of_laws(&sticky(load), &arm, &[0.0; 2], 2.5e-4);
+        let mut plant = plant(&arm, Some(friction), 40, [0.0; 2]);
+        (0..30).for_each(|_| plant.drive(&[torque, 0.0]).unwrap());
+        plant.state().q[0]
+    };
+    // 10 N m is more than sliding friction, less than breakaway: it only creeps. 13 N m tears it off.
+    let (held, torn) = (moved(10.0, 0.0), moved(13.0, 0.0));
+    assert!((0.0..5e-3).contains(&held) && torn > 0.1, "{held} rad and {torn} rad");
+    // Half of the load more holds that too.
+    let loaded = moved(13.0, 0.5);
+    assert!((0.0..1e-2).contains(&loaded), "{loaded} rad");
+}
+
+#[test]
+fn torque_ripple_swings_about_the_command_as_the_joint_turns() {
+    let ripple = Ripple { share: 0.1, cycles: 6.0 };
+    let kinds = [JointKind::Revolute, JointKind::Prismatic];
+    // A quarter of a cycle: a twelfth of pi of a turn, 1/24 m.
+    let quarter = [core::f64::consts::PI / 12.0, 1.0 / 24.0];
+    let acting = ripple.acting(&kinds, &[10.0, -20.0], &quarter);
+    assert!((acting[0] - 11.0).abs() < 1e-12 && (acting[1] + 22.0).abs() < 1e-12, "{acting:?}");
+    assert_eq!(ripple.acting(&kinds, &[10.0, -20.0], &[0.0; 2]), [10.0, -20.0]);
+    // In the loop it does the work that the ledger says, and over whole turns none of its own: the integral of the sine is zero.
+    let mut arm: Arm<2> = Golden::load("planar2r").classical(false);
+    arm.gravity = Vector3::zeros();
+    let clock = Clock { period: 0.01, steps_per_tick: 40 };
+    let settings = ActuatorSettings { ripple: Some(ripple), ..ActuatorSettings::default() };
+    let mut plant = Plant::new(&arm, None, settings, clock, [0.0; 2]).with_ledger();
+    (0..60).for_each(|_| plant.drive(&[5.0, 0.5]).unwrap());
+    let gained = energy(&arm, plant.state()) - energy(&arm, &State { q: [0.0; 2], qd: [0.0; 2] });
+    let given: f64 = plant.ledger().unwrap().actuators.total().iter().sum();
+    assert!(gained > 0.5 && (given - gained).abs() < 1e-5 * gained, "{given} J given, {gained} J gained");
+    let commanded = 5.0 * plant.state().q[0] + 0.5 * plant.state().q[1];
+    assert!((given - commanded).abs() > 1e-4 * gained, "{given} J as without ripple");
 }
 
 #[test]

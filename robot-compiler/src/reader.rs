@@ -103,6 +103,10 @@ impl<'a> Value<'a> {
         self.value.is_str()
     }
 
+    pub(crate) fn is_table(&self) -> bool {
+        self.value.is_table()
+    }
+
     pub(crate) fn is_array(&self) -> bool {
         self.value.is_array()
     }

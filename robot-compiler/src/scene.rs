@@ -13,10 +13,11 @@ use std::path::{Path, PathBuf};
 
 pub(crate) mod choices;
 mod settings;
+pub mod terms;
 
 pub use settings::{
-    ActuatorSpec, ControlSpec, KernelChoice, KernelMemory, ModelSpec, MotionSpec, PlantSpec, ScalarChoice, SensorSpec,
-    ViaPoint,
+    ActuatorSpec, BreakawaySpec, ControlSpec, FrictionSpec, KernelChoice, KernelMemory, ModelSpec, MotionSpec,
+    PlantSpec, RippleSpec, ScalarChoice, SensorSpec, ViaPoint,
 };
 
 /// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.
@@ -81,14 +82,7 @@ impl SceneFile {
     /// What acts on the arm, as the controller sees it.
     #[must_use]
     pub fn scene<const N: usize>(&self, model: &Model<f64, N>) -> Scene<f64, N> {
-        let rotors = model.links().map(|link| link.rotor);
-        Scene {
-            gravity: self.model.gravity,
-            payload: self.model.payload.map(|body| inertia(&body)),
-            tip_wrench: self.model.tip_wrench,
-            rotor: self.model.rotor.map(|()| rotors),
-            coriolis: self.model.coriolis.clone().map(|speeds| joints(&speeds)),
-        }
+        self.model.scene(model)
     }
 
     /// Values for what the scene calls live, taken from the simulated world; the payload in the last link's frame.
@@ -185,7 +179,8 @@ impl SceneFile {
     ) -> Result<Motion<f64, N>, MotionError> {
         const SHARE: f64 = 0.9;
         const STEPS: u32 = 500;
-        let dynamics = Dynamics::new(*model, self.scene(model));
+        // Whatever of the model `terms = "auto"` took away: the choice is made along the motion, not the motion by the choice.
+        let dynamics = Dynamics::new(*model, self.model.full().scene(model));
         let torque = std::array::from_fn(|i| {
             let coulomb = self.robot.joints.get(i).and_then(|joint| joint.friction).map_or(0.0, |f| f.coulomb);
             let limit = model.links()[i].limits.torque;
@@ -202,7 +197,13 @@ impl SceneFile {
         if ratio.is_finite() && ratio >= 1.0 { ratio.min(f64::from(u32::MAX)) as u32 } else { 1 }
     }
 
-    fn friction(&self, index: usize) -> Friction<f64> {
+    /// The line of a key of a table, counted from 1, as the scene's file has it now; `None` where the file does not say it.
+    #[must_use]
+    pub fn line_of(&self, table: &str, key: &str) -> Option<usize> {
+        scene_file::line_of(&self.path, table, key)
+    }
+
+    pub(crate) fn friction(&self, index: usize) -> Friction<f64> {
         let friction = self.robot.joints.get(index).and_then(|joint| joint.friction);
         let (viscous, coulomb) = friction.map_or((0.0, 0.0), |friction| (friction.viscous, friction.coulomb));
         Friction { viscous, coulomb, per_smoothing_speed: 1.0 / self.model.friction_smoothing }

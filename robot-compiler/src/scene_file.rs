@@ -12,6 +12,7 @@ use crate::scene::{
 use dynamics_core::{Body, Term};
 use std::path::Path;
 
+mod auto;
 mod motion;
 mod world;
 
@@ -48,7 +49,8 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
     let motion = motion::read(&motion_table, &robot)?;
     let empty = root.empty("plant");
     let plant = world::plant(&root.table("plant")?.unwrap_or(empty), &robot, &model, &control, motion.start())?;
-    let scene = SceneFile {
+    let auto = root.table("model")?.map_or(Ok(None), |table| auto::read(&table, &robot))?;
+    let mut scene = SceneFile {
         name: name.string("the scene's name")?.to_owned(),
         path: Path::new(&source.file).to_path_buf(),
         duration: root.get("duration").map(|value| value.positive_up_to(1e5, "a time in s, above zero")).transpose()?,
@@ -61,8 +63,22 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
         plant,
         robot,
     };
+    if let Some(auto) = &auto {
+        auto.know(&mut scene);
+    }
     motion::check(&scene, &motion_table)?;
+    if let Some(auto) = &auto {
+        auto.choose(&mut scene)?;
+    }
     Ok(scene)
+}
+
+/// The line of a key in a table of the file, counted from 1, if both are there.
+pub(crate) fn line_of(path: &Path, table: &str, key: &str) -> Option<usize> {
+    let source = read_text(path).ok()?;
+    let document = parse(&source).ok()?;
+    let value = Table::root(&source, &document).table(table).ok()??.get(key)?;
+    value.error("", "").line_column().map(|(line, _)| line)
 }
 
 fn robot(root: &Table<'_>, folder: &Path) -> Result<Robot, FileError> {
@@ -104,7 +120,17 @@ fn payload(value: &Value<'_>) -> Result<Body, FileError> {
 }
 
 fn model(table: &Table<'_>, robot: &Robot) -> Result<ModelSpec, FileError> {
-    table.only(&["gravity", "payload", "tip_wrench", "rotor", "coriolis", "friction", "friction_smoothing"])?;
+    table.only(&[
+        "gravity",
+        "payload",
+        "tip_wrench",
+        "rotor",
+        "coriolis",
+        "friction",
+        "friction_smoothing",
+        "terms",
+        "tolerance",
+    ])?;
     let mut model = ModelSpec::default_for(robot);
     if let Some(value) = table.get("gravity") {
         model.gravity = term(&value, GRAVITY, |value| value.vector(GRAVITY))?;

@@ -95,3 +95,23 @@ fn encoder_counts_become_radians_and_metres() {
     assert_eq!(config.encoder[0].per_count, std::f64::consts::TAU / 65536.0);
     assert_eq!(config.encoder[3].per_count, 1.0 / 200_000.0);
 }
+
+#[test]
+fn the_plant_can_rub_and_ripple_otherwise_than_the_model_believes() {
+    let table = "[plant]\nfriction = { coulomb = [3.0, 1.0], breakaway = 4.5, stribeck_speed = 0.02, load = 0.1 }\n\
+                 [actuators]\nripple = { share = 0.02, cycles = 6 }\n";
+    // The planar arm's file has no friction: neither has the controller, and what is not said of the plant is zero.
+    let planar = scene("../../../robots/planar2r.toml", table).unwrap();
+    assert!(!planar.model.friction && planar.plant.friction);
+    let law = planar.plant.friction_law.unwrap();
+    assert_eq!((law.viscous, law.coulomb), (vec![0.0; 2], vec![3.0, 1.0]));
+    let breakaway = law.breakaway.unwrap();
+    assert_eq!((breakaway.torque, breakaway.speed, breakaway.load), (vec![4.5; 2], 0.02, 0.1));
+    let ripple = planar.actuators.ripple.unwrap();
+    assert_eq!((ripple.share, ripple.cycles), (0.02, 6.0));
+    // Of a robot that has friction, what is not said is the file's.
+    let puma = scene("../../../robots/puma560.toml", "[plant]\nfriction = { viscous = 0.0 }\n").unwrap();
+    let law = puma.plant.friction_law.unwrap();
+    let coulomb: Vec<f64> = puma.robot.joints.iter().map(|joint| joint.friction.unwrap().coulomb).collect();
+    assert_eq!((law.viscous, law.coulomb, law.breakaway), (vec![0.0; 6], coulomb, None));
+}

@@ -1,6 +1,8 @@
-//! Actuators: transport delay, saturation, first-order lag; each only when asked for.
+//! Actuators: transport delay, saturation, first-order lag, torque ripple; each only when asked for.
 
+use dynamics_core::JointKind;
 use std::collections::VecDeque;
+use std::f64::consts::TAU;
 
 /// What the actuators do to a commanded torque, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -11,6 +13,33 @@ pub struct ActuatorSettings {
     pub saturation: bool,
     /// Time constant of the torque, s; `None` acts at once.
     pub lag: Option<f64>,
+    /// How the torque swings as the joint moves.
+    pub ripple: Option<Ripple>,
+}
+
+/// Torque ripple: at the joint position `q` the torque `tau` acts as `tau (1 + a sin(2 pi n x))`, where `x` is `q` in turns or metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ripple {
+    /// Amplitude `a`, a share of the torque.
+    pub share: f64,
+    /// Cycles `n` per turn of the joint, or per metre.
+    pub cycles: f64,
+}
+
+impl Ripple {
+    /// What acts at these joint positions of these torques, N m or N.
+    #[must_use]
+    pub fn acting<const N: usize>(&self, kinds: &[JointKind; N], torque: &[f64; N], q: &[f64; N]) -> [f64; N] {
+        #[cfg(test)]
+        super::calls::count(super::calls::Effect::Ripple);
+        core::array::from_fn(|i| {
+            let phase = match kinds[i] {
+                JointKind::Revolute => self.cycles * q[i],
+                JointKind::Prismatic => TAU * self.cycles * q[i],
+            };
+            torque[i] * (1.0 + self.share * libm::sin(phase))
+        })
+    }
 }
 
 /// The actuators of an arm.
@@ -42,12 +71,16 @@ impl<const N: usize> Actuators<N> {
     /// The torque over the next tick, of length `period` (s), for a new command.
     pub(super) fn drive(&mut self, command: &[f64; N], period: f64) -> Drive<N> {
         let mut goal = if self.settings.delay > 0 {
+            #[cfg(test)]
+            super::calls::count(super::calls::Effect::ActuatorDelay);
             self.pipe.push_back(*command);
             self.pipe.pop_front().unwrap_or(*command)
         } else {
             *command
         };
         if self.settings.saturation {
+            #[cfg(test)]
+            super::calls::count(super::calls::Effect::Saturation);
             for i in 0..N {
                 goal[i] = goal[i].clamp(-self.torque_max[i], self.torque_max[i]);
             }
@@ -64,6 +97,8 @@ impl<const N: usize> Drive<N> {
         match self.lag {
             None => self.goal,
             Some(lag) => {
+                #[cfg(test)]
+                super::calls::count(super::calls::Effect::Lag);
                 let left = libm::exp(-t / lag);
                 core::array::from_fn(|i| self.goal[i] + (self.start[i] - self.goal[i]) * left)
             }

@@ -196,6 +196,8 @@ impl<const N: usize> Mechanism<N> {
         let Some(wrench) = &self.tip_wrench else {
             return torques;
         };
+        #[cfg(test)]
+        super::calls::count(super::calls::Effect::TipWrench);
         let rotation = pose[N - 1].rotation;
         let tip = self.chain.tip.literal();
         let in_base = |v: &Vector3<f64>| rotation * (tip.rotation * v.map(S::literal));

@@ -8,7 +8,10 @@ use nalgebra::SMatrix;
 ///
 /// The hyperbolic tangent is a sign function that an explicit integrator can follow: within 1 % of the whole Coulomb
 /// torque above `2.6 v`. A joint held by friction alone is not locked but creeps, at `v atanh(load / c)`: with the
-/// speeds `v` used here, some hundredths of a millimetre or of a milliradian in a tenth of a second. There is no break-away torque above `c`.
+/// speeds `v` used here, some hundredths of a millimetre or of a milliradian in a tenth of a second.
+///
+/// With a [`Breakaway`] Stribeck's rise towards rest stands in place of `c`: `c + (s - c) exp(-(qd / v_s)^2)`, where
+/// `s = s_0 + l |tau|` is the breakaway level under the actuator's torque `tau`.
 ///
 /// `v` is 1 mrad/s (1 mm/s), or more where Runge-Kutta's fourth-order step `h` could not follow so steep a slope: its
 /// stability ends at a decay rate of `2.78 / h`, and the steepest decay is `c (D^-1)_ii / v`. `v` keeps that below `0.5 / h`
@@ -21,6 +24,31 @@ pub struct JointFriction {
     pub coulomb: f64,
     /// Speed scale `v` of the sign function, rad/s or m/s.
     pub sign_speed: f64,
+    /// What a motion starts against, where that is more than `c`.
+    pub breakaway: Option<Breakaway>,
+}
+
+/// Friction's rise towards rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Breakaway {
+    /// Level `s_0` without load, N m or N; not below the Coulomb torque.
+    pub torque: f64,
+    /// Stribeck velocity `v_s`, rad/s or m/s. The sign function is not yet whole where the rise begins to fall, so of what
+    /// breakaway is above Coulomb 83 % is reached where `v_s` is `5 v`, 93 % where it is `10 v`.
+    pub speed: f64,
+    /// What the level gains per torque of the actuator, `l`.
+    pub load: f64,
+}
+
+/// A joint's friction as a scene gives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionLaw {
+    /// Viscous coefficient, N m s/rad or N s/m.
+    pub viscous: f64,
+    /// Coulomb torque or force, N m or N.
+    pub coulomb: f64,
+    /// What a motion starts against.
+    pub breakaway: Option<Breakaway>,
 }
 
 /// Smallest speed scale, rad/s or m/s.
@@ -30,21 +58,49 @@ const SIGN_SPEED_MIN: f64 = 1e-3;
 const DECAY_PER_STEP: f64 = 0.5;
 
 impl JointFriction {
-    /// Torque opposed to the motion, N m or N.
+    /// Torque opposed to the motion of a joint that carries no load, N m or N.
     #[must_use]
     pub fn torque(&self, qd: f64) -> f64 {
-        let sign = if self.coulomb > 0.0 { libm::tanh(qd / self.sign_speed) } else { 0.0 };
-        self.viscous * qd + self.coulomb * sign
+        self.torque_under(0.0, qd)
+    }
+
+    /// Torque opposed to the motion while the actuator gives `drive`, N m or N.
+    #[must_use]
+    pub fn torque_under(&self, drive: f64, qd: f64) -> f64 {
+        #[cfg(test)]
+        super::calls::count(super::calls::Effect::Friction);
+        let level = match &self.breakaway {
+            None => self.coulomb,
+            Some(Breakaway { torque, speed, load }) => {
+                #[cfg(test)]
+                super::calls::count(super::calls::Effect::Breakaway);
+                let rise = torque + load * drive.abs() - self.coulomb;
+                self.coulomb + rise * libm::exp(-(qd / speed) * (qd / speed))
+            }
+        };
+        let sign = if level > 0.0 { libm::tanh(qd / self.sign_speed) } else { 0.0 };
+        self.viscous * qd + level * sign
     }
 
     /// Friction of every joint from its `(viscous, coulomb)`, with the speed scale that the step `h` (s) allows at `q`.
     #[must_use]
     pub fn all<const N: usize>(coefficients: &[(f64, f64); N], arm: &Arm<N>, q: &[f64; N], h: f64) -> [Self; N] {
+        let laws = coefficients.map(|(viscous, coulomb)| FrictionLaw { viscous, coulomb, breakaway: None });
+        Self::of_laws(&laws, arm, q, h)
+    }
+
+    /// As [`JointFriction::all`], with what a motion starts against.
+    #[must_use]
+    pub fn of_laws<const N: usize>(laws: &[FrictionLaw; N], arm: &Arm<N>, q: &[f64; N], h: f64) -> [Self; N] {
         let matrix = arm.terms(q, &[0.0; N]).mass_matrix;
         core::array::from_fn(|i| {
-            let (viscous, coulomb) = coefficients[i];
-            let steepest = coulomb * mobility(&matrix, i, &arm.joints[i]) * h / DECAY_PER_STEP;
-            Self { viscous, coulomb, sign_speed: steepest.max(SIGN_SPEED_MIN) }
+            let FrictionLaw { viscous, coulomb, breakaway } = laws[i];
+            let limit = arm.joints[i].limits.torque;
+            let most = breakaway.map_or(coulomb, |Breakaway { torque, load, .. }| {
+                torque + if limit.is_finite() { load * limit } else { 0.0 }
+            });
+            let steepest = most * mobility(&matrix, i, &arm.joints[i]) * h / DECAY_PER_STEP;
+            Self { viscous, coulomb, sign_speed: steepest.max(SIGN_SPEED_MIN), breakaway }
         })
     }
 }

@@ -37,8 +37,10 @@ impl<const N: usize> Ledger<N> {
         let [(before, from), (after, to)] = ends;
         self.actuators.step(h, (before, &from.qd), (after, &to.qd));
         if let Some(friction) = friction {
-            let opposed = |state: &State<N>| core::array::from_fn(|i| -friction[i].torque(state.qd[i]));
-            self.friction.step(h, (&opposed(from), &from.qd), (&opposed(to), &to.qd));
+            let opposed = |drive: &[f64; N], state: &State<N>| -> [f64; N] {
+                core::array::from_fn(|i| -friction[i].torque_under(drive[i], state.qd[i]))
+            };
+            self.friction.step(h, (&opposed(before, from), &from.qd), (&opposed(after, to), &to.qd));
         }
         if let (Some(before), Some(after)) = (mechanism.contact(&from.q), mechanism.contact(&to.q)) {
             self.contact.step(h, (&before, &from.qd), (&after, &to.qd));

@@ -3,21 +3,26 @@
 //! | module | holds |
 //! |---|---|
 //! | [`dynamics`] | equations of motion by moving bodies in base axes |
-//! | [`friction`] | viscous and Coulomb friction |
-//! | [`actuator`] | delay, saturation and lag of the torque |
+//! | [`friction`] | viscous, Coulomb and Stribeck friction |
+//! | [`actuator`] | delay, saturation, lag and ripple of the torque |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
 //! | [`ledger`] | what has put energy into the arm and taken it out |
 
 pub mod actuator;
+#[cfg(test)]
+mod calls;
 pub mod dynamics;
 pub mod friction;
 mod kinematics;
 pub mod ledger;
 pub mod sensor;
+#[cfg(test)]
+mod tests;
 
-use actuator::{ActuatorSettings, Actuators, Drive};
+use actuator::{ActuatorSettings, Actuators, Drive, Ripple};
 pub use dynamics::Arm;
 use dynamics::Mechanism;
+use dynamics_core::JointKind;
 use dynamics_core::trig::Polynomial;
 pub use friction::JointFriction;
 use ledger::Ledger;
@@ -68,6 +73,8 @@ pub struct Plant<const N: usize> {
     mechanism: Mechanism<N>,
     friction: Option<[JointFriction; N]>,
     actuators: Actuators<N>,
+    ripple: Option<Ripple>,
+    kinds: [JointKind; N],
     clock: Clock,
     state: State<N>,
     brake: Option<Braking<N>>,
@@ -94,11 +101,14 @@ impl<const N: usize> Plant<N> {
         start: [f64; N],
     ) -> Self {
         let torque_max = core::array::from_fn(|i| arm.joints[i].limits.torque);
+        let ripple = actuators.ripple;
         let actuators = Actuators::new(actuators, torque_max);
         Self {
             mechanism: arm.mechanism(),
             friction,
             actuators,
+            ripple,
+            kinds: core::array::from_fn(|i| arm.joints[i].kind),
             clock,
             state: State { q: start, qd: [0.0; N] },
             brake: None,
@@ -135,8 +145,10 @@ impl<const N: usize> Plant<N> {
         for step in 0..self.clock.steps_per_tick {
             let t = f64::from(step) * h;
             let next = self.runge_kutta(&drive, t, h)?;
-            if let Some(ledger) = &mut self.ledger {
-                let ends = [(drive.at(t), self.state), (drive.at(t + h), next)];
+            let acting = |t: f64, state: &State<N>| self.acting(&drive.at(t), state);
+            let ends =
+                self.ledger.is_some().then(|| [(acting(t, &self.state), self.state), (acting(t + h, &next), next)]);
+            if let (Some(ledger), Some(ends)) = (&mut self.ledger, ends) {
                 ledger.step(h, &ends, self.friction.as_ref(), &self.mechanism);
             }
             self.state = next;
@@ -170,12 +182,17 @@ impl<const N: usize> Plant<N> {
         if next.q.iter().chain(&next.qd).all(|x| x.is_finite()) { Ok(next) } else { Err(Diverged::NotFinite) }
     }
 
+    /// The actuators' torques as the joints feel them at this state.
+    fn acting(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
+        self.ripple.map_or(*torque, |ripple| ripple.acting(&self.kinds, torque, &state.q))
+    }
+
     /// `(qd, qdd)`: how the state changes.
     fn slope(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
-        let mut torque = *torque;
+        let mut torque = self.acting(torque, state);
         if let Some(friction) = &self.friction {
             for i in 0..N {
-                torque[i] -= friction[i].torque(state.qd[i]);
+                torque[i] -= friction[i].torque_under(torque[i], state.qd[i]);
             }
         }
         let within = |q: &f64| q.abs() <= Polynomial::LIMIT_F64;

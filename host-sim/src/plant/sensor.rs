@@ -73,6 +73,11 @@ impl<const N: usize> Sensors<N> {
     /// Until the first sample has had time to arrive it is delivered early: the arm has been standing there all along.
     pub fn read(&mut self, state: &State<N>) -> Reading<N> {
         let sample = self.sample(state);
+        if self.settings.delay == 0 {
+            return Reading { sample, age_ticks: 0 };
+        }
+        #[cfg(test)]
+        super::calls::count(super::calls::Effect::SensorDelay);
         let now = self.tick;
         self.tick += 1;
         self.pipe.push_back((now, sample));
@@ -98,6 +103,8 @@ impl<const N: usize> Sensors<N> {
 
     /// A standard normal deviate, by Box and Muller; libm's functions give the same bits everywhere.
     fn normal(&mut self) -> f64 {
+        #[cfg(test)]
+        super::calls::count(super::calls::Effect::Noise);
         // 53 random bits; the first shifted off zero for the logarithm.
         let mut uniform = |offset: f64| ((self.generator.next_u64() >> 11) as f64 + offset) * f64::EPSILON / 2.0;
         let radius = libm::sqrt(-2.0 * libm::log(uniform(0.5)));
@@ -108,6 +115,8 @@ impl<const N: usize> Sensors<N> {
 impl Counter {
     /// The nearest count; the range of `i32` is not left.
     fn read(&self, q: f64) -> i32 {
+        #[cfg(test)]
+        super::calls::count(super::calls::Effect::Encoder);
         // `as` saturates, and sends NaN to zero.
         let counts = libm::round(q / self.per_count) as i32;
         counts.saturating_add(self.zero)

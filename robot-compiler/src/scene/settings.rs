@@ -1,6 +1,7 @@
 //! The parts of a scene.
 
 use super::SceneFile;
+use super::terms::AutoTerms;
 use crate::kernel::Level;
 use crate::robot::{Robot, RobotJoint};
 use dynamics_core::control::Law;
@@ -29,6 +30,9 @@ pub struct ModelSpec {
     pub friction: bool,
     /// Speed at which the whole Coulomb torque acts, rad/s or m/s.
     pub friction_smoothing: f64,
+    /// What these terms are the fewest of, where the file said `terms = "auto"`. The terms above are what is left, and all that
+    /// desk, firmware and hash read.
+    pub auto: Option<AutoTerms>,
 }
 
 /// How the arm is controlled.
@@ -174,12 +178,45 @@ pub struct PlantSpec {
     pub payload: Option<Body>,
     /// The wrench really exerted by the environment at the tip's origin, in tip axes.
     pub tip_wrench: Option<Wrench<f64>>,
-    /// Whether the joints have the friction of the robot file.
+    /// Whether the joints have friction.
     pub friction: bool,
+    /// Which; `None`: that of the robot file, which is the controller's too.
+    pub friction_law: Option<FrictionSpec>,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub gravity: Vector3<f64>,
     /// Where the arm starts, at rest, rad or m.
     pub start: Vec<f64>,
+}
+
+/// Friction of the simulated joints, whatever the controller takes it for. Lists hold a number per joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrictionSpec {
+    /// Viscous coefficient, N m s/rad or N s/m.
+    pub viscous: Vec<f64>,
+    /// Coulomb torque or force, N m or N.
+    pub coulomb: Vec<f64>,
+    /// Stribeck's rise towards rest.
+    pub breakaway: Option<BreakawaySpec>,
+}
+
+/// How friction rises from Coulomb's level to that of breakaway as the velocity vanishes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BreakawaySpec {
+    /// Breakaway torque or force per joint without load, N m or N; not below Coulomb's.
+    pub torque: Vec<f64>,
+    /// Stribeck velocity, rad/s or m/s: there the rise is down to `1/e`.
+    pub speed: f64,
+    /// What breakaway gains per N m or N that the actuator gives.
+    pub load: f64,
+}
+
+/// A torque that swings about the one commanded as the motor turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RippleSpec {
+    /// Amplitude as a share of the torque.
+    pub share: f64,
+    /// Cycles per turn of the joint, or per metre.
+    pub cycles: f64,
 }
 
 /// What the sensors do.
@@ -204,6 +241,8 @@ pub struct ActuatorSpec {
     pub lag: f64,
     /// Transport delay, ticks.
     pub delay: u32,
+    /// Torque ripple.
+    pub ripple: Option<RippleSpec>,
 }
 
 impl MotionSpec {
@@ -237,6 +276,21 @@ impl ModelSpec {
             coriolis: Term::Live,
             friction: robot.joints.iter().any(|joint| joint.friction.is_some()),
             friction_smoothing: 0.05,
+            auto: None,
+        }
+    }
+}
+
+impl PlantSpec {
+    /// The model that knows everything of this world: what acts is constant, what does not is absent.
+    pub(crate) fn known(&self, robot: &Robot) -> ModelSpec {
+        let gravity = if self.gravity == Vector3::zeros() { Term::Absent } else { Term::Constant(self.gravity) };
+        ModelSpec {
+            gravity,
+            payload: self.payload.map_or(Term::Absent, Term::Constant),
+            tip_wrench: self.tip_wrench.map_or(Term::Absent, Term::Constant),
+            friction: self.friction && robot.joints.iter().any(|joint| joint.friction.is_some()),
+            ..ModelSpec::default_for(robot)
         }
     }
 }
@@ -279,6 +333,7 @@ impl PlantSpec {
                 Term::Absent | Term::Live => None,
             },
             friction: robot.joints.iter().any(|joint| joint.friction.is_some()),
+            friction_law: None,
             gravity: constant(model.gravity),
             start: start.to_vec(),
         }

@@ -1,11 +1,13 @@
 //! The tables `[plant]`, `[sensors]` and `[actuators]`: the simulated world.
 
-use super::{BODY, GRAVITY, WRENCH, payload, per_joint_text};
+use super::{BODY, GRAVITY, WRENCH, payload, per_joint, per_joint_text};
 use crate::body_fields::wrench;
 use crate::diagnostics::FileError;
 use crate::reader::{Table, Value};
 use crate::robot::Robot;
-use crate::scene::{ActuatorSpec, ControlSpec, ModelSpec, PlantSpec, SensorSpec};
+use crate::scene::{
+    ActuatorSpec, BreakawaySpec, ControlSpec, FrictionSpec, ModelSpec, PlantSpec, RippleSpec, SensorSpec,
+};
 use nalgebra::Vector3;
 
 pub(super) fn plant(
@@ -26,7 +28,10 @@ pub(super) fn plant(
     if let Some(value) = table.get("tip_wrench") {
         plant.tip_wrench = absent_or(&value, WRENCH, |value| wrench(&value.table()?))?;
     }
-    if let Some(value) = table.get("friction") {
+    if let Some(value) = table.get("friction").filter(Value::is_table) {
+        plant.friction = true;
+        plant.friction_law = Some(friction(&value.table()?, robot)?);
+    } else if let Some(value) = table.get("friction") {
         plant.friction = value.boolean()?;
         if plant.friction && robot.joints.iter().all(|joint| joint.friction.is_none()) {
             return Err(value.error("no joint of the robot has friction", "`friction` in the robot file, or false"));
@@ -46,6 +51,50 @@ pub(super) fn plant(
         }
     }
     Ok(plant)
+}
+
+/// Friction of the simulated joints; what is not said of Coulomb and viscous friction is the robot file's.
+fn friction(table: &Table<'_>, robot: &Robot) -> Result<FrictionSpec, FileError> {
+    table.only(&["viscous", "coulomb", "breakaway", "stribeck_speed", "load"])?;
+    const LEVEL: &str = "a torque (N m) or force (N) of zero or more";
+    const VISCOUS: &str = "a viscous coefficient of zero or more, N m s/rad or N s/m";
+    const SPEED: &str = "a Stribeck velocity in rad/s or m/s, 5e-3 or more";
+    const LOAD: &str = "a share of the actuator's torque, 0 to 1";
+    let list = |key, what: &str| {
+        let read = |value: Value<'_>| per_joint(&value, robot, what, |value| value.not_negative(what));
+        table.get(key).map(read).transpose()
+    };
+    let of_robot = |one: fn(&crate::JointFriction) -> f64| -> Vec<f64> {
+        robot.joints.iter().map(|joint| joint.friction.as_ref().map_or(0.0, one)).collect()
+    };
+    let viscous = list("viscous", VISCOUS)?.unwrap_or_else(|| of_robot(|friction| friction.viscous));
+    let coulomb = list("coulomb", LEVEL)?.unwrap_or_else(|| of_robot(|friction| friction.coulomb));
+    let Some(torque) = list("breakaway", LEVEL)? else {
+        if let Some(value) = table.get("stribeck_speed").or_else(|| table.get("load")) {
+            return Err(
+                value.error("given without `breakaway`", "`breakaway`, the friction that a motion starts against")
+            );
+        }
+        return Ok(FrictionSpec { viscous, coulomb, breakaway: None });
+    };
+    if let Some(index) = (0..robot.dof()).find(|&i| torque[i] < coulomb[i]) {
+        let label = Robot::joint_label(index, &robot.joints[index].name);
+        let problem = format!("{} is below the Coulomb friction of {label}", torque[index]);
+        return Err(table.error("breakaway", problem, format!("{} or more", coulomb[index])));
+    }
+    let speed = table.require("stribeck_speed", SPEED)?.at_least(5e-3, SPEED)?;
+    let load = table.get("load").map_or(Ok(0.0), |value| value.within(0.0, 1.0, LOAD))?;
+    Ok(FrictionSpec { viscous, coulomb, breakaway: Some(BreakawaySpec { torque, speed, load }) })
+}
+
+fn ripple(table: &Table<'_>) -> Result<RippleSpec, FileError> {
+    table.only(&["share", "cycles"])?;
+    const SHARE: &str = "an amplitude as a share of the torque, 0 to 1";
+    const CYCLES: &str = "cycles per turn of the joint or per metre, above zero and at most 1e4";
+    Ok(RippleSpec {
+        share: table.require("share", SHARE)?.within(0.0, 1.0, SHARE)?,
+        cycles: table.require("cycles", CYCLES)?.positive_up_to(1e4, CYCLES)?,
+    })
 }
 
 /// The control period must be a whole multiple of the plant's step.
@@ -91,11 +140,12 @@ pub(super) fn sensors(table: &Table<'_>, robot: &Robot) -> Result<SensorSpec, Fi
 }
 
 pub(super) fn actuators(table: &Table<'_>) -> Result<ActuatorSpec, FileError> {
-    table.only(&["saturation", "lag", "delay"])?;
+    table.only(&["saturation", "lag", "delay", "ripple"])?;
     Ok(ActuatorSpec {
         saturation: table.get("saturation").map_or(Ok(false), |value| value.boolean())?,
         lag: table.get("lag").map_or(Ok(0.0), |value| value.not_negative("a time constant of zero or more, s"))?,
         delay: delay(table)?,
+        ripple: table.table("ripple")?.map(|table| ripple(&table)).transpose()?,
     })
 }
 

@@ -1,0 +1,295 @@
+//! The terms of a scene's model one by one: what dropping some of them costs in torque, and the fewest that a tolerance allows.
+
+use super::settings::ModelSpec;
+use super::{SceneFile, inertia, joints};
+use crate::kernel::{Function, Level, Operations, Precision, compile};
+use dynamics_core::control::trajectory::MotionError;
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Reference, Scene, SinCos, Term, Trig};
+
+/// A term of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ModelTerm {
+    /// The weight of everything.
+    Gravity,
+    /// What the tip holds.
+    Payload,
+    /// What pushes at the tip.
+    TipWrench,
+    /// Reflected rotor inertias.
+    Rotors,
+    /// Centrifugal and Coriolis torques.
+    VelocityTerms,
+    /// Friction, fed forward.
+    Friction,
+}
+
+impl ModelTerm {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Gravity, Self::Payload, Self::TipWrench, Self::Rotors, Self::VelocityTerms, Self::Friction];
+
+    /// Its name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Gravity => "gravity",
+            Self::Payload => "payload",
+            Self::TipWrench => "tip wrench",
+            Self::Rotors => "rotors",
+            Self::VelocityTerms => "velocity terms",
+            Self::Friction => "friction",
+        }
+    }
+
+    /// Its key in a scene's `[model]`.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Gravity => "gravity",
+            Self::Payload => "payload",
+            Self::TipWrench => "tip_wrench",
+            Self::Rotors => "rotor",
+            Self::VelocityTerms => "coriolis",
+            Self::Friction => "friction",
+        }
+    }
+}
+
+/// How a scene asked for the fewest terms (`terms = "auto"`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct AutoTerms {
+    /// Greatest torque error, as a share of each joint's torque limit.
+    pub tolerance: f64,
+    /// Every term that acts in the simulated world.
+    pub full: Box<ModelSpec>,
+}
+
+impl ModelSpec {
+    /// Whether a term is absent, constant or live. Friction that is fed forward is constant: its coefficients are.
+    #[must_use]
+    pub fn state(&self, term: ModelTerm) -> Term<()> {
+        fn state<T>(term: &Term<T>) -> Term<()> {
+            match term {
+                Term::Absent => Term::Absent,
+                Term::Constant(_) => Term::Constant(()),
+                Term::Live => Term::Live,
+            }
+        }
+        match term {
+            ModelTerm::Gravity => state(&self.gravity),
+            ModelTerm::Payload => state(&self.payload),
+            ModelTerm::TipWrench => state(&self.tip_wrench),
+            ModelTerm::Rotors => self.rotor,
+            ModelTerm::VelocityTerms => state(&self.coriolis),
+            ModelTerm::Friction if self.friction => Term::Constant(()),
+            ModelTerm::Friction => Term::Absent,
+        }
+    }
+
+    /// The terms that are not absent.
+    #[must_use]
+    pub fn terms(&self) -> Vec<ModelTerm> {
+        ModelTerm::ALL.into_iter().filter(|&term| self.state(term) != Term::Absent).collect()
+    }
+
+    /// The same model without some of its terms.
+    #[must_use]
+    pub fn without(&self, terms: &[ModelTerm]) -> Self {
+        let mut model = self.clone();
+        for term in terms {
+            match term {
+                ModelTerm::Gravity => model.gravity = Term::Absent,
+                ModelTerm::Payload => model.payload = Term::Absent,
+                ModelTerm::TipWrench => model.tip_wrench = Term::Absent,
+                ModelTerm::Rotors => model.rotor = Term::Absent,
+                ModelTerm::VelocityTerms => model.coriolis = Term::Absent,
+                ModelTerm::Friction => model.friction = false,
+            }
+        }
+        model
+    }
+
+    /// With every term that was there before `terms = "auto"` took some away; the same model where it did not.
+    #[must_use]
+    pub fn full(&self) -> &Self {
+        self.auto.as_ref().map_or(self, |auto| &auto.full)
+    }
+
+    /// What the recursion computes for this model of an arm.
+    #[must_use]
+    pub fn scene<const N: usize>(&self, model: &Model<f64, N>) -> Scene<f64, N> {
+        let rotors = model.links().map(|link| link.rotor);
+        Scene {
+            gravity: self.gravity,
+            payload: self.payload.map(|body| inertia(&body)),
+            tip_wrench: self.tip_wrench,
+            rotor: self.rotor.map(|()| rotors),
+            coriolis: self.coriolis.clone().map(|speeds| joints(&speeds)),
+        }
+    }
+}
+
+/// What friction feedforward takes of one joint: `tau += b qd + x (1.5 c - 0.5 c x^2)` with `x = qd / v`, the constants folded;
+/// holding `x` inside `[-1, 1]` comes on top.
+pub const FRICTION_OPERATIONS: Operations = Operations { mul: 5, add: 2, sub: 1, div: 0, neg: 0 };
+
+/// Torque that a model leaves out along a reference motion. Each list holds a number per joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TorqueError {
+    /// Greatest magnitude, N m or N.
+    pub max: Vec<f64>,
+    /// Root mean square, N m or N.
+    pub rms: Vec<f64>,
+    /// Greatest magnitude over the joint's torque limit; `None` where it has none.
+    pub of_limit: Vec<Option<f64>>,
+}
+
+impl TorqueError {
+    /// Greatest of the shares of torque limits; zero where no joint has a limit.
+    #[must_use]
+    pub fn worst_of_limit(&self) -> f64 {
+        self.of_limit.iter().flatten().fold(0.0, |worst, share| f64::max(worst, *share))
+    }
+}
+
+/// The fewest terms that keep a tolerance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FewestTerms {
+    /// What goes, in the order of [`ModelTerm::ALL`].
+    pub given_up: Vec<ModelTerm>,
+    /// What that leaves out, all together.
+    pub error: TorqueError,
+}
+
+/// The scene's reference motion, to compare models along.
+///
+/// One instant per control period, at most [`Along::INSTANTS_MAX`] of them, evenly spaced from start to end.
+#[derive(Clone, Debug)]
+pub struct Along<'a, const N: usize> {
+    file: &'a SceneFile,
+    model: &'a Model<f64, N>,
+    live: Live<f64, N>,
+    instants: Vec<(Reference<f64, N>, [SinCos<f64>; N])>,
+    /// Torques of the full model at each.
+    full: Vec<[f64; N]>,
+}
+
+impl<'a, const N: usize> Along<'a, N> {
+    /// Most instants at which models are compared.
+    pub const INSTANTS_MAX: u32 = 4000;
+
+    /// Along the scene's own motion.
+    ///
+    /// # Errors
+    /// A motion that cannot be.
+    pub fn new(file: &'a SceneFile, model: &'a Model<f64, N>) -> Result<Self, MotionError> {
+        let motion = file.trajectory(model)?;
+        let steps = (motion.duration() / file.period()).ceil().clamp(1.0, f64::from(Self::INSTANTS_MAX)) as u32;
+        let at = |step: u32| motion.sample(motion.duration() * f64::from(step) / f64::from(steps));
+        let instants = (0..=steps).map(at).map(|reference| (reference, Libm.sin_cos_all(&reference.q))).collect();
+        let mut along = Self { file, model, live: file.live(model), instants, full: Vec::new() };
+        along.full = along.torques(file.model.full()).collect();
+        Ok(along)
+    }
+
+    /// Torques of a model at every instant, N m or N.
+    fn torques(&self, spec: &ModelSpec) -> impl Iterator<Item = [f64; N]> + use<'_, N> {
+        let dynamics = Dynamics::new(*self.model, spec.scene(self.model));
+        let friction = spec.friction.then(|| core::array::from_fn::<_, N, _>(|i| self.file.friction(i)));
+        self.instants.iter().map(move |(Reference { q, qd, qdd }, turn)| {
+            let mut torque = dynamics.inverse_dynamics(turn, q, qd, qdd, &self.live);
+            for (i, friction) in friction.iter().flatten().enumerate() {
+                torque[i] += friction.torque(qd[i]);
+            }
+            torque
+        })
+    }
+
+    /// Torques that the full model has and the model without these terms has not.
+    fn missing(&self, terms: &[ModelTerm]) -> impl Iterator<Item = [f64; N]> + use<'_, N> {
+        let without = self.torques(&self.file.model.full().without(terms));
+        self.full.iter().zip(without).map(|(full, less)| core::array::from_fn(|i| full[i] - less[i]))
+    }
+
+    /// What the full model without these terms leaves out.
+    #[must_use]
+    pub fn error_without(&self, terms: &[ModelTerm]) -> TorqueError {
+        let (mut max, mut squares) = ([0.0; N], [0.0; N]);
+        for missing in self.missing(terms) {
+            for i in 0..N {
+                max[i] = f64::max(max[i], missing[i].abs());
+                squares[i] += missing[i] * missing[i];
+            }
+        }
+        let count = self.instants.len() as f64;
+        let limits = self.model.links().map(|link| link.limits.torque);
+        TorqueError {
+            max: max.to_vec(),
+            rms: squares.iter().map(|sum| libm::sqrt(sum / count)).collect(),
+            of_limit: max.iter().zip(limits).map(|(max, limit)| limit.is_finite().then(|| max / limit)).collect(),
+        }
+    }
+
+    /// Whether the full model without these terms stays within a share of every torque limit. A joint without a limit has no
+    /// say.
+    fn keeps(&self, tolerance: f64, terms: &[ModelTerm]) -> bool {
+        let limits = self.model.links().map(|link| link.limits.torque);
+        let allowed = |i: usize| if limits[i].is_finite() { tolerance * limits[i] } else { f64::INFINITY };
+        let allowed: [f64; N] = core::array::from_fn(allowed);
+        // A NaN is not kept.
+        self.missing(terms).all(|missing| (0..N).all(|i| missing[i].abs() <= allowed[i]))
+    }
+
+    /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit, everywhere on the
+    /// motion.
+    ///
+    /// A set of terms may go if its error is within the tolerance and every smaller set may go too: that two errors cancel on
+    /// this motion is no reason to make both. Of the sets to which nothing can be added the one goes that leaves the fewest
+    /// operations; of equals the one that takes more terms, then the one that keeps the earlier of [`ModelTerm::ALL`].
+    #[must_use]
+    pub fn fewest_terms(&self, tolerance: f64) -> FewestTerms {
+        let present = self.file.model.full().terms();
+        let terms = |set: usize| -> Vec<ModelTerm> {
+            present.iter().enumerate().filter(|(bit, _)| set & (1 << bit) != 0).map(|(_, term)| *term).collect()
+        };
+        let sets = 1_usize << present.len();
+        let bits = |set: usize| (0..present.len()).map(|bit| 1 << bit).filter(move |bit| set & bit != 0);
+        let mut may_go = vec![false; sets];
+        may_go[0] = true;
+        // A set comes after all of its parts.
+        for set in 1..sets {
+            may_go[set] = bits(set).all(|bit| may_go[set & !bit]) && self.keeps(tolerance, &terms(set));
+        }
+        let full = |set: usize| bits(!set & (sets - 1)).all(|bit| !may_go[set | bit]);
+        let largest: Vec<usize> = (0..sets).filter(|&set| may_go[set] && full(set)).collect();
+        let goes = match largest[..] {
+            [only] => only,
+            _ => {
+                let rank = |set: &usize| {
+                    let kept = present.len() - set.count_ones() as usize;
+                    (self.operations_without(&terms(*set)).total(), kept, sets - set)
+                };
+                largest.iter().copied().min_by_key(rank).unwrap_or(0)
+            }
+        };
+        let given_up = terms(goes);
+        FewestTerms { error: self.error_without(&given_up), given_up }
+    }
+
+    /// Operations of a tick's inverse dynamics and friction feedforward, in the full model without these terms: of the
+    /// kernel at the scene's level (exact for the recursion), in single precision.
+    #[must_use]
+    pub fn operations_without(&self, terms: &[ModelTerm]) -> Operations {
+        let spec = self.file.model.full().without(terms);
+        let level = self.file.control.kernel.level().unwrap_or(Level::Exact);
+        let scene = spec.scene(self.model);
+        let mut count = compile(Function::InverseDynamics, self.model, &scene, level, Precision::Single).operations();
+        if spec.friction {
+            count.mul += N * FRICTION_OPERATIONS.mul;
+            count.add += N * FRICTION_OPERATIONS.add;
+            count.sub += N * FRICTION_OPERATIONS.sub;
+        }
+        count
+    }
+}
