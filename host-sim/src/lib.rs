@@ -13,9 +13,11 @@
 //! | [`plot`] | a run in pictures |
 //! | [`posture_search`] | the posture that makes least of something |
 //! | [`linkage_turn`], [`linkage_run`] | a closed loop, driven round and let run |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`explain_command`], [`exit`] | the command line |
+//! | [`torque_error`] | how wrong single precision is: what is proven, what was found |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`explain_command`], [`bound_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
+pub mod bound_command;
 pub mod chip;
 pub mod cli;
 pub mod closed_loop;
@@ -39,3 +41,4 @@ pub mod statics_command;
 pub mod summary;
 pub mod target;
 pub mod terms_command;
+pub mod torque_error;

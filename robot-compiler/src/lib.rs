@@ -8,6 +8,7 @@
 //! | [`diagnostics`] | errors that point at file, line and field |
 //! | [`emit`] | a checked arm and its controller as Rust source for the chip |
 //! | [`hash`] | one number for everything that decides the bits of a tick |
+//! | [`precision`] | what rounding costs: a reference with 31 digits, and a bound on the error for a whole box of states |
 //!
 //! ```
 //! use robot_compiler::{Robot, with_dof};
@@ -37,6 +38,7 @@ pub mod hash;
 pub mod kernel;
 pub mod linkage;
 mod linkage_file;
+pub mod precision;
 mod reader;
 pub mod robot;
 mod robot_file;

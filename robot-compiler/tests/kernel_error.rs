@@ -1,16 +1,13 @@
 //! What rounding costs the two levels, against the recursion in double-double arithmetic.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
-#![allow(clippy::float_cmp, reason = "what double-double holds is exact")]
 
-use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Real, Scalar, Scene, SinCos, Term, Trig};
 use nalgebra::Vector3;
-use num_traits::{One, Zero};
 use robot_compiler::Robot;
 use robot_compiler::kernel::functions::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, compile};
-use twofloat::TwoFloat;
+use robot_compiler::precision::DoubleDouble;
 
 mod common;
 use common::top;
@@ -30,71 +27,11 @@ impl Random {
     }
 }
 
-/// A double-double: about 31 digits, so what it leaves out cannot be seen beside the error of f64.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Reference(TwoFloat);
-
-impl Reference {
-    fn minus(self, x: f64) -> f64 {
-        (self.0 - x).hi()
-    }
-}
-
-macro_rules! operators {
-    ($($operator:ident, $method:ident, $assigning:ident, $assign:ident;)*) => {$(
-        impl $operator for Reference {
-            type Output = Self;
-            fn $method(self, other: Self) -> Self {
-                Self(self.0.$method(other.0))
-            }
-        }
-        impl $assigning for Reference {
-            fn $assign(&mut self, other: Self) {
-                *self = self.$method(other);
-            }
-        }
-    )*};
-}
-
-operators! {
-    Add, add, AddAssign, add_assign;
-    Sub, sub, SubAssign, sub_assign;
-    Mul, mul, MulAssign, mul_assign;
-}
-
-impl Neg for Reference {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self(-self.0)
-    }
-}
-
-impl Zero for Reference {
-    fn zero() -> Self {
-        Self::literal(0.0)
-    }
-    fn is_zero(&self) -> bool {
-        *self == Self::zero()
-    }
-}
-
-impl One for Reference {
-    fn one() -> Self {
-        Self::literal(1.0)
-    }
-}
-
-impl Scalar for Reference {
-    fn literal(x: f64) -> Self {
-        Self(TwoFloat::from(x))
-    }
-}
-
 /// Largest error of each level in a precision, relative to the largest torque of the state.
 fn errors<S: Real>(robot: &str) -> [f64; 2] {
     let model = Robot::load(&top(&format!("robots/{robot}.toml"))).unwrap().model::<6>().unwrap();
     let scene = Scene { gravity: Term::Constant(Vector3::new(0.0, 0.0, -9.81)), ..Scene::free_space() };
-    let recursion = Dynamics::new(model.cast::<Reference>(), scene.cast());
+    let recursion = Dynamics::new(model.cast::<DoubleDouble>(), scene.cast());
     let level = |level| compile(Function::InverseDynamics, &model, &scene, level, Precision::of::<S>());
     let kernels = Level::ALL.map(level);
     let mut random = Random(7);
@@ -103,7 +40,7 @@ fn errors<S: Real>(robot: &str) -> [f64; 2] {
         let (q, qd, qdd) = (random.joints(3.0), random.joints(2.0), random.joints(5.0));
         let turn = Libm.sin_cos_all(&q).map(|t| SinCos { sin: S::literal(t.sin), cos: S::literal(t.cos) });
         let exact = turn.map(|t| SinCos { sin: Scalar::literal(t.sin.to_f64()), cos: Scalar::literal(t.cos.to_f64()) });
-        let [rq, rqd, rqdd] = [q, qd, qdd].map(|x| x.map(Reference::literal));
+        let [rq, rqd, rqdd] = [q, qd, qdd].map(|x| x.map(DoubleDouble::literal));
         let wanted = recursion.inverse_dynamics(&exact, &rq, &rqd, &rqdd, &Live::zero());
         let size = wanted.iter().fold(0.0_f64, |size, x| size.max(x.minus(0.0).abs()));
         let [q, qd, qdd] = [q, qd, qdd].map(|x| x.map(S::literal));
@@ -126,15 +63,6 @@ fn assert_errors<S: Real>(robot: &str, exact: f64, regrouped: f64) {
         assert!((found / wanted - 1.0).abs() < 0.05, "{robot}: {found:e}, not {wanted:e}");
     }
     assert!(found[1] <= 2.0 * found[0], "{robot}: {found:?}");
-}
-
-#[test]
-fn a_double_double_holds_twice_the_digits() {
-    let tiny = Reference::literal(f64::EPSILON * f64::EPSILON);
-    assert_eq!((Reference::one() + tiny).minus(1.0), f64::EPSILON * f64::EPSILON);
-    // (1 + e)^2 = 1 + 2 e + e^2, to the last term.
-    let near = Reference::literal(1.0 + f64::EPSILON);
-    assert_eq!((near * near).minus(1.0 + 2.0 * f64::EPSILON), f64::EPSILON * f64::EPSILON);
 }
 
 #[test]

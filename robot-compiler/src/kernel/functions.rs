@@ -165,7 +165,7 @@ pub fn live_inputs(program: &Program, joints: usize) -> usize {
 /// The values of the inputs in the order of their numbers, for every function but forward dynamics and the law; for that one
 /// those of [`reference_values`] follow.
 #[must_use]
-pub fn input_values<S: Real, const N: usize>(
+pub fn input_values<S: Scalar, const N: usize>(
     turn: &[SinCos<S>; N],
     q: &[S; N],
     qd: &[S; N],
@@ -179,7 +179,7 @@ pub fn input_values<S: Real, const N: usize>(
 
 /// The same for forward dynamics, which reads torques where the others read accelerations.
 #[must_use]
-pub fn forward_input_values<S: Real, const N: usize>(
+pub fn forward_input_values<S: Scalar, const N: usize>(
     turn: &[SinCos<S>; N],
     q: &[S; N],
     qd: &[S; N],
@@ -192,7 +192,7 @@ pub fn forward_input_values<S: Real, const N: usize>(
 }
 
 /// The same for either, into a list that is used again and again: `joints` are `q`, `qd`, `qdd` and `tau`.
-pub(super) fn write_input_values<S: Real, const N: usize>(
+pub(super) fn write_input_values<S: Scalar, const N: usize>(
     values: &mut Vec<S>,
     turn: &[SinCos<S>; N],
     joints: [&[S; N]; 4],

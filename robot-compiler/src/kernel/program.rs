@@ -139,7 +139,7 @@ impl Program {
 
     /// Run it: the interpreter of the tape. Missing inputs count as zero.
     #[must_use]
-    pub fn evaluate<S: dynamics_core::Real>(&self, inputs: &[S]) -> Vec<S> {
+    pub fn evaluate<S: dynamics_core::Field>(&self, inputs: &[S]) -> Vec<S> {
         let mut values = vec![S::zero(); self.arena.nodes().len()];
         let leaves = self.arena.nodes().iter().enumerate();
         for (i, node) in leaves {

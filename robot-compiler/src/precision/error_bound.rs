@@ -1,0 +1,402 @@
+//! A scalar that carries a proven bound on its rounding error through the recursion.
+//!
+//! A [`Bounded`] stands for all states of a box at once: an interval `[lo, hi]` that holds the exact value `x` in each of
+//! them, and `e` with `|x_computed - x| <= e` in each. Every operation of precision `R` adds its own rounding to what its
+//! operands bring:
+//!
+//! ```text
+//! a + b    e = ea + eb                         + r(|a + b| + ea + eb)
+//! a b      e = |a| eb + |b| ea + ea eb         + r(|a b| + ...)
+//! r(M) = half a unit in the last place of M  = u 2^floor(log2 M),  u = 2^-24 in f32, and of a product never below 2^-150
+//! ```
+//!
+//! `|a|` is the largest magnitude of the interval. Products with zero and sums with zero are exact, so are products with
+//! powers of two. All arithmetic is in `f64`, rounded outwards by a unit in the last place an operation. What could
+//! overflow in `R` is unbounded from there on.
+//!
+//! Intervals forget that `sin^2 + cos^2 = 1`. Therefore sines and cosines carry the number of their joint, and where
+//! `sin A` meets `cos B` of the same joint in a sum, Cauchy's inequality holds the sum of both to
+//! `sqrt(|A|^2 + |B|^2)`, and the errors that they bring to `sqrt(eA^2 + eB^2)`: the plain sum is up to 1.41 times as much
+//! in each of the rotations that a recursion goes through, on the way out and on the way back.
+
+use core::fmt::Debug;
+use core::marker::PhantomData;
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+use dynamics_core::{Field, Scalar, SinCos};
+use num_traits::{One, Zero};
+
+/// A floating-point format whose rounding is bounded: to nearest, subnormal numbers kept.
+pub trait Rounding: Copy + Debug + PartialEq + Send + Sync + 'static {
+    /// Unit roundoff: half the distance of the numbers just above 1.
+    const UNIT: f64;
+    /// No less than half the smallest number above zero: what a product that underflows may lose.
+    const LEAST: f64;
+    /// The largest finite number.
+    const MAX: f64;
+
+    /// The number of the format that is nearest to `x`.
+    fn nearest(x: f64) -> f64;
+
+    /// What a sum of magnitude up to `size` is rounded by, at most.
+    #[inline]
+    #[must_use]
+    fn of_sum(size: f64) -> f64 {
+        Self::UNIT * binade(size)
+    }
+
+    /// What a product or quotient of magnitude up to `size` is rounded by, at most.
+    #[inline]
+    #[must_use]
+    fn of_product(size: f64) -> f64 {
+        (Self::UNIT * binade(size)).max(Self::LEAST)
+    }
+}
+
+/// `f32`
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Single;
+
+impl Rounding for Single {
+    const UNIT: f64 = 1.0 / (1_u64 << 24) as f64;
+    const LEAST: f64 = f64::from_bits((1023 - 150) << 52);
+    const MAX: f64 = f32::MAX as f64;
+    #[inline]
+    fn nearest(x: f64) -> f64 {
+        f64::from(x as f32)
+    }
+}
+
+/// `f64`
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Double;
+
+impl Rounding for Double {
+    const UNIT: f64 = f64::EPSILON / 2.0;
+    const LEAST: f64 = f64::from_bits(1);
+    const MAX: f64 = f64::MAX;
+    #[inline]
+    fn nearest(x: f64) -> f64 {
+        x
+    }
+}
+
+/// The largest power of two that is not above `size`.
+#[inline]
+fn binade(size: f64) -> f64 {
+    f64::from_bits(size.to_bits() & (0x7ff << 52))
+}
+
+/// All values that a number takes in a box of states, and how far the computed ones may be from them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounded<R> {
+    lo: f64,
+    hi: f64,
+    error: f64,
+    origin: Origin,
+    format: PhantomData<R>,
+}
+
+/// What Cauchy's inequality needs to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Origin {
+    Other,
+    /// The sine or the cosine of a joint, either sign.
+    Turn(Turn),
+    /// One of them times something of magnitude up to `size`, known to `error`; `rest` is what the product adds to the error.
+    Turned {
+        by: Turn,
+        size: f64,
+        error: f64,
+        rest: f64,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Turn {
+    joint: usize,
+    cosine: bool,
+}
+
+impl<R: Rounding> Bounded<R> {
+    /// A number of the format itself, anywhere from `lo` to `hi`: an input, taken as exact.
+    #[must_use]
+    pub fn exact(lo: f64, hi: f64) -> Self {
+        Self::within(lo, hi, 0.0)
+    }
+
+    /// A number from `lo` to `hi` that is known to within `error`.
+    #[must_use]
+    pub fn within(lo: f64, hi: f64, error: f64) -> Self {
+        Self { lo, hi, error, origin: Origin::Other, format: PhantomData }
+    }
+
+    /// Sine and cosine of every angle of joint `joint` from `lo` to `hi` (rad, up to 2^20), computed to within
+    /// `error.0` and `error.1`.
+    ///
+    /// No two joints may have the same number: the two results are taken to be those of one angle.
+    #[must_use]
+    pub fn sin_cos(joint: usize, (lo, hi): (f64, f64), error: (f64, f64)) -> SinCos<Self> {
+        let one = |cosine, (lo, hi), error| Self {
+            origin: Origin::Turn(Turn { joint, cosine }),
+            ..Self::within(lo, hi, error)
+        };
+        SinCos {
+            sin: one(false, range(f64::sin, lo, hi, core::f64::consts::FRAC_PI_2), error.0),
+            cos: one(true, range(f64::cos, lo, hi, 0.0), error.1),
+        }
+    }
+
+    /// Lowest and highest exact value.
+    #[must_use]
+    pub const fn interval(&self) -> (f64, f64) {
+        (self.lo, self.hi)
+    }
+
+    /// How far a computed value may be from the exact one, in any state of the box. Infinite where overflow is possible.
+    #[must_use]
+    pub const fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// The largest magnitude of the exact value.
+    #[inline]
+    fn size(&self) -> f64 {
+        self.lo.abs().max(self.hi.abs())
+    }
+
+    #[inline]
+    fn is_exactly(&self, x: f64) -> bool {
+        self.lo.to_bits() == x.to_bits() && self.hi.to_bits() == x.to_bits() && self.error == 0.0
+    }
+
+    /// Zero of either sign, known exactly.
+    #[inline]
+    fn vanishes(&self) -> bool {
+        self.size() == 0.0 && self.error == 0.0
+    }
+
+    /// Its power of two, either sign, if it is one and known exactly.
+    #[inline]
+    fn power_of_two(&self) -> Option<f64> {
+        let exact = self.error == 0.0 && self.lo.to_bits() == self.hi.to_bits();
+        (exact && self.lo.abs() >= f64::MIN_POSITIVE && binade(self.lo.abs()).to_bits() == self.lo.abs().to_bits())
+            .then_some(self.lo)
+    }
+
+    /// Nothing is known.
+    fn unbounded() -> Self {
+        Self::within(f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY)
+    }
+
+    /// The result of an operation: its exact interval, what its operands bring, and how it rounds.
+    #[inline]
+    fn rounded(lo: f64, hi: f64, brought: f64, rounding: impl Fn(f64) -> f64) -> (Self, f64) {
+        let size = plus(lo.abs().max(hi.abs()), brought);
+        // Also where a NaN came in: max drops it, the sum with it does not.
+        if !(size < R::MAX && (hi - lo).is_finite()) {
+            return (Self::unbounded(), f64::INFINITY);
+        }
+        let own = rounding(size);
+        (Self::within(lo, hi, plus(brought, own)), own)
+    }
+
+    /// Times a power of two: exact, but for what falls out of the range of the format.
+    #[inline]
+    fn scaled(self, factor: f64) -> Self {
+        if self.is_exactly(1.0) {
+            return Self::exact(factor, factor);
+        }
+        let (a, b) = (self.lo * factor, self.hi * factor);
+        let (lo, hi) = if factor < 0.0 { (b, a) } else { (a, b) };
+        let own = if factor.abs() < 1.0 { R::LEAST } else { 0.0 };
+        let scaled = Self::rounded(lo, hi, times(self.error, factor.abs()), |_| own).0;
+        // Only a turn by itself, or its negative, is still one.
+        let origin = if factor.abs() > 1.0 || factor.abs() < 1.0 { Origin::Other } else { self.origin };
+        Self { origin, ..scaled }
+    }
+}
+
+/// The range of a sine or cosine whose highest points lie at `peak + 2 k pi`, wider by more than its own error.
+fn range(f: fn(f64) -> f64, lo: f64, hi: f64, peak: f64) -> (f64, f64) {
+    const SLACK: f64 = 1e-9;
+    const ERROR: f64 = 1e-15;
+    let turn = 2.0 * core::f64::consts::PI;
+    let passes = |at: f64| ((hi + SLACK - at) / turn).floor() >= ((lo - SLACK - at) / turn).ceil();
+    let (a, b) = (f(lo), f(hi));
+    let low = if passes(peak + core::f64::consts::PI) { -1.0 } else { (a.min(b) - ERROR).max(-1.0) };
+    let high = if passes(peak) { 1.0 } else { (a.max(b) + ERROR).min(1.0) };
+    (low, high)
+}
+
+/// `a + b` of numbers that are not negative, no less than exact.
+#[inline]
+fn plus(a: f64, b: f64) -> f64 {
+    if a == 0.0 {
+        b
+    } else if b == 0.0 {
+        a
+    } else {
+        (a + b).next_up()
+    }
+}
+
+/// `a b` of numbers that are not negative, no less than exact.
+#[inline]
+fn times(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { 0.0 } else { (a * b).next_up() }
+}
+
+/// `sqrt(a^2 + b^2)`, no less than exact.
+#[inline]
+fn hypotenuse(a: f64, b: f64) -> f64 {
+    plus(times(a, a), times(b, b)).sqrt().next_up()
+}
+
+impl<R: Rounding> Add for Bounded<R> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        if self.vanishes() {
+            return other;
+        }
+        if other.vanishes() {
+            return self;
+        }
+        let (mut lo, mut hi) = ((self.lo + other.lo).next_down(), (self.hi + other.hi).next_up());
+        let mut brought = plus(self.error, other.error);
+        if let (
+            Origin::Turned { by: a, size: size_a, error: error_a, rest: rest_a },
+            Origin::Turned { by: b, size: size_b, error: error_b, rest: rest_b },
+        ) = (self.origin, other.origin)
+            && a.joint == b.joint
+            && a.cosine != b.cosine
+        {
+            let size = hypotenuse(size_a, size_b);
+            (lo, hi) = (lo.max(-size), hi.min(size));
+            brought = brought.min(plus(hypotenuse(error_a, error_b), plus(rest_a, rest_b)));
+        }
+        Self::rounded(lo, hi, brought, R::of_sum).0
+    }
+}
+
+impl<R: Rounding> Mul for Bounded<R> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        if self.vanishes() || other.vanishes() {
+            // Zero times what may have overflowed may be NaN.
+            let finite = self.error.is_finite() && other.error.is_finite();
+            return if finite { Self::exact(0.0, 0.0) } else { Self::unbounded() };
+        }
+        if let Some(factor) = self.power_of_two() {
+            return other.scaled(factor);
+        }
+        if let Some(factor) = other.power_of_two() {
+            return self.scaled(factor);
+        }
+        let products = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
+        if products.iter().any(|x| x.is_nan()) {
+            return Self::unbounded();
+        }
+        let lo = products.iter().fold(f64::INFINITY, |lo, x| lo.min(*x)).next_down();
+        let hi = products.iter().fold(f64::NEG_INFINITY, |hi, x| hi.max(*x)).next_up();
+        let (a, b) = match other.origin {
+            Origin::Turn(_) if !matches!(self.origin, Origin::Turn(_)) => (other, self),
+            _ => (self, other),
+        };
+        // What the first operand's error brings, then what the second one's does.
+        let from_a = plus(times(b.size(), a.error), times(a.error, b.error));
+        let from_b = times(a.size(), b.error);
+        let (product, own) = Self::rounded(lo, hi, plus(from_a, from_b), R::of_product);
+        let origin = match a.origin {
+            Origin::Turn(by) => Origin::Turned { by, size: b.size(), error: b.error, rest: plus(from_a, own) },
+            _ => Origin::Other,
+        };
+        Self { origin, ..product }
+    }
+}
+
+impl<R: Rounding> Div for Bounded<R> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        // The computed divisor, too, must stay away from zero.
+        let least = if other.lo > 0.0 { other.lo } else { -other.hi };
+        let clear = (least - other.error).next_down();
+        if clear.is_nan() || clear <= 0.0 {
+            return Self::unbounded();
+        }
+        let quotients = [self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi];
+        if quotients.iter().any(|x| x.is_nan()) {
+            return Self::unbounded();
+        }
+        let lo = quotients.iter().fold(f64::INFINITY, |lo, x| lo.min(*x)).next_down();
+        let hi = quotients.iter().fold(f64::NEG_INFINITY, |hi, x| hi.max(*x)).next_up();
+        // a'/b' - a/b = ((a' - a) - a/b (b' - b)) / b'
+        let brought = plus(self.error, times(lo.abs().max(hi.abs()), other.error));
+        let brought = if brought == 0.0 { 0.0 } else { (brought / clear).next_up() };
+        Self::rounded(lo, hi, brought, R::of_product).0
+    }
+}
+
+impl<R: Rounding> Neg for Bounded<R> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self { lo: -self.hi, hi: -self.lo, ..self }
+    }
+}
+
+impl<R: Rounding> Sub for Bounded<R> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+macro_rules! assigning {
+    ($($operator:ident, $method:ident, $by:ident;)*) => {$(
+        impl<R: Rounding> $operator for Bounded<R> {
+            #[inline]
+            fn $method(&mut self, other: Self) {
+                *self = self.$by(other);
+            }
+        }
+    )*};
+}
+
+assigning! {
+    AddAssign, add_assign, add;
+    SubAssign, sub_assign, sub;
+    MulAssign, mul_assign, mul;
+}
+
+impl<R: Rounding> Zero for Bounded<R> {
+    #[inline]
+    fn zero() -> Self {
+        Self::exact(0.0, 0.0)
+    }
+    #[inline]
+    fn is_zero(&self) -> bool {
+        self.vanishes()
+    }
+}
+
+impl<R: Rounding> One for Bounded<R> {
+    #[inline]
+    fn one() -> Self {
+        Self::exact(1.0, 1.0)
+    }
+}
+
+impl<R: Rounding> Scalar for Bounded<R> {
+    /// A constant: the exact value is `x`, the computed one the format's nearest to it.
+    #[inline]
+    fn literal(x: f64) -> Self {
+        // The two are so close that their difference is exact.
+        let error = if x.is_finite() { (x - R::nearest(x)).abs() } else { 0.0 };
+        Self::within(x, x, error)
+    }
+}
+
+impl<R: Rounding> Field for Bounded<R> {}
