@@ -43,6 +43,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.
     Kernel(KernelArgs),
+    /// What happens at the edges: masses, numbers, integrators, time, gains; pass or fail, cell by cell.
+    Extremes(ExtremesArgs),
 }
 
 const RUN_EXAMPLES: &str = "\
@@ -353,6 +355,43 @@ pub struct KernelArgs {
     /// Print tables of what is saved, by what, instead of the source.
     #[arg(long)]
     pub table: bool,
+}
+
+const EXTREMES_EXAMPLES: &str = "\
+Groups:
+  masses       masses and inertias from 1e-6 to 1e6, massless links, nearly singular inertia matrices
+  inputs       angles to 1e6 turns, rates to 1e4 rad/s, NaN and infinity: a right torque or the documented fault
+  integrators  order and energy of the plant's Runge-Kutta method, a chaotic arm
+  time         periods from 1 us to 50 ms, a million ticks, an encoder that hardly moves; with --long, a day
+  control      saturation, wrong models, the stable region of gains against the period
+
+A cell passes when what it requires holds and its number is the expected one to 2 %. A cell that fails says why; the suite of
+tests fails when a cell's outcome changes in either direction.
+
+Examples:
+  host-sim extremes
+  host-sim extremes --json | jq '.cells[] | select(.passed | not)'
+  host-sim extremes --long
+  host-sim extremes --write
+
+--json is an object {count, passed, failed, cells: [{group, name, done, expected, found, value, moved, passed, reason}]}.
+--write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file, and
+extremes_region.svg and extremes_stability.svg beside it. Long cells keep their table of their own, between the lines
+`<!-- measured: extremes, long -->` and `<!-- end measured: extremes, long -->`, which only --long --write changes.";
+
+/// Options of `extremes`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXTREMES_EXAMPLES)]
+pub struct ExtremesArgs {
+    /// Also run what takes minutes: a million ticks of a microsecond, 24 hours at 1 kHz.
+    #[arg(long)]
+    pub long: bool,
+    /// Put the tables into this file.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/numerics.md")]
+    pub write: Option<PathBuf>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// How far a kernel's operations may leave those of the recursion.

@@ -11,8 +11,9 @@
 //! | [`record`] | what happened, tick by tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
+//! | [`extremes`] | what happens at the edges, cell by cell |
 //! | [`posture_search`] | the posture that makes least of something |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`exit`] | the command line |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`extremes_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod chip;
@@ -21,6 +22,8 @@ pub mod closed_loop;
 pub mod dynamics_command;
 pub mod energy_command;
 pub mod exit;
+pub mod extremes;
+pub mod extremes_command;
 pub mod info_command;
 pub mod kernel_command;
 pub mod on_chip;

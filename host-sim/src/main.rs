@@ -3,7 +3,8 @@
 use clap::Parser;
 use host_sim::cli::{Cli, Command};
 use host_sim::{
-    dynamics_command, energy_command, info_command, kernel_command, run_command, statics_command, terms_command,
+    dynamics_command, energy_command, extremes_command, info_command, kernel_command, run_command, statics_command,
+    terms_command,
 };
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
         Command::Energy(args) => energy_command::run(&args, &stop_on_interrupt()),
         Command::Info(args) => info_command::run(&args).map(|()| 0),
         Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
+        Command::Extremes(args) => extremes_command::run(&args).map(|()| 0),
     };
     ExitCode::from(done.unwrap_or_else(|failure| {
         let code = failure.code();
