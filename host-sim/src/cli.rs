@@ -365,27 +365,28 @@ Groups:
   time         periods from 1 us to 50 ms, a million ticks, an encoder that hardly moves; with --long, a day
   control      saturation, wrong models, the stable region of gains against the period
 
-A cell passes when what it requires holds and its number is the expected one to 2 %. A cell that fails says why; the suite of
+A cell passes when what it requires holds and its number is the one measured before, to 2 %; long cells have requirements only. A cell that fails says why; the suite of
 tests fails when a cell's outcome changes in either direction.
 
 Examples:
   host-sim extremes
   host-sim extremes --json | jq '.cells[] | select(.passed | not)'
   host-sim extremes --long
+  host-sim extremes --long 1 --write
   host-sim extremes --write
 
---json is an object {count, passed, failed, cells: [{group, name, done, expected, found, value, moved, passed, reason}]}.
+--json is an object {count, passed, failed, cells: [{group, name, done, expected, found, value, pinned, moved, passed, reason}]}.
 --write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file, and
-extremes_region.svg and extremes_stability.svg beside it. Long cells keep their table of their own, between the lines
+extremes_region.svg and extremes_stability.svg beside it. Long cells have a table of their own, between the lines
 `<!-- measured: extremes, long -->` and `<!-- end measured: extremes, long -->`, which only --long --write changes.";
 
 /// Options of `extremes`.
 #[derive(Clone, Debug, Args)]
 #[command(after_long_help = EXTREMES_EXAMPLES)]
 pub struct ExtremesArgs {
-    /// Also run what takes minutes: a million ticks of a microsecond, 24 hours at 1 kHz.
-    #[arg(long)]
-    pub long: bool,
+    /// Also run what takes minutes: a million ticks of a microsecond, and so many simulated hours at 1 kHz.
+    #[arg(long, value_name = "HOURS", num_args = 0..=1, default_missing_value = "24")]
+    pub long: Option<f64>,
     /// Put the tables into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/numerics.md")]
     pub write: Option<PathBuf>,

@@ -53,6 +53,8 @@ pub struct Cell {
     pub found: String,
     /// The number found, where the outcome is one.
     pub value: Option<f64>,
+    /// The number that was measured before, where there is one; long cells have only their requirement.
+    pub pinned: Option<f64>,
     /// Whether the outcome is another than the expected one, in either direction.
     pub moved: bool,
     /// Whether the requirement holds and nothing has moved.
@@ -110,26 +112,23 @@ impl Cell {
         reason: &str,
     ) -> Self {
         let (name, done) = (name.into(), done.into());
+        let pinned = pinned(group, &name);
         let (expected, found, value, moved, holds) = match outcome {
             Outcome::Words { found, expected } => {
                 let holds = found == expected;
                 (expected, found, None, !holds, holds)
             }
             Outcome::Number { value, least, most, unit } => {
-                let pinned = pinned(group, &name);
-                let moved = !pinned.is_some_and(|pinned| (value - pinned).abs() <= PINNED_WITHIN * pinned.abs());
+                let moved = pinned.is_some_and(|pinned| !((value - pinned).abs() <= PINNED_WITHIN * pinned.abs()));
                 let holds = value >= least && value <= most;
-                let expected = match pinned {
-                    Some(pinned) => number(pinned, unit),
-                    None => "no number yet".to_owned(),
-                };
                 let required = match (least.is_finite(), most.is_finite()) {
-                    (true, true) => format!(", in {} to {}", number(least, ""), number(most, "")),
-                    (true, false) => format!(", at least {}", number(least, "")),
-                    (false, true) => format!(", at most {}", number(most, "")),
-                    (false, false) => String::new(),
+                    (true, true) => Some(format!("in {} to {}", number(least, ""), number(most, ""))),
+                    (true, false) => Some(format!("at least {}", number(least, ""))),
+                    (false, true) => Some(format!("at most {}", number(most, ""))),
+                    (false, false) => None,
                 };
-                (expected + &required, number(value, unit), Some(value), moved, holds)
+                let expected: Vec<String> = pinned.map(|x| number(x, unit)).into_iter().chain(required).collect();
+                (expected.join(", "), number(value, unit), Some(value), moved, holds)
             }
         };
         let why = match (holds, moved) {
@@ -137,7 +136,7 @@ impl Cell {
             (true, true) => Some("not the expected number".to_owned()),
             (false, _) => Some(reason.to_owned()),
         };
-        Self { group, name, done, expected, found, value, moved, passed: why.is_none(), reason: why }
+        Self { group, name, done, expected, found, value, pinned, moved, passed: why.is_none(), reason: why }
     }
 }
 

@@ -13,10 +13,13 @@ use std::path::Path;
 /// # Errors
 /// A file without the lines between which the tables go, or one that cannot be read or written.
 pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
+    if let Some(hours) = args.long.filter(|hours| !(*hours >= 0.01 && *hours <= 1000.0)) {
+        return Err(Failure::Input(miette::miette!("--long {hours}: expected hours from 0.01 to 1000")));
+    }
     // Better now than after the run.
-    let document = args.write.as_deref().map(|path| Document::read(path, args.long)).transpose()?;
+    let document = args.write.as_deref().map(|path| Document::read(path, args.long.is_some())).transpose()?;
     let mut report = Report::new()?;
-    let long = if args.long { Some(Report::of(time::long_cells()?)) } else { None };
+    let long = args.long.map(|hours| time::long_cells(hours).map(Report::of)).transpose()?;
     if let Some(mut document) = document {
         document.put("extremes", &report.markdown())?;
         if let Some(long) = &long {

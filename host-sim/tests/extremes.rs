@@ -28,6 +28,10 @@ fn hold(group: &str, count: usize, cells: Vec<Cell>) {
         })
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(
+        report.cells.iter().all(|cell| cell.value.is_some() == cell.pinned.is_some()),
+        "a number without its expected one"
+    );
     let known = FAILING.iter().filter(|(of, _)| *of == group).count();
     assert_eq!((report.count, report.failed, report.passed), (count, known, count - known));
     // Every cell that fails says why, and no name stands for two.
@@ -57,6 +61,8 @@ fn a_page_without_a_place_for_the_tables_is_refused_before_the_run() {
     assert_eq!((output.status.code(), output.stdout), (Some(2), vec![]), "{said}");
     assert!(said.contains("README.md: expected the lines `<!-- measured: extremes -->`"), "{said}");
     assert_eq!(extremes(&["--write", "no/such/page.md"]).status.code(), Some(2));
+    assert_eq!(extremes(&["--long", "-1"]).status.code(), Some(2));
+    assert_eq!(extremes(&["--long", "nan"]).status.code(), Some(2));
 }
 
 #[test]
