@@ -119,7 +119,8 @@ impl Cell {
                 (expected, found, None, !holds, holds)
             }
             Outcome::Number { value, least, most, unit } => {
-                let moved = pinned.is_some_and(|pinned| !((value - pinned).abs() <= PINNED_WITHIN * pinned.abs()));
+                let near = |pinned: f64| (value - pinned).abs() <= PINNED_WITHIN * pinned.abs();
+                let moved = pinned.is_some_and(|pinned| !near(pinned));
                 let holds = value >= least && value <= most;
                 let required = match (least.is_finite(), most.is_finite()) {
                     (true, true) => Some(format!("in {} to {}", number(least, ""), number(most, ""))),

@@ -127,8 +127,8 @@ where
 
 /// First time, s, at which two paths are `apart` rad from each other; infinite if never.
 fn parting(one: &[[f64; 2]], other: &[[f64; 2]], apart: f64) -> f64 {
-    let far = |(a, b): (&[f64; 2], &[f64; 2])| (0..2).any(|i| !((a[i] - b[i]).abs() < apart));
-    one.iter().zip(other).position(far).map_or(f64::INFINITY, |step| 1e-3 * (step + 1) as f64)
+    let near = |a: &[f64; 2], b: &[f64; 2]| (0..2).all(|i| (a[i] - b[i]).abs() < apart);
+    one.iter().zip(other).position(|(a, b)| !near(a, b)).map_or(f64::INFINITY, |step| 1e-3 * (step + 1) as f64)
 }
 
 /// The two rods let go level and stretched, a little bent: all of their energy for a chaotic fall.
