@@ -51,6 +51,8 @@ pub enum Command {
     Linkage(LinkageArgs),
     /// How wrong the torques of single precision are: a proven bound, and the worst that was found.
     Bound(BoundArgs),
+    /// What happens at the edges: masses, numbers, integrators, time, gains; pass or fail, cell by cell.
+    Extremes(ExtremesArgs),
 }
 
 const RUN_EXAMPLES: &str = "\
@@ -513,6 +515,44 @@ pub struct BoundArgs {
     /// Put the table between `<!-- measured: bound -->` and `<!-- end: bound -->` of this file.
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     pub write: Option<PathBuf>,
+}
+
+const EXTREMES_EXAMPLES: &str = "\
+Groups:
+  masses       masses and inertias from 1e-6 to 1e6, massless links, nearly singular inertia matrices
+  inputs       angles to 1e6 turns, rates to 1e4 rad/s, NaN and infinity: a right torque or the documented fault
+  integrators  order and energy of the plant's Runge-Kutta method, a chaotic arm
+  time         periods from 1 us to 50 ms, a million ticks, an encoder that hardly moves; with --long, a day
+  control      saturation, wrong models, the stable region of gains against the period
+
+A cell passes when what it requires holds and its number is the one measured before, to 2 %; long cells have requirements only. A cell that fails says why; the suite of
+tests fails when a cell's outcome changes in either direction.
+
+Examples:
+  host-sim extremes
+  host-sim extremes --json | jq '.cells[] | select(.passed | not)'
+  host-sim extremes --long
+  host-sim extremes --long 1 --write
+  host-sim extremes --write
+
+--json is an object {count, passed, failed, cells: [{group, name, done, expected, found, value, pinned, moved, passed, reason}]}.
+--write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file, and
+extremes_region.svg and extremes_stability.svg beside it. Long cells have a table of their own, between the lines
+`<!-- measured: extremes, long -->` and `<!-- end measured: extremes, long -->`, which only --long --write changes.";
+
+/// Options of `extremes`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXTREMES_EXAMPLES)]
+pub struct ExtremesArgs {
+    /// Also run what takes minutes: a million ticks of a microsecond, and so many simulated hours at 1 kHz.
+    #[arg(long, value_name = "HOURS", num_args = 0..=1, default_missing_value = "24")]
+    pub long: Option<f64>,
+    /// Put the tables into this file.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/numerics.md")]
+    pub write: Option<PathBuf>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// How far a kernel's operations may leave those of the recursion.

@@ -117,7 +117,7 @@ pub fn run<S: Real, const N: usize>(
 
 impl<const N: usize> World<N> {
     /// Where the arm should be at `t` (s).
-    fn reference(&self, t: f64) -> Reference<f64, N> {
+    pub(crate) fn reference(&self, t: f64) -> Reference<f64, N> {
         self.motion.sample(if self.repeat { t % self.motion.duration() } else { t })
     }
 }

@@ -11,10 +11,11 @@
 //! | [`record`] | what happened, tick by tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
+//! | [`extremes`] | what happens at the edges, cell by cell |
 //! | [`posture_search`] | the posture that makes least of something |
 //! | [`linkage_turn`], [`linkage_run`] | a closed loop, driven round and let run |
 //! | [`torque_error`] | how wrong single precision is: what is proven, what was found |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`explain_command`], [`bound_command`], [`exit`] | the command line |
+//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`explain_command`], [`bound_command`], [`extremes_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod bound_command;
@@ -25,6 +26,8 @@ pub mod dynamics_command;
 pub mod energy_command;
 pub mod exit;
 pub mod explain_command;
+pub mod extremes;
+pub mod extremes_command;
 pub mod info_command;
 pub mod kernel_command;
 pub mod linkage_command;

@@ -3,16 +3,8 @@
 use clap::Parser;
 use host_sim::cli::{Cli, Command};
 use host_sim::{
-    bound_command,
-    dynamics_command,
-    energy_command,
-    explain_command,
-    info_command,
-    kernel_command,
-    linkage_command,
-    run_command,
-    statics_command,
-    terms_command,
+    bound_command, dynamics_command, energy_command, explain_command, extremes_command, info_command, kernel_command,
+    linkage_command, run_command, statics_command, terms_command,
 };
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -33,15 +25,9 @@ fn main() -> ExitCode {
         Command::Explain(args) => explain_command::run(&args, &stop_on_interrupt()).map(|()| 0),
         Command::Info(args) => info_command::run(&args).map(|()| 0),
         Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
-    0,
-    Bound,
-    Command,
-    Linkage,
-    args,
-    bound_command,
-    linkage_command,
-    map,
-    run,
+        Command::Linkage(args) => linkage_command::run(&args),
+        Command::Bound(args) => bound_command::run(&args).map(|()| 0),
+        Command::Extremes(args) => extremes_command::run(&args).map(|()| 0),
     };
     ExitCode::from(done.unwrap_or_else(|failure| {
         let code = failure.code();

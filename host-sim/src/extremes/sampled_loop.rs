@@ -1,0 +1,244 @@
+//! The loop of arm and controller about a posture, linearised and sampled: where its gains are stable.
+//!
+//! Between two ticks the torque is held, so with `x = (dq, dqd)` about rest at `q0`, the torque `u`, a delay of `d` ticks, and the
+//! derivatives of the recursion taken by dual numbers,
+//!
+//! ```text
+//! x' = A x + B u,   A = [0 1; -D^-1 dID/dq  -D^-1 dID/dqd],   B = [0; D^-1]
+//! x(k+1) = e^(A h) x(k) + (int_0^h e^(A s) ds) B u(k-d),   u(k) = K x(k),   K = (dlaw/dq, dlaw/dqd)
+//! ```
+//!
+//! The loop is stable when every eigenvalue of the map from `(x(k), u(k-1), .., u(k-d))` to the next lies inside the unit circle.
+
+use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use dynamics_core::control::{Gains, Law, computed_torque};
+use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, InverseDynamics, Live, Reference, Scalar, SinCos, Trig};
+use nalgebra::{DMatrix, SMatrix};
+use num_traits::{One, Zero};
+
+/// A number and its derivative along one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual {
+    /// The number.
+    pub value: f64,
+    /// Its derivative.
+    pub slope: f64,
+}
+
+impl Dual {
+    fn new(value: f64, slope: f64) -> Self {
+        Self { value, slope }
+    }
+}
+
+impl Add for Dual {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self::new(self.value + other.value, self.slope + other.slope)
+    }
+}
+
+impl Sub for Dual {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.value - other.value, self.slope - other.slope)
+    }
+}
+
+impl Mul for Dual {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self::new(self.value * other.value, self.slope * other.value + self.value * other.slope)
+    }
+}
+
+impl Neg for Dual {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self::new(-self.value, -self.slope)
+    }
+}
+
+impl AddAssign for Dual {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Dual {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl MulAssign for Dual {
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl Zero for Dual {
+    fn zero() -> Self {
+        Self::new(0.0, 0.0)
+    }
+    fn is_zero(&self) -> bool {
+        *self == Self::zero()
+    }
+}
+
+impl One for Dual {
+    fn one() -> Self {
+        Self::new(1.0, 0.0)
+    }
+}
+
+impl Scalar for Dual {
+    fn literal(x: f64) -> Self {
+        Self::new(x, 0.0)
+    }
+}
+
+/// Arm and law about a posture.
+#[derive(Clone, Debug)]
+pub struct SampledLoop<const N: usize> {
+    /// The arm and what acts on it.
+    pub dynamics: Dynamics<f64, N>,
+    /// Where it is held, rad or m.
+    pub posture: [f64; N],
+    /// [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]; feedforward holds as PD does.
+    pub law: Law,
+    /// Gains of each joint.
+    pub gains: [Gains<f64>; N],
+    /// Ticks between command and action.
+    pub delay: usize,
+}
+
+impl<const N: usize> SampledLoop<N> {
+    /// Largest magnitude of the eigenvalues of the map over one period `h` (s).
+    ///
+    /// Cost: `4 N` inverse dynamics on dual numbers, and one eigenvalue problem of size `(2 + delay) N`.
+    #[must_use]
+    pub fn spectral_radius(&self, h: f64) -> f64 {
+        let (free, forced) = self.sampled(h);
+        let feedback = self.feedback();
+        let size = (2 + self.delay) * N;
+        let mut map = DMatrix::zeros(size, size);
+        map.view_mut((0, 0), (2 * N, 2 * N)).copy_from(&free);
+        if self.delay == 0 {
+            let mut closed = map.view_mut((0, 0), (2 * N, 2 * N));
+            closed += &forced * &feedback;
+        } else {
+            // The torques on their way, newest first: the oldest acts, the newest is the law's.
+            map.view_mut((0, size - N), (2 * N, N)).copy_from(&forced);
+            map.view_mut((2 * N, 0), (N, 2 * N)).copy_from(&feedback);
+            for k in 0..(self.delay - 1) * N {
+                map[(3 * N + k, 2 * N + k)] = 1.0;
+            }
+        }
+        map.complex_eigenvalues().iter().fold(0.0, |most: f64, z| most.max(libm::hypot(z.re, z.im)))
+    }
+
+    /// The longest period, s, up to which the loop is stable; between 10 us and 1 s, to a ten-thousandth.
+    #[must_use]
+    pub fn period_max(&self) -> f64 {
+        longest((1e-5, 1.0), 17, |h| self.spectral_radius(h) < 1.0)
+    }
+
+    /// `A` and `B`.
+    fn continuous(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+        let turn = Libm.sin_cos_all(&self.posture);
+        let inertia: SMatrix<f64, N, N> = mass_matrix(&self.dynamics, &turn, &self.posture, &Live::zero());
+        let mobility = inertia.try_inverse().unwrap_or_else(|| SMatrix::from_element(f64::NAN));
+        let mut a = DMatrix::zeros(2 * N, 2 * N);
+        let mut b = DMatrix::zeros(2 * N, N);
+        let zero = [Dual::zero(); N];
+        for j in 0..2 * N {
+            let (turn, q, qd) = self.towards(j);
+            let torque = self.dual().inverse_dynamics(&turn, &q, &qd, &zero, &Live::zero());
+            let change = mobility * SMatrix::<f64, N, 1>::from_fn(|i, _| -torque[i].slope);
+            for i in 0..N {
+                a[(N + i, j)] = change[i];
+            }
+        }
+        for i in 0..N {
+            a[(i, N + i)] = 1.0;
+        }
+        b.view_mut((N, 0), (N, N)).copy_from(&mobility);
+        (a, b)
+    }
+
+    /// `e^(A h)` and `int_0^h e^(A s) ds B`: both are blocks of one exponential.
+    fn sampled(&self, h: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+        let (a, b) = self.continuous();
+        let mut whole = DMatrix::zeros(3 * N, 3 * N);
+        whole.view_mut((0, 0), (2 * N, 2 * N)).copy_from(&(a * h));
+        whole.view_mut((0, 2 * N), (2 * N, N)).copy_from(&(b * h));
+        let whole = whole.exp();
+        (whole.view((0, 0), (2 * N, 2 * N)).into_owned(), whole.view((0, 2 * N), (2 * N, N)).into_owned())
+    }
+
+    /// `K`.
+    fn feedback(&self) -> DMatrix<f64> {
+        let mut k = DMatrix::zeros(N, 2 * N);
+        let at = self.posture.map(Dual::literal);
+        let zero = [Dual::zero(); N];
+        let reference = Reference { q: at, qd: zero, qdd: zero };
+        let gains = self.gains.map(|g| Gains {
+            position: Dual::literal(g.position),
+            velocity: Dual::literal(g.velocity),
+            inertia: Dual::literal(g.inertia),
+        });
+        let dynamics = self.dual();
+        for j in 0..2 * N {
+            let (turn, q, qd) = self.towards(j);
+            let held = match self.law {
+                Law::ComputedTorque => {
+                    computed_torque(&gains, &dynamics, || turn, &reference, (&q, &qd), &Live::zero())
+                }
+                Law::PdGravity => dynamics.inverse_dynamics(&turn, &q, &zero, &zero, &Live::zero()),
+                Law::Pd | Law::Feedforward => zero,
+            };
+            for i in 0..N {
+                let weighted = if matches!(self.law, Law::ComputedTorque) {
+                    zero[i]
+                } else {
+                    gains[i].inertia * (gains[i].position * (at[i] - q[i]) - gains[i].velocity * qd[i])
+                };
+                k[(i, j)] = (held[i] + weighted).slope;
+            }
+        }
+        k
+    }
+
+    fn dual(&self) -> Dynamics<Dual, N> {
+        Dynamics::new(self.dynamics.model().cast(), self.dynamics.scene().cast())
+    }
+
+    /// The posture at rest, moved along the position (first `N`) or velocity of a joint.
+    fn towards(&self, j: usize) -> ([SinCos<Dual>; N], [Dual; N], [Dual; N]) {
+        let along = |k: usize| f64::from(u8::from(j == k));
+        let q = core::array::from_fn(|i| Dual::new(self.posture[i], along(i)));
+        let qd = core::array::from_fn(|i| Dual::new(0.0, along(N + i)));
+        let turn = core::array::from_fn(|i| {
+            let SinCos { sin, cos } = Libm.sin_cos(self.posture[i]);
+            SinCos { sin: Dual::new(sin, cos * along(i)), cos: Dual::new(cos, -sin * along(i)) }
+        });
+        (turn, q, qd)
+    }
+}
+
+/// The longest period, s, that is stable, inside `(low, high)`: the interval's logarithm is halved `halvings` times.
+pub(super) fn longest((low, high): (f64, f64), halvings: u32, stable: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (libm::log2(low), libm::log2(high));
+    for _ in 0..halvings {
+        let middle = 0.5 * (low + high);
+        if stable(libm::exp2(middle)) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    libm::exp2(low)
+}
