@@ -79,9 +79,12 @@ fn torques<const N: usize>(
     dynamics.inverse_dynamics(&turn, &q.map(dd), &qd.map(dd), &qdd.map(dd), &Live::zero())
 }
 
+/// Position, velocity, acceleration of two joints.
+type Motion = [[f64; 2]; 3];
+
 /// Two rods in a plane, all numbers exact in binary, by `tau = D qdd + C qd + G` with 60 digits (mpmath); each torque as the
 /// nearest f64 and the f64 nearest to what is left.
-const PLANAR: [([[f64; 2]; 3], [(f64, f64); 2]); 3] = [
+const PLANAR: [(Motion, [(f64, f64); 2]); 3] = [
     (
         [[0.75, -1.25], [2.0, -3.5], [4.0, -7.0]],
         [(28.705196877213023, -1.2758478244963725e-15), (1.8099861977655045, 1.8490993785055058e-17)],
