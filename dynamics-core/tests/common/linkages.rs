@@ -77,6 +77,24 @@ pub fn turn(angle: f64) -> SinCos<f64> {
     SinCos { sin: angle.sin(), cos: angle.cos() }
 }
 
+/// How far the forces of a loop miss Newton's and Euler's equations of its three links (12.37-12.42 with 12.41 corrected):
+/// relative to the largest joint force, and for moments to that at the ends of the link.
+pub fn missed<L: Linkage<f64>>(case: &Case<L>) -> f64 {
+    let (posture, motion) = (case.posture(), case.motion());
+    let forces = posture.forces(&motion, &case.gravity).unwrap();
+    let largest = forces.joints.iter().map(|f| length(*f)).fold(0.0, f64::max);
+    let couples = [forces.driving_moment, 0.0, -forces.guide_moment];
+    let mut worst = 0.0_f64;
+    for (i, (link, motion)) in posture.links.iter().zip(&motion).enumerate() {
+        let (before, after) = (forces.joints[i], forces.joints[i + 1]);
+        let force = before - after + case.gravity * link.mass - motion.acceleration * link.mass;
+        let (n, m) = (link.inner_arm(), link.outer_arm());
+        let moment = couples[i] + cross(&n, &before) - cross(&m, &after) - link.inertia * motion.alpha;
+        worst = worst.max(length(force) / largest).max(moment.abs() / (largest * (length(n) + length(m))));
+    }
+    worst
+}
+
 /// `a x b`.
 pub fn cross(a: &Vector2<f64>, b: &Vector2<f64>) -> f64 {
     a.x * b.y - a.y * b.x
