@@ -7,6 +7,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`scalar`] | the ring that the recursions are written on, and the fields that solving and control need |
+//! | [`dual`] | a scalar that carries a derivative |
 //! | [`trig`] | sine and cosine: our own polynomials, or libm's |
 //! | [`joint`] | how a person describes a joint: frame convention, body, rotor, limits |
 //! | [`geometry`] | small products, written out; right angles exact |
@@ -66,6 +67,7 @@ extern crate std;
 pub mod articulated_body;
 pub mod contact;
 pub mod control;
+pub mod dual;
 pub mod energy;
 pub mod forward_dynamics;
 pub mod geometry;

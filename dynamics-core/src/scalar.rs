@@ -24,6 +24,26 @@ pub trait Scalar:
     }
 }
 
+/// `+=`, `-=` and `*=` of a scalar by its `+`, `-` and `*`: nalgebra asks for them, and no scalar has a better way.
+///
+/// `assign_by_operators!(MyScalar)`, or `assign_by_operators!(MyScalar<R>, R: MyBound)`.
+#[macro_export]
+macro_rules! assign_by_operators {
+    ($scalar:ty $(, $parameter:ident: $bound:path)?) => {
+        $crate::assign_by_operators!(@one $scalar, AddAssign, add_assign, Add::add $(, $parameter: $bound)?);
+        $crate::assign_by_operators!(@one $scalar, SubAssign, sub_assign, Sub::sub $(, $parameter: $bound)?);
+        $crate::assign_by_operators!(@one $scalar, MulAssign, mul_assign, Mul::mul $(, $parameter: $bound)?);
+    };
+    (@one $scalar:ty, $assign:ident, $method:ident, $operator:ident::$by:ident $(, $parameter:ident: $bound:path)?) => {
+        impl$(<$parameter: $bound>)? ::core::ops::$assign for $scalar {
+            #[inline]
+            fn $method(&mut self, other: Self) {
+                *self = ::core::ops::$operator::$by(*self, other);
+            }
+        }
+    };
+}
+
 /// What a value inside a recursion is, for whoever reads a record of it: a component of a link's vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Label {

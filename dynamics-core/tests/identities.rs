@@ -5,6 +5,7 @@
 mod common;
 
 use common::arms::{arm, body, held, joints, rotation, vector};
+use common::moving::for_every_arm;
 use common::{along, derivative, relative_error, torque, turns};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
@@ -244,31 +245,6 @@ fn power_is_the_rate_of_energy<const N: usize>(case: &Case<N>) -> Checked {
     let size = tau.iter().zip(&case.qd).map(|(t, v)| (t * v).abs()).sum::<f64>() + energy_at(0.0).abs() + 1.0;
     prop_assert!((rate - power).abs() < 1e-5 * size, "{} {}", rate, power);
     Ok(())
-}
-
-macro_rules! for_every_arm {
-    ($($identity:ident),* $(,)?) => {
-        $(mod $identity {
-            use super::{case, proptest};
-            proptest! {
-                #![proptest_config(proptest::test_runner::Config::with_cases(64))]
-                #[test]
-                fn one_joint(case in case::<1>()) { super::$identity(&case)?; }
-                #[test]
-                fn two_joints(case in case::<2>()) { super::$identity(&case)?; }
-                #[test]
-                fn three_joints(case in case::<3>()) { super::$identity(&case)?; }
-                #[test]
-                fn four_joints(case in case::<4>()) { super::$identity(&case)?; }
-                #[test]
-                fn five_joints(case in case::<5>()) { super::$identity(&case)?; }
-                #[test]
-                fn six_joints(case in case::<6>()) { super::$identity(&case)?; }
-                #[test]
-                fn seven_joints(case in case::<7>()) { super::$identity(&case)?; }
-            }
-        })*
-    };
 }
 
 for_every_arm!(

@@ -9,10 +9,12 @@ mod common;
 
 use common::{Golden, numbers};
 use core::cell::Cell;
-use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use core::ops::{Add, Mul, Neg, Sub};
 use dynamics_core::posture::Chain;
 use dynamics_core::trace_form::Transforms;
-use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Scalar, Scene, SinCos, Term, Wrench, lagrange};
+use dynamics_core::{
+    Dynamics, Inertia, InverseDynamics, Live, Model, Scalar, Scene, SinCos, Term, Wrench, assign_by_operators, lagrange,
+};
 use nalgebra::{Matrix3, Vector3};
 use num_traits::{One, Zero};
 
@@ -67,21 +69,7 @@ impl Neg for Counted {
         Self(-self.0)
     }
 }
-impl AddAssign for Counted {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-impl SubAssign for Counted {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-impl MulAssign for Counted {
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
+assign_by_operators!(Counted);
 impl Zero for Counted {
     fn zero() -> Self {
         Self(0.0)

@@ -4,6 +4,7 @@
 mod common;
 
 use common::arms::{arm, joints};
+use common::moving::for_every_arm;
 use common::{along, derivative, lagrange_equation, relative_error};
 use dynamics_core::posture::{Chain, Posture};
 use dynamics_core::rotor_coupling::{Carried, Rotors};
@@ -96,25 +97,6 @@ fn turning_the_gear_round_turns_the_coupling_round<const N: usize>(case: &Case<N
         prop_assert!(none.iter().all(|x| x.abs() < f64::MIN_POSITIVE), "{none:?}");
     }
     Ok(())
-}
-
-macro_rules! for_every_arm {
-    ($($property:ident),* $(,)?) => {
-        $(mod $property {
-            use super::{case, proptest};
-            proptest! {
-                #![proptest_config(proptest::test_runner::Config::with_cases(64))]
-                #[test]
-                fn one_joint(case in case::<1>()) { super::$property(&case)?; }
-                #[test]
-                fn two_joints(case in case::<2>()) { super::$property(&case)?; }
-                #[test]
-                fn three_joints(case in case::<3>()) { super::$property(&case)?; }
-                #[test]
-                fn six_joints(case in case::<6>()) { super::$property(&case)?; }
-            }
-        })*
-    };
 }
 
 for_every_arm!(

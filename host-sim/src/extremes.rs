@@ -15,7 +15,6 @@
 //! | [`sampled_loop`] | the loop linearised and sampled: dual numbers, eigenvalues |
 
 pub mod control;
-mod double_double;
 pub mod inputs;
 pub mod integrators;
 pub mod masses;

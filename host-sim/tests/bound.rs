@@ -11,7 +11,14 @@ use robot_compiler::precision::{Rounding, Single};
 use robot_compiler::{Robot, SceneFile};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
+
+mod program;
+#[path = "../../robot-compiler/tests/common/wrong_rounding.rs"]
+mod wrong_rounding;
+
+use program::at_the_top;
+use wrong_rounding::{FreeProducts, QuarterUnit};
 
 const TOP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
@@ -166,35 +173,6 @@ fn cutting_boxes_only_lowers_the_bound_and_holds_for_each_part() {
     assert!(last[0] < 0.997 * bounds.over(&region)[0], "{last:?}");
 }
 
-/// Single precision with a unit roundoff a quarter of what it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct QuarterUnit;
-
-impl Rounding for QuarterUnit {
-    const UNIT: f64 = Single::UNIT / 4.0;
-    const LEAST: f64 = Single::LEAST;
-    const MAX: f64 = Single::MAX;
-    fn nearest(x: f64) -> f64 {
-        Single::nearest(x)
-    }
-}
-
-/// Single precision whose products are not rounded.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct FreeProducts;
-
-impl Rounding for FreeProducts {
-    const UNIT: f64 = Single::UNIT;
-    const LEAST: f64 = Single::LEAST;
-    const MAX: f64 = Single::MAX;
-    fn nearest(x: f64) -> f64 {
-        Single::nearest(x)
-    }
-    fn of_product(_: f64) -> f64 {
-        0.0
-    }
-}
-
 /// In how many of some thousand states of two rods the bound of the state itself fails.
 fn failures<R: Rounding>(trig: Option<(f64, f64)>) -> usize {
     let (arm, region) = arm::<2>("planar2r", Level::Exact);
@@ -244,15 +222,11 @@ fn threads_do_not_change_what_is_found() {
 }
 
 fn bound(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    command.current_dir(TOP).env("NO_COLOR", "1").env_remove("RUST_BACKTRACE");
-    command.arg("bound").args(arguments).args(["--samples", "1000", "--boxes", "100"]).output().unwrap()
+    at_the_top().arg("bound").args(arguments).args(["--samples", "1000", "--boxes", "100"]).output().unwrap()
 }
 
 fn printed(arguments: &[&str]) -> String {
-    let output = bound(arguments);
-    assert_eq!((output.status.code(), String::from_utf8(output.stderr).unwrap().as_str()), (Some(0), ""));
-    String::from_utf8(output.stdout).unwrap()
+    program::printed(bound(arguments))
 }
 
 fn refusal(arguments: &[&str]) -> String {

@@ -1,17 +1,13 @@
 //! The program as a person or a script meets it.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod program;
+
+use program::at_its_fixtures;
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-
-fn host_sim() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    // Fixtures are named as a person in this folder would, so that messages are the same on every machine.
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).env("NO_COLOR", "1").env_remove("RUST_BACKTRACE");
-    command
-}
 
 /// Code and standard error; standard output is empty.
 fn refusal(arguments: &[&str], input: &str) -> String {
@@ -22,8 +18,13 @@ fn refusal(arguments: &[&str], input: &str) -> String {
 }
 
 fn with_input(arguments: &[&str], input: &str) -> Output {
-    let mut child =
-        host_sim().args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = at_its_fixtures()
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     // A program that refuses its options does not read its input.
     child.stdin.take().unwrap().write_all(input.as_bytes()).ok();
     child.wait_with_output().unwrap()
@@ -37,7 +38,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn run(scene: &str, out: &Path, more: &[&str]) -> Output {
-    host_sim().args(["run", scene, "--out"]).arg(out).args(more).output().unwrap()
+    at_its_fixtures().args(["run", scene, "--out"]).arg(out).args(more).output().unwrap()
 }
 
 const ROBOT: &str = "tests/fixtures/planar.toml";
@@ -134,7 +135,7 @@ fn an_interrupt_ends_a_run_cleanly_with_130() {
     use std::time::{Duration, Instant};
     let out = folder("interrupted");
     // Long enough to be caught in the middle on any machine.
-    let child = host_sim()
+    let child = at_its_fixtures()
         .args(["run", SCENE, "--json", "--duration", "5000", "--out"])
         .arg(&out)
         .stdout(Stdio::piped())
@@ -258,7 +259,7 @@ fn a_log_that_cannot_be_written_is_an_outside_failure() {
 #[test]
 fn a_reader_that_has_seen_enough_is_no_error() {
     let line = "{\"q\":[0,0]}\n";
-    let mut child = host_sim()
+    let mut child = at_its_fixtures()
         .args(["dynamics", ROBOT, "--input", "-"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -273,7 +274,7 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 
 #[test]
 fn info_shows_every_joint() {
-    let output = host_sim().args(["info", ROBOT]).output().unwrap();
+    let output = at_its_fixtures().args(["info", ROBOT]).output().unwrap();
     assert!(output.status.success());
     insta::assert_snapshot!(String::from_utf8(output.stdout).unwrap());
 }

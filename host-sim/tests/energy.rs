@@ -2,12 +2,14 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 #![allow(clippy::float_cmp, reason = "what is not there is exactly zero")]
 
+mod program;
+
 use host_sim::energy_command::{Account, account};
 use nalgebra::Vector3;
+use program::{at_its_fixtures, told};
 use robot_compiler::{SceneFile, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 fn here(path: &str) -> PathBuf {
@@ -77,17 +79,7 @@ fn robots_of_six_joints_are_accounted_for_too() {
 }
 
 fn command(arguments: &[&str], folder: &Path) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("NO_COLOR", "1")
-        .arg("energy")
-        .args(arguments)
-        .arg("--out")
-        .arg(folder)
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    told(at_its_fixtures().arg("energy").args(arguments).arg("--out").arg(folder).output().unwrap())
 }
 
 #[test]

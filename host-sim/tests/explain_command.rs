@@ -1,23 +1,22 @@
 //! `host-sim explain` as a person or a script meets it.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod program;
+
+use program::at_the_top;
 use serde_json::Value;
-use std::process::{Command, Output};
+use std::process::Output;
 
 const PICK: &str = "scenes/puma560_pick.toml";
 const AUTO: &str = "scenes/puma560_auto.toml";
 
 /// Run in the folder at the top of the project.
 fn explain(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).env("NO_COLOR", "1");
-    command.arg("explain").args(arguments).output().unwrap()
+    at_the_top().arg("explain").args(arguments).output().unwrap()
 }
 
 fn printed(arguments: &[&str]) -> String {
-    let output = explain(arguments);
-    assert_eq!((output.status.code(), String::from_utf8(output.stderr).unwrap().as_str()), (Some(0), ""));
-    String::from_utf8(output.stdout).unwrap()
+    program::printed(explain(arguments))
 }
 
 fn json(arguments: &[&str]) -> Value {
@@ -85,12 +84,9 @@ fn without_gravity_the_torque_is_off_by_the_weight_and_the_arm_sags() {
 
 #[test]
 fn operations_are_those_of_the_kernel_command() {
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-        .args(["kernel", "robots/puma560.toml", "--scene", PICK, "--scalar", "f32", "--json"])
-        .args(["--function", "inverse-dynamics", "--level", "exact"])
-        .output()
-        .unwrap();
+    let exact = ["--function", "inverse-dynamics", "--level", "exact"];
+    let asked = ["kernel", "robots/puma560.toml", "--scene", PICK, "--scalar", "f32", "--json"];
+    let output = at_the_top().args(asked).args(exact).output().unwrap();
     let kernel: Value = serde_json::from_slice(&output.stdout).unwrap();
     let pick = json(&[PICK]);
     let friction = &term(&pick, "friction")["dropped"]["operations"];

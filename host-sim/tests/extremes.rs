@@ -2,9 +2,12 @@
 //! failing for its reason until it is taken off the list here.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod program;
+
 use host_sim::extremes::{Cell, Report, control, inputs, integrators, masses, time};
+use program::at_the_top;
 use serde_json::Value;
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// What fails today.
 const FAILING: [(&str, &str); 5] = [
@@ -49,9 +52,7 @@ fn hold(group: &str, count: usize, cells: Vec<Cell>) {
 
 /// The program, run in the folder at the top of the project.
 fn extremes(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).env("NO_COLOR", "1").env_remove("RUST_BACKTRACE");
-    command.arg("extremes").args(arguments).output().unwrap()
+    at_the_top().arg("extremes").args(arguments).output().unwrap()
 }
 
 #[test]

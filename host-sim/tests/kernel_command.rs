@@ -1,23 +1,22 @@
 //! `host-sim kernel` as a person or a script meets it.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod program;
+
+use program::at_the_top;
 use serde_json::Value;
-use std::process::{Command, Output};
+use std::process::Output;
 
 const PUMA: &str = "robots/puma560.toml";
 const PICK: &str = "scenes/puma560_pick.toml";
 
 /// Run in the folder at the top of the project.
 fn kernel(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).env("NO_COLOR", "1");
-    command.arg("kernel").args(arguments).output().unwrap()
+    at_the_top().arg("kernel").args(arguments).output().unwrap()
 }
 
 fn printed(arguments: &[&str]) -> String {
-    let output = kernel(arguments);
-    assert_eq!((output.status.code(), String::from_utf8(output.stderr).unwrap().as_str()), (Some(0), ""));
-    String::from_utf8(output.stdout).unwrap()
+    program::printed(kernel(arguments))
 }
 
 fn counts(arguments: &[&str]) -> Vec<Value> {

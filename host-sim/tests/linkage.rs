@@ -2,6 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 #![allow(clippy::float_cmp, reason = "a log is the summary's numbers, to the last digit")]
 
+mod program;
+
+use program::at_its_fixtures;
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -12,9 +15,7 @@ const SLIDER_CRANK: &str = "../robots/chapter12/slider_crank.toml";
 const ROCKER: &str = "tests/fixtures/rocker.toml";
 
 fn host_sim(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).env("NO_COLOR", "1").env_remove("RUST_BACKTRACE");
-    command.args(arguments).output().unwrap()
+    at_its_fixtures().args(arguments).output().unwrap()
 }
 
 /// A fresh folder of this name.

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 #![allow(clippy::float_cmp, reason = "a joint that is held stays where it is")]
 
+mod program;
 mod reference;
 
 use dynamics_core::Model;
@@ -11,11 +12,11 @@ use host_sim::cli::AxesName;
 use host_sim::dynamics_command;
 use host_sim::statics_command::{Answer, Question, answer};
 use nalgebra::Vector3;
+use program::{at_its_fixtures, told};
 use reference::relative;
 use robot_compiler::{Robot, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 const PLANAR: &str = "tests/fixtures/planar.toml";
 
@@ -176,15 +177,7 @@ com = [0.0, 0.0, 0.1]
 }
 
 fn command(arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("NO_COLOR", "1")
-        .env_remove("RUST_BACKTRACE")
-        .args(arguments)
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    told(at_its_fixtures().args(arguments).output().unwrap())
 }
 
 #[test]

@@ -1,33 +1,25 @@
 //! `host-sim terms` as a person or a script meets it.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod program;
 mod reference;
 
+use program::at_the_top;
 use reference::relative;
 use serde_json::Value;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
 const PUMA: &str = "robots/puma560.toml";
 const PICK: &str = "scenes/puma560_pick.toml";
 const Q: &str = "0.4,-0.5,-1.2,0.7,-0.9,2.5";
 const QD: &str = "1,-2,0.5,3,-1.5,0.8";
 
-/// A command of the program, run in the folder at the top of the project.
-fn command(name: &str, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).env("NO_COLOR", "1").env_remove("RUST_BACKTRACE");
-    command.arg(name).args(arguments);
-    command
-}
-
 fn terms(arguments: &[&str]) -> Output {
-    command("terms", arguments).output().unwrap()
+    at_the_top().arg("terms").args(arguments).output().unwrap()
 }
 
 fn printed(arguments: &[&str]) -> String {
-    let output = terms(arguments);
-    assert_eq!((output.status.code(), String::from_utf8(output.stderr).unwrap().as_str()), (Some(0), ""));
-    String::from_utf8(output.stdout).unwrap()
+    program::printed(terms(arguments))
 }
 
 fn json(arguments: &[&str]) -> Value {
@@ -73,8 +65,12 @@ fn the_methods_agree() {
 fn the_terms_are_those_of_dynamics() {
     let found = json(&[PUMA, "--q", Q, "--qd", QD]);
     let question = format!("{{\"q\":[{Q}],\"qd\":[{QD}]}}");
-    let mut child =
-        command("dynamics", &[PUMA, "--input", "-"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut child = at_the_top()
+        .args(["dynamics", PUMA, "--input", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
     std::io::Write::write_all(&mut child.stdin.take().unwrap(), question.as_bytes()).unwrap();
     let wanted: Value = serde_json::from_slice(&child.wait_with_output().unwrap().stdout).unwrap();
     for (term, same) in [("mass_matrix", "mass_matrix"), ("velocity_coupling", "coriolis_qd"), ("gravity", "gravity")] {

@@ -12,7 +12,11 @@ use robot_compiler::precision::{Bounded, Double, DoubleDouble, Rounding, Single}
 use serde_json::Value;
 
 mod common;
+#[path = "common/wrong_rounding.rs"]
+mod wrong_rounding;
+
 use common::top;
+use wrong_rounding::{FreeProducts, QuarterUnit};
 
 fn dd(x: f64) -> DoubleDouble {
     DoubleDouble::literal(x)
@@ -198,35 +202,6 @@ fn on_a_chain_of_additions_the_bound_is_the_worst_case() {
         let (found, bound) = chain::<Single>(count, TIE);
         assert_eq!(found, count as f64 * f64::from(TIE));
         assert!(bound >= found && bound < found * (1.0 + 1e-9), "{count}: {found:e}, {bound:e}");
-    }
-}
-
-/// Single precision with a unit roundoff a quarter of what it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct QuarterUnit;
-
-impl Rounding for QuarterUnit {
-    const UNIT: f64 = Single::UNIT / 4.0;
-    const LEAST: f64 = Single::LEAST;
-    const MAX: f64 = Single::MAX;
-    fn nearest(x: f64) -> f64 {
-        Single::nearest(x)
-    }
-}
-
-/// Single precision whose products are not rounded.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct FreeProducts;
-
-impl Rounding for FreeProducts {
-    const UNIT: f64 = Single::UNIT;
-    const LEAST: f64 = Single::LEAST;
-    const MAX: f64 = Single::MAX;
-    fn nearest(x: f64) -> f64 {
-        Single::nearest(x)
-    }
-    fn of_product(_: f64) -> f64 {
-        0.0
     }
 }
 

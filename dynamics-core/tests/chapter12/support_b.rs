@@ -4,18 +4,17 @@
 
 use crate::common::arms::joints;
 use crate::common::{torque, turns};
-use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::contact::{base_wrench, contact_wrench};
+use dynamics_core::dual::Dual;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::posture::{Chain, Posture};
 use dynamics_core::trace_form::Transforms;
 use dynamics_core::{
-    Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scalar, Scene, SinCos, Term,
-    Tool, Wrench, lagrange,
+    Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, SinCos, Term, Tool,
+    Wrench, lagrange,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use num_traits::{One, Zero};
 use proptest::prelude::Strategy;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
@@ -291,79 +290,14 @@ pub fn pushed<const N: usize>(
     Dynamics::new(*dynamics.model(), Scene { tip_wrench: Term::Constant(contact), ..*dynamics.scene() })
 }
 
-/// A number and its slope along one joint: exact derivatives from the general code.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dual {
-    pub value: f64,
-    pub slope: f64,
-}
-
-impl Add for Dual {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self { value: self.value + other.value, slope: self.slope + other.slope }
-    }
-}
-impl Neg for Dual {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self { value: -self.value, slope: -self.slope }
-    }
-}
-impl Sub for Dual {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        Self { value: self.value - other.value, slope: self.slope - other.slope }
-    }
-}
-impl Mul for Dual {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        Self { value: self.value * other.value, slope: self.slope * other.value + self.value * other.slope }
-    }
-}
-impl AddAssign for Dual {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-impl SubAssign for Dual {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-impl MulAssign for Dual {
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
-impl Zero for Dual {
-    fn zero() -> Self {
-        Self::literal(0.0)
-    }
-    fn is_zero(&self) -> bool {
-        *self == Self::zero()
-    }
-}
-impl One for Dual {
-    fn one() -> Self {
-        Self::literal(1.0)
-    }
-}
-impl Scalar for Dual {
-    fn literal(value: f64) -> Self {
-        Self { value, slope: 0.0 }
-    }
-}
-
 /// `dD/dq_k`, exact: [`mass_matrix`] on dual numbers.
 pub fn mass_matrix_slope<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N], k: usize) -> SMatrix<f64, N, N> {
     let dual = Dynamics::new(dynamics.model().cast::<Dual>(), dynamics.scene().cast());
     let along = |i: usize| if i == k { 1.0 } else { 0.0 };
     let turn = core::array::from_fn(|i| {
         let (sin, cos) = libm::sincos(q[i]);
-        SinCos { sin: Dual { value: sin, slope: cos * along(i) }, cos: Dual { value: cos, slope: -sin * along(i) } }
+        SinCos { sin: Dual::new(sin, cos * along(i)), cos: Dual::new(cos, -sin * along(i)) }
     });
-    let q = core::array::from_fn(|i| Dual { value: q[i], slope: along(i) });
+    let q = core::array::from_fn(|i| Dual::new(q[i], along(i)));
     mass_matrix(&dual, &turn, &q, &Live::zero()).map(|entry| entry.slope)
 }

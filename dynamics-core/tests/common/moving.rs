@@ -97,3 +97,30 @@ pub fn fixed<T: Strategy>(strategy: T, count: usize) -> impl Iterator<Item = T::
     let mut runner = TestRunner::deterministic();
     (0..count).map(move |_| strategy.new_tree(&mut runner).unwrap().current())
 }
+
+/// A property test of each function for one to seven joints; the file has a strategy `case`.
+macro_rules! for_every_arm {
+    ($($property:ident),* $(,)?) => {
+        $(mod $property {
+            use super::{case, proptest};
+            proptest! {
+                #![proptest_config(proptest::test_runner::Config::with_cases(64))]
+                #[test]
+                fn one_joint(case in case::<1>()) { super::$property(&case)?; }
+                #[test]
+                fn two_joints(case in case::<2>()) { super::$property(&case)?; }
+                #[test]
+                fn three_joints(case in case::<3>()) { super::$property(&case)?; }
+                #[test]
+                fn four_joints(case in case::<4>()) { super::$property(&case)?; }
+                #[test]
+                fn five_joints(case in case::<5>()) { super::$property(&case)?; }
+                #[test]
+                fn six_joints(case in case::<6>()) { super::$property(&case)?; }
+                #[test]
+                fn seven_joints(case in case::<7>()) { super::$property(&case)?; }
+            }
+        })*
+    };
+}
+pub(crate) use for_every_arm;

@@ -4,7 +4,6 @@
 //! torque should be comes from the recursion in double-double arithmetic at the state as it is, before it is rounded to the
 //! controller's scalar: the rounding of a large angle counts as error.
 
-use super::double_double::DoubleDouble;
 use super::{Cell, Outcome, Random, joints, puma, scalar_name, unlimited};
 use crate::exit::Failure;
 use dynamics_core::control::Guard;
@@ -15,6 +14,7 @@ use dynamics_core::{
 };
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
+use robot_compiler::precision::DoubleDouble;
 use std::f64::consts::TAU;
 
 const GROUP: &str = "inputs";
@@ -136,7 +136,7 @@ impl Bench {
         for inputs in states {
             let wanted = self.wanted(inputs);
             let found = Self::tick(&mut controller, inputs)?;
-            let most = wanted.iter().fold(0.0_f64, |most, x| most.max(x.value().abs()));
+            let most = wanted.iter().fold(0.0_f64, |most, x| most.max(x.to_f64().abs()));
             for i in 0..6 {
                 let size = match scale {
                     Scale::Limit => self.torque_max[i],

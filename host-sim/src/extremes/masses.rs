@@ -6,7 +6,6 @@
 //! those that were given; that of the accelerations themselves stands beside it, for a nearly singular `D` has many that give almost the
 //! same torques.
 
-use super::double_double::DoubleDouble;
 use super::{Cell, Outcome, Random, scalar_name};
 use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::trig::Libm;
@@ -17,6 +16,7 @@ use dynamics_core::{
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::kernel::functions::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, compile};
+use robot_compiler::precision::DoubleDouble;
 use std::f64::consts::FRAC_PI_2;
 
 const GROUP: &str = "masses";
@@ -306,7 +306,7 @@ fn inverse_errors<S: Real>(model: &Model<f64, 6>, scene: &Scene<f64, 6>, posture
         let inputs = input_values(&turn, &q, &qd, &qdd, &Live::zero());
         for (kernel, worst) in kernels.iter().zip(&mut worst) {
             for (i, (found, wanted)) in kernel.evaluate(&inputs).into_iter().zip(wanted).enumerate() {
-                worst.add(i, wanted.value(), wanted.minus(found.to_f64()));
+                worst.add(i, wanted.to_f64(), wanted.minus(found.to_f64()));
             }
         }
     }
@@ -328,7 +328,7 @@ fn forward_errors<S: Real>(
         let needed = |qdd: &[f64; 6]| {
             reference.inverse_dynamics(&exact, &literal(&q), &literal(&qd), &literal(qdd), &Live::zero())
         };
-        let tau = needed(&qdd).map(|tau| S::literal(tau.value()));
+        let tau = needed(&qdd).map(|tau| S::literal(tau.to_f64()));
         let (q, qd) = (q.map(S::literal), qd.map(S::literal));
         let found = forward_dynamics(&dynamics, &turn, &q, &qd, &tau, &Live::zero())?.map(|x| x.to_f64());
         for (i, needed) in needed(&found).into_iter().enumerate() {

@@ -10,95 +10,13 @@
 //!
 //! The loop is stable when every eigenvalue of the map from `(x(k), u(k-1), .., u(k-d))` to the next lies inside the unit circle.
 
-use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::control::{Gains, Law, computed_torque};
+use dynamics_core::dual::Dual;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Reference, Scalar, SinCos, Trig};
 use nalgebra::{DMatrix, SMatrix};
-use num_traits::{One, Zero};
-
-/// A number and its derivative along one direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dual {
-    /// The number.
-    pub value: f64,
-    /// Its derivative.
-    pub slope: f64,
-}
-
-impl Dual {
-    fn new(value: f64, slope: f64) -> Self {
-        Self { value, slope }
-    }
-}
-
-impl Add for Dual {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self::new(self.value + other.value, self.slope + other.slope)
-    }
-}
-
-impl Sub for Dual {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        Self::new(self.value - other.value, self.slope - other.slope)
-    }
-}
-
-impl Mul for Dual {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        Self::new(self.value * other.value, self.slope * other.value + self.value * other.slope)
-    }
-}
-
-impl Neg for Dual {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self::new(-self.value, -self.slope)
-    }
-}
-
-impl AddAssign for Dual {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl SubAssign for Dual {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl MulAssign for Dual {
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
-
-impl Zero for Dual {
-    fn zero() -> Self {
-        Self::new(0.0, 0.0)
-    }
-    fn is_zero(&self) -> bool {
-        *self == Self::zero()
-    }
-}
-
-impl One for Dual {
-    fn one() -> Self {
-        Self::new(1.0, 0.0)
-    }
-}
-
-impl Scalar for Dual {
-    fn literal(x: f64) -> Self {
-        Self::new(x, 0.0)
-    }
-}
+use num_traits::Zero as _;
 
 /// Arm and law about a posture.
 #[derive(Clone, Debug)]

@@ -7,9 +7,9 @@
 
 use super::rules::{self, Rewrite, Rule, RuleSet};
 use core::cell::RefCell;
-use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+use core::ops::{Add, Div, Mul, Neg, Sub};
 use dynamics_core::scalar::Label;
-use dynamics_core::{Field, Real, Scalar};
+use dynamics_core::{Field, Real, Scalar, assign_by_operators};
 use num_traits::{One, Zero};
 use rustc_hash::FxHashMap as HashMap;
 
@@ -263,23 +263,7 @@ impl Neg for Expr {
     }
 }
 
-impl AddAssign for Expr {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl SubAssign for Expr {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl MulAssign for Expr {
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
+assign_by_operators!(Expr);
 
 impl Zero for Expr {
     fn zero() -> Self {

@@ -1,8 +1,8 @@
 //! A double-double: the sum of two `f64`, about 31 decimal digits.
 
 use core::f64::consts::FRAC_2_PI;
-use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
-use dynamics_core::{Field, Scalar, SinCos};
+use core::ops::{Add, Div, Mul, Neg, Sub};
+use dynamics_core::{Field, Scalar, SinCos, assign_by_operators};
 use num_traits::{One, Zero};
 use twofloat::TwoFloat;
 
@@ -94,22 +94,7 @@ impl Div for DoubleDouble {
     }
 }
 
-macro_rules! assigning {
-    ($($operator:ident, $method:ident, $by:ident;)*) => {$(
-        impl $operator for DoubleDouble {
-            #[inline]
-            fn $method(&mut self, other: Self) {
-                *self = self.$by(other);
-            }
-        }
-    )*};
-}
-
-assigning! {
-    AddAssign, add_assign, add;
-    SubAssign, sub_assign, sub;
-    MulAssign, mul_assign, mul;
-}
+assign_by_operators!(DoubleDouble);
 
 impl Neg for DoubleDouble {
     type Output = Self;

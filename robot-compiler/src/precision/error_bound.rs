@@ -21,8 +21,8 @@
 
 use core::fmt::Debug;
 use core::marker::PhantomData;
-use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
-use dynamics_core::{Field, Scalar, SinCos};
+use core::ops::{Add, Div, Mul, Neg, Sub};
+use dynamics_core::{Field, Scalar, SinCos, assign_by_operators};
 use num_traits::{One, Zero};
 
 /// A floating-point format whose rounding is bounded: to nearest, subnormal numbers kept.
@@ -354,22 +354,7 @@ impl<R: Rounding> Sub for Bounded<R> {
     }
 }
 
-macro_rules! assigning {
-    ($($operator:ident, $method:ident, $by:ident;)*) => {$(
-        impl<R: Rounding> $operator for Bounded<R> {
-            #[inline]
-            fn $method(&mut self, other: Self) {
-                *self = self.$by(other);
-            }
-        }
-    )*};
-}
-
-assigning! {
-    AddAssign, add_assign, add;
-    SubAssign, sub_assign, sub;
-    MulAssign, mul_assign, mul;
-}
+assign_by_operators!(Bounded<R>, R: Rounding);
 
 impl<R: Rounding> Zero for Bounded<R> {
     #[inline]
