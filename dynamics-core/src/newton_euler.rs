@@ -52,6 +52,28 @@ pub trait InverseDynamics<S, const N: usize> {
         qdd: &[S; N],
         live: &Live<S, N>,
     ) -> [S; N];
+
+    /// As [`InverseDynamics::inverse_dynamics`], once in every tick of a controller: what remembers from tick to tick does so here.
+    ///
+    /// Sine and cosine are asked for only where they are needed.
+    #[inline]
+    fn tick(
+        &mut self,
+        turn: impl FnOnce() -> [SinCos<S>; N],
+        q: &[S; N],
+        qd: &[S; N],
+        qdd: &[S; N],
+        live: &Live<S, N>,
+    ) -> [S; N]
+    where
+        Self: Sized,
+    {
+        self.inverse_dynamics(&turn(), q, qd, qdd, live)
+    }
+
+    /// Forget what [`InverseDynamics::tick`] remembers: the next tick is the first.
+    #[inline]
+    fn forget(&mut self) {}
 }
 
 impl<S: Scalar, const N: usize> InverseDynamics<S, N> for Dynamics<S, N> {

@@ -86,6 +86,16 @@ pub trait Trig<S: Copy>: Copy {
             (*sin, *cos) = (both.sin, both.cos);
         }
     }
+
+    /// Both of each angle, rad, once in every tick of a controller: what remembers the last angles does so here.
+    #[inline]
+    fn tick<const N: usize>(&mut self, angles: &[S; N]) -> [SinCos<S>; N] {
+        self.sin_cos_all(angles)
+    }
+
+    /// Forget what [`Trig::tick`] remembers: the next tick is the first.
+    #[inline]
+    fn forget(&mut self) {}
 }
 
 /// Our own polynomials, in the precision of the angle alone. The same bits on every machine.

@@ -169,6 +169,8 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configura
     /// limit starts afresh.
     pub fn reset(&mut self) {
         self.memory = Memory::new();
+        self.dynamics.forget();
+        self.trig.forget();
     }
 
     /// The fault in force.
