@@ -75,6 +75,20 @@ impl<S: Scalar, const N: usize> Live<S, N> {
     pub fn zero() -> Self {
         Self { gravity: Vector3::zeros(), payload: Inertia::zero(), tip_wrench: Wrench::zero(), rotor: [S::zero(); N] }
     }
+
+    /// The same inputs in another scalar.
+    #[must_use]
+    pub fn cast<T: Scalar>(&self) -> Live<T, N>
+    where
+        S: Into<f64>,
+    {
+        Live {
+            gravity: crate::inertia::cast_vector(&self.gravity),
+            payload: self.payload.cast(),
+            tip_wrench: self.tip_wrench.cast(),
+            rotor: self.rotor.map(|x| T::literal(x.into())),
+        }
+    }
 }
 
 impl<S: Scalar, const N: usize> Scene<S, N> {

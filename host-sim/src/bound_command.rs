@@ -1,27 +1,26 @@
 //! `bound`: between what was found and what is proven, how wrong the torques of single precision are.
 
 use crate::cli::BoundArgs;
+use crate::document::Document;
 use crate::dynamics_command::numbers;
 use crate::exit::Failure;
+use crate::progress::progress_bar;
 use crate::record::JointLabel;
+use crate::subject::Subject;
 use crate::summary::engineering;
 use crate::torque_error::{Effort, Found, Region, State, TorqueError, positions, search};
 use comfy_table::{CellAlignment, Table, presets};
 use dynamics_core::{Limits, Model};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use robot_compiler::kernel::Level;
-use robot_compiler::{Robot, SceneFile, with_dof};
+use robot_compiler::{Robot, with_dof};
 use serde::Serialize;
-use std::fs;
-use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::io::{self, Write};
 
 /// Climbs for every joint, and steps of each.
 const CLIMBS: (usize, usize) = (32, 3000);
 /// The bound of one state is looked for with this part of the effort: it is smooth and has few tops.
 const LESS: usize = 10;
-/// Lines of a document between which the table stands.
-const MARKS: (&str, &str) = ("<!-- measured: bound -->", "<!-- end: bound -->");
 
 /// What is known of an arm in a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -80,7 +79,8 @@ pub struct JointAnswer {
 pub fn run(args: &BoundArgs) -> Result<(), Failure> {
     let files: Vec<Subject> = args.files.iter().map(|path| Subject::load(path)).collect::<Result<_, _>>()?;
     let steps: u64 = files.iter().map(|file| work(file.file.robot.dof(), args)).sum();
-    let progress = progress(steps);
+    let document = args.write.as_deref().map(|path| Document::read(path, &["bound"])).transpose()?;
+    let progress = progress_bar(Some(steps), "");
     let mut answers = Vec::new();
     for subject in &files {
         let found = with_dof!(subject.file.robot.dof(), N => {
@@ -90,8 +90,9 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
         answers.push(found);
     }
     progress.finish_and_clear();
-    if let Some(path) = &args.write {
-        return write(path, &document(&answers));
+    if let Some(mut document) = document {
+        document.put("bound", &markdown(&answers))?;
+        return document.write();
     }
     let mut text = String::new();
     for answer in &answers {
@@ -108,32 +109,6 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
     }
 }
 
-/// An arm and what acts on it.
-struct Subject {
-    file: SceneFile,
-    scene: Option<String>,
-}
-
-impl Subject {
-    /// A scene is a TOML file that names its robot.
-    fn load(path: &Path) -> Result<Self, Failure> {
-        let is_scene = path.extension().is_some_and(|extension| extension == "toml")
-            && fs::read_to_string(path).is_ok_and(|text| text.lines().any(names_a_robot));
-        if is_scene {
-            let file = SceneFile::load(path).map_err(Failure::input)?;
-            Ok(Self { scene: Some(file.name.clone()), file })
-        } else {
-            let robot = Robot::load(path).map_err(Failure::input)?;
-            Ok(Self { scene: None, file: SceneFile::default_for(robot) })
-        }
-    }
-}
-
-/// `robot = ..`: a key that a robot file has not.
-fn names_a_robot(line: &str) -> bool {
-    line.trim_start().strip_prefix("robot").is_some_and(|rest| rest.trim_start().starts_with('='))
-}
-
 fn effort(args: &BoundArgs) -> Effort {
     Effort { samples: args.samples as usize, climbs: CLIMBS.0, steps: CLIMBS.1, seed: args.seed }
 }
@@ -148,17 +123,6 @@ fn work(joints: usize, args: &BoundArgs) -> u64 {
     let states: usize =
         [effort, less(&effort)].iter().map(|effort| effort.samples + joints * effort.climbs * effort.steps).sum();
     (states + joints * args.boxes as usize) as u64
-}
-
-fn progress(steps: u64) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr_with_hz(10));
-    match ProgressStyle::with_template("{bar:40} {percent:>3} %  {eta} to go") {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }
 
 fn answer<const N: usize>(
@@ -300,7 +264,7 @@ impl Answer {
 }
 
 /// For a document.
-fn document(answers: &[Answer]) -> String {
+fn markdown(answers: &[Answer]) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     let mut text = format!("| arm | {} |\n|{}\n", HEADER.join(" | "), "---|".repeat(HEADER.len() + 1));
     for answer in answers {
@@ -310,14 +274,4 @@ fn document(answers: &[Answer]) -> String {
         }
     }
     text
-}
-
-/// Put a table between the marks of a document.
-fn write(path: &Path, table: &str) -> Result<(), Failure> {
-    let text = fs::read_to_string(path)
-        .map_err(|error| wrong(&format!("{}: cannot be read: {error}; expected a text file", path.display())))?;
-    let lines = || wrong(&format!("{}: expected the lines `{}` and `{}`", path.display(), MARKS.0, MARKS.1));
-    let (before, rest) = text.split_once(MARKS.0).ok_or_else(lines)?;
-    let (_, after) = rest.split_once(MARKS.1).ok_or_else(lines)?;
-    fs::write(path, format!("{before}{}\n{table}{}{after}", MARKS.0, MARKS.1)).map_err(Failure::Output)
 }

@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::trade::choice::{Every, TermSet};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dynamics_core::control::Law;
 use dynamics_core::linkage::Branch;
@@ -8,6 +9,7 @@ use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::scene::ScalarChoice;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Simulate a robot arm under computed-torque control, on the desk or with the chip's own firmware in the loop.
 #[derive(Clone, Debug, Parser)]
@@ -51,6 +53,10 @@ pub enum Command {
     Linkage(LinkageArgs),
     /// How wrong the torques of single precision are: a proven bound, and the worst that was found.
     Bound(BoundArgs),
+    /// What every choice of accuracy costs on the chip: the ones that nothing beats.
+    Trade(TradeArgs),
+    /// The cheapest choice that meets a request, as a scene.
+    Choose(ChooseArgs),
     /// What happens at the edges: masses, numbers, integrators, time, gains; pass or fail, cell by cell.
     Extremes(ExtremesArgs),
 }
@@ -327,11 +333,15 @@ For every term of the model (gravity, payload, tip wrench, rotors, velocity term
 A term may go if its torque error stays within the tolerance on every joint that has a torque limit. Which may go together is
 searched over all sets, as `terms = \"auto\"` in a scene's [model] does it.
 
-Instructions and bytes of the chip are not measured here: `cargo xtask bench` measures them, for three arms.
+--chip builds the controller's tick with every term and without each, runs it on the emulated chip, and shows what goes with the term:
+  instructions  of a tick, mean over consecutive ticks of the scene's motion
+  cycles        an estimate
+  flash         bytes of the tick and all that it reaches
 
 Examples:
   host-sim explain scenes/puma560_pick.toml
   host-sim explain scenes/puma560_pick.toml --tolerance 0.05
+  host-sim explain scenes/puma560_pick.toml --chip
   host-sim explain scenes/puma560_auto.toml --json | jq .fewest.given_up";
 
 /// Options of `explain`.
@@ -343,6 +353,9 @@ pub struct ExplainArgs {
     /// Torque error that is allowed, as a share of each joint's torque limit; the scene's otherwise, or 0.002.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
+    /// Measure what each term takes on the emulated chip; installs what that needs.
+    #[arg(long)]
+    pub chip: bool,
     /// Print JSON instead of tables.
     #[arg(long)]
     pub json: bool,
@@ -461,6 +474,179 @@ pub enum BranchName {
     Crossed,
 }
 
+const TRADE_EXAMPLES: &str = "\
+Every combination of the choices below is a scene file of its own, and is measured:
+  instructions   of the controller's tick on the emulated chip, every one counted: mean and most, over consecutive ticks of the scene's motion
+  cycles         an estimate for the chip's core and flash, from the instructions that were executed
+  flash, RAM     the tick with all that it reaches, and what it remembers from tick to tick
+  torque error   with the arm exactly on its reference: against the full model in 31 digits, greatest and root mean square
+  tracking       of the closed loop in the scene's world
+on three motions: slow (a tenth of the speed limits), fast (as velocity and torque limits allow), singular (fast through the posture in
+which the scaled mass matrix is nearest to singular). Every torque of the chip must have the desk's very bits.
+
+Choices, each a key of the scene file:
+  --scalar   f32, mixed (all but the recursion in f64), f64                                [control] scalar
+  --trig     polynomial, polynomial-5, polynomial-3, table, rotation, libm                 [control] trig
+  --terms    full; no-coriolis; diagonal: gravity and a constant diagonal inertia;
+             gravity; none                                                                 [control] law, [model] coriolis
+  --friction, --rotors   on, off                                                           [model] friction, rotor
+  --every    the model every so many ticks: 1, 4:hold, 4:extrapolate                       [control] model_every, model_between
+  --kernel   exact, regrouped                                                              [control] kernel
+  --rate     Hz; the scene's otherwise                                                     [control] rate
+
+Examples:
+  host-sim trade scenes/puma560_pick.toml
+  host-sim trade scenes/puma560_pick.toml --scalar f32 --trig polynomial,table --terms full,diagonal --every 1,2:hold
+  host-sim trade robots/ur5.toml --json | jq '.points[] | select(.on_torque_front) | .command'
+
+Files, in the folder given by --out (out/trade/NAME otherwise):
+  trade.csv, trade.svg   every choice with every number; all of them in one picture
+  points/                the scene of every choice
+  measured.jsonl         what has been measured: after an interruption the work goes on from there";
+
+/// What is combined.
+#[derive(Clone, Debug, Args)]
+pub struct AxisArgs {
+    /// Floating-point types.
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["f32", "f64"])]
+    pub scalar: Vec<Scalar>,
+    /// Sines and cosines.
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["polynomial", "libm"])]
+    pub trig: Vec<Trig>,
+    /// Sets of terms.
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["full", "no-coriolis", "diagonal", "gravity", "none"])]
+    pub terms: Vec<TermSet>,
+    /// Friction fed forward, where the scene does it.
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["on"])]
+    pub friction: Vec<Switch>,
+    /// Rotors in the model, where the scene has them.
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["on"])]
+    pub rotors: Vec<Switch>,
+    /// When the model is evaluated.
+    #[arg(long, value_delimiter = ',', default_values = ["1", "4:hold", "4:extrapolate"], value_name = "TICKS[:BETWEEN]")]
+    pub every: Vec<Every>,
+    /// Levels of the arm's kernel.
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["exact", "regrouped"])]
+    pub kernel: Vec<LevelName>,
+    /// Control rates, Hz; the scene's otherwise.
+    #[arg(long, value_delimiter = ',', value_name = "HZ")]
+    pub rate: Vec<f64>,
+}
+
+/// Options of `trade`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = TRADE_EXAMPLES)]
+pub struct TradeArgs {
+    /// The scene file, or a robot file for a scene made up for it.
+    pub scene: PathBuf,
+    /// What is combined.
+    #[command(flatten)]
+    pub axes: AxisArgs,
+    /// Folder for the files.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Measure again what is known.
+    #[arg(long)]
+    pub fresh: bool,
+    /// Put the tables between `<!-- measured: trade, NAME -->` and `<!-- end measured: trade, NAME -->` of this file, and the picture beside it.
+    #[arg(long, value_name = "FILE")]
+    pub write: Option<PathBuf>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+const CHOOSE_EXAMPLES: &str = "\
+The choices, and what is measured of them, are those of `trade`, whose measurements are used where they are known. The cheapest is the one
+with the fewest cycles. Share of the processor: mean cycles (an estimate) times the rate over the clock; the longest tick must also
+end before the next is due. If no choice does, the message says what the nearest would cost, and the exit code is 2.
+
+Examples:
+  host-sim choose scenes/puma560_pick.toml --max-torque-error 0.2% --budget 20%@4kHz
+  host-sim choose scenes/puma560_pick.toml --max-tracking-error 2e-3 --trig polynomial --out scenes/mine.toml";
+
+/// Options of `choose`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = CHOOSE_EXAMPLES)]
+pub struct ChooseArgs {
+    /// The scene file, or a robot file for a scene made up for it.
+    pub scene: PathBuf,
+    /// Greatest torque error of any joint on any course, as a share of its limit: 0.2% or 0.002.
+    #[arg(long, value_name = "SHARE")]
+    pub max_torque_error: Option<Share>,
+    /// Greatest tracking error of any joint on any course, rad or m.
+    #[arg(long, value_name = "RAD")]
+    pub max_tracking_error: Option<f64>,
+    /// Share of the processor at a control rate: 20%@4kHz.
+    #[arg(long, value_name = "SHARE@RATE")]
+    pub budget: Option<Budget>,
+    /// Clock of the processor, MHz.
+    #[arg(long, value_name = "MHZ", default_value_t = 168.0)]
+    pub clock: f64,
+    /// What is combined.
+    #[command(flatten)]
+    pub axes: AxisArgs,
+    /// Where the scene goes; out/trade/NAME/chosen.toml otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Measure again what is known.
+    #[arg(long)]
+    pub fresh: bool,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A share: `20%` or `0.2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share(pub f64);
+
+impl FromStr for Share {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+        let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
+        let share = share.filter(|share| *share > 0.0 && *share <= 1.0);
+        share.map(Self).ok_or_else(|| format!("{text}: expected a share above 0 and at most 1, such as 20% or 0.2"))
+    }
+}
+
+/// A share of the processor at a control rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    /// Of the processor.
+    pub share: f64,
+    /// Hz.
+    pub rate: f64,
+}
+
+impl FromStr for Budget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("{text}: expected a share and a rate, such as 20%@4kHz or 0.2@1000Hz");
+        let (share, rate) = text.split_once('@').ok_or_else(expected)?;
+        let share: Share = share.parse().map_err(|_| expected())?;
+        let (number, unit) = match (rate.strip_suffix("kHz"), rate.strip_suffix("Hz")) {
+            (Some(number), _) => (number, 1e3),
+            (None, Some(number)) => (number, 1.0),
+            (None, None) => return Err(expected()),
+        };
+        let rate = number.trim().parse::<f64>().map_err(|_| expected())? * unit;
+        if rate > 0.0 && rate.is_finite() { Ok(Self { share: share.0, rate }) } else { Err(expected()) }
+    }
+}
+
+/// Whether something counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// It counts.
+    On,
+    /// It is left out.
+    Off,
+}
+
 const BOUND_EXAMPLES: &str = "\
 Examples:
   host-sim bound robots/puma560.toml
@@ -512,7 +698,7 @@ pub struct BoundArgs {
     /// Print JSON, and nothing else: an object for each file, a line each.
     #[arg(long)]
     pub json: bool,
-    /// Put the table between `<!-- measured: bound -->` and `<!-- end: bound -->` of this file.
+    /// Put the table between `<!-- measured: bound -->` and `<!-- end measured: bound -->` of this file.
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     pub write: Option<PathBuf>,
 }
@@ -666,6 +852,15 @@ impl From<Scalar> for ScalarChoice {
     }
 }
 
+impl From<ScalarChoice> for Scalar {
+    fn from(scalar: ScalarChoice) -> Self {
+        match scalar {
+            ScalarChoice::F32 => Self::F32,
+            ScalarChoice::F64 => Self::F64,
+        }
+    }
+}
+
 impl From<Scalar> for Precision {
     fn from(scalar: Scalar) -> Self {
         match scalar {
@@ -689,6 +884,15 @@ impl From<Trig> for Method {
         match trig {
             Trig::Polynomial => Self::Polynomial,
             Trig::Libm => Self::Libm,
+        }
+    }
+}
+
+impl From<Method> for Trig {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Polynomial => Self::Polynomial,
+            Method::Libm => Self::Libm,
         }
     }
 }

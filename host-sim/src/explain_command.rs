@@ -3,8 +3,12 @@
 use crate::cli::ExplainArgs;
 use crate::closed_loop::End;
 use crate::exit::Failure;
+use crate::progress::progress_bar;
+use crate::run_command::{file_name, in_file};
 use crate::simulate;
 use crate::summary::engineering;
+use crate::trade::base::Base;
+use crate::trade::{Cost, Costs};
 use comfy_table::{CellAlignment, Table, presets};
 use dynamics_core::{JointKind, Term};
 use indicatif::ProgressBar;
@@ -12,7 +16,9 @@ use robot_compiler::kernel::Operations;
 use robot_compiler::scene::terms::{Along, ModelTerm, TorqueError};
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
+use std::fs;
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 /// The tolerance where neither scene nor command line gives one: a share of each joint's torque limit.
@@ -35,6 +41,9 @@ pub struct Explanation {
     pub tolerance: f64,
     /// Operations of a tick's inverse dynamics and friction feedforward with every term.
     pub operations: Count,
+    /// What a tick of the chip takes with every term, where it was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chip: Option<Cost>,
     /// The closed loop with every term.
     pub tracking: Tracking,
     /// Each term.
@@ -85,12 +94,26 @@ pub struct TermReport {
 pub struct Dropped {
     /// Operations less.
     pub operations: Count,
+    /// What a tick of the chip takes less; where it was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chip: Option<ChipSaving>,
     /// Torque that the model then leaves out on the reference motion.
     pub torque_error: Error,
     /// The closed loop with that model, in the same world.
     pub tracking: Tracking,
     /// Whether the torque error keeps the tolerance.
     pub within_tolerance: bool,
+}
+
+/// What a tick of the chip takes less without a term.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ChipSaving {
+    /// Instructions, mean.
+    pub instructions: f64,
+    /// Cycles, mean: an estimate.
+    pub cycles: f64,
+    /// Bytes of the tick and all that it reaches.
+    pub flash: i64,
 }
 
 /// A torque error per joint.
@@ -130,14 +153,17 @@ pub struct Fewest {
 ///
 /// # Errors
 /// A scene that is wrong or cannot be run; a tolerance that is none.
-pub fn run(args: &ExplainArgs, stop: &AtomicBool) -> Result<(), Failure> {
+pub fn run(args: &ExplainArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
     let file = SceneFile::load(&args.scene).map_err(Failure::input)?;
     if let Some(tolerance) = args.tolerance.filter(|tolerance| !(0.0..=0.5).contains(tolerance)) {
         return Err(Failure::Input(miette::miette!(
             "--tolerance {tolerance}: expected a share of each joint's torque limit, 0 to 0.5"
         )));
     }
-    let explanation = with_dof!(file.robot.dof(), N => explain::<N>(&file, args.tolerance, stop))?;
+    let mut explanation = with_dof!(file.robot.dof(), N => explain::<N>(&file, args.tolerance, stop))?;
+    if args.chip {
+        explanation.measure(&args.scene, costs)?;
+    }
     let text = if args.json {
         serde_json::to_string_pretty(&explanation).map_err(|error| Failure::Output(error.into()))? + "\n"
     } else {
@@ -180,6 +206,7 @@ pub fn explain<const N: usize>(
         joints: file.robot.joints.iter().map(Joint::new).collect(),
         tolerance,
         operations: Count::less(&lab.along.operations_without(&[]), &Operations::default()),
+        chip: None,
         tracking: lab.tracking(&[])?,
         terms: terms.collect::<Result<_, Failure>>()?,
         fewest: Fewest {
@@ -232,6 +259,7 @@ impl<const N: usize> Lab<'_, N> {
         let [with, without] = [&[], terms].map(|terms| self.along.operations_without(terms));
         Ok(Dropped {
             operations: Count::less(&with, &without),
+            chip: None,
             within_tolerance: error.worst_of_limit() <= self.tolerance,
             torque_error: Error::from(error),
             tracking: self.tracking(terms)?,
@@ -295,11 +323,57 @@ impl Error {
 }
 
 impl Explanation {
+    /// Measure the tick of the chip with every term and without each.
+    fn measure(&mut self, scene: &Path, costs: &Costs<'_>) -> Result<(), Failure> {
+        let base = Base::load(scene)?;
+        let folder = Path::new("out/explain").join(file_name(&self.scene));
+        fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+        let term = |name: &str| ModelTerm::ALL.into_iter().find(|term| term.name() == name);
+        let mut sets: Vec<Vec<ModelTerm>> = vec![Vec::new()];
+        sets.extend(
+            self.terms
+                .iter()
+                .filter(|report| report.dropped.is_some())
+                .map(|report| term(report.term).into_iter().collect()),
+        );
+        sets.push(self.fewest.given_up.iter().filter_map(|name| term(name)).collect());
+        let paths = sets.iter().map(|terms| {
+            let names: Vec<&str> = terms.iter().map(|term| term.key()).collect();
+            let path = folder.join(format!(
+                "without_{}.toml",
+                if names.is_empty() { "nothing".to_owned() } else { names.join("_") }
+            ));
+            fs::write(&path, base.without(terms)).map_err(|error| in_file(&path, &error))?;
+            Ok(path)
+        });
+        let paths: Vec<PathBuf> = paths.collect::<Result<_, Failure>>()?;
+        let progress = progress_bar(Some(paths.len() as u64), "");
+        let found = costs(&paths, &progress)?;
+        progress.finish_and_clear();
+        let Some((full, rest)) = found.split_first() else { return Ok(()) };
+        let saving = |cost: &Cost| ChipSaving {
+            instructions: full.instructions - cost.instructions,
+            cycles: full.cycles - cost.cycles,
+            flash: full.flash as i64 - cost.flash as i64,
+        };
+        let each = self.terms.iter_mut().filter_map(|report| report.dropped.as_mut());
+        for (dropped, cost) in each.chain(core::iter::once(&mut self.fewest.dropped)).zip(rest) {
+            dropped.chip = Some(saving(cost));
+        }
+        self.chip = Some(*full);
+        Ok(())
+    }
+
     /// The tables, as a person reads them.
     #[must_use]
     pub fn text(&self) -> String {
         let Self { scene, robot, law, level, operations: Count { mul, add, sub }, .. } = self;
         let mut text = format!("{scene}: {robot}, {law}, kernel {level}: {mul} mul, {add} add, {sub} sub\n");
+        if let Some(Cost { instructions, cycles, flash, ram, .. }) = self.chip {
+            text += &format!(
+                "a tick of the chip: {instructions:.0} instructions, {cycles:.0} cycles (estimate), {flash} bytes of flash, {ram} of RAM\n"
+            );
+        }
         text += &format!("{}\n", self.cost_table());
         let torques = self.joint_table(None, |i, dropped| {
             let (unit, error) = (self.joints[i].torque_unit, &dropped.torque_error);
@@ -317,14 +391,20 @@ impl Explanation {
     }
 
     fn cost_table(&self) -> Table {
-        let head = ["term", "is", "because of", "mul", "add", "sub", "torque error", "of the limit", "joint", "may go"];
+        let mut head = vec!["term", "is", "because of", "mul", "add", "sub"];
+        if self.chip.is_some() {
+            head.extend(["instructions", "cycles, est.", "flash"]);
+        }
+        head.extend(["torque error", "of the limit", "joint", "may go"]);
         let mut table = table(&head, 3);
         for report in &self.terms {
             let names = [report.term, report.state, &report.why].map(str::to_owned);
-            let Some(Dropped { operations: Count { mul, add, sub }, torque_error, within_tolerance, .. }) =
+            let Some(Dropped { operations: Count { mul, add, sub }, chip, torque_error, within_tolerance, .. }) =
                 &report.dropped
             else {
-                table.add_row(names.into_iter().chain(core::iter::repeat_n("-".to_owned(), 7)).collect::<Vec<_>>());
+                table.add_row(
+                    names.into_iter().chain(core::iter::repeat_n("-".to_owned(), head.len() - 3)).collect::<Vec<_>>(),
+                );
                 continue;
             };
             let worst = torque_error.worst();
@@ -332,9 +412,12 @@ impl Explanation {
             let share = torque_error.of_limit[worst].map_or_else(|| "no limit".to_owned(), percent);
             let most = engineering(torque_error.max[worst], joint.torque_unit);
             let may_go = if *within_tolerance { "yes" } else { "no" };
-            let rest =
-                [mul.to_string(), add.to_string(), sub.to_string(), most, share, joint.name.clone(), may_go.into()];
-            table.add_row(names.into_iter().chain(rest).collect::<Vec<_>>());
+            let counts = [mul, add, sub].map(ToString::to_string);
+            let on_chip = chip.iter().flat_map(|chip| {
+                [format!("{:.0}", chip.instructions), format!("{:.0}", chip.cycles), chip.flash.to_string()]
+            });
+            let rest = [most, share, joint.name.clone(), may_go.into()];
+            table.add_row(names.into_iter().chain(counts).chain(on_chip).chain(rest).collect::<Vec<_>>());
         }
         table
     }

@@ -15,13 +15,15 @@
 //! | [`posture_search`] | the posture that makes least of something |
 //! | [`linkage_turn`], [`linkage_run`] | a closed loop, driven round and let run |
 //! | [`torque_error`] | how wrong single precision is: what is proven, what was found |
-//! | [`cli`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`explain_command`], [`bound_command`], [`extremes_command`], [`exit`] | the command line |
+//! | [`trade`] | speed for accuracy: what every choice costs |
+//! | [`cli`], [`trade_command`], [`run_command`], [`dynamics_command`], [`terms_command`], [`statics_command`], [`energy_command`], [`info_command`], [`kernel_command`], [`linkage_command`], [`explain_command`], [`bound_command`], [`extremes_command`], [`exit`] | the command line |
 #![forbid(unsafe_code)]
 
 pub mod bound_command;
 pub mod chip;
 pub mod cli;
 pub mod closed_loop;
+mod document;
 pub mod dynamics_command;
 pub mod energy_command;
 pub mod exit;
@@ -37,11 +39,15 @@ pub mod on_chip;
 pub mod plant;
 pub mod plot;
 pub mod posture_search;
+mod progress;
 pub mod record;
 pub mod run_command;
 pub mod simulate;
 pub mod statics_command;
+mod subject;
 pub mod summary;
 pub mod target;
 pub mod terms_command;
 pub mod torque_error;
+pub mod trade;
+pub mod trade_command;

@@ -4,11 +4,12 @@ use crate::cli::{RunArgs, Scalar, Target};
 use crate::closed_loop::End;
 use crate::exit::{self, Failure};
 use crate::plot;
+use crate::progress::progress_bar;
 use crate::simulate::{self, Run};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use robot_compiler::{SceneFile, with_dof};
 use std::fs::{self, File};
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -21,7 +22,7 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // Better now than after the run.
     fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
-    let progress = progress(args.json || args.quiet);
+    let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
     let run = with_dof!(scene.robot.dof(), N => match args.target {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
         Target::Qemu => crate::on_chip::run::<N>(&scene, stop, &progress),
@@ -75,18 +76,6 @@ pub(crate) fn file_name(name: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' };
     let name: String = name.chars().map(safe).collect();
     if name.is_empty() { "scene".to_owned() } else { name }
-}
-
-/// A bar on standard error, where that is a terminal.
-fn progress(hidden: bool) -> ProgressBar {
-    if hidden || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-    match ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos} of {len} ticks, {eta} to go  {msg}") {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }
 
 /// Write log, summary and plots; returns the files.

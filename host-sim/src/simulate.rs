@@ -10,7 +10,6 @@ use crate::record::{JointLabel, Record};
 use crate::summary::{Setting, Summary};
 use crate::target::Torques;
 use dynamics_core::control::Law;
-use dynamics_core::inertia::cast_vector;
 use dynamics_core::trig::Method;
 use dynamics_core::{Controller, ControllerConfig, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
@@ -69,20 +68,26 @@ pub fn desk<S: Real, const N: usize>(
 where
     Method: Trig<S>,
 {
-    let config: ControllerConfig<S, N> = scene.controller_config(model).cast();
-    Controller::new(config, scene.dynamics(model), scene.control.trig)
+    desk_with(scene, model, &scene.controller_config(model))
+}
+
+/// As [`desk`], with another configuration.
+#[must_use]
+pub(crate) fn desk_with<S: Real, const N: usize>(
+    scene: &SceneFile,
+    model: &Model<f64, N>,
+    config: &ControllerConfig<f64, N>,
+) -> Controller<S, N, ArmDynamics<S, N>, Method>
+where
+    Method: Trig<S>,
+{
+    Controller::new(config.cast(), scene.dynamics(model), scene.control.trig)
 }
 
 /// What acts on the scene's simulated arm, as a controller in `S` is told of it.
 #[must_use]
 pub fn live_inputs<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Live<S, N> {
-    let live = scene.live(model);
-    Live {
-        gravity: cast_vector(&live.gravity),
-        payload: live.payload.cast(),
-        tip_wrench: live.tip_wrench.cast(),
-        rotor: live.rotor.map(S::literal),
-    }
+    scene.live(model).cast()
 }
 
 /// Run a scene with this controller, whoever it is, after telling it what acts on the arm.
@@ -101,7 +106,10 @@ pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
 }
 
 /// As [`with`], in a world that the caller keeps.
-fn within<S: Real, const N: usize, C: Torques<S, N>>(
+///
+/// # Errors
+/// As [`with`].
+pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
     world: &mut World<N>,
     scene: &SceneFile,
     target: &str,

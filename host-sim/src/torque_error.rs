@@ -14,11 +14,8 @@
 use core::cmp::Ordering;
 use core::f64::consts::{FRAC_PI_4, PI, TAU};
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{
-    Dynamics, Field, Inertia, InverseDynamics, JointKind, Live, Model, Scalar, Scene, SinCos, Trig, Wrench,
-};
+use dynamics_core::{Dynamics, Field, InverseDynamics, JointKind, Live, Model, Scalar, Scene, SinCos, Trig};
 use indicatif::ProgressBar;
-use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
@@ -101,19 +98,7 @@ struct Torques<S, const N: usize> {
 
 impl<S: Field, const N: usize> Torques<S, N> {
     fn new(model: &Model<f64, N>, scene: &Scene<f64, N>, live: &Live<f64, N>) -> Self {
-        let vector = |v: &Vector3<f64>| -> Vector3<S> { v.map(S::literal) };
-        let payload = &live.payload;
-        let live = Live {
-            gravity: vector(&live.gravity),
-            payload: Inertia {
-                mass: S::literal(payload.mass),
-                first_moment: vector(&payload.first_moment),
-                about_origin: Matrix3::from_fn(|r, c| S::literal(payload.about_origin[(r, c)])),
-            },
-            tip_wrench: Wrench { force: vector(&live.tip_wrench.force), moment: vector(&live.tip_wrench.moment) },
-            rotor: live.rotor.map(S::literal),
-        };
-        Self { dynamics: Dynamics::new(model.cast(), scene.cast()), live }
+        Self { dynamics: Dynamics::new(model.cast(), scene.cast()), live: live.cast() }
     }
 
     fn at(&self, kernel: Option<&Program>, turn: &[SinCos<S>; N], [q, qd, qdd]: &[[S; N]; 3]) -> [S; N] {

@@ -284,12 +284,12 @@ fn the_command_says_what_is_missing_or_wrong() {
 #[test]
 fn the_command_writes_its_table_between_the_marks_and_nothing_else() {
     let path = std::env::temp_dir().join(format!("bound-{}.md", std::process::id()));
-    std::fs::write(&path, "before\n<!-- measured: bound -->\nold\n<!-- end: bound -->\nafter\n").unwrap();
+    std::fs::write(&path, "before\n<!-- measured: bound -->\nold\n<!-- end measured: bound -->\nafter\n").unwrap();
     let name = path.to_str().unwrap();
     assert_eq!(printed(&["robots/planar2r.toml", "--write", name]), "");
     let text = std::fs::read_to_string(&path).unwrap();
-    assert!(text.starts_with("before\n<!-- measured: bound -->\n| arm | joint | found |"), "{text}");
-    assert!(text.ends_with("|\n<!-- end: bound -->\nafter\n") && !text.contains("old"), "{text}");
+    assert!(text.starts_with("before\n<!-- measured: bound -->\n\n| arm | joint | found |"), "{text}");
+    assert!(text.ends_with("|\n\n<!-- end measured: bound -->\nafter\n") && !text.contains("old"), "{text}");
     printed(&["robots/planar2r.toml", "--write", name]);
     assert_eq!(text, std::fs::read_to_string(&path).unwrap());
     std::fs::remove_file(&path).unwrap();

@@ -1,0 +1,209 @@
+//! What can be chosen, and what of a scene file says so.
+
+use crate::cli::{LevelName, Scalar, Trig};
+use clap::ValueEnum;
+use core::fmt;
+use core::str::FromStr;
+use serde::Serialize;
+use toml_edit::{DocumentMut, Item, Table, value};
+
+/// Which terms the model has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum TermSet {
+    /// Everything that the scene's model names.
+    Full,
+    /// Everything but centrifugal and Coriolis terms.
+    NoCoriolis,
+    /// Gravity as it is, inertia as the constant diagonal of the mass matrix at the start of the motion.
+    Diagonal,
+    /// Gravity, and feedback.
+    Gravity,
+    /// Feedback alone.
+    None,
+}
+
+/// When the model is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Every {
+    /// Every so many ticks.
+    pub ticks: u32,
+    /// What is done between.
+    pub between: Between,
+}
+
+/// What a controller does between two evaluations of its model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Between {
+    /// Keep the torque, but for what feedback adds.
+    Hold,
+    /// Go on as the last two say.
+    Extrapolate,
+}
+
+impl Between {
+    const ALL: [Self; 2] = [Self::Hold, Self::Extrapolate];
+
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "hold",
+            Self::Extrapolate => "extrapolate",
+        }
+    }
+}
+
+impl Every {
+    /// In every tick.
+    pub const TICK: Self = Self { ticks: 1, between: Between::Hold };
+}
+
+impl FromStr for Every {
+    type Err = String;
+
+    /// `1`, `4:hold`, `4:extrapolate`; `4` holds.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("{text}: expected ticks, 1 to 1000, such as 1, 4:hold or 4:extrapolate");
+        let (ticks, between) = text.split_once(':').unwrap_or((text, "hold"));
+        let ticks: u32 = ticks.parse().ok().filter(|ticks| (1..=1000).contains(ticks)).ok_or_else(expected)?;
+        let between = Between::ALL.into_iter().find(|known| known.name() == between).ok_or_else(expected)?;
+        Ok(if ticks == 1 { Self::TICK } else { Self { ticks, between } })
+    }
+}
+
+impl fmt::Display for Every {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.ticks {
+            1 => f.write_str("1"),
+            ticks => write!(f, "{ticks}:{}", self.between.name()),
+        }
+    }
+}
+
+/// One choice on every axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// Floating-point type.
+    pub scalar: Scalar,
+    /// Sine and cosine.
+    pub trig: Trig,
+    /// Terms of the model.
+    pub terms: TermSet,
+    /// Whether friction is fed forward, where the scene does it.
+    pub friction: bool,
+    /// Whether rotors count, where the scene counts them.
+    pub rotors: bool,
+    /// When the model is evaluated.
+    pub every: Every,
+    /// Level of the arm's kernel.
+    pub kernel: LevelName,
+    /// Control rate, Hz.
+    pub rate: f64,
+}
+
+/// The name that the command line gives a value.
+pub(crate) fn name(of: impl ValueEnum) -> String {
+    of.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// A choice by the names of the command line, for tables and machines.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Named {
+    /// Floating-point type.
+    pub scalar: String,
+    /// Sine and cosine.
+    pub trig: String,
+    /// Terms of the model.
+    pub terms: String,
+    /// `on` or `off`.
+    pub friction: &'static str,
+    /// `on` or `off`.
+    pub rotors: &'static str,
+    /// When the model is evaluated.
+    pub every: String,
+    /// Level of the arm's kernel.
+    pub kernel: String,
+    /// Control rate, Hz.
+    pub rate: f64,
+}
+
+impl Choice {
+    /// The same by names.
+    #[must_use]
+    pub fn named(&self) -> Named {
+        let switch = |on: bool| if on { "on" } else { "off" };
+        Named {
+            scalar: name(self.scalar),
+            trig: name(self.trig),
+            terms: name(self.terms),
+            friction: switch(self.friction),
+            rotors: switch(self.rotors),
+            every: self.every.to_string(),
+            kernel: name(self.kernel),
+            rate: self.rate,
+        }
+    }
+
+    /// The same, with what has no effect at its plainest: without a model there is nothing to evaluate.
+    #[must_use]
+    pub fn plain(self) -> Self {
+        match self.terms {
+            TermSet::None => Self { trig: Trig::Polynomial, every: Every::TICK, kernel: LevelName::Exact, ..self },
+            _ => self,
+        }
+    }
+
+    /// Write the choice into a scene file whose rate is `rate` (Hz).
+    pub(crate) fn write(&self, scene: &mut DocumentMut, rate: f64) {
+        let named = self.named();
+        let law = match self.terms {
+            TermSet::Full | TermSet::NoCoriolis => "computed-torque",
+            TermSet::Diagonal => "diagonal-inertia",
+            TermSet::Gravity => "pd-gravity",
+            TermSet::None => "pd",
+        };
+        for (key, choice) in [("law", law), ("scalar", &named.scalar), ("trig", &named.trig), ("kernel", &named.kernel)]
+        {
+            put(scene, "control", key, value(choice));
+        }
+        #[allow(clippy::float_cmp, reason = "the very number of the file stays as it was written")]
+        if self.rate != rate {
+            put(scene, "control", "rate", value(self.rate));
+            // It divided the old period; the default divides every one.
+            remove(scene, "plant", "step");
+        }
+        remove(scene, "control", "model_every");
+        remove(scene, "control", "model_between");
+        if self.every != Every::TICK {
+            put(scene, "control", "model_every", value(i64::from(self.every.ticks)));
+            put(scene, "control", "model_between", value(self.every.between.name()));
+        }
+        let absent =
+            [(self.terms == TermSet::NoCoriolis, "coriolis"), (!self.friction, "friction"), (!self.rotors, "rotor")];
+        for (_, key) in absent.into_iter().filter(|(is_absent, _)| *is_absent) {
+            put(scene, "model", key, value("absent"));
+        }
+    }
+}
+
+/// Set a key of a table of the file; a table that is not there is made. A comment behind the old value stays.
+pub(crate) fn put(scene: &mut DocumentMut, table: &str, key: &str, item: Item) {
+    let table = scene.entry(table).or_insert_with(|| Item::Table(Table::new()));
+    let Some(table) = table.as_table_like_mut() else { return };
+    match (table.get_mut(key).and_then(Item::as_value_mut), item) {
+        (Some(old), Item::Value(mut new)) => {
+            *new.decor_mut() = old.decor().clone();
+            *old = new;
+        }
+        (_, item) => {
+            table.insert(key, item);
+        }
+    }
+}
+
+/// Take a key of a table out of the file.
+pub(crate) fn remove(scene: &mut DocumentMut, table: &str, key: &str) {
+    if let Some(table) = scene.get_mut(table).and_then(Item::as_table_like_mut) {
+        table.remove(key);
+    }
+}

@@ -1,0 +1,275 @@
+//! `trade` and `choose`: what every choice costs, and the cheapest that does.
+
+use crate::cli::{AxisArgs, ChooseArgs, Switch, TradeArgs};
+use crate::document::Document;
+use crate::exit::Failure;
+use crate::progress::progress_bar;
+use crate::run_command::{file_name, in_file};
+use crate::trade::base::Base;
+use crate::trade::choice::Choice;
+use crate::trade::report::percent;
+use crate::trade::{Costs, Point, Trade, Workshop, trade};
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// Measure a trade-off, print and write it.
+///
+/// # Errors
+/// A scene that is wrong or a choice that it cannot have; a chip that cannot be built or run; an interruption.
+pub fn run(args: &TradeArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
+    let base = Base::load(&args.scene)?;
+    let place = place_of(&base.file.name);
+    let document = args.write.as_deref().map(|path| Document::read(path, &[&place])).transpose()?;
+    let folder = folder(args.out.as_deref(), &base)?;
+    let trade = measured(&base, &args.scene, &choices(&args.axes, &base, None)?, costs, &folder, args.fresh, stop)?;
+    let csv = folder.join("trade.csv");
+    trade.write_csv(&csv)?;
+    let plot = folder.join("trade.svg");
+    trade.write_plot(&plot).map_err(|error| in_file(&plot, &error))?;
+    if let Some(mut document) = document {
+        let picture = format!("trade_{}.svg", file_name(&base.file.name));
+        let path = document.folder().join(&picture);
+        trade.write_plot(&path).map_err(|error| in_file(&path, &error))?;
+        document.put(&place, &format!("{}\n![every choice of {}]({picture})\n", trade.markdown(), trade.scene))?;
+        document.write()?;
+    }
+    let text = if args.json {
+        serde_json::to_string_pretty(&trade).map_err(|error| Failure::Output(error.into()))? + "\n"
+    } else {
+        format!("{}files     {}\n          {}\n", trade.table(), csv.display(), plot.display())
+    };
+    print(&text)
+}
+
+fn print(text: &str) -> Result<(), Failure> {
+    match io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
+        Ok(()) | Err(_) => Ok(()),
+    }
+}
+
+fn place_of(scene: &str) -> String {
+    format!("trade, {scene}")
+}
+
+fn folder(out: Option<&Path>, base: &Base) -> Result<PathBuf, Failure> {
+    let folder = out.map_or_else(|| Path::new("out/trade").join(file_name(&base.file.name)), Path::to_owned);
+    fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+    Ok(folder)
+}
+
+fn measured(
+    base: &Base,
+    scene: &Path,
+    choices: &[Choice],
+    costs: &Costs<'_>,
+    folder: &Path,
+    fresh: bool,
+    stop: &AtomicBool,
+) -> Result<Trade, Failure> {
+    let progress = progress_bar(None, "measurements");
+    trade(base, scene, choices, costs, &Workshop { folder, fresh, stop, progress: &progress })
+}
+
+/// The product of the axes, each choice once; always at `rate` (Hz), where one is given.
+fn choices(axes: &AxisArgs, base: &Base, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
+    let rates = match rate {
+        Some(rate) => vec![rate],
+        None if axes.rate.is_empty() => vec![base.file.control.rate],
+        None => axes.rate.clone(),
+    };
+    if let Some(rate) = rates.iter().find(|rate| !(**rate >= 16.0 && **rate <= 1e5)) {
+        return Err(Failure::Input(miette::miette!("--rate {rate}: expected a rate in Hz, 16 to 100,000")));
+    }
+    let on = |switches: &[Switch], there: bool| -> Vec<bool> {
+        // Without friction or rotors in the scene both mean the same.
+        if there { switches.iter().map(|switch| *switch == Switch::On).collect() } else { vec![true] }
+    };
+    let model = &base.file.model;
+    let friction = on(&axes.friction, model.friction);
+    let rotors = on(&axes.rotors, !matches!(model.rotor, dynamics_core::Term::Absent));
+    let mut all: Vec<Choice> = Vec::new();
+    for &rate in &rates {
+        for &scalar in &axes.scalar {
+            for &terms in &axes.terms {
+                for &friction in &friction {
+                    for &rotors in &rotors {
+                        for &kernel in &axes.kernel {
+                            for &every in &axes.every {
+                                for &trig in &axes.trig {
+                                    let choice =
+                                        Choice { scalar, trig, terms, friction, rotors, every, kernel, rate }.plain();
+                                    if !all.contains(&choice) {
+                                        all.push(choice);
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Choose the cheapest point that meets a request, and write its scene.
+///
+/// # Errors
+/// As [`run`]; a request that is none, or one that no choice meets.
+pub fn choose(args: &ChooseArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
+    if args.max_torque_error.is_none() && args.max_tracking_error.is_none() && args.budget.is_none() {
+        return Err(Failure::Input(miette::miette!(
+            "nothing was asked for: expected --max-torque-error, --max-tracking-error, --budget, or several of them"
+        )));
+    }
+    let base = Base::load(&args.scene)?;
+    let work = folder(None, &base)?;
+    let rate = args.budget.map(|budget| budget.rate);
+    let trade = measured(&base, &args.scene, &choices(&args.axes, &base, rate)?, costs, &work, args.fresh, stop)?;
+    let request = Request {
+        torque: args.max_torque_error.map(|share| share.0),
+        tracking: args.max_tracking_error,
+        share: args.budget.map(|budget| budget.share),
+        clock: args.clock * 1e6,
+    };
+    let Some(chosen) = request.cheapest(&trade) else {
+        return Err(Failure::Input(miette::miette!(
+            help = request.nearest(&trade),
+            "{}: none of {} choices meets the request",
+            args.scene.display(),
+            trade.points.len()
+        )));
+    };
+    let path = args.out.clone().unwrap_or_else(|| work.join("chosen.toml"));
+    let home = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    fs::create_dir_all(home).map_err(|error| in_file(home, &error))?;
+    let name = path.file_stem().map_or_else(|| base.file.name.clone(), |stem| stem.to_string_lossy().into_owned());
+    fs::write(&path, base.with_in(&chosen.chosen, &name, home)).map_err(|error| in_file(&path, &error))?;
+    if args.json {
+        let text = serde_json::json!({ "scene": path, "point": chosen, "cpu_share": request.share_of(chosen) });
+        let text = serde_json::to_string_pretty(&text).map_err(|error| Failure::Output(error.into()))?;
+        return print(&(text + "\n"));
+    }
+    print(&request.explain(&trade, chosen, &path))
+}
+
+/// What a choice must meet.
+struct Request {
+    /// Greatest torque error, a share of the limit.
+    torque: Option<f64>,
+    /// Greatest tracking error, rad or m.
+    tracking: Option<f64>,
+    /// Greatest share of the processor.
+    share: Option<f64>,
+    /// Cycles in a second.
+    clock: f64,
+}
+
+impl Request {
+    /// Share of the processor that the mean tick takes.
+    fn share_of(&self, point: &Point) -> f64 {
+        point.cost.cycles * point.choice.rate / self.clock
+    }
+
+    /// The mean tick keeps the share, and the longest ends before the next is due.
+    fn fits(&self, point: &Point) -> bool {
+        let longest = point.cost.cycles_max * point.choice.rate / self.clock;
+        self.share.is_none_or(|share| self.share_of(point) <= share) && longest <= 1.0
+    }
+
+    fn accurate(&self, point: &Point) -> bool {
+        let keeps = |most: Option<f64>, found: Option<f64>| most.is_none_or(|most| found.is_some_and(|x| x <= most));
+        point.tracking.is_some() && keeps(self.torque, point.torque_of_limit) && keeps(self.tracking, point.tracking)
+    }
+
+    /// Points come with the fewest cycles first.
+    fn cheapest<'a>(&self, trade: &'a Trade) -> Option<&'a Point> {
+        trade.points.iter().find(|point| self.accurate(point) && self.fits(point))
+    }
+
+    /// What it would take: the cheapest that is accurate enough, and the most accurate that fits.
+    fn nearest(&self, trade: &Trade) -> String {
+        let mut text = String::new();
+        match trade.points.iter().find(|point| self.accurate(point)) {
+            Some(point) => {
+                let _ = writeln!(text, "accurate enough, and cheapest of those: {}", self.line(point));
+            }
+            None => text += "no choice is accurate enough\n",
+        }
+        let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
+        let fitting = trade.points.iter().filter(|point| self.fits(point) && point.tracking.is_some());
+        match fitting.min_by(|a, b| error(a).total_cmp(&error(b))) {
+            Some(point) => {
+                let _ = write!(text, "within the budget, and most accurate of those: {}", self.line(point));
+            }
+            None => text += "no choice is within the budget",
+        }
+        text
+    }
+
+    fn line(&self, point: &Point) -> String {
+        let n = &point.choice;
+        let torque = point.torque_of_limit.map_or("fault".to_owned(), percent);
+        let tracking = point.tracking.map_or("fault".to_owned(), |x| crate::summary::engineering(x, "rad"));
+        format!(
+            "{}, {} trig, terms {}, friction {}, rotors {}, model every {}, {}: {} of the processor at {} Hz, torque error {torque}, tracking error {tracking}",
+            n.scalar,
+            n.trig,
+            n.terms,
+            n.friction,
+            n.rotors,
+            n.every,
+            n.kernel,
+            percent(self.share_of(point)),
+            n.rate
+        )
+    }
+
+    fn explain(&self, trade: &Trade, chosen: &Point, path: &Path) -> String {
+        let mut text = format!("chosen              {}\n", self.line(chosen));
+        // The best in accuracy of all, to say what was given up.
+        let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
+        if let Some(best) =
+            trade.points.iter().filter(|point| point.tracking.is_some()).min_by(|a, b| error(a).total_cmp(&error(b)))
+        {
+            let given_up = differences(best, chosen);
+            let what =
+                if given_up.is_empty() { "nothing: it is the most accurate of all".to_owned() } else { given_up };
+            let _ = writeln!(text, "given up            {what}");
+            let _ = writeln!(text, "most accurate       {}", self.line(best));
+        }
+        let _ = writeln!(
+            text,
+            "instructions        {:.0} a tick, {} at most; {:.0} cycles (estimate), flash {}, RAM {}",
+            chosen.cost.instructions,
+            chosen.cost.instructions_max,
+            chosen.cost.cycles,
+            chosen.cost.flash,
+            chosen.cost.ram
+        );
+        let _ = writeln!(text, "measured by         {}", chosen.command);
+        let _ = writeln!(text, "scene               {}", path.display());
+        text
+    }
+}
+
+/// What one point has and the other has otherwise.
+fn differences(best: &Point, chosen: &Point) -> String {
+    let (a, b) = (&best.choice, &chosen.choice);
+    let pairs = [
+        ("scalar", &a.scalar, &b.scalar),
+        ("trig", &a.trig, &b.trig),
+        ("terms", &a.terms, &b.terms),
+        ("model every", &a.every, &b.every),
+        ("kernel", &a.kernel, &b.kernel),
+    ];
+    let mut all: Vec<String> =
+        pairs.iter().filter(|(_, a, b)| a != b).map(|(what, a, b)| format!("{what} {b} in place of {a}")).collect();
+    let switches = [("friction", a.friction, b.friction), ("rotors", a.rotors, b.rotors)];
+    all.extend(switches.iter().filter(|(_, a, b)| a != b).map(|(what, _, b)| format!("{what} {b}")));
+    all.join("; ")
+}
