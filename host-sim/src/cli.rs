@@ -88,7 +88,7 @@ pub struct RunArgs {
     pub target: Target,
     /// Floating-point type of the controller; the scene's otherwise. The chip has f32 only.
     #[arg(long, value_enum)]
-    pub scalar: Option<Scalar>,
+    pub scalar: Option<RunScalar>,
     /// Sine and cosine of the controller; the scene's otherwise.
     #[arg(long, value_enum)]
     pub trig: Option<Trig>,
@@ -508,8 +508,8 @@ Files, in the folder given by --out (out/trade/NAME otherwise):
 #[derive(Clone, Debug, Args)]
 pub struct AxisArgs {
     /// Floating-point types.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["f32", "f64"])]
-    pub scalar: Vec<Scalar>,
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["f32", "mixed", "f64"])]
+    pub scalar: Vec<RunScalar>,
     /// Sines and cosines.
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["polynomial", "libm"])]
     pub trig: Vec<Trig>,
@@ -803,6 +803,17 @@ pub enum Scalar {
     F64,
 }
 
+/// Floating-point type of a controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RunScalar {
+    /// Single precision, as on the chip.
+    F32,
+    /// Double precision.
+    F64,
+    /// Inverse dynamics, sine and cosine in single precision, all else in double.
+    Mixed,
+}
+
 /// Sine and cosine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Trig {
@@ -821,6 +832,8 @@ pub enum LawName {
     Pd,
     /// Spring and damper, and the torque that holds the arm.
     PdGravity,
+    /// A fixed inertia per joint for what is asked for, and the torque that holds the arm.
+    DiagonalInertia,
     /// Spring and damper, and the torque of the reference motion.
     Feedforward,
 }
@@ -843,20 +856,22 @@ impl From<BranchName> for Branch {
     }
 }
 
-impl From<Scalar> for ScalarChoice {
-    fn from(scalar: Scalar) -> Self {
+impl From<RunScalar> for ScalarChoice {
+    fn from(scalar: RunScalar) -> Self {
         match scalar {
-            Scalar::F32 => Self::F32,
-            Scalar::F64 => Self::F64,
+            RunScalar::F32 => Self::F32,
+            RunScalar::F64 => Self::F64,
+            RunScalar::Mixed => Self::Mixed,
         }
     }
 }
 
-impl From<ScalarChoice> for Scalar {
+impl From<ScalarChoice> for RunScalar {
     fn from(scalar: ScalarChoice) -> Self {
         match scalar {
             ScalarChoice::F32 => Self::F32,
             ScalarChoice::F64 => Self::F64,
+            ScalarChoice::Mixed => Self::Mixed,
         }
     }
 }
@@ -903,6 +918,7 @@ impl From<LawName> for Law {
             LawName::ComputedTorque => Self::ComputedTorque,
             LawName::Pd => Self::Pd,
             LawName::PdGravity => Self::PdGravity,
+            LawName::DiagonalInertia => Self::DiagonalInertia,
             LawName::Feedforward => Self::Feedforward,
         }
     }

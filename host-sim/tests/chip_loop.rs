@@ -46,6 +46,14 @@ fn another_law_and_measured_states_give_the_desks_bits() {
 }
 
 #[test]
+fn a_model_evaluated_in_some_ticks_gives_the_desks_bits_and_a_cheap_tick_between() {
+    let summary = run("puma560_slow_model", &[]);
+    assert_parity(&summary, 2_100);
+    let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
+    assert!((LEAST).contains(&least) && (MOST).contains(&most), "{least} to {most} instructions in a tick");
+}
+
+#[test]
 fn a_law_and_trig_chosen_on_the_command_line_reach_the_chip() {
     let summary = run("scara_pick", &["--duration", "0.2", "--law", "pd", "--trig", "libm"]);
     assert_parity(&summary, 200);

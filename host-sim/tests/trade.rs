@@ -1,9 +1,10 @@
 //! The trade-off of speed and accuracy: what is measured, what is written, what is chosen.
 
-use host_sim::cli::{Budget, LevelName, Scalar, Share, Trig};
+use dynamics_core::control::Between;
+use host_sim::cli::{Budget, LevelName, RunScalar, Share, Trig};
 use host_sim::exit::Failure;
 use host_sim::trade::base::Base;
-use host_sim::trade::choice::{Between, Choice, Every, TermSet};
+use host_sim::trade::choice::{Choice, Every, TermSet};
 use host_sim::trade::{Cost, Point, Trade, Workshop, trade};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
@@ -50,7 +51,7 @@ fn made_up(paths: &[PathBuf]) -> Vec<Cost> {
 
 fn choices(base: &Base) -> Vec<Choice> {
     let mut all = Vec::new();
-    for scalar in [Scalar::F32, Scalar::F64] {
+    for scalar in [RunScalar::F32, RunScalar::F64] {
         for terms in [TermSet::Full, TermSet::NoCoriolis, TermSet::Gravity, TermSet::None] {
             for kernel in [LevelName::Exact, LevelName::Regrouped] {
                 let choice = Choice { scalar, terms, kernel, ..base.own() }.plain();

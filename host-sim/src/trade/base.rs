@@ -1,7 +1,7 @@
 //! The scene that is traded: as its file has it, or made up for a robot.
 
 use super::choice::{Choice, Every, TermSet, put, remove};
-use crate::cli::{LevelName, Scalar, Trig};
+use crate::cli::{LevelName, RunScalar, Trig};
 use crate::exit::Failure;
 use crate::subject::Subject;
 use robot_compiler::SceneFile;
@@ -55,16 +55,17 @@ impl Base {
         let terms = match control.law {
             Law::Pd => TermSet::None,
             Law::PdGravity | Law::Feedforward => TermSet::Gravity,
-            _ if matches!(model.coriolis, Term::Absent) => TermSet::NoCoriolis,
-            _ => TermSet::Full,
+            Law::DiagonalInertia => TermSet::Diagonal,
+            Law::ComputedTorque if matches!(model.coriolis, Term::Absent) => TermSet::NoCoriolis,
+            Law::ComputedTorque => TermSet::Full,
         };
         Choice {
-            scalar: Scalar::from(control.scalar),
+            scalar: RunScalar::from(control.scalar),
             trig: Trig::from(control.trig),
             terms,
             friction: true,
             rotors: true,
-            every: Every::TICK,
+            every: Every { ticks: control.model_every, between: control.model_between },
             kernel: match control.kernel {
                 KernelChoice::Regrouped => LevelName::Regrouped,
                 KernelChoice::Exact | KernelChoice::Generic => LevelName::Exact,

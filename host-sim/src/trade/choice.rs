@@ -1,9 +1,10 @@
 //! What can be chosen, and what of a scene file says so.
 
-use crate::cli::{LevelName, Scalar, Trig};
+use crate::cli::{LevelName, RunScalar, Trig};
 use clap::ValueEnum;
 use core::fmt;
 use core::str::FromStr;
+use dynamics_core::control::Between;
 use serde::Serialize;
 use toml_edit::{DocumentMut, Item, Table, value};
 
@@ -23,7 +24,7 @@ pub enum TermSet {
 }
 
 /// When the model is evaluated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Every {
     /// Every so many ticks.
     pub ticks: u32,
@@ -31,31 +32,15 @@ pub struct Every {
     pub between: Between,
 }
 
-/// What a controller does between two evaluations of its model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Between {
-    /// Keep the torque, but for what feedback adds.
-    Hold,
-    /// Go on as the last two say.
-    Extrapolate,
-}
-
-impl Between {
-    const ALL: [Self; 2] = [Self::Hold, Self::Extrapolate];
-
-    /// Its name in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hold => "hold",
-            Self::Extrapolate => "extrapolate",
-        }
-    }
-}
+const BETWEEN: [(&str, Between); 2] = [("hold", Between::Hold), ("extrapolate", Between::Extrapolate)];
 
 impl Every {
     /// In every tick.
     pub const TICK: Self = Self { ticks: 1, between: Between::Hold };
+
+    fn between(self) -> &'static str {
+        BETWEEN.iter().find(|(_, known)| *known == self.between).map_or("", |(name, _)| name)
+    }
 }
 
 impl FromStr for Every {
@@ -66,7 +51,7 @@ impl FromStr for Every {
         let expected = || format!("{text}: expected ticks, 1 to 1000, such as 1, 4:hold or 4:extrapolate");
         let (ticks, between) = text.split_once(':').unwrap_or((text, "hold"));
         let ticks: u32 = ticks.parse().ok().filter(|ticks| (1..=1000).contains(ticks)).ok_or_else(expected)?;
-        let between = Between::ALL.into_iter().find(|known| known.name() == between).ok_or_else(expected)?;
+        let (_, between) = BETWEEN.into_iter().find(|(known, _)| *known == between).ok_or_else(expected)?;
         Ok(if ticks == 1 { Self::TICK } else { Self { ticks, between } })
     }
 }
@@ -75,7 +60,7 @@ impl fmt::Display for Every {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.ticks {
             1 => f.write_str("1"),
-            ticks => write!(f, "{ticks}:{}", self.between.name()),
+            ticks => write!(f, "{ticks}:{}", self.between()),
         }
     }
 }
@@ -84,7 +69,7 @@ impl fmt::Display for Every {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// Floating-point type.
-    pub scalar: Scalar,
+    pub scalar: RunScalar,
     /// Sine and cosine.
     pub trig: Trig,
     /// Terms of the model.
@@ -176,7 +161,7 @@ impl Choice {
         remove(scene, "control", "model_between");
         if self.every != Every::TICK {
             put(scene, "control", "model_every", value(i64::from(self.every.ticks)));
-            put(scene, "control", "model_between", value(self.every.between.name()));
+            put(scene, "control", "model_between", value(self.every.between()));
         }
         let absent =
             [(self.terms == TermSet::NoCoriolis, "coriolis"), (!self.friction, "friction"), (!self.rotors, "rotor")];

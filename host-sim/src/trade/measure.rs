@@ -6,7 +6,6 @@ use crate::exit::Failure;
 use crate::simulate;
 use crate::target::Torques;
 use dynamics_core::control::ControllerConfig;
-use dynamics_core::trig::{Method, Trig};
 use dynamics_core::{
     Command, Dynamics, InverseDynamics, JointKind, Limits, Live, Measurement, Model, Real, Reference, Sensed, SinCos,
 };
@@ -97,9 +96,13 @@ pub fn on_course<const N: usize>(
     stop: &AtomicBool,
 ) -> Result<OnCourse, Failure> {
     let limits = model.links().map(|link| link.limits.torque);
+    let (config, live) = (without_limits(file.controller_config(model)), file.live(model));
     let torque = match file.control.scalar {
-        ScalarChoice::F32 => torque_errors::<f32, N>(file, model, exact),
-        ScalarChoice::F64 => torque_errors::<f64, N>(file, model, exact),
+        ScalarChoice::F32 => torque_errors::<f32, N>(&mut simulate::desk_with(file, model, &config), &live, exact),
+        ScalarChoice::F64 => torque_errors::<f64, N>(&mut simulate::desk_with(file, model, &config), &live, exact),
+        ScalarChoice::Mixed => {
+            torque_errors::<f64, N>(&mut simulate::mixed_desk_with(file, model, config), &live, exact)
+        }
     };
     let (torque, braked) = match torque {
         Ok(torque) => (Some(torque), None),
@@ -116,27 +119,26 @@ pub fn on_course<const N: usize>(
     Ok(OnCourse { course: course.name.to_owned(), torque, torque_of_limit, tracking, fault: braked.or(fault) })
 }
 
-/// Torques of the scene's controller, tick after tick with the arm exactly on the reference, against the exact ones. Its limits
-/// on torques are taken away, which would hide an error; `Err` names a fault.
-fn torque_errors<S: Real, const N: usize>(
-    file: &SceneFile,
-    model: &Model<f64, N>,
-    exact: &Exact<N>,
-) -> Result<Errors, String>
-where
-    Method: Trig<S>,
-{
-    let config = file.controller_config(model);
+/// Torques as they are wanted: limits on them would hide an error.
+fn without_limits<const N: usize>(config: ControllerConfig<f64, N>) -> ControllerConfig<f64, N> {
     let free = f64::INFINITY;
     let limits = config.limits.map(|limits| Limits { torque: free, torque_rate: free, ..limits });
-    let config = ControllerConfig { limits, torque_step: [free; N], ..config };
-    let mut controller = simulate::desk_with::<S, N>(file, model, &config);
-    *controller.live_mut() = simulate::live_inputs(file, model);
+    ControllerConfig { limits, torque_step: [free; N], ..config }
+}
+
+/// Torques of a controller, tick after tick with the arm exactly on the reference, against the exact ones; `Err` names a fault.
+fn torque_errors<S: Real, const N: usize>(
+    controller: &mut impl Torques<S, N>,
+    live: &Live<f64, N>,
+    exact: &Exact<N>,
+) -> Result<Errors, String> {
+    controller.set_live(&live.cast()).map_err(|error| error.to_string())?;
     let (mut max, mut squares) = ([0.0; N], [0.0; N]);
     for (reference, exact) in exact.references.iter().zip(&exact.torque) {
         let reference: Reference<S, N> = reference.cast();
         let sensed = Sensed::State { q: reference.q, qd: reference.qd };
-        match controller.tick(&reference, &Measurement { sensed, age_ticks: 0 }) {
+        let ticked = controller.tick(&reference, &Measurement { sensed, age_ticks: 0 });
+        match ticked.map_err(|error| error.to_string())?.command {
             Command::Drive { torque, .. } => {
                 for i in 0..N {
                     let error = exact[i].minus(torque[i].to_f64());
@@ -178,6 +180,7 @@ fn tracking<const N: usize>(
     let run = match file.control.scalar {
         ScalarChoice::F32 => run::<f32, N>(&mut world, &scene, &mut simulate::desk(file, model), stop)?,
         ScalarChoice::F64 => run::<f64, N>(&mut world, &scene, &mut simulate::desk(file, model), stop)?,
+        ScalarChoice::Mixed => run::<f64, N>(&mut world, &scene, &mut simulate::mixed_desk(file, model), stop)?,
     };
     if run.end == End::Interrupted {
         return Err(Failure::Interrupted);
