@@ -81,7 +81,7 @@ pub fn run<S: Real, const N: usize>(
         let t = tick as f64 * world.period;
         let reference = world.reference(t);
         let state = *world.plant.state();
-        let measurement = measurement::<S, N>(&world.sensors.read(&state));
+        let measurement = measurement::<S, N>(&world.sensors.read(world.plant.measured()));
         let input = reference.cast::<S>();
         let before = Instant::now();
         let ticked = controller.tick(&input, &measurement);

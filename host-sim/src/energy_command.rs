@@ -117,6 +117,13 @@ fn show(as_json: bool, json: &str, account: &Account, files: &[PathBuf]) -> io::
 /// # Errors
 /// [`Failure::Input`] for a scene that cannot be run.
 pub fn account<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<(Run, Account), Failure> {
+    if scene.plant.elasticity.is_some() {
+        return Err(Failure::Input(miette::miette!(
+            help = "expected a scene without `elasticity` in [plant]",
+            "{}: energy in the springs of elastic joints is not accounted for",
+            scene.path.display()
+        )));
+    }
     let arm = simulate::arm::<N>(scene)?;
     let mut world = simulate::world::<N>(scene)?;
     world.plant = world.plant.with_ledger();

@@ -16,8 +16,8 @@ mod settings;
 pub mod terms;
 
 pub use settings::{
-    ActuatorSpec, BreakawaySpec, ControlSpec, FrictionSpec, KernelChoice, KernelMemory, ModelSpec, MotionSpec,
-    PlantSpec, RippleSpec, ScalarChoice, SensorSpec, ViaPoint,
+    ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, IntegratorChoice, KernelChoice,
+    KernelMemory, MeasuredSide, ModelSpec, MotionSpec, PlantSpec, RippleSpec, ScalarChoice, SensorSpec, ViaPoint,
 };
 
 /// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.

@@ -53,8 +53,10 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
         path: Path::new(&source.file).to_path_buf(),
         duration: root.get("duration").map(|value| value.positive_up_to(1e5, "a time in s, above zero")).transpose()?,
         seed: root.get("seed").map_or(Ok(0), |value| value.whole(i64::MAX as u64, "a whole number of zero or more"))?,
-        sensors: root.table("sensors")?.map_or(Ok(SensorSpec::default()), |t| world::sensors(&t, &robot))?,
-        actuators: root.table("actuators")?.map_or(Ok(ActuatorSpec::default()), |t| world::actuators(&t))?,
+        sensors: root
+            .table("sensors")?
+            .map_or(Ok(SensorSpec::default()), |t| world::sensors(&t, &robot, &plant, &control))?,
+        actuators: root.table("actuators")?.map_or(Ok(ActuatorSpec::default()), |t| world::actuators(&t, &control))?,
         model,
         control,
         motion,

@@ -49,27 +49,30 @@ pub(super) struct Actuators<const N: usize> {
     torque_max: [f64; N],
     /// Commands on their way, oldest first.
     pipe: VecDeque<[f64; N]>,
-    /// Torque at the end of the last tick.
-    torque: [f64; N],
+    /// What acts since the last command, as the last tick counts time.
+    last: Drive<N>,
 }
 
-/// Torque over one tick: `goal + (start - goal) exp(-t / lag)`.
+/// Torque since the instant `s` in a tick: `goal + (start - goal) exp(-(t - s) / lag)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drive<const N: usize> {
     start: [f64; N],
     goal: [f64; N],
     lag: Option<f64>,
+    since: f64,
 }
 
 impl<const N: usize> Actuators<N> {
     /// Actuators that give no torque until the first command has come through.
     pub(super) fn new(settings: ActuatorSettings, torque_max: [f64; N]) -> Self {
         let pipe = core::iter::repeat_n([0.0; N], settings.delay).collect();
-        Self { settings, torque_max, pipe, torque: [0.0; N] }
+        let last = Drive { start: [0.0; N], goal: [0.0; N], lag: settings.lag, since: 0.0 };
+        Self { settings, torque_max, pipe, last }
     }
 
-    /// The torque over the next tick, of length `period` (s), for a new command.
-    pub(super) fn drive(&mut self, command: &[f64; N], period: f64) -> Drive<N> {
+    /// The torque over the next tick, of length `period` (s), for a new command that acts from `since` (s into the tick) on: what
+    /// acts until then, and what from then on.
+    pub(super) fn drive(&mut self, command: &[f64; N], period: f64, since: f64) -> (Drive<N>, Drive<N>) {
         let mut goal = if self.settings.delay > 0 {
             #[cfg(test)]
             super::calls::count(super::calls::Effect::ActuatorDelay);
@@ -85,9 +88,9 @@ impl<const N: usize> Actuators<N> {
                 goal[i] = goal[i].clamp(-self.torque_max[i], self.torque_max[i]);
             }
         }
-        let drive = Drive { start: self.torque, goal, lag: self.settings.lag };
-        self.torque = drive.at(period);
-        drive
+        let before = Drive { since: self.last.since - period, ..self.last };
+        self.last = Drive { start: before.at(since), goal, lag: self.settings.lag, since };
+        (before, self.last)
     }
 }
 
@@ -99,7 +102,7 @@ impl<const N: usize> Drive<N> {
             Some(lag) => {
                 #[cfg(test)]
                 super::calls::count(super::calls::Effect::Lag);
-                let left = libm::exp(-t / lag);
+                let left = libm::exp(-(t - self.since) / lag);
                 core::array::from_fn(|i| self.goal[i] + (self.start[i] - self.goal[i]) * left)
             }
         }

@@ -15,10 +15,14 @@ pub(crate) enum Effect {
     Saturation,
     Lag,
     Ripple,
+    Elasticity,
+    Backlash,
+    SensorJitter,
+    ActuatorJitter,
 }
 
 impl Effect {
-    pub(crate) const ALL: [Self; 10] = [
+    pub(crate) const ALL: [Self; 14] = [
         Self::Friction,
         Self::Breakaway,
         Self::TipWrench,
@@ -29,6 +33,10 @@ impl Effect {
         Self::Saturation,
         Self::Lag,
         Self::Ripple,
+        Self::Elasticity,
+        Self::Backlash,
+        Self::SensorJitter,
+        Self::ActuatorJitter,
     ];
 }
 

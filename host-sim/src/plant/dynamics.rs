@@ -121,6 +121,11 @@ impl<const N: usize> Arm<N> {
 }
 
 impl<const N: usize> Mechanism<N> {
+    /// Take the rotors out: what they were felt as, kg m^2 or kg.
+    pub(super) fn take_rotors(&mut self) -> [f64; N] {
+        self.chain.joints.each_mut().map(|joint| core::mem::take(&mut joint.rotor))
+    }
+
     /// Joint accelerations under joint torques `drive`; `None` when the inertia matrix is not positive definite, or a
     /// position is beyond [`Polynomial::LIMIT_F64`].
     #[must_use]

@@ -93,13 +93,29 @@ impl JointFriction {
     #[must_use]
     pub fn of_laws<const N: usize>(laws: &[FrictionLaw; N], arm: &Arm<N>, q: &[f64; N], h: f64) -> [Self; N] {
         let matrix = arm.terms(q, &[0.0; N]).mass_matrix;
+        Self::moving(laws, arm, h, |i| mobility(&matrix, i, &arm.joints[i]))
+    }
+
+    /// As [`JointFriction::of_laws`], of joints whose friction is felt by their rotors alone.
+    #[must_use]
+    pub fn on_motors<const N: usize>(laws: &[FrictionLaw; N], arm: &Arm<N>, h: f64) -> [Self; N] {
+        Self::moving(laws, arm, h, |i| arm.joints[i].rotor.reflected().recip())
+    }
+
+    /// With what a unit of torque accelerates each joint by.
+    fn moving<const N: usize>(
+        laws: &[FrictionLaw; N],
+        arm: &Arm<N>,
+        h: f64,
+        mobility: impl Fn(usize) -> f64,
+    ) -> [Self; N] {
         core::array::from_fn(|i| {
             let FrictionLaw { viscous, coulomb, breakaway } = laws[i];
             let limit = arm.joints[i].limits.torque;
             let most = breakaway.map_or(coulomb, |Breakaway { torque, load, .. }| {
                 torque + if limit.is_finite() { load * limit } else { 0.0 }
             });
-            let steepest = most * mobility(&matrix, i, &arm.joints[i]) * h / DECAY_PER_STEP;
+            let steepest = most * mobility(i) * h / DECAY_PER_STEP;
             Self { viscous, coulomb, sign_speed: steepest.max(SIGN_SPEED_MIN), breakaway }
         })
     }

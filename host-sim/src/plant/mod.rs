@@ -1,10 +1,13 @@
-//! The simulated arm: f64, an algorithm of its own, fourth-order Runge-Kutta.
+//! The simulated arm: f64, an algorithm of its own.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`dynamics`] | equations of motion by moving bodies in base axes |
+//! | [`integrator`] | fourth-order Runge-Kutta, semi-implicit Euler, an adaptive pair |
+//! | [`elasticity`] | motor and link sides of elastic joints, play between them |
 //! | [`friction`] | viscous, Coulomb and Stribeck friction |
 //! | [`actuator`] | delay, saturation, lag and ripple of the torque |
+//! | [`jitter`] | instants of measuring and acting that wander |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
 //! | [`ledger`] | what has put energy into the arm and taken it out |
 
@@ -12,7 +15,10 @@ pub mod actuator;
 #[cfg(test)]
 mod calls;
 pub mod dynamics;
+pub mod elasticity;
 pub mod friction;
+pub mod integrator;
+pub mod jitter;
 mod kinematics;
 pub mod ledger;
 pub mod sensor;
@@ -24,7 +30,11 @@ pub use dynamics::Arm;
 use dynamics::Mechanism;
 use dynamics_core::JointKind;
 use dynamics_core::trig::Polynomial;
+use elasticity::{Elasticity, Motors, Pair};
 pub use friction::JointFriction;
+pub use integrator::Integrator;
+use integrator::{Flow, Step, Stretch};
+use jitter::Jitter;
 use ledger::Ledger;
 
 /// Position and velocity of every joint.
@@ -45,6 +55,19 @@ pub enum Diverged {
     /// A position or velocity has become infinite or NaN, or a position so large that it has no sine.
     #[error("the plant's motion has grown beyond all bounds: the loop is unstable, or the step too long")]
     NotFinite,
+    /// The adaptive integrator has cut a tick into a hundred thousand steps and is not at its end.
+    #[error("the plant's integrator cannot keep its tolerance: something acts too suddenly or too fast")]
+    ToleranceOutOfReach,
+}
+
+/// Which side of an elastic joint is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// The motor's, behind its gear, as the joint has it: where most arms have their encoders.
+    #[default]
+    Motor,
+    /// The link's.
+    Link,
 }
 
 /// How time is cut up.
@@ -52,12 +75,12 @@ pub enum Diverged {
 pub struct Clock {
     /// Control period, s.
     pub period: f64,
-    /// Runge-Kutta steps in a period.
+    /// Steps of the integration in a period; the adaptive integrator makes its own.
     pub steps_per_tick: u32,
 }
 
 impl Clock {
-    /// Length of one Runge-Kutta step, s.
+    /// Length of one step, s.
     #[must_use]
     pub fn step(&self) -> f64 {
         self.period / f64::from(self.steps_per_tick)
@@ -67,16 +90,21 @@ impl Clock {
 /// The simulated arm with its actuators and brakes.
 ///
 /// Brakes are stronger than the arm: from the tick in which they engage every joint loses its speed at a constant rate
-/// within [`BRAKING_TIME`] and then stands, whatever pulls at it.
+/// within [`BRAKING_TIME`] and then stands, whatever pulls at it; of an elastic joint both sides do.
 #[derive(Clone, Debug)]
 pub struct Plant<const N: usize> {
-    mechanism: Mechanism<N>,
-    friction: Option<[JointFriction; N]>,
+    body: Acted<N>,
     actuators: Actuators<N>,
-    ripple: Option<Ripple>,
-    kinds: [JointKind; N],
     clock: Clock,
+    integrator: Integrator,
+    /// Next step of the adaptive integrator, s.
+    next_step: f64,
     state: State<N>,
+    motors: Option<Motors<N>>,
+    sampling: Option<Jitter>,
+    acting: Option<Jitter>,
+    /// What the sensors saw where that was not now.
+    sampled: Option<State<N>>,
     brake: Option<Braking<N>>,
     ledger: Option<Ledger<N>>,
 }
@@ -87,7 +115,17 @@ pub const BRAKING_TIME: f64 = 0.1;
 #[derive(Clone, Debug)]
 struct Braking<const N: usize> {
     from: State<N>,
+    motor_from: Option<State<N>>,
     ticks: u32,
+}
+
+/// The arm's bodies and what acts on them, but for the torque.
+#[derive(Clone, Debug)]
+struct Acted<const N: usize> {
+    mechanism: Mechanism<N>,
+    friction: Option<[JointFriction; N]>,
+    ripple: Option<Ripple>,
+    kinds: [JointKind; N],
 }
 
 impl<const N: usize> Plant<N> {
@@ -102,22 +140,46 @@ impl<const N: usize> Plant<N> {
     ) -> Self {
         let torque_max = core::array::from_fn(|i| arm.joints[i].limits.torque);
         let ripple = actuators.ripple;
-        let actuators = Actuators::new(actuators, torque_max);
+        let kinds = core::array::from_fn(|i| arm.joints[i].kind);
         Self {
-            mechanism: arm.mechanism(),
-            friction,
-            actuators,
-            ripple,
-            kinds: core::array::from_fn(|i| arm.joints[i].kind),
+            body: Acted { mechanism: arm.mechanism(), friction, ripple, kinds },
+            actuators: Actuators::new(actuators, torque_max),
             clock,
+            integrator: Integrator::default(),
+            next_step: clock.period,
             state: State { q: start, qd: [0.0; N] },
+            motors: None,
+            sampling: None,
+            acting: None,
+            sampled: None,
             brake: None,
             ledger: None,
         }
     }
 
+    /// The same arm, integrated by another method.
+    #[must_use]
+    pub fn with_integrator(self, integrator: Integrator) -> Self {
+        Self { integrator, ..self }
+    }
+
+    /// The same arm, standing where it did, with its rotors behind springs and measured on one side of them. Every rotor needs an
+    /// inertia. Friction, if there is any, is that of the rotors: [`JointFriction::on_motors`].
+    #[must_use]
+    pub fn with_elasticity(mut self, springs: Elasticity<N>, side: Side) -> Self {
+        self.motors = Some(Motors::new(springs, &mut self.body.mechanism, &self.state, side));
+        self
+    }
+
+    /// The same arm, measured at an instant that `sampling` moves to before the tick, and driven from one on that `acting` moves to
+    /// after it.
+    #[must_use]
+    pub fn with_jitter(self, sampling: Option<Jitter>, acting: Option<Jitter>) -> Self {
+        Self { sampling, acting, ..self }
+    }
+
     /// The same arm, with a ledger from now on; where something pushes at the tip, it costs the terms of two
-    /// more states a step.
+    /// more states a step. Energy in springs is not in it: an elastic arm's ledger stays empty.
     #[must_use]
     pub fn with_ledger(self) -> Self {
         Self { ledger: Some(Ledger::new(self.state)), ..self }
@@ -129,10 +191,30 @@ impl<const N: usize> Plant<N> {
         self.ledger.as_ref()
     }
 
-    /// Where the arm is now.
+    /// Where the arm is now; of elastic joints, their link sides.
     #[must_use]
     pub fn state(&self) -> &State<N> {
         &self.state
+    }
+
+    /// Where the motor sides of elastic joints are now.
+    #[must_use]
+    pub fn motors(&self) -> Option<&State<N>> {
+        self.motors.as_ref().map(|motors| &motors.state)
+    }
+
+    /// What the sensors of this tick see: the side that they are on, at the instant at which they look.
+    #[must_use]
+    pub fn measured(&self) -> &State<N> {
+        self.sampled.as_ref().unwrap_or_else(|| self.seen())
+    }
+
+    /// The side that the sensors are on, now.
+    fn seen(&self) -> &State<N> {
+        match &self.motors {
+            Some(Motors { state, side: Side::Motor, .. }) => state,
+            _ => &self.state,
+        }
     }
 
     /// Let one control period pass with this torque command held (before the actuators' own effects).
@@ -140,74 +222,166 @@ impl<const N: usize> Plant<N> {
     /// # Errors
     /// [`Diverged`] when the motion cannot be continued; the state is then the last good one.
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
-        let drive = self.actuators.drive(torque, self.clock.period);
-        let h = self.clock.step();
-        for step in 0..self.clock.steps_per_tick {
-            let t = f64::from(step) * h;
-            let next = self.runge_kutta(&drive, t, h)?;
-            let acting = |t: f64, state: &State<N>| self.acting(&drive.at(t), state);
-            let ends =
-                self.ledger.is_some().then(|| [(acting(t, &self.state), self.state), (acting(t + h, &next), next)]);
-            if let (Some(ledger), Some(ends)) = (&mut self.ledger, ends) {
-                ledger.step(h, &ends, self.friction.as_ref(), &self.mechanism);
+        let Clock { period, steps_per_tick } = self.clock;
+        let (acts, samples) = (self.acts(), self.samples());
+        let (before, drive) = self.actuators.drive(torque, period, acts.unwrap_or(0.0));
+        if acts.is_none() && samples.is_none() {
+            return self.pass(&drive, Stretch { from: 0.0, to: period, steps: steps_per_tick });
+        }
+        let acts = acts.unwrap_or(0.0);
+        let mut from = 0.0;
+        let mut events = [(acts, false), (samples.unwrap_or(period), samples.is_some()), (period, false)];
+        events.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (to, sample) in events {
+            if to > from {
+                // A part of a step is a step; a rounding error is none.
+                let steps = libm::ceil((to - from) / self.clock.step() - 1e-9).max(1.0) as u32;
+                self.pass(if from < acts { &before } else { &drive }, Stretch { from, to, steps })?;
+                from = to;
             }
-            self.state = next;
+            if sample {
+                self.sampled = Some(*self.seen());
+            }
         }
         Ok(())
     }
 
+    /// The instant at which a new torque takes effect, s into the tick.
+    fn acts(&mut self) -> Option<f64> {
+        let jitter = self.acting.as_mut()?;
+        #[cfg(test)]
+        calls::count(calls::Effect::ActuatorJitter);
+        Some(jitter.draw())
+    }
+
+    /// The instant of the next tick's measurement, s into this one.
+    fn samples(&mut self) -> Option<f64> {
+        let jitter = self.sampling.as_mut()?;
+        #[cfg(test)]
+        calls::count(calls::Effect::SensorJitter);
+        Some(self.clock.period - jitter.draw())
+    }
+
+    /// Let a part of a tick pass.
+    fn pass(&mut self, drive: &Drive<N>, stretch: Stretch) -> Result<(), Diverged> {
+        let Self { body, integrator, next_step, state, motors, ledger, .. } = self;
+        if let Some(motors) = motors {
+            let mut pair = Pair { link: *state, motor: motors.state };
+            let flow = Elastic { body, motors: &*motors, drive };
+            let passed = integrator.advance(&flow, &mut pair, stretch, next_step, |_| ());
+            (*state, motors.state) = (pair.link, pair.motor);
+            return passed;
+        }
+        integrator.advance(&Rigid { body, drive }, state, stretch, next_step, |step| {
+            if let Some(ledger) = ledger {
+                let Step { t, h, before, after } = *step;
+                let ends = [(t, before), (t + h, after)].map(|(t, s)| (body.acting(&drive.at(t), s), *s));
+                ledger.step(h, &ends, body.friction.as_ref(), &body.mechanism);
+            }
+        })
+    }
+
     /// Let one control period pass with the drives released and the brakes engaged.
     pub fn brake(&mut self) {
-        let brake = self.brake.get_or_insert(Braking { from: self.state, ticks: 0 });
+        let (from, motor_from) = (self.state, self.motors().copied());
+        let brake = self.brake.get_or_insert(Braking { from, motor_from, ticks: 0 });
+        let begin = f64::from(brake.ticks) * self.clock.period;
         brake.ticks += 1;
-        let t = (f64::from(brake.ticks) * self.clock.period).min(BRAKING_TIME);
-        let left = 1.0 - t / BRAKING_TIME;
-        self.state.q = core::array::from_fn(|i| brake.from.q[i] + brake.from.qd[i] * t * (1.0 + left) / 2.0);
-        self.state.qd = brake.from.qd.map(|qd| qd * left);
+        let end = f64::from(brake.ticks) * self.clock.period;
+        if let Some(samples) = self.samples() {
+            self.slow_down(begin + samples);
+            self.sampled = Some(*self.seen());
+        }
+        self.slow_down(end);
     }
 
-    /// One classical fourth-order step from `t` (s into the tick).
-    fn runge_kutta(&self, drive: &Drive<N>, t: f64, h: f64) -> Result<State<N>, Diverged> {
-        let start = self.state;
-        let middle = drive.at(t + h / 2.0);
-        let k1 = self.slope(&start, &drive.at(t))?;
-        let k2 = self.slope(&along(&start, &k1, h / 2.0), &middle)?;
-        let k3 = self.slope(&along(&start, &k2, h / 2.0), &middle)?;
-        let k4 = self.slope(&along(&start, &k3, h), &drive.at(t + h))?;
-        let mix = |x: [f64; 4]| (x[0] + 2.0 * (x[1] + x[2]) + x[3]) * (h / 6.0);
-        let next = State {
-            q: core::array::from_fn(|i| start.q[i] + mix([k1.q[i], k2.q[i], k3.q[i], k4.q[i]])),
-            qd: core::array::from_fn(|i| start.qd[i] + mix([k1.qd[i], k2.qd[i], k3.qd[i], k4.qd[i]])),
+    /// To where the arm is `t` (s) after the brakes have engaged.
+    fn slow_down(&mut self, t: f64) {
+        let Some(brake) = &self.brake else {
+            return;
         };
-        if next.q.iter().chain(&next.qd).all(|x| x.is_finite()) { Ok(next) } else { Err(Diverged::NotFinite) }
+        self.state = braked(&brake.from, t);
+        if let (Some(motors), Some(from)) = (&mut self.motors, &brake.motor_from) {
+            motors.state = braked(from, t);
+        }
     }
+}
 
-    /// The actuators' torques as the joints feel them at this state.
+/// A motion `t` (s) after the brakes have engaged.
+fn braked<const N: usize>(from: &State<N>, t: f64) -> State<N> {
+    let t = t.min(BRAKING_TIME);
+    let left = 1.0 - t / BRAKING_TIME;
+    State {
+        q: core::array::from_fn(|i| from.q[i] + from.qd[i] * t * (1.0 + left) / 2.0),
+        qd: from.qd.map(|qd| qd * left),
+    }
+}
+
+impl<const N: usize> Acted<N> {
+    /// The actuators' torques as the joints, or their motors, feel them at this state.
     fn acting(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
         self.ripple.map_or(*torque, |ripple| ripple.acting(&self.kinds, torque, &state.q))
     }
 
-    /// `(qd, qdd)`: how the state changes.
-    fn slope(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
+    /// The same less friction.
+    fn driving(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
         let mut torque = self.acting(torque, state);
         if let Some(friction) = &self.friction {
             for i in 0..N {
                 torque[i] -= friction[i].torque_under(torque[i], state.qd[i]);
             }
         }
+        torque
+    }
+
+    /// `(qd, qdd)` under these torques.
+    fn moved(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
         let within = |q: &f64| q.abs() <= Polynomial::LIMIT_F64;
         if !(state.q.iter().all(within) && state.qd.iter().all(|x| x.is_finite())) {
             return Err(Diverged::NotFinite);
         }
-        let qdd = self.mechanism.acceleration(&state.q, &state.qd, &torque).ok_or(Diverged::SingularInertia)?;
+        let qdd = self.mechanism.acceleration(&state.q, &state.qd, torque).ok_or(Diverged::SingularInertia)?;
         Ok(State { q: state.qd, qd: qdd })
     }
 }
 
-/// `start + slope * h`.
-fn along<const N: usize>(start: &State<N>, slope: &State<N>, h: f64) -> State<N> {
-    State {
-        q: core::array::from_fn(|i| start.q[i] + slope.q[i] * h),
-        qd: core::array::from_fn(|i| start.qd[i] + slope.qd[i] * h),
+/// Joints that follow their motors.
+struct Rigid<'a, const N: usize> {
+    body: &'a Acted<N>,
+    drive: &'a Drive<N>,
+}
+
+impl<const N: usize> Flow<State<N>> for Rigid<'_, N> {
+    type Input = [f64; N];
+
+    fn input(&self, t: f64) -> [f64; N] {
+        self.drive.at(t)
+    }
+
+    fn slope(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
+        self.body.moved(state, &self.body.driving(torque, state))
+    }
+}
+
+/// Joints with springs in them.
+struct Elastic<'a, const N: usize> {
+    body: &'a Acted<N>,
+    motors: &'a Motors<N>,
+    drive: &'a Drive<N>,
+}
+
+impl<const N: usize> Flow<Pair<N>> for Elastic<'_, N> {
+    type Input = [f64; N];
+
+    fn input(&self, t: f64) -> [f64; N] {
+        self.drive.at(t)
+    }
+
+    fn slope(&self, pair: &Pair<N>, torque: &[f64; N]) -> Result<Pair<N>, Diverged> {
+        let driving = self.body.driving(torque, &pair.motor);
+        let carried = self.motors.springs.torques(&pair.motor, &pair.link);
+        let link = self.body.moved(&pair.link, &carried)?;
+        let qdd = core::array::from_fn(|i| (driving[i] - carried[i]) / self.motors.inertia[i]);
+        Ok(Pair { link, motor: State { q: pair.motor.qd, qd: qdd } })
     }
 }

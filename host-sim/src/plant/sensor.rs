@@ -1,8 +1,9 @@
 //! Sensors: noise, quantisation to encoder counts, measurement delay; each only when asked for.
 
 use super::State;
+use super::jitter::uniform;
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_chacha::rand_core::SeedableRng;
 use std::collections::VecDeque;
 
 /// How one encoder counts.
@@ -105,10 +106,9 @@ impl<const N: usize> Sensors<N> {
     fn normal(&mut self) -> f64 {
         #[cfg(test)]
         super::calls::count(super::calls::Effect::Noise);
-        // 53 random bits; the first shifted off zero for the logarithm.
-        let mut uniform = |offset: f64| ((self.generator.next_u64() >> 11) as f64 + offset) * f64::EPSILON / 2.0;
-        let radius = libm::sqrt(-2.0 * libm::log(uniform(0.5)));
-        radius * libm::cos(core::f64::consts::TAU * uniform(0.0))
+        // The first is shifted off zero for the logarithm.
+        let radius = libm::sqrt(-2.0 * libm::log(uniform(&mut self.generator, 0.5)));
+        radius * libm::cos(core::f64::consts::TAU * uniform(&mut self.generator, 0.0))
     }
 }
 

@@ -7,7 +7,7 @@ use crate::simulate;
 use dynamics_core::{Term, Wrench};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use robot_compiler::scene::{BreakawaySpec, FrictionSpec, RippleSpec};
+use robot_compiler::scene::{BreakawaySpec, ElasticitySpec, FrictionSpec, RippleSpec};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -46,13 +46,20 @@ fn a_step_calls_nothing_that_the_scene_did_not_ask_for() {
     }
 }
 
+/// Joints with springs, and play or not, in steps that can follow the bare Puma's flange.
+fn elastic(scene: &mut SceneFile, backlash: Option<Vec<f64>>) {
+    scene.plant.step /= 4.0;
+    let (stiffness, damping) = (vec![10.0; 6], vec![0.0; 6]);
+    scene.plant.elasticity = Some(ElasticitySpec { stiffness, damping, backlash });
+}
+
 /// Makes a scene ask for something.
 type Ask = fn(&mut SceneFile);
 
 #[test]
 fn each_effect_that_is_asked_for_is_called_and_no_other() {
     let puma = shipped().into_iter().find(|path| path.ends_with("puma560.toml")).unwrap();
-    let asks: [(Effect, Ask); 10] = [
+    let asks: [(Effect, Ask); 14] = [
         (Effect::Friction, |scene| scene.plant.friction = true),
         (Effect::Breakaway, |scene| {
             let breakaway = BreakawaySpec { torque: vec![1.0; 6], speed: 1.0, load: 0.0 };
@@ -70,6 +77,10 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
         (Effect::Saturation, |scene| scene.actuators.saturation = true),
         (Effect::Lag, |scene| scene.actuators.lag = 1e-3),
         (Effect::Ripple, |scene| scene.actuators.ripple = Some(RippleSpec { share: 0.1, cycles: 6.0 })),
+        (Effect::Elasticity, |scene| elastic(scene, None)),
+        (Effect::Backlash, |scene| elastic(scene, Some(vec![1e-3; 6]))),
+        (Effect::SensorJitter, |scene| scene.sensors.jitter = 1e-4),
+        (Effect::ActuatorJitter, |scene| scene.actuators.jitter = 1e-4),
     ];
     assert_eq!(asks.map(|(effect, _)| effect), Effect::ALL);
     for (effect, ask) in asks {
@@ -80,6 +91,10 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
             // It is friction's.
             assert_eq!(called.remove(0).0, Effect::Friction);
         }
+        if effect == Effect::Backlash {
+            // It is the springs'.
+            assert_eq!(called.remove(0).0, Effect::Elasticity);
+        }
         assert_eq!(called.iter().map(|(effect, _)| *effect).collect::<Vec<_>>(), [effect]);
         // Every joint in each of four slopes of each of four steps of a tick, or once a tick.
         let times = match effect {
@@ -89,6 +104,10 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
             Effect::SensorDelay | Effect::ActuatorDelay | Effect::Saturation => 100,
             // At the begin, the middle and the end of each step, and at the end of the tick.
             Effect::Lag => 100 * (4 * 3 + 1),
+            // In each of four slopes of each of sixteen steps of a tick.
+            Effect::Elasticity => 100 * 4 * 16,
+            Effect::Backlash => 100 * 4 * 16 * 6,
+            Effect::SensorJitter | Effect::ActuatorJitter => 100,
         };
         assert_eq!(called[0].1, times, "{effect:?}");
     }

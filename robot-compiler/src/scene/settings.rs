@@ -178,7 +178,9 @@ pub struct ViaPoint {
 /// What is simulated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantSpec {
-    /// Integration step, s; the control period is a whole multiple of it.
+    /// How the motion is integrated.
+    pub integrator: IntegratorChoice,
+    /// Integration step, s; the control period is a whole multiple of it. The adaptive integrator chooses its own.
     pub step: f64,
     /// The body really held by the tip, in the tip frame.
     pub payload: Option<Body>,
@@ -188,10 +190,48 @@ pub struct PlantSpec {
     pub friction: bool,
     /// Which; `None`: that of the robot file, which is the controller's too.
     pub friction_law: Option<FrictionSpec>,
+    /// Springs in the joints.
+    pub elasticity: Option<ElasticitySpec>,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub gravity: Vector3<f64>,
     /// Where the arm starts, at rest, rad or m.
     pub start: Vec<f64>,
+}
+
+/// How the simulated motion is integrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum IntegratorChoice {
+    /// Classical Runge-Kutta, fourth order.
+    #[default]
+    RungeKutta,
+    /// Semi-implicit Euler, first order.
+    SemiImplicitEuler,
+    /// Dormand and Prince's pair, with steps that keep a tolerance.
+    Adaptive {
+        /// Error of a step, absolute (rad, m and their rates) and relative.
+        tolerance: f64,
+    },
+}
+
+/// Spring, damper and play between the motor and the link of every joint. Lists hold a number per joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ElasticitySpec {
+    /// Stiffness, N m/rad or N/m.
+    pub stiffness: Vec<f64>,
+    /// Damping, N m s/rad or N s/m.
+    pub damping: Vec<f64>,
+    /// Play from flank to flank, rad or m.
+    pub backlash: Option<Vec<f64>>,
+}
+
+/// Which side of an elastic joint is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MeasuredSide {
+    /// The motor's.
+    #[default]
+    Motor,
+    /// The link's.
+    Link,
 }
 
 /// Friction of the simulated joints, whatever the controller takes it for. Lists hold a number per joint.
@@ -236,6 +276,10 @@ pub struct SensorSpec {
     pub velocity_noise: f64,
     /// Delay of the measurement, ticks.
     pub delay: u32,
+    /// Which side of elastic joints is measured; of others there is only one.
+    pub side: MeasuredSide,
+    /// Longest time by which a measurement is early, s.
+    pub jitter: f64,
 }
 
 /// What the actuators do.
@@ -249,6 +293,8 @@ pub struct ActuatorSpec {
     pub delay: u32,
     /// Torque ripple.
     pub ripple: Option<RippleSpec>,
+    /// Longest time by which a torque is late, s.
+    pub jitter: f64,
 }
 
 impl MotionSpec {
@@ -331,6 +377,7 @@ impl PlantSpec {
             Term::Absent | Term::Live => FLOOR,
         };
         Self {
+            integrator: IntegratorChoice::RungeKutta,
             step: 0.25 / control.rate,
             payload: match model.payload {
                 Term::Constant(body) => Some(body),
@@ -342,6 +389,7 @@ impl PlantSpec {
             },
             friction: robot.joints.iter().any(|joint| joint.friction.is_some()),
             friction_law: None,
+            elasticity: None,
             gravity: constant(model.gravity),
             start: start.to_vec(),
         }

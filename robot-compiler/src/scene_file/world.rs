@@ -6,9 +6,13 @@ use crate::diagnostics::FileError;
 use crate::reader::{Table, Value};
 use crate::robot::Robot;
 use crate::scene::{
-    ActuatorSpec, BreakawaySpec, ControlSpec, FrictionSpec, ModelSpec, PlantSpec, RippleSpec, SensorSpec,
+    ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, IntegratorChoice, MeasuredSide, ModelSpec,
+    PlantSpec, RippleSpec, SensorSpec,
 };
 use nalgebra::Vector3;
+
+/// The adaptive integrator's error of a step where the scene does not say one.
+const TOLERANCE: f64 = 1e-9;
 
 pub(super) fn plant(
     table: &Table<'_>,
@@ -17,8 +21,20 @@ pub(super) fn plant(
     control: &ControlSpec,
     start: &[f64],
 ) -> Result<PlantSpec, FileError> {
-    table.only(&["step", "payload", "tip_wrench", "friction", "gravity", "start"])?;
+    table.only(&[
+        "integrator",
+        "step",
+        "tolerance",
+        "payload",
+        "tip_wrench",
+        "friction",
+        "elasticity",
+        "backlash",
+        "gravity",
+        "start",
+    ])?;
     let mut plant = PlantSpec::default_for(robot, model, control, start);
+    plant.integrator = integrator(table)?;
     if let Some(value) = table.get("step") {
         plant.step = step(&value, 1.0 / control.rate)?;
     }
@@ -37,6 +53,7 @@ pub(super) fn plant(
             return Err(value.error("no joint of the robot has friction", "`friction` in the robot file, or false"));
         }
     }
+    plant.elasticity = elasticity(table, robot)?;
     if let Some(value) = table.get("gravity") {
         plant.gravity = absent_or(&value, GRAVITY, |value| value.vector(GRAVITY))?.unwrap_or(Vector3::zeros());
     }
@@ -51,6 +68,76 @@ pub(super) fn plant(
         }
     }
     Ok(plant)
+}
+
+/// The method, and what only one of them has.
+fn integrator(table: &Table<'_>) -> Result<IntegratorChoice, FileError> {
+    let adaptive = IntegratorChoice::Adaptive { tolerance: TOLERANCE };
+    let choices = [
+        ("runge-kutta", IntegratorChoice::RungeKutta),
+        ("semi-implicit-euler", IntegratorChoice::SemiImplicitEuler),
+        ("adaptive", adaptive),
+    ];
+    let chosen = table.get("integrator").map_or(Ok(IntegratorChoice::default()), |value| value.choice(&choices))?;
+    let (step, tolerance) = (table.get("step"), table.get("tolerance"));
+    if chosen != adaptive {
+        return match tolerance {
+            Some(value) => Err(value.error("given without the adaptive integrator", "`integrator = \"adaptive\"`")),
+            None => Ok(chosen),
+        };
+    }
+    if let Some(value) = step {
+        let problem = "given with the adaptive integrator, which chooses its own";
+        return Err(value.error(problem, "`tolerance` instead, or another `integrator`"));
+    }
+    const EXPECTED: &str = "an error of a step, absolute and relative, 1e-12 to 1e-2";
+    let tolerance = tolerance.map_or(Ok(TOLERANCE), |value| value.within(1e-12, 1e-2, EXPECTED))?;
+    Ok(IntegratorChoice::Adaptive { tolerance })
+}
+
+/// Springs in the joints, and the play beside them.
+fn elasticity(table: &Table<'_>, robot: &Robot) -> Result<Option<ElasticitySpec>, FileError> {
+    const STIFFNESS: &str = "a stiffness above zero, N m/rad or N/m";
+    const DAMPING: &str = "a damping of zero or more, N m s/rad or N s/m";
+    const BACKLASH: &str = "a play of zero or more, rad or m";
+    let backlash = table.get("backlash");
+    let Some(value) = table.get("elasticity") else {
+        return match backlash {
+            // Rigid flanks would meet in a shock, which no step can follow.
+            Some(value) => {
+                Err(value.error("given without `elasticity`", "`elasticity`, the springs that the flanks meet"))
+            }
+            None => Ok(None),
+        };
+    };
+    let springs = value.table()?;
+    springs.only(&["stiffness", "damping"])?;
+    if let Some(index) = robot.joints.iter().position(|joint| joint.spec.rotor.reflected() <= 0.0) {
+        let label = Robot::joint_label(index, &robot.joints[index].name);
+        let problem = format!("{label} has no rotor, so its motor side has no inertia");
+        return Err(value.error(problem, "`rotor = { inertia = ..., gear = ... }` on every joint of the robot"));
+    }
+    let stiffness = springs.require("stiffness", STIFFNESS)?;
+    let stiffness = per_joint(&stiffness, robot, STIFFNESS, |value| value.positive(STIFFNESS))?;
+    let list = |value: Option<Value<'_>>, what: &str| {
+        value.map(|value| per_joint(&value, robot, what, |value| value.not_negative(what))).transpose()
+    };
+    let damping = list(springs.get("damping"), DAMPING)?.unwrap_or_else(|| vec![0.0; robot.dof()]);
+    Ok(Some(ElasticitySpec { stiffness, damping, backlash: list(backlash, BACKLASH)? }))
+}
+
+/// A part of the control period.
+fn jitter(table: &Table<'_>, control: &ControlSpec) -> Result<f64, FileError> {
+    const EXPECTED: &str = "a time of zero or more and below the control period, s";
+    let Some(value) = table.get("jitter") else {
+        return Ok(0.0);
+    };
+    let (jitter, period) = (value.not_negative(EXPECTED)?, 1.0 / control.rate);
+    if jitter < period {
+        Ok(jitter)
+    } else {
+        Err(value.error(format!("found {jitter}, and the control period is {period} s"), EXPECTED))
+    }
 }
 
 /// Friction of the simulated joints; what is not said of Coulomb and viscous friction is the robot file's.
@@ -120,8 +207,13 @@ fn absent_or<T>(
     present(value).map(Some)
 }
 
-pub(super) fn sensors(table: &Table<'_>, robot: &Robot) -> Result<SensorSpec, FileError> {
-    table.only(&["encoder", "position_noise", "velocity_noise", "delay"])?;
+pub(super) fn sensors(
+    table: &Table<'_>,
+    robot: &Robot,
+    plant: &PlantSpec,
+    control: &ControlSpec,
+) -> Result<SensorSpec, FileError> {
+    table.only(&["encoder", "position_noise", "velocity_noise", "delay", "side", "jitter"])?;
     let mut sensors = SensorSpec::default();
     if let Some(value) = table.get("encoder") {
         sensors.encoder = value.boolean()?;
@@ -136,16 +228,24 @@ pub(super) fn sensors(table: &Table<'_>, robot: &Robot) -> Result<SensorSpec, Fi
     sensors.position_noise = noise("position_noise", "a noise of zero or more, rms in rad or m")?;
     sensors.velocity_noise = noise("velocity_noise", "a noise of zero or more, rms in rad/s or m/s")?;
     sensors.delay = delay(table)?;
+    sensors.jitter = jitter(table, control)?;
+    if let Some(value) = table.get("side") {
+        sensors.side = value.choice(&[("motor", MeasuredSide::Motor), ("link", MeasuredSide::Link)])?;
+        if plant.elasticity.is_none() {
+            return Err(value.error("the joints are rigid: both sides are one", "`elasticity` in [plant]"));
+        }
+    }
     Ok(sensors)
 }
 
-pub(super) fn actuators(table: &Table<'_>) -> Result<ActuatorSpec, FileError> {
-    table.only(&["saturation", "lag", "delay", "ripple"])?;
+pub(super) fn actuators(table: &Table<'_>, control: &ControlSpec) -> Result<ActuatorSpec, FileError> {
+    table.only(&["saturation", "lag", "delay", "ripple", "jitter"])?;
     Ok(ActuatorSpec {
         saturation: table.get("saturation").map_or(Ok(false), |value| value.boolean())?,
         lag: table.get("lag").map_or(Ok(0.0), |value| value.not_negative("a time constant of zero or more, s"))?,
         delay: delay(table)?,
         ripple: table.table("ripple")?.map(|table| ripple(&table)).transpose()?,
+        jitter: jitter(table, control)?,
     })
 }
 

@@ -1,0 +1,213 @@
+//! Integrators: how the simulated arm gets from one instant to the next.
+//!
+//! The torque is held over a tick, so the right-hand side jumps where ticks meet. Every method therefore begins anew at each
+//! tick, and where a jitter moves the jump into the tick, there: no step reaches across one.
+//!
+//! The embedded pair is our own. Of the crates, `ode_solvers` 0.6 (another nalgebra, a vector of results allocated in every tick) and
+//! `differential-equations` 0.7 take no right-hand side that can fail, and raise to powers with the platform's own library, so that
+//! a run would not have the same bits on every machine; `diffsol` 0.18 is made for stiff systems and brings a matrix library.
+
+use super::{Diverged, State};
+
+/// How the equations of motion are integrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Integrator {
+    /// The classical method of fourth order: four accelerations a step.
+    #[default]
+    RungeKutta,
+    /// `qd += h qdd(q, qd)`, then `q += h qd`: first order, one acceleration a step.
+    SemiImplicitEuler,
+    /// Dormand and Prince's pair of orders 5 and 4, six accelerations a step and one more a tick. The step is the method's own: in it
+    /// no component `x` of the state is off by more than `tolerance (1 + |x|)`, as the pair estimates it, in rad, m and their rates.
+    Adaptive {
+        /// Error in a step, absolute and relative.
+        tolerance: f64,
+    },
+}
+
+/// Steps of the adaptive method in a tick, taken or not, before it is given up.
+const ATTEMPTS_MAX: u32 = 100_000;
+
+/// Something with positions and velocities.
+pub(super) trait Point: Copy {
+    /// `f` of every component and of the same component of each of the others.
+    fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(f64, [f64; K]) -> f64) -> Self;
+
+    /// The velocities advanced along the slope, then the positions along the new velocities.
+    fn kicked(&self, slope: &Self, h: f64) -> Self;
+
+    /// Largest magnitude of a component; NaN where one is NaN.
+    fn largest(&self) -> f64;
+}
+
+impl<const N: usize> Point for State<N> {
+    fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(f64, [f64; K]) -> f64) -> Self {
+        Self {
+            q: core::array::from_fn(|i| f(self.q[i], others.map(|other| other.q[i]))),
+            qd: core::array::from_fn(|i| f(self.qd[i], others.map(|other| other.qd[i]))),
+        }
+    }
+
+    fn kicked(&self, slope: &Self, h: f64) -> Self {
+        let qd: [f64; N] = core::array::from_fn(|i| self.qd[i] + slope.qd[i] * h);
+        Self { q: core::array::from_fn(|i| self.q[i] + qd[i] * h), qd }
+    }
+
+    fn largest(&self) -> f64 {
+        self.q.iter().chain(&self.qd).fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
+    }
+}
+
+/// What moves a point.
+pub(super) trait Flow<Y> {
+    /// What acts from outside at one instant.
+    type Input;
+
+    /// What acts at `t` (s into the tick).
+    fn input(&self, t: f64) -> Self::Input;
+
+    /// How the point changes under it, per second.
+    fn slope(&self, point: &Y, input: &Self::Input) -> Result<Y, Diverged>;
+}
+
+/// A part of a tick without a jump in it, s, and the steps that it is cut into.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    pub(super) from: f64,
+    pub(super) to: f64,
+    pub(super) steps: u32,
+}
+
+/// A step that was made: from `t`, of length `h` (s).
+pub(super) struct Step<'a, Y> {
+    pub(super) t: f64,
+    pub(super) h: f64,
+    pub(super) before: &'a Y,
+    pub(super) after: &'a Y,
+}
+
+impl Integrator {
+    /// Move a point along a stretch and tell `each` of every step; `next` is the adaptive method's next step, s. On an error the
+    /// point is the last good one.
+    pub(super) fn advance<Y: Point, F: Flow<Y>>(
+        self,
+        flow: &F,
+        point: &mut Y,
+        stretch: Stretch,
+        next: &mut f64,
+        mut each: impl FnMut(&Step<'_, Y>),
+    ) -> Result<(), Diverged> {
+        let method = match self {
+            Self::RungeKutta => runge_kutta,
+            Self::SemiImplicitEuler => semi_implicit_euler,
+            Self::Adaptive { tolerance } => return adapt(flow, point, stretch, tolerance, next, each),
+        };
+        let h = (stretch.to - stretch.from) / f64::from(stretch.steps);
+        for step in 0..stretch.steps {
+            let t = stretch.from + f64::from(step) * h;
+            let after = method(flow, point, t, h)?;
+            if !after.largest().is_finite() {
+                return Err(Diverged::NotFinite);
+            }
+            each(&Step { t, h, before: point, after: &after });
+            *point = after;
+        }
+        Ok(())
+    }
+}
+
+/// `start + slope * h`.
+fn along<Y: Point>(start: &Y, slope: &Y, h: f64) -> Y {
+    start.combine([slope], |x, [k]| x + k * h)
+}
+
+/// One classical fourth-order step from `t` (s into the tick).
+fn runge_kutta<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
+    let middle = flow.input(t + h / 2.0);
+    let k1 = flow.slope(start, &flow.input(t))?;
+    let k2 = flow.slope(&along(start, &k1, h / 2.0), &middle)?;
+    let k3 = flow.slope(&along(start, &k2, h / 2.0), &middle)?;
+    let k4 = flow.slope(&along(start, &k3, h), &flow.input(t + h))?;
+    Ok(start.combine([&k1, &k2, &k3, &k4], |x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h / 6.0)))
+}
+
+/// One step of first order, symplectic for a free arm whose inertia does not change.
+fn semi_implicit_euler<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
+    Ok(start.kicked(&flow.slope(start, &flow.input(t))?, h))
+}
+
+/// `sum a_i k_i`.
+fn sum<const K: usize>(a: [f64; K], k: [f64; K]) -> f64 {
+    a.into_iter().zip(k).fold(0.0, |sum, (a, k)| sum + a * k)
+}
+
+/// One step of Dormand and Prince's pair: the point of fifth order, its slope, and the error of the point of fourth order over
+/// what is allowed. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta formulae, 1980.)
+fn dormand_prince<Y: Point, F: Flow<Y>>(
+    flow: &F,
+    start: &Y,
+    k1: &Y,
+    (t, h): (f64, f64),
+    tolerance: f64,
+) -> Result<(Y, Y, f64), Diverged> {
+    let slope = |c: f64, at: Y| flow.slope(&at, &flow.input(t + c * h));
+    let k2 = slope(1.0 / 5.0, along(start, k1, h / 5.0))?;
+    let at = start.combine([k1, &k2], |x, k| x + h * sum([3.0 / 40.0, 9.0 / 40.0], k));
+    let k3 = slope(3.0 / 10.0, at)?;
+    let at = start.combine([k1, &k2, &k3], |x, k| x + h * sum([44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0], k));
+    let k4 = slope(4.0 / 5.0, at)?;
+    const A5: [f64; 4] = [19_372.0 / 6561.0, -25_360.0 / 2187.0, 64_448.0 / 6561.0, -212.0 / 729.0];
+    let k5 = slope(8.0 / 9.0, start.combine([k1, &k2, &k3, &k4], |x, k| x + h * sum(A5, k)))?;
+    const A6: [f64; 5] = [9017.0 / 3168.0, -355.0 / 33.0, 46_732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18_656.0];
+    let k6 = slope(1.0, start.combine([k1, &k2, &k3, &k4, &k5], |x, k| x + h * sum(A6, k)))?;
+    const B5: [f64; 5] = [35.0 / 384.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
+    let end = start.combine([k1, &k3, &k4, &k5, &k6], |x, k| x + h * sum(B5, k));
+    let k7 = slope(1.0, end)?;
+    // The weights of fifth order less those of fourth.
+    const E: [f64; 6] =
+        [71.0 / 57_600.0, -71.0 / 16_695.0, 71.0 / 1920.0, -17_253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];
+    let error = start.combine([&end, k1, &k3, &k4, &k5, &k6, &k7], |x, [end, k @ ..]| {
+        h * sum(E, k) / (tolerance * (1.0 + x.abs().max(end.abs())))
+    });
+    Ok((end, k7, error.largest()))
+}
+
+/// Along a stretch in steps as long as the tolerance allows.
+fn adapt<Y: Point, F: Flow<Y>>(
+    flow: &F,
+    point: &mut Y,
+    stretch: Stretch,
+    tolerance: f64,
+    next: &mut f64,
+    mut each: impl FnMut(&Step<'_, Y>),
+) -> Result<(), Diverged> {
+    let mut t = stretch.from;
+    let mut slope = flow.slope(point, &flow.input(t))?;
+    for _ in 0..ATTEMPTS_MAX {
+        let left = stretch.to - t;
+        // A remainder of a rounding error is none of its own.
+        let last = *next >= left * (1.0 - 1e-9);
+        let h = if last { left } else { *next };
+        let (after, slope_after, error) = match dormand_prince(flow, point, &slope, (t, h), tolerance) {
+            Ok(found) => found,
+            // A stage so far out that it has no sine: too long a step, not yet the end.
+            Err(Diverged::NotFinite) => (*point, slope, f64::INFINITY),
+            Err(diverged) => return Err(diverged),
+        };
+        // An error that is infinite or NaN makes the factor its least.
+        let factor = (0.9 * libm::pow(error, -0.2)).max(0.2).min(5.0);
+        if error <= 1.0 {
+            // A step that the end of the stretch cut short says nothing against the longer one.
+            *next = if last { next.max(h * factor) } else { h * factor };
+            each(&Step { t, h, before: point, after: &after });
+            (*point, slope) = (after, slope_after);
+            if last {
+                return Ok(());
+            }
+            t += h;
+        } else {
+            *next = h * factor.min(0.9);
+        }
+    }
+    Err(Diverged::ToleranceOutOfReach)
+}

@@ -1,0 +1,41 @@
+//! Jitter: instants that are not where the clock has them.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// A time from zero up to a bound, anew in every tick, each as likely as any other: its mean is half the bound, its standard
+/// deviation the bound over `sqrt(12)`.
+#[derive(Clone, Debug)]
+pub struct Jitter {
+    most: f64,
+    generator: ChaCha8Rng,
+}
+
+/// What a jitter moves. Each has a stream of random numbers of its own, so one does not change the other, nor the sensors' noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moved {
+    /// The instant of the measurement, to before the tick.
+    Sampling = 1,
+    /// The instant at which the torque takes effect, to after the tick.
+    Acting = 2,
+}
+
+impl Jitter {
+    /// Times below `most` (s), which is less than a control period.
+    #[must_use]
+    pub fn new(most: f64, seed: u64, moved: Moved) -> Self {
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(moved as u64);
+        Self { most, generator }
+    }
+
+    /// The next time, s.
+    pub(super) fn draw(&mut self) -> f64 {
+        self.most * uniform(&mut self.generator, 0.0)
+    }
+}
+
+/// 53 random bits as a number from zero to one; an offset of a half keeps off both.
+pub(super) fn uniform(generator: &mut ChaCha8Rng, offset: f64) -> f64 {
+    ((generator.next_u64() >> 11) as f64 + offset) * f64::EPSILON / 2.0
+}
