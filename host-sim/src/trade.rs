@@ -8,6 +8,7 @@
 //! | [`measure`] | torque error against 31 digits, tracking of the closed loop |
 //! | `store` | what has been measured already |
 //! | [`front`] | which choices nothing beats |
+//! | [`simulator`] | what an integrator and its step are wrong by |
 //! | [`report`] | tables, CSV, plot, Markdown |
 //!
 //! A choice is a scene file: the desk's simulation, the chip's program and the person who takes it read the same text.
@@ -18,6 +19,7 @@ pub mod courses;
 pub mod front;
 pub mod measure;
 pub mod report;
+pub mod simulator;
 mod store;
 
 use crate::exit::Failure;
@@ -30,6 +32,7 @@ use measure::{Exact, OnCourse, on_course};
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 use robot_compiler::{SceneFile, with_dof};
 use serde::{Deserialize, Serialize};
+use simulator::MethodReport;
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -96,6 +99,8 @@ pub struct Trade {
     pub own: Named,
     /// Every choice, the fewest cycles first.
     pub points: Vec<Point>,
+    /// Integrators of the simulated arm and their steps.
+    pub simulator: Vec<MethodReport>,
 }
 
 /// Where a trade-off is worked out.
@@ -184,6 +189,7 @@ fn of_arm<const N: usize>(
         courses: courses.iter().map(|course| course.report(&base.file, &model)).collect(),
         own: base.own().named(),
         points,
+        simulator: simulator::methods(&base.file, shop.stop)?,
     })
 }
 

@@ -26,6 +26,7 @@ pub mod sensor;
 mod tests;
 
 use actuator::{ActuatorSettings, Actuators, Drive, Ripple};
+use core::cell::Cell;
 pub use dynamics::Arm;
 use dynamics::Mechanism;
 use dynamics_core::JointKind;
@@ -126,6 +127,8 @@ struct Acted<const N: usize> {
     friction: Option<[JointFriction; N]>,
     ripple: Option<Ripple>,
     kinds: [JointKind; N],
+    /// How often the equations of motion were solved.
+    solved: Cell<u64>,
 }
 
 impl<const N: usize> Plant<N> {
@@ -142,7 +145,7 @@ impl<const N: usize> Plant<N> {
         let ripple = actuators.ripple;
         let kinds = core::array::from_fn(|i| arm.joints[i].kind);
         Self {
-            body: Acted { mechanism: arm.mechanism(), friction, ripple, kinds },
+            body: Acted { mechanism: arm.mechanism(), friction, ripple, kinds, solved: Cell::new(0) },
             actuators: Actuators::new(actuators, torque_max),
             clock,
             integrator: Integrator::default(),
@@ -340,6 +343,7 @@ impl<const N: usize> Acted<N> {
         if !(state.q.iter().all(within) && state.qd.iter().all(|x| x.is_finite())) {
             return Err(Diverged::NotFinite);
         }
+        self.solved.set(self.solved.get() + 1);
         let qdd = self.mechanism.acceleration(&state.q, &state.qd, torque).ok_or(Diverged::SingularInertia)?;
         Ok(State { q: state.qd, qd: qdd })
     }

@@ -274,8 +274,9 @@ impl Trade {
             row.push(front_name(point).to_owned());
             let _ = writeln!(text, "| {} |", row.join(" | "));
         }
+        let simulator = self.simulator_markdown();
         let own = self.points.iter().find(|point| point.choice == self.own);
-        let Some(own) = own else { return text };
+        let Some(own) = own else { return text + &simulator };
         let _ = write!(
             text,
             "\nThe scene's own choice ({}), and each that differs from it in one thing:\n\n",
@@ -297,6 +298,31 @@ impl Trade {
                     line(&format!("{} {}", CHOICES[column], there[column]), point);
                 }
             }
+        }
+        text + &simulator
+    }
+
+    /// What the simulator's own integrator is wrong by.
+    fn simulator_markdown(&self) -> String {
+        let mut text = String::from(
+            "\nThe simulator, on the scene's own motion: how far a joint is at most from where the adaptive pair has it at a tolerance of 1e-12.\n\n\
+             | integrator | steps a tick | accelerations a tick | off by | greatest tracking error |\n|---|---|---|---|---|\n",
+        );
+        for method in &self.simulator {
+            let steps = match (method.steps_per_tick, method.tolerance) {
+                (Some(steps), _) => steps.to_string(),
+                (None, Some(tolerance)) => format!("its own, tolerance {tolerance:.0e}"),
+                (None, None) => "its own".to_owned(),
+            };
+            let shown = |x: Option<f64>| x.map_or_else(|| "refused".to_owned(), |x| engineering(x, "rad"));
+            let _ = writeln!(
+                text,
+                "| {} | {steps} | {} | {} | {} |",
+                method.integrator,
+                if method.off_by.is_some() { format!("{:.1}", method.accelerations_per_tick) } else { "-".to_owned() },
+                shown(method.off_by),
+                shown(method.tracking)
+            );
         }
         text
     }
