@@ -1,0 +1,196 @@
+//! `cargo xtask cycles`: the cycles of kernels, estimated from the emulator's trace, and the tables of `docs/timing.md`.
+
+use super::chip::{self, Counted};
+use super::disassembly;
+use super::report::{ARMS, LEVELS, Table, thousands, write_into};
+use anyhow::{Context as _, Result, bail, ensure};
+use cycle_estimate::{Class, Code, Estimate, Estimator, Memory, Placement, Registers, timing, trace};
+use std::ops::Range;
+
+/// The kernel whose instructions are listed by class.
+const LISTED: &str = "puma560_exact_with_trig";
+
+/// Between these, likely cycles for each instruction of a kernel in its second run or later: what was estimated, and a
+/// tenth to both sides. Held to instructions, so that another compiler's kernel may be longer or shorter.
+const FROM_FLASH: Range<f64> = 1.0..4.0;
+const FROM_SRAM: Range<f64> = 1.0..4.0;
+
+/// A function, and what its calls take.
+struct Traced {
+    name: String,
+    /// Its first call from flash, with empty caches.
+    first: Estimate,
+    /// Its last.
+    flash: Estimate,
+    sram: Estimate,
+    least: u64,
+    most: u64,
+}
+
+/// Trace, hold to what the program counts itself and to the bounds, and print the tables, or write them.
+pub(crate) fn run(write: bool) -> Result<()> {
+    let counted = chip::count()?;
+    let bytes = std::fs::read(&counted.elf).with_context(|| counted.elf.display().to_string())?;
+    let code = Code::parse(&bytes)?;
+    match disassembly::compare(&counted.elf, &code)? {
+        Some(compared) => println!("decoder: {compared} instructions as objdump lists them"),
+        None => println!("decoder: SKIPPED, there is no arm-none-eabi-objdump to compare with"),
+    }
+    let all = traced(&counted, &code)?;
+    for function in &all {
+        hold(function, &counted)?;
+    }
+    let tables = [("cycles", cycle_table(&all)), ("cycles by class", class_table(&all)?)];
+    if write {
+        return write_into("docs/timing.md", &tables);
+    }
+    for (name, table) in tables {
+        println!("{name}\n{table}");
+    }
+    Ok(())
+}
+
+/// The recursion's kernels, alone and with sine and cosine, in every state that the program counts them in.
+fn traced(counted: &Counted, code: &Code) -> Result<Vec<Traced>> {
+    let back = return_of_call(code)?;
+    let mut names = Vec::new();
+    for (arm, _) in ARMS {
+        for level in LEVELS {
+            names.extend(["", "_with_trig"].map(|with| format!("{arm}_{level}{with}")));
+        }
+    }
+    let mut between = Vec::new();
+    let mut ranges = vec![back..back + 2];
+    for name in &names {
+        let start = counted.row(name)?.address;
+        let function = code.functions().find(|(_, address, _)| *address == start);
+        let (_, _, size) = function.with_context(|| format!("no function at {start:#x}"))?;
+        between.push((start, back));
+        ranges.push(start..start + size);
+    }
+    let fresh = |placement| Estimator::new(code, Memory::new(placement));
+    let mut estimators: Vec<_> = names.iter().map(|_| (fresh(Placement::Flash), fresh(Placement::Sram))).collect();
+    let mut calls: Vec<Vec<(Estimate, Estimate)>> = vec![Vec::new(); names.len()];
+    let mut running: Option<usize> = None;
+    trace::run_within(&counted.elf, &between, &ranges, |stretch, address| {
+        let (flash, sram) = &mut estimators[stretch];
+        // Each call begins at the function's start, which no instruction inside jumps back to.
+        if address == between[stretch].0 && running.replace(stretch) == Some(stretch) {
+            calls[stretch].push((flash.finish(), sram.finish()));
+        }
+        flash.execute(address);
+        sram.execute(address);
+    })?;
+    let mut all = Vec::new();
+    for ((name, (mut flash, mut sram)), mut calls) in names.into_iter().zip(estimators).zip(calls) {
+        calls.push((flash.finish(), sram.finish()));
+        let lengths = calls.iter().map(|(flash, _)| flash.instructions);
+        let (least, most) = (lengths.clone().min().unwrap_or(0), lengths.max().unwrap_or(0));
+        let first = calls.first().map(|(flash, _)| flash.clone()).unwrap_or_default();
+        let (flash, sram) = calls.pop().unwrap_or_default();
+        all.push(Traced { name, first, flash, sram, least, most });
+    }
+    Ok(all)
+}
+
+/// Where the counting program goes on behind the call of what it counts.
+fn return_of_call(code: &Code) -> Result<u32> {
+    let function = code.functions().find(|(name, ..)| name.contains("Counter4call"));
+    let (_, start, size) = function.context("the counting program has no Counter::call")?;
+    let link = Registers::core(14);
+    let mut at = start;
+    while at < start + size {
+        let Some(instruction) = code.decode(at) else { bail!("{at:#x} in Counter::call is no instruction") };
+        at += instruction.width;
+        if instruction.class == Class::Branch && instruction.writes.meets(link) && instruction.reads.count() == 1 {
+            return Ok(at);
+        }
+    }
+    bail!("Counter::call calls nothing")
+}
+
+/// The trace has as many instructions as the chip's timer counted, each known, and cycles within bounds.
+fn hold(function: &Traced, counted: &Counted) -> Result<()> {
+    let Traced { name, flash, sram, least, most, .. } = function;
+    let row = counted.row(name)?;
+    // The program leaves out what a call that does nothing takes, whose one instruction returns.
+    ensure!(
+        (*least, *most) == (row.least + 1, row.most + 1),
+        "{name}: {least} to {most} instructions traced, {} to {} and a return counted by the chip's timer",
+        row.least,
+        row.most
+    );
+    for (estimate, from, bounds) in [(flash, "flash", FROM_FLASH), (sram, "SRAM", FROM_SRAM)] {
+        let each = estimate.cycles.likely as f64 / estimate.instructions as f64;
+        ensure!(estimate.unknown == 0, "{name}: {} instructions that the decoder does not know", estimate.unknown);
+        ensure!(
+            estimate.cycles.low <= estimate.cycles.likely && estimate.cycles.likely <= estimate.cycles.high,
+            "{name} from {from}: {:?} is out of order",
+            estimate.cycles
+        );
+        ensure!(
+            bounds.contains(&each),
+            "{name} from {from}: {each:.3} cycles an instruction, expected {:.3} to {:.3}",
+            bounds.start,
+            bounds.end
+        );
+    }
+    Ok(())
+}
+
+/// `likely (low to high)`
+fn cycles(estimate: &Estimate) -> String {
+    let range = estimate.cycles;
+    format!("{} ({} to {})", thousands(range.likely), thousands(range.low), thousands(range.high))
+}
+
+fn cycle_table(all: &[Traced]) -> String {
+    let mut table = Table::new(&[
+        "kernel",
+        "instructions",
+        "flash, first run",
+        "flash, later runs",
+        "waiting for flash: code / constants",
+        "SRAM",
+        "microseconds at 168 MHz, flash / SRAM",
+    ]);
+    for Traced { name, first, flash, sram, .. } in all {
+        let us = |estimate: &Estimate| estimate.cycles.likely as f64 * 1e6 / timing::CLOCK as f64;
+        table.row(&[
+            format!("`{name}`"),
+            thousands(flash.instructions),
+            cycles(first),
+            cycles(flash),
+            format!("{} / {}", thousands(flash.stalls.fetch), thousands(flash.stalls.literal)),
+            cycles(sram),
+            format!("{:.2} / {:.2}", us(flash), us(sram)),
+        ]);
+    }
+    table.0
+}
+
+fn class_table(all: &[Traced]) -> Result<String> {
+    let function = all.iter().find(|function| function.name == LISTED).context("the listed kernel is not traced")?;
+    let mut table = Table::new(&["class", "instructions"]);
+    let mut classes: Vec<_> = function.flash.histogram.iter().collect();
+    classes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    for (class, count) in classes {
+        table.row(&[class.to_string(), thousands(*count)]);
+    }
+    for (from, estimate) in [("flash", &function.flash), ("SRAM", &function.sram)] {
+        let stalls = estimate.stalls;
+        for (what, count) in [
+            ("code", stalls.fetch),
+            ("constants", stalls.literal),
+            ("refill behind a branch", stalls.refill),
+            ("a result", stalls.result),
+            ("the float unit", stalls.unit),
+            ("the bus", stalls.bus),
+        ] {
+            if count > 0 {
+                table.row(&[format!("from {from}, cycles waiting: {what}"), thousands(count)]);
+            }
+        }
+    }
+    Ok(table.0)
+}
