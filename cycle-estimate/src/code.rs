@@ -3,6 +3,7 @@
 use crate::decode;
 use crate::instruction::Instruction;
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionKind, SymbolKind};
+use std::ops::Range;
 
 /// A file that is no program for the chip.
 #[derive(Debug, thiserror::Error)]
@@ -84,6 +85,27 @@ impl Code {
     /// The functions: linker's name, address, bytes; in the order of their addresses.
     pub fn functions(&self) -> impl Iterator<Item = (&str, u32, u32)> {
         self.functions.iter().map(|(name, address, size)| (name.as_str(), *address, *size))
+    }
+
+    /// The function that begins at an address and all that it calls with BL, directly or not: their addresses.
+    #[must_use]
+    pub fn reached_from(&self, start: u32) -> Vec<Range<u32>> {
+        let mut found: Vec<Range<u32>> = Vec::new();
+        let mut left = vec![start];
+        while let Some(next) = left.pop() {
+            let function = self.functions().find(|(_, address, _)| *address == next);
+            let Some((_, address, size)) = function.filter(|_| found.iter().all(|range| range.start != next)) else {
+                continue;
+            };
+            found.push(address..address.saturating_add(size));
+            let mut at = address;
+            while at < address.saturating_add(size) {
+                let instruction = if self.is_data(at) { None } else { self.decode(at) };
+                left.extend(instruction.and_then(|instruction| instruction.calls));
+                at += instruction.map_or(2, |instruction| instruction.width);
+            }
+        }
+        found
     }
 
     fn half(&self, address: u32) -> Option<u16> {

@@ -224,6 +224,8 @@ pub struct Instruction {
     pub writes: Registers,
     /// Where a load relative to the program counter reads.
     pub literal: Option<u32>,
+    /// The function that BL calls.
+    pub calls: Option<u32>,
     /// A store whose address is the sum of two registers.
     pub register_offset: bool,
     /// Whether the program counter may go on to the next instruction: false for a branch without a condition.
@@ -244,6 +246,7 @@ impl Instruction {
             address_registers: none,
             writes: none,
             literal: None,
+            calls: None,
             register_offset: false,
             may_fall_through: true,
         }

@@ -132,6 +132,9 @@ fn literals_have_their_address_and_branches_without_condition_do_not_fall_throug
     let code = Code::from_halves(START, &[0xbf00, 0x4802, 0xed9f, 0x0a04]);
     assert_eq!(code.decode(START + 2).unwrap().literal, Some(START + 4 + 8));
     assert_eq!(code.decode(START + 4).unwrap().literal, Some(START + 8 + 16));
+    // From 4 ahead: forward, and 4 back, to itself.
+    assert_eq!(decode(&[0xf000, 0xf830]).calls, Some(START + 4 + 0x60));
+    assert_eq!(decode(&[0xf7ff, 0xfffe]).calls, Some(START));
     for (halves, through) in [
         (&[0xe002][..], false),
         (&[0xd002], true),

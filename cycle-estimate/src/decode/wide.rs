@@ -119,7 +119,10 @@ fn branch_or_control(address: u32, first: u16, second: u16) -> Option<Instructio
     let new = |class| Instruction::new(address, 4, class);
     Some(match second & 0x5000 {
         0x1000 => new(Class::Branch).never_falls_through(),
-        0x5000 => new(Class::Branch).writing(Registers::core(LR)).never_falls_through(),
+        0x5000 => {
+            let call = new(Class::Branch).writing(Registers::core(LR)).never_falls_through();
+            Instruction { calls: Some(called(address, first, second)), ..call }
+        }
         0x0000 if (first >> 7) & 7 != 7 => new(Class::Branch),
         0x0000 => match (first >> 4) & 0x7f {
             // MSR; hints; CLREX, DSB, DMB, ISB; MRS.
@@ -132,6 +135,16 @@ fn branch_or_control(address: u32, first: u16, second: u16) -> Option<Instructio
         },
         _ => return None,
     })
+}
+
+/// Where BL goes: the offset's sign and its next two bits stand apart, these two inverted where the sign is 0.
+fn called(address: u32, first: u16, second: u16) -> u32 {
+    let bit = |half: u16, at: u32| u32::from(half >> at & 1);
+    let sign = bit(first, 10);
+    let (one, two) = (1 ^ bit(second, 13) ^ sign, 1 ^ bit(second, 11) ^ sign);
+    let low = u32::from(first & 0x3ff) << 12 | u32::from(second & 0x7ff) << 1;
+    let offset = low | two << 22 | one << 23 | 0_u32.wrapping_sub(sign) << 24;
+    address.wrapping_add(4).wrapping_add(offset)
 }
 
 /// Loads and stores of one register.

@@ -8,7 +8,7 @@ use std::process::Command;
 
 const OBJDUMP: &str = "arm-none-eabi-objdump";
 
-/// Compare width, class, words and literal of every instruction of a program; how many there were, or none where there is no
+/// Compare width, class, words, literal and called function of every instruction of a program; how many there were, or none where there is no
 /// objdump.
 pub(super) fn compare(elf: &Path, code: &Code) -> Result<Option<usize>> {
     if which(OBJDUMP).is_none() {
@@ -23,7 +23,7 @@ pub(super) fn compare(elf: &Path, code: &Code) -> Result<Option<usize>> {
     let mut wrong = Vec::new();
     for line in &lines {
         let expected = line.expected().with_context(|| format!("no class for {:?}", line.text));
-        let found = code.decode(line.address).map(|i| (i.width, i.class, i.words, i.literal));
+        let found = code.decode(line.address).map(|i| (i.width, i.class, i.words, i.literal.or(i.calls)));
         match expected {
             Ok(expected) if found == Some(expected) => {}
             Ok(expected) => wrong.push(format!("{:x} {}: {found:?}, expected {expected:?}", line.address, line.text)),
@@ -74,7 +74,10 @@ impl<'a> Listed<'a> {
         };
         let loads = matches!(class, Class::Load | Class::LoadMultiple | Class::FloatLoad);
         let literal = (loads && self.operands.contains("[pc")).then(|| self.commented()).flatten();
-        Some((self.width, class, words, literal))
+        // `800ffbc <function>`
+        let called = || u32::from_str_radix(self.operands.split(' ').next()?, 16).ok();
+        let called = (self.mnemonic == "bl").then(called).flatten();
+        Some((self.width, class, words, literal.or(called)))
     }
 
     /// `@ 80007b4 <...>` or `@ (80007b4 <...>)`
