@@ -67,7 +67,7 @@ fn traced(counted: &Counted, code: &Code) -> Result<Vec<Traced>> {
         }
     }
     let mut between = Vec::new();
-    let mut ranges = vec![back..back + 2];
+    let mut ranges = Vec::new();
     for name in &names {
         let start = counted.row(name)?.address;
         between.push((start, back));
@@ -77,6 +77,7 @@ fn traced(counted: &Counted, code: &Code) -> Result<Vec<Traced>> {
         code.functions().find(|(name, ..)| name.contains(EMPTY)).with_context(|| format!("no function {EMPTY}"))?;
     between.push((start, back));
     ranges.extend(code.reached_from(start));
+    ranges.push(back..back + 2);
     names.push(EMPTY.to_owned());
     let fresh = |placement| Estimator::new(code, Memory::new(placement));
     let mut estimators: Vec<_> = names.iter().map(|_| (fresh(Placement::Flash), fresh(Placement::Sram))).collect();
