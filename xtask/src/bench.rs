@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`chip`], [`code`] | instructions in the emulator; bytes and stack traffic in the linked program |
+//! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder held to objdump's |
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
 //! | [`baseline`] | the gate: counts held to `bench/baseline.toml` |
@@ -12,7 +13,9 @@ mod baseline;
 mod chip;
 mod code;
 mod counts;
+pub(crate) mod cycles;
 mod desk;
+mod disassembly;
 mod report;
 
 pub(crate) use report::between_markers;

@@ -44,6 +44,12 @@ enum Task {
         #[command(flatten)]
         options: bench::Options,
     },
+    /// Estimate the cycles of kernels on the chip from the emulator's trace, from flash and from SRAM
+    Cycles {
+        /// Write the tables of docs/timing.md
+        #[arg(long)]
+        write: bool,
+    },
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
         /// The scene whose arm and controller are built in
@@ -111,6 +117,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Setup => setup::all(),
         Task::Test => test::all(),
         Task::Bench { options } => bench::run(options),
+        Task::Cycles { write } => bench::cycles::run(write),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Build { what, message_path, emulator } => {

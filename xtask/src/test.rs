@@ -52,6 +52,7 @@ fn chip_tests(tally: &mut Tally) {
     }
     tally.step("gate", || gate::check(scene));
     tally.step("instruction counts", bench::gate);
+    tally.step("cycles, estimated", || bench::cycles::run(false));
     // One emulator at a time: it keeps one processor busy and the test another.
     let mut tests = cargo(&["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     tally.tests("chip tests", tests.args(["--test-threads", "1", "--filterset", CHIP_TESTS]));

@@ -5,10 +5,13 @@ use super::code::{Code, Program};
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// A function that was counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Row {
+    /// Where the function begins.
+    pub(crate) address: u32,
     /// Fewest instructions over all states.
     pub(crate) least: u64,
     /// Most.
@@ -21,9 +24,10 @@ pub(crate) struct Row {
     pub(crate) code: Code,
 }
 
-/// Everything that was counted, by name, and the compiler that built it.
+/// Everything that was counted, by name, the program, and the compiler that built it.
 #[derive(Debug)]
 pub(crate) struct Counted {
+    pub(crate) elf: PathBuf,
     pub(crate) rows: BTreeMap<String, Row>,
     pub(crate) rustc: String,
 }
@@ -55,7 +59,7 @@ pub(crate) fn count() -> Result<Counted> {
     if rows.is_empty() {
         bail!("the counting program said nothing");
     }
-    Ok(Counted { rows, rustc: toolchain.rustc()? })
+    Ok(Counted { elf, rows, rustc: toolchain.rustc()? })
 }
 
 /// `name,address,least,most,operations,negations,live inputs,alive`
@@ -64,5 +68,6 @@ fn row(line: &str, program: &Program<'_>) -> Result<(String, Row)> {
     let name = fields.next().unwrap_or_default().to_owned();
     let numbers: Vec<u64> = fields.map(str::parse).collect::<Result<_, _>>().with_context(|| line.to_owned())?;
     let [address, least, most, operations, _, _, alive] = numbers[..] else { bail!("not seven numbers: {line}") };
-    Ok((name, Row { least, most, operations, alive, code: program.function(address)? }))
+    let start = u32::try_from(address & !1).with_context(|| line.to_owned())?;
+    Ok((name, Row { address: start, least, most, operations, alive, code: program.function(address)? }))
 }

@@ -29,12 +29,17 @@ pub(crate) struct Clock {
 /// States that callgrind's counts are of (`bench/benches/counts.rs`).
 const COUNTED_STATES: u64 = 64;
 
-const ARMS: [(&str, &str); 3] = [("ur5", "UR5"), ("puma560", "Puma 560"), ("stanford", "Stanford")];
-const LEVELS: [&str; 2] = ["exact", "regrouped"];
+pub(super) const ARMS: [(&str, &str); 3] = [("ur5", "UR5"), ("puma560", "Puma 560"), ("stanford", "Stanford")];
+pub(super) const LEVELS: [&str; 2] = ["exact", "regrouped"];
 
-/// Put tables into the document, each by the name of its markers.
+/// Put tables into `docs/performance.md`, each by the name of its markers.
 pub(crate) fn write(tables: &[(&str, String)]) -> Result<()> {
-    let path = root().join("docs/performance.md");
+    write_into("docs/performance.md", tables)
+}
+
+/// Put tables into a document, each by the name of its markers.
+pub(crate) fn write_into(document: &str, tables: &[(&str, String)]) -> Result<()> {
+    let path = root().join(document);
     let mut text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     for (name, table) in tables {
         println!("{name}\n{table}");
@@ -54,15 +59,15 @@ pub(crate) fn between_markers(text: &str, name: &str, table: &str) -> Result<Str
 }
 
 /// A table: the head, and rows of cells.
-struct Table(String);
+pub(super) struct Table(pub(super) String);
 
 impl Table {
-    fn new(head: &[&str]) -> Self {
+    pub(super) fn new(head: &[&str]) -> Self {
         let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
         Self(line(head.to_vec()) + &"|---".repeat(head.len()) + "|\n")
     }
 
-    fn row(&mut self, cells: &[String]) {
+    pub(super) fn row(&mut self, cells: &[String]) {
         self.0 += &format!("| {} |\n", cells.join(" | "));
     }
 }
@@ -77,7 +82,7 @@ fn instructions(row: &Row) -> String {
 }
 
 /// `12,345`
-fn thousands(n: u64) -> String {
+pub(super) fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {

@@ -1,0 +1,155 @@
+//! Every number of the estimate, with its source.
+//!
+//! | rule | cycles | source |
+//! |---|---|---|
+//! | integer arithmetic, all multiplications | 1 | TRM 3.3, checked in TI |
+//! | SDIV, UDIV | 2 to 12, by the operands | TRM 3.3, checked in TI |
+//! | load | 2; 1 behind a load that does not give its address | TRM 3.3.3, checked in TI |
+//! | store | 1; 2 at the sum of two registers, 1 of these behind a load | TRM 3.3.3, checked in TI |
+//! | load, store of N registers | 1 + N, never pipelined with its neighbours | TRM 3.3, not checked |
+//! | an address from the instruction before that is no load | 1 more | TRM 3.3.3, checked in TI |
+//! | branch taken | 1 + P, P from 1 to 3; not taken 1 | TRM 3.3, checked in TI |
+//! | load of the program counter, branch by a table | 2 + 3, 3 + 3 at least | TRM 3.3.3, checked in TI |
+//! | IT | 1, or 0 folded into a narrow instruction before it | TRM 3.3, not checked |
+//! | barrier | 1 + B, B at least 0 | TRM 3.3, for the Cortex-M3 checked |
+//! | VADD, VSUB, VMUL, VNMUL, VABS, VNEG, VCMP, VCVT, VMRS, VMSR, VMOV of floats | 1 | TRM 7.2, checked in TI |
+//! | VMLA and its siblings | 3 | TRM 7.2, checked in TI and GCC |
+//! | VDIV, VSQRT | 14 | TRM 7.2, VDIV checked in TI, both in GCC |
+//! | VMOV between core and float registers | 2 | TRM 7.2, checked in TI and GCC; another source says 1 |
+//! | VLDR, VSTR of one float | 2 | VLDR checked in TI, VSTR not; GCC has 1 for VSTR |
+//! | VLDR, VSTR of two floats | 3 | VLDR checked in TI, both in GCC |
+//! | VLDM, VSTM, VPUSH, VPOP of N floats | 1 + N | TRM 7.2, VLDM and VPOP checked in TI |
+//! | a float result that the next instruction needs | 1 more; none as the addend of a multiply-add | TRM 7.2, checked in GCC |
+//! | core instructions during VDIV, VSQRT, VMLA | go on | TRM 7.2, checked in GCC |
+//! | flash at 168 MHz, 3.3 V | 5 wait states | RM0090 3.5, not checked |
+//! | flash: lines of 16 bytes, 64 for instructions, 8 for data, prefetch of instructions | - | RM0090 3.2, checked |
+//! | which line goes: the least recently used | - | RM0090 3.5, not checked |
+//!
+//! TRM: Arm, Cortex-M4 Technical Reference Manual r0p1 (DDI 0439). RM0090: ST's reference manual of the STM32F405. Neither was
+//! read itself: "checked in TI" means read in the copy of Arm's tables in Texas Instruments' SWCU192, tables 3-25 and
+//! 3-27 and the section on load and store timings; "checked in GCC" means found the same in GCC's pipeline description
+//! `cortex-m4-fpu.md`; "checked" for RM0090 means read in a copy of its chapter 3; "not checked" means from memory of the
+//! manual.
+
+/// Wait states of flash at 168 MHz and 3.3 V (RM0090, 3.5.1).
+pub const FLASH_WAIT_STATES: u64 = 5;
+/// Bytes that one reading of flash gives (RM0090, 3.2).
+pub const FLASH_LINE_BYTES: u32 = 16;
+/// Lines of instructions that are kept (RM0090, 3.2): 1 KiB.
+pub const INSTRUCTION_LINES: usize = 64;
+/// Lines of data that are kept (RM0090, 3.2): 128 bytes.
+pub const DATA_LINES: usize = 8;
+/// The core's clock that the wait states belong to, Hz.
+pub const CLOCK: u64 = 168_000_000;
+
+/// VDIV and VSQRT.
+pub const FLOAT_DIVIDE: u64 = 14;
+/// VMLA and its siblings.
+pub const FLOAT_MULTIPLY_ADD: u64 = 3;
+/// Refill after a load of the program counter and a branch by a table: always the most.
+pub const REFILL_MOST: u64 = 3;
+
+/// How a branch's refill P is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refill {
+    /// The same for every branch.
+    Always(u64),
+    /// 2, and 3 where the target is a wide instruction across two words, which takes two fetches.
+    ByTarget,
+}
+
+/// One reading of the manuals, where they leave a choice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// Integer division.
+    pub divide: u64,
+    /// Refill P of a branch that is taken.
+    pub refill: Refill,
+    /// Whether VLDR and VSTR are pipelined with their neighbours as LDR and STR are. GCC's description says so, the manual's
+    /// table does not say.
+    pub float_memory_is_pipelined: bool,
+    /// Whether what is no float instruction goes on during VDIV, VSQRT and multiply-add.
+    pub float_unit_runs_beside: bool,
+    /// VMOV between core and float registers.
+    pub transfer: u64,
+    /// Whether IT is folded into a narrow instruction before it; otherwise it takes its cycle. True in the low reading for
+    /// every IT.
+    pub if_then: IfThen,
+    /// Barriers: B.
+    pub barrier: u64,
+    /// Fetch against a literal's load: "might add a cycle".
+    pub literal: u64,
+    /// Whether a line that the prefetch brought is kept when it is executed. RM0090 says that what missed is kept.
+    pub prefetched_lines_are_kept: bool,
+    /// Whether a reading of flash that nobody waits for any more must end before the next begins.
+    pub flash_reads_finish: bool,
+    /// A load or store while instructions come from SRAM: cycles for the access, for both come over one bus.
+    pub bus_conflict: BusConflict,
+}
+
+/// How IT is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IfThen {
+    /// Always folded.
+    Folded,
+    /// Folded behind a narrow instruction.
+    BehindNarrow,
+    /// Never folded.
+    Apart,
+}
+
+/// What a load or store costs more while instructions come over the same bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusConflict {
+    /// Nothing: the fetched words that wait in the core hide it.
+    Hidden,
+    /// One cycle an instruction.
+    EachInstruction,
+    /// One cycle a word.
+    EachWord,
+}
+
+/// Everything for the best.
+pub const LOW: Reading = Reading {
+    divide: 2,
+    refill: Refill::Always(1),
+    float_memory_is_pipelined: true,
+    float_unit_runs_beside: true,
+    transfer: 1,
+    if_then: IfThen::Folded,
+    barrier: 0,
+    literal: 0,
+    prefetched_lines_are_kept: true,
+    flash_reads_finish: false,
+    bus_conflict: BusConflict::Hidden,
+};
+
+/// What is most probable: division in the middle of its range, refill by the target, GCC's description of the float unit.
+pub const LIKELY: Reading = Reading {
+    divide: 7,
+    refill: Refill::ByTarget,
+    float_memory_is_pipelined: true,
+    float_unit_runs_beside: true,
+    transfer: 2,
+    if_then: IfThen::BehindNarrow,
+    barrier: 2,
+    literal: 0,
+    prefetched_lines_are_kept: true,
+    flash_reads_finish: true,
+    bus_conflict: BusConflict::EachInstruction,
+};
+
+/// Everything for the worst.
+pub const HIGH: Reading = Reading {
+    divide: 12,
+    refill: Refill::Always(REFILL_MOST),
+    float_memory_is_pipelined: false,
+    float_unit_runs_beside: false,
+    transfer: 2,
+    if_then: IfThen::Apart,
+    barrier: 3,
+    literal: 1,
+    prefetched_lines_are_kept: false,
+    flash_reads_finish: true,
+    bus_conflict: BusConflict::EachWord,
+};

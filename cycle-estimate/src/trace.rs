@@ -1,0 +1,255 @@
+//! The emulator, an instruction at a time, between addresses.
+//!
+//! QEMU runs blocks of instructions and can log each block that it executes; with one instruction in a block, that is each
+//! instruction. The log goes through a pipe and is never kept: it is some 80 bytes an instruction.
+
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::ops::Range;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// The emulator.
+const QEMU: &str = "qemu-system-arm";
+
+/// What went wrong.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Not installed, or not allowed to run.
+    #[error("cannot start {QEMU}: {0}")]
+    CannotStart(#[source] std::io::Error),
+    /// Its version is not where it is expected.
+    #[error("{QEMU} --version says {0:?}; expected \"QEMU emulator version MAJOR.MINOR\"")]
+    Version(String),
+    /// The pipe from it broke.
+    #[error("the emulator's log cannot be read: {0}")]
+    Log(#[source] std::io::Error),
+    /// The program ended with a failure, or the emulator did.
+    #[error("the emulated program gave up: {status}\n{said}")]
+    GaveUp {
+        /// How it ended.
+        status: std::process::ExitStatus,
+        /// What the emulator said besides the trace.
+        said: String,
+    },
+}
+
+/// A run of a program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// What it printed over semihosting.
+    pub printed: String,
+    /// Instructions executed between the addresses.
+    pub traced: u64,
+}
+
+/// How the installed emulator is told to put one instruction into a block.
+///
+/// # Errors
+/// It cannot be started, or does not say its version.
+pub fn one_instruction_a_block() -> Result<&'static [&'static str], Error> {
+    let output = Command::new(QEMU).arg("--version").output().map_err(Error::CannotStart)?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    option_for(&text).ok_or(Error::Version(text))
+}
+
+/// Since 8.1 it is a property of the accelerator; 9.2 no longer knows the older option.
+fn option_for(version: &str) -> Option<&'static [&'static str]> {
+    let mut numbers = version.strip_prefix("QEMU emulator version ")?.split(['.', ' ', '\n']).map(str::parse::<u32>);
+    let found = (numbers.next()?.ok()?, numbers.next()?.ok()?);
+    Some(if found >= (8, 1) { &["-accel", "tcg,one-insn-per-tb=on"] } else { &["-singlestep"] })
+}
+
+/// Run a program that ends by itself, and call back for each instruction between two addresses, in the order of execution.
+///
+/// A stretch `(start, end)` begins with the instruction at `start` and ends before the one at `end`. While one lasts, no
+/// other begins. The numbers in the call are the stretch's place in `between` and the instruction's address.
+///
+/// # Errors
+/// The emulator cannot be started, or the program fails.
+pub fn run(elf: &Path, between: &[(u32, u32)], on_instruction: impl FnMut(usize, u32)) -> Result<Run, Error> {
+    run_within(elf, between, &[], on_instruction)
+}
+
+/// The same, with only those instructions that lie in these addresses: some ten times faster, for the emulator does not
+/// log the rest.
+///
+/// The ranges must hold starts and ends, and all code between that is to be seen. Without any, everything is.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_within(
+    elf: &Path,
+    between: &[(u32, u32)],
+    ranges: &[Range<u32>],
+    mut on_instruction: impl FnMut(usize, u32),
+) -> Result<Run, Error> {
+    let ranges: Vec<String> = ranges.iter().map(|range| format!("{:#x}+{:#x}", range.start, range.len())).collect();
+    let filter = if ranges.is_empty() { Vec::new() } else { vec!["-dfilter".to_owned(), ranges.join(",")] };
+    let child = Command::new(QEMU)
+        .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
+        .args(["-serial", "null", "-semihosting-config", "enable=on,target=native"])
+        .args(one_instruction_a_block()?)
+        .args(["-d", "exec,nochain"])
+        .args(filter)
+        .arg("-kernel")
+        .arg(elf)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(Error::CannotStart)?;
+    let mut child = Ended(child);
+    let printed = child.0.stdout.take().map(|mut pipe| {
+        std::thread::spawn(move || {
+            let mut bytes = Vec::new();
+            // Cut short, it is shorter; whoever reads it sees what is missing.
+            pipe.read_to_end(&mut bytes).ok();
+            String::from_utf8_lossy(&bytes).into_owned()
+        })
+    });
+    let mut sorter = Sorter::new(between);
+    let mut said = String::new();
+    if let Some(log) = child.0.stderr.take() {
+        let mut log = BufReader::with_capacity(1 << 16, log);
+        let mut line = Vec::new();
+        while log.read_until(b'\n', &mut line).map_err(Error::Log)? > 0 {
+            match Line::of(&line) {
+                Line::Executed(address) => sorter.executed(address, &mut on_instruction),
+                Line::Undone => sorter.undone(&String::from_utf8_lossy(&line)),
+                Line::Other => said += &String::from_utf8_lossy(&line),
+            }
+            line.clear();
+        }
+    }
+    sorter.flush(&mut on_instruction);
+    let status = child.0.wait().map_err(Error::Log)?;
+    let printed = printed.and_then(|thread| thread.join().ok()).unwrap_or_default();
+    if !status.success() {
+        return Err(Error::GaveUp { status, said });
+    }
+    Ok(Run { printed, traced: sorter.traced })
+}
+
+/// The emulator, ended however the run goes.
+struct Ended(Child);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        // Fails only when it has ended already.
+        self.0.kill().ok();
+        self.0.wait().ok();
+    }
+}
+
+/// A line of the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Line {
+    /// `Trace 0: 0x7f... [flags/pc/flags/flags] function`.
+    Executed(u32),
+    /// The block before was not executed after all: an access to a device begins it again, or the count of instructions ran
+    /// out before it. It comes once more.
+    Undone,
+    Other,
+}
+
+impl Line {
+    fn of(line: &[u8]) -> Self {
+        if line.starts_with(b"Trace ") {
+            let address = line.split(|byte| *byte == b'/').nth(1);
+            let address = address.and_then(|hex| u32::from_str_radix(std::str::from_utf8(hex).ok()?, 16).ok());
+            address.map_or(Self::Other, Self::Executed)
+        } else if line.starts_with(b"cpu_io_recompile") || line.starts_with(b"Stopped execution of TB chain before") {
+            Self::Undone
+        } else {
+            Self::Other
+        }
+    }
+}
+
+/// Sorts executed instructions into stretches, one late: an instruction may yet be undone.
+struct Sorter<'a> {
+    between: &'a [(u32, u32)],
+    last: Option<u32>,
+    inside: Option<usize>,
+    traced: u64,
+}
+
+impl<'a> Sorter<'a> {
+    fn new(between: &'a [(u32, u32)]) -> Self {
+        Self { between, last: None, inside: None, traced: 0 }
+    }
+
+    fn executed(&mut self, address: u32, on_instruction: &mut impl FnMut(usize, u32)) {
+        if let Some(last) = self.last.replace(address) {
+            self.sure(last, on_instruction);
+        }
+    }
+
+    /// The log says which one; it may be one that is not logged.
+    fn undone(&mut self, line: &str) {
+        self.last = self.last.filter(|last| !line.contains(&format!("{last:08x}")));
+    }
+
+    fn flush(&mut self, on_instruction: &mut impl FnMut(usize, u32)) {
+        if let Some(last) = self.last.take() {
+            self.sure(last, on_instruction);
+        }
+    }
+
+    fn sure(&mut self, address: u32, on_instruction: &mut impl FnMut(usize, u32)) {
+        if let Some((_, end)) = self.inside.and_then(|inside| self.between.get(inside))
+            && *end == address
+        {
+            self.inside = None;
+        }
+        if self.inside.is_none() {
+            self.inside = self.between.iter().position(|(start, _)| *start == address);
+        }
+        if let Some(inside) = self.inside {
+            self.traced += 1;
+            on_instruction(inside, address);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Line, Sorter, option_for};
+
+    #[test]
+    fn each_emulator_is_told_in_its_own_words() {
+        let says = |version: &str| option_for(version).map(<[&str]>::to_vec);
+        assert_eq!(says("QEMU emulator version 7.2.22 (Debian 1:7.2)\n"), Some(vec!["-singlestep"]));
+        let newer = Some(vec!["-accel", "tcg,one-insn-per-tb=on"]);
+        assert_eq!(says("QEMU emulator version 8.1.0\n"), newer);
+        assert_eq!(says("QEMU emulator version 10.0.2 (Debian)\n"), newer);
+        assert_eq!(says("something else"), None);
+    }
+
+    #[test]
+    fn lines_of_the_log_are_read() {
+        let line = b"Trace 0: 0x7ff824000100 [00800408/08000188/00000110/ff020201] Reset\n";
+        assert_eq!(Line::of(line), Line::Executed(0x0800_0188));
+        assert_eq!(Line::of(b"cpu_io_recompile: rewound execution of TB to 080001b0\n"), Line::Undone);
+        assert_eq!(Line::of(b"qemu-system-arm: warning\n"), Line::Other);
+    }
+
+    #[test]
+    fn stretches_begin_with_their_start_and_end_before_their_end_and_what_was_undone_counts_once() {
+        let between = [(10, 30), (40, 50)];
+        let mut sorter = Sorter::new(&between);
+        let mut seen = Vec::new();
+        let mut note = |stretch, address| seen.push((stretch, address));
+        for address in [8, 10, 12] {
+            sorter.executed(address, &mut note);
+        }
+        sorter.undone("cpu_io_recompile: rewound execution of TB to 0000000e");
+        sorter.undone("cpu_io_recompile: rewound execution of TB to 0000000c");
+        for address in [12, 40, 30, 32, 40, 50, 10] {
+            sorter.executed(address, &mut note);
+        }
+        sorter.flush(&mut note);
+        assert_eq!(sorter.traced, 5);
+        assert_eq!(seen, [(0, 10), (0, 12), (0, 40), (1, 40), (0, 10)]);
+    }
+}

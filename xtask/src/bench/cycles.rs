@@ -1,0 +1,207 @@
+//! `cargo xtask cycles`: the cycles of kernels, estimated from the emulator's trace, and the tables of `docs/timing.md`.
+
+use super::chip::{self, Counted};
+use super::disassembly;
+use super::report::{ARMS, LEVELS, Table, thousands, write_into};
+use anyhow::{Context as _, Result, bail, ensure};
+use cycle_estimate::{Class, Code, Estimate, Estimator, Memory, Placement, Registers, timing, trace};
+use std::ops::Range;
+
+/// The kernel whose instructions are listed by class.
+const LISTED: &str = "puma560_exact_with_trig";
+
+/// Likely cycles an instruction of a kernel that has run before: the least and the most that were estimated over all
+/// kernels, 1.97 and 2.18 from flash, 2.16 and 2.46 from SRAM, and a tenth to both sides. Held to instructions, so that
+/// another compiler's kernel may be longer or shorter.
+const FROM_FLASH: Range<f64> = 1.78..2.40;
+const FROM_SRAM: Range<f64> = 1.95..2.70;
+
+/// A function, and what its calls take.
+struct Traced {
+    name: String,
+    /// Its first call from flash, with empty caches.
+    first: Estimate,
+    /// Its last.
+    flash: Estimate,
+    sram: Estimate,
+    least: u64,
+    most: u64,
+}
+
+/// Trace, hold to what the program counts itself and to the bounds, and print the tables, or write them.
+pub(crate) fn run(write: bool) -> Result<()> {
+    let counted = chip::count()?;
+    let bytes = std::fs::read(&counted.elf).with_context(|| counted.elf.display().to_string())?;
+    let code = Code::parse(&bytes)?;
+    match disassembly::compare(&counted.elf, &code)? {
+        Some(compared) => println!("decoder: {compared} instructions as objdump lists them"),
+        None => println!("decoder: SKIPPED, there is no arm-none-eabi-objdump to compare with"),
+    }
+    let all = traced(&counted, &code)?;
+    let (kernels, empty) = all.split_at(all.len() - 1);
+    let empty = empty.first().map_or(0, |empty| empty.most);
+    for function in kernels {
+        hold(function, &counted, empty)?;
+    }
+    let tables = [("cycles", cycle_table(kernels)), ("cycles by class", class_table(kernels)?)];
+    if write {
+        return write_into("docs/timing.md", &tables);
+    }
+    for (name, table) in tables {
+        println!("{name}\n{table}");
+    }
+    Ok(())
+}
+
+/// The function whose count the program takes from all others.
+const EMPTY: &str = "cases7nothing";
+
+/// The recursion's kernels, alone and with sine and cosine, in every state that the program counts them in; last the
+/// function that does nothing.
+fn traced(counted: &Counted, code: &Code) -> Result<Vec<Traced>> {
+    let back = return_of_call(code)?;
+    let mut names = Vec::new();
+    for (arm, _) in ARMS {
+        for level in LEVELS {
+            names.extend(["", "_with_trig"].map(|with| format!("{arm}_{level}{with}")));
+        }
+    }
+    let mut between = Vec::new();
+    let mut ranges = Vec::new();
+    for name in &names {
+        let start = counted.row(name)?.address;
+        between.push((start, back));
+        ranges.extend(code.reached_from(start));
+    }
+    let (_, start, _) =
+        code.functions().find(|(name, ..)| name.contains(EMPTY)).with_context(|| format!("no function {EMPTY}"))?;
+    between.push((start, back));
+    ranges.extend(code.reached_from(start));
+    ranges.push(back..back + 2);
+    names.push(EMPTY.to_owned());
+    let fresh = |placement| Estimator::new(code, Memory::new(placement));
+    let mut estimators: Vec<_> = names.iter().map(|_| (fresh(Placement::Flash), fresh(Placement::Sram))).collect();
+    let mut begun = vec![false; names.len()];
+    let mut calls: Vec<Vec<(Estimate, Estimate)>> = vec![Vec::new(); names.len()];
+    trace::run_within(&counted.elf, &between, &ranges, |stretch, address| {
+        let (flash, sram) = &mut estimators[stretch];
+        // Each call begins at the function's start, which no instruction inside jumps back to.
+        if address == between[stretch].0 && std::mem::replace(&mut begun[stretch], true) {
+            calls[stretch].push((flash.finish(), sram.finish()));
+        }
+        flash.execute(address);
+        sram.execute(address);
+    })?;
+    let mut all = Vec::new();
+    for ((name, (mut flash, mut sram)), mut calls) in names.into_iter().zip(estimators).zip(calls) {
+        calls.push((flash.finish(), sram.finish()));
+        let lengths = calls.iter().map(|(flash, _)| flash.instructions);
+        let (least, most) = (lengths.clone().min().unwrap_or(0), lengths.max().unwrap_or(0));
+        let first = calls.first().map(|(flash, _)| flash.clone()).unwrap_or_default();
+        let (flash, sram) = calls.pop().unwrap_or_default();
+        all.push(Traced { name, first, flash, sram, least, most });
+    }
+    Ok(all)
+}
+
+/// Where the counting program goes on behind the call of what it counts.
+fn return_of_call(code: &Code) -> Result<u32> {
+    let function = code.functions().find(|(name, ..)| name.contains("Counter4call"));
+    let (_, start, size) = function.context("the counting program has no Counter::call")?;
+    let link = Registers::core(14);
+    let mut at = start;
+    while at < start + size {
+        let Some(instruction) = code.decode(at) else { bail!("{at:#x} in Counter::call is no instruction") };
+        at += instruction.width;
+        if instruction.class == Class::Branch && instruction.writes.meets(link) && instruction.reads.count() == 1 {
+            return Ok(at);
+        }
+    }
+    bail!("Counter::call calls nothing")
+}
+
+/// The trace has as many instructions as the chip's timer counted, each known, and cycles within bounds.
+fn hold(function: &Traced, counted: &Counted, empty: u64) -> Result<()> {
+    let Traced { name, flash, sram, least, most, .. } = function;
+    let row = counted.row(name)?;
+    // The program leaves out what a call that does nothing takes.
+    ensure!(
+        (*least, *most) == (row.least + empty, row.most + empty),
+        "{name}: {least} to {most} instructions traced, {} to {} and {empty} of a call counted by the chip's timer",
+        row.least,
+        row.most
+    );
+    for (estimate, from, bounds) in [(flash, "flash", FROM_FLASH), (sram, "SRAM", FROM_SRAM)] {
+        let each = estimate.cycles.likely as f64 / estimate.instructions as f64;
+        ensure!(estimate.unknown == 0, "{name}: {} instructions that the decoder does not know", estimate.unknown);
+        ensure!(
+            estimate.cycles.low <= estimate.cycles.likely && estimate.cycles.likely <= estimate.cycles.high,
+            "{name} from {from}: {:?} is out of order",
+            estimate.cycles
+        );
+        ensure!(
+            bounds.contains(&each),
+            "{name} from {from}: {each:.3} cycles an instruction, expected {:.3} to {:.3}",
+            bounds.start,
+            bounds.end
+        );
+    }
+    Ok(())
+}
+
+/// `likely (low to high)`
+fn cycles(estimate: &Estimate) -> String {
+    let range = estimate.cycles;
+    format!("{} ({} to {})", thousands(range.likely), thousands(range.low), thousands(range.high))
+}
+
+fn cycle_table(all: &[Traced]) -> String {
+    let mut table = Table::new(&[
+        "kernel",
+        "instructions",
+        "flash, first run",
+        "flash, later runs",
+        "waiting for flash: code / constants",
+        "SRAM",
+        "microseconds at 168 MHz, flash / SRAM",
+    ]);
+    for Traced { name, first, flash, sram, .. } in all {
+        let us = |estimate: &Estimate| estimate.cycles.likely as f64 * 1e6 / timing::CLOCK as f64;
+        table.row(&[
+            format!("`{name}`"),
+            thousands(flash.instructions),
+            cycles(first),
+            cycles(flash),
+            format!("{} / {}", thousands(flash.stalls.fetch), thousands(flash.stalls.literal)),
+            cycles(sram),
+            format!("{:.2} / {:.2}", us(flash), us(sram)),
+        ]);
+    }
+    table.0
+}
+
+fn class_table(all: &[Traced]) -> Result<String> {
+    let function = all.iter().find(|function| function.name == LISTED).context("the listed kernel is not traced")?;
+    let mut table = Table::new(&["class", "instructions"]);
+    let mut classes: Vec<_> = function.flash.histogram.iter().collect();
+    classes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    for (class, count) in classes {
+        table.row(&[class.to_string(), thousands(*count)]);
+    }
+    for (from, estimate) in [("flash", &function.flash), ("SRAM", &function.sram)] {
+        let stalls = estimate.stalls;
+        for (what, count) in [
+            ("code", stalls.fetch),
+            ("constants", stalls.literal),
+            ("refill behind a branch", stalls.refill),
+            ("a result", stalls.result),
+            ("the float unit", stalls.unit),
+            ("the bus", stalls.bus),
+        ] {
+            if count > 0 {
+                table.row(&[format!("from {from}, cycles waiting: {what}"), thousands(count)]);
+            }
+        }
+    }
+    Ok(table.0)
+}
