@@ -8,6 +8,7 @@
 //! numbered [`Fault`] that stays in force until [`Controller::reset`]; a limit that acts is reported, and is no fault.
 
 mod controller;
+mod every_nth;
 mod fault;
 mod friction;
 mod law;
@@ -16,6 +17,7 @@ mod observer;
 pub mod trajectory;
 
 pub use controller::{Configuration, Controller, ControllerConfig, Guard};
+pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::Friction;
 pub use law::{Gains, Law, computed_torque};

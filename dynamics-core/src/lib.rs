@@ -29,7 +29,8 @@
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
-//! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
+//! | [`mixed`] | the recursion in f32 inside a controller in f64 |
+//! | [`control`] | laws, models evaluated every few ticks, limits, observer, reference motions, the controller and its faults |
 //!
 //! Frames are named so that products read: `parent_from_link * x_link = x_parent`. Equation numbers are those of the
 //! robot-dynamics chapter that this crate implements, in the corrected form that `docs/dynamics.md` derives.
@@ -78,6 +79,7 @@ pub mod kinematics;
 pub mod lagrange;
 pub mod linkage;
 pub mod mass_matrix;
+pub mod mixed;
 pub mod model;
 pub mod newton_euler;
 pub mod posture;

@@ -1,6 +1,6 @@
 //! What acts on the arm and which terms are worth computing, and a model bound to that.
 
-use crate::inertia::{Inertia, Wrench};
+use crate::inertia::{Inertia, Wrench, cast_vector};
 use crate::model::Model;
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
@@ -75,6 +75,20 @@ impl<S: Scalar, const N: usize> Live<S, N> {
     pub fn zero() -> Self {
         Self { gravity: Vector3::zeros(), payload: Inertia::zero(), tip_wrench: Wrench::zero(), rotor: [S::zero(); N] }
     }
+
+    /// The same inputs in another scalar.
+    #[must_use]
+    pub fn cast<T: Scalar>(&self) -> Live<T, N>
+    where
+        S: Into<f64>,
+    {
+        Live {
+            gravity: cast_vector(&self.gravity),
+            payload: self.payload.cast(),
+            tip_wrench: self.tip_wrench.cast(),
+            rotor: self.rotor.map(|rotor| T::literal(rotor.into())),
+        }
+    }
 }
 
 impl<S: Scalar, const N: usize> Scene<S, N> {
@@ -108,7 +122,7 @@ impl<S: Scalar, const N: usize> Scene<S, N> {
     {
         let joints = |term: Term<[S; N]>| term.map(|all| all.map(|x| T::literal(x.into())));
         Scene {
-            gravity: self.gravity.map(|g| crate::inertia::cast_vector(&g)),
+            gravity: self.gravity.map(|g| cast_vector(&g)),
             payload: self.payload.map(|p| p.cast()),
             tip_wrench: self.tip_wrench.map(|w| w.cast()),
             rotor: joints(self.rotor),

@@ -82,7 +82,7 @@ pub struct RunArgs {
     pub target: Target,
     /// Floating-point type of the controller; the scene's otherwise. The chip has f32 only.
     #[arg(long, value_enum)]
-    pub scalar: Option<Scalar>,
+    pub scalar: Option<RunScalar>,
     /// Sine and cosine of the controller; the scene's otherwise.
     #[arg(long, value_enum)]
     pub trig: Option<Trig>,
@@ -617,6 +617,17 @@ pub enum Scalar {
     F64,
 }
 
+/// Floating-point type of a controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RunScalar {
+    /// Single precision, as on the chip.
+    F32,
+    /// Double precision.
+    F64,
+    /// Inverse dynamics, sine and cosine in single precision, all else in double.
+    Mixed,
+}
+
 /// Sine and cosine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Trig {
@@ -635,6 +646,8 @@ pub enum LawName {
     Pd,
     /// Spring and damper, and the torque that holds the arm.
     PdGravity,
+    /// A fixed inertia per joint for what is asked for, and the torque that holds the arm.
+    DiagonalInertia,
     /// Spring and damper, and the torque of the reference motion.
     Feedforward,
 }
@@ -657,11 +670,12 @@ impl From<BranchName> for Branch {
     }
 }
 
-impl From<Scalar> for ScalarChoice {
-    fn from(scalar: Scalar) -> Self {
+impl From<RunScalar> for ScalarChoice {
+    fn from(scalar: RunScalar) -> Self {
         match scalar {
-            Scalar::F32 => Self::F32,
-            Scalar::F64 => Self::F64,
+            RunScalar::F32 => Self::F32,
+            RunScalar::F64 => Self::F64,
+            RunScalar::Mixed => Self::Mixed,
         }
     }
 }
@@ -699,6 +713,7 @@ impl From<LawName> for Law {
             LawName::ComputedTorque => Self::ComputedTorque,
             LawName::Pd => Self::Pd,
             LawName::PdGravity => Self::PdGravity,
+            LawName::DiagonalInertia => Self::DiagonalInertia,
             LawName::Feedforward => Self::Feedforward,
         }
     }

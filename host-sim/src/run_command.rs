@@ -1,11 +1,12 @@
 //! `run`: close the loop of a scene, show and write what came of it.
 
-use crate::cli::{RunArgs, Scalar, Target};
+use crate::cli::{RunArgs, Target};
 use crate::closed_loop::End;
 use crate::exit::{self, Failure};
 use crate::plot;
 use crate::simulate::{self, Run};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{SceneFile, with_dof};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -40,9 +41,12 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
 
 /// The scene with what the command line changes.
 fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
-    if args.target == Target::Qemu && args.scalar == Some(Scalar::F64) {
+    if args.target == Target::Qemu
+        && let Some(scalar) = args.scalar.map(ScalarChoice::from).filter(|scalar| *scalar != ScalarChoice::F32)
+    {
         return Err(Failure::Input(miette::miette!(
-            "--scalar f64 with --target qemu: expected f32, which the chip has"
+            "--scalar {} with --target qemu: expected f32, which the chip has",
+            scalar.name()
         )));
     }
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;

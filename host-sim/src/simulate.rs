@@ -7,10 +7,10 @@ use crate::plant::friction::{Breakaway, FrictionLaw};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
 use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::record::{JointLabel, Record};
-use crate::summary::{Setting, Summary};
+use crate::summary::{ModelTicks, Setting, Summary};
 use crate::target::Torques;
-use dynamics_core::control::Law;
-use dynamics_core::inertia::cast_vector;
+use dynamics_core::control::EveryNth;
+use dynamics_core::mixed::{Narrow, Reduced};
 use dynamics_core::trig::Method;
 use dynamics_core::{Controller, ControllerConfig, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
@@ -57,32 +57,40 @@ pub fn on_desk_in<const N: usize>(
     match scene.control.scalar {
         ScalarChoice::F64 => within::<f64, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
         ScalarChoice::F32 => within::<f32, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
+        ScalarChoice::Mixed => {
+            within::<f64, N, _>(world, scene, "desk", &mut mixed_desk(scene, &model), stop, progress)
+        }
     }
 }
 
+/// A controller on the desk that computes in `S`.
+pub type Desk<S, const N: usize> = Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Method>;
+
+/// A controller on the desk that computes in f64, its inverse dynamics, sine and cosine in f32.
+pub type MixedDesk<const N: usize> = Controller<f64, N, EveryNth<Narrow<ArmDynamics<f32, N>>, f64, N>, Reduced<Method>>;
+
 /// The controller that a scene asks for, computing here in `S`; every live input is zero until [`with`] sets it.
 #[must_use]
-pub fn desk<S: Real, const N: usize>(
-    scene: &SceneFile,
-    model: &Model<f64, N>,
-) -> Controller<S, N, ArmDynamics<S, N>, Method>
+pub fn desk<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Desk<S, N>
 where
     Method: Trig<S>,
 {
     let config: ControllerConfig<S, N> = scene.controller_config(model).cast();
-    Controller::new(config, scene.dynamics(model), scene.control.trig)
+    Controller::new(config, scene.every_nth(scene.dynamics(model), &config), scene.control.trig)
+}
+
+/// As [`desk`], in both precisions: [`ScalarChoice::Mixed`], whatever the scene says.
+#[must_use]
+pub fn mixed_desk<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> MixedDesk<N> {
+    let config = scene.controller_config(model);
+    let dynamics = scene.every_nth(Narrow(scene.dynamics(model)), &config);
+    Controller::new(config, dynamics, Reduced(scene.control.trig))
 }
 
 /// What acts on the scene's simulated arm, as a controller in `S` is told of it.
 #[must_use]
 pub fn live_inputs<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Live<S, N> {
-    let live = scene.live(model);
-    Live {
-        gravity: cast_vector(&live.gravity),
-        payload: live.payload.cast(),
-        tip_wrench: live.tip_wrench.cast(),
-        rotor: live.rotor.map(S::literal),
-    }
+    scene.live(model).cast()
 }
 
 /// Run a scene with this controller, whoever it is, after telling it what acts on the arm.
@@ -239,27 +247,16 @@ fn ticks(scene: &SceneFile, motion: f64) -> Result<u64, Failure> {
 }
 
 fn setting(scene: &SceneFile, target: &str) -> Setting {
+    let (law, trig) = scene.control.names();
+    let every = scene.control.model_every;
     Setting {
         scene: scene.name.clone(),
         robot: scene.robot.name.clone(),
         target: target.to_owned(),
-        scalar: match scene.control.scalar {
-            ScalarChoice::F32 => "f32",
-            ScalarChoice::F64 => "f64",
-        }
-        .to_owned(),
-        law: match scene.control.law {
-            Law::ComputedTorque => "computed-torque",
-            Law::Pd => "pd",
-            Law::PdGravity => "pd-gravity",
-            Law::Feedforward => "feedforward",
-        }
-        .to_owned(),
-        trig: match scene.control.trig {
-            Method::Polynomial => "polynomial",
-            Method::Libm => "libm",
-        }
-        .to_owned(),
+        scalar: scene.control.scalar.name().to_owned(),
+        law: law.to_owned(),
+        trig: trig.to_owned(),
+        model: (every > 1).then(|| ModelTicks { every, between: scene.control.between_name().to_owned() }),
         period: scene.period(),
     }
 }

@@ -16,14 +16,26 @@ pub struct Setting {
     pub robot: String,
     /// Who computed: `desk` or `qemu`.
     pub target: String,
-    /// `f32` or `f64`.
+    /// `f32`, `f64` or `mixed`.
     pub scalar: String,
     /// The control law.
     pub law: String,
     /// Sine and cosine.
     pub trig: String,
+    /// In which ticks the model is evaluated; none if in all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<ModelTicks>,
     /// Control period, s.
     pub period: f64,
+}
+
+/// The ticks in which a model is evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModelTicks {
+    /// Every so many.
+    pub every: u32,
+    /// What its torque does between: `hold` or `extrapolate`.
+    pub between: String,
 }
 
 /// Ticks in which each limit acted on a joint.
@@ -170,6 +182,9 @@ impl Summary {
             format!("{:<20}{}", "time per tick", engineering(self.seconds_per_tick, "s")),
             format!("{:<20}{:.1} times", "faster than real", self.realtime_factor),
         ];
+        if let Some(ModelTicks { every, between }) = &self.setting.model {
+            lines.push(format!("{:<20}every {every} ticks, {between} between", "model"));
+        }
         if let Some(Instructions { min, max }) = self.instructions_per_tick {
             lines.push(format!("{:<20}{min} to {max} per tick", "instructions"));
         }

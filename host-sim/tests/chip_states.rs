@@ -4,15 +4,13 @@
 //! compared through one number of the build, so that the four are one.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
-use dynamics_core::trig::Method;
-use dynamics_core::{Command, Controller, Measurement, Reference, Sensed};
+use dynamics_core::{Command, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware};
-use host_sim::simulate;
+use host_sim::simulate::{self, Desk};
 use link::{Hello, Pacing};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use robot_compiler::SceneFile;
-use robot_compiler::kernel::ArmDynamics;
 use std::path::Path;
 
 /// Joints of the arm.
@@ -27,7 +25,7 @@ const TICK: std::ops::RangeInclusive<u32> = 1_300..=1_420;
 
 /// The scene's controller on the desk and its firmware in the emulator.
 struct Pair {
-    desk: Controller<f32, N, ArmDynamics<f32, N>, Method>,
+    desk: Desk<f32, N>,
     chip: Chip,
 }
 

@@ -5,7 +5,7 @@
 
 use crate::kernel::source::Title;
 use crate::kernel::{self, Function, Precision};
-use crate::scene::{KernelMemory, SceneFile};
+use crate::scene::{ControlSpec, KernelMemory, SceneFile};
 use crate::with_dof;
 use dynamics_core::control::{Encoder, Friction, Gains, Guard};
 use dynamics_core::model::{Link, Placement};
@@ -70,34 +70,67 @@ pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> St
 ///
 /// | item | what |
 /// |---|---|
-/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the kernel that the scene asks for, where it asks for it, or the recursion |
+/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the kernel that the scene asks for, where it asks for it, or the recursion, in the ticks in which it is asked for |
 /// | `arm()` | its value |
 #[must_use]
 pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
-    let Some(level) = file.control.kernel.level() else {
-        return format!(
-            "//! The recursion itself, with the model at run time.\n\n\
-             use dynamics_core::Dynamics;\n\n\
-             /// The arm's inverse dynamics.\npub type Arm = Dynamics<f32, {N}>;\n\n\
-             /// The arm's inverse dynamics.\npub fn arm() -> Arm {{\n    Dynamics::new(super::arm::model(), super::arm::scene())\n}}\n"
-        );
+    let (text, inner) = match file.control.kernel.level() {
+        None => (
+            "//! The recursion itself, with the model at run time.\n\nuse dynamics_core::Dynamics;\n".to_owned(),
+            Inner {
+                kind: format!("Dynamics<f32, {N}>"),
+                value: "Dynamics::new(super::arm::model(), super::arm::scene())",
+                constant: false,
+            },
+        ),
+        Some(level) => {
+            let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
+            let (function, scene) = (Function::InverseDynamics, file.scene(model));
+            let kernel = kernel::source::module(function, model, &scene, level, Precision::Single, &title);
+            let constant = |name: &'static str| Inner { kind: name.to_owned(), value: name, constant: true };
+            match file.control.kernel_memory {
+                KernelMemory::Flash => (kernel, constant("Kernel")),
+                KernelMemory::Sram => (format!("{kernel}\n{}", in_sram(N)), constant("InSram")),
+            }
+        }
     };
-    let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
-    let kernel =
-        kernel::source::module(Function::InverseDynamics, model, &file.scene(model), level, Precision::Single, &title);
-    let (kind, value) = match file.control.kernel_memory {
-        KernelMemory::Flash => ("/// The arm's inverse dynamics.\npub type Arm = Kernel;\n".to_owned(), "Kernel"),
-        KernelMemory::Sram => (in_sram(N), "Arm"),
-    };
-    format!("{kernel}\n{kind}\n/// The arm's inverse dynamics.\npub const fn arm() -> Arm {{\n    {value}\n}}\n")
+    text + "\n" + &arm_items::<N>(file, inner)
 }
 
-/// The type `Arm`, whose one function holds the kernel and lies in static RAM.
+/// The dynamics of an emitted module: its type, its value, and whether that is one that a `const fn` can give.
+struct Inner {
+    kind: String,
+    value: &'static str,
+    constant: bool,
+}
+
+/// `Arm` and `arm()`: the inner dynamics themselves or, where the scene evaluates its model in some ticks only, those in
+/// [`dynamics_core::control::EveryNth`].
+fn arm_items<const N: usize>(file: &SceneFile, inner: Inner) -> String {
+    let Inner { kind, value, constant } = inner;
+    let ControlSpec { model_every, model_between, .. } = &file.control;
+    if *model_every > 1 {
+        return format!(
+            "use dynamics_core::control::{{Between, EveryNth}};\n\n\
+             /// The arm's inverse dynamics, evaluated once in {model_every} ticks.\n\
+             pub type Arm = EveryNth<{kind}, f32, {N}>;\n\n\
+             /// The arm's inverse dynamics.\npub fn arm() -> Arm {{\n    let inner = {value};\n    \
+             EveryNth::new(inner, {model_every}, Between::{model_between:?}, &const {{ super::arm::config().gains }})\n}}\n"
+        );
+    }
+    let prefix = if constant { "const " } else { "" };
+    format!(
+        "/// The arm's inverse dynamics.\npub type Arm = {kind};\n\n\
+         /// The arm's inverse dynamics.\npub {prefix}fn arm() -> Arm {{\n    {value}\n}}\n"
+    )
+}
+
+/// The type `InSram`, whose one function holds the kernel and lies in static RAM.
 fn in_sram(joints: usize) -> String {
     format!(
         "/// The arm's inverse dynamics, run from static RAM.\n\
-         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]\npub struct Arm;\n\n\
-         impl InverseDynamics<f32, {joints}> for Arm {{\n    \
+         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]\npub struct InSram;\n\n\
+         impl InverseDynamics<f32, {joints}> for InSram {{\n    \
          #[allow(unsafe_code, reason = \"a function is placed where variables lie\")]\n    \
          // SAFETY: the start-up code copies the section to RAM before anything runs, and nothing writes to it.\n    \
          #[cfg_attr(target_os = \"none\", unsafe(link_section = \".data.kernel\"))]\n    \

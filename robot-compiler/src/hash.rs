@@ -4,7 +4,7 @@
 //! count and rate, all as the single-precision numbers that the chip computes with.
 
 use crate::scene::{KernelChoice, SceneFile};
-use dynamics_core::control::{Encoder, Friction, Gains, Guard, Law};
+use dynamics_core::control::{Between, Encoder, Friction, Gains, Guard, Law};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
@@ -54,9 +54,9 @@ impl Fnv1a {
 
 impl SceneFile {
     /// Hash of everything that decides the bits of a tick: model, scene, controller, sine and cosine, `N`, rate,
-    /// and whether the operations were regrouped.
+    /// whether the operations were regrouped, and in which ticks the model is evaluated.
     ///
-    /// Not in it, because no tick reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
+    /// Not in it, because no tick of the chip reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
     /// kernel runs from, because no bit depends on it. Stable across runs and platforms.
     #[must_use]
     pub fn hash<const N: usize>(&self, model: &Model<f64, N>) -> u64 {
@@ -75,6 +75,14 @@ impl SceneFile {
         hash_model(&mut fnv, &model.cast());
         hash_scene(&mut fnv, &self.scene(model).cast());
         hash_config(&mut fnv, &self.controller_config(model).cast());
+        // A scene that does not ask for it has the hash that it would have without the choice.
+        if self.control.model_every > 1 {
+            fnv.tag(self.control.model_every);
+            fnv.tag(match self.control.model_between {
+                Between::Hold => 0,
+                Between::Extrapolate => 1,
+            });
+        }
         fnv.0
     }
 }
@@ -129,6 +137,7 @@ fn hash_config<const N: usize>(fnv: &mut Fnv1a, config: &ControllerConfig<f32, N
         Law::Pd => 1,
         Law::PdGravity => 2,
         Law::Feedforward => 3,
+        Law::DiagonalInertia => 4,
     });
     for Gains { position, velocity, inertia } in gains {
         fnv.numbers([position, velocity, inertia]);

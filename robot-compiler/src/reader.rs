@@ -179,6 +179,14 @@ impl<'a> Value<'a> {
         }
     }
 
+    /// A whole number from 1 up to `max`.
+    pub(crate) fn count(&self, max: u32, expected: &str) -> Result<u32, FileError> {
+        match self.whole(max.into(), expected)? {
+            0 => Err(self.mismatch(expected)),
+            number => Ok(number as u32),
+        }
+    }
+
     pub(crate) fn table(&self) -> Result<Table<'a>, FileError> {
         let table = self.value.as_table().ok_or_else(|| self.mismatch("a table"))?;
         Ok(Table { source: self.source, table: Some(table), span: self.span.clone(), path: self.path.clone() })

@@ -4,10 +4,10 @@ use crate::diagnostics::FileError;
 use crate::robot::Robot;
 use crate::scene_file;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec, Timing, TorqueLimits, Waypoint};
-use dynamics_core::control::{Encoder, Friction, Gains, Guard, TrackingObserver};
+use dynamics_core::control::{Encoder, EveryNth, Friction, Gains, Guard, TrackingObserver};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
-use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, JointKind, Live, Model, Scene, Trig, Wrench};
+use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, JointKind, Live, Model, Real, Scene, Trig, Wrench};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -125,6 +125,16 @@ impl SceneFile {
             encoder: std::array::from_fn(|i| self.encoder(i)),
             observer: TrackingObserver::new(self.control.observer_bandwidth, period),
         }
+    }
+
+    /// These inverse dynamics, evaluated in the ticks in which the scene asks for it, with the fixed inertia of `config` between.
+    #[must_use]
+    pub fn every_nth<D, S: Real, const N: usize>(
+        &self,
+        inner: D,
+        config: &ControllerConfig<S, N>,
+    ) -> EveryNth<D, S, N> {
+        EveryNth::new(inner, self.control.model_every, self.control.model_between, &config.gains)
     }
 
     /// The reference motion, checked against the joint limits and slowed where that makes it fit.

@@ -5,10 +5,8 @@ use crate::diagnostics::{FileError, Source};
 use crate::linkage_file;
 use crate::reader::{Table, Value, parse};
 use crate::robot::{Robot, physical_body, read_text};
-use crate::scene::choices::{LAWS, METHODS};
-use crate::scene::{
-    ActuatorSpec, ControlSpec, KernelChoice, KernelMemory, ModelSpec, ScalarChoice, SceneFile, SensorSpec,
-};
+use crate::scene::choices::{BETWEENS, LAWS, METHODS, SCALARS};
+use crate::scene::{ActuatorSpec, ControlSpec, KernelChoice, KernelMemory, ModelSpec, SceneFile, SensorSpec};
 use dynamics_core::{Body, Term};
 use std::path::Path;
 
@@ -168,6 +166,8 @@ fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
     table.only(&[
         "rate",
         "law",
+        "model_every",
+        "model_between",
         "natural_frequency",
         "damping",
         "trig",
@@ -186,11 +186,21 @@ fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
     if let Some(value) = table.get("law") {
         control.law = value.choice(&LAWS)?;
     }
+    if let Some(value) = table.get("model_every") {
+        control.model_every = value.count(1000, "a whole number of ticks, 1 to 1,000")?;
+    }
+    if let Some(value) = table.get("model_between") {
+        control.model_between = value.choice(&BETWEENS)?;
+        if table.get("model_every").is_none() {
+            let problem = "the model is evaluated in every tick, and nothing is between";
+            return Err(value.error(problem, "`model_every` beside it, the ticks from one evaluation to the next"));
+        }
+    }
     if let Some(value) = table.get("trig") {
         control.trig = value.choice(&METHODS)?;
     }
     if let Some(value) = table.get("scalar") {
-        control.scalar = value.choice(&[("f32", ScalarChoice::F32), ("f64", ScalarChoice::F64)])?;
+        control.scalar = value.choice(&SCALARS)?;
     }
     if let Some(value) = table.get("kernel") {
         control.kernel = value.choice(&[

@@ -3,7 +3,9 @@
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 
+use dynamics_core::control::Between;
 use nalgebra::Vector3;
+use robot_compiler::scene::{KernelChoice, KernelMemory};
 use robot_compiler::{Robot, SceneFile, emit, with_dof};
 
 mod common;
@@ -88,6 +90,10 @@ fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
     let same = hash(&scene);
     let mut felt = vec![
         changed(&|s| s.control.law = dynamics_core::control::Law::Pd),
+        changed(&|s| s.control.law = dynamics_core::control::Law::DiagonalInertia),
+        changed(&|s| s.control.model_every = 2),
+        changed(&|s| s.control.model_every = 4),
+        changed(&|s| (s.control.model_every, s.control.model_between) = (4, Between::Extrapolate)),
         changed(&|s| s.control.trig = dynamics_core::trig::Method::Libm),
         changed(&|s| s.control.rate = 2000.0),
         changed(&|s| s.control.damping[3] = 0.9),
@@ -103,17 +109,48 @@ fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
     felt.push(same);
     felt.sort_unstable();
     felt.dedup();
-    assert_eq!(felt.len(), 13, "two changes gave one hash");
+    assert_eq!(felt.len(), 17, "two changes gave one hash");
     let unfelt = [
         changed(&|s| s.name = "other".to_owned()),
         changed(&|s| s.seed = 7),
         changed(&|s| s.plant.payload = None),
         changed(&|s| s.sensors.position_noise = 1.0),
         changed(&|s| s.control.scalar = robot_compiler::scene::ScalarChoice::F64),
+        changed(&|s| s.control.scalar = robot_compiler::scene::ScalarChoice::Mixed),
+        // Between evaluations in every tick there is nothing.
+        changed(&|s| s.control.model_between = Between::Extrapolate),
         // Below the resolution of single precision.
         changed(&|s| s.robot.joints[5].spec.body.mass = 0.09 + 1e-13),
     ];
-    assert_eq!(unfelt, [same; 6]);
+    assert_eq!(unfelt, [same; 8]);
+}
+
+#[test]
+fn firmware_is_wrapped_where_the_model_is_evaluated_in_some_ticks_and_nowhere_else() {
+    let scene = SceneFile::load(&top("scenes/puma560_slow_model.toml")).unwrap();
+    let model = scene.robot.model::<6>().unwrap();
+    let emitted = |change: &dyn Fn(&mut SceneFile)| {
+        let mut other = scene.clone();
+        change(&mut other);
+        emit::dynamics_module(&other, &model)
+    };
+    let ends = |text: &str, end: &str| assert!(text.ends_with(end), "{}", &text[text.len().saturating_sub(500)..]);
+    let value = "    EveryNth::new(inner, 4, Between::Extrapolate, &const { super::arm::config().gains })\n}\n";
+    for (kernel, memory, inner) in [
+        (KernelChoice::Exact, KernelMemory::Flash, "Kernel"),
+        (KernelChoice::Regrouped, KernelMemory::Sram, "InSram"),
+        (KernelChoice::Generic, KernelMemory::Flash, "Dynamics<f32, 6>"),
+    ] {
+        let choose = |s: &mut SceneFile| (s.control.kernel, s.control.kernel_memory) = (kernel, memory);
+        let slow = emitted(&choose);
+        assert!(slow.contains(&format!("pub type Arm = EveryNth<{inner}, f32, 6>;")), "{kernel:?}");
+        ends(&slow, value);
+        let plain = emitted(&|s| {
+            choose(s);
+            s.control.model_every = 1;
+        });
+        assert!(plain.contains(&format!("pub type Arm = {inner};")) && !plain.contains("EveryNth"), "{kernel:?}");
+    }
 }
 
 #[test]

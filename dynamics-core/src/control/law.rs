@@ -15,6 +15,9 @@ pub enum Law {
     Pd,
     /// [`Law::Pd`] plus the torque that holds the arm still where it is, `ID(q, 0, 0)`.
     PdGravity,
+    /// `tau = M0 (qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)) + ID(q, 0, 0)`: gravity and what acts at the tip exactly, inertia as
+    /// the fixed `M0` per joint, no velocity terms. [`Law::ComputedTorque`] of an arm whose inertia really is `M0`.
+    DiagonalInertia,
     /// [`Law::Pd`] plus the torque of the reference motion, `ID(q_ref, qd_ref, qdd_ref)`.
     Feedforward,
 }
@@ -26,7 +29,8 @@ pub struct Gains<S> {
     pub position: S,
     /// `Kd = 2 zeta omega`, 1/s.
     pub velocity: S,
-    /// `M0`, the inertia that turns an acceleration into a torque in the laws without a model in the loop, kg m^2 or kg.
+    /// `M0`, the inertia that turns an acceleration into a torque in the laws without a model of the inertia in the loop, and
+    /// between two evaluations of [`super::EveryNth`], kg m^2 or kg.
     pub inertia: S,
 }
 
@@ -131,6 +135,11 @@ pub(super) fn torques<S: Real, const N: usize>(
         }
         Law::Pd => weighted(zero),
         Law::PdGravity => weighted(dynamics.tick(|| trig.tick(q), q, &zero, &zero, live)),
+        Law::DiagonalInertia => {
+            let held = dynamics.tick(|| trig.tick(q), q, &zero, &zero, live);
+            let wanted = wanted(gains, reference, q, qd);
+            core::array::from_fn(|i| held[i] + gains[i].inertia * wanted[i])
+        }
         Law::Feedforward => {
             let Reference { q, qd, qdd } = reference;
             weighted(dynamics.tick(|| trig.tick(q), q, qd, qdd, live))

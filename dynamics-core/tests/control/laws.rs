@@ -2,9 +2,14 @@
 
 use crate::support::{Desk, UnitMasses, by_hand, config, controller, driven, measured};
 use dynamics_core::control::Law;
-use dynamics_core::{Controller, Live, Reference};
+use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::{
+    Body, Controller, Dh, Dynamics, Frame, JointKind, JointSpec, Limits, Live, Model, Reference, Rotor, Scene, Tool,
+    Trig,
+};
+use nalgebra::{Matrix3, Vector3};
 
-const LAWS: [Law; 4] = [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::Feedforward];
+const LAWS: [Law; 5] = [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward];
 
 const REFERENCE: Reference<f64, 2> = Reference { q: [0.4, -1.1], qd: [0.8, 0.3], qdd: [-1.5, 2.5] };
 const Q: [f64; 2] = [0.35, -1.02];
@@ -26,6 +31,10 @@ fn expected(law: Law) -> [f64; 2] {
         Law::ComputedTorque => by_hand(Q, QD, [REFERENCE.qdd[0] + spring[0], REFERENCE.qdd[1] + spring[1]]),
         Law::Pd => pd,
         Law::PdGravity => plus(by_hand(Q, [0.0; 2], [0.0; 2])),
+        Law::DiagonalInertia => {
+            let [a, b] = plus(by_hand(Q, [0.0; 2], [0.0; 2]));
+            [a + 1.5 * REFERENCE.qdd[0], b + 1.3 * REFERENCE.qdd[1]]
+        }
         Law::Feedforward => plus(by_hand(REFERENCE.q, REFERENCE.qd, REFERENCE.qdd)),
     }
 }
@@ -54,12 +63,56 @@ fn at_this_state_no_two_laws_could_be_mistaken_for_each_other() {
 
 #[test]
 fn a_model_law_asks_for_inverse_dynamics_once_a_tick_and_pd_never() {
-    for (law, calls) in [(Law::ComputedTorque, 1), (Law::Pd, 0), (Law::PdGravity, 1), (Law::Feedforward, 1)] {
+    for law in LAWS {
+        let calls = u32::from(law != Law::Pd);
         let mut controller = Controller::new(config::<2>(law), UnitMasses::default(), Desk);
         for ticks in 1..=5 {
             driven(controller.tick(&REFERENCE, &measured(Q, QD)));
             assert_eq!(controller.dynamics_mut().calls.get(), calls * ticks, "{law:?}");
         }
+    }
+}
+
+/// Three rails at right angles, the first along z: nothing turns, so inertia is the diagonal of the masses moved.
+fn cartesian() -> Dynamics<f64, 3> {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let turned = [(0.0, quarter), (quarter, quarter), (0.0, 0.0)];
+    let joints = [0, 1, 2].map(|i| JointSpec {
+        kind: JointKind::Prismatic,
+        frame: Frame::ClassicalDh(Dh { theta: turned[i].0, alpha: turned[i].1, ..Dh::default() }),
+        body: Body {
+            mass: [4.0, 2.5, 1.5][i],
+            com: Vector3::new(0.03, -0.02, 0.01),
+            inertia: Matrix3::from_diagonal_element(0.02),
+        },
+        rotor: Rotor::default(),
+        limits: Limits::none(),
+    });
+    let model = Model::new(&joints, &Tool::default()).unwrap();
+    Dynamics::new(model, Scene::with_gravity(Vector3::new(0.0, 3.0, -9.81), &model))
+}
+
+#[test]
+fn on_an_arm_whose_inertia_is_a_constant_diagonal_it_is_computed_torque() {
+    let arm = cartesian();
+    let mass = mass_matrix(&arm, &Desk.sin_cos_all(&[0.0; 3]), &[0.0; 3], &Live::zero());
+    for (i, moved) in [8.0, 4.0, 1.5].into_iter().enumerate() {
+        assert!((mass[(i, i)] - moved).abs() < 1e-12, "{mass}");
+    }
+    let torque = |law| {
+        let mut settings = config::<3>(law);
+        for (gains, inertia) in settings.gains.iter_mut().zip(mass.diagonal().iter()) {
+            gains.inertia = *inertia;
+        }
+        let reference = Reference { q: [0.4, -0.3, 0.2], qd: [0.8, 0.3, -0.5], qdd: [-1.5, 2.5, 4.0] };
+        driven(Controller::new(settings, arm, Desk).tick(&reference, &measured([0.35, -0.28, 0.23], [0.9, 0.1, -0.4])))
+            .0
+    };
+    let (whole, diagonal) = (torque(Law::ComputedTorque), torque(Law::DiagonalInertia));
+    for i in 0..3 {
+        assert!((whole[i] - diagonal[i]).abs() < 1e-12 * whole[i].abs(), "{whole:?} and {diagonal:?}");
+        // Not idle: without the acceleration that is asked for it would be another torque.
+        assert!((whole[i] - torque(Law::PdGravity)[i]).abs() > 1.0);
     }
 }
 
@@ -94,7 +147,7 @@ fn with_an_exact_model_the_error_is_a_damped_spring() {
 
 #[test]
 fn live_inputs_reach_the_dynamics() {
-    use dynamics_core::{Dynamics, Scene, Term};
+    use dynamics_core::Term;
     let arm = crate::support::planar();
     let scene = Scene { gravity: Term::Live, ..*arm.scene() };
     let mut controller = Controller::new(config(Law::ComputedTorque), Dynamics::new(*arm.model(), scene), Desk);

@@ -162,7 +162,13 @@ fn case<const N: usize>(
 
 fn run<const N: usize>() {
     let seen = RefCell::new(BTreeSet::new());
-    let law = prop_oneof![Just(Law::ComputedTorque), Just(Law::Pd), Just(Law::PdGravity), Just(Law::Feedforward)];
+    let law = prop_oneof![
+        Just(Law::ComputedTorque),
+        Just(Law::Pd),
+        Just(Law::PdGravity),
+        Just(Law::DiagonalInertia),
+        Just(Law::Feedforward)
+    ];
     let input = (law, any::<bool>(), proptest::collection::vec(tick::<N>(), 1..6));
     let config = Config { cases: 4000, failure_persistence: None, ..Config::default() };
     // The same cases every time, so that what they reach can be asserted below.

@@ -25,7 +25,8 @@ pub struct SampledLoop<const N: usize> {
     pub dynamics: Dynamics<f64, N>,
     /// Where it is held, rad or m.
     pub posture: [f64; N],
-    /// [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]; feedforward holds as PD does.
+    /// [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]; feedforward holds as PD does, a diagonal inertia as PD
+    /// with gravity.
     pub law: Law,
     /// Gains of each joint.
     pub gains: [Gains<f64>; N],
@@ -115,7 +116,9 @@ impl<const N: usize> SampledLoop<N> {
                 Law::ComputedTorque => {
                     computed_torque(&gains, &dynamics, || turn, &reference, (&q, &qd), &Live::zero())
                 }
-                Law::PdGravity => dynamics.inverse_dynamics(&turn, &q, &zero, &zero, &Live::zero()),
+                Law::PdGravity | Law::DiagonalInertia => {
+                    dynamics.inverse_dynamics(&turn, &q, &zero, &zero, &Live::zero())
+                }
                 Law::Pd | Law::Feedforward => zero,
             };
             for i in 0..N {

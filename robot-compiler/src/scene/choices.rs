@@ -1,27 +1,47 @@
 //! What can be chosen by name: in a scene file, on a command line, when a firmware is built.
 
-use super::settings::ControlSpec;
-use dynamics_core::control::Law;
+use super::settings::{ControlSpec, ScalarChoice};
+use dynamics_core::control::{Between, Law};
 use dynamics_core::trig::Method;
 
 /// The laws by the names that files give them.
-pub(crate) const LAWS: [(&str, Law); 4] = [
+pub(crate) const LAWS: [(&str, Law); 5] = [
     ("computed-torque", Law::ComputedTorque),
     ("pd", Law::Pd),
     ("pd-gravity", Law::PdGravity),
+    ("diagonal-inertia", Law::DiagonalInertia),
     ("feedforward", Law::Feedforward),
 ];
 
 /// The choices of sine and cosine by the names that files give them.
 pub(crate) const METHODS: [(&str, Method); 2] = [("polynomial", Method::Polynomial), ("libm", Method::Libm)];
 
+/// The floating-point types by the names that files give them.
+pub(crate) const SCALARS: [(&str, ScalarChoice); 3] =
+    [("f32", ScalarChoice::F32), ("f64", ScalarChoice::F64), ("mixed", ScalarChoice::Mixed)];
+
+/// What the model's torque does between two evaluations, by the names that files give it.
+pub(crate) const BETWEENS: [(&str, Between); 2] = [("hold", Between::Hold), ("extrapolate", Between::Extrapolate)];
+
+impl ScalarChoice {
+    /// Its name in a scene file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        name_in(&SCALARS, self)
+    }
+}
+
 impl ControlSpec {
     /// The names of law, and of sine and cosine, in a scene file.
     #[must_use]
     pub fn names(&self) -> (&'static str, &'static str) {
-        let law = LAWS.iter().find(|(_, law)| *law == self.law).map_or("", |(name, _)| name);
-        let trig = METHODS.iter().find(|(_, method)| *method == self.trig).map_or("", |(name, _)| name);
-        (law, trig)
+        (name_in(&LAWS, self.law), name_in(&METHODS, self.trig))
+    }
+
+    /// The name, in a scene file, of what the model's torque does between two evaluations.
+    #[must_use]
+    pub fn between_name(&self) -> &'static str {
+        name_in(&BETWEENS, self.model_between)
     }
 
     /// Take another law, or another sine and cosine, by name.
@@ -37,6 +57,10 @@ impl ControlSpec {
         }
         Ok(())
     }
+}
+
+fn name_in<T: Copy + PartialEq>(table: &[(&'static str, T)], wanted: T) -> &'static str {
+    table.iter().find(|(_, value)| *value == wanted).map_or("", |(name, _)| name)
 }
 
 fn by_name<T: Copy>(table: &[(&str, T)], name: &str) -> Result<T, String> {

@@ -4,7 +4,7 @@ use super::SceneFile;
 use super::terms::AutoTerms;
 use crate::kernel::Level;
 use crate::robot::{Robot, RobotJoint};
-use dynamics_core::control::Law;
+use dynamics_core::control::{Between, Law};
 use dynamics_core::trig::Method;
 use dynamics_core::{Body, JointKind, Term, Wrench};
 use nalgebra::Vector3;
@@ -42,6 +42,10 @@ pub struct ControlSpec {
     pub rate: f64,
     /// The law.
     pub law: Law,
+    /// The model is evaluated in every tick of this number's multiples; 1: in every tick.
+    pub model_every: u32,
+    /// What its torque does in the ticks between.
+    pub model_between: Between,
     /// Natural frequency of the error, per joint, rad/s.
     pub natural_frequency: Vec<f64>,
     /// Damping ratio of the error, per joint.
@@ -106,6 +110,8 @@ pub enum ScalarChoice {
     F32,
     /// Double precision.
     F64,
+    /// The recursion or kernel, and sine and cosine of angles less whole turns, in single precision; all else in double.
+    Mixed,
 }
 
 /// The reference motion.
@@ -301,6 +307,8 @@ impl ControlSpec {
         Self {
             rate: 1000.0,
             law: Law::ComputedTorque,
+            model_every: 1,
+            model_between: Between::Hold,
             natural_frequency: vec![30.0; robot.dof()],
             damping: vec![1.0; robot.dof()],
             trig: Method::Polynomial,
