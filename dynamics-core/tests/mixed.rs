@@ -1,5 +1,6 @@
 //! The recursion and the sine in f32, everything about them in f64.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should say so")]
+#![allow(clippy::float_cmp, reason = "the two precisions are promised to agree to the bit where they meet")]
 
 use dynamics_core::mixed::{Narrow, Reduced};
 use dynamics_core::trig::{Libm, Polynomial};
@@ -158,14 +159,18 @@ fn torque_errors(turns: f64) -> [f64; 3] {
 
 #[test]
 fn far_from_the_origin_mixed_keeps_the_torque_that_single_loses() {
-    for (turns, [single, mixed, double]) in MEASURED {
-        let [s, m, d] = torque_errors(turns);
-        println!("{turns}: {s:e} {m:e} {d:e}");
-        let near =
-            |found: f64, pinned: f64| found.is_nan() && pinned.is_nan() || (0.9..1.1).contains(&(found / pinned));
-        assert!(near(s, single) && near(m, mixed) && near(d, double), "{turns} turns: {s:e} {m:e} {d:e} N m");
+    let found = MEASURED.map(|(turns, _)| torque_errors(turns));
+    for (found, (turns, measured)) in found.into_iter().zip(MEASURED) {
+        for (found, measured) in found.into_iter().zip(measured) {
+            let near = (found / measured - 1.0).abs() < 0.05 || found.is_nan() && measured.is_nan();
+            assert!(near, "{turns} turns: {found:e} N m, measured before: {measured:e}");
+        }
     }
 }
 
 /// Turns, and the greatest torque error of f32, mixed and f64, N m. An f32 angle of 10,000 turns is beyond the polynomial's limit.
-const MEASURED: [(f64, [f64; 3]); 3] = [(0.0, [1.0, 1.0, 1.0]), (1e3, [1.0, 1.0, 1.0]), (1e4, [f64::NAN, 1.0, 1.0])];
+const MEASURED: [(f64, [f64; 3]); 3] = [
+    (0.0, [1.3022e-5, 1.3022e-5, 2.13e-14]),
+    (1e3, [9.8706e-3, 1.3022e-5, 2.84e-14]),
+    (1e4, [f64::NAN, 1.3022e-5, 1.42e-14]),
+];

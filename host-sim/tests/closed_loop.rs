@@ -116,7 +116,7 @@ fn every_law_drives_every_robot_without_a_fault() {
     assert!(robots.len() >= 6, "{robots:?}");
     for path in robots {
         let robot = Robot::load(&path).unwrap();
-        for law in [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::Feedforward] {
+        for law in [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward] {
             let mut scene = SceneFile::default_for(robot.clone());
             scene.control.law = law;
             scene.duration = Some(0.25);
@@ -128,7 +128,7 @@ fn every_law_drives_every_robot_without_a_fault() {
             // with none in the loop, where an arm sags under its weight by G / (M0 omega^2).
             let bound = match law {
                 Law::ComputedTorque | Law::Feedforward => 1e-3,
-                Law::Pd | Law::PdGravity => 0.05,
+                Law::Pd | Law::PdGravity | Law::DiagonalInertia => 0.05,
             };
             assert!(largest(&done.summary.tracking_max) < bound, "{name}: {:?}", done.summary.tracking_max);
         }

@@ -47,7 +47,9 @@ fn assert_near(found: f64, measured: f64, what: &str) {
 
 #[test]
 fn a_fixed_inertia_follows_better_than_gravity_alone_and_worse_than_the_model() {
-    for (law, measured) in [(Law::ComputedTorque, 1.0), (Law::DiagonalInertia, 1.0), (Law::PdGravity, 1.0)] {
+    for (law, measured) in
+        [(Law::ComputedTorque, 7.965e-6), (Law::DiagonalInertia, 1.564e-3), (Law::PdGravity, 2.711e-3)]
+    {
         let mut scene = puma();
         scene.control.law = law;
         assert_near(error(&scene), measured, &format!("{law:?}"));
@@ -56,7 +58,14 @@ fn a_fixed_inertia_follows_better_than_gravity_alone_and_worse_than_the_model() 
 
 #[test]
 fn the_error_grows_with_the_ticks_between_evaluations_and_more_slowly_along_a_line() {
-    let measured = [(1, 1.0, 1.0), (2, 1.0, 1.0), (4, 1.0, 1.0), (8, 1.0, 1.0), (16, 1.0, 1.0), (32, 1.0, 1.0)];
+    let measured = [
+        (1, 7.965e-6, 7.965e-6),
+        (2, 9.842e-6, 7.972e-6),
+        (4, 1.358e-5, 8.091e-6),
+        (8, 3.885e-5, 8.612e-6),
+        (16, 9.042e-5, 2.662e-5),
+        (32, 1.917e-4, 1.059e-4),
+    ];
     for (every, held, extrapolated) in measured {
         for (between, measured) in [(Between::Hold, held), (Between::Extrapolate, extrapolated)] {
             let mut scene = puma();
@@ -68,7 +77,7 @@ fn the_error_grows_with_the_ticks_between_evaluations_and_more_slowly_along_a_li
 
 #[test]
 fn gravity_held_costs_next_to_nothing_when_the_inertia_is_fixed_anyway() {
-    for (every, measured) in [(1, 1.0), (4, 1.0), (32, 1.0)] {
+    for (every, measured) in [(1, 1.564e-3), (4, 1.564e-3), (32, 1.561e-3)] {
         let mut scene = puma();
         (scene.control.law, scene.control.model_every) = (Law::DiagonalInertia, every);
         assert_near(error(&scene), measured, &format!("diagonal inertia, every {every}"));
@@ -77,12 +86,12 @@ fn gravity_held_costs_next_to_nothing_when_the_inertia_is_fixed_anyway() {
 
 #[test]
 fn the_shipped_scene_tracks_nearly_as_the_pick_does() {
-    assert_near(error(&load("../scenes/puma560_pick.toml")), 1.0, "in every tick");
+    assert_near(error(&load("../scenes/puma560_pick.toml")), 7.142e-4, "in every tick");
     let mut slow = load("../scenes/puma560_slow_model.toml");
     assert_eq!((slow.control.model_every, slow.control.model_between), (4, Between::Extrapolate));
-    assert_near(error(&slow), 1.0, "in every 4th tick, along a line");
+    assert_near(error(&slow), 7.234e-4, "in every 4th tick, along a line");
     slow.control.model_between = Between::Hold;
-    assert_near(error(&slow), 1.0, "in every 4th tick, held");
+    assert_near(error(&slow), 7.201e-4, "in every 4th tick, held");
     // The same world: with its model in every tick it is the pick, to the bit.
     slow.control.model_every = 1;
     assert_eq!(csv(&run(&slow).record), csv(&run(&load("../scenes/puma560_pick.toml")).record));
@@ -108,7 +117,10 @@ fn far(turns: f64, scalar: ScalarChoice) -> SceneFile {
 #[test]
 fn a_thousand_turns_away_mixed_tracks_as_double_does_and_single_does_not() {
     use ScalarChoice::{F32, F64, Mixed};
-    let table = [(0.0, [(F32, 1.0), (Mixed, 1.0), (F64, 1.0)]), (1e3, [(F32, 1.0), (Mixed, 1.0), (F64, 1.0)])];
+    let table = [
+        (0.0, [(F32, 1.472e-4), (Mixed, 1.477e-4), (F64, 1.477e-4)]),
+        (1e3, [(F32, 6.083e-3), (Mixed, 1.477e-4), (F64, 1.477e-4)]),
+    ];
     for (turns, scalars) in table {
         for (scalar, measured) in scalars {
             assert_near(error(&far(turns, scalar)), measured, &format!("{turns} turns, {scalar:?}"));
