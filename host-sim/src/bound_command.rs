@@ -7,6 +7,7 @@ use crate::record::JointLabel;
 use crate::summary::engineering;
 use crate::torque_error::{Effort, Found, Region, State, TorqueError, positions, search};
 use comfy_table::{CellAlignment, Table, presets};
+use dynamics_core::trig::Method;
 use dynamics_core::{Limits, Model};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use robot_compiler::kernel::Level;
@@ -121,6 +122,14 @@ impl Subject {
             && fs::read_to_string(path).is_ok_and(|text| text.lines().any(names_a_robot));
         if is_scene {
             let file = SceneFile::load(path).map_err(Failure::input)?;
+            if file.control.trig != Method::Polynomial {
+                let (_, trig) = file.control.names();
+                return Err(Failure::Input(miette::miette!(
+                    help = "expected trig = \"polynomial\", whose errors over every float the bound starts from",
+                    "{}: control.trig: \"{trig}\" has no bound",
+                    path.display()
+                )));
+            }
             Ok(Self { scene: Some(file.name.clone()), file })
         } else {
             let robot = Robot::load(path).map_err(Failure::input)?;

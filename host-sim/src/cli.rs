@@ -1,12 +1,12 @@
 //! The command line.
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dynamics_core::control::Law;
 use dynamics_core::linkage::Branch;
-use dynamics_core::trig::Method;
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level, Precision};
-use robot_compiler::scene::ScalarChoice;
+use robot_compiler::scene::{ControlSpec, ScalarChoice};
 use std::path::PathBuf;
 
 /// Simulate a robot arm under computed-torque control, on the desk or with the chip's own firmware in the loop.
@@ -84,8 +84,8 @@ pub struct RunArgs {
     #[arg(long, value_enum)]
     pub scalar: Option<Scalar>,
     /// Sine and cosine of the controller; the scene's otherwise.
-    #[arg(long, value_enum)]
-    pub trig: Option<Trig>,
+    #[arg(long, value_parser = PossibleValuesParser::new(ControlSpec::trig_names()))]
+    pub trig: Option<String>,
     /// The control law; the scene's otherwise.
     #[arg(long, value_enum)]
     pub law: Option<LawName>,
@@ -617,15 +617,6 @@ pub enum Scalar {
     F64,
 }
 
-/// Sine and cosine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Trig {
-    /// Our own polynomials.
-    Polynomial,
-    /// libm's.
-    Libm,
-}
-
 /// Control law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LawName {
@@ -680,15 +671,6 @@ impl From<LevelName> for Level {
         match level {
             LevelName::Exact => Self::Exact,
             LevelName::Regrouped => Self::Regrouped,
-        }
-    }
-}
-
-impl From<Trig> for Method {
-    fn from(trig: Trig) -> Self {
-        match trig {
-            Trig::Polynomial => Self::Polynomial,
-            Trig::Libm => Self::Libm,
         }
     }
 }

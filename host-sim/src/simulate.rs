@@ -9,9 +9,8 @@ use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::record::{JointLabel, Record};
 use crate::summary::{Setting, Summary};
 use crate::target::Torques;
-use dynamics_core::control::Law;
 use dynamics_core::inertia::cast_vector;
-use dynamics_core::trig::Method;
+use dynamics_core::trig::{Chosen, Method};
 use dynamics_core::{Controller, ControllerConfig, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
@@ -65,12 +64,12 @@ pub fn on_desk_in<const N: usize>(
 pub fn desk<S: Real, const N: usize>(
     scene: &SceneFile,
     model: &Model<f64, N>,
-) -> Controller<S, N, ArmDynamics<S, N>, Method>
+) -> Controller<S, N, ArmDynamics<S, N>, Chosen<S>>
 where
-    Method: Trig<S>,
+    Chosen<S>: Trig<S> + From<Method>,
 {
     let config: ControllerConfig<S, N> = scene.controller_config(model).cast();
-    Controller::new(config, scene.dynamics(model), scene.control.trig)
+    Controller::new(config, scene.dynamics(model), scene.control.trig.into())
 }
 
 /// What acts on the scene's simulated arm, as a controller in `S` is told of it.
@@ -239,6 +238,7 @@ fn ticks(scene: &SceneFile, motion: f64) -> Result<u64, Failure> {
 }
 
 fn setting(scene: &SceneFile, target: &str) -> Setting {
+    let (law, trig) = scene.control.names();
     Setting {
         scene: scene.name.clone(),
         robot: scene.robot.name.clone(),
@@ -248,18 +248,8 @@ fn setting(scene: &SceneFile, target: &str) -> Setting {
             ScalarChoice::F64 => "f64",
         }
         .to_owned(),
-        law: match scene.control.law {
-            Law::ComputedTorque => "computed-torque",
-            Law::Pd => "pd",
-            Law::PdGravity => "pd-gravity",
-            Law::Feedforward => "feedforward",
-        }
-        .to_owned(),
-        trig: match scene.control.trig {
-            Method::Polynomial => "polynomial",
-            Method::Libm => "libm",
-        }
-        .to_owned(),
+        law: law.to_owned(),
+        trig: trig.to_owned(),
         period: scene.period(),
     }
 }

@@ -4,7 +4,7 @@
 //! compared through one number of the build, so that the four are one.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
-use dynamics_core::trig::Method;
+use dynamics_core::trig::Chosen;
 use dynamics_core::{Command, Controller, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware};
 use host_sim::simulate;
@@ -27,7 +27,7 @@ const TICK: std::ops::RangeInclusive<u32> = 1_300..=1_420;
 
 /// The scene's controller on the desk and its firmware in the emulator.
 struct Pair {
-    desk: Controller<f32, N, ArmDynamics<f32, N>, Method>,
+    desk: Controller<f32, N, ArmDynamics<f32, N>, Chosen<f32>>,
     chip: Chip,
 }
 

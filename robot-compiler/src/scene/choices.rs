@@ -13,9 +13,22 @@ pub(crate) const LAWS: [(&str, Law); 4] = [
 ];
 
 /// The choices of sine and cosine by the names that files give them.
-pub(crate) const METHODS: [(&str, Method); 2] = [("polynomial", Method::Polynomial), ("libm", Method::Libm)];
+pub(crate) const METHODS: [(&str, Method); 6] = [
+    ("polynomial", Method::Polynomial),
+    ("polynomial-5", Method::Polynomial5),
+    ("polynomial-3", Method::Polynomial3),
+    ("table", Method::Table),
+    ("rotation", Method::Rotation),
+    ("libm", Method::Libm),
+];
 
 impl ControlSpec {
+    /// The names that sine and cosine can be chosen by.
+    #[must_use]
+    pub fn trig_names() -> [&'static str; METHODS.len()] {
+        METHODS.map(|(name, _)| name)
+    }
+
     /// The names of law, and of sine and cosine, in a scene file.
     #[must_use]
     pub fn names(&self) -> (&'static str, &'static str) {
