@@ -55,7 +55,7 @@
 //! | f32 | default tuning | `-C target-cpu=cortex-m4` |
 //! |---|---|---|
 //! | one pair | 50 | 61 |
-//! | six pairs, `sin_cos_all` | 248, 41.3 a pair | 274, 45.7 a pair |
+//! | six pairs, `sin_cos_all` | 247, 41.2 a pair | 274, 45.7 a pair |
 //!
 //! The others, default tuning; [`Rotation`] through [`Trig::tick`] branches, and this is what it executes:
 //!
@@ -65,6 +65,7 @@
 //! | [`Polynomial3`] | 39 | 190 |
 //! | [`Table`], and 2.5 KiB of flash | 35 | 162 |
 //! | [`Rotation`], every joint rotated | 27 | 212 |
+//! | [`Rotation`], none | 69 | 422 |
 //!
 //! Six share the loads of the constants. The default tuning uses VMLA, which rounds the product as a separate VMUL does
 //! (same bits, fewer instructions, not fewer cycles); tuned for the M4 the compiler keeps VMUL and VADD apart.
