@@ -8,7 +8,7 @@
 //! |---|---|
 //! | [`scalar`] | the ring that the recursions are written on, and the fields that solving and control need |
 //! | [`dual`] | a scalar that carries a derivative |
-//! | [`trig`] | sine and cosine: our own polynomials, or libm's |
+//! | [`trig`] | sine and cosine: our own polynomials, a table, rotations, or libm's |
 //! | [`joint`] | how a person describes a joint: frame convention, body, rotor, limits |
 //! | [`geometry`] | small products, written out; right angles exact |
 //! | [`inertia`] | mass, first moment and inertia about an origin; wrenches |

@@ -1,10 +1,10 @@
-//! Accuracy of [`Polynomial`] against libm's f64 functions (f32) and against a table of many digits (f64), from both
-//! sides: a bound that is exceeded fails, and so does an error that has shrunk without anyone saying why.
+//! Accuracy of every [`Method`] against libm's f64 functions (f32) and of [`Polynomial`] against a table of many digits (f64),
+//! from both sides: a bound that is exceeded fails, and so does an error that has shrunk without anyone saying why.
 #![allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may panic, and symmetry is meant to the bit")]
 
 use core::f64::consts::FRAC_PI_4;
 use dynamics_core::Real;
-use dynamics_core::trig::{Libm, Method, Polynomial, SinCos, Trig};
+use dynamics_core::trig::{Chosen, Libm, Method, Polynomial, Polynomial3, Polynomial5, Rotation, SinCos, Table, Trig};
 use proptest::prelude::proptest;
 
 /// Results smaller than this are held to an absolute bound instead of one in units in the last place.
@@ -58,20 +58,58 @@ fn unit_f32(x: f64) -> f64 {
     f64::from(x.next_up()) - f64::from(x)
 }
 
-fn see_f32(worst: &mut Worst, angle: f32) {
-    let SinCos { sin, cos } = of_either_sign(angle);
+fn see_f32(worst: &mut Worst, trig: &impl Trig<f32>, angle: f32) {
+    let SinCos { sin, cos } = of_either_sign(trig, angle);
     let (true_sin, true_cos) = libm::sincos(f64::from(angle));
     worst.see((f64::from(sin) - true_sin, true_sin), (f64::from(cos) - true_cos, true_cos), unit_f32);
 }
 
 /// Range, rad, and its largest errors (absolute sin and cos, ulp sin and cos, absolute where the result is small), as
-/// the exhaustive test measures them, rounded up in the third digit. The documentation of the module repeats them.
-const STATED_F32: [(f32, [f64; 5]); 4] = [
-    (core::f32::consts::FRAC_PI_4, [6.29e-8, 5.87e-8, 1.17, 0.984, 2.23e-10]),
-    (2.0 * core::f32::consts::PI, [8.20e-8, 7.80e-8, 1.97, 1.97, 3.33e-10]),
-    (100.0, [8.20e-8, 8.12e-8, 1.97, 1.97, 3.33e-10]),
-    (Polynomial::LIMIT_F32, [8.20e-8, 8.36e-8, 1.99, 1.98, 3.38e-10]),
+/// the exhaustive test measures them for [`Polynomial`] and the sample for the others, rounded up in the third digit. The
+/// documentation of the module repeats them.
+///
+/// [`Method::Rotation`] gives [`Polynomial`]'s values here: what it adds from tick to tick has its own tests.
+const STATED_F32: [(Method, [Range; 4]); 4] = [
+    (
+        Method::Polynomial,
+        [
+            (core::f32::consts::FRAC_PI_4, [6.29e-8, 5.87e-8, 1.17, 0.984, 2.23e-10]),
+            (2.0 * core::f32::consts::PI, [8.20e-8, 7.80e-8, 1.97, 1.97, 3.33e-10]),
+            (100.0, [8.20e-8, 8.12e-8, 1.97, 1.97, 3.33e-10]),
+            (Polynomial::LIMIT_F32, [8.20e-8, 8.36e-8, 1.99, 1.98, 3.38e-10]),
+        ],
+    ),
+    (
+        Method::Polynomial5,
+        [
+            (core::f32::consts::FRAC_PI_4, [6.24e-7, 9.49e-8, 85.6, 1.60, 2.00e-8]),
+            (2.0 * core::f32::consts::PI, [6.40e-7, 6.33e-7, 85.6, 85.3, 2.00e-8]),
+            (100.0, [6.40e-7, 6.40e-7, 86.6, 86.0, 2.06e-8]),
+            (Polynomial::LIMIT_F32, [7.09e-7, 7.06e-7, 357.0, 341.0, 1.50e-7]),
+        ],
+    ),
+    (
+        Method::Polynomial3,
+        [
+            (core::f32::consts::FRAC_PI_4, [1.53e-4, 1.25e-5, 1.64e4, 209.0, 3.81e-6]),
+            (2.0 * core::f32::consts::PI, [1.53e-4, 1.53e-4, 1.64e4, 1.64e4, 3.81e-6]),
+            (100.0, [1.53e-4, 1.53e-4, 1.64e4, 1.64e4, 3.81e-6]),
+            (Polynomial::LIMIT_F32, [1.53e-4, 1.53e-4, 1.66e4, 1.65e4, 3.90e-6]),
+        ],
+    ),
+    (
+        Method::Table,
+        [
+            (core::f32::consts::FRAC_PI_4, [8.75e-8, 8.24e-8, 82.9, 1.39, 9.94e-9]),
+            (2.0 * core::f32::consts::PI, [8.75e-8, 8.76e-8, 82.9, 82.7, 9.98e-9]),
+            (100.0, [8.75e-8, 8.76e-8, 84.0, 84.2, 1.06e-8]),
+            (Polynomial::LIMIT_F32, [1.86e-7, 1.86e-7, 356.0, 337.0, 1.38e-7]),
+        ],
+    ),
 ];
+
+/// The end of a range of angles, rad, and the largest errors in it.
+type Range = (f32, [f64; 5]);
 
 /// Run over parts of a range on all cores.
 fn on_all_cores<T: Send>(
@@ -92,8 +130,8 @@ fn on_all_cores<T: Send>(
 }
 
 /// Sine and cosine of an angle; of its negative they must be the same but for the sign of the sine.
-fn of_either_sign(angle: f32) -> SinCos<f32> {
-    let (plus, minus) = (Polynomial.sin_cos(angle), Polynomial.sin_cos(-angle));
+fn of_either_sign(trig: &impl Trig<f32>, angle: f32) -> SinCos<f32> {
+    let (plus, minus) = (trig.sin_cos(angle), trig.sin_cos(-angle));
     assert!(
         plus.sin.to_bits() ^ minus.sin.to_bits() == 1 << 31 && plus.cos.to_bits() == minus.cos.to_bits(),
         "{angle:e}"
@@ -111,7 +149,7 @@ fn f32_angles_up_to_the_tiny_one_are_their_own_sine() {
     // ignored test looks at each.
     on_all_cores(0..=TINY.to_bits(), |bits| {
         for bits in bits.step_by(499) {
-            let SinCos { sin, cos } = of_either_sign(f32::from_bits(bits));
+            let SinCos { sin, cos } = of_either_sign(&Polynomial, f32::from_bits(bits));
             assert!(sin.to_bits() == bits && cos == 1.0, "{bits:x}");
         }
     });
@@ -119,11 +157,12 @@ fn f32_angles_up_to_the_tiny_one_are_their_own_sine() {
 
 #[test]
 fn f32_errors_over_every_other_float_up_to_a_turn_are_the_stated_ones() {
-    let (turn, stated) = &STATED_F32[1];
+    let (_, ranges) = STATED_F32[0];
+    let (turn, stated) = &ranges[1];
     let parts = on_all_cores(TINY.to_bits()..=turn.to_bits(), |bits| {
         let mut worst = Worst::default();
         for bits in bits {
-            see_f32(&mut worst, f32::from_bits(bits));
+            see_f32(&mut worst, &Polynomial, f32::from_bits(bits));
         }
         worst
     });
@@ -134,34 +173,38 @@ fn f32_errors_over_every_other_float_up_to_a_turn_are_the_stated_ones() {
 #[test]
 #[ignore = "1.2e9 angles, a minute: cargo test --release --test trig -- --ignored --nocapture"]
 fn f32_errors_over_every_float_are_the_stated_ones() {
+    let (_, ranges) = STATED_F32[0];
     let mut worst = Worst::default();
     let mut next = 0;
     let mut measured = Vec::new();
-    for (end, _) in STATED_F32 {
+    for (end, _) in ranges {
         // Negative angles follow from the symmetry, which has its own test.
         for bits in next..=end.to_bits() {
-            see_f32(&mut worst, f32::from_bits(bits));
+            see_f32(&mut worst, &Polynomial, f32::from_bits(bits));
         }
         next = end.to_bits() + 1;
         println!("{end}: {:?}", worst.fields().map(|error| format!("{error:.3e}")));
         measured.push(worst);
     }
-    for (worst, (_, stated)) in measured.iter().zip(&STATED_F32) {
+    for (worst, (_, stated)) in measured.iter().zip(&ranges) {
         worst.hold(stated, 0.99);
     }
 }
 
 #[test]
 fn f32_errors_of_a_sample_are_the_stated_ones() {
-    for (end, stated) in &STATED_F32 {
-        let mut worst = Worst::default();
-        // Spread over the floats, that is in magnitude; then evenly.
-        let stride = 1_009;
-        (0..=end.to_bits()).step_by(stride).for_each(|bits| see_f32(&mut worst, f32::from_bits(bits)));
-        (0..=400_000_u32).for_each(|i| see_f32(&mut worst, end * (i as f32 / 400_000.0)));
-        quarter_turn_neighbours(*end).for_each(|angle| see_f32(&mut worst, angle));
-        // A sample misses the very worst float.
-        worst.hold(stated, 0.85);
+    for (method, ranges) in &STATED_F32 {
+        for (end, stated) in ranges {
+            let mut worst = Worst::default();
+            let mut see = |angle| see_f32(&mut worst, method, angle);
+            // Spread over the floats, that is in magnitude; then evenly.
+            let stride = 1_009;
+            (0..=end.to_bits()).step_by(stride).for_each(|bits| see(f32::from_bits(bits)));
+            (0..=400_000_u32).for_each(|i| see(end * (i as f32 / 400_000.0)));
+            quarter_turn_neighbours(*end).for_each(see);
+            // A sample misses the very worst float.
+            worst.hold(stated, 0.85);
+        }
     }
 }
 
@@ -345,7 +388,7 @@ proptest! {
         any32 in proptest::array::uniform6(proptest::num::f32::ANY), any64 in proptest::array::uniform6(proptest::num::f64::ANY),
         usual in proptest::array::uniform6(-10.0..10.0), large in proptest::array::uniform32(-9e3..9e3),
     ) {
-        for trig in [Method::Polynomial, Method::Libm] {
+        for trig in METHODS {
             assert_same_bits(&trig, any32);
             assert_same_bits(&trig, any64);
             assert_same_bits(&trig, usual);
@@ -377,14 +420,196 @@ fn lists_are_filled_as_far_as_the_shortest_goes() {
     assert_eq!((sin, cos), ([s, s, 7.0], [c, c, 7.0, 7.0]));
 }
 
+const METHODS: [Method; 6] =
+    [Method::Polynomial, Method::Polynomial5, Method::Polynomial3, Method::Table, Method::Rotation, Method::Libm];
+
 #[test]
 fn a_method_chosen_at_run_time_gives_the_bits_of_the_one_it_names() {
-    let angles = [-3.0_f32, -0.1, 0.0, 0.7, 2.0, 6.0];
-    assert_eq!(Method::default().sin_cos_all(&angles), Polynomial.sin_cos_all(&angles));
-    assert_eq!(Method::Libm.sin_cos_all(&angles), angles.map(|angle| Libm.sin_cos(angle)));
-    let angles = angles.map(f64::from);
-    assert_eq!(Method::Polynomial.sin_cos_all(&angles), angles.map(|angle| Polynomial.sin_cos(angle)));
-    assert_eq!(Method::Libm.sin_cos_all(&angles), Libm.sin_cos_all(&angles));
-    // libm's rounding errors are not ours: over many angles the two must differ somewhere.
-    assert!(angles_f32().any(|angle| Libm.sin_cos(angle) != Polynomial.sin_cos(angle)));
+    fn same<S: Real>(trig: impl Trig<S>, method: Method, angles: [S; 6])
+    where
+        Method: Trig<S>,
+        Chosen<S>: Trig<S> + From<Method>,
+    {
+        let (mut trig, mut chosen) = (trig, Chosen::from(method));
+        for step in [0.0, 0.01, 0.02, 1.0] {
+            let angles = angles.map(|angle| angle + S::literal(step));
+            assert_eq!(method.sin_cos_all(&angles), trig.sin_cos_all(&angles));
+            assert_eq!(chosen.sin_cos_all(&angles), trig.sin_cos_all(&angles));
+            assert_eq!(chosen.tick(&angles), trig.tick(&angles), "{method:?}");
+        }
+        trig.forget();
+        chosen.forget();
+        assert_eq!(chosen.tick(&angles), trig.tick(&angles), "{method:?}");
+    }
+    assert_eq!(Method::default(), Method::Polynomial);
+    let angles = [-3.0, -0.1, 0.0, 0.7, 2.0, 6.0];
+    same(Polynomial, Method::Polynomial, angles);
+    same(Polynomial5, Method::Polynomial5, angles);
+    same(Polynomial3, Method::Polynomial3, angles);
+    same(Table, Method::Table, angles);
+    same(Rotation::<f64>::new(), Method::Rotation, angles);
+    same(Libm, Method::Libm, angles);
+    let angles = angles.map(|angle| angle as f32);
+    same(Polynomial, Method::Polynomial, angles);
+    same(Polynomial5, Method::Polynomial5, angles);
+    same(Polynomial3, Method::Polynomial3, angles);
+    same(Table, Method::Table, angles);
+    same(Rotation::<f32>::new(), Method::Rotation, angles);
+    same(Libm, Method::Libm, angles);
+    // No two have the same rounding errors: over many angles they must differ somewhere.
+    for (i, one) in STATELESS.iter().enumerate() {
+        for other in &STATELESS[..i] {
+            assert!(angles_f32().any(|angle| one.sin_cos(angle) != other.sin_cos(angle)), "{one:?} and {other:?}");
+        }
+    }
+}
+
+/// All but the one whose values without a tick are another's.
+const STATELESS: [Method; 5] =
+    [Method::Polynomial, Method::Polynomial5, Method::Polynomial3, Method::Table, Method::Libm];
+
+/// As in [`STATED_F32`], sine and cosine, absolute, for f64 angles of every size: what the coefficients and entries leave.
+const STATED_SHORT_F64: [(Method, f64, f64); 3] = [
+    (Method::Polynomial5, 5.70e-7, 5.70e-7),
+    (Method::Polynomial3, 1.53e-4, 1.53e-4),
+    (Method::Table, 5.90e-8, 5.90e-8),
+];
+
+#[test]
+fn f64_errors_of_the_lesser_methods_are_the_stated_ones() {
+    for (method, stated_sin, stated_cos) in STATED_SHORT_F64 {
+        let (mut worst_sin, mut worst_cos) = (0.0_f64, 0.0_f64);
+        let spread = (0..400_000).map(|i| f64::from(i) * 2.5);
+        for angle in angles_f64().chain(spread).chain((0..400_000).map(|i| f64::from(i) * 1.6e-5)) {
+            let (plus, minus) = (method.sin_cos(angle), method.sin_cos(-angle));
+            assert_eq!((-plus.sin).to_bits(), minus.sin.to_bits(), "{method:?}: sin {angle:e}");
+            assert_eq!(plus.cos.to_bits(), minus.cos.to_bits(), "{method:?}: cos {angle:e}");
+            let (sin, cos) = libm::sincos(angle);
+            worst_sin = worst_sin.max((plus.sin - sin).abs());
+            worst_cos = worst_cos.max((plus.cos - cos).abs());
+        }
+        for (worst, stated) in [(worst_sin, stated_sin), (worst_cos, stated_cos)] {
+            assert!(worst <= stated && worst >= 0.97 * stated, "{method:?}: {worst:e} for the stated {stated:e}");
+        }
+    }
+}
+
+#[test]
+fn every_method_of_ours_gives_nan_beyond_the_limit_alone_and_keeps_the_sign_of_zero() {
+    for method in METHODS.into_iter().filter(|method| *method != Method::Libm) {
+        for angle in [Polynomial::LIMIT_F32.next_up(), 1e30, f32::INFINITY, f32::NAN, f32::from_bits(0x7f80_0001)] {
+            for angle in [angle, -angle] {
+                let SinCos { sin, cos } = method.sin_cos(angle);
+                assert!(sin.is_nan() && cos.is_nan(), "{method:?} {angle:e}");
+                let SinCos { sin, cos } = method.sin_cos(f64::from(angle) * 128.0);
+                assert!(sin.is_nan() && cos.is_nan(), "{method:?} {angle:e}");
+            }
+        }
+        for limit in [Polynomial::LIMIT_F32, -Polynomial::LIMIT_F32] {
+            assert!(method.sin_cos(limit).sin.is_finite() && method.sin_cos(limit).cos.is_finite(), "{method:?}");
+        }
+        for zero in [0.0_f32, -0.0] {
+            let SinCos { sin, cos } = method.sin_cos(zero);
+            assert_eq!((sin.to_bits(), cos), (zero.to_bits(), 1.0), "{method:?}");
+            let SinCos { sin, cos } = method.sin_cos(f64::from(zero));
+            assert_eq!((sin.to_bits(), cos), (f64::from(zero).to_bits(), 1.0), "{method:?}");
+        }
+    }
+}
+
+/// Tick `k` of a million of six joints: a sweep, a fast one that is never followed, a slow creep, one that stands still most of
+/// the time, one that reverses at every tick, and a jump now and then.
+fn motion(k: u32) -> [f32; 6] {
+    let t = f64::from(k) * 1e-3;
+    [
+        3.0 * (0.7 * t).sin(),
+        20.0 * (3.0 * t).sin(),
+        1e-6 * f64::from(k) - 0.5,
+        f64::from(k / 50_000) * 0.3 - 3.0,
+        0.8 + if k.is_multiple_of(2) { 0.015 } else { -0.015 },
+        0.1 * (5.0 * t).sin() + f64::from(k / 10_000 % 7),
+    ]
+    .map(|q| q as f32)
+}
+
+/// Worst absolute error of sine and cosine of [`Rotation`] in f32, as the next test measures it.
+const STATED_ROTATION: f64 = 1.08e-7;
+
+#[test]
+fn a_rotation_does_not_drift_in_a_million_ticks() {
+    let error = |turn: &SinCos<f32>, q: f32| {
+        let (sin, cos) = libm::sincos(f64::from(q));
+        (f64::from(turn.sin) - sin).abs().max((f64::from(turn.cos) - cos).abs())
+    };
+    let mut rotation = Rotation::<f32>::new();
+    let (mut early, mut late, mut rotated) = (0.0_f64, 0.0_f64, 0_u32);
+    // What it would be without going back to an earlier angle: the last result turned on, restored to length one.
+    let (mut naive, mut last, mut drift) = (SinCos { sin: 0.0_f32, cos: 1.0 }, 0.0_f32, 0.0_f64);
+    for k in 0..1_000_000 {
+        let q = motion(k);
+        let turn = rotation.tick(&q);
+        let worst = turn.iter().zip(q).map(|(turn, q)| error(turn, q)).fold(0.0, f64::max);
+        if k < 100_000 {
+            early = early.max(worst);
+        } else {
+            late = late.max(worst);
+        }
+        rotated += u32::from(turn != Polynomial.sin_cos_all(&q));
+        let d = q[0] - last;
+        let (s, c) =
+            (naive.sin + d * (naive.cos - naive.sin * (0.5 * d)), naive.cos - d * (naive.sin + naive.cos * (0.5 * d)));
+        let scale = 1.5 - 0.5 * (s * s + c * c);
+        (naive, last) = (SinCos { sin: s * scale, cos: c * scale }, q[0]);
+        drift = drift.max(error(&naive, q[0]));
+    }
+    let worst = early.max(late);
+    assert!(worst <= STATED_ROTATION && worst >= 0.97 * STATED_ROTATION, "{worst:e}");
+    // No worse at the end than at the beginning, and rotating most of the time.
+    assert!(late <= 1.25 * early && rotated > 900_000, "{early:e}, {late:e}, {rotated}");
+    assert!(drift > 10.0 * worst, "{drift:e}");
+}
+
+#[test]
+fn a_rotation_forgets_and_no_tick_poisons_the_next() {
+    let first = |angles: &[f32; 6]| Polynomial.sin_cos_all(angles).map(bits);
+    let (one, next) = ([0.1, -0.2, 0.3, 2.0, -3.0, 6.0], [0.101, -0.199, 0.301, 2.001, -3.001, 6.001]);
+    let mut rotation = Rotation::<f32>::new();
+    assert_eq!(rotation.tick(&one).map(bits), first(&one));
+    assert_ne!(rotation.tick(&next).map(bits), first(&next));
+    rotation.forget();
+    assert_eq!(rotation.tick(&next).map(bits), first(&next));
+    for bad in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30, Polynomial::LIMIT_F32.next_up()] {
+        let turn = rotation.tick(&[bad; 6]);
+        assert!(turn.iter().all(|turn| turn.sin.is_nan() && turn.cos.is_nan()), "{bad}");
+        assert_eq!(rotation.tick(&one).map(bits), first(&one), "{bad}");
+    }
+    // A jump beyond 1/32 is not followed; nor does a small step lead beyond the limit.
+    rotation.tick(&one);
+    let jump = one.map(|q| q + 0.032);
+    assert_eq!(rotation.tick(&jump).map(bits), first(&jump));
+    rotation.tick(&[Polynomial::LIMIT_F32; 6]);
+    assert!(rotation.tick(&[Polynomial::LIMIT_F32.next_up(); 6]).iter().all(|turn| turn.sin.is_nan()));
+    // More joints than are remembered: the rest as always.
+    let many = [0.25_f32; 8];
+    Rotation::<f32>::new().tick(&many).iter().for_each(|turn| assert_eq!(*turn, Polynomial.sin_cos(0.25)));
+}
+
+#[test]
+fn the_second_order_is_the_better_use_of_a_table() {
+    // The same 512 entries of a turn, in f64: a straight line between two of them, the first order about the nearest.
+    let step = core::f64::consts::TAU / 512.0;
+    let (mut line, mut first, mut second) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for i in 0..100_000 {
+        let angle = f64::from(i) * 6e-5;
+        let entry = |k: f64| f64::from((k * step).sin() as f32);
+        let (truth, k) = (libm::sin(angle), (angle / step).floor());
+        let share = angle / step - k;
+        line = line.max((entry(k) + share * (entry(k + 1.0) - entry(k)) - truth).abs());
+        let k = (angle / step).round();
+        let d = angle - k * step;
+        first = first.max((entry(k) + d * entry(k + 128.0) - truth).abs());
+        second = second.max((Table.sin_cos(angle).sin - truth).abs());
+    }
+    assert!((1.8e-5..1.93e-5).contains(&line) && (1.8e-5..1.93e-5).contains(&first), "{line:e} {first:e}");
+    assert!(second < line / 100.0, "{second:e}");
 }

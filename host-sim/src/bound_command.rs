@@ -10,12 +10,14 @@ use crate::subject::Subject;
 use crate::summary::engineering;
 use crate::torque_error::{Effort, Found, Region, State, TorqueError, positions, search};
 use comfy_table::{CellAlignment, Table, presets};
+use dynamics_core::trig::Method;
 use dynamics_core::{Limits, Model};
 use indicatif::ProgressBar;
 use robot_compiler::kernel::Level;
 use robot_compiler::{Robot, with_dof};
 use serde::Serialize;
 use std::io::{self, Write};
+use std::path::Path;
 
 /// Climbs for every joint, and steps of each.
 const CLIMBS: (usize, usize) = (32, 3000);
@@ -77,7 +79,7 @@ pub struct JointAnswer {
 /// # Errors
 /// [`Failure::Input`] for a file or an option that is wrong; [`Failure::Output`] where a document cannot be written.
 pub fn run(args: &BoundArgs) -> Result<(), Failure> {
-    let files: Vec<Subject> = args.files.iter().map(|path| Subject::load(path)).collect::<Result<_, _>>()?;
+    let files: Vec<Subject> = args.files.iter().map(|path| load(path)).collect::<Result<_, _>>()?;
     let steps: u64 = files.iter().map(|file| work(file.file.robot.dof(), args)).sum();
     let document = args.write.as_deref().map(|path| Document::read(path, &["bound"])).transpose()?;
     let progress = progress_bar(Some(steps), "");
@@ -107,6 +109,20 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
         Ok(()) | Err(_) => Ok(()),
     }
+}
+
+/// A subject whose sine and cosine have known errors.
+fn load(path: &Path) -> Result<Subject, Failure> {
+    let subject = Subject::load(path)?;
+    if subject.file.control.trig != Method::Polynomial {
+        let (_, trig) = subject.file.control.names();
+        return Err(Failure::Input(miette::miette!(
+            help = "expected trig = \"polynomial\", whose errors over every float the bound starts from",
+            "{}: control.trig: \"{trig}\" has no bound",
+            path.display()
+        )));
+    }
+    Ok(subject)
 }
 
 fn effort(args: &BoundArgs) -> Effort {

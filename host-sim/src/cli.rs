@@ -1,13 +1,13 @@
 //! The command line.
 
 use crate::trade::choice::{Every, TermSet};
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dynamics_core::control::Law;
 use dynamics_core::linkage::Branch;
-use dynamics_core::trig::Method;
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level, Precision};
-use robot_compiler::scene::ScalarChoice;
+use robot_compiler::scene::{ControlSpec, ScalarChoice};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -90,8 +90,8 @@ pub struct RunArgs {
     #[arg(long, value_enum)]
     pub scalar: Option<RunScalar>,
     /// Sine and cosine of the controller; the scene's otherwise.
-    #[arg(long, value_enum)]
-    pub trig: Option<Trig>,
+    #[arg(long, value_parser = PossibleValuesParser::new(ControlSpec::trig_names()))]
+    pub trig: Option<String>,
     /// The control law; the scene's otherwise.
     #[arg(long, value_enum)]
     pub law: Option<LawName>,
@@ -511,8 +511,13 @@ pub struct AxisArgs {
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["f32", "mixed", "f64"])]
     pub scalar: Vec<RunScalar>,
     /// Sines and cosines.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["polynomial", "libm"])]
-    pub trig: Vec<Trig>,
+    #[arg(
+        long,
+        value_parser = PossibleValuesParser::new(ControlSpec::trig_names()),
+        value_delimiter = ',',
+        default_values = ["polynomial", "polynomial-5", "polynomial-3", "table", "rotation", "libm"]
+    )]
+    pub trig: Vec<String>,
     /// Sets of terms.
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["full", "no-coriolis", "diagonal", "gravity", "none"])]
     pub terms: Vec<TermSet>,
@@ -814,15 +819,6 @@ pub enum RunScalar {
     Mixed,
 }
 
-/// Sine and cosine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Trig {
-    /// Our own polynomials.
-    Polynomial,
-    /// libm's.
-    Libm,
-}
-
 /// Control law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LawName {
@@ -890,24 +886,6 @@ impl From<LevelName> for Level {
         match level {
             LevelName::Exact => Self::Exact,
             LevelName::Regrouped => Self::Regrouped,
-        }
-    }
-}
-
-impl From<Trig> for Method {
-    fn from(trig: Trig) -> Self {
-        match trig {
-            Trig::Polynomial => Self::Polynomial,
-            Trig::Libm => Self::Libm,
-        }
-    }
-}
-
-impl From<Method> for Trig {
-    fn from(method: Method) -> Self {
-        match method {
-            Method::Polynomial => Self::Polynomial,
-            Method::Libm => Self::Libm,
         }
     }
 }

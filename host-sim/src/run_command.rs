@@ -55,9 +55,11 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
     if let Some(law) = args.law {
         scene.control.law = law.into();
     }
-    if let Some(trig) = args.trig {
-        scene.control.trig = trig.into();
-    }
+    // The command line takes no name that is none.
+    scene
+        .control
+        .choose(None, args.trig.as_deref())
+        .map_err(|problem| Failure::Input(miette::miette!("--trig {problem}")))?;
     if let Some(scalar) = args.scalar {
         scene.control.scalar = scalar.into();
     }

@@ -13,7 +13,7 @@ use crate::summary::{ModelTicks, Setting, Summary};
 use crate::target::Torques;
 use dynamics_core::control::EveryNth;
 use dynamics_core::mixed::{Narrow, Reduced};
-use dynamics_core::trig::Method;
+use dynamics_core::trig::{Chosen, Method};
 use dynamics_core::{Controller, ControllerConfig, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
@@ -66,16 +66,17 @@ pub fn on_desk_in<const N: usize>(
 }
 
 /// A controller on the desk that computes in `S`.
-pub type Desk<S, const N: usize> = Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Method>;
+pub type Desk<S, const N: usize> = Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Chosen<S>>;
 
 /// A controller on the desk that computes in f64, its inverse dynamics, sine and cosine in f32.
-pub type MixedDesk<const N: usize> = Controller<f64, N, EveryNth<Narrow<ArmDynamics<f32, N>>, f64, N>, Reduced<Method>>;
+pub type MixedDesk<const N: usize> =
+    Controller<f64, N, EveryNth<Narrow<ArmDynamics<f32, N>>, f64, N>, Reduced<Chosen<f32>>>;
 
 /// The controller that a scene asks for, computing here in `S`; every live input is zero until [`with`] sets it.
 #[must_use]
 pub fn desk<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Desk<S, N>
 where
-    Method: Trig<S>,
+    Chosen<S>: Trig<S> + From<Method>,
 {
     desk_with(scene, model, &scene.controller_config(model))
 }
@@ -88,10 +89,10 @@ pub(crate) fn desk_with<S: Real, const N: usize>(
     config: &ControllerConfig<f64, N>,
 ) -> Desk<S, N>
 where
-    Method: Trig<S>,
+    Chosen<S>: Trig<S> + From<Method>,
 {
     let config: ControllerConfig<S, N> = config.cast();
-    Controller::new(config, scene.every_nth(scene.dynamics(model), &config), scene.control.trig)
+    Controller::new(config, scene.every_nth(scene.dynamics(model), &config), scene.control.trig.into())
 }
 
 /// As [`desk`], in both precisions: [`ScalarChoice::Mixed`], whatever the scene says.
@@ -108,7 +109,7 @@ pub(crate) fn mixed_desk_with<const N: usize>(
     config: ControllerConfig<f64, N>,
 ) -> MixedDesk<N> {
     let dynamics = scene.every_nth(Narrow(scene.dynamics(model)), &config);
-    Controller::new(config, dynamics, Reduced(scene.control.trig))
+    Controller::new(config, dynamics, Reduced(scene.control.trig.into()))
 }
 
 /// What acts on the scene's simulated arm, as a controller in `S` is told of it.

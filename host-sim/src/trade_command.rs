@@ -9,6 +9,7 @@ use crate::trade::base::Base;
 use crate::trade::choice::Choice;
 use crate::trade::report::percent;
 use crate::trade::{Costs, Point, Trade, Workshop, trade};
+use robot_compiler::scene::ControlSpec;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write};
@@ -99,7 +100,7 @@ fn choices(axes: &AxisArgs, base: &Base, rate: Option<f64>) -> Result<Vec<Choice
                     for &rotors in &rotors {
                         for &kernel in &axes.kernel {
                             for &every in &axes.every {
-                                for &trig in &axes.trig {
+                                for trig in axes.trig.iter().filter_map(|name| ControlSpec::trig_named(name)) {
                                     let choice =
                                         Choice { scalar, trig, terms, friction, rotors, every, kernel, rate }.plain();
                                     if !all.contains(&choice) {

@@ -270,6 +270,7 @@ fn the_command_says_what_is_missing_or_wrong() {
         (&["robots/planar2r.toml", "--acceleration", "1,nan"], "expected finite numbers"),
         (&["robots/planar2r.toml", "--acceleration", "1e38,1e38"], "there is no bound"),
         (&["robots/no_such_arm.toml"], "no_such_arm"),
+        (&["scenes/planar3r_reach.toml"], "control.trig: \"libm\" has no bound"),
         (&[unlimited], "give --velocity"),
         (&["robots/planar2r.toml", "--write", "README.md"], "<!-- measured: bound -->"),
     ];

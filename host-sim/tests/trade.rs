@@ -1,7 +1,8 @@
 //! The trade-off of speed and accuracy: what is measured, what is written, what is chosen.
 
 use dynamics_core::control::Between;
-use host_sim::cli::{Budget, LevelName, RunScalar, Share, Trig};
+use dynamics_core::trig::Method;
+use host_sim::cli::{Budget, LevelName, RunScalar, Share};
 use host_sim::exit::Failure;
 use host_sim::trade::base::Base;
 use host_sim::trade::choice::{Choice, Every, TermSet};
@@ -188,7 +189,7 @@ fn a_choice_is_written_into_the_scene_and_nothing_else_is() {
     plain.robot.path.clone_from(&own.robot.path);
     assert_eq!(own, plain);
     let choice = Choice {
-        trig: Trig::Libm,
+        trig: Method::Libm,
         terms: TermSet::NoCoriolis,
         friction: false,
         rotors: false,

@@ -26,7 +26,7 @@ use source::{Item, call, integer, list, number, record, word};
 /// | `NAME`, `ROBOT` | `&str` | the scene's and the robot's name |
 /// | `HASH` | `u64` | [`SceneFile::hash`] |
 /// | `RATE_HZ` | `f32` | control rate |
-/// | `TRIG` | `Trig` | which sine and cosine; an alias of `dynamics_core::trig::{Polynomial, Libm}` and its value |
+/// | `TRIG` | `Trig` | which sine and cosine; an alias of a type of `dynamics_core::trig` and its value |
 /// | `model()` | `Model<f32, N>` | the arm |
 /// | `scene()` | `Scene<f32, N>` | what acts on it |
 /// | `config()` | `ControllerConfig<f32, N>` | the controller |
@@ -36,16 +36,25 @@ use source::{Item, call, integer, list, number, record, word};
 pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
     let trig = match file.control.trig {
         Method::Polynomial => "Polynomial",
+        Method::Polynomial5 => "Polynomial5",
+        Method::Polynomial3 => "Polynomial3",
+        Method::Table => "Table",
+        Method::Rotation => "Rotation",
         Method::Libm => "Libm",
+    };
+    // What remembers is of a precision, and has no value without a call.
+    let (kind, value) = match file.control.trig {
+        Method::Rotation => (format!("{trig}<f32>"), format!("{trig}::<f32>::new()")),
+        _ => (trig.to_owned(), trig.to_owned()),
     };
     let scene = file.scene(model).cast();
     let config = file.controller_config(model).cast();
     let mut text =
         String::from("//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n");
     text += &imports(&scene, &config, trig);
-    text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {trig};\n");
+    text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {kind};\n");
     let constants = [
-        ("Which sine and cosine.", "TRIG", "Trig", trig.to_owned()),
+        ("Which sine and cosine.", "TRIG", "Trig", value),
         ("Joints.", "N", "usize", N.to_string()),
         ("The scene.", "NAME", "&str", format!("{:?}", file.name)),
         ("The robot.", "ROBOT", "&str", format!("{:?}", file.robot.name)),

@@ -66,6 +66,10 @@ impl SceneFile {
         fnv.tag(match self.control.trig {
             Method::Polynomial => 0,
             Method::Libm => 1,
+            Method::Polynomial5 => 2,
+            Method::Polynomial3 => 3,
+            Method::Table => 4,
+            Method::Rotation => 5,
         });
         // The recursion and its exact kernel give the same bits, and either side may run either.
         fnv.tag(match self.control.kernel {

@@ -1,6 +1,6 @@
 //! Sine and cosine in f64 arithmetic. The derivation is in the documentation of [`super`].
 
-use super::SinCos;
+use super::{Binary, SinCos};
 
 /// Largest accepted |angle|, rad.
 pub(super) const LIMIT: f64 = 1_048_576.0;
@@ -37,29 +37,36 @@ const COSINE: [f64; 6] = [
 /// Overflows when it multiplies an angle beyond the limit, and no other: `2^1004 (1 - 2^-53)`.
 const OVERFLOW: f64 = f64::MAX / LIMIT;
 
+/// pi/2 in two parts, for the short polynomials.
+const HALF_PI_SHORT: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
+
 #[inline]
 pub(super) fn sin_cos(angle: f64) -> SinCos<f64> {
-    // Working on |angle| makes the symmetries hold by construction, for -0 too.
-    let x = angle.abs();
-    let angle_sign = angle.to_bits() ^ x.to_bits();
+    angle.symmetric(|x| {
+        let (k, quarter_turns) = nearest(x, TWO_OVER_PI);
+        let (r, tail) = reduce(x, k);
+        let (sine, cosine) = near_zero(r, tail);
+        turned(sine, cosine, quarter_turns)
+    })
+}
 
+/// The multiple of one over `per_unit` that is nearest to `x`: as a number, and in the low bits.
+#[inline]
+fn nearest(x: f64, per_unit: f64) -> (f64, u64) {
     // Zero, or NaN beyond the limit, for an infinity and for NaN.
     let within = x * OVERFLOW * 0.0;
-    let shifted = x * TWO_OVER_PI + (ROUND + within);
-    let quarter_turns = shifted.to_bits();
-    let k = shifted - ROUND;
-    let (r, tail) = reduce(x, k);
-    let (sine, cosine) = near_zero(r, tail);
+    let shifted = x * per_unit + (ROUND + within);
+    (shifted - ROUND, shifted.to_bits())
+}
 
-    // A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
+/// A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
+#[inline]
+fn turned(sine: f64, cosine: f64, quarter_turns: u64) -> SinCos<f64> {
     let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
     let odd = (quarter_turns & 1).wrapping_neg();
     let half_turn_sign = (quarter_turns & 2) << 62;
     let change = ((sine ^ cosine) & odd) ^ half_turn_sign;
-    SinCos {
-        sin: f64::from_bits(sine ^ change ^ angle_sign),
-        cos: f64::from_bits(cosine ^ change ^ (quarter_turns << 63)),
-    }
+    SinCos { sin: f64::from_bits(sine ^ change), cos: f64::from_bits(cosine ^ change ^ (quarter_turns << 63)) }
 }
 
 /// x - k pi/2 as a sum of two floats.
@@ -90,4 +97,36 @@ fn near_zero(r: f64, tail: f64) -> (f64, f64) {
 fn horner(coefficients: &[f64; 6], z: f64) -> f64 {
     let [c0, c1, c2, c3, c4, c5] = *coefficients;
     c0 + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5))))
+}
+
+impl Binary for f64 {
+    type Turns = u64;
+    const NAN: Self = Self::NAN;
+    const LIMIT: Self = LIMIT;
+
+    #[inline]
+    fn symmetric(self, f: impl FnOnce(Self) -> SinCos<Self>) -> SinCos<Self> {
+        // Working on |angle| makes the symmetries hold by construction, for -0 too.
+        let x = self.abs();
+        let angle_sign = self.to_bits() ^ x.to_bits();
+        let SinCos { sin, cos } = f(x);
+        SinCos { sin: Self::from_bits(sin.to_bits() ^ angle_sign), cos }
+    }
+
+    #[inline]
+    fn reduce(self) -> (Self, u64) {
+        let (k, quarter_turns) = nearest(self, TWO_OVER_PI);
+        (self - k * HALF_PI_SHORT[0] - k * HALF_PI_SHORT[1], quarter_turns)
+    }
+
+    #[inline]
+    fn turned(sine: Self, cosine: Self, quarter_turns: u64) -> SinCos<Self> {
+        turned(sine, cosine, quarter_turns)
+    }
+
+    #[inline]
+    fn nearest(self, per_unit: Self) -> (Self, usize) {
+        let (k, bits) = nearest(self, per_unit);
+        (k, bits as usize)
+    }
 }

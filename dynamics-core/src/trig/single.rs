@@ -1,6 +1,6 @@
 //! Sine and cosine in f32 arithmetic alone. The derivation is in the documentation of [`super`].
 
-use super::SinCos;
+use super::{Binary, SinCos};
 
 /// Largest accepted |angle|, rad.
 pub(super) const LIMIT: f32 = 8192.0;
@@ -23,24 +23,69 @@ const COSINE: [f32; 3] = [4.166_664_6e-2, -1.388_731e-3, 2.443_232_7e-5];
 /// Overflows when it multiplies an angle beyond the limit, and no other: `2^115 (1 - 2^-24)`.
 const OVERFLOW: f32 = f32::MAX / LIMIT;
 
+/// pi/2 in two parts, for what is less accurate than the third: the products with the second may round.
+const HALF_PI_SHORT: [f32; 2] = [1.570_312_5, 4.838_268e-4];
+
 #[inline]
 pub(super) fn sin_cos(x: f32) -> SinCos<f32> {
-    // Zero, or NaN beyond the limit, for an infinity and for NaN.
-    let within = x * OVERFLOW * 0.0;
-    let shifted = x * TWO_OVER_PI + (ROUND + within);
-    let quarter_turns = shifted.to_bits();
-    let k = shifted - ROUND;
-    let r = x - k * HALF_PI[0] - k * HALF_PI[1] - k * HALF_PI[2];
-
+    let (r, quarter_turns) = reduce(x, &HALF_PI);
     let z = r * r;
     // The last step multiplies: r + r z S would turn the sine of -0 into +0.
     let sine = r * (1.0 + z * (SINE[0] + z * (SINE[1] + z * SINE[2])));
     let cosine = 1.0 - (0.5 * z - z * z * (COSINE[0] + z * (COSINE[1] + z * COSINE[2])));
+    turned(sine, cosine, quarter_turns)
+}
 
-    // A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
+/// The multiple of one over `per_unit` that is nearest to `x`: as a number, and in the low bits.
+#[inline]
+fn nearest(x: f32, per_unit: f32) -> (f32, u32) {
+    // Zero, or NaN beyond the limit, for an infinity and for NaN.
+    let within = x * OVERFLOW * 0.0;
+    let shifted = x * per_unit + (ROUND + within);
+    (shifted - ROUND, shifted.to_bits())
+}
+
+/// x - k pi/2, and k in the low bits.
+#[inline]
+fn reduce<const P: usize>(x: f32, half_pi: &[f32; P]) -> (f32, u32) {
+    let (k, quarter_turns) = nearest(x, TWO_OVER_PI);
+    (half_pi.iter().fold(x, |r, part| r - k * *part), quarter_turns)
+}
+
+/// A quarter turn takes (sin, cos) to (cos, -sin), a half turn changes both signs.
+#[inline]
+fn turned(sine: f32, cosine: f32, quarter_turns: u32) -> SinCos<f32> {
     let (sine, cosine) = (sine.to_bits(), cosine.to_bits());
     let odd = (quarter_turns & 1).wrapping_neg();
     let half_turn_sign = (quarter_turns & 2) << 30;
     let change = ((sine ^ cosine) & odd) ^ half_turn_sign;
     SinCos { sin: f32::from_bits(sine ^ change), cos: f32::from_bits(cosine ^ change ^ (quarter_turns << 31)) }
+}
+
+impl Binary for f32 {
+    type Turns = u32;
+    const NAN: Self = Self::NAN;
+    const LIMIT: Self = LIMIT;
+
+    /// What is left of an f32 is zero for zero alone: the parts of pi/2 and of a table's step were chosen so.
+    #[inline]
+    fn symmetric(self, f: impl FnOnce(Self) -> SinCos<Self>) -> SinCos<Self> {
+        f(self)
+    }
+
+    #[inline]
+    fn reduce(self) -> (Self, u32) {
+        reduce(self, &HALF_PI_SHORT)
+    }
+
+    #[inline]
+    fn turned(sine: Self, cosine: Self, quarter_turns: u32) -> SinCos<Self> {
+        turned(sine, cosine, quarter_turns)
+    }
+
+    #[inline]
+    fn nearest(self, per_unit: Self) -> (Self, usize) {
+        let (k, bits) = nearest(self, per_unit);
+        (k, bits as usize)
+    }
 }

@@ -1,7 +1,7 @@
 //! The scene that is traded: as its file has it, or made up for a robot.
 
 use super::choice::{Choice, Every, TermSet, put, remove};
-use crate::cli::{LevelName, RunScalar, Trig};
+use crate::cli::{LevelName, RunScalar};
 use crate::exit::Failure;
 use crate::subject::Subject;
 use robot_compiler::SceneFile;
@@ -61,7 +61,7 @@ impl Base {
         };
         Choice {
             scalar: RunScalar::from(control.scalar),
-            trig: Trig::from(control.trig),
+            trig: control.trig,
             terms,
             friction: true,
             rotors: true,

@@ -1,10 +1,12 @@
 //! What can be chosen, and what of a scene file says so.
 
-use crate::cli::{LevelName, RunScalar, Trig};
+use crate::cli::{LevelName, RunScalar};
 use clap::ValueEnum;
 use core::fmt;
 use core::str::FromStr;
 use dynamics_core::control::Between;
+use dynamics_core::trig::Method;
+use robot_compiler::scene::ControlSpec;
 use serde::Serialize;
 use toml_edit::{DocumentMut, Item, Table, value};
 
@@ -71,7 +73,7 @@ pub struct Choice {
     /// Floating-point type.
     pub scalar: RunScalar,
     /// Sine and cosine.
-    pub trig: Trig,
+    pub trig: Method,
     /// Terms of the model.
     pub terms: TermSet,
     /// Whether friction is fed forward, where the scene does it.
@@ -119,7 +121,7 @@ impl Choice {
         let switch = |on: bool| if on { "on" } else { "off" };
         Named {
             scalar: name(self.scalar),
-            trig: name(self.trig),
+            trig: ControlSpec::trig_name(self.trig).to_owned(),
             terms: name(self.terms),
             friction: switch(self.friction),
             rotors: switch(self.rotors),
@@ -133,7 +135,7 @@ impl Choice {
     #[must_use]
     pub fn plain(self) -> Self {
         match self.terms {
-            TermSet::None => Self { trig: Trig::Polynomial, every: Every::TICK, kernel: LevelName::Exact, ..self },
+            TermSet::None => Self { trig: Method::Polynomial, every: Every::TICK, kernel: LevelName::Exact, ..self },
             _ => self,
         }
     }

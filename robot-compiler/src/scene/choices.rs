@@ -14,7 +14,14 @@ pub(crate) const LAWS: [(&str, Law); 5] = [
 ];
 
 /// The choices of sine and cosine by the names that files give them.
-pub(crate) const METHODS: [(&str, Method); 2] = [("polynomial", Method::Polynomial), ("libm", Method::Libm)];
+pub(crate) const METHODS: [(&str, Method); 6] = [
+    ("polynomial", Method::Polynomial),
+    ("polynomial-5", Method::Polynomial5),
+    ("polynomial-3", Method::Polynomial3),
+    ("table", Method::Table),
+    ("rotation", Method::Rotation),
+    ("libm", Method::Libm),
+];
 
 /// The floating-point types by the names that files give them.
 pub(crate) const SCALARS: [(&str, ScalarChoice); 3] =
@@ -32,6 +39,24 @@ impl ScalarChoice {
 }
 
 impl ControlSpec {
+    /// The names that sine and cosine can be chosen by.
+    #[must_use]
+    pub fn trig_names() -> [&'static str; METHODS.len()] {
+        METHODS.map(|(name, _)| name)
+    }
+
+    /// The sine and cosine of a name.
+    #[must_use]
+    pub fn trig_named(name: &str) -> Option<Method> {
+        METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method)
+    }
+
+    /// The name of a sine and cosine.
+    #[must_use]
+    pub fn trig_name(method: Method) -> &'static str {
+        name_in(&METHODS, method)
+    }
+
     /// The names of law, and of sine and cosine, in a scene file.
     #[must_use]
     pub fn names(&self) -> (&'static str, &'static str) {
