@@ -11,7 +11,7 @@ use host_sim::simulate::{self, Run};
 use host_sim::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
-use robot_compiler::scene::{MotionSpec, ScalarChoice};
+use robot_compiler::scene::{IntegratorChoice, MeasuredSide, MotionSpec, ScalarChoice};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -184,6 +184,9 @@ fn effects_that_are_not_there_change_no_bit() {
     assert_ne!(log, changed(&|scene| scene.sensors.delay = 1));
     assert_ne!(log, changed(&|scene| scene.sensors.encoder = true));
     assert_ne!(log, changed(&|scene| scene.sensors.position_noise = 1e-9));
+    assert_ne!(log, changed(&|scene| scene.sensors.jitter = 1e-6));
+    assert_ne!(log, changed(&|scene| scene.actuators.jitter = 1e-6));
+    assert_ne!(log, changed(&|scene| scene.plant.integrator = IntegratorChoice::SemiImplicitEuler));
     assert_ne!(log, changed(&|scene| scene.plant.friction = true));
     assert_ne!(log, changed(&|scene| scene.plant.gravity = Vector3::new(0.0, -9.8, 0.0)));
 }
@@ -203,6 +206,64 @@ fn encoders_friction_lag_delay_and_noise_together_are_followed() {
     // Measured: 3.6e-3 rad.
     assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]));
     assert!((1e-3..1e-2).contains(&largest(&done.summary.tracking_max)), "{:?}", done.summary.tracking_max);
+}
+
+/// What an integrator makes of the swing: its largest tracking error, and how far any position is from Runge-Kutta's.
+fn integrated(integrator: IntegratorChoice) -> (f64, f64) {
+    let positions = |scene: &SceneFile| -> (f64, Vec<f64>) {
+        let done = run(scene);
+        let q = (0..2).flat_map(|joint| done.record.joint(joint).map(|sample| sample.q).collect::<Vec<_>>()).collect();
+        (largest(&done.summary.tracking_max), q)
+    };
+    let mut scene = swing();
+    let (_, exact) = positions(&scene);
+    scene.plant.integrator = integrator;
+    let (error, found) = positions(&scene);
+    (error, exact.iter().zip(&found).fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs())))
+}
+
+#[test]
+fn every_integrator_makes_the_same_loop_to_its_own_accuracy() {
+    let euler = integrated(IntegratorChoice::SemiImplicitEuler);
+    let [fine, coarse] = [1e-9, 1e-4].map(|tolerance| integrated(IntegratorChoice::Adaptive { tolerance }));
+    // Measured: 1.84e-4 rad of tracking error, of which 1.43e-4 are the integrator's own, in four steps a tick.
+    assert!((1.75e-4..1.95e-4).contains(&euler.0) && (1.35e-4..1.5e-4).contains(&euler.1), "{euler:?}");
+    // A tick of the adaptive pair is one step at either tolerance: 9.1e-15 rad from Runge-Kutta's four.
+    for (error, off) in [fine, coarse] {
+        assert!((1.5e-4..1.6e-4).contains(&error) && (1e-16..1e-13).contains(&off), "{error:e} rad, {off:e} rad");
+    }
+}
+
+#[test]
+fn springs_play_and_jitter_are_felt_and_followed() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/puma560_elastic.toml");
+    let scene = SceneFile::load(&path).unwrap();
+    let worst = |change: &dyn Fn(&mut SceneFile)| {
+        let mut scene = scene.clone();
+        change(&mut scene);
+        let done = run(&scene);
+        assert_eq!(done.end, End::Complete);
+        (largest(&done.summary.tracking_max), done.summary.faults.first().map(|fault| (fault.tick, fault.code)))
+    };
+    let all = worst(&|_| ());
+    let rigid = worst(&|scene| scene.plant.elasticity = None);
+    let still = worst(&|scene| (scene.sensors.jitter, scene.actuators.jitter) = (0.0, 0.0));
+    let tight = worst(&|scene| {
+        if let Some(springs) = &mut scene.plant.elasticity {
+            springs.backlash = None;
+        }
+    });
+    let link = worst(&|scene| scene.sensors.side = MeasuredSide::Link);
+    let near = |found: (f64, Option<_>), before: f64| {
+        assert!((found.0 / before - 1.0).abs() < 0.05 && found.1.is_none(), "{found:?}, {before:e} rad before");
+    };
+    near(all, 2.415e-3);
+    near(rigid, 7.65e-4);
+    near(still, 2.408e-3);
+    near(tight, 2.319e-3);
+    assert!(all.0 - still.0 > 4e-6 && all.0 - tight.0 > 5e-5, "{all:?} {still:?} {tight:?}");
+    // Measured on the links, the same gains feed the springs until the second joint is too fast.
+    assert!(matches!(link.1, Some((800..970, 5))), "{link:?}");
 }
 
 #[test]

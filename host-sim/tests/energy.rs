@@ -7,6 +7,7 @@ mod program;
 use host_sim::energy_command::{Account, account};
 use nalgebra::Vector3;
 use program::{at_its_fixtures, told};
+use robot_compiler::scene::IntegratorChoice;
 use robot_compiler::{SceneFile, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -54,6 +55,26 @@ fn every_joule_is_accounted_for_to_the_square_of_the_step() {
         let gained = account.kinetic.gain() + account.potential.gain();
         assert!((given - gained - account.residual).abs() < 1e-12);
     }
+}
+
+#[test]
+fn the_account_closes_with_every_integrator_and_refuses_springs() {
+    let mut scene = scene("tests/fixtures/swing.toml");
+    let mut with = |integrator| {
+        scene.plant.integrator = integrator;
+        of(&scene).residual_relative
+    };
+    let euler = with(IntegratorChoice::SemiImplicitEuler);
+    let adaptive = with(IntegratorChoice::Adaptive { tolerance: 1e-9 });
+    scene.sensors.jitter = 2e-4;
+    scene.actuators.jitter = 2e-4;
+    let jitter = of(&scene).residual_relative;
+    for (found, before) in [(euler, -6.16e-6), (adaptive, -1.00e-10), (jitter, -3.83e-9)] {
+        assert!((found / before - 1.0).abs() < 0.05, "{found:e}, {before:e} before");
+    }
+    let elastic = SceneFile::load(&here("../scenes/puma560_elastic.toml")).unwrap();
+    let Err(refused) = account::<6>(&elastic, &AtomicBool::new(false)) else { unreachable!("springs accounted for") };
+    assert!(refused.report().to_string().contains("energy in the springs"));
 }
 
 #[test]

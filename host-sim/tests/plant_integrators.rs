@@ -27,7 +27,13 @@ fn errors<const N: usize>(arm: &Arm<N>, start: [f64; N], by: &[(Integrator, u32)
     by.iter().map(error).collect()
 }
 
-fn every_order<const N: usize>(arm: &Arm<N>, start: [f64; N]) -> Vec<f64> {
+/// Whether a measured number is near the one that stands here.
+fn near(found: f64, before: f64) -> bool {
+    (found / before - 1.0).abs() < 0.05
+}
+
+/// `euler` and `runge_kutta`: the errors measured before.
+fn every_order<const N: usize>(arm: &Arm<N>, start: [f64; N], euler: f64, runge_kutta: f64) {
     let mut by = vec![(Integrator::SemiImplicitEuler, 1000), (Integrator::SemiImplicitEuler, 2000)];
     by.extend([(Integrator::RungeKutta, 50), (Integrator::RungeKutta, 100)]);
     let tolerances = [1e-5, 1e-7, 1e-9, 1e-11];
@@ -35,20 +41,20 @@ fn every_order<const N: usize>(arm: &Arm<N>, start: [f64; N]) -> Vec<f64> {
     let errors = errors(arm, start, &by);
     let order = |coarse: f64, fine: f64| (coarse / fine).log2();
     let (first, fourth) = (order(errors[0], errors[1]), order(errors[2], errors[3]));
-    assert!((0.9..1.1).contains(&first), "order {first}: {errors:?}");
-    assert!((3.8..4.2).contains(&fourth), "order {fourth}: {errors:?}");
+    assert!((0.95..1.05).contains(&first) && near(errors[0], euler), "order {first}: {errors:?}");
+    assert!((3.9..4.1).contains(&fourth) && near(errors[2], runge_kutta), "order {fourth}: {errors:?}");
     for (tolerance, error) in tolerances.iter().zip(&errors[4..]) {
-        let over = error / tolerance;
-        println!("{tolerance:e}: {error:e} rad, {over}");
+        // Measured: 0.28 to 0.74 of the tolerance over six decades of it.
+        assert!((0.2..1.0).contains(&(error / tolerance)), "{tolerance:e}: {error:e} rad");
     }
-    errors
 }
 
 #[test]
 fn every_method_has_its_order_and_the_adaptive_one_its_tolerance() {
-    let planar = every_order::<2>(&Golden::load("planar2r").classical(false), [0.3, 0.5]);
-    let puma = every_order::<6>(&Golden::load("puma560").classical(true), [0.1, 0.4, -0.3, 0.2, 0.5, 0.1]);
-    println!("{planar:?} {puma:?}");
+    let planar: Arm<2> = Golden::load("planar2r").classical(false);
+    every_order(&planar, [0.3, 0.5], 1.55e-3, 2.03e-7);
+    let puma: Arm<6> = Golden::load("puma560").classical(true);
+    every_order(&puma, [0.1, 0.4, -0.3, 0.2, 0.5, 0.1], 1.05e-3, 9.61e-9);
 }
 
 #[test]
@@ -72,6 +78,7 @@ fn a_jitter_moves_the_measurement_to_before_the_tick_and_the_torque_to_after_it(
         let plant = || Plant::new(&arm, None, ActuatorSettings::default(), clock, [0.0; 2]).with_integrator(integrator);
         // How far the arm has come since the measurement, over its speed: uniform from 0 to MOST.
         let mut early = plant().with_jitter(Some(Jitter::new(MOST, 7, Moved::Sampling)), None);
+        (0..50).for_each(|_| early.drive(&[0.2, 0.02]).unwrap());
         let times: Vec<f64> = (0..TICKS)
             .map(|_| {
                 early.drive(&[0.2, 0.02]).unwrap();
@@ -84,7 +91,7 @@ fn a_jitter_moves_the_measurement_to_before_the_tick_and_the_torque_to_after_it(
             let rms = (times.iter().map(|t| (t - mean) * (t - mean)).sum::<f64>() / f64::from(TICKS)).sqrt();
             (mean / MOST, rms * 12.0_f64.sqrt() / MOST)
         };
-        let inside = |times: &[f64]| times.iter().all(|t| (-1e-6..1.001 * MOST).contains(t));
+        let inside = |times: &[f64]| times.iter().all(|t| (-1e-6..1.01 * MOST).contains(t));
         let (mean, rms) = of(&times);
         assert!(inside(&times) && (mean - 0.5).abs() < 0.03 && (rms - 1.0).abs() < 0.03, "{mean} {rms}");
         // From rest under one tick's torque: the speed that is missing, over the acceleration.

@@ -194,8 +194,7 @@ fn adapt<Y: Point, F: Flow<Y>>(
             Err(Diverged::NotFinite) => (*point, slope, f64::INFINITY),
             Err(diverged) => return Err(diverged),
         };
-        // An error that is infinite or NaN makes the factor its least.
-        let factor = (0.9 * libm::pow(error, -0.2)).max(0.2).min(5.0);
+        let factor = if error.is_finite() { (0.9 * libm::pow(error, -0.2)).clamp(0.2, 5.0) } else { 0.2 };
         if error <= 1.0 {
             // A step that the end of the stretch cut short says nothing against the longer one.
             *next = if last { next.max(h * factor) } else { h * factor };

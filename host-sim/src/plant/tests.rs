@@ -7,7 +7,7 @@ use crate::simulate;
 use dynamics_core::{Term, Wrench};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use robot_compiler::scene::{BreakawaySpec, ElasticitySpec, FrictionSpec, RippleSpec};
+use robot_compiler::scene::{BreakawaySpec, ElasticitySpec, FrictionSpec, IntegratorChoice, RippleSpec};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -49,7 +49,7 @@ fn a_step_calls_nothing_that_the_scene_did_not_ask_for() {
 /// Joints with springs, and play or not, in steps that can follow the bare Puma's flange.
 fn elastic(scene: &mut SceneFile, backlash: Option<Vec<f64>>) {
     scene.plant.step /= 4.0;
-    let (stiffness, damping) = (vec![10.0; 6], vec![0.0; 6]);
+    let (stiffness, damping) = (vec![2e3; 6], vec![0.0; 6]);
     scene.plant.elasticity = Some(ElasticitySpec { stiffness, damping, backlash });
 }
 
@@ -136,4 +136,30 @@ fn a_step_that_would_hide_breakaway_is_refused_with_one_that_would_not() {
     assert!(step < scene.plant.step, "{help}");
     scene.plant.step = 0.99 * step;
     assert!(simulate::world::<6>(&scene).is_ok(), "{help}");
+}
+
+#[test]
+fn a_step_too_long_for_the_springs_is_refused_with_one_that_is_not() {
+    let puma = shipped().into_iter().find(|path| path.ends_with("puma560.toml")).unwrap();
+    let mut scene = bare(&puma);
+    let (stiffness, damping) = (vec![1e3; 6], vec![0.0; 6]);
+    scene.plant.elasticity = Some(ElasticitySpec { stiffness, damping, backlash: None });
+    let Err(failure) = simulate::world::<6>(&scene) else { unreachable!("a step of {} s", scene.plant.step) };
+    let report = failure.report();
+    assert!(report.to_string().contains("is too long for the springs"), "{report}");
+    let help = report.help().unwrap().to_string();
+    let step: f64 = help.split(' ').find_map(|word| word.parse().ok()).unwrap();
+    assert!(step < scene.plant.step, "{help}");
+    // The adaptive integrator finds its own.
+    let mut adaptive = scene.clone();
+    adaptive.plant.integrator = IntegratorChoice::Adaptive { tolerance: 1e-6 };
+    assert!(simulate::world::<6>(&adaptive).is_ok());
+    // Half of it, which the period may have to be cut a little longer than.
+    scene.plant.step = 0.5 * step;
+    assert!(simulate::world::<6>(&scene).is_ok(), "{help}");
+    // A damper can ask for a shorter step than its spring.
+    if let Some(springs) = &mut scene.plant.elasticity {
+        springs.damping = vec![10.0; 6];
+    }
+    assert!(simulate::world::<6>(&scene).is_err());
 }
