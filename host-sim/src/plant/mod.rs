@@ -194,6 +194,12 @@ impl<const N: usize> Plant<N> {
         self.ledger.as_ref()
     }
 
+    /// How often its equations of motion have been solved: what an integrator's step costs.
+    #[must_use]
+    pub fn accelerations(&self) -> u64 {
+        self.body.solved.get()
+    }
+
     /// Where the arm is now; of elastic joints, their link sides.
     #[must_use]
     pub fn state(&self) -> &State<N> {
