@@ -10,7 +10,6 @@
 
 mod baseline;
 mod chip;
-mod code;
 mod counts;
 mod desk;
 mod report;
