@@ -2,6 +2,9 @@
 //!
 //! A module of its own for each, so that each has one caller and is compiled into it, as in the firmware.
 
+#[path = "../../firmware/link_arguments.rs"]
+mod link_arguments;
+
 use dynamics_core::{Body, Model, Scene, Term};
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::SceneFile;
@@ -16,7 +19,8 @@ use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=../../robots");
-    link_arguments();
+    let manifest = std::env::var("CARGO_MANIFEST_DIR")?;
+    link_arguments::write(&Path::new(&manifest).join("../.."), &[]);
     let mut cases = Cases {
         modules: Modules::new(PathBuf::from(std::env::var("OUT_DIR")?)),
         functions: String::new(),
@@ -126,20 +130,5 @@ impl Cases {
         let work = [n.total(), n.neg, live_inputs(&program, 6), program.live_max()];
         self.list.push(format!("    Case {{ name: {name:?}, run: run_{name}, work: {work:?} }},\n"));
         Ok(())
-    }
-}
-
-/// Where the chip's memory is, as for the firmware.
-fn link_arguments() {
-    let variable = |name| std::env::var(name).unwrap_or_default();
-    if variable("CARGO_CFG_TARGET_OS") != "none" {
-        return;
-    }
-    let manifest = variable("CARGO_MANIFEST_DIR");
-    let root = Path::new(&manifest).join("../..");
-    println!("cargo::rustc-link-search={}", root.display());
-    println!("cargo::rerun-if-changed={}", root.join("memory.x").display());
-    for argument in ["-Tlink.x", "--nmagic"] {
-        println!("cargo::rustc-link-arg-bins={argument}");
     }
 }

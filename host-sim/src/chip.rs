@@ -29,6 +29,7 @@ mod tests;
 
 pub use emulator::{Emulator, Timeouts};
 pub use error::ChipError;
+pub(crate) use program::run_cost;
 pub use program::{build_firmware, build_firmware_with};
 
 use dynamics_core::{Command, Live, Measurement, Reference};

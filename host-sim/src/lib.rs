@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`plant`] | the simulated arm, its actuators and sensors: f64, an algorithm of its own |
 //! | [`chip`] | the firmware in an emulated STM32F405, driven in lock step |
+//! | [`chip_cost`] | what a control tick of each of many scenes costs on the chip |
 //! | [`target`] | who computes the torques: the desk, the chip, or both beside each other |
 //! | [`closed_loop`] | the loop itself, once per control period |
 //! | [`simulate`] | from a scene to a finished run |
@@ -21,6 +22,7 @@
 
 pub mod bound_command;
 pub mod chip;
+pub mod chip_cost;
 pub mod cli;
 pub mod closed_loop;
 mod document;

@@ -1,11 +1,12 @@
 //! A checked arm and its controller as Rust source for the chip.
 //!
 //! The desk reads and checks the files; the chip gets numbers. Every literal is the shortest decimal that reads back as the
-//! same single-precision number, so the chip computes with the very bits that the desk hashed.
+//! same number, so the chip computes with the very bits that the desk hashed. A firmware computes in single precision, whatever
+//! the scene says of the desk; what only measures costs ([`cost`]) computes in the scene's own scalar.
 
 use crate::kernel::source::Title;
 use crate::kernel::{self, Function, Precision};
-use crate::scene::{ControlSpec, KernelMemory, SceneFile};
+use crate::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
 use crate::with_dof;
 use dynamics_core::control::{Encoder, Friction, Gains, Guard};
 use dynamics_core::model::{Link, Placement};
@@ -14,9 +15,10 @@ use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, 
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 
+pub mod cost;
 pub(crate) mod source;
 
-use source::{Item, call, integer, list, number, record, word};
+use source::{Float, Item, call, integer, list, number, record, word};
 
 /// Rust source of a module with the arm, its scene and its controller, for a crate without std.
 ///
@@ -34,6 +36,23 @@ use source::{Item, call, integer, list, number, record, word};
 /// The text is as rustfmt would leave it at a width of 120.
 #[must_use]
 pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
+    arm_module_in(file, model, ScalarChoice::F32)
+}
+
+/// As [`arm_module`], in a scalar of choice in place of `f32`.
+#[must_use]
+pub fn arm_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
+    match scalar {
+        ScalarChoice::F32 => arm_text::<f32, N>(file, model, false),
+        ScalarChoice::F64 => arm_text::<f64, N>(file, model, false),
+        ScalarChoice::Mixed => arm_text::<f64, N>(file, model, true),
+    }
+}
+
+fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>, mixed: bool) -> String {
+    let real = S::NAME;
+    // Where both precisions are there, angles are narrow.
+    let angle = if mixed { "f32" } else { real };
     let trig = match file.control.trig {
         Method::Polynomial => "Polynomial",
         Method::Polynomial5 => "Polynomial5",
@@ -44,14 +63,18 @@ pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> St
     };
     // What remembers is of a precision, and has no value without a call.
     let (kind, value) = match file.control.trig {
-        Method::Rotation => (format!("{trig}<f32>"), format!("{trig}::<f32>::new()")),
+        Method::Rotation => (format!("{trig}<{angle}>"), format!("{trig}::<{angle}>::new()")),
         _ => (trig.to_owned(), trig.to_owned()),
     };
-    let scene = file.scene(model).cast();
-    let config = file.controller_config(model).cast();
+    let (kind, value) = if mixed { (format!("Reduced<{kind}>"), format!("Reduced({value})")) } else { (kind, value) };
+    let scene = file.scene(model).cast::<S>();
+    let config = file.controller_config(model).cast::<S>();
     let mut text =
         String::from("//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n");
     text += &imports(&scene, &config, trig);
+    if mixed {
+        text += "use dynamics_core::mixed::Reduced;\n";
+    }
     text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {kind};\n");
     let constants = [
         ("Which sine and cosine.", "TRIG", "Trig", value),
@@ -59,18 +82,18 @@ pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> St
         ("The scene.", "NAME", "&str", format!("{:?}", file.name)),
         ("The robot.", "ROBOT", "&str", format!("{:?}", file.robot.name)),
         ("Hash of everything that decides the bits of a tick.", "HASH", "u64", hexadecimal(file.hash(model))),
-        ("Control rate, Hz.", "RATE_HZ", "f32", source::literal(file.control.rate as f32)),
+        ("Control rate, Hz.", "RATE_HZ", real, source::literal(S::literal(file.control.rate))),
     ];
     for (doc, name, kind, value) in constants {
         text += &format!("\n/// {doc}\npub const {name}: {kind} = {value};\n");
     }
     let functions = [
-        ("The arm.", "model", "Model<f32, N>", model_item(&model.cast())),
-        ("What acts on it.", "scene", "Scene<f32, N>", scene_item(&scene)),
-        ("Its controller.", "config", "ControllerConfig<f32, N>", config_item(&config)),
+        ("The arm.", "model", "Model", model_item(&model.cast::<S>())),
+        ("What acts on it.", "scene", "Scene", scene_item(&scene)),
+        ("Its controller.", "config", "ControllerConfig", config_item(&config)),
     ];
     for (doc, name, kind, body) in functions {
-        text += &format!("\n/// {doc}\npub const fn {name}() -> {kind} {{\n    {}\n}}\n", body.print(4));
+        text += &format!("\n/// {doc}\npub const fn {name}() -> {kind}<{real}, N> {{\n    {}\n}}\n", body.print(4));
     }
     text
 }
@@ -83,46 +106,68 @@ pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> St
 /// | `arm()` | its value |
 #[must_use]
 pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
+    dynamics_module_in(file, model, ScalarChoice::F32)
+}
+
+/// As [`dynamics_module`], in a scalar of choice in place of `f32`; mixed: the kernel in f32, what is around it in f64.
+#[must_use]
+pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
+    let precision = match scalar {
+        ScalarChoice::F32 | ScalarChoice::Mixed => Precision::Single,
+        ScalarChoice::F64 => Precision::Double,
+    };
     let (text, inner) = match file.control.kernel.level() {
         None => (
             "//! The recursion itself, with the model at run time.\n\nuse dynamics_core::Dynamics;\n".to_owned(),
             Inner {
-                kind: format!("Dynamics<f32, {N}>"),
-                value: "Dynamics::new(super::arm::model(), super::arm::scene())",
+                kind: format!("Dynamics<{}, {N}>", precision.name()),
+                value: match scalar {
+                    ScalarChoice::F32 | ScalarChoice::F64 => "Dynamics::new(super::arm::model(), super::arm::scene())",
+                    ScalarChoice::Mixed => "Dynamics::new(super::arm::model().cast(), super::arm::scene().cast())",
+                }
+                .to_owned(),
                 constant: false,
             },
         ),
         Some(level) => {
             let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
             let (function, scene) = (Function::InverseDynamics, file.scene(model));
-            let kernel = kernel::source::module(function, model, &scene, level, Precision::Single, &title);
-            let constant = |name: &'static str| Inner { kind: name.to_owned(), value: name, constant: true };
+            let kernel = kernel::source::module(function, model, &scene, level, precision, &title);
+            let constant = |name: &str| Inner { kind: name.to_owned(), value: name.to_owned(), constant: true };
             match file.control.kernel_memory {
                 KernelMemory::Flash => (kernel, constant("Kernel")),
-                KernelMemory::Sram => (format!("{kernel}\n{}", in_sram(N)), constant("InSram")),
+                KernelMemory::Sram => (format!("{kernel}\n{}", in_sram(N, precision.name())), constant("InSram")),
             }
         }
     };
-    text + "\n" + &arm_items::<N>(file, inner)
+    let (text, inner) = match scalar {
+        ScalarChoice::F32 | ScalarChoice::F64 => (text, inner),
+        ScalarChoice::Mixed => (
+            text + "use dynamics_core::mixed::Narrow;\n",
+            Inner { kind: format!("Narrow<{}>", inner.kind), value: format!("Narrow({})", inner.value), ..inner },
+        ),
+    };
+    let real = if matches!(scalar, ScalarChoice::F32) { "f32" } else { "f64" };
+    text + "\n" + &arm_items::<N>(file, inner, real)
 }
 
 /// The dynamics of an emitted module: its type, its value, and whether that is one that a `const fn` can give.
 struct Inner {
     kind: String,
-    value: &'static str,
+    value: String,
     constant: bool,
 }
 
 /// `Arm` and `arm()`: the inner dynamics themselves or, where the scene evaluates its model in some ticks only, those in
 /// [`dynamics_core::control::EveryNth`].
-fn arm_items<const N: usize>(file: &SceneFile, inner: Inner) -> String {
+fn arm_items<const N: usize>(file: &SceneFile, inner: Inner, real: &str) -> String {
     let Inner { kind, value, constant } = inner;
     let ControlSpec { model_every, model_between, .. } = &file.control;
     if *model_every > 1 {
         return format!(
             "use dynamics_core::control::{{Between, EveryNth}};\n\n\
              /// The arm's inverse dynamics, evaluated once in {model_every} ticks.\n\
-             pub type Arm = EveryNth<{kind}, f32, {N}>;\n\n\
+             pub type Arm = EveryNth<{kind}, {real}, {N}>;\n\n\
              /// The arm's inverse dynamics.\npub fn arm() -> Arm {{\n    let inner = {value};\n    \
              EveryNth::new(inner, {model_every}, Between::{model_between:?}, &const {{ super::arm::config().gains }})\n}}\n"
         );
@@ -135,17 +180,17 @@ fn arm_items<const N: usize>(file: &SceneFile, inner: Inner) -> String {
 }
 
 /// The type `InSram`, whose one function holds the kernel and lies in static RAM.
-fn in_sram(joints: usize) -> String {
+fn in_sram(joints: usize, real: &str) -> String {
     format!(
         "/// The arm's inverse dynamics, run from static RAM.\n\
          #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]\npub struct InSram;\n\n\
-         impl InverseDynamics<f32, {joints}> for InSram {{\n    \
+         impl InverseDynamics<{real}, {joints}> for InSram {{\n    \
          #[allow(unsafe_code, reason = \"a function is placed where variables lie\")]\n    \
          // SAFETY: the start-up code copies the section to RAM before anything runs, and nothing writes to it.\n    \
          #[cfg_attr(target_os = \"none\", unsafe(link_section = \".data.kernel\"))]\n    \
          #[inline(never)]\n    fn inverse_dynamics(\n        &self,\n        \
-         turn: &[SinCos<f32>; {joints}],\n        q: &[f32; {joints}],\n        qd: &[f32; {joints}],\n        \
-         qdd: &[f32; {joints}],\n        live: &Live<f32, {joints}>,\n    ) -> [f32; {joints}] {{\n        \
+         turn: &[SinCos<{real}>; {joints}],\n        q: &[{real}; {joints}],\n        qd: &[{real}; {joints}],\n        \
+         qdd: &[{real}; {joints}],\n        live: &Live<{real}, {joints}>,\n    ) -> [{real}; {joints}] {{\n        \
          Kernel.inverse_dynamics(turn, q, qd, qdd, live)\n    }}\n}}\n"
     )
 }
@@ -188,7 +233,7 @@ fn hexadecimal(hash: u64) -> String {
 }
 
 /// Only what the items use, in rustfmt's order.
-fn imports<const N: usize>(scene: &Scene<f32, N>, config: &ControllerConfig<f32, N>, trig: &str) -> String {
+fn imports<S: Float, const N: usize>(scene: &Scene<S, N>, config: &ControllerConfig<S, N>, trig: &str) -> String {
     let friction = if config.friction.is_some() { "Friction, " } else { "" };
     let wrench = if matches!(scene.tip_wrench, Term::Constant(_)) { ", Wrench" } else { "" };
     format!(
@@ -200,16 +245,16 @@ fn imports<const N: usize>(scene: &Scene<f32, N>, config: &ControllerConfig<f32,
     )
 }
 
-fn vector(v: &Vector3<f32>) -> Item {
+fn vector<S: Float>(v: &Vector3<S>) -> Item {
     call("Vector3::new", v.iter().map(|x| number(*x)).collect())
 }
 
 /// Row by row, as `Matrix3::new` takes them.
-fn matrix(m: &Matrix3<f32>) -> Item {
+fn matrix<S: Float>(m: &Matrix3<S>) -> Item {
     call("Matrix3::new", m.transpose().iter().map(|x| number(*x)).collect())
 }
 
-fn numbers(all: &[f32]) -> Item {
+fn numbers<S: Float>(all: &[S]) -> Item {
     list(all.iter().map(|x| number(*x)).collect())
 }
 
@@ -221,7 +266,7 @@ fn term<T>(term: &Term<T>, constant: impl FnOnce(&T) -> Item) -> Item {
     }
 }
 
-fn model_item<const N: usize>(model: &Model<f32, N>) -> Item {
+fn model_item<S: Float, const N: usize>(model: &Model<S, N>) -> Item {
     let links = model.links().iter().map(|Link { kind, rotation, translation, inertia, rotor, limits }| {
         let kind = match kind {
             JointKind::Revolute => "JointKind::Revolute",
@@ -244,7 +289,7 @@ fn model_item<const N: usize>(model: &Model<f32, N>) -> Item {
     call("Model::from_checked", vec![list(links.collect()), tip])
 }
 
-fn inertia_item(inertia: &Inertia<f32>) -> Item {
+fn inertia_item<S: Float>(inertia: &Inertia<S>) -> Item {
     let Inertia { mass, first_moment, about_origin } = inertia;
     record(
         "Inertia",
@@ -252,7 +297,11 @@ fn inertia_item(inertia: &Inertia<f32>) -> Item {
     )
 }
 
-fn limits_item(limits: &Limits<f32>) -> Item {
+fn wrench_item<S: Float>(Wrench { force, moment }: &Wrench<S>) -> Item {
+    record("Wrench", vec![("force", vector(force)), ("moment", vector(moment))])
+}
+
+fn limits_item<S: Float>(limits: &Limits<S>) -> Item {
     let Limits { position: (lo, hi), velocity, torque, torque_rate } = limits;
     record(
         "Limits",
@@ -265,24 +314,21 @@ fn limits_item(limits: &Limits<f32>) -> Item {
     )
 }
 
-fn scene_item<const N: usize>(scene: &Scene<f32, N>) -> Item {
+fn scene_item<S: Float, const N: usize>(scene: &Scene<S, N>) -> Item {
     let Scene { gravity, payload, tip_wrench, rotor, coriolis } = scene;
-    let wrench = |Wrench { force, moment }: &Wrench<f32>| {
-        record("Wrench", vec![("force", vector(force)), ("moment", vector(moment))])
-    };
     record(
         "Scene",
         vec![
             ("gravity", term(gravity, vector)),
             ("payload", term(payload, inertia_item)),
-            ("tip_wrench", term(tip_wrench, wrench)),
+            ("tip_wrench", term(tip_wrench, wrench_item)),
             ("rotor", term(rotor, |rotor| numbers(rotor))),
             ("coriolis", term(coriolis, |coriolis| numbers(coriolis))),
         ],
     )
 }
 
-fn config_item<const N: usize>(config: &ControllerConfig<f32, N>) -> Item {
+fn config_item<S: Float, const N: usize>(config: &ControllerConfig<S, N>) -> Item {
     let ControllerConfig { law, gains, friction, limits, torque_step, guard, age_max, encoder, observer } = config;
     let gains = gains.iter().map(|Gains { position, velocity, inertia }| {
         let fields =
@@ -290,7 +336,7 @@ fn config_item<const N: usize>(config: &ControllerConfig<f32, N>) -> Item {
         record("Gains", fields)
     });
     let friction = friction.as_ref().map(|all| {
-        let one = |Friction { viscous, coulomb, per_smoothing_speed }: &Friction<f32>| {
+        let one = |Friction { viscous, coulomb, per_smoothing_speed }: &Friction<S>| {
             record(
                 "Friction",
                 vec![

@@ -11,7 +11,6 @@
 
 mod baseline;
 mod chip;
-mod code;
 mod counts;
 pub(crate) mod cycles;
 mod desk;

@@ -45,10 +45,7 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let toolchain = Toolchain::find_or_install()?;
     let folder = toolchain::target_directory();
-    std::fs::create_dir_all(&folder)?;
-    // Between build and copy nobody else may build: two test processes may ask for two scenes at once.
-    let lock = File::create(folder.join("xtask.lock"))?;
-    lock.lock()?;
+    let _lock = lock(&folder)?;
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--package", "firmware", "--bin", "firmware", "--no-default-features"]);
     cargo.args(["--features", board.name()]).env("NEWTAU_SCENE", &scene);
@@ -57,9 +54,51 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
 
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let copy = folder.join(format!("{stem}-{:08x}-{board}.elf", short_hash(&scene, &["NEWTAU_LAW", "NEWTAU_TRIG"])));
+    keep(&std::fs::read(&built)?, copy)
+}
+
+/// Build the program that measures a scene's tick; the answer is a copy that later builds leave alone.
+pub(crate) fn build_cost(scene: &Path) -> Result<PathBuf> {
+    let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
+    let toolchain = Toolchain::find_or_install()?;
+    let folder = toolchain::target_directory();
+    let _lock = lock(&folder)?;
+    let list = folder.join("cost.scenes");
+    std::fs::write(&list, format!("{}\n", scene.display()))?;
+    let mut cargo = toolchain.cargo("build");
+    cargo.args(["--quiet", "--package", "chip-cost"]).env("NEWTAU_SCENES", &list);
+    let built = toolchain::build(&mut cargo, toolchain::product("chip-cost"))
+        .with_context(|| format!("the program that measures {}", scene.display()))?;
     let text = std::fs::read(&built)?;
+    // Named after what is in it: an emulator or a reader may still need what the same file gave before.
+    let copy = folder.join(format!("cost-{:08x}.elf", fnv1a(0x811c_9dc5, &text)));
+    keep(&text, copy)
+}
+
+/// Measure the tick of each scene of a list, a path a line, and print `program,PATH` and what the program says for each.
+pub(crate) fn cost(list: &Path) -> Result<()> {
+    crate::setup::qemu()?;
+    let text = std::fs::read_to_string(list).with_context(|| format!("no list of scene files {}", list.display()))?;
+    for scene in text.lines().filter(|line| !line.trim().is_empty()) {
+        let elf = build_cost(Path::new(scene))?;
+        println!("program,{}", elf.display());
+        print!("{}", crate::qemu::semihosted(&elf).with_context(|| format!("the ticks of {scene}"))?);
+    }
+    Ok(())
+}
+
+/// Between build and copy nobody else may build: two test processes may ask for two scenes at once.
+fn lock(folder: &Path) -> Result<File> {
+    std::fs::create_dir_all(folder)?;
+    let lock = File::create(folder.join("xtask.lock"))?;
+    lock.lock()?;
+    Ok(lock)
+}
+
+/// Put a program where later builds leave it alone.
+fn keep(text: &[u8], copy: PathBuf) -> Result<PathBuf> {
     // A running emulator may hold the old copy open: leave it alone when nothing changed, else put a new one in its place.
-    if std::fs::read(&copy).ok().as_ref() != Some(&text) {
+    if std::fs::read(&copy).ok().as_deref() != Some(text) {
         let fresh = copy.with_extension("new");
         std::fs::write(&fresh, text)?;
         std::fs::rename(&fresh, &copy)?;
@@ -69,10 +108,13 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
 
 /// Tells apart scenes of one name in two folders, and what the environment changes in one (FNV-1a, 32 bits).
 fn short_hash(path: &Path, choices: &[&str]) -> u32 {
-    let step = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
-    let add = |hash: u32, text: &OsStr| text.as_encoded_bytes().iter().fold(hash, step);
+    let add = |hash: u32, text: &OsStr| fnv1a(hash, text.as_encoded_bytes());
     let start = add(0x811c_9dc5, path.as_os_str());
     choices.iter().filter_map(std::env::var_os).fold(start, |hash, choice| add(hash, &choice))
+}
+
+fn fnv1a(hash: u32, bytes: &[u8]) -> u32 {
+    bytes.iter().fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }
 
 /// Write the firmware to a real board.

@@ -94,6 +94,12 @@ enum FirmwareTask {
         #[command(flatten)]
         what: What,
     },
+    /// Measure a control tick of each of many scenes in the emulated chip
+    Cost {
+        /// A text with the path of a scene file on each line
+        #[arg(long)]
+        scenes: PathBuf,
+    },
     /// Write it to a real board with probe-rs
     Flash {
         /// The scene whose arm and controller are built in
@@ -135,6 +141,7 @@ fn run(task: Task) -> anyhow::Result<()> {
                 qemu::run(&firmware::build(&what.scene, what.board)?, seconds.map(Duration::from_secs))
             }
             FirmwareTask::Size { what } => size::check(&firmware::build(&what.scene, what.board)?, what.board),
+            FirmwareTask::Cost { scenes } => firmware::cost(&scenes),
             FirmwareTask::Flash { scene } => firmware::flash(&scene),
         },
     }

@@ -2,7 +2,7 @@
 
 use crate::cases::{self, Case, Inputs, Outputs};
 use bench::states::States;
-use core::hint::black_box;
+use chip_counter::Counter;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use dynamics_core::trig::Polynomial;
@@ -64,8 +64,9 @@ fn count(counter: &Counter, arm: &str, case: &Case, dynamics: &Dynamics<f32, 6>)
             live: live(),
             dynamics: *dynamics,
         };
-        let empty = counter.call(cases::nothing, &inputs, &mut out);
-        let taken = counter.call(case.run, &inputs, &mut out).wrapping_sub(empty);
+        let (empty, ()) = counter.call(cases::nothing, &inputs, &mut out);
+        let (called, ()) = counter.call(case.run, &inputs, &mut out);
+        let taken = called.wrapping_sub(empty);
         (least, most) = (least.min(taken), most.max(taken));
     }
     let (address, [operations, negations, live, alive]) = (case.run as usize, case.work);
@@ -92,43 +93,5 @@ fn live() -> Live<f32, 6> {
         payload: Inertia { mass: 1.0, first_moment: Vector3::zeros(), about_origin: Matrix3::identity() },
         tip_wrench: Wrench { force: Vector3::new(3.0, -2.0, 8.0), moment: Vector3::new(0.5, 0.25, -1.0) },
         rotor: [0.5; 6],
-    }
-}
-
-/// TIM2, free-running.
-struct Counter(pac::TIM2);
-
-impl Counter {
-    fn new(timer: pac::TIM2) -> Self {
-        timer.psc().write(|w| w.psc().set(0));
-        timer.arr().write(|w| w.arr().set(u32::MAX));
-        timer.cr1().write(|w| w.cen().enabled());
-        Self(timer)
-    }
-
-    /// Whether the same work always counts the same, and more work more: not so where instructions are not counted.
-    fn is_exact(&self) -> bool {
-        let (short, long) = ([self.trial(100), self.trial(100), self.trial(100)], self.trial(1000));
-        short[1] == short[2] && long > short[2]
-    }
-
-    /// Out of line, so that every run is the same instructions.
-    #[inline(never)]
-    fn trial(&self, loops: u32) -> u32 {
-        let start = self.now();
-        cortex_m::asm::delay(black_box(loops));
-        self.now().wrapping_sub(start)
-    }
-
-    fn now(&self) -> u32 {
-        self.0.cnt().read().bits()
-    }
-
-    /// The count of one call. Out of line, so that every call is made by the same instructions.
-    #[inline(never)]
-    fn call(&self, function: fn(&Inputs, &mut Outputs), inputs: &Inputs, out: &mut Outputs) -> u32 {
-        let start = self.now();
-        function(inputs, out);
-        self.now().wrapping_sub(start)
     }
 }

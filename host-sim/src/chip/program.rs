@@ -24,14 +24,36 @@ pub fn build_firmware_with<'a>(
     scene: &Path,
     choices: impl IntoIterator<Item = (&'a str, &'a str)>,
 ) -> Result<PathBuf, ChipError> {
-    let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
+    let text = xtask(["firmware", "build", "--message-path", "--emulator", "--scene"], &scene, choices)?;
+    match text.lines().last() {
+        Some(path) => Ok(PathBuf::from(path)),
+        None => Err(ChipError::Build { output: String::new() }),
+    }
+}
+
+/// Build and run the program that measures a tick, for each scene of a list, and give what they say: `program,PATH` and then the lines
+/// that `chip-cost/src/main.rs` documents, for each.
+///
+/// # Errors
+/// As [`build_firmware`]; a program that gives up.
+pub(crate) fn run_cost(list: &Path) -> Result<String, ChipError> {
+    xtask(["firmware", "cost", "--scenes"], list, [])
+}
+
+/// What a task prints; an error holds what it said beside that.
+fn xtask<'a, const M: usize>(
+    arguments: [&str; M],
+    file: &Path,
+    environment: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Result<String, ChipError> {
+    let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let mut child = Command::new(&cargo)
         .args(["run", "--quiet", "--package", "xtask", "--"])
-        .args(["firmware", "build", "--message-path", "--emulator", "--scene"])
-        .arg(&scene)
+        .args(arguments)
+        .arg(file)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-        .envs(choices)
+        .envs(environment)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -40,10 +62,10 @@ pub fn build_firmware_with<'a>(
     let messages = child.stderr.take().map(|pipe| std::thread::spawn(move || relay(pipe)));
     let output = child.wait_with_output()?;
     let messages = messages.and_then(|thread| thread.join().ok()).unwrap_or_default();
-    let text = String::from_utf8_lossy(&output.stdout);
-    match text.lines().last() {
-        Some(path) if output.status.success() => Ok(PathBuf::from(path)),
-        _ => Err(ChipError::Build { output: messages.trim_end().to_owned() }),
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(ChipError::Build { output: messages.trim_end().to_owned() })
     }
 }
 

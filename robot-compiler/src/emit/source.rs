@@ -1,5 +1,22 @@
 //! Rust expressions, laid out as rustfmt lays them out.
 
+use dynamics_core::Real;
+use std::fmt::Debug;
+
+/// A float whose numbers can be written out.
+pub(crate) trait Float: Real + Debug {
+    /// The name of its type.
+    const NAME: &'static str;
+}
+
+impl Float for f32 {
+    const NAME: &'static str = "f32";
+}
+
+impl Float for f64 {
+    const NAME: &'static str = "f64";
+}
+
 /// Widest line.
 const WIDTH: usize = 120;
 
@@ -21,7 +38,7 @@ pub(super) fn integer(x: i64) -> Item {
     Item::Word(x.to_string())
 }
 
-pub(super) fn number(x: f32) -> Item {
+pub(super) fn number<S: Float>(x: S) -> Item {
     Item::Word(literal(x))
 }
 
@@ -39,14 +56,18 @@ pub(super) fn record(name: &str, fields: Vec<(&'static str, Item)>) -> Item {
 }
 
 /// The shortest decimal that reads back as the same number; infinities by name.
-pub(super) fn literal(x: f32) -> String {
-    if x.is_nan() {
-        "f32::NAN".to_owned()
-    } else if x.is_infinite() {
-        if x > 0.0 { "f32::INFINITY".to_owned() } else { "f32::NEG_INFINITY".to_owned() }
-    } else {
-        format!("{x:?}")
+pub(super) fn literal<S: Float>(x: S) -> String {
+    if x.is_finite() {
+        return format!("{x:?}");
     }
+    let value = if x > S::zero() {
+        "INFINITY"
+    } else if x < S::zero() {
+        "NEG_INFINITY"
+    } else {
+        "NAN"
+    };
+    format!("{}::{value}", S::NAME)
 }
 
 impl Item {

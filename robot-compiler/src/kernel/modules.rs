@@ -78,10 +78,19 @@ impl Modules {
     /// # Errors
     /// A folder that cannot be written to.
     pub fn module(&mut self, name: &str, text: &str) -> Result<(), Box<dyn Error>> {
-        let path = self.folder.join(format!("{name}.rs"));
-        std::fs::write(&path, text)?;
+        let path = self.file(name, text)?;
         writeln!(self.declarations, "#[path = {path:?}]\npub mod {name};")?;
         Ok(())
+    }
+
+    /// Write a module of this name for a declaration that the caller makes, and say where it lies.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to.
+    pub fn file(&self, name: &str, text: &str) -> Result<PathBuf, Box<dyn Error>> {
+        let path = self.folder.join(format!("{name}.rs"));
+        std::fs::write(&path, text)?;
+        Ok(path)
     }
 
     /// Write `kernels.rs`, for the crate to include: the declarations of the modules, and then `rest`.

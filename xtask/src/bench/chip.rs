@@ -1,9 +1,9 @@
 //! What kernels take on the emulated chip: instructions, bytes, and what they keep on the stack.
 
 use super::baseline::Counts;
-use super::code::{Code, Program};
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
+use chip_image::{Code, Program};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

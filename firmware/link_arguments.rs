@@ -1,0 +1,17 @@
+//! Where the chip's memory is: for the build script of every program that runs on it.
+
+use std::path::Path;
+
+/// Tell the linker, with more scripts beside the start-up code's; nothing where the program is not built for the chip.
+///
+/// `memory.x` stands in `root`, at the top of the workspace.
+pub(crate) fn write(root: &Path, scripts: &[&str]) {
+    if std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default() != "none" {
+        return;
+    }
+    println!("cargo::rustc-link-search={}", root.display());
+    println!("cargo::rerun-if-changed={}", root.join("memory.x").display());
+    for argument in ["-Tlink.x"].iter().chain(scripts).chain(&["--nmagic"]) {
+        println!("cargo::rustc-link-arg-bins={argument}");
+    }
+}

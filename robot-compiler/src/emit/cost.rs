@@ -1,0 +1,201 @@
+//! The controllers of many scenes in one program, to measure what a tick of each costs.
+//!
+//! All of them get the same ticks: [`inputs`], which the desk computes too, so that both can be compared bit by bit.
+
+use super::source::{Float, Item, integer, list, number, record, word};
+use super::{arm_module_in, dynamics_module_in, inertia_item, numbers, vector, wrench_item};
+use crate::kernel::modules::Modules;
+use crate::scene::{ScalarChoice, SceneFile};
+use crate::with_dof;
+use dynamics_core::control::trajectory::{Motion, MotionError};
+use dynamics_core::inertia::cast_vector;
+use dynamics_core::{Live, Measurement, Model, Real, Reference, Sensed};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+/// The variable of the environment that names the list of scene files, a text with a path a line.
+pub const SCENES: &str = "NEWTAU_SCENES";
+
+/// Ticks before those that are counted, for the observer and the limits on a step to come in.
+pub const RUN_UP: usize = 32;
+
+/// Ticks that are counted.
+pub const COUNTED: usize = 32;
+
+/// What a controller is given in one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Input<const N: usize> {
+    /// Where the arm should be, and is.
+    pub reference: Reference<f64, N>,
+    /// The encoders' counts there, where the scene measures in counts.
+    pub counts: Option<[i32; N]>,
+}
+
+impl<const N: usize> Input<N> {
+    /// What the sensors say, in the controller's scalar.
+    #[must_use]
+    pub fn measurement<S: Real>(&self) -> Measurement<S, N> {
+        let Reference { q, qd, .. } = self.reference.cast::<S>();
+        let sensed = self.counts.map_or(Sensed::State { q, qd }, Sensed::Counts);
+        Measurement { sensed, age_ticks: 0 }
+    }
+}
+
+/// [`RUN_UP`] and [`COUNTED`] consecutive ticks of the scene's motion, followed without error, that end where it is fastest: where the
+/// sum of the squares of all joints' velocities, each as a share of its limit, is greatest.
+///
+/// Position and velocity are measured as they are, or as whole counts where the scene has encoders; no noise, no delay. A motion that is
+/// fastest sooner is taken from its start, and one that is shorter stands still at its end.
+///
+/// # Errors
+/// A motion that cannot be.
+pub fn inputs<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Result<Vec<Input<N>>, MotionError> {
+    let motion = scene.trajectory(model)?;
+    let duration = scene.duration.unwrap_or(motion.duration());
+    let ticks = (duration * scene.control.rate).round().max(1.0) as usize;
+    let sample = |tick: usize| at(&motion, scene.motion.repeats(), tick as f64 * scene.period());
+    let speed = |tick: usize| -> f64 {
+        let velocity = sample(tick).qd;
+        let limits = model.links().iter().map(|link| link.limits.velocity);
+        let shares = velocity.iter().zip(limits).map(|(v, limit)| if limit.is_finite() { v / limit } else { *v });
+        shares.map(|share| share * share).sum()
+    };
+    let mut fastest = (0, 0.0);
+    for tick in 0..ticks {
+        let speed = speed(tick);
+        if speed > fastest.1 {
+            fastest = (tick, speed);
+        }
+    }
+    let first = (fastest.0 + 1).saturating_sub(RUN_UP + COUNTED);
+    let encoder = scene.controller_config(model).encoder;
+    let counts = |q: &[f64; N]| std::array::from_fn(|i| (q[i] / encoder[i].per_count).round() as i32 + encoder[i].zero);
+    let input = |tick: usize| {
+        let reference = sample(tick);
+        Input { reference, counts: scene.sensors.encoder.then(|| counts(&reference.q)) }
+    };
+    Ok((first..first + RUN_UP + COUNTED).map(input).collect())
+}
+
+fn at<const N: usize>(motion: &Motion<f64, N>, repeat: bool, t: f64) -> Reference<f64, N> {
+    motion.sample(if repeat { t % motion.duration() } else { t })
+}
+
+/// What two scenes do not have in common of what one table of inputs asks for: arm, rate, motion, duration, sensors.
+#[must_use]
+pub fn difference(one: &SceneFile, other: &SceneFile) -> Option<&'static str> {
+    let differs = [
+        ("robot", one.robot.joints != other.robot.joints || one.robot.tool != other.robot.tool),
+        ("control.rate", one.control.rate.to_bits() != other.control.rate.to_bits()),
+        ("motion", one.motion != other.motion),
+        ("duration", one.duration != other.duration),
+        ("sensors", one.sensors != other.sensors),
+    ];
+    differs.into_iter().find(|(_, differs)| *differs).map(|(name, _)| name)
+}
+
+/// Write `kernels.rs` and the modules that it names into a folder, for the scenes of a list: the whole of the measuring program's build
+/// script. Gives the files that were read.
+///
+/// | item | what |
+/// |---|---|
+/// | `N` | joints |
+/// | `RUN_UP` | ticks before those that are counted |
+/// | `INPUTS` | the ticks, of the program's type `Row` |
+/// | `scene_K::{arm, dynamics}` | [`super::arm_module`] and [`super::dynamics_module`] of the scene that is K-th in the list, in its own scalar |
+/// | `scene_K::live()` | its live inputs |
+/// | `scene!(K, scene_K, tick_K, SCALAR);` | a call of the program's macro for each |
+/// | `all(counter)` | calls `scene_K::count(counter)` for each |
+///
+/// # Errors
+/// A file that cannot be read, with its name and line; scenes that differ in arm, rate, motion, duration or sensors; a folder that cannot
+/// be written to.
+pub fn write_program(list: &Path, folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let text = std::fs::read_to_string(list).map_err(|error| format!("{}: {error}", list.display()))?;
+    let paths: Vec<PathBuf> = text.lines().filter(|line| !line.trim().is_empty()).map(PathBuf::from).collect();
+    write_program_of(&paths, folder)?;
+    Ok(std::iter::once(list.to_owned()).chain(paths).collect())
+}
+
+/// As [`write_program`], for these scene files.
+///
+/// # Errors
+/// As [`write_program`].
+pub fn write_program_of(paths: &[PathBuf], folder: &Path) -> Result<(), Box<dyn Error>> {
+    let scenes: Vec<SceneFile> = paths.iter().map(|path| SceneFile::load(path)).collect::<Result<_, _>>()?;
+    let Some(first) = scenes.first() else {
+        return Err("no scene to measure: expected the path of a scene file on each line of the list".into());
+    };
+    for scene in &scenes {
+        if let Some(what) = difference(first, scene) {
+            return Err(format!(
+                "{}: {what}: not that of {}; expected scenes of one robot, rate, motion, duration and sensors",
+                scene.path.display(),
+                first.path.display()
+            )
+            .into());
+        }
+    }
+    with_dof!(first.robot.dof(), N => program::<N>(&scenes, folder))
+}
+
+fn program<const N: usize>(scenes: &[SceneFile], folder: &Path) -> Result<(), Box<dyn Error>> {
+    let modules = Modules::new(folder.to_owned());
+    let mut rest = String::new();
+    let mut calls = String::new();
+    for (k, scene) in scenes.iter().enumerate() {
+        let model = scene.robot.model::<N>()?;
+        if k == 0 {
+            let rows = inputs(scene, &model).map_err(|error| format!("{}: {error}", scene.path.display()))?;
+            rest += &table(&rows);
+        }
+        let scalar = scene.control.scalar;
+        let (real, live) = match scalar {
+            ScalarChoice::F32 => (f32::NAME, live_item::<f32, N>(&scene.live(&model))),
+            ScalarChoice::F64 | ScalarChoice::Mixed => (f64::NAME, live_item::<f64, N>(&scene.live(&model))),
+        };
+        // The compiler names the file where it finds something: let it say whose it is.
+        let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let arm = modules.file(&format!("{k}_{stem}_arm"), &arm_module_in(scene, &model, scalar))?;
+        let dynamics = modules.file(&format!("{k}_{stem}_dynamics"), &dynamics_module_in(scene, &model, scalar))?;
+        rest += &format!(
+            "pub(crate) mod scene_{k} {{\n    #[path = {arm:?}]\n    pub mod arm;\n    #[path = {dynamics:?}]\n    pub mod dynamics;\n\
+             \n    use dynamics_core::{{Inertia, Live, Wrench}};\n    use nalgebra::{{Matrix3, Vector3}};\n\
+             \n    pub(crate) fn live() -> Live<{real}, {N}> {{\n        {}\n    }}\n\
+             \n    scene!({k}, tick_{k}, {real});\n}}\n",
+            live.print(8)
+        );
+        calls += &format!("    scene_{k}::count(counter);\n");
+    }
+    modules.finish(&format!("{rest}\npub(crate) fn all(counter: &Counter) {{\n{calls}}}\n"))
+}
+
+/// The ticks as a constant.
+fn table<const N: usize>(rows: &[Input<N>]) -> String {
+    let row = |Input { reference: Reference { q, qd, qdd }, counts }: &Input<N>| {
+        let counts = counts.map_or_else(
+            || word("None"),
+            |counts| super::call("Some", vec![list(counts.iter().map(|&c| integer(i64::from(c))).collect())]),
+        );
+        record("Row", vec![("q", numbers(q)), ("qd", numbers(qd)), ("qdd", numbers(qdd)), ("counts", counts)])
+    };
+    let count = rows.len();
+    let rows = list(rows.iter().map(row).collect());
+    format!(
+        "pub(crate) const N: usize = {N};\npub(crate) const RUN_UP: usize = {RUN_UP};\n\
+         pub(crate) static INPUTS: [Row; {count}] = {};\n\n",
+        rows.print(0)
+    )
+}
+
+fn live_item<S: Float, const N: usize>(live: &Live<f64, N>) -> Item {
+    record(
+        "Live",
+        vec![
+            ("gravity", vector(&cast_vector::<f64, S>(&live.gravity))),
+            ("payload", inertia_item(&live.payload.cast::<S>())),
+            ("tip_wrench", wrench_item(&live.tip_wrench.cast::<S>())),
+            ("rotor", list(live.rotor.iter().map(|x| number(S::literal(*x))).collect())),
+        ],
+    )
+}
