@@ -40,7 +40,7 @@ impl LoopGain {
     /// Whether a model with this loop gain has too weak a feedback. A NaN is too weak.
     #[must_use]
     pub fn is_too_weak(&self) -> bool {
-        !(self.least >= Self::LEAST)
+        self.least.is_nan() || self.least < Self::LEAST
     }
 
     /// The weaker of two.
