@@ -13,6 +13,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use dynamics_core::{JointKind, Term};
 use indicatif::ProgressBar;
 use robot_compiler::kernel::Operations;
+use robot_compiler::scene::loop_gain::LoopGain;
 use robot_compiler::scene::terms::{Along, ModelTerm, TorqueError};
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
@@ -103,6 +104,12 @@ pub struct Dropped {
     pub tracking: Tracking,
     /// Whether the torque error keeps the tolerance.
     pub within_tolerance: bool,
+    /// Least loop gain along the motion, where the full model has 1.
+    pub loop_gain: f64,
+    /// The joint that moves most in the mode of that loop gain; none where it is 1.
+    pub weakest_joint: Option<usize>,
+    /// Whether both allow it to go.
+    pub may_go: bool,
 }
 
 /// What a tick of the chip takes less without a term.
@@ -257,10 +264,15 @@ impl<const N: usize> Lab<'_, N> {
     fn dropped(&self, terms: &[ModelTerm]) -> Result<Dropped, Failure> {
         let error = self.along.error_without(terms);
         let [with, without] = [&[], terms].map(|terms| self.along.operations_without(terms));
+        let loop_gain = self.along.loop_gain_without(terms);
+        let within_tolerance = error.worst_of_limit() <= self.tolerance;
         Ok(Dropped {
             operations: Count::less(&with, &without),
             chip: None,
-            within_tolerance: error.worst_of_limit() <= self.tolerance,
+            within_tolerance,
+            loop_gain: loop_gain.least,
+            weakest_joint: (loop_gain.least < 1.0).then_some(loop_gain.joint),
+            may_go: within_tolerance && !loop_gain.is_too_weak(),
             torque_error: Error::from(error),
             tracking: self.tracking(terms)?,
         })
@@ -395,31 +407,37 @@ impl Explanation {
         if self.chip.is_some() {
             head.extend(["instructions", "cycles, est.", "flash"]);
         }
-        head.extend(["torque error", "of the limit", "joint", "may go"]);
+        head.extend(["torque error", "of the limit", "joint", "loop gain", "may go"]);
         let mut table = table(&head, 3);
         for report in &self.terms {
             let names = [report.term, report.state, &report.why].map(str::to_owned);
-            let Some(Dropped { operations: Count { mul, add, sub }, chip, torque_error, within_tolerance, .. }) =
-                &report.dropped
-            else {
-                table.add_row(
-                    names.into_iter().chain(core::iter::repeat_n("-".to_owned(), head.len() - 3)).collect::<Vec<_>>(),
-                );
+            let Some(dropped) = &report.dropped else {
+                let empty = core::iter::repeat_n("-".to_owned(), head.len() - 3);
+                table.add_row(names.into_iter().chain(empty).collect::<Vec<_>>());
                 continue;
             };
+            let Dropped { operations: Count { mul, add, sub }, chip, torque_error, may_go, .. } = dropped;
             let worst = torque_error.worst();
             let joint = &self.joints[worst];
             let share = torque_error.of_limit[worst].map_or_else(|| "no limit".to_owned(), percent);
             let most = engineering(torque_error.max[worst], joint.torque_unit);
-            let may_go = if *within_tolerance { "yes" } else { "no" };
-            let counts = [mul, add, sub].map(ToString::to_string);
+            let may_go = if *may_go { "yes" } else { "no" };
+            let counts = [mul, add, sub].map(i64::to_string);
             let on_chip = chip.iter().flat_map(|chip| {
                 [format!("{:.0}", chip.instructions), format!("{:.0}", chip.cycles), chip.flash.to_string()]
             });
-            let rest = [most, share, joint.name.clone(), may_go.into()];
+            let rest = [most, share, joint.name.clone(), self.loop_gain(dropped), may_go.to_owned()];
             table.add_row(names.into_iter().chain(counts).chain(on_chip).chain(rest).collect::<Vec<_>>());
         }
         table
+    }
+
+    /// The least loop gain, and the joint that feels it.
+    fn loop_gain(&self, dropped: &Dropped) -> String {
+        dropped.weakest_joint.map_or_else(
+            || "1".to_owned(),
+            |joint| format!("{} {}", percent(dropped.loop_gain), self.joints[joint].name),
+        )
     }
 
     /// A row per joint; a column without anything dropped, where that is given, one per term that is not absent, and one for all
@@ -450,11 +468,16 @@ impl Explanation {
         let what = if given_up.is_empty() {
             "nothing".to_owned()
         } else {
-            format!("{}: {share} of a limit at most, {mul} mul, {add} add, {sub} sub less", given_up.join(", "))
+            let gain = self.loop_gain(dropped);
+            let names = given_up.join(", ");
+            format!("{names}: {share} of a limit at most, loop gain {gain}, {mul} mul, {add} add, {sub} sub less")
         };
         let verb = if *chosen { "given up" } else { "could go" };
-        let mut lines =
-            vec![("tolerance", format!("{} of each joint's torque limit", percent(self.tolerance))), (verb, what)];
+        let mut lines = vec![
+            ("tolerance", format!("{} of each joint's torque limit", percent(self.tolerance))),
+            ("least loop gain", format!("{} of the full model's", LoopGain::LEAST)),
+            (verb, what),
+        ];
         let faults = self.terms.iter().filter_map(|report| {
             let fault = report.dropped.as_ref()?.tracking.fault.as_ref()?;
             Some(format!("{}: {fault}", report.term))

@@ -8,10 +8,12 @@ use dynamics_core::control::{Encoder, EveryNth, Friction, Gains, Guard, Tracking
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, JointKind, Live, Model, Real, Scene, Trig, Wrench};
+use nalgebra::SVector;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 pub(crate) mod choices;
+pub mod loop_gain;
 mod settings;
 pub mod terms;
 
@@ -105,9 +107,7 @@ impl SceneFile {
     #[must_use]
     pub fn controller_config<const N: usize>(&self, model: &Model<f64, N>) -> ControllerConfig<f64, N> {
         let period = self.period();
-        let start: [f64; N] = joints(self.motion.start());
-        let dynamics = Dynamics::new(*model, self.scene(model));
-        let inertia = mass_matrix(&dynamics, &Libm.sin_cos_all(&start), &start, &self.live(model)).diagonal();
+        let inertia = self.fixed_inertia(model, &self.model);
         let frequency: [f64; N] = joints(&self.control.natural_frequency);
         let damping: [f64; N] = joints(&self.control.damping);
         let limits = model.links().map(|link| link.limits);
@@ -135,6 +135,13 @@ impl SceneFile {
         config: &ControllerConfig<S, N>,
     ) -> EveryNth<D, S, N> {
         EveryNth::new(inner, self.control.model_every, self.control.model_between, &config.gains)
+    }
+
+    /// Diagonal of the inertia matrix that a model of this scene has where the motion starts, kg m^2 or kg.
+    pub(crate) fn fixed_inertia<const N: usize>(&self, model: &Model<f64, N>, spec: &ModelSpec) -> SVector<f64, N> {
+        let start: [f64; N] = joints(self.motion.start());
+        let dynamics = Dynamics::new(*model, spec.scene(model));
+        mass_matrix(&dynamics, &Libm.sin_cos_all(&start), &start, &self.live(model)).diagonal()
     }
 
     /// The reference motion, checked against the joint limits and slowed where that makes it fit.

@@ -1,5 +1,6 @@
 //! The terms of a scene's model one by one: what dropping some of them costs in torque, and the fewest that a tolerance allows.
 
+use super::loop_gain::{Feedback, LoopGain};
 use super::settings::ModelSpec;
 use super::{SceneFile, inertia, joints};
 use crate::kernel::{Function, Level, Operations, Precision, compile};
@@ -40,6 +41,12 @@ impl ModelTerm {
             Self::VelocityTerms => "velocity terms",
             Self::Friction => "friction",
         }
+    }
+
+    /// Whether the inertia that the model gives the arm depends on it.
+    #[must_use]
+    pub const fn is_inertia(self) -> bool {
+        matches!(self, Self::Payload | Self::Rotors)
     }
 
     /// Its key in a scene's `[model]`.
@@ -160,6 +167,8 @@ pub struct FewestTerms {
     pub given_up: Vec<ModelTerm>,
     /// What that leaves out, all together.
     pub error: TorqueError,
+    /// How strong the feedback still is.
+    pub loop_gain: LoopGain,
 }
 
 /// The scene's reference motion, to compare models along.
@@ -178,6 +187,9 @@ pub struct Along<'a, const N: usize> {
 impl<'a, const N: usize> Along<'a, N> {
     /// Most instants at which models are compared.
     pub const INSTANTS_MAX: u32 = 4000;
+
+    /// Most instants at which loop gains are compared: inertia follows the posture, which changes slowly.
+    pub const POSTURES_MAX: usize = 400;
 
     /// Along the scene's own motion.
     ///
@@ -204,6 +216,23 @@ impl<'a, const N: usize> Along<'a, N> {
             }
             torque
         })
+    }
+
+    /// How strong the feedback is without these terms, where it is weakest along the motion: at one instant per control period,
+    /// at most [`Along::POSTURES_MAX`] of them.
+    #[must_use]
+    pub fn loop_gain_without(&self, terms: &[ModelTerm]) -> LoopGain {
+        if !terms.iter().any(|term| term.is_inertia()) {
+            return LoopGain::FULL;
+        }
+        let full = self.file.model.full();
+        let less = full.without(terms);
+        let [full, less] = [full, &less].map(|spec| Feedback::new(self.file, self.model, spec));
+        let stride = self.instants.len().div_ceil(Self::POSTURES_MAX).max(1);
+        let at = |(Reference { q, .. }, turn): &(Reference<f64, N>, [SinCos<f64>; N])| {
+            LoopGain::of(&full.matrix(turn, q, &self.live), &less.matrix(turn, q, &self.live))
+        };
+        self.instants.iter().step_by(stride).map(at).fold(LoopGain::FULL, LoopGain::weaker)
     }
 
     /// Torques that the full model has and the model without these terms has not.
@@ -241,10 +270,10 @@ impl<'a, const N: usize> Along<'a, N> {
         self.missing(terms).all(|missing| (0..N).all(|i| missing[i].abs() <= allowed[i]))
     }
 
-    /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit, everywhere on the
-    /// motion.
+    /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit, and the loop gain at
+    /// [`LoopGain::LEAST`], everywhere on the motion.
     ///
-    /// A set of terms may go if its error is within the tolerance and every smaller set may go too: that two errors cancel on
+    /// A set of terms may go if its error is within the tolerance, its loop gain suffices and every smaller set may go too: that two errors cancel on
     /// this motion is no reason to make both. Of the sets to which nothing can be added the one goes that leaves the fewest
     /// operations; of equals the one that takes more terms, then the one that keeps the earlier of [`ModelTerm::ALL`].
     #[must_use]
@@ -259,7 +288,12 @@ impl<'a, const N: usize> Along<'a, N> {
         may_go[0] = true;
         // A set comes after all of its parts.
         for set in 1..sets {
-            may_go[set] = bits(set).all(|bit| may_go[set & !bit]) && self.keeps(tolerance, &terms(set));
+            may_go[set] = bits(set).all(|bit| may_go[set & !bit]) && {
+                let terms = terms(set);
+                // What else goes leaves the loop gain as it is, and the part that bears on it may go.
+                let felt = terms.iter().all(|term| term.is_inertia());
+                self.keeps(tolerance, &terms) && !(felt && self.loop_gain_without(&terms).is_too_weak())
+            };
         }
         let full = |set: usize| bits(!set & (sets - 1)).all(|bit| !may_go[set | bit]);
         let largest: Vec<usize> = (0..sets).filter(|&set| may_go[set] && full(set)).collect();
@@ -274,7 +308,7 @@ impl<'a, const N: usize> Along<'a, N> {
             }
         };
         let given_up = terms(goes);
-        FewestTerms { error: self.error_without(&given_up), given_up }
+        FewestTerms { error: self.error_without(&given_up), loop_gain: self.loop_gain_without(&given_up), given_up }
     }
 
     /// Operations of a tick's inverse dynamics and friction feedforward, in the full model without these terms: of the
