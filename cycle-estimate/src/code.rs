@@ -1,7 +1,7 @@
 //! A linked program.
 
 use crate::decode;
-use crate::instruction::Instruction;
+use crate::instruction::{Class, Instruction, Registers};
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionKind, SymbolKind};
 use std::ops::Range;
 
@@ -106,6 +106,25 @@ impl Code {
             }
         }
         found
+    }
+
+    /// Where a function that calls another through a register goes on behind its first such call; the function is the first
+    /// whose linker's name holds these letters.
+    ///
+    /// A program that counts calls one after another with the same few instructions has one such place.
+    #[must_use]
+    pub fn behind_call_in(&self, name: &str) -> Option<u32> {
+        let (_, start, size) = self.functions().find(|(known, ..)| known.contains(name))?;
+        let link = Registers::core(14);
+        let mut at = start;
+        while at < start.saturating_add(size) {
+            let instruction = self.decode(at)?;
+            at += instruction.width;
+            if instruction.class == Class::Branch && instruction.writes.meets(link) && instruction.reads.count() == 1 {
+                return Some(at);
+            }
+        }
+        None
     }
 
     fn half(&self, address: u32) -> Option<u16> {

@@ -12,6 +12,7 @@ use crate::exit::Failure;
 use crate::simulate;
 use crate::target::Torques;
 use chip_image::Program;
+use cycle_estimate::{Code, Estimator, Memory, Placement, trace};
 use dynamics_core::{Command, Fault, Model, Real};
 use indicatif::ProgressBar;
 use miette::IntoDiagnostic as _;
@@ -19,7 +20,7 @@ use robot_compiler::emit::cost::{Input, RUN_UP, difference, inputs};
 use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Scenes that are handed over to be built and run at once; `stop` and the progress are looked at in between.
@@ -35,6 +36,15 @@ pub struct Instructions {
     pub min: u64,
     /// Most in a tick.
     pub max: u64,
+    /// Mean over the ticks.
+    pub mean: f64,
+}
+
+/// Cycles of the ticks that drive, as `cycle_estimate` finds them likely, with the core's caches as the ticks before left them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Cycles {
+    /// Most in a tick.
+    pub max: f64,
     /// Mean over the ticks.
     pub mean: f64,
 }
@@ -76,6 +86,8 @@ pub struct Tick {
 pub struct Cost {
     /// Instructions, over the counted ticks.
     pub instructions: Instructions,
+    /// Cycles from flash, over the same ticks: an estimate.
+    pub cycles: Cycles,
     /// Bytes of the tick, of all that it calls and of the constants that they read. What several scenes share counts in full for each.
     pub flash_bytes: u64,
     /// Bytes of the controller and, where it runs from RAM, of its kernel.
@@ -214,6 +226,7 @@ fn cost(said: &str, desk: &[String]) -> miette::Result<Cost> {
     let reached = program.reached_from(ran.address).into_diagnostic()?;
     Ok(Cost {
         instructions: ran.instructions,
+        cycles: cycles(&path, &bytes, ran.address)?,
         flash_bytes: reached.flash_bytes(),
         ram_bytes: ran.controller_bytes + reached.sram_bytes(),
         matches_desk: ran.matches_desk,
@@ -224,6 +237,34 @@ fn cost(said: &str, desk: &[String]) -> miette::Result<Cost> {
             bytes: program.function(ran.address).into_diagnostic()?.bytes,
             program: path,
         },
+    })
+}
+
+/// Trace the program once more, instruction by instruction.
+fn cycles(path: &Path, bytes: &[u8], tick: u64) -> miette::Result<Cycles> {
+    let code = Code::parse(bytes).into_diagnostic()?;
+    let start = u32::try_from(tick & !1).into_diagnostic()?;
+    let Some(back) = code.behind_call_in("Counter4call") else {
+        return Err(miette::miette!("{}: nothing in it counts calls", path.display()));
+    };
+    let mut ranges = code.reached_from(start);
+    ranges.push(back..back + 2);
+    let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));
+    let mut ticks: Vec<f64> = Vec::new();
+    let mut begun = false;
+    trace::run_within(path, &[(start, back)], &ranges, |_, address| {
+        // No instruction inside jumps back to the function's start.
+        if address == start && core::mem::replace(&mut begun, true) {
+            ticks.push(estimator.finish().cycles.likely as f64);
+        }
+        estimator.execute(address);
+    })
+    .into_diagnostic()?;
+    ticks.push(estimator.finish().cycles.likely as f64);
+    let counted = ticks.get(RUN_UP..).unwrap_or_default();
+    Ok(Cycles {
+        max: counted.iter().copied().fold(0.0, f64::max),
+        mean: counted.iter().sum::<f64>() / counted.len().max(1) as f64,
     })
 }
 
@@ -286,7 +327,6 @@ fn ran(said: &str, scene: usize, desk: &[String]) -> miette::Result<Ran> {
 #[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test that fails should stop there; halves are exact")]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     /// What a program says whose first tick braked, whose run-up took 9 and whose two counted ticks took 10 and 13.
     fn said(first: &str, count: usize) -> String {

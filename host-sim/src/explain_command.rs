@@ -3,7 +3,6 @@
 use crate::cli::ExplainArgs;
 use crate::closed_loop::End;
 use crate::exit::Failure;
-use crate::progress::progress_bar;
 use crate::run_command::{file_name, in_file};
 use crate::simulate;
 use crate::summary::engineering;
@@ -169,7 +168,7 @@ pub fn run(args: &ExplainArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(
     }
     let mut explanation = with_dof!(file.robot.dof(), N => explain::<N>(&file, args.tolerance, stop))?;
     if args.chip {
-        explanation.measure(&args.scene, costs)?;
+        explanation.measure(&args.scene, costs, stop)?;
     }
     let text = if args.json {
         serde_json::to_string_pretty(&explanation).map_err(|error| Failure::Output(error.into()))? + "\n"
@@ -336,7 +335,7 @@ impl Error {
 
 impl Explanation {
     /// Measure the tick of the chip with every term and without each.
-    fn measure(&mut self, scene: &Path, costs: &Costs<'_>) -> Result<(), Failure> {
+    fn measure(&mut self, scene: &Path, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
         let base = Base::load(scene)?;
         let folder = Path::new("out/explain").join(file_name(&self.scene));
         fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
@@ -359,9 +358,7 @@ impl Explanation {
             Ok(path)
         });
         let paths: Vec<PathBuf> = paths.collect::<Result<_, Failure>>()?;
-        let progress = progress_bar(Some(paths.len() as u64), "");
-        let found = costs(&paths, &progress)?;
-        progress.finish_and_clear();
+        let found = costs(&paths, stop)?;
         let Some((full, rest)) = found.split_first() else { return Ok(()) };
         let saving = |cost: &Cost| ChipSaving {
             instructions: full.instructions - cost.instructions,

@@ -2,6 +2,7 @@
 
 use clap::Parser;
 use host_sim::cli::{Cli, Command};
+use host_sim::trade::on_the_chip;
 use host_sim::{
     bound_command, dynamics_command, energy_command, explain_command, extremes_command, info_command, kernel_command,
     linkage_command, run_command, statics_command, terms_command, trade_command,
@@ -22,23 +23,14 @@ fn main() -> ExitCode {
         Command::Terms(args) => terms_command::run(&args).map(|()| 0),
         Command::Statics(args) => statics_command::run(&args).map(|()| 0),
         Command::Energy(args) => energy_command::run(&args, &stop_on_interrupt()),
-        Command::Explain(args) => {
-            explain_command::run(&args, &|_, _| Err(host_sim::exit::Failure::Interrupted), &stop_on_interrupt())
-                .map(|()| 0)
-        }
+        Command::Explain(args) => explain_command::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
         Command::Info(args) => info_command::run(&args).map(|()| 0),
         Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
         Command::Linkage(args) => linkage_command::run(&args),
         Command::Bound(args) => bound_command::run(&args).map(|()| 0),
         Command::Extremes(args) => extremes_command::run(&args).map(|()| 0),
-        Command::Trade(args) => {
-            trade_command::run(&args, &|_, _| Err(host_sim::exit::Failure::Interrupted), &stop_on_interrupt())
-                .map(|()| 0)
-        }
-        Command::Choose(args) => {
-            trade_command::choose(&args, &|_, _| Err(host_sim::exit::Failure::Interrupted), &stop_on_interrupt())
-                .map(|()| 0)
-        }
+        Command::Trade(args) => trade_command::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
+        Command::Choose(args) => trade_command::choose(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
     };
     ExitCode::from(done.unwrap_or_else(|failure| {
         let code = failure.code();

@@ -22,6 +22,7 @@ pub mod report;
 pub mod simulator;
 mod store;
 
+use crate::chip_cost;
 use crate::exit::Failure;
 use crate::run_command::in_file;
 use base::Base;
@@ -58,8 +59,42 @@ pub struct Cost {
     pub matches_desk: bool,
 }
 
+impl From<chip_cost::Cost> for Cost {
+    fn from(cost: chip_cost::Cost) -> Self {
+        let chip_cost::Cost { instructions, cycles, flash_bytes, ram_bytes, matches_desk, .. } = cost;
+        Self {
+            instructions: instructions.mean,
+            instructions_max: instructions.max,
+            cycles: cycles.mean,
+            cycles_max: cycles.max,
+            flash: flash_bytes,
+            ram: ram_bytes,
+            matches_desk,
+        }
+    }
+}
+
+/// Measure on the emulated chip; installs what that needs. A tick that brakes, and a torque that is not the desk's to the last bit,
+/// is an error: a cost that was counted on something else is none.
+///
+/// # Errors
+/// As [`chip_cost::measure`].
+pub fn on_the_chip(paths: &[PathBuf], stop: &AtomicBool) -> Result<Vec<Cost>, Failure> {
+    let costs = chip_cost::measure(paths, stop, &ProgressBar::hidden())?;
+    for (path, cost) in paths.iter().zip(&costs) {
+        if let Some(braked) = cost.fault {
+            let fault = braked.fault().map_or_else(|| format!("fault {}", braked.code), |fault| fault.to_string());
+            return Err(Failure::Target(miette::miette!("{}: tick {} braked: {fault}", path.display(), braked.tick)));
+        }
+        if !cost.matches_desk {
+            return Err(Failure::Target(miette::miette!("{}: the chip's torques are not the desk's", path.display())));
+        }
+    }
+    Ok(costs.into_iter().map(Cost::from).collect())
+}
+
 /// Measures costs of scene files on the chip, in their order.
-pub type Costs<'a> = dyn Fn(&[PathBuf], &ProgressBar) -> Result<Vec<Cost>, Failure> + 'a;
+pub type Costs<'a> = dyn Fn(&[PathBuf], &AtomicBool) -> Result<Vec<Cost>, Failure> + 'a;
 
 /// A choice and everything that was measured of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -258,7 +293,7 @@ fn on_chip(
         });
         let paths: Vec<PathBuf> = paths.collect::<Result<_, Failure>>()?;
         shop.progress.set_message("on the chip");
-        for (&i, cost) in batch.iter().zip(costs(&paths, shop.progress)?) {
+        for (&i, cost) in batch.iter().zip(costs(&paths, shop.stop)?) {
             store.put(&keys[i], &cost)?;
             found[i] = Some(cost);
             shop.progress.inc(1);
@@ -268,5 +303,5 @@ fn on_chip(
     all.ok_or_else(|| Failure::Target(miette::miette!("the chip's program did not measure every choice")))
 }
 
-/// Choices that are built into one program of the chip.
-const BATCH: usize = 24;
+/// Choices that are measured on the chip before they are written down.
+const BATCH: usize = 8;

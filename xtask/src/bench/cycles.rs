@@ -4,7 +4,7 @@ use super::chip::{self, Counted};
 use super::disassembly;
 use super::report::{ARMS, LEVELS, Table, thousands, write_into};
 use anyhow::{Context as _, Result, bail, ensure};
-use cycle_estimate::{Class, Code, Estimate, Estimator, Memory, Placement, Registers, timing, trace};
+use cycle_estimate::{Class, Code, Estimate, Estimator, Memory, Placement, timing, trace};
 use std::ops::Range;
 
 /// The kernel whose instructions are listed by class.
@@ -59,7 +59,7 @@ const EMPTY: &str = "cases7nothing";
 /// The recursion's kernels, alone and with sine and cosine, in every state that the program counts them in; last the
 /// function that does nothing.
 fn traced(counted: &Counted, code: &Code) -> Result<Vec<Traced>> {
-    let back = return_of_call(code)?;
+    let back = code.behind_call_in("Counter4call").context("the counting program has no Counter::call that calls")?;
     let mut names = Vec::new();
     for (arm, _) in ARMS {
         for level in LEVELS {
@@ -102,22 +102,6 @@ fn traced(counted: &Counted, code: &Code) -> Result<Vec<Traced>> {
         all.push(Traced { name, first, flash, sram, least, most });
     }
     Ok(all)
-}
-
-/// Where the counting program goes on behind the call of what it counts.
-fn return_of_call(code: &Code) -> Result<u32> {
-    let function = code.functions().find(|(name, ..)| name.contains("Counter4call"));
-    let (_, start, size) = function.context("the counting program has no Counter::call")?;
-    let link = Registers::core(14);
-    let mut at = start;
-    while at < start + size {
-        let Some(instruction) = code.decode(at) else { bail!("{at:#x} in Counter::call is no instruction") };
-        at += instruction.width;
-        if instruction.class == Class::Branch && instruction.writes.meets(link) && instruction.reads.count() == 1 {
-            return Ok(at);
-        }
-    }
-    bail!("Counter::call calls nothing")
 }
 
 /// The trace has as many instructions as the chip's timer counted, each known, and cycles within bounds.
