@@ -32,7 +32,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         Some(list) => write_program(&PathBuf::from(list), &folder)?,
         None => {
             let scene = root.join(SCENE_DEFAULT);
-            write_program_of(&[scene.clone()], &folder)?;
+            write_program_of(std::slice::from_ref(&scene), &folder)?;
             vec![scene]
         }
     };

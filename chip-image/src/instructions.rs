@@ -94,7 +94,7 @@ pub(crate) fn references(code: &[u8], start: u64, is_data: impl Fn(u64) -> bool)
     }
     for at in (0..code.len()).step_by(4) {
         let here = start + at as u64;
-        if here % 4 == 0 && is_data(here) {
+        if here.is_multiple_of(4) && is_data(here) {
             found.numbers.push(u64::from(half(code, at)) | u64::from(half(code, at + 2)) << 16);
         }
     }

@@ -19,7 +19,7 @@ fn puma() -> SceneFile {
 /// The numbers of a text, as its scalar reads them.
 fn numbers(text: &str) -> Vec<&str> {
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || ".-_".contains(c)));
-    words.filter(|word| word.contains('.') && word.parse::<f64>().is_ok()).collect()
+    words.filter(|word| word.contains(['.', 'e']) && word.parse::<f64>().is_ok()).collect()
 }
 
 #[test]
