@@ -475,7 +475,8 @@ pub enum BranchName {
 }
 
 const TRADE_EXAMPLES: &str = "\
-Every combination of the choices below is a scene file of its own, and is measured:
+Every combination of the choices below is a scene file of its own; so is the scene's own choice, and each that differs from it in one
+thing (not with --alone). Measured of each:
   instructions   of the controller's tick on the emulated chip, every one counted: mean and most, over consecutive ticks of the scene's motion
   cycles         an estimate for the chip's core and flash, from the instructions that were executed
   flash, RAM     the tick with all that it reaches, and what it remembers from tick to tick
@@ -508,14 +509,14 @@ Files, in the folder given by --out (out/trade/NAME otherwise):
 #[derive(Clone, Debug, Args)]
 pub struct AxisArgs {
     /// Floating-point types.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["f32", "mixed", "f64"])]
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["f32"])]
     pub scalar: Vec<RunScalar>,
     /// Sines and cosines.
     #[arg(
         long,
         value_parser = PossibleValuesParser::new(ControlSpec::trig_names()),
         value_delimiter = ',',
-        default_values = ["polynomial", "polynomial-5", "polynomial-3", "table", "rotation", "libm"]
+        default_values = ["polynomial", "polynomial-3", "table"]
     )]
     pub trig: Vec<String>,
     /// Sets of terms.
@@ -528,14 +529,17 @@ pub struct AxisArgs {
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["on"])]
     pub rotors: Vec<Switch>,
     /// When the model is evaluated.
-    #[arg(long, value_delimiter = ',', default_values = ["1", "4:hold", "4:extrapolate"], value_name = "TICKS[:BETWEEN]")]
+    #[arg(long, value_delimiter = ',', default_values = ["1", "4:extrapolate"], value_name = "TICKS[:BETWEEN]")]
     pub every: Vec<Every>,
     /// Levels of the arm's kernel.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["exact", "regrouped"])]
+    #[arg(long, value_enum, value_delimiter = ',', default_values = ["regrouped"])]
     pub kernel: Vec<LevelName>,
     /// Control rates, Hz; the scene's otherwise.
     #[arg(long, value_delimiter = ',', value_name = "HZ")]
     pub rate: Vec<f64>,
+    /// The product alone: without the scene's own choice and those that differ from it in one thing.
+    #[arg(long)]
+    pub alone: bool,
 }
 
 /// Options of `trade`.

@@ -1,14 +1,17 @@
 //! `trade` and `choose`: what every choice costs, and the cheapest that does.
 
-use crate::cli::{AxisArgs, ChooseArgs, Switch, TradeArgs};
+use crate::cli::{AxisArgs, ChooseArgs, LevelName, RunScalar, Switch, TradeArgs};
 use crate::document::Document;
 use crate::exit::Failure;
 use crate::progress::progress_bar;
 use crate::run_command::{file_name, in_file};
 use crate::trade::base::Base;
-use crate::trade::choice::Choice;
+use crate::trade::choice::{Choice, Every, TermSet};
 use crate::trade::report::percent;
 use crate::trade::{Costs, Point, Trade, Workshop, trade};
+use clap::ValueEnum;
+use dynamics_core::control::Between;
+use dynamics_core::trig::Method;
 use robot_compiler::scene::ControlSpec;
 use std::fmt::Write as _;
 use std::fs;
@@ -75,46 +78,68 @@ fn measured(
     trade(base, scene, choices, costs, &Workshop { folder, fresh, stop, progress: &progress })
 }
 
-/// The product of the axes, each choice once; always at `rate` (Hz), where one is given.
+/// The product of the axes and, unless the product is to be alone, the scene's own choice with each that differs from it in one
+/// thing; each choice once, always at `rate` (Hz) where one is given.
 fn choices(axes: &AxisArgs, base: &Base, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
+    let own = Choice { rate: rate.unwrap_or(base.file.control.rate), ..base.own() };
     let rates = match rate {
-        Some(rate) => vec![rate],
-        None if axes.rate.is_empty() => vec![base.file.control.rate],
-        None => axes.rate.clone(),
+        None if !axes.rate.is_empty() => axes.rate.clone(),
+        _ => vec![own.rate],
     };
     if let Some(rate) = rates.iter().find(|rate| !(**rate >= 16.0 && **rate <= 1e5)) {
         return Err(Failure::Input(miette::miette!("--rate {rate}: expected a rate in Hz, 16 to 100,000")));
     }
+    let model = &base.file.model;
+    let (rubs, turns) = (model.friction, !matches!(model.rotor, dynamics_core::Term::Absent));
+    // Without friction or rotors in the scene, leaving them out is no choice.
     let on = |switches: &[Switch], there: bool| -> Vec<bool> {
-        // Without friction or rotors in the scene both mean the same.
         if there { switches.iter().map(|switch| *switch == Switch::On).collect() } else { vec![true] }
     };
-    let model = &base.file.model;
-    let friction = on(&axes.friction, model.friction);
-    let rotors = on(&axes.rotors, !matches!(model.rotor, dynamics_core::Term::Absent));
+    let trigs: Vec<Method> = axes.trig.iter().filter_map(|name| ControlSpec::trig_named(name)).collect();
+    let mut product = vec![own];
+    spread(&mut product, &rates, |choice, rate| Choice { rate, ..choice });
+    spread(&mut product, &axes.scalar, |choice, scalar| Choice { scalar, ..choice });
+    spread(&mut product, &axes.terms, |choice, terms| Choice { terms, ..choice });
+    spread(&mut product, &on(&axes.friction, rubs), |choice, friction| Choice { friction, ..choice });
+    spread(&mut product, &on(&axes.rotors, turns), |choice, rotors| Choice { rotors, ..choice });
+    spread(&mut product, &axes.kernel, |choice, kernel| Choice { kernel, ..choice });
+    spread(&mut product, &axes.every, |choice, every| Choice { every, ..choice });
+    spread(&mut product, &trigs, |choice, trig| Choice { trig, ..choice });
+    if !axes.alone {
+        product.push(own);
+        product.extend(RunScalar::value_variants().iter().map(|&scalar| Choice { scalar, ..own }));
+        let named = ControlSpec::trig_names();
+        product.extend(named.iter().filter_map(|name| Some(Choice { trig: ControlSpec::trig_named(name)?, ..own })));
+        product.extend(TermSet::value_variants().iter().map(|&terms| Choice { terms, ..own }));
+        product.extend(rubs.then_some(Choice { friction: false, ..own }));
+        product.extend(turns.then_some(Choice { rotors: false, ..own }));
+        product.extend(OTHER_TICKS.map(|every| Choice { every, ..own }));
+        product.extend(LevelName::value_variants().iter().map(|&kernel| Choice { kernel, ..own }));
+    }
     let mut all: Vec<Choice> = Vec::new();
-    for &rate in &rates {
-        for &scalar in &axes.scalar {
-            for &terms in &axes.terms {
-                for &friction in &friction {
-                    for &rotors in &rotors {
-                        for &kernel in &axes.kernel {
-                            for &every in &axes.every {
-                                for trig in axes.trig.iter().filter_map(|name| ControlSpec::trig_named(name)) {
-                                    let choice =
-                                        Choice { scalar, trig, terms, friction, rotors, every, kernel, rate }.plain();
-                                    if !all.contains(&choice) {
-                                        all.push(choice);
-                                    }
-                                }
-                            }
-                        }
-                    }
-                }
-            }
+    for choice in product {
+        // What has no effect is at its plainest, except in the scene's own choice.
+        let choice = if choice == own { own } else { choice.plain() };
+        if !all.contains(&choice) {
+            all.push(choice);
         }
     }
     Ok(all)
+}
+
+/// When else the model is evaluated, to compare the scene's own choice with.
+const OTHER_TICKS: [Every; 5] = [
+    Every::TICK,
+    Every { ticks: 2, between: Between::Hold },
+    Every { ticks: 4, between: Between::Hold },
+    Every { ticks: 4, between: Between::Extrapolate },
+    Every { ticks: 16, between: Between::Extrapolate },
+];
+
+/// Every choice with each of these.
+fn spread<T: Copy>(choices: &mut Vec<Choice>, values: &[T], with: impl Fn(Choice, T) -> Choice) {
+    let with = &with;
+    *choices = choices.iter().flat_map(|&choice| values.iter().map(move |&value| with(choice, value))).collect();
 }
 
 /// Choose the cheapest point that meets a request, and write its scene.

@@ -15,7 +15,7 @@ use serde::Serialize;
 /// Share of the velocity limits on the slow motion.
 const SLOW: f64 = 0.1;
 /// A slow motion takes no longer one way, s.
-const LONGEST: f64 = 2.0;
+const LONGEST: f64 = 6.0;
 /// To either side of the posture of the nearly singular inertia, rad or m.
 const BESIDE: f64 = 0.3;
 /// Share of the torque limits that the fast motions may take: the rest is for friction and feedback.

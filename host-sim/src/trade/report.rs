@@ -15,7 +15,7 @@ use std::path::Path;
 pub fn command(scene: &Path, choice: &Choice) -> String {
     let n = choice.named();
     format!(
-        "host-sim trade {} --scalar {} --trig {} --terms {} --friction {} --rotors {} --every {} --kernel {} --rate {}",
+        "host-sim trade {} --scalar {} --trig {} --terms {} --friction {} --rotors {} --every {} --kernel {} --rate {} --alone",
         scene.display(),
         n.scalar,
         n.trig,
