@@ -11,8 +11,8 @@ use crate::chip::run_cost;
 use crate::exit::Failure;
 use crate::simulate;
 use crate::target::Torques;
-use chip_image::Program;
-use cycle_estimate::{Code, Estimator, Memory, Placement, trace};
+use chip_image::{Program, Reached};
+use cycle_estimate::{Code, Estimate, Estimator, Memory, Placement, trace};
 use dynamics_core::{Command, Fault, Model, Real};
 use indicatif::ProgressBar;
 use miette::IntoDiagnostic as _;
@@ -226,7 +226,7 @@ fn cost(said: &str, desk: &[String]) -> miette::Result<Cost> {
     let reached = program.reached_from(ran.address).into_diagnostic()?;
     Ok(Cost {
         instructions: ran.instructions,
-        cycles: cycles(&path, &bytes, ran.address)?,
+        cycles: cycles(&path, &bytes, &ran, &reached)?,
         flash_bytes: reached.flash_bytes(),
         ram_bytes: ran.controller_bytes + reached.sram_bytes(),
         matches_desk: ran.matches_desk,
@@ -240,33 +240,47 @@ fn cost(said: &str, desk: &[String]) -> miette::Result<Cost> {
     })
 }
 
-/// Trace the program once more, instruction by instruction.
-fn cycles(path: &Path, bytes: &[u8], tick: u64) -> miette::Result<Cycles> {
+/// Trace the program once more, instruction by instruction; every instruction that was counted must be in the trace.
+fn cycles(path: &Path, bytes: &[u8], ran: &Ran, reached: &Reached) -> miette::Result<Cycles> {
     let code = Code::parse(bytes).into_diagnostic()?;
-    let start = u32::try_from(tick & !1).into_diagnostic()?;
+    let whole = |x: u64| u32::try_from(x).into_diagnostic();
+    let start = whole(ran.address & !1)?;
     let Some(back) = code.behind_call_in("Counter4call") else {
         return Err(miette::miette!("{}: nothing in it counts calls", path.display()));
     };
-    let mut ranges = code.reached_from(start);
-    ranges.push(back..back + 2);
+    let mut ranges = vec![back..back + 2];
+    for function in &reached.functions {
+        ranges.push(whole(function.address & !1)?..whole((function.address & !1) + function.bytes)?);
+    }
     let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));
-    let mut ticks: Vec<f64> = Vec::new();
+    let mut ticks: Vec<Estimate> = Vec::new();
     let mut begun = false;
     trace::run_within(path, &[(start, back)], &ranges, |_, address| {
         // No instruction inside jumps back to the function's start.
         if address == start && core::mem::replace(&mut begun, true) {
-            ticks.push(estimator.finish().cycles.likely as f64);
+            ticks.push(estimator.finish());
         }
         estimator.execute(address);
     })
     .into_diagnostic()?;
-    ticks.push(estimator.finish().cycles.likely as f64);
+    ticks.push(estimator.finish());
     let counted = ticks.get(RUN_UP..).unwrap_or_default();
-    Ok(Cycles {
-        max: counted.iter().copied().fold(0.0, f64::max),
-        mean: counted.iter().sum::<f64>() / counted.len().max(1) as f64,
-    })
+    let traced = counted.iter().map(|tick| tick.instructions).sum::<u64>() as f64 / counted.len().max(1) as f64;
+    // The program leaves out what a call that does nothing takes.
+    let empty = traced - ran.instructions.mean;
+    if ran.fault.is_none() && !(0.0..=EMPTY_MAX).contains(&empty) {
+        return Err(miette::miette!(
+            "{}: {traced} instructions of a tick were traced, {} counted",
+            path.display(),
+            ran.instructions.mean
+        ));
+    }
+    let likely = counted.iter().map(|tick| tick.cycles.likely as f64);
+    Ok(Cycles { max: likely.clone().fold(0.0, f64::max), mean: likely.sum::<f64>() / counted.len().max(1) as f64 })
 }
+
+/// Most instructions of a function that gives a fault back and does nothing else.
+const EMPTY_MAX: f64 = 16.0;
 
 /// What the program said of a scene.
 #[derive(Debug, PartialEq)]
