@@ -1,14 +1,14 @@
 //! What acts on an arm, how it is controlled and what is simulated, as a scene file says it.
 
 use crate::diagnostics::FileError;
-use crate::robot::Robot;
+use crate::robot::{Robot, RobotJoint};
 use crate::scene_file;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec, Timing, TorqueLimits, Waypoint};
 use dynamics_core::control::{Encoder, Friction, Gains, Guard, TrackingObserver};
 use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Libm;
-use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, JointKind, Live, Model, Scene, Trig, Wrench};
-use std::f64::consts::TAU;
+use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, Live, Model, Scene, Trig, Wrench};
 use std::path::{Path, PathBuf};
 
 pub(crate) mod choices;
@@ -17,7 +17,7 @@ pub mod terms;
 
 pub use settings::{
     ActuatorSpec, BreakawaySpec, ControlSpec, FrictionSpec, KernelChoice, KernelMemory, ModelSpec, MotionSpec,
-    PlantSpec, RippleSpec, ScalarChoice, SensorSpec, ViaPoint,
+    PlantSpec, RippleSpec, SafetySpec, ScalarChoice, SensorSpec, ViaPoint,
 };
 
 /// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.
@@ -40,6 +40,8 @@ pub struct SceneFile {
     pub model: ModelSpec,
     /// How it is controlled.
     pub control: ControlSpec,
+    /// When torque acts, and what happens instead.
+    pub safety: SafetySpec,
     /// What it should do.
     pub motion: MotionSpec,
     /// What is simulated.
@@ -127,6 +129,37 @@ impl SceneFile {
         }
     }
 
+    /// The numbers of the safety state machine; times in whole ticks, rounded up.
+    #[must_use]
+    pub fn safety_rules<const N: usize>(&self, model: &Model<f64, N>) -> Rules<f64, N> {
+        let (safety, period) = (&self.safety, self.period());
+        // A number too large for the type is its largest.
+        let ticks = |time: f64| (time * self.control.rate - 1e-6).ceil() as u32;
+        let list = |list: &[f64]| joints::<N>(list);
+        let (rest_speed, resolution) = (list(&safety.rest_speed), list(&safety.resolution));
+        let (reach, reach_speed) = (list(&safety.reach), list(&safety.reach_speed));
+        let (deceleration, damping) = (list(&safety.deceleration), list(&safety.damping));
+        Rules {
+            safe_action: safety.safe_action,
+            heartbeat_max: ticks(safety.heartbeat),
+            hold_max: ticks(safety.hold),
+            supply: safety.supply,
+            temperature: safety.temperature,
+            period,
+            rate: self.control.rate,
+            latency: safety.latency,
+            joints: std::array::from_fn(|i| JointRules {
+                rest_speed: rest_speed[i],
+                jump_step: safety.jump_factor * model.links()[i].limits.velocity * period,
+                resolution: resolution[i],
+                deceleration: deceleration[i],
+                reach: reach[i],
+                reach_speed: reach_speed[i],
+                damping: damping[i],
+            }),
+        }
+    }
+
     /// The reference motion, checked against the joint limits and slowed where that makes it fit.
     ///
     /// # Errors
@@ -210,14 +243,7 @@ impl SceneFile {
     }
 
     fn encoder(&self, index: usize) -> Encoder<f64> {
-        let joint = self.robot.joints.get(index);
-        let per_count = joint.and_then(|joint| {
-            let counts = joint.encoder?.counts_per_turn;
-            Some(match joint.spec.kind {
-                JointKind::Revolute => TAU / counts,
-                JointKind::Prismatic => 1.0 / counts,
-            })
-        });
+        let per_count = self.robot.joints.get(index).and_then(RobotJoint::per_count);
         Encoder { zero: 0, per_count: per_count.unwrap_or(0.0) }
     }
 }
