@@ -170,9 +170,11 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                     Unfit::NoRoom { joint } => Refusal::NoRoom { joint },
                     Unfit::OutOfReach { joint } => Refusal::OutOfReach { joint },
                 })?;
-                let near = |i: usize| (reference.qd[i] - seen.qd[i]).abs() <= rules.joints[i].reach_speed;
-                if let Some(joint) = (0..N).find(|&i| !near(i)) {
-                    return Err(Refusal::OutOfReach { joint: joint as u8 });
+                for i in 0..N {
+                    let near = (reference.qd[i] - seen.qd[i]).abs() <= rules.joints[i].reach_speed;
+                    if !near {
+                        return Err(Refusal::OutOfReach { joint: i as u8 });
+                    }
                 }
                 self.state = State::Running;
             }
@@ -315,27 +317,31 @@ fn fit<'a, S: Real, const N: usize>(
     rules: &Rules<S, N>,
 ) -> Result<&'a Reference<S, N>, Unfit> {
     let reference = inputs.reference.as_ref().ok_or(Unfit::Missing)?;
-    let room = |i: usize| {
-        let (lo, hi, _) = believed(config, i);
-        let (a, latency) = (rules.joints[i].deceleration, rules.latency);
-        can_stop(reference.q[i], reference.qd[i], config.limits[i].position, a, latency)
-            && can_stop(seen.q[i], seen.qd[i], (lo, hi), a, latency)
-    };
-    let near = |i: usize| (reference.q[i] - seen.q[i]).abs() <= rules.joints[i].reach;
+    // Loops, not iterators: for an iterator that is not inlined the compiler keeps the panic on the index.
+    let (mut cramped, mut far) = (None, None);
     // An acceleration that is no number outlives every sum.
-    let zero = S::zero();
-    let sum = reference.qdd.iter().fold(zero, |sum, x| sum + *x * zero);
-    if (0..N).all(|i| room(i) && near(i)) && sum <= zero {
-        return Ok(reference);
-    }
-    if let Some(fault) = name_reference(reference) {
-        return Err(Unfit::NonFinite(fault));
-    }
-    match (0..N).find(|&i| !room(i)) {
-        Some(joint) => Err(Unfit::NoRoom { joint: joint as u8 }),
-        None => {
-            let joint = (0..N).find(|&i| !near(i)).unwrap_or(0);
-            Err(Unfit::OutOfReach { joint: joint as u8 })
+    let mut sum = S::zero();
+    for i in 0..N {
+        let (lo, hi, _) = believed(config, i);
+        let (q, qd) = (reference.q[i], reference.qd[i]);
+        let (a, latency) = (rules.joints[i].deceleration, rules.latency);
+        let room = can_stop(q, qd, config.limits[i].position, a, latency)
+            && can_stop(seen.q[i], seen.qd[i], (lo, hi), a, latency);
+        let near = (q - seen.q[i]).abs() <= rules.joints[i].reach;
+        if !room {
+            cramped = cramped.or(Some(i as u8));
         }
+        if !near {
+            far = far.or(Some(i as u8));
+        }
+        sum += reference.qdd[i] * S::zero();
+    }
+    match (cramped, far) {
+        (None, None) if sum <= S::zero() => Ok(reference),
+        _ => Err(match (name_reference(reference), cramped, far) {
+            (Some(fault), ..) => Unfit::NonFinite(fault),
+            (None, Some(joint), _) => Unfit::NoRoom { joint },
+            (None, None, joint) => Unfit::OutOfReach { joint: joint.unwrap_or(0) },
+        }),
     }
 }
