@@ -17,11 +17,13 @@ mod observer;
 pub mod trajectory;
 
 pub use controller::{Configuration, Controller, ControllerConfig, Guard};
+pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::Friction;
 pub use law::{Gains, Law, computed_torque};
 pub use limits::LimitFlags;
+pub(crate) use limits::{hold_torque, step_is_inside, torque_is_inside};
 pub use observer::{Encoder, TrackingObserver};
 
 /// What the arm should be doing now.

@@ -31,6 +31,7 @@
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
 //! | [`mixed`] | the recursion in f32 inside a controller in f64 |
 //! | [`control`] | laws, models evaluated every few ticks, limits, observer, reference motions, the controller and its faults |
+//! | [`safety`] | the state machine around the controller: when torque acts at all, and what happens instead |
 //!
 //! Frames are named so that products read: `parent_from_link * x_link = x_parent`. Equation numbers are those of the
 //! robot-dynamics chapter that this crate implements, in the corrected form that `docs/dynamics.md` derives.
@@ -85,6 +86,7 @@ pub mod newton_euler;
 pub mod posture;
 pub mod reactions;
 pub mod rotor_coupling;
+pub mod safety;
 pub mod scalar;
 pub mod scene;
 mod solve;

@@ -10,6 +10,7 @@ use crate::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
 use crate::with_dof;
 use dynamics_core::control::{Encoder, Friction, Gains, Guard};
 use dynamics_core::model::{Link, Placement};
+use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
 use nalgebra::{Matrix3, Vector3};
@@ -32,6 +33,7 @@ use source::{Float, Item, call, integer, list, number, record, word};
 /// | `model()` | `Model<f32, N>` | the arm |
 /// | `scene()` | `Scene<f32, N>` | what acts on it |
 /// | `config()` | `ControllerConfig<f32, N>` | the controller |
+/// | `rules()` | `Rules<f32, N>` | the safety state machine around it |
 ///
 /// The text is as rustfmt would leave it at a width of 120.
 #[must_use]
@@ -69,6 +71,7 @@ fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>, m
     let (kind, value) = if mixed { (format!("Reduced<{kind}>"), format!("Reduced({value})")) } else { (kind, value) };
     let scene = file.scene(model).cast::<S>();
     let config = file.controller_config(model).cast::<S>();
+    let rules = file.safety_rules(model).cast::<S>();
     let mut text =
         String::from("//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n");
     text += &imports(&scene, &config, trig);
@@ -91,6 +94,7 @@ fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>, m
         ("The arm.", "model", "Model", model_item(&model.cast::<S>())),
         ("What acts on it.", "scene", "Scene", scene_item(&scene)),
         ("Its controller.", "config", "ControllerConfig", config_item(&config)),
+        ("The safety state machine around it.", "rules", "Rules", rules_item(&rules)),
     ];
     for (doc, name, kind, body) in functions {
         text += &format!("\n/// {doc}\npub const fn {name}() -> {kind}<{real}, N> {{\n    {}\n}}\n", body.print(4));
@@ -239,6 +243,7 @@ fn imports<S: Float, const N: usize>(scene: &Scene<S, N>, config: &ControllerCon
     format!(
         "use dynamics_core::control::{{Encoder, {friction}Gains, Guard, Law, TrackingObserver}};\n\
          use dynamics_core::model::{{Link, Placement}};\n\
+         use dynamics_core::safety::{{JointRules, Rules, SafeAction}};\n\
          use dynamics_core::trig::{trig};\n\
          use dynamics_core::{{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term{wrench}}};\n\
          use nalgebra::{{Matrix3, Vector3}};\n"
@@ -367,6 +372,40 @@ fn config_item<S: Float, const N: usize>(config: &ControllerConfig<S, N>) -> Ite
             ("age_max", integer(i64::from(*age_max))),
             ("encoder", list(encoder.collect())),
             ("observer", call("TrackingObserver::from_gains", observer.gains().map(number).into())),
+        ],
+    )
+}
+
+fn rules_item<S: Float, const N: usize>(rules: &Rules<S, N>) -> Item {
+    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, joints } = rules;
+    let pair = |(lo, hi): &(S, S)| call("", vec![number(*lo), number(*hi)]);
+    let joints = joints.iter().map(|joint| {
+        let JointRules { rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping } = joint;
+        record(
+            "JointRules",
+            vec![
+                ("rest_speed", number(*rest_speed)),
+                ("jump_step", number(*jump_step)),
+                ("resolution", number(*resolution)),
+                ("deceleration", number(*deceleration)),
+                ("reach", number(*reach)),
+                ("reach_speed", number(*reach_speed)),
+                ("damping", number(*damping)),
+            ],
+        )
+    });
+    record(
+        "Rules",
+        vec![
+            ("safe_action", word(&format!("SafeAction::{safe_action:?}"))),
+            ("heartbeat_max", integer(i64::from(*heartbeat_max))),
+            ("hold_max", integer(i64::from(*hold_max))),
+            ("supply", pair(supply)),
+            ("temperature", pair(temperature)),
+            ("period", number(*period)),
+            ("rate", number(*rate)),
+            ("latency", number(*latency)),
+            ("joints", list(joints.collect())),
         ],
     )
 }

@@ -6,6 +6,7 @@
 use crate::scene::{KernelChoice, SceneFile};
 use dynamics_core::control::{Between, Encoder, Friction, Gains, Guard, Law};
 use dynamics_core::model::{Link, Placement};
+use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
 
@@ -53,8 +54,8 @@ impl Fnv1a {
 }
 
 impl SceneFile {
-    /// Hash of everything that decides the bits of a tick: model, scene, controller, sine and cosine, `N`, rate,
-    /// whether the operations were regrouped, and in which ticks the model is evaluated.
+    /// Hash of everything that decides the bits of a tick: model, scene, controller, safety rules, sine and cosine, `N`,
+    /// rate, whether the operations were regrouped, and in which ticks the model is evaluated.
     ///
     /// Not in it, because no tick of the chip reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
     /// kernel runs from, because no bit depends on it. Stable across runs and platforms.
@@ -79,6 +80,7 @@ impl SceneFile {
         hash_model(&mut fnv, &model.cast());
         hash_scene(&mut fnv, &self.scene(model).cast());
         hash_config(&mut fnv, &self.controller_config(model).cast());
+        hash_rules(&mut fnv, &self.safety_rules(model).cast());
         // A scene that does not ask for it has the hash that it would have without the choice.
         if self.control.model_every > 1 {
             fnv.tag(self.control.model_every);
@@ -163,6 +165,21 @@ fn hash_config<const N: usize>(fnv: &mut Fnv1a, config: &ControllerConfig<f32, N
         fnv.number(*per_count);
     }
     fnv.numbers(&observer.gains());
+}
+
+fn hash_rules<const N: usize>(fnv: &mut Fnv1a, rules: &Rules<f32, N>) {
+    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, joints } = rules;
+    fnv.tag(match safe_action {
+        SafeAction::Brake => 0,
+        SafeAction::DampedStop => 1,
+        SafeAction::Off => 2,
+    });
+    fnv.tag(*heartbeat_max);
+    fnv.tag(*hold_max);
+    fnv.numbers([&supply.0, &supply.1, &temperature.0, &temperature.1, period, rate, latency]);
+    for JointRules { rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping } in joints {
+        fnv.numbers([rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping]);
+    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use crate::diagnostics::{FileError, Source};
 use crate::{robot_file, urdf, with_dof};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Model, ModelError, Rotor, Tool};
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 /// Fewest and most joints of an arm.
@@ -39,6 +40,17 @@ pub struct RobotJoint {
     pub friction: Option<JointFriction>,
     /// The encoder, where there is one.
     pub encoder: Option<JointEncoder>,
+}
+
+impl RobotJoint {
+    /// Joint position per count of the encoder, rad or m, where there is one.
+    pub(crate) fn per_count(&self) -> Option<f64> {
+        let counts = self.encoder?.counts_per_turn;
+        Some(match self.spec.kind {
+            JointKind::Revolute => TAU / counts,
+            JointKind::Prismatic => 1.0 / counts,
+        })
+    }
 }
 
 /// Friction of a joint, on the joint's side of the gear.

@@ -1,11 +1,12 @@
 //! What acts on an arm, how it is controlled and what is simulated, as a scene file says it.
 
 use crate::diagnostics::FileError;
-use crate::robot::Robot;
+use crate::robot::{Robot, RobotJoint};
 use crate::scene_file;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec, Timing, TorqueLimits, Waypoint};
 use dynamics_core::control::{Encoder, EveryNth, Friction, Gains, Guard, TrackingObserver};
 use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, JointKind, Live, Model, Real, Scene, Trig, Wrench};
 use nalgebra::SVector;
@@ -19,7 +20,8 @@ pub mod terms;
 
 pub use settings::{
     ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, IntegratorChoice, KernelChoice,
-    KernelMemory, MeasuredSide, ModelSpec, MotionSpec, PlantSpec, RippleSpec, ScalarChoice, SensorSpec, ViaPoint,
+    KernelMemory, MeasuredSide, ModelSpec, MotionSpec, PlantSpec, RippleSpec, SafetySpec, ScalarChoice, SensorSpec,
+    ViaPoint,
 };
 
 /// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.
@@ -42,6 +44,8 @@ pub struct SceneFile {
     pub model: ModelSpec,
     /// How it is controlled.
     pub control: ControlSpec,
+    /// When torque acts, and what happens instead.
+    pub safety: SafetySpec,
     /// What it should do.
     pub motion: MotionSpec,
     /// What is simulated.
@@ -144,6 +148,37 @@ impl SceneFile {
         mass_matrix(&dynamics, &Libm.sin_cos_all(&start), &start, &self.live(model)).diagonal()
     }
 
+    /// The numbers of the safety state machine; times in whole ticks, rounded up.
+    #[must_use]
+    pub fn safety_rules<const N: usize>(&self, model: &Model<f64, N>) -> Rules<f64, N> {
+        let (safety, period) = (&self.safety, self.period());
+        // A number too large for the type is its largest.
+        let ticks = |time: f64| (time * self.control.rate - 1e-6).ceil() as u32;
+        let list = |list: &[f64]| joints::<N>(list);
+        let (rest_speed, resolution) = (list(&safety.rest_speed), list(&safety.resolution));
+        let (reach, reach_speed) = (list(&safety.reach), list(&safety.reach_speed));
+        let (deceleration, damping) = (list(&safety.deceleration), list(&safety.damping));
+        Rules {
+            safe_action: safety.safe_action,
+            heartbeat_max: ticks(safety.heartbeat),
+            hold_max: ticks(safety.hold),
+            supply: safety.supply,
+            temperature: safety.temperature,
+            period,
+            rate: self.control.rate,
+            latency: safety.latency,
+            joints: std::array::from_fn(|i| JointRules {
+                rest_speed: rest_speed[i],
+                jump_step: safety.jump_factor * model.links()[i].limits.velocity * period,
+                resolution: resolution[i],
+                deceleration: deceleration[i],
+                reach: reach[i],
+                reach_speed: reach_speed[i],
+                damping: damping[i],
+            }),
+        }
+    }
+
     /// The reference motion, checked against the joint limits and slowed where that makes it fit.
     ///
     /// # Errors
@@ -227,14 +262,7 @@ impl SceneFile {
     }
 
     fn encoder(&self, index: usize) -> Encoder<f64> {
-        let joint = self.robot.joints.get(index);
-        let per_count = joint.and_then(|joint| {
-            let counts = joint.encoder?.counts_per_turn;
-            Some(match joint.spec.kind {
-                JointKind::Revolute => TAU / counts,
-                JointKind::Prismatic => 1.0 / counts,
-            })
-        });
+        let per_count = self.robot.joints.get(index).and_then(RobotJoint::per_count);
         Encoder { zero: 0, per_count: per_count.unwrap_or(0.0) }
     }
 }

@@ -12,10 +12,23 @@ use std::path::Path;
 
 mod auto;
 mod motion;
+mod safety;
 mod world;
 
-const SCENE_KEYS: [&str; 11] =
-    ["name", "robot", "tip", "duration", "seed", "model", "control", "motion", "plant", "sensors", "actuators"];
+const SCENE_KEYS: [&str; 12] = [
+    "name",
+    "robot",
+    "tip",
+    "duration",
+    "seed",
+    "model",
+    "control",
+    "safety",
+    "motion",
+    "plant",
+    "sensors",
+    "actuators",
+];
 const BODY: &str = "a body { mass, com, inertia }";
 const WRENCH: &str = "a wrench { force, moment }";
 const GRAVITY: &str = "the gravitational acceleration [x, y, z] in m/s^2";
@@ -43,6 +56,7 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
     let model = root.table("model")?.map_or_else(|| Ok(ModelSpec::default_for(&robot)), |t| model(&t, &robot))?;
     let control =
         root.table("control")?.map_or_else(|| Ok(ControlSpec::default_for(&robot)), |t| control(&t, &robot))?;
+    let safety = safety::safety(&root.table("safety")?.unwrap_or(root.empty("safety")), &robot, &control)?;
     let motion_table = root.require("motion", "a [motion] table")?.table()?;
     let motion = motion::read(&motion_table, &robot)?;
     let empty = root.empty("plant");
@@ -59,6 +73,7 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
         actuators: root.table("actuators")?.map_or(Ok(ActuatorSpec::default()), |t| world::actuators(&t, &control))?,
         model,
         control,
+        safety,
         motion,
         plant,
         robot,

@@ -33,4 +33,5 @@ fn emitted_module_holds_the_very_bits_of_the_file() {
     assert_eq!(emitted_arm::model(), model.cast::<f32>());
     assert_eq!(emitted_arm::scene(), scene.scene(&model).cast::<f32>());
     assert_eq!(emitted_arm::config(), scene.controller_config(&model).cast::<f32>());
+    assert_eq!(emitted_arm::rules(), scene.safety_rules(&model).cast::<f32>());
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 
 use dynamics_core::control::Law;
+use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Method;
 use dynamics_core::{Live, Term};
 use nalgebra::Vector3;
@@ -114,4 +115,54 @@ fn the_plant_can_rub_and_ripple_otherwise_than_the_model_believes() {
     let law = puma.plant.friction_law.unwrap();
     let coulomb: Vec<f64> = puma.robot.joints.iter().map(|joint| joint.friction.unwrap().coulomb).collect();
     assert_eq!((law.viscous, law.coulomb, law.breakaway), (vec![0.0; 6], coulomb, None));
+}
+
+#[test]
+fn a_scene_without_safety_gets_rules_from_the_limits() {
+    let puma = scene("../../../robots/puma560.toml", "").unwrap();
+    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, joints } =
+        puma.safety_rules(&puma.robot.model::<6>().unwrap());
+    assert_eq!((safe_action, heartbeat_max, hold_max), (SafeAction::Brake, 100, 500));
+    assert_eq!((supply.0, supply.1), (f64::NEG_INFINITY, f64::INFINITY));
+    assert_eq!(supply, temperature);
+    assert_eq!((period, rate, latency), (0.001, 1000.0, 0.002));
+    let waist = JointRules {
+        rest_speed: 0.05,
+        jump_step: 2.0 * 1.92 * 0.001,
+        resolution: 2.0 * std::f64::consts::TAU / 62611.1,
+        deceleration: 1.92 / 0.25,
+        reach: 0.2,
+        reach_speed: 0.1 * 1.92,
+        damping: 97.6 / 1.92,
+    };
+    assert_eq!(joints[0], waist);
+}
+
+#[test]
+fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
+    let lines = "[control]\nrate = 500\n[safety]\nsafe_action = \"damped-stop\"\nheartbeat_ms = 41\nhold_ms = 0\nlatency_ms = 3\n\
+                 supply = [20, 30]\ntemperature = [-10.5, 80]\njump_factor = 3\ndeceleration = [7, 8]\nresolution = 0\n\
+                 rest_speed = 0.02\nreach = [0.1, 0.3]\nreach_speed = 0.4\ndamping = 2.5\n";
+    let planar = scene("../../../robots/planar2r.toml", lines).unwrap();
+    let model = planar.robot.model::<2>().unwrap();
+    let rules = planar.safety_rules(&model);
+    // 41 ms are 20.5 ticks: the whole 41 are waited for.
+    assert_eq!((rules.safe_action, rules.heartbeat_max, rules.hold_max), (SafeAction::DampedStop, 21, 0));
+    assert_eq!((rules.supply, rules.temperature, rules.latency), ((20.0, 30.0), (-10.5, 80.0), 0.003));
+    for (i, (deceleration, reach)) in [(7.0, 0.1), (8.0, 0.3)].into_iter().enumerate() {
+        let jump_step = 3.0 * model.links()[i].limits.velocity * 0.002;
+        let joint = JointRules {
+            rest_speed: 0.02,
+            jump_step,
+            resolution: 0.0,
+            deceleration,
+            reach,
+            reach_speed: 0.4,
+            damping: 2.5,
+        };
+        assert_eq!(rules.joints[i], joint);
+    }
+    // A number of the rules is a bit of the tick: another hash.
+    let other = scene("../../../robots/planar2r.toml", &lines.replace("hold_ms = 0", "hold_ms = 2")).unwrap();
+    assert_ne!(planar.hash(&model), other.hash(&model));
 }

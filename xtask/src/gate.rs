@@ -12,6 +12,9 @@ use std::process::Command;
 /// The symbol that the linker starts from.
 const ENTRY: &str = "newtau_gate_tick";
 
+/// The tick inside the safety state machine, linked beside it.
+const SAFETY: &str = "newtau_gate_safety";
+
 /// Parts of the names that must not be there, and what they are.
 const FORBIDDEN: [(&str, &str); 12] = [
     ("__aeabi_d", "f64 arithmetic in software"),
@@ -50,8 +53,8 @@ fn offences(scene: &Path, feature: Option<&str>) -> Result<Vec<String>> {
     let bytes = std::fs::read(&linked)?;
     let file = object::File::parse(&*bytes)?;
     let names: Vec<String> = file.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned)).collect();
-    if !names.iter().any(|name| name == ENTRY) {
-        bail!("{} has no {ENTRY}: the gate would look at nothing", linked.display());
+    if let Some(missing) = [ENTRY, SAFETY].into_iter().find(|entry| !names.iter().any(|name| name == entry)) {
+        bail!("{} has no {missing}: the gate would look at nothing", linked.display());
     }
     let mut found = Vec::new();
     for name in &names {
@@ -74,6 +77,6 @@ fn link(scene: &Path, feature: Option<&str>) -> Result<PathBuf> {
     if linker.ends_with("rust-lld") {
         command.args(["-flavor", "gnu"]);
     }
-    run(command.args(["--gc-sections", "--entry", ENTRY, "-o"]).arg(&linked).arg(library))?;
+    run(command.args(["--gc-sections", "--entry", ENTRY, "--undefined", SAFETY, "-o"]).arg(&linked).arg(library))?;
     Ok(linked)
 }

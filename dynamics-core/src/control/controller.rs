@@ -108,7 +108,7 @@ struct Memory<S, const N: usize> {
 
 /// What the observer knows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Observed<S, const N: usize> {
+pub(crate) struct Observed<S, const N: usize> {
     /// The estimates; zero as long as there is none.
     position: [S; N],
     velocity: [S; N],
@@ -200,7 +200,7 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configura
         if measurement.age_ticks > config.age_max {
             return Err(Fault::StaleMeasurement);
         }
-        let (q, qd) = memory.observed.update(config, &memory.acceleration, measurement);
+        let (q, qd) = memory.observed.update(config, &memory.acceleration, &measurement.sensed);
         if !state_is_inside(q, qd, config) {
             return Err(name_fault(reference, q, qd, config));
         }
@@ -268,7 +268,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
 }
 
 impl<S: Real, const N: usize> Observed<S, N> {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let zero = [S::zero(); N];
         Self { position: zero, velocity: zero, observer: TrackingObserver::start(), started: false }
     }
@@ -277,13 +277,13 @@ impl<S: Real, const N: usize> Observed<S, N> {
     ///
     /// The first reading in counts starts the estimate there, at rest, and costs what every other costs.
     #[inline]
-    fn update<'a>(
+    pub(crate) fn update<'a>(
         &'a mut self,
         config: &ControllerConfig<S, N>,
         acceleration: &[S; N],
-        measurement: &'a Measurement<S, N>,
+        sensed: &'a Sensed<S, N>,
     ) -> (&'a [S; N], &'a [S; N]) {
-        let counts = match &measurement.sensed {
+        let counts = match sensed {
             Sensed::State { q, qd } => {
                 // Counts that come later must not be compared with where the joints were before.
                 if self.started {
@@ -306,7 +306,7 @@ impl<S: Real, const N: usize> Observed<S, N> {
 /// Where position and velocity of a joint are believed: between the first two, and no faster than the third. Finite, so that
 /// no infinity is inside where there is no limit.
 #[inline]
-fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>, i: usize) -> (S, S, S) {
+pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>, i: usize) -> (S, S, S) {
     let Guard { position_margin, velocity_max } = config.guard[i];
     let (lo, hi) = config.limits[i].position;
     let finite = |x: S| x.clamp_symmetric(S::MAX);
@@ -355,7 +355,7 @@ fn name_fault<S: Real, const N: usize>(
 
 /// The first joint whose reference is not a finite number, if there is one.
 #[cold]
-fn name_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Option<Fault> {
+pub(crate) fn name_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Option<Fault> {
     let finite = |i: usize| reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite();
     (0..N).find(|&i| !finite(i)).map(|joint| Fault::NonFiniteReference { joint: joint as u8 })
 }

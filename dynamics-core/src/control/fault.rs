@@ -1,4 +1,4 @@
-//! Numbered reasons to stop.
+//! Numbered reasons to stop: the controller's own, 1 to 7, and those of the state machine around it, from 8.
 
 use core::fmt;
 
@@ -13,6 +13,12 @@ use core::fmt;
 /// | 5 | a joint is faster than allowed | gains, payload, the encoder's scale |
 /// | 6 | a tick had not ended when the next was due | the rate, other interrupts |
 /// | 7 | a computed torque is NaN or infinite | the model's numbers, the size of the reference |
+/// | 8 | a joint was measured farther from its last position than it can have moved | the encoder, its cable; the arm must be homed again |
+/// | 9 | the emergency stop is pressed | whoever pressed it |
+/// | 10 | the host was silent for longer than the arm holds | the host, the link |
+/// | 11 | a drive reports a fault | the drive's own diagnosis |
+/// | 12 | the supply voltage is outside its bounds | the supply, a brake resistor |
+/// | 13 | a temperature is outside its bounds | cooling, the load |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// A measured value is NaN or infinite on this joint.
@@ -44,6 +50,24 @@ pub enum Fault {
         /// Joint, counted from 0.
         joint: u8,
     },
+    /// This joint was measured farther from its last position than it can have moved.
+    ImpossibleJump {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// The emergency stop is pressed.
+    EmergencyStop,
+    /// The host was silent for longer than the arm holds without it.
+    HeartbeatLost,
+    /// The drive of this joint reports a fault.
+    DriveFault {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// The supply voltage is outside its bounds.
+    SupplyOutOfBounds,
+    /// A temperature is outside its bounds.
+    TemperatureOutOfBounds,
 }
 
 impl Fault {
@@ -58,6 +82,12 @@ impl Fault {
             Self::VelocityOutOfBounds { .. } => 5,
             Self::Overrun => 6,
             Self::NonFiniteTorque { .. } => 7,
+            Self::ImpossibleJump { .. } => 8,
+            Self::EmergencyStop => 9,
+            Self::HeartbeatLost => 10,
+            Self::DriveFault { .. } => 11,
+            Self::SupplyOutOfBounds => 12,
+            Self::TemperatureOutOfBounds => 13,
         }
     }
 
@@ -69,8 +99,15 @@ impl Fault {
             | Self::NonFiniteReference { joint }
             | Self::PositionOutOfBounds { joint }
             | Self::VelocityOutOfBounds { joint }
-            | Self::NonFiniteTorque { joint } => Some(joint),
-            Self::StaleMeasurement | Self::Overrun => None,
+            | Self::NonFiniteTorque { joint }
+            | Self::ImpossibleJump { joint }
+            | Self::DriveFault { joint } => Some(joint),
+            Self::StaleMeasurement
+            | Self::Overrun
+            | Self::EmergencyStop
+            | Self::HeartbeatLost
+            | Self::SupplyOutOfBounds
+            | Self::TemperatureOutOfBounds => None,
         }
     }
 
@@ -85,6 +122,12 @@ impl Fault {
             5 => Self::VelocityOutOfBounds { joint },
             6 => Self::Overrun,
             7 => Self::NonFiniteTorque { joint },
+            8 => Self::ImpossibleJump { joint },
+            9 => Self::EmergencyStop,
+            10 => Self::HeartbeatLost,
+            11 => Self::DriveFault { joint },
+            12 => Self::SupplyOutOfBounds,
+            13 => Self::TemperatureOutOfBounds,
             _ => return None,
         })
     }
@@ -100,6 +143,12 @@ impl fmt::Display for Fault {
             Self::VelocityOutOfBounds { .. } => "velocity out of bounds",
             Self::Overrun => "control tick overran",
             Self::NonFiniteTorque { .. } => "computed torque is not a finite number",
+            Self::ImpossibleJump { .. } => "measured position jumped farther than the joint can move",
+            Self::EmergencyStop => "emergency stop",
+            Self::HeartbeatLost => "the host was silent for too long",
+            Self::DriveFault { .. } => "the drive reports a fault",
+            Self::SupplyOutOfBounds => "supply voltage out of bounds",
+            Self::TemperatureOutOfBounds => "temperature out of bounds",
         };
         write!(f, "fault {}: {what}", self.code())?;
         match self.joint() {

@@ -127,19 +127,19 @@ fn hold_joint<S: Real>(q: &mut S, qd: &mut S, qdd: &mut S, limits: &Limits<S>) -
 
 /// Whether a torque is a finite number inside its limit.
 #[inline]
-pub(super) fn torque_is_inside<S: Real>(torque: S, limit: S) -> bool {
+pub(crate) fn torque_is_inside<S: Real>(torque: S, limit: S) -> bool {
     torque.abs() <= limit.clamp_symmetric(S::MAX)
 }
 
 /// Whether a torque is near the one before.
 #[inline]
-pub(super) fn step_is_inside<S: Real>(torque: S, last: S, step: S) -> bool {
+pub(crate) fn step_is_inside<S: Real>(torque: S, last: S, step: S) -> bool {
     (torque - last).abs() <= step
 }
 
 /// Hold a torque inside its limit and near the one before; `step` is the greatest change in one tick.
 #[cold]
-pub(super) fn hold_torque<S: Real>(torque: S, last: S, step: S, limit: S) -> (S, LimitFlags) {
+pub(crate) fn hold_torque<S: Real>(torque: S, last: S, step: S, limit: S) -> (S, LimitFlags) {
     let bounded = torque.clamp_symmetric(limit);
     let near = bounded.clamp_to(last - step, last + step);
     (near, LimitFlags::TORQUE.when(bounded != torque) | LimitFlags::TORQUE_RATE.when(near != bounded))

@@ -3,6 +3,7 @@
 #![no_std]
 
 use dynamics_core::control::{Configuration, Controller, ControllerConfig};
+use dynamics_core::safety::{self, Rules, Safety};
 
 pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
 pub use generated::dynamics::Arm;
@@ -24,7 +25,7 @@ mod generated {
     }
 }
 
-/// The configuration of this arm's controller, as constants of the program.
+/// The configuration of this arm's controller and of the safety state machine around it, as constants of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings;
 
@@ -35,6 +36,13 @@ impl Configuration<f32, N> for Settings {
     }
 }
 
+impl safety::Configuration<f32, N> for Settings {
+    #[inline]
+    fn rules(&self) -> &Rules<f32, N> {
+        const { &generated::arm::rules() }
+    }
+}
+
 /// The controller of this arm.
 pub type ArmController = Controller<f32, N, Arm, Trig, Settings>;
 
@@ -42,4 +50,13 @@ pub type ArmController = Controller<f32, N, Arm, Trig, Settings>;
 #[must_use]
 pub fn controller() -> ArmController {
     Controller::new(Settings, generated::dynamics::arm(), TRIG)
+}
+
+/// The safety state machine around it.
+pub type ArmSafety = Safety<f32, N, Settings>;
+
+/// The safety state machine around it, idle.
+#[must_use]
+pub fn safety() -> ArmSafety {
+    Safety::new(Settings)
 }

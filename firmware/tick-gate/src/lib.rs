@@ -1,10 +1,11 @@
-//! The control tick of one arm as a single C function: nothing else is linked, so every symbol that the linker keeps is
-//! reachable from the tick. `cargo xtask gate` links it and reads the symbols.
+//! The control tick of one arm, bare and inside the safety state machine, as two functions: nothing else is linked, so every
+//! symbol that the linker keeps is reachable from a tick. `cargo xtask gate` links it and reads the symbols.
 // On the host it is compiled only to be checked, and takes the panic handler from std.
 #![cfg_attr(target_os = "none", no_std)]
 
-use arm::{ArmController, N};
+use arm::{ArmController, ArmSafety, N};
 use dynamics_core::control::{Command, Measurement, Reference};
+use dynamics_core::safety::{Inputs, Output};
 
 /// The only thing here that is not the tick; linked because a staticlib needs one. The gate knows it by its name.
 #[cfg(target_os = "none")]
@@ -34,4 +35,15 @@ pub extern "Rust" fn newtau_gate_tick(
         reference
     };
     controller.tick(reference, measurement)
+}
+
+/// One tick of the safety state machine with the controller inside it: what the gate links beside [`newtau_gate_tick`].
+#[allow(unsafe_code, reason = "the linker must find it by name")]
+#[unsafe(no_mangle)]
+pub extern "Rust" fn newtau_gate_safety(
+    safety: &mut ArmSafety,
+    controller: &mut ArmController,
+    inputs: &Inputs<f32, N>,
+) -> Output<f32, N> {
+    safety.tick(inputs, |ask| ask.of(controller))
 }

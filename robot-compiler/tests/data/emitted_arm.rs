@@ -2,6 +2,7 @@
 
 use dynamics_core::control::{Encoder, Gains, Guard, Law, TrackingObserver};
 use dynamics_core::model::{Link, Placement};
+use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term};
 use nalgebra::{Matrix3, Vector3};
@@ -22,7 +23,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0x45a3_556e_1512_4acc;
+pub const HASH: u64 = 0xba88_d6d4_9cb0_0125;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
@@ -155,5 +156,57 @@ pub const fn config() -> ControllerConfig<f32, N> {
             Encoder { zero: 0, per_count: 5e-6 },
         ],
         observer: TrackingObserver::from_gains(0.001, 5e-7, 0.63212055, 154.81812),
+    }
+}
+
+/// The safety state machine around it.
+pub const fn rules() -> Rules<f32, N> {
+    Rules {
+        safe_action: SafeAction::Brake,
+        heartbeat_max: 100,
+        hold_max: 500,
+        supply: (f32::NEG_INFINITY, f32::INFINITY),
+        temperature: (f32::NEG_INFINITY, f32::INFINITY),
+        period: 0.001,
+        rate: 1000.0,
+        latency: 0.002,
+        joints: [
+            JointRules {
+                rest_speed: 0.05,
+                jump_step: 0.01,
+                resolution: 0.0001917476,
+                deceleration: 20.0,
+                reach: 0.2,
+                reach_speed: 0.5,
+                damping: 16.0,
+            },
+            JointRules {
+                rest_speed: 0.05,
+                jump_step: 0.014,
+                resolution: 0.0001917476,
+                deceleration: 28.0,
+                reach: 0.2,
+                reach_speed: 0.7,
+                damping: 5.714286,
+            },
+            JointRules {
+                rest_speed: 0.05,
+                jump_step: 0.03,
+                resolution: 0.0001917476,
+                deceleration: 60.0,
+                reach: 0.2,
+                reach_speed: 1.5,
+                damping: 0.53333336,
+            },
+            JointRules {
+                rest_speed: 0.05,
+                jump_step: 0.0024,
+                resolution: 1e-5,
+                deceleration: 4.8,
+                reach: 0.05,
+                reach_speed: 0.12,
+                damping: 100.0,
+            },
+        ],
     }
 }

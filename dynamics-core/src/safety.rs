@@ -1,0 +1,279 @@
+//! When torque acts at all, and what happens instead: the state machine around the controller.
+//!
+//! ```text
+//!         home            confirm               arm             run
+//! Idle ----------> Homing -------> Idle, homed -----> Armed ----------> Running
+//!   ^                                   ^               | ^                |  hold, heartbeat lost, no reference,
+//!   |                                   |    disarm     | |                |  no room to stop, reference out of reach
+//!   | clear                             +---------------+ |                v
+//!   |                                   +-----------------|------------ Holding --run--> Running
+//! Fault <------- a fault, in any state      disarm        +--heartbeat lost--^
+//! ```
+//!
+//! Torque acts in `Armed`, `Running` and `Holding` and nowhere else; in all other states, and in the very tick in which a
+//! fault is raised, the drives do the robot's [`SafeAction`]. There is no hardware in here: what a board or a simulator
+//! knows comes in as [`Inputs`], what the drives have to do goes out as [`Output`], and the law in between is a function
+//! that [`Safety::tick`] calls at most once, when torque may act.
+//!
+//! ```
+//! # use dynamics_core::control::Controller;
+//! # use dynamics_core::safety::{Inputs, Output, Safety, Configuration};
+//! # use dynamics_core::{InverseDynamics, Trig};
+//! # fn tick<D: InverseDynamics<f32, 6>, T: Trig<f32>, C: Configuration<f32, 6>>(
+//! #     safety: &mut Safety<f32, 6, C>, controller: &mut Controller<f32, 6, D, T, C>, inputs: &Inputs<f32, 6>,
+//! # ) -> Output<f32, 6> {
+//! safety.tick(inputs, |ask| ask.of(controller))
+//! # }
+//! ```
+//!
+//! Every rule has a number and a test; `docs/safety.md` lists them.
+
+mod machine;
+mod measured;
+mod rules;
+mod stop;
+
+pub use machine::Safety;
+pub use rules::{Configuration, JointRules, Protected, Rules};
+
+use crate::control::{
+    Command, Configuration as ControlConfiguration, Controller, Fault, LimitFlags, Measurement, Reference, Sensed,
+};
+use crate::newton_euler::InverseDynamics;
+use crate::scalar::Real;
+use crate::trig::Trig;
+
+/// What the drives do when no torque is commanded.
+///
+/// None of them needs a number that a failed sensor could have given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SafeAction {
+    /// Drives off, brakes engaged: for an arm with holding brakes.
+    Brake,
+    /// The drives take the motion out by themselves: windings shorted through one side of the bridge, or a velocity gain
+    /// ([`JointRules::damping`]) in a drive that has one, without position gain and torque. The arm sinks slowly.
+    DampedStop,
+    /// Drives off: for an arm that carries itself.
+    Off,
+}
+
+/// What somebody asks of the machine. At most one a tick; what is not granted is refused with its reason.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// `Idle -> Homing`: forget where zero was.
+    Home,
+    /// `Homing -> Idle`, homed: the joints know their zeros, and somebody has seen that they are right.
+    Confirm,
+    /// `Idle -> Armed`: torque holds the arm where it is.
+    Arm,
+    /// `Armed, Holding -> Idle`, at rest only; `Homing -> Idle`.
+    Disarm,
+    /// `Armed, Holding -> Running`: follow the reference, which must be where the arm is.
+    Run,
+    /// `Running -> Holding`: stop, and stay.
+    Hold,
+    /// `Fault -> Idle`, when what raised it is gone.
+    Clear,
+}
+
+/// What the machine is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Nothing: the safe action holds the arm.
+    Idle,
+    /// The joints look for their zeros, by hand or by their own means; no torque.
+    Homing,
+    /// Torque holds the arm where it was armed.
+    Armed,
+    /// The arm follows the reference.
+    Running,
+    /// The arm comes to rest from the last reference, and stays.
+    Holding(HoldCause),
+    /// The safe action, until it is cleared.
+    Fault(Fault),
+}
+
+impl State {
+    /// The stable number: idle 0, homing 1, armed 2, running 3, holding 4, fault 5.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Idle => 0,
+            Self::Homing => 1,
+            Self::Armed => 2,
+            Self::Running => 3,
+            Self::Holding(_) => 4,
+            Self::Fault(_) => 5,
+        }
+    }
+
+    /// Whether torque acts.
+    #[must_use]
+    pub const fn drives(self) -> bool {
+        matches!(self, Self::Armed | Self::Running | Self::Holding(_))
+    }
+}
+
+/// Why the arm holds instead of following the reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HoldCause {
+    /// It was asked to.
+    Requested,
+    /// The host fell silent.
+    HeartbeatLost,
+    /// There was no reference for this tick.
+    NoReference,
+    /// The reference, or the arm, could not have stopped before this joint's limit any later.
+    NoRoom {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// The reference was farther from this joint than it may be.
+    OutOfReach {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+}
+
+impl HoldCause {
+    /// The stable number.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Requested => 1,
+            Self::HeartbeatLost => 2,
+            Self::NoReference => 3,
+            Self::NoRoom { .. } => 4,
+            Self::OutOfReach { .. } => 5,
+        }
+    }
+}
+
+/// Why a request was not granted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// It means nothing in this state.
+    WrongState,
+    /// A fault is in force, or was raised in this tick; for [`Request::Clear`], what stands in the way.
+    Fault(Fault),
+    /// The arm has not been homed.
+    NotHomed,
+    /// A joint does not know its zero yet.
+    NotZeroed,
+    /// The measurement is not believed, and this is what is wrong with it; or the first reference is no number.
+    Implausible(Fault),
+    /// A joint moves faster than rest.
+    NotAtRest,
+    /// The host is silent.
+    HeartbeatLost,
+    /// There is no reference to follow.
+    NoReference,
+    /// The first reference, or the arm, could not stop before this joint's limit.
+    NoRoom {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// The first reference is not where this joint is, or not as fast as it is.
+    OutOfReach {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+}
+
+impl Refusal {
+    /// The stable number.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::WrongState => 1,
+            Self::Fault(_) => 2,
+            Self::NotHomed => 3,
+            Self::NotZeroed => 4,
+            Self::Implausible(_) => 5,
+            Self::NotAtRest => 6,
+            Self::HeartbeatLost => 7,
+            Self::NoReference => 8,
+            Self::NoRoom { .. } => 9,
+            Self::OutOfReach { .. } => 10,
+        }
+    }
+}
+
+/// All that the machine is told in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inputs<S, const N: usize> {
+    /// What somebody asks for.
+    pub request: Option<Request>,
+    /// The emergency stop is pressed, or its wire is broken.
+    pub emergency_stop: bool,
+    /// The tick before had not ended when this one was due, or a watchdog says so.
+    pub overrun: bool,
+    /// Ticks since the host was last heard.
+    pub heartbeat_age: u32,
+    /// Every joint knows its zero: absolute encoders always do.
+    pub zeroed: bool,
+    /// The sensors' reading.
+    pub sensed: Sensed<S, N>,
+    /// Ticks since each joint's reading was taken; 0 is fresh.
+    pub age_ticks: [u32; N],
+    /// The joint's drive reports a fault.
+    pub drive_fault: [bool; N],
+    /// Supply voltage, V, where the board measures it.
+    pub supply: Option<S>,
+    /// Highest temperature, degrees Celsius, where the board measures it.
+    pub temperature: Option<S>,
+    /// Where the arm should be; `None` when the host has not said it for this tick.
+    pub reference: Option<Reference<S, N>>,
+}
+
+/// What the controller is asked to do in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ask<'a, S, const N: usize> {
+    /// Torque acts for the first time: forget what was before.
+    pub start: bool,
+    /// The reference in force: the host's, or that of a stop.
+    pub reference: &'a Reference<S, N>,
+    /// What the sensors say, as old as the oldest joint's reading.
+    pub measurement: &'a Measurement<S, N>,
+}
+
+impl<S: Real, const N: usize> Ask<'_, S, N> {
+    /// The answer of a controller.
+    #[inline]
+    pub fn of<D: InverseDynamics<S, N>, T: Trig<S>, C: ControlConfiguration<S, N>>(
+        self,
+        controller: &mut Controller<S, N, D, T, C>,
+    ) -> Command<S, N> {
+        if self.start {
+            controller.reset();
+        }
+        controller.tick(self.reference, self.measurement)
+    }
+}
+
+/// What the drives do in this tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Actuation<S, const N: usize> {
+    /// These torques, brakes released.
+    Drive {
+        /// Actuator torque or force, N m or N: finite, inside its limit, and no farther from the one before than its rate allows.
+        torque: [S; N],
+        /// Which limits acted on each joint.
+        limits: [LimitFlags; N],
+    },
+    /// No torque.
+    Safe(SafeAction),
+}
+
+/// All that the machine says in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output<S, const N: usize> {
+    /// What the drives do.
+    pub actuation: Actuation<S, N>,
+    /// What the machine is doing, and why.
+    pub state: State,
+    /// The joints' zeros have been confirmed, and no jump has cast doubt on them since.
+    pub homed: bool,
+    /// The request of this tick was not granted.
+    pub refused: Option<Refusal>,
+}

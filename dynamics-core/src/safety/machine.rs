@@ -1,0 +1,347 @@
+//! The machine.
+
+use super::measured::{Seen, Sensors};
+use super::stop::{can_stop, slowed};
+use super::{Actuation, Ask, Configuration, HoldCause, Inputs, Output, Refusal, Request, Rules, State};
+use crate::control::{
+    Command, ControllerConfig, Fault, LimitFlags, Measurement, Reference, believed, hold_torque, name_reference,
+    step_is_inside, torque_is_inside,
+};
+use crate::scalar::Real;
+
+/// The state machine around a controller. See the [module](super) for its states and `docs/safety.md` for its rules.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Safety<S, const N: usize, C> {
+    config: C,
+    state: State,
+    homed: bool,
+    sensors: Sensors<S, N>,
+    /// What the controller follows while torque acts.
+    reference: Reference<S, N>,
+    /// The torque that acts.
+    torque: [S; N],
+    /// Ticks that torque has acted without the host.
+    alone: u32,
+}
+
+/// What is wrong with a reference.
+enum Unfit {
+    Missing,
+    NonFinite(Fault),
+    NoRoom { joint: u8 },
+    OutOfReach { joint: u8 },
+}
+
+impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
+    /// A machine that idles, not homed.
+    #[must_use]
+    pub fn new(config: C) -> Self {
+        let zero = [S::zero(); N];
+        Self {
+            config,
+            state: State::Idle,
+            homed: false,
+            sensors: Sensors::new(),
+            reference: Reference { q: zero, qd: zero, qdd: zero },
+            torque: zero,
+            alone: 0,
+        }
+    }
+
+    /// What the machine is doing.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// Whether the joints' zeros have been confirmed.
+    #[must_use]
+    pub fn homed(&self) -> bool {
+        self.homed
+    }
+
+    /// One tick. Total: every input gives torques inside their limits or the safe action.
+    ///
+    /// `control` is called once where torque may act, with what to follow, and not at all where it may not.
+    ///
+    /// Cost beside the controller's: `O(N)`, no division, no root; the same comparisons in every state for the sensors, and
+    /// in `Running` for the reference.
+    #[inline]
+    pub fn tick(
+        &mut self,
+        inputs: &Inputs<S, N>,
+        control: impl FnOnce(Ask<'_, S, N>) -> Command<S, N>,
+    ) -> Output<S, N> {
+        let (config, rules) = (self.config.get(), self.config.rules());
+        let seen = self.sensors.look(inputs, &self.reference.qdd, config, rules);
+        self.homed &= !seen.jumped;
+        let silent = inputs.heartbeat_age > rules.heartbeat_max;
+        let external = external(inputs, rules);
+
+        if let State::Fault(fault) = self.state {
+            let refused = match inputs.request {
+                None => None,
+                Some(Request::Clear) => self.clear(external, &seen),
+                Some(_) => Some(Refusal::Fault(fault)),
+            };
+            return self.safe(refused);
+        }
+        let drove = self.state.drives();
+        self.alone = if drove && silent { self.alone.saturating_add(1) } else { 0 };
+        let fault = external.or(if drove { seen.fault } else { None }).or(if self.alone > rules.hold_max {
+            Some(Fault::HeartbeatLost)
+        } else {
+            None
+        });
+        if let Some(fault) = fault {
+            return self.fail(fault, inputs.request);
+        }
+
+        let refused = self.grant(inputs, &seen, silent).err();
+        if !self.state.drives() {
+            return self.safe(refused);
+        }
+        match self.follow(inputs, &seen, silent) {
+            Ok(()) => self.drive(inputs, !drove, refused, control),
+            Err(fault) => self.fail(fault, inputs.request),
+        }
+    }
+
+    /// Leave the fault when what raised it, or could raise it at once again, is gone.
+    fn clear(&mut self, external: Option<Fault>, seen: &Seen<S, N>) -> Option<Refusal> {
+        let seen_fault = match seen.fault {
+            // Where zero is not known no position says anything, and only an idle machine can be homed.
+            Some(Fault::PositionOutOfBounds { .. }) if !self.homed => None,
+            fault => fault,
+        };
+        if let Some(fault) = external.or(seen_fault) {
+            return Some(Refusal::Fault(fault));
+        }
+        if !seen.at_rest {
+            return Some(Refusal::NotAtRest);
+        }
+        self.state = State::Idle;
+        None
+    }
+
+    /// Do as requested, or say why not.
+    #[inline]
+    fn grant(&mut self, inputs: &Inputs<S, N>, seen: &Seen<S, N>, silent: bool) -> Result<(), Refusal> {
+        let Some(request) = inputs.request else { return Ok(()) };
+        match (self.state, request) {
+            (State::Idle, Request::Home) => {
+                self.homed = false;
+                self.state = State::Homing;
+            }
+            (State::Homing, Request::Confirm) => {
+                if !inputs.zeroed {
+                    return Err(Refusal::NotZeroed);
+                }
+                standing(seen)?;
+                self.homed = true;
+                self.state = State::Idle;
+            }
+            (State::Idle, Request::Arm) => {
+                if !self.homed {
+                    return Err(Refusal::NotHomed);
+                }
+                standing(seen)?;
+                if silent {
+                    return Err(Refusal::HeartbeatLost);
+                }
+                self.reference = Reference::at_rest(seen.q);
+                self.state = State::Armed;
+            }
+            (State::Homing, Request::Disarm) => self.state = State::Idle,
+            (State::Armed | State::Holding(_), Request::Disarm) => {
+                if !seen.at_rest {
+                    return Err(Refusal::NotAtRest);
+                }
+                self.state = State::Idle;
+            }
+            (State::Armed | State::Holding(_), Request::Run) => {
+                if silent {
+                    return Err(Refusal::HeartbeatLost);
+                }
+                let (config, rules) = (self.config.get(), self.config.rules());
+                let reference = fit(inputs, seen, config, rules).map_err(|unfit| match unfit {
+                    Unfit::Missing => Refusal::NoReference,
+                    Unfit::NonFinite(fault) => Refusal::Implausible(fault),
+                    Unfit::NoRoom { joint } => Refusal::NoRoom { joint },
+                    Unfit::OutOfReach { joint } => Refusal::OutOfReach { joint },
+                })?;
+                for i in 0..N {
+                    let near = (reference.qd[i] - seen.qd[i]).abs() <= rules.joints[i].reach_speed;
+                    if !near {
+                        return Err(Refusal::OutOfReach { joint: i as u8 });
+                    }
+                }
+                self.state = State::Running;
+            }
+            (State::Running, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
+            _ => return Err(Refusal::WrongState),
+        }
+        Ok(())
+    }
+
+    /// Find the reference of this tick: the host's, or that of a stop.
+    #[inline]
+    fn follow(&mut self, inputs: &Inputs<S, N>, seen: &Seen<S, N>, silent: bool) -> Result<(), Fault> {
+        let (config, rules) = (self.config.get(), self.config.rules());
+        let cause = match self.state {
+            State::Running => match fit(inputs, seen, config, rules) {
+                Err(Unfit::NonFinite(fault)) => return Err(fault),
+                _ if silent => Some(HoldCause::HeartbeatLost),
+                Err(Unfit::Missing) => Some(HoldCause::NoReference),
+                Err(Unfit::NoRoom { joint }) => Some(HoldCause::NoRoom { joint }),
+                Err(Unfit::OutOfReach { joint }) => Some(HoldCause::OutOfReach { joint }),
+                Ok(reference) => {
+                    self.reference = *reference;
+                    None
+                }
+            },
+            State::Armed if silent => Some(HoldCause::HeartbeatLost),
+            _ => None,
+        };
+        if let Some(cause) = cause {
+            self.state = State::Holding(cause);
+        }
+        if let State::Holding(_) = self.state {
+            self.reference = slowed(&self.reference, rules, &config.limits);
+        }
+        Ok(())
+    }
+
+    /// Ask the controller, and hold what it wants inside its limits and near what acts.
+    #[inline]
+    fn drive(
+        &mut self,
+        inputs: &Inputs<S, N>,
+        start: bool,
+        refused: Option<Refusal>,
+        control: impl FnOnce(Ask<'_, S, N>) -> Command<S, N>,
+    ) -> Output<S, N> {
+        let age_ticks = inputs.age_ticks.iter().fold(0, |oldest, age| oldest.max(*age));
+        let measurement = Measurement { sensed: inputs.sensed, age_ticks };
+        let (mut torque, mut limits) =
+            match control(Ask { start, reference: &self.reference, measurement: &measurement }) {
+                Command::Drive { torque, limits } => (torque, limits),
+                Command::Brake(fault) => return self.fail(fault, inputs.request),
+            };
+        match self.limit(&mut torque, &mut limits) {
+            Ok(()) => {
+                self.torque = torque;
+                self.output(Actuation::Drive { torque, limits }, refused)
+            }
+            Err(fault) => self.fail(fault, inputs.request),
+        }
+    }
+
+    /// The controller limits its torque too, but from its first one on: it does not know what acted before.
+    #[inline]
+    fn limit(&self, torque: &mut [S; N], limits: &mut [LimitFlags; N]) -> Result<(), Fault> {
+        let config = self.config.get();
+        for i in 0..N {
+            let (limit, last, step) = (config.limits[i].torque, self.torque[i], config.torque_step[i]);
+            if torque_is_inside(torque[i], limit) && step_is_inside(torque[i], last, step) {
+                continue;
+            }
+            if !torque[i].is_finite() {
+                return Err(Fault::NonFiniteTorque { joint: i as u8 });
+            }
+            let (held, flags) = hold_torque(torque[i], last, step, limit);
+            torque[i] = held;
+            limits[i] |= flags;
+        }
+        Ok(())
+    }
+
+    #[cold]
+    fn fail(&mut self, fault: Fault, request: Option<Request>) -> Output<S, N> {
+        self.state = State::Fault(fault);
+        self.safe(request.map(|_| Refusal::Fault(fault)))
+    }
+
+    /// No torque acts, and nothing is left of the one that did.
+    fn safe(&mut self, refused: Option<Refusal>) -> Output<S, N> {
+        let zero = [S::zero(); N];
+        (self.torque, self.reference.qdd, self.alone) = (zero, zero, 0);
+        self.output(Actuation::Safe(self.config.rules().safe_action), refused)
+    }
+
+    fn output(&self, actuation: Actuation<S, N>, refused: Option<Refusal>) -> Output<S, N> {
+        Output { actuation, state: self.state, homed: self.homed, refused }
+    }
+}
+
+/// What is wrong that no state changes: the emergency stop first, then what else a board reports.
+#[inline]
+fn external<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
+    // False for NaN.
+    let inside = |value: Option<S>, (lo, hi): (S, S)| value.is_none_or(|x| x >= lo && x <= hi);
+    if inputs.emergency_stop {
+        return Some(Fault::EmergencyStop);
+    }
+    if inputs.overrun {
+        return Some(Fault::Overrun);
+    }
+    if let Some(joint) = inputs.drive_fault.iter().position(|fault| *fault) {
+        return Some(Fault::DriveFault { joint: joint as u8 });
+    }
+    if !inside(inputs.supply, rules.supply) {
+        return Some(Fault::SupplyOutOfBounds);
+    }
+    if !inside(inputs.temperature, rules.temperature) {
+        return Some(Fault::TemperatureOutOfBounds);
+    }
+    None
+}
+
+/// Believed and at rest: what homing and arming need.
+fn standing<S, const N: usize>(seen: &Seen<S, N>) -> Result<(), Refusal> {
+    match seen.fault {
+        Some(fault) => Err(Refusal::Implausible(fault)),
+        None if !seen.at_rest => Err(Refusal::NotAtRest),
+        None => Ok(()),
+    }
+}
+
+/// The reference of this tick, if the arm can follow it: a number, with room to stop, and near where the arm is.
+///
+/// The reference must be able to stop at the joint's limit; the arm itself where the guard takes it for lost.
+#[inline]
+fn fit<'a, S: Real, const N: usize>(
+    inputs: &'a Inputs<S, N>,
+    seen: &Seen<S, N>,
+    config: &ControllerConfig<S, N>,
+    rules: &Rules<S, N>,
+) -> Result<&'a Reference<S, N>, Unfit> {
+    let reference = inputs.reference.as_ref().ok_or(Unfit::Missing)?;
+    // Loops, not iterators: for an iterator that is not inlined the compiler keeps the panic on the index.
+    let (mut cramped, mut far) = (None, None);
+    // An acceleration that is no number outlives every sum.
+    let mut sum = S::zero();
+    for i in 0..N {
+        let (lo, hi, _) = believed(config, i);
+        let (q, qd) = (reference.q[i], reference.qd[i]);
+        let (a, latency) = (rules.joints[i].deceleration, rules.latency);
+        let room = can_stop(q, qd, config.limits[i].position, a, latency)
+            && can_stop(seen.q[i], seen.qd[i], (lo, hi), a, latency);
+        let near = (q - seen.q[i]).abs() <= rules.joints[i].reach;
+        if !room {
+            cramped = cramped.or(Some(i as u8));
+        }
+        if !near {
+            far = far.or(Some(i as u8));
+        }
+        sum += reference.qdd[i] * S::zero();
+    }
+    match (cramped, far) {
+        (None, None) if sum <= S::zero() => Ok(reference),
+        _ => Err(match (name_reference(reference), cramped, far) {
+            (Some(fault), ..) => Unfit::NonFinite(fault),
+            (None, Some(joint), _) => Unfit::NoRoom { joint },
+            (None, None, joint) => Unfit::OutOfReach { joint: joint.unwrap_or(0) },
+        }),
+    }
+}

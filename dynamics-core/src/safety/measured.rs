@@ -1,0 +1,89 @@
+//! What the sensors say, and whether it can be.
+
+use super::{Inputs, Rules};
+use crate::control::{ControllerConfig, Fault, Observed, Sensed, believed};
+use crate::scalar::Real;
+
+/// What is remembered of the sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sensors<S, const N: usize> {
+    /// The machine's own observer: the same numbers as the controller's, but it runs in every state.
+    observed: Observed<S, N>,
+    /// The last position that was a number.
+    last: [S; N],
+    /// How old that was in the last tick. At first as old as can be, so that the joint can have come from anywhere.
+    last_age: [u32; N],
+}
+
+/// What the sensors say in this tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seen<S, const N: usize> {
+    pub(super) q: [S; N],
+    pub(super) qd: [S; N],
+    /// What is wrong, on the first joint where something is.
+    pub(super) fault: Option<Fault>,
+    /// Some joint jumped.
+    pub(super) jumped: bool,
+    /// No joint is faster than its rest speed.
+    pub(super) at_rest: bool,
+}
+
+impl<S: Real, const N: usize> Sensors<S, N> {
+    pub(super) fn new() -> Self {
+        Self { observed: Observed::new(), last: [S::zero(); N], last_age: [u32::MAX; N] }
+    }
+
+    /// Look, judge and remember. `acceleration` is what the reference in force asks for.
+    #[inline]
+    pub(super) fn look(
+        &mut self,
+        inputs: &Inputs<S, N>,
+        acceleration: &[S; N],
+        config: &ControllerConfig<S, N>,
+        rules: &Rules<S, N>,
+    ) -> Seen<S, N> {
+        let (q, qd) = self.observed.update(config, acceleration, &inputs.sensed);
+        let mut seen = Seen { q: *q, qd: *qd, fault: None, jumped: false, at_rest: true };
+        for i in 0..N {
+            let (joint, age, rule) = (i as u8, inputs.age_ticks[i], &rules.joints[i]);
+            // Not what the observer makes of it: it would smooth a jump.
+            let position = match &inputs.sensed {
+                Sensed::State { q, .. } => q[i],
+                Sensed::Counts(counts) => config.encoder[i].position(counts[i]),
+            };
+            let speed = seen.qd[i].abs();
+            let finite = position.is_finite() && speed.is_finite();
+            let elapsed = self.last_age[i].saturating_add(1).saturating_sub(age);
+            let steps = S::from_i32(elapsed.min(i32::MAX as u32) as i32);
+            // Where nothing limits the speed the step is infinite, and no time at all times infinity is no number.
+            let way = (rule.jump_step.clamp_symmetric(S::MAX) * steps + rule.resolution).clamp_symmetric(S::MAX);
+            let near = (position - self.last[i]).abs() <= way;
+            let jumped = finite && !near;
+            let (lo, hi, velocity_max) = believed(config, i);
+            let inside = position >= lo && position <= hi;
+
+            if age > config.age_max || !finite || jumped || !inside || speed > velocity_max {
+                let fault = if age > config.age_max {
+                    Fault::StaleMeasurement
+                } else if !finite {
+                    Fault::NonFiniteMeasurement { joint }
+                } else if jumped {
+                    Fault::ImpossibleJump { joint }
+                } else if !inside {
+                    Fault::PositionOutOfBounds { joint }
+                } else {
+                    Fault::VelocityOutOfBounds { joint }
+                };
+                seen.fault.get_or_insert(fault);
+            }
+            seen.jumped |= jumped;
+            seen.at_rest &= speed <= rule.rest_speed;
+            if finite {
+                (self.last[i], self.last_age[i]) = (position, age);
+            } else {
+                self.last_age[i] = self.last_age[i].saturating_add(1);
+            }
+        }
+        seen
+    }
+}

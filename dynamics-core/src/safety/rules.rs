@@ -1,0 +1,105 @@
+//! The numbers that the rules compare with.
+
+use super::SafeAction;
+use crate::control::{Configuration as ControlConfiguration, ControllerConfig};
+use crate::scalar::Real;
+
+/// Numbers of one joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointRules<S> {
+    /// Speed up to which the joint is at rest, rad/s or m/s.
+    pub rest_speed: S,
+    /// How far the joint can move in one tick, rad or m: a multiple of its velocity limit times the period.
+    pub jump_step: S,
+    /// What a position may be wrong by without having jumped, rad or m: an encoder's resolution and noise.
+    pub resolution: S,
+    /// Deceleration that the joint is sure to have, rad/s^2 or m/s^2.
+    pub deceleration: S,
+    /// How far the reference may be from the joint, rad or m.
+    pub reach: S,
+    /// How far the speed of the first reference may be from the joint's, rad/s or m/s.
+    pub reach_speed: S,
+    /// Velocity gain of a damped stop, N m s/rad or N s/m, for drives that take one.
+    pub damping: S,
+}
+
+/// Numbers of the machine around one controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rules<S, const N: usize> {
+    /// What the drives do when no torque is commanded.
+    pub safe_action: SafeAction,
+    /// Longest silence of the host, ticks.
+    pub heartbeat_max: u32,
+    /// How long the arm holds without the host before the safe action, ticks.
+    pub hold_max: u32,
+    /// Lowest and highest supply voltage, V.
+    pub supply: (S, S),
+    /// Lowest and highest temperature, degrees Celsius.
+    pub temperature: (S, S),
+    /// Control period, s.
+    pub period: S,
+    /// Control rate, Hz.
+    pub rate: S,
+    /// From a measurement to the torque that it leads to, s: added to the braking distance as time at full speed.
+    pub latency: S,
+    /// Per joint.
+    pub joints: [JointRules<S>; N],
+}
+
+impl<const N: usize> Rules<f64, N> {
+    /// The same numbers in another scalar, each through [`crate::Scalar::literal`].
+    #[must_use]
+    pub fn cast<T: Real>(&self) -> Rules<T, N> {
+        let t = T::literal;
+        Rules {
+            safe_action: self.safe_action,
+            heartbeat_max: self.heartbeat_max,
+            hold_max: self.hold_max,
+            supply: (t(self.supply.0), t(self.supply.1)),
+            temperature: (t(self.temperature.0), t(self.temperature.1)),
+            period: t(self.period),
+            rate: t(self.rate),
+            latency: t(self.latency),
+            joints: self.joints.map(|joint| JointRules {
+                rest_speed: t(joint.rest_speed),
+                jump_step: t(joint.jump_step),
+                resolution: t(joint.resolution),
+                deceleration: t(joint.deceleration),
+                reach: t(joint.reach),
+                reach_speed: t(joint.reach_speed),
+                damping: t(joint.damping),
+            }),
+        }
+    }
+}
+
+/// Where a machine finds its numbers: limits, guards, encoders and observer are the controller's own.
+///
+/// A firmware implements it for a type without a size, as it does [`crate::control::Configuration`].
+pub trait Configuration<S, const N: usize>: ControlConfiguration<S, N> {
+    /// The rules; always the same.
+    fn rules(&self) -> &Rules<S, N>;
+}
+
+/// A controller's configuration and the rules around it, as values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Protected<S, const N: usize> {
+    /// The controller's.
+    pub control: ControllerConfig<S, N>,
+    /// The machine's.
+    pub rules: Rules<S, N>,
+}
+
+impl<S, const N: usize> ControlConfiguration<S, N> for Protected<S, N> {
+    #[inline]
+    fn get(&self) -> &ControllerConfig<S, N> {
+        &self.control
+    }
+}
+
+impl<S, const N: usize> Configuration<S, N> for Protected<S, N> {
+    #[inline]
+    fn rules(&self) -> &Rules<S, N> {
+        &self.rules
+    }
+}

@@ -1,0 +1,150 @@
+//! The machine with a controller inside it: bumpless arming, running, stopping; encoders instead of states.
+
+use crate::support::*;
+use dynamics_core::control::{Controller, Fault, Law};
+use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, State};
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{Live, Reference, Sensed, SinCos};
+
+/// Unit masses under a weight each: `tau = qdd + 6`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Weights;
+
+impl InverseDynamics<f32, 2> for Weights {
+    fn inverse_dynamics(
+        &self,
+        _turn: &[SinCos<f32>; 2],
+        _q: &[f32; 2],
+        _qd: &[f32; 2],
+        qdd: &[f32; 2],
+        _live: &Live<f32, 2>,
+    ) -> [f32; 2] {
+        qdd.map(|x| x + 6.0)
+    }
+}
+
+type Inside = Controller<f32, 2, Weights, Polynomial, dynamics_core::safety::Protected<f32, 2>>;
+
+fn controller() -> Inside {
+    let config = config();
+    assert_eq!(config.control.law, Law::ComputedTorque);
+    Controller::new(config, Weights, Polynomial)
+}
+
+fn step(machine: &mut Machine, controller: &mut Inside, inputs: &Told) -> Said {
+    let output = machine.tick(inputs, |ask| ask.of(controller));
+    assert_eq!(output.refused, None);
+    output
+}
+
+#[test]
+fn torque_rises_from_nothing_at_its_rate_when_the_arm_is_armed() {
+    let (mut machine, mut inside) = (Machine::new(config()), controller());
+    for request in [Request::Home, Request::Confirm] {
+        assert_eq!(torque(&step(&mut machine, &mut inside, &asked(request, &calm([0.5; 2])))), None);
+    }
+    let armed = step(&mut machine, &mut inside, &asked(Request::Arm, &calm([0.5; 2])));
+    // 4 N m a tick up to the 6 that hold the weight, whatever the host's reference is.
+    assert_eq!(torque(&armed), Some([4.0; 2]));
+    let far = Inputs { reference: Some(Reference::at_rest([-1.0; 2])), ..calm([0.5; 2]) };
+    assert_eq!(torque(&step(&mut machine, &mut inside, &far)), Some([6.0; 2]));
+    // Where it was armed it stays, as on a spring.
+    let away = step(&mut machine, &mut inside, &calm([0.499; 2]));
+    let wanted = 6.0 + 400.0 * 0.001;
+    assert!((torque(&away).unwrap()[0] - wanted).abs() < 1e-3);
+}
+
+#[test]
+fn every_change_of_state_is_bumpless_and_a_fault_starts_afresh() {
+    let (mut machine, mut inside) = (Machine::new(config()), controller());
+    for request in TO_ARMED {
+        step(&mut machine, &mut inside, &asked(request, &calm([0.0; 2])));
+    }
+    step(&mut machine, &mut inside, &calm([0.0; 2]));
+    let (mut q, mut last) = (0.0_f32, 6.0_f32);
+    // Armed, running from rest with 1 rad/s^2, holding in full motion, running again.
+    let mut kinds = Vec::new();
+    for tick in 0..600_u32 {
+        let t = tick as f32 * PERIOD;
+        let request = match tick {
+            50 => Some(Request::Run),
+            300 => Some(Request::Hold),
+            500 => Some(Request::Run),
+            _ => None,
+        };
+        let since = (t - 0.05).max(0.0);
+        let wanted = match tick {
+            0..=50 => Reference::at_rest([q; 2]),
+            51..=299 => Reference { q: [0.5 * since * since; 2], qd: [since; 2], qdd: [1.0; 2] },
+            _ => Reference::at_rest([q; 2]),
+        };
+        let mut followed = wanted;
+        let told = Inputs {
+            request,
+            reference: Some(wanted),
+            sensed: Sensed::State { q: [q; 2], qd: [wanted.qd[0]; 2] },
+            ..calm([q; 2])
+        };
+        let output = machine.tick(&told, |ask| {
+            followed = *ask.reference;
+            ask.of(&mut inside)
+        });
+        assert_eq!(output.refused, None, "{tick}");
+        let now = torque(&output).unwrap()[0];
+        assert!((now - last).abs() <= STEP * 1.000_01, "tick {tick}: from {last} to {now}");
+        // The reference in force never jumps farther than it moves in a tick.
+        assert!((followed.q[0] - q).abs() <= 2e-3, "tick {tick}");
+        (q, last) = (followed.q[0], now);
+        if kinds.last() != Some(&output.state) {
+            kinds.push(output.state);
+        }
+    }
+    assert_eq!(kinds, [State::Armed, State::Running, State::Holding(HoldCause::Requested), State::Running]);
+    // A fault, cleared and armed again: the ramp begins at nothing.
+    let stopped = machine.tick(&Inputs { emergency_stop: true, ..calm([q; 2]) }, |_| panic!("asked for torque"));
+    assert_eq!(stopped.state, State::Fault(Fault::EmergencyStop));
+    step(&mut machine, &mut inside, &asked(Request::Clear, &calm([q; 2])));
+    let armed = step(&mut machine, &mut inside, &asked(Request::Arm, &calm([q; 2])));
+    assert_eq!(torque(&armed), Some([4.0; 2]));
+}
+
+#[test]
+fn the_controller_s_own_fault_becomes_the_machine_s() {
+    let (mut machine, mut inside) = (Machine::new(config()), controller());
+    for request in TO_RUNNING {
+        step(&mut machine, &mut inside, &asked(request, &calm([0.0; 2])));
+    }
+    let wild = Reference { q: [0.0; 2], qd: [0.0; 2], qdd: [0.0, f32::MAX] };
+    let fine = Inputs { reference: Some(wild), ..calm([0.0; 2]) };
+    // Finite, and held at the limit.
+    assert_eq!(torque(&step(&mut machine, &mut inside, &fine)), Some([6.0, 10.0]));
+    inside.overrun();
+    let output = machine.tick(&calm([0.0; 2]), |ask| ask.of(&mut inside));
+    assert_eq!(output.state, State::Fault(Fault::Overrun));
+    assert!(matches!(output.actuation, Actuation::Safe(_)));
+}
+
+#[test]
+fn encoders_are_judged_by_their_counts_and_a_slip_takes_the_homing_away() {
+    let mut protected = config();
+    protected.rules.joints.iter_mut().for_each(|joint| joint.jump_step = 0.006);
+    let mut machine = Machine::new(protected);
+    let mut inside = Controller::new(protected, Weights, Polynomial);
+    let counts = |n: i32| Inputs { sensed: Sensed::Counts([n, 0]), ..calm([n as f32 * 1e-4, 0.0]) };
+    // The observer of a joint far from zero first has to find it.
+    for _ in 0..100 {
+        step(&mut machine, &mut inside, &counts(8000));
+    }
+    for request in TO_RUNNING {
+        step(&mut machine, &mut inside, &asked(request, &counts(8000)));
+    }
+    // 50 counts are 5 mrad: as far as 5 rad/s lead. 75 are more than 6 mrad and the encoder's resolution.
+    let mut quick = machine;
+    assert_ne!(
+        quick.tick(&counts(8050), |ask| ask.of(&mut inside)).state,
+        State::Fault(Fault::ImpossibleJump { joint: 0 })
+    );
+    let output = machine.tick(&counts(8075), |_| panic!("asked for torque"));
+    assert_eq!((output.state, output.homed), (State::Fault(Fault::ImpossibleJump { joint: 0 }), false));
+}

@@ -1,0 +1,120 @@
+//! A machine for two joints, and inputs for it.
+
+use dynamics_core::control::{Encoder, Gains, Guard, Law, LimitFlags, TrackingObserver};
+use dynamics_core::safety::{
+    Actuation, Ask, Inputs, JointRules, Output, Protected, Request, Rules, SafeAction, Safety, State,
+};
+use dynamics_core::{Command, ControllerConfig, Limits, Reference, Sensed};
+
+pub(crate) const LIMIT: f32 = 2.0;
+pub(crate) const MARGIN: f32 = 0.5;
+pub(crate) const TORQUE: f32 = 10.0;
+pub(crate) const STEP: f32 = 4.0;
+pub(crate) const HEARTBEAT_MAX: u32 = 5;
+pub(crate) const HOLD_MAX: u32 = 3;
+pub(crate) const AGE_MAX: u32 = 2;
+pub(crate) const DECELERATION: f32 = 10.0;
+pub(crate) const LATENCY: f32 = 0.002;
+pub(crate) const PERIOD: f32 = 0.001;
+pub(crate) const REACH: f32 = 0.2;
+pub(crate) const REST: f32 = 0.05;
+pub(crate) const JUMP: f32 = 1.0;
+pub(crate) const SUPPLY: (f32, f32) = (20.0, 30.0);
+pub(crate) const TEMPERATURE: (f32, f32) = (-10.0, 80.0);
+
+pub(crate) type Machine = Safety<f32, 2, Protected<f32, 2>>;
+pub(crate) type Told = Inputs<f32, 2>;
+pub(crate) type Said = Output<f32, 2>;
+
+pub(crate) fn config() -> Protected<f32, 2> {
+    let limits = Limits { position: (-2.0, 2.0), velocity: 3.0, torque: 10.0, torque_rate: 4000.0 };
+    let control: ControllerConfig<f64, 2> = ControllerConfig {
+        law: Law::ComputedTorque,
+        gains: [Gains::new(20.0, 1.0, 1.0); 2],
+        friction: None,
+        limits: [limits; 2],
+        torque_step: [4.0; 2],
+        guard: [Guard { position_margin: 0.5, velocity_max: 6.0 }; 2],
+        age_max: AGE_MAX,
+        encoder: [Encoder { zero: 0, per_count: 1e-4 }; 2],
+        observer: TrackingObserver::new(200.0, 1e-3),
+    };
+    let joint = JointRules {
+        rest_speed: REST,
+        jump_step: JUMP,
+        resolution: 0.001,
+        deceleration: DECELERATION,
+        reach: REACH,
+        reach_speed: 0.3,
+        damping: 1.0,
+    };
+    let rules = Rules {
+        safe_action: SafeAction::Brake,
+        heartbeat_max: HEARTBEAT_MAX,
+        hold_max: HOLD_MAX,
+        supply: SUPPLY,
+        temperature: TEMPERATURE,
+        period: PERIOD,
+        rate: 1000.0,
+        latency: LATENCY,
+        joints: [joint; 2],
+    };
+    Protected { control: control.cast(), rules }
+}
+
+/// Everything in order, the arm at rest at `q`, the reference there.
+pub(crate) fn calm(q: [f32; 2]) -> Told {
+    Inputs {
+        request: None,
+        emergency_stop: false,
+        overrun: false,
+        heartbeat_age: 0,
+        zeroed: true,
+        sensed: Sensed::State { q, qd: [0.0; 2] },
+        age_ticks: [0; 2],
+        drive_fault: [false; 2],
+        supply: None,
+        temperature: None,
+        reference: Some(Reference::at_rest(q)),
+    }
+}
+
+pub(crate) fn asked(request: Request, inputs: &Told) -> Told {
+    Inputs { request: Some(request), ..*inputs }
+}
+
+/// The answer of a controller that wants this torque of every joint.
+pub(crate) fn wanting(torque: f32) -> Command<f32, 2> {
+    Command::Drive { torque: [torque; 2], limits: [LimitFlags::NONE; 2] }
+}
+
+/// A tick that must be granted, with a controller that wants one newton metre.
+pub(crate) fn granted(machine: &mut Machine, inputs: &Told) -> Said {
+    let output = machine.tick(inputs, |_: Ask<'_, f32, 2>| wanting(1.0));
+    assert_eq!(output.refused, None, "{:?} in {:?}", inputs.request, output.state);
+    output
+}
+
+/// A machine that has been asked all this, one a tick, with everything in order at `q`.
+pub(crate) fn after(requests: &[Request], q: [f32; 2]) -> Machine {
+    let mut machine = Machine::new(config());
+    granted(&mut machine, &calm(q));
+    for request in requests {
+        granted(&mut machine, &asked(*request, &calm(q)));
+    }
+    machine
+}
+
+pub(crate) const TO_ARMED: [Request; 3] = [Request::Home, Request::Confirm, Request::Arm];
+pub(crate) const TO_RUNNING: [Request; 4] = [Request::Home, Request::Confirm, Request::Arm, Request::Run];
+
+pub(crate) fn torque(output: &Said) -> Option<[f32; 2]> {
+    match output.actuation {
+        Actuation::Drive { torque, .. } => Some(torque),
+        Actuation::Safe(_) => None,
+    }
+}
+
+pub(crate) fn is_fault(state: State) -> bool {
+    matches!(state, State::Fault(_))
+}

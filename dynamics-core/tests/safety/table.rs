@@ -1,0 +1,414 @@
+//! Every transition: every state, every combination of boolean inputs, every request, every edge of every counter, what
+//! the sensors, the host and the controller can give, against a table.
+
+use crate::support::*;
+use crate::watch::Watch;
+use dynamics_core::control::LimitFlags;
+use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, SafeAction, State};
+use dynamics_core::{Command, Fault, Reference, Sensed};
+use std::collections::BTreeSet;
+
+/// Where the arm stands: near the limit, so that it can leave it without a jump.
+const AT: [f32; 2] = [0.5, 1.9];
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Measured {
+    Resting,
+    Moving,
+    NotANumber,
+    Jumped,
+    Outside,
+    Fast,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Wanted {
+    Nothing,
+    Near,
+    OtherSpeed,
+    Far,
+    NotANumber,
+    NoRoom,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Answer {
+    Torque,
+    Brake,
+    NotANumber,
+}
+
+/// One case, in the words of the table.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    from: State,
+    homed: bool,
+    alone: u32,
+    request: Option<Request>,
+    emergency_stop: bool,
+    overrun: bool,
+    drive_fault: bool,
+    supply_bad: bool,
+    temperature_bad: bool,
+    zeroed: bool,
+    measured: Measured,
+    age: u32,
+    heartbeat: u32,
+    wanted: Wanted,
+    answer: Answer,
+}
+
+// The words that the table is written in.
+impl Case {
+    fn in_fault(&self) -> bool {
+        is_fault(self.from)
+    }
+    fn driving(&self) -> bool {
+        self.from.drives()
+    }
+    fn external(&self) -> Option<Fault> {
+        let all = [
+            (self.emergency_stop, Fault::EmergencyStop),
+            (self.overrun, Fault::Overrun),
+            (self.drive_fault, Fault::DriveFault { joint: 1 }),
+            (self.supply_bad, Fault::SupplyOutOfBounds),
+            (self.temperature_bad, Fault::TemperatureOutOfBounds),
+        ];
+        all.into_iter().find(|(is, _)| *is).map(|(_, fault)| fault)
+    }
+    /// The reading of joint 2 is one tick younger than the last, or there was no time to move at all.
+    fn jumped(&self) -> bool {
+        self.measured == Measured::Jumped || (self.measured == Measured::Outside && self.age > 0)
+    }
+    fn implausible(&self) -> Option<Fault> {
+        let joint = 1;
+        let all = [
+            (self.age > AGE_MAX, Fault::StaleMeasurement),
+            (self.measured == Measured::NotANumber, Fault::NonFiniteMeasurement { joint }),
+            (self.jumped(), Fault::ImpossibleJump { joint }),
+            (self.measured == Measured::Outside, Fault::PositionOutOfBounds { joint }),
+            (self.measured == Measured::Fast, Fault::VelocityOutOfBounds { joint }),
+        ];
+        all.into_iter().find(|(is, _)| *is).map(|(_, fault)| fault)
+    }
+    fn resting(&self) -> bool {
+        !matches!(self.measured, Measured::Moving | Measured::Fast)
+    }
+    fn still_homed(&self) -> bool {
+        self.homed && !self.jumped()
+    }
+    fn silent(&self) -> bool {
+        self.heartbeat > HEARTBEAT_MAX
+    }
+    fn too_long_alone(&self) -> bool {
+        self.driving() && self.silent() && self.alone + 1 > HOLD_MAX
+    }
+}
+
+/// What must follow. A refusal is given by its number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Expected {
+    state: State,
+    homed: bool,
+    refused: Option<u8>,
+}
+
+/// Whether something is so in a case.
+type Holds = fn(&Case) -> bool;
+
+/// A row: it applies where `from` and `when` hold and no row before it did.
+struct Row {
+    from: &'static [u8],
+    request: Request,
+    when: Holds,
+    to: Result<State, u8>,
+}
+
+const IDLE: u8 = 0;
+const HOMING: u8 = 1;
+const ARMED: u8 = 2;
+const RUNNING: u8 = 3;
+const HOLDING: u8 = 4;
+
+const fn row(from: &'static [u8], request: Request, when: Holds, to: Result<State, u8>) -> Row {
+    Row { from, request, when, to }
+}
+
+const NO_STATE: u8 = 1;
+const NOT_HOMED: u8 = 3;
+const NOT_ZEROED: u8 = 4;
+const IMPLAUSIBLE: u8 = 5;
+const NOT_AT_REST: u8 = 6;
+const SILENT: u8 = 7;
+const NO_REFERENCE: u8 = 8;
+const NO_ROOM: u8 = 9;
+const OUT_OF_REACH: u8 = 10;
+
+/// Requests, where no fault is in force. What is not here is refused as meaningless.
+const REQUESTS: [Row; 24] = [
+    row(&[IDLE], Request::Home, |_| true, Ok(State::Homing)),
+    row(&[HOMING], Request::Confirm, |c| !c.zeroed, Err(NOT_ZEROED)),
+    row(&[HOMING], Request::Confirm, |c| c.implausible().is_some(), Err(IMPLAUSIBLE)),
+    row(&[HOMING], Request::Confirm, |c| !c.resting(), Err(NOT_AT_REST)),
+    row(&[HOMING], Request::Confirm, |_| true, Ok(State::Idle)),
+    row(&[HOMING], Request::Disarm, |_| true, Ok(State::Idle)),
+    row(&[IDLE], Request::Arm, |c| !c.still_homed(), Err(NOT_HOMED)),
+    row(&[IDLE], Request::Arm, |c| c.implausible().is_some(), Err(IMPLAUSIBLE)),
+    row(&[IDLE], Request::Arm, |c| !c.resting(), Err(NOT_AT_REST)),
+    row(&[IDLE], Request::Arm, Case::silent, Err(SILENT)),
+    row(&[IDLE], Request::Arm, |_| true, Ok(State::Armed)),
+    row(&[ARMED, HOLDING], Request::Disarm, |c| !c.resting(), Err(NOT_AT_REST)),
+    row(&[ARMED, HOLDING], Request::Disarm, |_| true, Ok(State::Idle)),
+    row(&[ARMED, HOLDING], Request::Run, Case::silent, Err(SILENT)),
+    row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::Nothing, Err(NO_REFERENCE)),
+    row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::NotANumber, Err(IMPLAUSIBLE)),
+    row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::NoRoom, Err(NO_ROOM)),
+    row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::Far, Err(OUT_OF_REACH)),
+    row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::OtherSpeed, Err(OUT_OF_REACH)),
+    row(&[ARMED, HOLDING], Request::Run, |_| true, Ok(State::Running)),
+    row(&[RUNNING], Request::Hold, |_| true, Ok(State::Holding(HoldCause::Requested))),
+    row(&[RUNNING], Request::Disarm, |_| true, Err(NO_STATE)),
+    row(&[IDLE, HOMING, ARMED, RUNNING, HOLDING], Request::Clear, |_| true, Err(NO_STATE)),
+    row(&[IDLE, ARMED, RUNNING, HOLDING], Request::Confirm, |_| true, Err(NO_STATE)),
+];
+
+/// What happens by itself after the requests, where torque acts: the first that holds.
+const EVENTS: [(u8, Holds, State); 6] = [
+    (RUNNING, |c| c.wanted == Wanted::NotANumber, State::Fault(Fault::NonFiniteReference { joint: 1 })),
+    (RUNNING, Case::silent, State::Holding(HoldCause::HeartbeatLost)),
+    (RUNNING, |c| c.wanted == Wanted::Nothing, State::Holding(HoldCause::NoReference)),
+    (RUNNING, |c| c.wanted == Wanted::NoRoom, State::Holding(HoldCause::NoRoom { joint: 1 })),
+    (RUNNING, |c| c.wanted == Wanted::Far, State::Holding(HoldCause::OutOfReach { joint: 1 })),
+    (ARMED, Case::silent, State::Holding(HoldCause::HeartbeatLost)),
+];
+
+fn expected(c: &Case) -> Expected {
+    let homed = c.still_homed();
+    let refused_by_fault = c.request.map(|_| 2);
+    // Latched: only a clear that nothing stands in the way of leaves it.
+    if c.in_fault() {
+        let beyond_meaning = matches!(c.implausible(), Some(Fault::PositionOutOfBounds { .. })) && !homed;
+        let stands = c.external().is_none() && (c.implausible().is_none() || beyond_meaning);
+        return match (c.request, stands, c.resting()) {
+            (Some(Request::Clear), true, true) => Expected { state: State::Idle, homed, refused: None },
+            (Some(Request::Clear), true, false) => Expected { state: c.from, homed, refused: Some(NOT_AT_REST) },
+            _ => Expected { state: c.from, homed, refused: refused_by_fault },
+        };
+    }
+    // Faults before requests: from outside in every state, of the sensors and of the host where torque acts.
+    let sensed = if c.driving() { c.implausible() } else { None };
+    let alone = c.too_long_alone().then_some(Fault::HeartbeatLost);
+    if let Some(fault) = c.external().or(sensed).or(alone) {
+        return Expected { state: State::Fault(fault), homed, refused: refused_by_fault };
+    }
+    let (mut state, mut refused) = (c.from, None);
+    if let Some(request) = c.request {
+        let applies = |row: &&Row| row.request == request && row.from.contains(&c.from.code()) && (row.when)(c);
+        match REQUESTS.iter().find(applies).map_or(Err(NO_STATE), |row| row.to) {
+            Ok(to) => state = to,
+            Err(code) => refused = Some(code),
+        }
+    }
+    let homed = match (c.from, state) {
+        (State::Idle, State::Homing) => false,
+        (State::Homing, State::Idle) => homed || c.request == Some(Request::Confirm),
+        _ => homed,
+    };
+    if let Some((_, _, to)) = EVENTS.iter().find(|(from, when, _)| *from == state.code() && when(c)) {
+        state = *to;
+    }
+    if state.drives() {
+        match c.answer {
+            Answer::Torque => {}
+            Answer::Brake => state = State::Fault(Fault::NonFiniteTorque { joint: 0 }),
+            Answer::NotANumber => state = State::Fault(Fault::NonFiniteTorque { joint: 1 }),
+        }
+    }
+    if is_fault(state) {
+        Expected { state, homed, refused: refused_by_fault }
+    } else {
+        Expected { state, homed, refused }
+    }
+}
+
+fn inputs(c: &Case) -> Told {
+    let (mut q, mut qd) = (AT, [0.0; 2]);
+    match c.measured {
+        Measured::Resting => {}
+        // Just faster than rest, and away from the limit: not yet too fast to stop.
+        Measured::Moving => qd[1] = -REST.next_up(),
+        Measured::NotANumber => q[1] = f32::NAN,
+        Measured::Jumped => q[1] = 0.7,
+        Measured::Outside => q[1] = 2.6,
+        Measured::Fast => qd[1] = -6.0_f32.next_up(),
+    }
+    let mut reference = Reference::at_rest(AT);
+    match c.wanted {
+        Wanted::Nothing | Wanted::Near => {}
+        Wanted::OtherSpeed => reference.qd[1] = -0.31 - REST,
+        Wanted::Far => reference.q[1] = AT[1] - REACH - 0.01,
+        Wanted::NotANumber => reference.qdd[1] = f32::INFINITY,
+        Wanted::NoRoom => reference.qd[1] = 1.5,
+    }
+    Inputs {
+        request: c.request,
+        emergency_stop: c.emergency_stop,
+        overrun: c.overrun,
+        heartbeat_age: c.heartbeat,
+        zeroed: c.zeroed,
+        sensed: Sensed::State { q, qd },
+        age_ticks: [0, c.age],
+        drive_fault: [false, c.drive_fault],
+        supply: Some(if c.supply_bad { SUPPLY.1.next_up() } else { SUPPLY.1 }),
+        temperature: Some(if c.temperature_bad { TEMPERATURE.0.next_down() } else { TEMPERATURE.0 }),
+        reference: (c.wanted != Wanted::Nothing).then_some(reference),
+    }
+}
+
+/// Every state, with every value that the machine's own counter can have there.
+fn starts() -> Vec<(Machine, u32)> {
+    let homed = [Request::Home, Request::Confirm];
+    let mut starts = vec![
+        (after(&[], AT), 0),
+        (after(&homed, AT), 0),
+        (after(&[Request::Home], AT), 0),
+        (after(&TO_ARMED, AT), 0),
+        (after(&TO_RUNNING, AT), 0),
+        (after(&[Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold], AT), 0),
+    ];
+    // Holding without the host for 1 tick up to as long as it does.
+    let mut alone = after(&TO_RUNNING, AT);
+    for ticks in 1..=HOLD_MAX {
+        granted(&mut alone, &Inputs { heartbeat_age: HEARTBEAT_MAX + 1, ..calm(AT) });
+        assert_eq!(alone.state(), State::Holding(HoldCause::HeartbeatLost));
+        starts.push((alone, ticks));
+    }
+    // Faults, homed and not: stopped by hand, and by a jump that took the homing away.
+    for requests in [&homed[..], &[]] {
+        let mut stopped = after(requests, AT);
+        stopped.tick(&Inputs { emergency_stop: true, ..calm(AT) }, |_| wanting(0.0));
+        starts.push((stopped, 0));
+    }
+    let mut jumped = after(&TO_RUNNING, AT);
+    jumped.tick(&calm([0.5, -1.9]), |_| wanting(0.0));
+    jumped.tick(&calm(AT), |_| wanting(0.0));
+    jumped.tick(&calm(AT), |_| wanting(0.0));
+    starts.push((jumped, 0));
+    starts
+}
+
+#[test]
+fn every_transition_is_the_table_s_and_breaks_no_rule() {
+    const BOTH: [bool; 2] = [false, true];
+    let requests = [None]
+        .into_iter()
+        .chain([
+            Some(Request::Home),
+            Some(Request::Confirm),
+            Some(Request::Arm),
+            Some(Request::Disarm),
+            Some(Request::Run),
+            Some(Request::Hold),
+            Some(Request::Clear),
+        ])
+        .collect::<Vec<_>>();
+    let measured = [
+        Measured::Resting,
+        Measured::Moving,
+        Measured::NotANumber,
+        Measured::Jumped,
+        Measured::Outside,
+        Measured::Fast,
+    ];
+    let wanted = [Wanted::Nothing, Wanted::Near, Wanted::OtherSpeed, Wanted::Far, Wanted::NotANumber, Wanted::NoRoom];
+    let edges = |limit: u32| [0, limit - 1, limit, limit + 1, u32::MAX];
+    let (mut cases, mut reached, mut refusals) = (0_u64, BTreeSet::new(), BTreeSet::new());
+    for (start, alone) in starts() {
+        for bits in 0..64_u32 {
+            let bit = |i: u32| BOTH[(bits >> i & 1) as usize];
+            for request in &requests {
+                for measured in measured {
+                    for age in edges(AGE_MAX) {
+                        for heartbeat in edges(HEARTBEAT_MAX) {
+                            for wanted in wanted {
+                                for answer in [Answer::Torque, Answer::Brake, Answer::NotANumber] {
+                                    let case = Case {
+                                        from: start.state(),
+                                        homed: start.homed(),
+                                        alone,
+                                        request: *request,
+                                        emergency_stop: bit(0),
+                                        overrun: bit(1),
+                                        drive_fault: bit(2),
+                                        supply_bad: bit(3),
+                                        temperature_bad: bit(4),
+                                        zeroed: bit(5),
+                                        measured,
+                                        age,
+                                        heartbeat,
+                                        wanted,
+                                        answer,
+                                    };
+                                    let state = check(&start, &case, &mut refusals);
+                                    reached.insert((case.from.code(), state.code()));
+                                    cases += 1;
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    // 12 starts, 64 combinations, 8 requests, 6 measurements, 5 ages, 5 silences, 6 references, 3 answers.
+    assert_eq!(cases, 12 * 64 * 8 * 6 * 5 * 5 * 6 * 3);
+    let from = |state: u8| reached.iter().filter(|(from, _)| *from == state).map(|(_, to)| *to).collect::<Vec<_>>();
+    assert_eq!(from(IDLE), [0, 1, 2, 5]);
+    assert_eq!(from(HOMING), [0, 1, 5]);
+    assert_eq!(from(ARMED), [0, 2, 3, 4, 5]);
+    assert_eq!(from(RUNNING), [3, 4, 5]);
+    assert_eq!(from(HOLDING), [0, 3, 4, 5]);
+    assert_eq!(from(5), [0, 5]);
+    assert_eq!(refusals.into_iter().collect::<Vec<_>>(), (1..=10).collect::<Vec<_>>());
+}
+
+fn check(start: &Machine, case: &Case, refusals: &mut BTreeSet<u8>) -> State {
+    let mut machine = *start;
+    let inputs = inputs(case);
+    let mut calls = 0;
+    let output = machine.tick(&inputs, |_| {
+        calls += 1;
+        match case.answer {
+            Answer::Torque => wanting(30.0),
+            Answer::Brake => Command::Brake(Fault::NonFiniteTorque { joint: 0 }),
+            Answer::NotANumber => Command::Drive { torque: [1.0, f32::NAN], limits: [LimitFlags::NONE; 2] },
+        }
+    });
+    let found =
+        Expected { state: output.state, homed: output.homed, refused: output.refused.map(|refusal| refusal.code()) };
+    assert_eq!(found, expected(case), "{case:?}");
+    assert_eq!((machine.state(), machine.homed()), (output.state, output.homed));
+    // Asked once where torque may act, and not otherwise.
+    let may = case.answer == Answer::Torque && output.state.drives();
+    assert!(calls <= 1 && (!may || calls == 1), "{case:?}: asked {calls} times");
+    let acted = if start.state().drives() { [1.0; 2] } else { [0.0; 2] };
+    let mut watch = Watch::from(start, AT, acted, case.alone);
+    assert_eq!(watch.broken(&inputs, &output), None, "{case:?}: {output:?}");
+    if let Some(refusal) = output.refused {
+        refusals.insert(refusal.code());
+    }
+    output.state
+}
+
+/// Every safe action is handed through as it is configured.
+#[test]
+fn the_safe_action_is_the_robot_s() {
+    for action in [SafeAction::Brake, SafeAction::DampedStop, SafeAction::Off] {
+        let mut protected = config();
+        protected.rules.safe_action = action;
+        let mut machine = Machine::new(protected);
+        let output = machine.tick(&Inputs { emergency_stop: true, ..calm(AT) }, |_| panic!("asked for torque"));
+        assert_eq!(output.actuation, Actuation::Safe(action));
+        assert_eq!(output.state, State::Fault(Fault::EmergencyStop));
+    }
+}
