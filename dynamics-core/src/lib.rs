@@ -29,6 +29,7 @@
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
+//! | [`drive`] | between a joint and its drive: scales, offsets, ranges |
 //! | [`control`] | laws, limits, observer, reference motions, the controller and its faults |
 //!
 //! Frames are named so that products read: `parent_from_link * x_link = x_parent`. Equation numbers are those of the
@@ -67,6 +68,7 @@ extern crate std;
 pub mod articulated_body;
 pub mod contact;
 pub mod control;
+pub mod drive;
 pub mod dual;
 pub mod energy;
 pub mod forward_dynamics;

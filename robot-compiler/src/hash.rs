@@ -5,6 +5,7 @@
 
 use crate::scene::{KernelChoice, SceneFile};
 use dynamics_core::control::{Encoder, Friction, Gains, Guard, Law};
+use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
@@ -54,7 +55,7 @@ impl Fnv1a {
 
 impl SceneFile {
     /// Hash of everything that decides the bits of a tick: model, scene, controller, sine and cosine, `N`, rate,
-    /// and whether the operations were regrouped.
+    /// whether the operations were regrouped, and what lies between the joints and their drives, where the file says it.
     ///
     /// Not in it, because no tick reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
     /// kernel runs from, because no bit depends on it. Stable across runs and platforms.
@@ -75,6 +76,7 @@ impl SceneFile {
         hash_model(&mut fnv, &model.cast());
         hash_scene(&mut fnv, &self.scene(model).cast());
         hash_config(&mut fnv, &self.controller_config(model).cast());
+        hash_drives(&mut fnv, &self.drives::<N>());
         fnv.0
     }
 }
@@ -150,6 +152,69 @@ fn hash_config<const N: usize>(fnv: &mut Fnv1a, config: &ControllerConfig<f32, N
         fnv.number(*per_count);
     }
     fnv.numbers(&observer.gains());
+}
+
+/// Nothing where the joints are reached over the link: such a hash is what it was before there were drives.
+fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
+    match drives {
+        Drives::Link => {}
+        Drives::Mit(all) => {
+            fnv.tag(1);
+            for MitDrive { bus, id, reply_id, reply_bytes, ranges, gearing, damping } in all {
+                fnv.bytes(&[*bus, *id, *reply_bytes]);
+                fnv.tag(u32::from(*reply_id));
+                let MitRanges { position, velocity, kp, kd, torque } = ranges;
+                for Range { min, max } in [position, velocity, kp, kd, torque] {
+                    fnv.numbers([min, max]);
+                }
+                hash_gearing(fnv, gearing);
+                fnv.number(*damping);
+            }
+        }
+        Drives::Pwm(all) => {
+            fnv.tag(2);
+            for drive in all {
+                hash_pwm(fnv, drive);
+            }
+        }
+    }
+}
+
+fn hash_gearing(fnv: &mut Fnv1a, gearing: &Gearing) {
+    let Gearing { ratio, per_ratio, zero } = gearing;
+    fnv.numbers([ratio, per_ratio, zero]);
+}
+
+fn hash_pwm(fnv: &mut Fnv1a, drive: &PwmDrive) {
+    let PwmDrive {
+        channel,
+        gearing,
+        encoder_zero,
+        encoder_reversed,
+        jump_max,
+        speed_per_count,
+        torque_constant,
+        per_torque_constant,
+        resistance,
+        per_resistance,
+        supply,
+        per_supply,
+        current_max,
+    } = drive;
+    fnv.bytes(&[*channel, u8::from(*encoder_reversed)]);
+    fnv.tag(u32::from(*encoder_zero));
+    fnv.tag(u32::from(*jump_max));
+    hash_gearing(fnv, gearing);
+    fnv.numbers([
+        speed_per_count,
+        torque_constant,
+        per_torque_constant,
+        resistance,
+        per_resistance,
+        supply,
+        per_supply,
+        current_max,
+    ]);
 }
 
 #[cfg(test)]
