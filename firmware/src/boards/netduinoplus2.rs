@@ -32,7 +32,7 @@ pub struct InstructionCounter(pac::TIM2);
 /// No line to the joints but the link.
 pub struct NoLines;
 
-impl<const N: usize> Board<N> for NetduinoPlus2 {
+impl Board<{ arm::N }> for NetduinoPlus2 {
     type Peripherals = super::Chip;
     type Input = Input;
     type Output = Output;
@@ -43,7 +43,7 @@ impl<const N: usize> Board<N> for NetduinoPlus2 {
     const NAME: &'static str = "netduinoplus2 (QEMU)";
     const STOP: SafeAction = SafeAction::Brake;
 
-    fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, N> {
+    fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, .. } = chip.device;
         usart.cr1().write(|w| w.ue().enabled().re().enabled().te().enabled().rxneie().enabled());
 
@@ -141,12 +141,12 @@ impl Counter for InstructionCounter {
     }
 }
 
-impl<const N: usize> JointIo<N> for NoLines {
-    fn measure(&mut self) -> Option<Readings<N>> {
+impl JointIo<{ arm::N }> for NoLines {
+    fn measure(&mut self) -> Option<Readings<{ arm::N }>> {
         None
     }
 
-    fn drive(&mut self, _torque: &[f32; N]) {}
+    fn drive(&mut self, _torque: &[f32; arm::N]) {}
 
     fn safe(&mut self, _action: SafeAction) {}
 }

@@ -25,7 +25,7 @@ pub struct Lines {
     _power_off: PB12<OutputPin>,
 }
 
-impl<const N: usize> Board<N> for OdriveV3 {
+impl Board<{ arm::N }> for OdriveV3 {
     type Peripherals = super::Chip;
     type Input = Input;
     type Output = Output;
@@ -36,7 +36,7 @@ impl<const N: usize> Board<N> for OdriveV3 {
     const NAME: &'static str = "ODrive v3";
     const STOP: SafeAction = SafeAction::Brake;
 
-    fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, N> {
+    fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let super::Chip { device, mut core } = chip;
         let mut rcc = device.RCC.freeze(f405::clocks());
         let (gpioa, gpiob, gpioc) =
@@ -45,9 +45,7 @@ impl<const N: usize> Board<N> for OdriveV3 {
             brake: gpioc.pc4.into_push_pull_output_in_state(PinState::Low),
             _power_off: gpiob.pb12.into_push_pull_output_in_state(PinState::Low),
         };
-        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else {
-            <Self as Board<N>>::halt()
-        };
+        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else { Self::halt() };
         Parts {
             input,
             output,
@@ -63,12 +61,12 @@ impl<const N: usize> Board<N> for OdriveV3 {
     }
 }
 
-impl<const N: usize> JointIo<N> for Lines {
-    fn measure(&mut self) -> Option<Readings<N>> {
+impl JointIo<{ arm::N }> for Lines {
+    fn measure(&mut self) -> Option<Readings<{ arm::N }>> {
         None
     }
 
-    fn drive(&mut self, _torque: &[f32; N]) {
+    fn drive(&mut self, _torque: &[f32; arm::N]) {
         self.brake.set_high();
     }
 
