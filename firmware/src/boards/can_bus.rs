@@ -1,11 +1,11 @@
 //! A bxCAN controller as the schedule of [`firmware::joint_io::can`] wants it.
 //!
-//! The `bxcan` crate sets the controller up and has the frames. Sending and receiving are written out here: its `transmit`
-//! can wait without a bound for a mailbox to be given up and has a panic in it, and it tells nothing of a bus that is off.
+//! The `bxcan` crate sets the controller up. Frames, sending and receiving are written out here: its `transmit` can wait
+//! without a bound for a mailbox to be given up, its frames have a panic that the tick would reach, and it tells nothing of a
+//! bus that is off.
 
 use super::pac;
-use bxcan::{Frame, Id, StandardId};
-use embedded_can::ErrorKind;
+use embedded_can::{ErrorKind, Id, StandardId};
 use firmware::joint_io::can::CanBus;
 use stm32f4xx_hal::can::Can;
 
@@ -77,20 +77,15 @@ fn registers<C: Controller>() -> &'static Registers {
 }
 
 /// Queue a data frame in an empty mailbox; false when there is none.
-fn queue(registers: &Registers, id: u16, data: &[u8]) -> bool {
+fn queue(registers: &Registers, id: u16, length: u8, bytes: [u8; 8]) -> bool {
     let status = registers.tsr().read().bits();
     let Some(mailbox) = (0..MAILBOXES).find(|&mailbox| status & empty_bit(mailbox) != 0) else { return false };
-    let mut bytes = [0; 8];
-    let length = data.len().min(8);
-    for (to, from) in bytes.iter_mut().zip(data) {
-        *to = *from;
-    }
     let [a, b, c, d, e, f, g, h] = bytes;
     let mailbox = registers.tx(mailbox);
     #[allow(unsafe_code, reason = "whole registers, as the reference manual lays them out")]
     // SAFETY: the mailbox is empty, so these registers belong to the program; every bit pattern is a frame.
     unsafe {
-        mailbox.tdtr().write(|w| w.bits(length as u32));
+        mailbox.tdtr().write(|w| w.bits(u32::from(length)));
         mailbox.tdlr().write(|w| w.bits(u32::from_le_bytes([a, b, c, d])));
         mailbox.tdhr().write(|w| w.bits(u32::from_le_bytes([e, f, g, h])));
         mailbox.tir().write(|w| w.bits(u32::from(id) << 21 | REQUEST));
@@ -120,10 +115,50 @@ pub fn last_words<C: Controller>(ids: impl Iterator<Item = u8>, data: &[u8; 8]) 
     give_up(registers);
     for id in ids {
         for _ in 0..LOOKS {
-            if queue(registers, u16::from(id), data) {
+            if queue(registers, u16::from(id), 8, *data) {
                 break;
             }
         }
+    }
+}
+
+/// A data frame with a standard identifier: the one kind that the schedule sends and the one that it believes.
+pub struct Frame {
+    id: StandardId,
+    length: u8,
+    bytes: [u8; 8],
+}
+
+impl embedded_can::Frame for Frame {
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        let Id::Standard(id) = id.into() else { return None };
+        let mut bytes = [0; 8];
+        bytes.get_mut(..data.len())?.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+        Some(Self { id, length: data.len() as u8, bytes })
+    }
+
+    fn new_remote(_id: impl Into<Id>, _dlc: usize) -> Option<Self> {
+        None
+    }
+
+    fn is_extended(&self) -> bool {
+        false
+    }
+
+    fn is_remote_frame(&self) -> bool {
+        false
+    }
+
+    fn id(&self) -> Id {
+        self.id.into()
+    }
+
+    fn dlc(&self) -> usize {
+        usize::from(self.length)
+    }
+
+    fn data(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.length)).unwrap_or(&self.bytes)
     }
 }
 
@@ -132,10 +167,8 @@ impl<C: Controller> embedded_can::nb::Can for Bus<C> {
     type Error = ErrorKind;
 
     fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
-        let (Id::Standard(id), Some(data)) = (frame.id(), frame.data()) else {
-            return Err(nb::Error::Other(ErrorKind::Other));
-        };
-        if queue(self.registers(), id.as_raw(), data) { Ok(None) } else { Err(nb::Error::WouldBlock) }
+        let sent = queue(self.registers(), frame.id.as_raw(), frame.length, frame.bytes);
+        if sent { Ok(None) } else { Err(nb::Error::WouldBlock) }
     }
 
     fn receive(&mut self) -> nb::Result<Frame, ErrorKind> {
@@ -153,12 +186,9 @@ impl<C: Controller> embedded_can::nb::Can for Bus<C> {
         let [a, b, c, d] = fifo.rdlr().read().bits().to_le_bytes();
         let [e, f, g, h] = fifo.rdhr().read().bits().to_le_bytes();
         set_fifo(registers, RELEASE);
-        let id = StandardId::new((head >> 21) as u16);
-        let bytes = [a, b, c, d, e, f, g, h];
-        let data = bytes.get(..(length & 0xf) as usize).and_then(bxcan::Data::new);
-        match (head & EXTENDED_OR_REMOTE, id, data) {
-            (0, Some(id), Some(data)) => Ok(Frame::new_data(id, data)),
-            // None of ours: filters let data frames with standard identifiers through, and nothing else.
+        match (head & EXTENDED_OR_REMOTE, StandardId::new((head >> 21) as u16)) {
+            // A length code above 8 means 8.
+            (0, Some(id)) => Ok(Frame { id, length: (length & 0xf).min(8) as u8, bytes: [a, b, c, d, e, f, g, h] }),
             _ => Err(nb::Error::Other(ErrorKind::Other)),
         }
     }
