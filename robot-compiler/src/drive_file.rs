@@ -134,7 +134,7 @@ fn direction(table: &Table<'_>, key: &str, default: f64) -> Result<f64, FileErro
     const EXPECTED: &str = "1 or -1";
     let Some(value) = table.get(key) else { return Ok(default) };
     let number = value.number(EXPECTED)?;
-    if number.abs() == 1.0 { Ok(number) } else { Err(value.error(format!("found {number}"), EXPECTED)) }
+    if [1.0, -1.0].contains(&number) { Ok(number) } else { Err(value.error(format!("found {number}"), EXPECTED)) }
 }
 
 fn pwm(
@@ -166,7 +166,7 @@ fn pwm(
     // The motor is the rotor: its gear is known where the rotor is.
     let geared = rotor.inertia > 0.0;
     let ratio = ratio(table, if geared { rotor.gear.abs() } else { 1.0 })?;
-    if geared && ratio.abs() != rotor.gear.abs() {
+    if geared && (ratio.abs() / rotor.gear.abs() - 1.0).abs() > 1e-9 {
         let problem = format!("found {}, the rotor's is {}", ratio.abs(), rotor.gear.abs());
         return Err(table.error("gear", problem, "the rotor's gear, or no key"));
     }

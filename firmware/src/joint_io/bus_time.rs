@@ -40,9 +40,12 @@ impl BusLoad {
         self.actuators * (frame_bits(8) + frame_bits(self.reply_bytes))
     }
 
-    /// Time from the first command to the end of the last reply, at most, us, rounded up.
+    /// Time from the first command to the end of the last reply, at most, us, rounded up; `u32::MAX` at no bit rate.
     #[must_use]
     pub const fn time_us(&self) -> u32 {
+        if self.bit_rate == 0 {
+            return u32::MAX;
+        }
         (self.bits() as u64 * 1_000_000).div_ceil(self.bit_rate as u64) as u32 + self.turnaround_us
     }
 
@@ -50,7 +53,9 @@ impl BusLoad {
     /// most `lead_us` after the tick began.
     #[must_use]
     pub const fn max_rate_hz(&self, lead_us: u32) -> u32 {
-        let period = self.time_us() + lead_us;
-        if period == 0 { u32::MAX } else { 1_000_000 / period }
+        match 1_000_000_u32.checked_div(self.time_us().saturating_add(lead_us)) {
+            Some(rate) => rate,
+            None => u32::MAX,
+        }
     }
 }
