@@ -29,6 +29,7 @@
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
+//! | [`drive`] | between a joint and its drive: scales, offsets, ranges |
 //! | [`mixed`] | the recursion in f32 inside a controller in f64 |
 //! | [`control`] | laws, models evaluated every few ticks, limits, observer, reference motions, the controller and its faults |
 //! | [`safety`] | the state machine around the controller: when torque acts at all, and what happens instead |
@@ -69,6 +70,7 @@ extern crate std;
 pub mod articulated_body;
 pub mod contact;
 pub mod control;
+pub mod drive;
 pub mod dual;
 pub mod energy;
 pub mod forward_dynamics;

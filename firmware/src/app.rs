@@ -12,29 +12,31 @@ use crate::boards;
 use firmware::board::Board;
 use link::{Hello, Pacing};
 
-#[cfg(feature = "odrive-v3")]
+#[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm"))]
 use defmt_rtt as _;
 #[cfg(feature = "netduinoplus2")]
 use defmt_semihosting as _;
 
-#[cfg(all(feature = "netduinoplus2", feature = "odrive-v3"))]
-compile_error!("choose one board: `--no-default-features --features odrive-v3`");
-
+// Two boards are two definitions of one name, and the compiler says so: `--no-default-features --features odrive-v3`.
+#[cfg(feature = "f405-can")]
+use boards::f405_can::F405Can as ThisBoard;
+#[cfg(feature = "f405-pwm")]
+use boards::f405_pwm::F405Pwm as ThisBoard;
 #[cfg(feature = "netduinoplus2")]
-type ThisBoard = boards::netduinoplus2::NetduinoPlus2;
-#[cfg(all(feature = "odrive-v3", not(feature = "netduinoplus2")))]
-type ThisBoard = boards::odrive_v3::OdriveV3;
+use boards::netduinoplus2::NetduinoPlus2 as ThisBoard;
+#[cfg(feature = "odrive-v3")]
+use boards::odrive_v3::OdriveV3 as ThisBoard;
 
 /// Braked and silent is the only safe thing left to do.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
     defmt::error!("panic: {}", defmt::Display2Format(info));
-    <ThisBoard as Board>::halt()
+    <ThisBoard as Board<{ arm::N }>>::halt()
 }
 
 #[defmt::panic_handler]
 fn defmt_panic() -> ! {
-    <ThisBoard as Board>::halt()
+    <ThisBoard as Board<{ arm::N }>>::halt()
 }
 
 /// What this firmware says of itself.
@@ -46,7 +48,8 @@ fn hello() -> Hello {
 mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
-    use firmware::board::{JointIo, LinkInput, LinkOutput, Parts, Ticker};
+    use firmware::board::{LinkInput, LinkOutput, Parts, Ticker};
+    use firmware::joint_io::{JointIo, SafeAction};
     use firmware::meter::Meter;
     use firmware::session::{Reaction, Session, State};
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -56,33 +59,36 @@ mod rtos {
     /// (live inputs, reference, measurement). A queue holds one less than its size.
     const BYTES: usize = 3 * link::PACKET_MAX + 1;
 
+    const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
+    const STOP: SafeAction = <ThisBoard as Board<{ arm::N }>>::STOP;
+
     type ArmSession = Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings>;
 
     #[shared]
     struct Shared {
         session: ArmSession,
-        ticker: <ThisBoard as Board>::Ticker,
-        joints: <ThisBoard as Board>::Joints,
+        ticker: <ThisBoard as Board<{ arm::N }>>::Ticker,
+        joints: <ThisBoard as Board<{ arm::N }>>::Joints,
         answer: Option<Frame>,
         overflow: bool,
     }
 
     #[local]
     struct Local {
-        input: <ThisBoard as Board>::Input,
+        input: <ThisBoard as Board<{ arm::N }>>::Input,
         received: Producer<'static, u8>,
         pending: Consumer<'static, u8>,
-        output: <ThisBoard as Board>::Output,
-        meter: Meter<<ThisBoard as Board>::Counter>,
+        output: <ThisBoard as Board<{ arm::N }>>::Output,
+        meter: Meter<<ThisBoard as Board<{ arm::N }>>::Counter>,
     }
 
     #[init(local = [bytes: Queue<u8, BYTES> = Queue::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let Parts { input, output, ticker, counter, joints } =
-            ThisBoard::start(boards::Chip { device: cx.device, core: cx.core }, arm::RATE_HZ);
+            <ThisBoard as Board<{ arm::N }>>::start(boards::Chip { device: cx.device, core: cx.core }, arm::RATE_HZ);
         let meter = Meter::new(counter);
         let (received, pending) = cx.local.bytes.split();
-        defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, ThisBoard::NAME, arm::N, arm::RATE_HZ);
+        defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, BOARD, arm::N, arm::RATE_HZ);
         if !meter.is_exact() {
             defmt::warn!("no exact counter: the cost of a tick is not reported");
         }
@@ -114,11 +120,17 @@ mod rtos {
         let meter = cx.local.meter;
         (session, ticker, joints, answer).lock(|session, ticker, joints, answer| {
             ticker.acknowledge();
+            if let Some(readings) = joints.measure() {
+                session.sense(&readings);
+            }
             *answer = session.tick(meter);
             if ticker.is_due() {
                 session.overrun();
             }
-            if session.drives() { joints.release_brakes() } else { joints.brake() }
+            match answer.as_ref().and_then(|answer| session.torque(answer)) {
+                Some(torque) => joints.drive(&torque),
+                None => joints.safe(STOP),
+            }
         });
         rtic::pend(Interrupt::EXTI0);
     }
@@ -164,12 +176,12 @@ mod rtos {
                         Pacing::Timer => ticker.run(),
                         Pacing::LockStep => ticker.hold(),
                     });
-                    cx.shared.joints.lock(JointIo::brake);
+                    cx.shared.joints.lock(|joints| joints.safe(SafeAction::Brake));
                     send(&hello);
                 }
                 Reaction::Stop(hello, refusal) => {
                     cx.shared.ticker.lock(Ticker::hold);
-                    cx.shared.joints.lock(JointIo::brake);
+                    cx.shared.joints.lock(|joints| joints.safe(SafeAction::Brake));
                     send(&hello);
                     send(&refusal);
                 }

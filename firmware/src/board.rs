@@ -1,5 +1,6 @@
 //! What a board must do. One file per board implements this; nothing else names the chip's registers.
 
+use crate::joint_io::{JointIo, SafeAction};
 use crate::meter::Counter;
 
 /// Receiving half of the link.
@@ -32,20 +33,8 @@ pub trait Ticker {
     fn trigger(&mut self);
 }
 
-/// The way to the joints.
-///
-/// On the boards there are so far, measurements come and commands go over the link, so all that is left here is the
-/// line that must work without it.
-pub trait JointIo {
-    /// Release the drives and engage the brakes. Also called from the panic handler: at once, and from any state.
-    fn brake(&mut self);
-
-    /// The controller drives: let go of the brakes.
-    fn release_brakes(&mut self);
-}
-
 /// A started board, in the parts that different interrupts own.
-pub struct Parts<B: Board + ?Sized> {
+pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
     /// Receiving half of the link.
     pub input: B::Input,
     /// Sending half of the link.
@@ -58,8 +47,8 @@ pub struct Parts<B: Board + ?Sized> {
     pub joints: B::Joints,
 }
 
-/// A board.
-pub trait Board {
+/// A board under an arm of `N` joints.
+pub trait Board<const N: usize> {
     /// The chip's peripherals.
     type Peripherals;
     /// Receiving half of the link.
@@ -71,14 +60,17 @@ pub trait Board {
     /// Counts what a tick costs.
     type Counter: Counter;
     /// The joints.
-    type Joints: JointIo;
+    type Joints: JointIo<N>;
 
     /// What people call it.
     const NAME: &'static str;
 
-    /// Set up clocks, link and timers. Brakes are engaged and the control timer is held when this returns.
-    fn start(peripherals: Self::Peripherals, rate_hz: f32) -> Parts<Self>;
+    /// What its drives do when the controller does not drive them.
+    const STOP: SafeAction;
 
-    /// The last thing the program does: brakes engaged, nothing else runs.
+    /// Set up clocks, link and timers. Brakes are engaged and the control timer is held when this returns.
+    fn start(peripherals: Self::Peripherals, rate_hz: f32) -> Parts<Self, N>;
+
+    /// The last thing the program does, from any state: drives off, brakes engaged, nothing else runs.
     fn halt() -> !;
 }

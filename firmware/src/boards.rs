@@ -1,5 +1,13 @@
 //! The boards: the only files that name the chip's registers.
 
+#[cfg(feature = "f405-can")]
+mod can_bus;
+#[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm"))]
+mod f405;
+#[cfg(feature = "f405-can")]
+pub mod f405_can;
+#[cfg(feature = "f405-pwm")]
+pub mod f405_pwm;
 #[cfg(feature = "netduinoplus2")]
 pub mod netduinoplus2;
 #[cfg(feature = "odrive-v3")]

@@ -11,6 +11,7 @@
 //! A hello always starts afresh: the controller is reset, reference and measurement are forgotten, every live input is
 //! zero. Live inputs come between ticks and hold from the next one on; they are answered only when they are refused.
 
+use crate::joint_io::Readings;
 use crate::meter::{Counter, Meter};
 use dynamics_core::control::{Command, Configuration, Controller, ControllerConfig, Fault, Measurement, Reference};
 use dynamics_core::newton_euler::InverseDynamics;
@@ -145,6 +146,30 @@ impl<const N: usize, D: InverseDynamics<f32, N>, T: Trig<f32>, C: Configuration<
     /// Whether the last tick drove the joints and nothing has happened since that must stop them.
     pub fn drives(&self) -> bool {
         self.driving && self.controller.fault().is_none()
+    }
+
+    /// The torques or forces of the tick that gave this answer, N m or N; `None` when the joints must stop.
+    #[inline]
+    pub fn torque(&self, answer: &Frame) -> Option<[f32; N]> {
+        match answer {
+            Frame::Command(command) if self.drives() => command.torque.as_slice().try_into().ok(),
+            _ => None,
+        }
+    }
+
+    /// Take what the board's own joints say, in place of a measurement from the link. Call it at the start of a tick.
+    ///
+    /// A joint at fault stops the arm as a measurement that is lost does.
+    pub fn sense(&mut self, readings: &Readings<N>) {
+        if self.state == State::Waiting {
+            return;
+        }
+        self.measurement = Some(readings.measurement());
+        self.tick = self.tick.wrapping_add(1);
+        self.fresh = true;
+        if readings.is_faulty() {
+            self.controller.measurement_lost();
+        }
     }
 
     fn hello(&mut self, theirs: Hello) -> Reaction {

@@ -8,6 +8,7 @@ use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Limits, SinCos};
+use firmware::joint_io::{JointFaults, Readings};
 use firmware::meter::{Counter, Meter};
 use firmware::session::{Reaction, Session, State};
 use link::codec::Received;
@@ -247,4 +248,60 @@ fn live_inputs_that_cannot_be_used_are_refused_and_the_ones_before_hold_on() {
     assert_eq!(bench.receive(Frame::Live(other)), wrong_count);
     assert_eq!(bench.receive(live([5.0, f32::NAN])), refused(Refusal::NonFiniteLive));
     assert_eq!(torques(&mut bench), [2.0, 3.0]);
+}
+
+fn readings(age_ticks: u32, faults: JointFaults) -> Readings<2> {
+    let sensed = Sensed::State { q: [0.0; 2], qd: [0.0; 2] };
+    Readings { sensed, torque: [0.0; 2], age_ticks: [0, age_ticks], faults: [JointFaults::NONE, faults] }
+}
+
+#[test]
+fn joints_of_the_board_itself_are_driven_without_a_measurement_from_the_link() {
+    let mut bench = Bench::running(Pacing::Timer);
+    bench.receive(reference(3.0));
+    for tick in 1..5 {
+        bench.session.sense(&readings(0, JointFaults::NONE));
+        let answer = bench.tick().unwrap();
+        assert_eq!(bench.session.torque(&answer), Some([3.0; 2]));
+        let Frame::Command(command) = answer else { panic!("a command") };
+        assert_eq!(command.tick, tick);
+    }
+}
+
+#[test]
+fn a_joint_whose_measurement_is_too_old_stops_the_arm() {
+    let mut bench = Bench::running(Pacing::Timer);
+    bench.receive(reference(3.0));
+    bench.session.sense(&readings(2, JointFaults::NONE));
+    assert_eq!(bench.fault_code(), None);
+    bench.session.sense(&readings(3, JointFaults::NONE));
+    let answer = bench.tick().unwrap();
+    assert!(matches!(&answer, Frame::Fault(fault) if fault.code == 3), "{answer:?}");
+    assert_eq!(bench.session.torque(&answer), None);
+}
+
+#[test]
+fn any_fault_of_any_joint_stops_the_arm_until_a_hello() {
+    for (fault, name) in JointFaults::NAMES {
+        let mut bench = Bench::running(Pacing::Timer);
+        bench.receive(reference(3.0));
+        bench.session.sense(&readings(0, fault));
+        assert_eq!(bench.fault_code(), Some(3), "{name}");
+        bench.session.sense(&readings(0, JointFaults::NONE));
+        assert_eq!(bench.fault_code(), Some(3), "{name}");
+        bench.receive(Frame::Hello(Hello { pacing: Pacing::Timer, ..OWN }));
+        bench.receive(reference(3.0));
+        bench.session.sense(&readings(0, JointFaults::NONE));
+        assert_eq!(bench.fault_code(), None, "{name}");
+    }
+}
+
+#[test]
+fn readings_before_a_hello_are_not_kept() {
+    let mut bench = Bench::new();
+    bench.session.sense(&readings(0, JointFaults::MISSING));
+    assert_eq!(bench.tick(), None);
+    bench.receive(Frame::Hello(Hello { pacing: Pacing::Timer, ..OWN }));
+    bench.receive(reference(3.0));
+    assert_eq!(bench.tick(), None, "no measurement yet");
 }

@@ -4,8 +4,10 @@
 //! same number, so the chip computes with the very bits that the desk hashed. A firmware computes in single precision, whatever
 //! the scene says of the desk; what only measures costs ([`cost`]) computes in the scene's own scalar.
 
+use crate::drive::UNREAD_MAX;
 use crate::kernel::source::Title;
 use crate::kernel::{self, Function, Precision};
+use crate::robot::Robot;
 use crate::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
 use crate::with_dof;
 use dynamics_core::control::{Encoder, Friction, Gains, Guard};
@@ -17,7 +19,10 @@ use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 
 pub mod cost;
+mod drives;
 pub(crate) mod source;
+
+pub use drives::drives_module;
 
 use source::{Float, Item, call, integer, list, number, record, word};
 
@@ -205,7 +210,7 @@ pub const CHOICES: [&str; 2] = ["NEWTAU_LAW", "NEWTAU_TRIG"];
 /// Slowest rate of the boards' timers, Hz: the emulated one has 16 bits at 1 MHz.
 const RATE_MIN: f64 = 16.0;
 
-/// Write `arm.rs` and `dynamics.rs` for a scene into a folder: the whole of a firmware's build script.
+/// Write `arm.rs`, `dynamics.rs` and `drives.rs` for a scene into a folder: the whole of a firmware's build script.
 ///
 /// # Errors
 /// A scene that cannot be read, a rate that the boards' timers do not have, or a folder that cannot be written to.
@@ -220,13 +225,22 @@ pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::er
             format!("{name}: control.rate: {rate} Hz; expected whole hertz, {RATE_MIN} or more, for a chip").into()
         );
     }
-    let (arm, dynamics) = with_dof!(file.robot.dof(), N => {
+    if let Some((joint, jump)) = file.too_fast_for_its_encoder() {
+        let (name, label) = (scene.display(), Robot::joint_label(joint, &file.robot.joints[joint].name));
+        return Err(format!(
+            "{name}: control.rate: {rate} Hz, at which the encoder of {label} moves up to {jump} counts in a tick; \
+             expected a rate at which it moves less than half a turn in {UNREAD_MAX} ticks, or a lower velocity limit"
+        )
+        .into());
+    }
+    let (arm, dynamics, drives) = with_dof!(file.robot.dof(), N => {
         let model = file.robot.model::<N>()?;
-        (arm_module(&file, &model), dynamics_module(&file, &model))
+        (arm_module(&file, &model), dynamics_module(&file, &model), drives_module(&file.drives::<N>()))
     });
     // A module's own documentation cannot stand in an included file.
     std::fs::write(folder.join("arm.rs"), arm.replace("//!", "//"))?;
     std::fs::write(folder.join("dynamics.rs"), dynamics.replace("//!", "//"))?;
+    std::fs::write(folder.join("drives.rs"), drives.replace("//!", "//"))?;
     Ok(())
 }
 

@@ -5,6 +5,7 @@
 
 use crate::scene::{KernelChoice, SceneFile};
 use dynamics_core::control::{Between, Encoder, Friction, Gains, Guard, Law};
+use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Method;
@@ -55,7 +56,8 @@ impl Fnv1a {
 
 impl SceneFile {
     /// Hash of everything that decides the bits of a tick: model, scene, controller, safety rules, sine and cosine, `N`,
-    /// rate, whether the operations were regrouped, and in which ticks the model is evaluated.
+    /// rate, whether the operations were regrouped, in which ticks the model is evaluated, and what lies between the joints
+    /// and their drives, where the file says it.
     ///
     /// Not in it, because no tick of the chip reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
     /// kernel runs from, because no bit depends on it. Stable across runs and platforms.
@@ -89,6 +91,7 @@ impl SceneFile {
                 Between::Extrapolate => 1,
             });
         }
+        hash_drives(&mut fnv, &self.drives::<N>());
         fnv.0
     }
 }
@@ -180,6 +183,69 @@ fn hash_rules<const N: usize>(fnv: &mut Fnv1a, rules: &Rules<f32, N>) {
     for JointRules { rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping } in joints {
         fnv.numbers([rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping]);
     }
+}
+
+/// Nothing where the joints are reached over the link: such a hash is what it was before there were drives.
+fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
+    match drives {
+        Drives::Link => {}
+        Drives::Mit(all) => {
+            fnv.tag(1);
+            for MitDrive { bus, id, reply_id, reply_bytes, ranges, gearing, damping } in all {
+                fnv.bytes(&[*bus, *id, *reply_bytes]);
+                fnv.tag(u32::from(*reply_id));
+                let MitRanges { position, velocity, kp, kd, torque } = ranges;
+                for Range { min, max } in [position, velocity, kp, kd, torque] {
+                    fnv.numbers([min, max]);
+                }
+                hash_gearing(fnv, gearing);
+                fnv.number(*damping);
+            }
+        }
+        Drives::Pwm(all) => {
+            fnv.tag(2);
+            for drive in all {
+                hash_pwm(fnv, drive);
+            }
+        }
+    }
+}
+
+fn hash_gearing(fnv: &mut Fnv1a, gearing: &Gearing) {
+    let Gearing { ratio, per_ratio, zero } = gearing;
+    fnv.numbers([ratio, per_ratio, zero]);
+}
+
+fn hash_pwm(fnv: &mut Fnv1a, drive: &PwmDrive) {
+    let PwmDrive {
+        channel,
+        gearing,
+        encoder_zero,
+        encoder_reversed,
+        jump_max,
+        speed_per_count,
+        torque_constant,
+        per_torque_constant,
+        resistance,
+        per_resistance,
+        supply,
+        per_supply,
+        current_max,
+    } = drive;
+    fnv.bytes(&[*channel, u8::from(*encoder_reversed)]);
+    fnv.tag(u32::from(*encoder_zero));
+    fnv.tag(u32::from(*jump_max));
+    hash_gearing(fnv, gearing);
+    fnv.numbers([
+        speed_per_count,
+        torque_constant,
+        per_torque_constant,
+        resistance,
+        per_resistance,
+        supply,
+        per_supply,
+        current_max,
+    ]);
 }
 
 #[cfg(test)]

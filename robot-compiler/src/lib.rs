@@ -5,6 +5,7 @@
 //! | [`robot`] | what an arm is: joints, links, motors, sensors, tool |
 //! | [`linkage`] | what a planar closed loop is: four-bar or slider-crank |
 //! | [`scene`] | what acts on an arm, how it is controlled, what is simulated |
+//! | [`drive`] | what drives a joint, in a file's units and in the chip's |
 //! | [`diagnostics`] | errors that point at file, line and field |
 //! | [`emit`] | a checked arm and its controller as Rust source for the chip |
 //! | [`hash`] | one number for everything that decides the bits of a tick |
@@ -33,6 +34,8 @@
 mod body_fields;
 pub mod diagnostics;
 mod dof;
+pub mod drive;
+mod drive_file;
 pub mod emit;
 pub mod hash;
 pub mod kernel;

@@ -1,6 +1,7 @@
 //! What an arm is, as a robot file says it.
 
 use crate::diagnostics::{FileError, Source};
+use crate::drive::JointDrive;
 use crate::{robot_file, urdf, with_dof};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Model, ModelError, Rotor, Tool};
@@ -40,6 +41,8 @@ pub struct RobotJoint {
     pub friction: Option<JointFriction>,
     /// The encoder, where there is one.
     pub encoder: Option<JointEncoder>,
+    /// What drives it, where the file says so: every joint of an arm has one, or none has.
+    pub drive: Option<JointDrive>,
 }
 
 impl RobotJoint {

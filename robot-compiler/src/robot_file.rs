@@ -2,6 +2,7 @@
 
 use crate::body_fields::{body, placement};
 use crate::diagnostics::{FileError, Source};
+use crate::drive_file;
 use crate::linkage_file;
 use crate::reader::{Table, Value, counted, parse};
 use crate::robot::{BuildError, DOF, JointEncoder, JointFriction, Robot, RobotJoint};
@@ -10,7 +11,7 @@ use dynamics_core::{Dh, Frame, JointKind, JointSpec, Limits, ModelError, Rotor, 
 use std::path::PathBuf;
 
 const ROBOT_KEYS: [&str; 5] = ["name", "source", "allow_unphysical", "joint", "tool"];
-const JOINT_KEYS: [&str; 13] = [
+const JOINT_KEYS: [&str; 14] = [
     "name",
     "type",
     "dh",
@@ -24,6 +25,7 @@ const JOINT_KEYS: [&str; 13] = [
     "friction",
     "limits",
     "encoder",
+    "drive",
 ];
 
 pub(crate) fn read(source: &Source) -> Result<Robot, FileError> {
@@ -45,6 +47,7 @@ pub(crate) fn read(source: &Source) -> Result<Robot, FileError> {
             return Err(table.error("name", problem, "a name of its own for every joint"));
         }
     }
+    drive_file::check(&joints, &tables)?;
     let tool = root.table("tool")?;
     let robot = Robot {
         name,
@@ -97,11 +100,15 @@ fn joint(table: &Table<'_>) -> Result<RobotJoint, FileError> {
         rotor: table.table("rotor")?.as_ref().map_or(Ok(Rotor::default()), rotor)?,
         limits: table.table("limits")?.as_ref().map_or(Ok(Limits::none()), limits)?,
     };
+    let encoder = table.table("encoder")?.as_ref().map(|encoder| read_encoder(encoder, kind)).transpose()?;
+    let drive = table.table("drive")?;
+    let drive = drive.map(|drive| drive_file::read(&drive, &spec.limits, &spec.rotor, encoder.as_ref())).transpose()?;
     Ok(RobotJoint {
         name,
         spec,
         friction: table.table("friction")?.as_ref().map(friction).transpose()?,
-        encoder: table.table("encoder")?.as_ref().map(|encoder| read_encoder(encoder, kind)).transpose()?,
+        encoder,
+        drive,
     })
 }
 

@@ -109,6 +109,7 @@ fn joint(markup: &Markup<'_>, urdf: &urdf_rs::Robot, chain: &Chain, i: usize) ->
         },
         friction: friction(markup, joint, index, &label)?,
         encoder: None,
+        drive: None,
     })
 }
 

@@ -22,14 +22,32 @@ pub(crate) enum Board {
     Netduinoplus2,
     /// ODrive v3 and its like
     OdriveV3,
+    /// A bare STM32F405 with MIT-mode actuators on two CAN buses
+    F405Can,
+    /// A bare STM32F405 with H-bridges on PWM and magnetic encoders
+    F405Pwm,
 }
 
 impl Board {
+    /// All of them.
+    pub(crate) const ALL: [Self; 4] = [Self::Netduinoplus2, Self::OdriveV3, Self::F405Can, Self::F405Pwm];
+
     /// The name of its feature, and what people call it.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Netduinoplus2 => "netduinoplus2",
             Self::OdriveV3 => "odrive-v3",
+            Self::F405Can => "f405-can",
+            Self::F405Pwm => "f405-pwm",
+        }
+    }
+
+    /// The scene that is built in when none is named: its robot has drives of the kind that the board has lines for.
+    pub(crate) const fn scene(self) -> &'static str {
+        match self {
+            Self::Netduinoplus2 | Self::OdriveV3 => SCENE_DEFAULT,
+            Self::F405Can => "scenes/examples/mit6_wave.toml",
+            Self::F405Pwm => "scenes/examples/pwm2_swing.toml",
         }
     }
 }

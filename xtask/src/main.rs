@@ -60,12 +60,22 @@ enum Task {
 
 #[derive(clap::Args)]
 struct What {
-    /// The scene whose arm and controller are built in
-    #[arg(long, default_value = firmware::SCENE_DEFAULT)]
-    scene: PathBuf,
+    /// The scene whose arm and controller are built in; without it, one that the board has drives for
+    #[arg(long)]
+    scene: Option<PathBuf>,
     /// The board
     #[arg(long, value_enum, default_value_t = Board::Netduinoplus2)]
     board: Board,
+}
+
+impl What {
+    fn scene(&self) -> PathBuf {
+        self.scene.clone().unwrap_or_else(|| self.board.scene().into())
+    }
+
+    fn build(&self) -> anyhow::Result<PathBuf> {
+        firmware::build(&self.scene(), self.board)
+    }
 }
 
 #[derive(Subcommand)]
@@ -130,17 +140,15 @@ fn run(task: Task) -> anyhow::Result<()> {
                 if emulator {
                     setup::qemu()?;
                 }
-                let elf = firmware::build(&what.scene, what.board)?;
+                let elf = what.build()?;
                 if !message_path {
-                    print!("firmware for {} with {}: ", what.board, what.scene.display());
+                    print!("firmware for {} with {}: ", what.board, what.scene().display());
                 }
                 println!("{}", elf.display());
                 Ok(())
             }
-            FirmwareTask::Run { what, seconds } => {
-                qemu::run(&firmware::build(&what.scene, what.board)?, seconds.map(Duration::from_secs))
-            }
-            FirmwareTask::Size { what } => size::check(&firmware::build(&what.scene, what.board)?, what.board),
+            FirmwareTask::Run { what, seconds } => qemu::run(&what.build()?, seconds.map(Duration::from_secs)),
+            FirmwareTask::Size { what } => size::check(&what.build()?, what.board),
             FirmwareTask::Cost { scenes } => firmware::cost(&scenes),
             FirmwareTask::Flash { scene } => firmware::flash(&scene),
         },

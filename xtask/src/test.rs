@@ -44,9 +44,9 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
 /// in the emulated chip.
 fn chip_tests(tally: &mut Tally) {
     let scene = Path::new(firmware::SCENE_DEFAULT);
-    for board in [Board::Netduinoplus2, Board::OdriveV3] {
+    for board in Board::ALL {
         tally.step(&format!("firmware for {board}"), || {
-            let elf = firmware::build(scene, board)?;
+            let elf = firmware::build(Path::new(board.scene()), board)?;
             size::check(&elf, board)
         });
     }

@@ -6,6 +6,7 @@ use dynamics_core::control::{Configuration, Controller, ControllerConfig};
 use dynamics_core::safety::{self, Rules, Safety};
 
 pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
+pub use generated::drives::drives;
 pub use generated::dynamics::Arm;
 
 #[allow(
@@ -19,6 +20,9 @@ pub use generated::dynamics::Arm;
 mod generated {
     pub(crate) mod arm {
         include!(concat!(env!("OUT_DIR"), "/arm.rs"));
+    }
+    pub(crate) mod drives {
+        include!(concat!(env!("OUT_DIR"), "/drives.rs"));
     }
     pub(crate) mod dynamics {
         include!(concat!(env!("OUT_DIR"), "/dynamics.rs"));

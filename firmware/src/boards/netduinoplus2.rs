@@ -6,7 +6,8 @@
 
 use super::pac;
 use cortex_m_semihosting::debug;
-use firmware::board::{Board, JointIo, LinkInput, LinkOutput, Parts, Ticker};
+use firmware::board::{Board, LinkInput, LinkOutput, Parts, Ticker};
+use firmware::joint_io::{JointIo, Readings, SafeAction};
 use firmware::meter::Counter;
 use link::Cost;
 
@@ -31,7 +32,7 @@ pub struct InstructionCounter(pac::TIM2);
 /// No line to the joints but the link.
 pub struct NoLines;
 
-impl Board for NetduinoPlus2 {
+impl Board<{ arm::N }> for NetduinoPlus2 {
     type Peripherals = super::Chip;
     type Input = Input;
     type Output = Output;
@@ -40,8 +41,9 @@ impl Board for NetduinoPlus2 {
     type Joints = NoLines;
 
     const NAME: &'static str = "netduinoplus2 (QEMU)";
+    const STOP: SafeAction = SafeAction::Brake;
 
-    fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self> {
+    fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, .. } = chip.device;
         usart.cr1().write(|w| w.ue().enabled().re().enabled().te().enabled().rxneie().enabled());
 
@@ -139,8 +141,12 @@ impl Counter for InstructionCounter {
     }
 }
 
-impl JointIo for NoLines {
-    fn brake(&mut self) {}
+impl JointIo<{ arm::N }> for NoLines {
+    fn measure(&mut self) -> Option<Readings<{ arm::N }>> {
+        None
+    }
 
-    fn release_brakes(&mut self) {}
+    fn drive(&mut self, _torque: &[f32; arm::N]) {}
+
+    fn safe(&mut self, _action: SafeAction) {}
 }

@@ -1,0 +1,114 @@
+//! A CAN bus with actuators on it, and what can happen to a reply.
+
+use crate::mit::Actuator;
+use std::collections::VecDeque;
+
+/// A data frame with a standard identifier.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// The identifier.
+    pub id: u16,
+    /// Up to eight bytes.
+    pub data: Vec<u8>,
+}
+
+/// What happens to a reply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It arrives within the tick.
+    Arrives,
+    /// It is lost.
+    Lost,
+    /// It arrives in the tick after.
+    Late,
+    /// It arrives twice.
+    Twice,
+    /// Its last byte is missing.
+    Short,
+}
+
+/// A bus: three mailboxes on the controller's side, served at once unless the bus is off.
+#[derive(Clone, Debug, Default)]
+pub struct Bus {
+    /// The actuators on it.
+    pub actuators: Vec<Actuator>,
+    /// The controller has left the bus: nothing is sent or received.
+    pub off: bool,
+    /// Nobody acknowledges: mailboxes fill and stay full.
+    pub stuck: bool,
+    /// What happens to the next replies of an actuator, by identifier; empty: they arrive.
+    pub fates: Vec<(u16, Fate)>,
+    /// Every frame that a controller sent.
+    pub sent: Vec<Frame>,
+    pending: Vec<Frame>,
+    arrived: VecDeque<Frame>,
+    later: Vec<Frame>,
+}
+
+/// Frames that wait to be sent, at most.
+pub const MAILBOXES: usize = 3;
+
+impl Bus {
+    /// A bus with these actuators.
+    #[must_use]
+    pub fn new(actuators: Vec<Actuator>) -> Self {
+        Self { actuators, ..Self::default() }
+    }
+
+    /// Queue a frame; false when no mailbox takes it. As a bxCAN's driver does, one is taken beside others that wait only
+    /// when its identifier is lower than all of theirs.
+    pub fn send(&mut self, frame: Frame) -> bool {
+        if self.pending.len() >= MAILBOXES || self.pending.iter().any(|waiting| waiting.id <= frame.id) {
+            return false;
+        }
+        self.pending.push(frame);
+        true
+    }
+
+    /// Give up what waits.
+    pub fn abandon(&mut self) {
+        self.pending.clear();
+    }
+
+    /// The next frame that has arrived.
+    pub fn receive(&mut self) -> Option<Frame> {
+        if self.off { None } else { self.arrived.pop_front() }
+    }
+
+    /// A frame from someone else.
+    pub fn inject(&mut self, frame: Frame) {
+        self.arrived.push_back(frame);
+    }
+
+    /// Time goes by: what waits is sent, lowest identifier first, actuators answer and move.
+    pub fn step(&mut self, dt: f64) {
+        self.arrived.extend(self.later.drain(..));
+        if !self.off && !self.stuck {
+            self.pending.sort_by_key(|frame| frame.id);
+            for frame in std::mem::take(&mut self.pending) {
+                self.deliver(&frame);
+                self.sent.push(frame);
+            }
+        }
+        for actuator in &mut self.actuators {
+            actuator.step(dt, 0.0);
+        }
+    }
+
+    fn deliver(&mut self, frame: &Frame) {
+        let Some(actuator) = self.actuators.iter_mut().find(|actuator| actuator.id == frame.id) else { return };
+        let Some(data) = actuator.receive(&frame.data) else { return };
+        let mut reply = Frame { id: actuator.reply_id, data };
+        let next = self.fates.iter().position(|(id, _)| *id == frame.id);
+        match next.map_or(Fate::Arrives, |next| self.fates.remove(next).1) {
+            Fate::Arrives => self.arrived.push_back(reply),
+            Fate::Lost => {}
+            Fate::Late => self.later.push(reply),
+            Fate::Twice => self.arrived.extend([reply.clone(), reply]),
+            Fate::Short => {
+                reply.data.pop();
+                self.arrived.push_back(reply);
+            }
+        }
+    }
+}

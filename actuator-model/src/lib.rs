@@ -1,0 +1,17 @@
+//! Actuators and sensors as a controller's wires see them: what arrives, what answers, and how it fails.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`mit`] | an actuator that takes MIT-mode frames: quantised, limited, with a state of its own |
+//! | [`bus`] | a CAN bus with such actuators, on which replies get lost, late, doubled |
+//! | [`wire`] | a CAN frame bit by bit, stuffing included |
+//! | [`encoder`] | an AS5047P: words with parity, replies one word later, a magnet that can go away |
+//!
+//! Written from the documents of the devices, in double precision, and without a line of the firmware's: a mistake in a
+//! frame's layout shows as a disagreement instead of cancelling.
+#![forbid(unsafe_code)]
+
+pub mod bus;
+pub mod encoder;
+pub mod mit;
+pub mod wire;

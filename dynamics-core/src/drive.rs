@@ -1,0 +1,185 @@
+//! What lies between a joint and the wire to its drive: scales, offsets, ranges.
+//!
+//! A robot file gives these in the units of a data sheet; they are converted once, on the desk, and rounded to single
+//! precision. Everything here works in the drive's own units on one side and in the joint's SI units on the other.
+
+/// The lowest and the highest value that a field of a frame can carry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The value of code 0.
+    pub min: f32,
+    /// The value of the highest code.
+    pub max: f32,
+}
+
+impl Range {
+    /// The code nearest to `x`, on `bits` bits; values outside the range take the code of its end. `None` for NaN.
+    ///
+    /// `code = floor((x - min) (2^bits - 1) / (max - min) + 1/2)`
+    ///
+    /// Inside the range [`Range::value`] of it is at most half of [`Range::step`] from `x`, and f32's rounding of the ends.
+    /// (The mini-cheetah's own firmware cuts off instead of rounding, and is a whole step away at worst.)
+    #[inline]
+    #[must_use]
+    pub fn code(&self, x: f32, bits: u32) -> Option<u16> {
+        if x.is_nan() {
+            return None;
+        }
+        let top = top(bits);
+        let share = (x - self.min) / (self.max - self.min) * f32::from(top);
+        // The cast saturates below; above, the last code is the range's end.
+        Some(((share + 0.5) as u16).min(top))
+    }
+
+    /// The value that a code of `bits` bits stands for: `min + code (max - min) / (2^bits - 1)`.
+    #[inline]
+    #[must_use]
+    pub fn value(&self, code: u16, bits: u32) -> f32 {
+        f32::from(code) * self.step(bits) + self.min
+    }
+
+    /// Distance of neighbouring codes: `(max - min) / (2^bits - 1)`.
+    #[inline]
+    #[must_use]
+    pub fn step(&self, bits: u32) -> f32 {
+        (self.max - self.min) / f32::from(top(bits))
+    }
+}
+
+/// The highest code of `bits` bits, for 1 to 16 of them.
+const fn top(bits: u32) -> u16 {
+    u16::MAX >> (16 - bits)
+}
+
+/// How a joint and the shaft of its drive move together.
+///
+/// ```text
+/// p   = ratio q + zero         position, rad of the drive's shaft
+/// v   = ratio qd
+/// tau = ratio tau_drive        torque of the joint, N m or N
+/// ```
+///
+/// `ratio` is drive turns per joint turn (rad per m on a prismatic joint), negative where the two turn against each other.
+/// `per_ratio` is its reciprocal, rounded once, so that no tick divides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gearing {
+    /// Drive radians per joint radian or metre; never zero.
+    pub ratio: f32,
+    /// `1 / ratio`.
+    pub per_ratio: f32,
+    /// The drive's position at `q = 0`, rad.
+    pub zero: f32,
+}
+
+impl Gearing {
+    /// Joint position, rad or m, from the drive's, rad.
+    #[inline]
+    #[must_use]
+    pub fn joint_position(&self, drive: f32) -> f32 {
+        (drive - self.zero) * self.per_ratio
+    }
+
+    /// The drive's position, rad, from the joint's, rad or m.
+    #[inline]
+    #[must_use]
+    pub fn drive_position(&self, joint: f32) -> f32 {
+        joint * self.ratio + self.zero
+    }
+
+    /// Joint velocity, rad/s or m/s, from the drive's, rad/s.
+    #[inline]
+    #[must_use]
+    pub fn joint_velocity(&self, drive: f32) -> f32 {
+        drive * self.per_ratio
+    }
+
+    /// Torque or force of the joint, N m or N, from the drive's torque, N m.
+    #[inline]
+    #[must_use]
+    pub fn joint_torque(&self, drive: f32) -> f32 {
+        drive * self.ratio
+    }
+
+    /// The drive's torque, N m, from the joint's torque or force, N m or N.
+    #[inline]
+    #[must_use]
+    pub fn drive_torque(&self, joint: f32) -> f32 {
+        joint * self.per_ratio
+    }
+}
+
+/// What the fields of a MIT-mode frame span, in the drive's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MitRanges {
+    /// Position, rad.
+    pub position: Range,
+    /// Velocity, rad/s.
+    pub velocity: Range,
+    /// Stiffness, N m/rad.
+    pub kp: Range,
+    /// Damping, N m s/rad.
+    pub kd: Range,
+    /// Torque, N m.
+    pub torque: Range,
+}
+
+/// An actuator on a CAN bus that takes MIT-mode frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MitDrive {
+    /// Which bus, counted from 0.
+    pub bus: u8,
+    /// The identifier of its commands, and the first byte of its replies.
+    pub id: u8,
+    /// The identifier of its replies.
+    pub reply_id: u16,
+    /// Bytes of a reply: 6, 7 with a temperature, 8 with temperature and error.
+    pub reply_bytes: u8,
+    /// What its frames span.
+    pub ranges: MitRanges,
+    /// Joint and shaft.
+    pub gearing: Gearing,
+    /// Damping of a damped stop at the drive's shaft, N m s/rad.
+    pub damping: f32,
+}
+
+/// A motor with an H-bridge that takes a duty cycle, and a magnetic encoder of 14 bits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PwmDrive {
+    /// Which of the board's channels, counted from 0.
+    pub channel: u8,
+    /// Joint and motor: `zero` is unused, the encoder has its own.
+    pub gearing: Gearing,
+    /// What the encoder shows at `q = 0`, counts.
+    pub encoder_zero: u16,
+    /// The encoder counts down as the joint moves up.
+    pub encoder_reversed: bool,
+    /// The most that the encoder can have moved in one tick, counts.
+    pub jump_max: u16,
+    /// Speed of the motor when the encoder moves one count, up, in a tick: rad/s.
+    pub speed_per_count: f32,
+    /// Torque constant, N m/A, which is also the back-EMF constant, V s/rad.
+    pub torque_constant: f32,
+    /// Its reciprocal.
+    pub per_torque_constant: f32,
+    /// Resistance of the winding and the bridge, ohm.
+    pub resistance: f32,
+    /// Its reciprocal.
+    pub per_resistance: f32,
+    /// Supply voltage, V.
+    pub supply: f32,
+    /// Its reciprocal.
+    pub per_supply: f32,
+    /// The greatest current, A.
+    pub current_max: f32,
+}
+
+/// How the joints of an arm are reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drives<const N: usize> {
+    /// The robot file does not say: measurements come and commands go over the link.
+    Link,
+    /// MIT-mode actuators on CAN.
+    Mit([MitDrive; N]),
+    /// H-bridges and magnetic encoders.
+    Pwm([PwmDrive; N]),
+}

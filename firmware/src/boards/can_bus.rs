@@ -1,0 +1,213 @@
+//! A bxCAN controller as the schedule of [`firmware::joint_io::can`] wants it.
+//!
+//! The `bxcan` crate sets the controller up. Frames, sending and receiving are written out here: its `transmit` can wait
+//! without a bound for a mailbox to be given up, its frames have a panic that the tick would reach, and it tells nothing of a
+//! bus that is off.
+
+use super::pac;
+use embedded_can::{ErrorKind, Id, StandardId};
+use firmware::joint_io::can::CanBus;
+use stm32f4xx_hal::can::Can;
+
+type Registers = pac::can1::RegisterBlock;
+
+/// A controller and where its registers are.
+pub trait Controller: bxcan::Instance {
+    /// The registers.
+    const REGISTERS_AT: *const Registers;
+}
+
+impl Controller for Can<pac::CAN1> {
+    const REGISTERS_AT: *const Registers = pac::CAN1::ptr();
+}
+
+impl Controller for Can<pac::CAN2> {
+    const REGISTERS_AT: *const Registers = pac::CAN2::ptr();
+}
+
+/// 1 Mbit/s from 42 MHz: 3 clocks a quantum, 1 + 11 + 2 quanta a bit, sampled at 86 %, resynchronised by one quantum.
+pub const BIT_TIMING_1_MBIT: u32 = 1 << 20 | 10 << 16 | 2;
+
+/// Mailboxes of a controller.
+const MAILBOXES: usize = 3;
+
+/// RFxR: a mask for how many frames wait; one was lost; give one free.
+const WAITING: u32 = 0b11;
+const OVERRUN: u32 = 1 << 4;
+const RELEASE: u32 = 1 << 5;
+/// ESR: the controller has left the bus.
+const BUS_OFF: u32 = 1 << 2;
+/// TxIR: send. TxIR and RxIR: extended identifier, remote request.
+const REQUEST: u32 = 1;
+const EXTENDED_OR_REMOTE: u32 = 0b110;
+
+/// TSR: the bit of a mailbox that says it is empty, and the one that gives its frame up.
+const fn empty_bit(mailbox: usize) -> u32 {
+    1 << (26 + mailbox)
+}
+const fn abort_bit(mailbox: usize) -> u32 {
+    1 << (7 + 8 * mailbox)
+}
+
+/// A controller on a bus.
+pub struct Bus<C: Controller> {
+    _controller: bxcan::Can<C>,
+}
+
+impl<C: Controller> Bus<C> {
+    /// A bus whose controller is set up. It joins by itself, as soon as the bus is idle, and comes back by itself after it
+    /// was off: waiting for that here could last for ever.
+    pub fn new(mut controller: bxcan::Can<C>) -> Self {
+        controller.enable_non_blocking().ok();
+        Self { _controller: controller }
+    }
+
+    fn registers(&self) -> &'static Registers {
+        registers::<C>()
+    }
+}
+
+fn registers<C: Controller>() -> &'static Registers {
+    #[allow(unsafe_code, reason = "the crate that owns the peripheral does not lend its registers")]
+    // SAFETY: the address is that of the peripheral's registers, which exist as long as the chip. Every access is volatile;
+    // whoever holds a `Bus` holds the only owner of the peripheral.
+    unsafe {
+        &*C::REGISTERS_AT
+    }
+}
+
+/// Queue a data frame in an empty mailbox; false when there is none.
+fn queue(registers: &Registers, id: u16, length: u8, bytes: [u8; 8]) -> bool {
+    let status = registers.tsr().read().bits();
+    let Some(mailbox) = (0..MAILBOXES).find(|&mailbox| status & empty_bit(mailbox) != 0) else { return false };
+    let [a, b, c, d, e, f, g, h] = bytes;
+    let mailbox = registers.tx(mailbox);
+    #[allow(unsafe_code, reason = "whole registers, as the reference manual lays them out")]
+    // SAFETY: the mailbox is empty, so these registers belong to the program; every bit pattern is a frame.
+    unsafe {
+        mailbox.tdtr().write(|w| w.bits(u32::from(length)));
+        mailbox.tdlr().write(|w| w.bits(u32::from_le_bytes([a, b, c, d])));
+        mailbox.tdhr().write(|w| w.bits(u32::from_le_bytes([e, f, g, h])));
+        mailbox.tir().write(|w| w.bits(u32::from(id) << 21 | REQUEST));
+    }
+    true
+}
+
+/// Ask for every frame that waits to be given up; one that is on the wire is sent to its end.
+fn give_up(registers: &Registers) {
+    let status = registers.tsr().read().bits();
+    let bits = (0..MAILBOXES)
+        .filter(|&mailbox| status & empty_bit(mailbox) == 0)
+        .fold(0, |bits, mailbox| bits | abort_bit(mailbox));
+    #[allow(unsafe_code, reason = "whole registers, as the reference manual lays them out")]
+    // SAFETY: only requests to abort are set; writing zero changes nothing in this register.
+    unsafe {
+        registers.tsr().write(|w| w.bits(bits));
+    }
+}
+
+/// The last frames of a program: to these identifiers, after giving up all others. In bounded time, whoever owned the
+/// controller before: call it with interrupts off, and nothing after it.
+pub fn last_words<C: Controller>(ids: impl Iterator<Item = u8>, data: &[u8; 8]) {
+    /// Looks at the mailboxes before a frame is given up: two frames at 1 Mbit/s are 270 us, a look some 20 cycles of 168 MHz.
+    const LOOKS: u32 = 10_000;
+    let registers = registers::<C>();
+    give_up(registers);
+    for id in ids {
+        for _ in 0..LOOKS {
+            if queue(registers, u16::from(id), 8, *data) {
+                break;
+            }
+        }
+    }
+}
+
+/// A data frame with a standard identifier: the one kind that the schedule sends and the one that it believes.
+pub struct Frame {
+    id: StandardId,
+    length: u8,
+    bytes: [u8; 8],
+}
+
+impl embedded_can::Frame for Frame {
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        let Id::Standard(id) = id.into() else { return None };
+        let mut bytes = [0; 8];
+        bytes.get_mut(..data.len())?.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+        Some(Self { id, length: data.len() as u8, bytes })
+    }
+
+    fn new_remote(_id: impl Into<Id>, _dlc: usize) -> Option<Self> {
+        None
+    }
+
+    fn is_extended(&self) -> bool {
+        false
+    }
+
+    fn is_remote_frame(&self) -> bool {
+        false
+    }
+
+    fn id(&self) -> Id {
+        self.id.into()
+    }
+
+    fn dlc(&self) -> usize {
+        usize::from(self.length)
+    }
+
+    fn data(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.length)).unwrap_or(&self.bytes)
+    }
+}
+
+impl<C: Controller> embedded_can::nb::Can for Bus<C> {
+    type Frame = Frame;
+    type Error = ErrorKind;
+
+    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
+        let sent = queue(self.registers(), frame.id.as_raw(), frame.length, frame.bytes);
+        if sent { Ok(None) } else { Err(nb::Error::WouldBlock) }
+    }
+
+    fn receive(&mut self) -> nb::Result<Frame, ErrorKind> {
+        let registers = self.registers();
+        let status = registers.rfr(0).read().bits();
+        if status & OVERRUN != 0 {
+            set_fifo(registers, OVERRUN);
+            return Err(nb::Error::Other(ErrorKind::Overrun));
+        }
+        if status & WAITING == 0 {
+            return Err(nb::Error::WouldBlock);
+        }
+        let fifo = registers.rx(0);
+        let (head, length) = (fifo.rir().read().bits(), fifo.rdtr().read().bits());
+        let [a, b, c, d] = fifo.rdlr().read().bits().to_le_bytes();
+        let [e, f, g, h] = fifo.rdhr().read().bits().to_le_bytes();
+        set_fifo(registers, RELEASE);
+        match (head & EXTENDED_OR_REMOTE, StandardId::new((head >> 21) as u16)) {
+            // A length code above 8 means 8.
+            (0, Some(id)) => Ok(Frame { id, length: (length & 0xf).min(8) as u8, bytes: [a, b, c, d, e, f, g, h] }),
+            _ => Err(nb::Error::Other(ErrorKind::Other)),
+        }
+    }
+}
+
+fn set_fifo(registers: &Registers, bit: u32) {
+    #[allow(unsafe_code, reason = "whole registers, as the reference manual lays them out")]
+    // SAFETY: the bit is set to act and cleared by the hardware; writing zero changes nothing in this register.
+    unsafe {
+        registers.rfr(0).write(|w| w.bits(bit));
+    }
+}
+
+impl<C: Controller> CanBus for Bus<C> {
+    fn is_off(&mut self) -> bool {
+        self.registers().esr().read().bits() & BUS_OFF != 0
+    }
+
+    fn abandon(&mut self) {
+        give_up(self.registers());
+    }
+}

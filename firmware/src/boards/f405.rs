@@ -1,0 +1,131 @@
+//! What boards with an STM32F405 and an 8 MHz crystal share: the link on USART2, the control timer, the cycle counter.
+//!
+//! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
+
+use super::pac;
+use firmware::board::{LinkInput, LinkOutput, Ticker};
+use firmware::meter::Counter;
+use link::Cost;
+use stm32f4xx_hal::gpio::{PA2, PA3};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::serial::config::Config as SerialConfig;
+use stm32f4xx_hal::serial::{Rx, Tx};
+use stm32f4xx_hal::time::Hertz;
+use stm32f4xx_hal::timer::{CounterHz, Event, Flag};
+
+/// Receiver of USART2.
+pub struct Input(Rx<pac::USART2>);
+
+/// Transmitter of USART2.
+pub struct Output(Tx<pac::USART2>);
+
+/// TIM3.
+pub struct ControlTimer {
+    timer: CounterHz<pac::TIM3>,
+    rate: Hertz,
+}
+
+/// The core's cycle counter.
+pub struct CycleCounter;
+
+/// 168 MHz from the crystal; 42 MHz for what hangs on APB1, which the link and the CAN controllers do.
+pub fn clocks() -> Config {
+    Config::hse(8.MHz()).sysclk(168.MHz()).pclk1(42.MHz())
+}
+
+/// The link: USART2 on PA2 and PA3, 1 Mbaud. `None` where the clock does not have this rate; ours has: 42 MHz is 42 times it.
+pub fn link(usart: pac::USART2, pins: (PA2, PA3), rcc: &mut Rcc) -> Option<(Input, Output)> {
+    let config = SerialConfig::default().baudrate(1_000_000.bps());
+    let (output, mut input) = usart.serial(pins, config, rcc).ok()?.split();
+    input.listen();
+    Some((Input(input), Output(output)))
+}
+
+/// The control timer, held.
+pub fn control_timer(timer: pac::TIM3, rate_hz: f32, rcc: &mut Rcc) -> ControlTimer {
+    let mut timer = timer.counter_hz(rcc);
+    timer.listen(Event::Update);
+    // Whole hertz: the cast saturates, and a rate below 1 Hz is no control rate.
+    ControlTimer { timer, rate: (rate_hz as u32).max(1).Hz() }
+}
+
+/// The cycle counter, counting.
+pub fn cycle_counter(core: &mut cortex_m::Peripherals) -> CycleCounter {
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+    CycleCounter
+}
+
+impl LinkInput for Input {
+    fn read(&mut self) -> Option<u8> {
+        // An overrun or a framing error also clears here; the packet's check sum finds the missing byte.
+        self.0.read().ok()
+    }
+}
+
+impl LinkOutput for Output {
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            // Ends: the transmitter empties at its baud rate, whoever listens.
+            while self.0.write(byte).is_err() {}
+        }
+    }
+}
+
+impl Ticker for ControlTimer {
+    fn run(&mut self) {
+        // Fails only for rates above the timer's clock; the timer then stays held, and the host hears nothing.
+        self.timer.start(self.rate).ok();
+    }
+
+    fn hold(&mut self) {
+        // Not running is no error here.
+        self.timer.cancel().ok();
+        self.timer.clear_flags(Flag::Update);
+    }
+
+    fn acknowledge(&mut self) {
+        self.timer.clear_flags(Flag::Update);
+    }
+
+    fn is_due(&self) -> bool {
+        self.timer.flags().contains(Flag::Update)
+    }
+
+    fn trigger(&mut self) {
+        rtic::pend(pac::Interrupt::TIM3);
+    }
+}
+
+impl Counter for CycleCounter {
+    fn now(&self) -> u32 {
+        cortex_m::peripheral::DWT::cycle_count()
+    }
+
+    fn cost(count: u32) -> Cost {
+        Cost::Cycles(count)
+    }
+
+    fn exercise(&self) {
+        cortex_m::asm::delay(100);
+    }
+}
+
+/// Interrupts off, then `act`, then nothing any more.
+pub fn halt(act: impl FnOnce()) -> ! {
+    cortex_m::interrupt::disable();
+    act();
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// Pull pins of port C low, whoever owns them. For the end of the program alone: nobody runs after it who would notice.
+pub fn set_port_c_low(pins: u16) {
+    #[allow(unsafe_code, reason = "the program is over; whoever owned the pins does not run again")]
+    // SAFETY: a write to the set-reset register changes only the pins that it names: its upper half resets.
+    unsafe {
+        (*pac::GPIOC::ptr()).bsrr().write(|w| w.bits(u32::from(pins) << 16));
+    }
+}

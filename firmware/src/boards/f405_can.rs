@@ -1,0 +1,110 @@
+//! A bare STM32F405 with an 8 MHz crystal and two CAN transceivers: MIT-mode actuators, up to three a bus.
+//!
+//! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
+//!
+//! | pin | use |
+//! |---|---|
+//! | PA2, PA3 | USART2: the link, 1 Mbaud |
+//! | PB8, PB9 | CAN1 receive, transmit: bus 1, 1 Mbit/s |
+//! | PB12, PB13 | CAN2 receive, transmit: bus 2, 1 Mbit/s |
+//! | PC4 | brake line: low engages, so a reset or a broken wire brakes |
+
+use super::can_bus::{BIT_TIMING_1_MBIT, Bus, last_words};
+use super::f405::{self, ControlTimer, CycleCounter, Input, Output};
+use super::pac;
+use bxcan::Fifo;
+use bxcan::filter::Mask32;
+use dynamics_core::drive::{Drives, MitDrive};
+use firmware::board::{Board, Parts};
+use firmware::joint_io::SafeAction;
+use firmware::joint_io::bus_time::BusLoad;
+use firmware::joint_io::can::CanJoints;
+use firmware::joint_io::mit::EXIT;
+use stm32f4xx_hal::can::{Can, CanExt as _};
+use stm32f4xx_hal::gpio::{Output as OutputPin, PC4, PinState};
+use stm32f4xx_hal::prelude::*;
+
+/// The arm's drives; another kind does not compile.
+const DRIVES: [MitDrive; arm::N] = match arm::drives() {
+    Drives::Mit(drives) => drives,
+    Drives::Link | Drives::Pwm(_) => {
+        panic!("this board drives MIT actuators: NEWTAU_SCENE must name a scene whose robot has drives of the kind mit")
+    }
+};
+
+/// From the end of a command to the start of its reply: of what makers state, none is longer.
+const TURNAROUND_US: u32 = 60;
+/// From the start of a tick to its commands: what the controller may take.
+const LEAD_US: u32 = 100;
+
+/// Every reply is in before the next tick; a faster rate does not compile.
+const _: () = {
+    let mut bus = 0;
+    while bus < 2 {
+        let mut load = BusLoad { actuators: 0, reply_bytes: 0, bit_rate: 1_000_000, turnaround_us: TURNAROUND_US };
+        let mut i = 0;
+        while i < arm::N {
+            if DRIVES[i].bus == bus {
+                load.actuators += 1;
+                if DRIVES[i].reply_bytes as u32 > load.reply_bytes {
+                    load.reply_bytes = DRIVES[i].reply_bytes as u32;
+                }
+            }
+            i += 1;
+        }
+        assert!(arm::RATE_HZ <= load.max_rate_hz(LEAD_US) as f32, "the scene's rate is faster than its CAN buses");
+        bus += 1;
+    }
+};
+
+/// The board.
+pub struct F405Can;
+
+impl Board<{ arm::N }> for F405Can {
+    type Peripherals = super::Chip;
+    type Input = Input;
+    type Output = Output;
+    type Ticker = ControlTimer;
+    type Counter = CycleCounter;
+    type Joints = CanJoints<Bus<Can<pac::CAN1>>, Bus<Can<pac::CAN2>>, PC4<OutputPin>, { arm::N }>;
+
+    const NAME: &'static str = "STM32F405, CAN";
+    const STOP: SafeAction = SafeAction::DampedStop;
+
+    fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
+        let super::Chip { device, mut core } = chip;
+        let mut rcc = device.RCC.freeze(f405::clocks());
+        let (gpioa, gpiob, gpioc) =
+            (device.GPIOA.split(&mut rcc), device.GPIOB.split(&mut rcc), device.GPIOC.split(&mut rcc));
+        // First of all: a brake that is engaged.
+        let brake = gpioc.pc4.into_push_pull_output_in_state(PinState::Low);
+        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else { Self::halt() };
+
+        let first = device.CAN1.can((gpiob.pb9, gpiob.pb8), &mut rcc);
+        let second = device.CAN2.can((gpiob.pb13, gpiob.pb12), &mut rcc);
+        let mut first = bxcan::Can::builder(first).set_bit_timing(BIT_TIMING_1_MBIT).leave_disabled();
+        let second = bxcan::Can::builder(second).set_bit_timing(BIT_TIMING_1_MBIT).leave_disabled();
+        // Both controllers share 28 filters, which the first owns; everything goes to the first of a controller's queues.
+        let mut filters = first.modify_filters();
+        filters.set_split(14).enable_bank(0, Fifo::Fifo0, Mask32::accept_all());
+        filters.slave_filters().enable_bank(14, Fifo::Fifo0, Mask32::accept_all());
+        drop(filters);
+        Parts {
+            input,
+            output,
+            ticker: f405::control_timer(device.TIM3, rate_hz, &mut rcc),
+            counter: f405::cycle_counter(&mut core),
+            joints: CanJoints::new(Bus::new(first), Bus::new(second), brake, DRIVES),
+        }
+    }
+
+    fn halt() -> ! {
+        f405::halt(|| {
+            // PC4.
+            f405::set_port_c_low(1 << 4);
+            let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(|drive| drive.id);
+            last_words::<Can<pac::CAN1>>(on_bus(0), &EXIT);
+            last_words::<Can<pac::CAN2>>(on_bus(1), &EXIT);
+        })
+    }
+}

@@ -1,0 +1,383 @@
+//! MIT-mode actuators on two CAN buses.
+//!
+//! The schedule of a tick:
+//!
+//! ```text
+//! tick k:    measure: empty both receivers, match replies | controller | drive: one command to each actuator
+//! bus:                                                                 | commands and replies ............ |  tick k+1
+//! ```
+//!
+//! A reply answers the command of the tick before: an actuator measures when a command arrives, and everything is in before
+//! the next tick begins ([`super::bus_time`] says how fast that can be). On each bus the command with the **highest**
+//! identifier is queued first: a bxCAN takes a frame into a free mailbox beside pending ones only when the new one has the
+//! lower identifier, so in this order three commands fill three mailboxes without waiting.
+//!
+//! What replies do:
+//!
+//! | reply | what happens |
+//! |---|---|
+//! | from an actuator that owes one | taken; its joint's measurement is fresh |
+//! | two in one tick, after a tick without | the first is counted as late, the second taken |
+//! | none | counted as missing; the joint's measurement is a tick older, and at fault after [`MISSING_MAX`] of them |
+//! | from one that owes none | counted as a duplicate and ignored |
+//! | of an unknown identifier, of another length, remote | counted for the bus and ignored |
+//!
+//! A frame carries no number, so an actuator that always answers one tick late cannot be told from one that is on time
+//! after its first miss, which is counted. Its delay is bounded by the bus: its reply must come before its next one.
+
+use super::mit::{ENTER, EXIT, Reply, Setpoint};
+use super::{JointFaults, JointIo, MISSING_MAX, Readings, SafeAction};
+use dynamics_core::control::Sensed;
+use dynamics_core::drive::MitDrive;
+use embedded_can::nb::Can;
+use embedded_can::{Frame, Id, StandardId};
+use embedded_hal::digital::OutputPin;
+
+/// Buses.
+pub const BUSES: usize = 2;
+
+/// Frames taken from one bus in one tick, at most: a bxCAN holds six, and more arrive only while these are read.
+const RECEIVED_MAX: u32 = 16;
+
+/// How often a full transmitter is asked again before a command is given up.
+const TRANSMIT_POLLS: u32 = 16;
+
+/// Replies that are waited for: this tick's and the one before.
+const OWED_MAX: u8 = 2;
+
+/// What the schedule needs of a bus beside sending and receiving.
+pub trait CanBus: Can {
+    /// Whether the controller has left the bus after too many errors. Bringing it back is the board's work (a bxCAN does it
+    /// by itself once told to).
+    fn is_off(&mut self) -> bool;
+
+    /// Give up what has not been sent: a torque of the tick before must not go out after this tick's.
+    fn abandon(&mut self);
+}
+
+/// What went wrong with a joint's frames; every count wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct JointCounts {
+    /// Ticks in which a reply was due and none came.
+    pub missing: u32,
+    /// Replies that came a tick late.
+    pub late: u32,
+    /// Replies to no command.
+    pub duplicate: u32,
+    /// Torques that were NaN or infinite, and went out as none.
+    pub refused: u32,
+    /// Commands that found no room in the transmitter, or were pushed out of it.
+    pub unsent: u32,
+}
+
+/// What went wrong on a bus; every count wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BusCounts {
+    /// Frames of identifiers that belong to no reply.
+    pub foreign: u32,
+    /// Replies of another length, from no actuator of ours, or remote requests.
+    pub malformed: u32,
+    /// Errors of the receiver, such as an overrun.
+    pub receive_errors: u32,
+    /// Errors of the transmitter.
+    pub transmit_errors: u32,
+    /// Ticks in which the bus was off.
+    pub off: u32,
+}
+
+/// What is known of a joint.
+#[derive(Clone, Copy, Debug)]
+struct Joint {
+    enabled: bool,
+    /// Replies that commands have asked for and that have not come: those of the last two ticks.
+    owed: u8,
+    /// The older of them has been waited for through a tick that brought one.
+    overdue: bool,
+    /// Replies since the last [`JointIo::measure`].
+    came: u8,
+    position: f32,
+    velocity: f32,
+    torque: f32,
+    /// Ticks since the last reply; `u32::MAX` before the first.
+    age_ticks: u32,
+    /// Found in the last reply or command.
+    faults: JointFaults,
+    counts: JointCounts,
+}
+
+impl Joint {
+    const NEW: Self = Self {
+        enabled: false,
+        owed: 0,
+        overdue: false,
+        came: 0,
+        position: 0.0,
+        velocity: 0.0,
+        torque: 0.0,
+        age_ticks: u32::MAX,
+        faults: JointFaults::NONE,
+        counts: JointCounts { missing: 0, late: 0, duplicate: 0, refused: 0, unsent: 0 },
+    };
+}
+
+/// What a drive is sent in a tick.
+#[derive(Clone, Copy)]
+enum Order {
+    /// This torque of the joint, N m or N; the drive is switched on first.
+    Torque(f32),
+    /// Damp, if the drive is on.
+    Damp,
+    /// Off.
+    Off,
+}
+
+/// The joints behind two buses.
+#[derive(Debug)]
+pub struct CanJoints<A, B, P, const N: usize> {
+    first: A,
+    second: B,
+    brake: P,
+    drives: [MitDrive; N],
+    /// Joints in the order in which they are sent to: highest identifier first.
+    order: [u8; N],
+    joints: [Joint; N],
+    buses: [BusCounts; BUSES],
+    brake_failed: bool,
+}
+
+impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<A, B, P, N> {
+    /// Actuators that have not been asked yet. `brake` is a line that is high to open the brakes; it is driven low here.
+    pub fn new(first: A, second: B, brake: P, drives: [MitDrive; N]) -> Self {
+        let mut joints = Self {
+            first,
+            second,
+            brake,
+            drives,
+            order: sending_order(&drives),
+            joints: [Joint::NEW; N],
+            buses: [BusCounts::default(); BUSES],
+            brake_failed: false,
+        };
+        joints.engage_brakes();
+        joints
+    }
+
+    /// What went wrong with each joint's frames.
+    pub fn joint_counts(&self) -> [JointCounts; N] {
+        self.joints.map(|joint| joint.counts)
+    }
+
+    /// What went wrong on each bus.
+    pub fn bus_counts(&self) -> [BusCounts; BUSES] {
+        self.buses
+    }
+
+    fn engage_brakes(&mut self) {
+        self.brake_failed = self.brake.set_low().is_err();
+    }
+
+    fn release_brakes(&mut self) {
+        self.brake_failed = self.brake.set_high().is_err();
+    }
+
+    fn send_all(&mut self, order: impl Fn(usize) -> Order) {
+        self.first.abandon();
+        self.second.abandon();
+        for &i in &self.order {
+            let i = usize::from(i);
+            let (Some(drive), Some(joint)) = (self.drives.get(i), self.joints.get_mut(i)) else { continue };
+            let data = joint.data(drive, order(i));
+            let sent = match drive.bus {
+                0 => transmit(&mut self.first, drive, &data, &mut self.buses[0]),
+                _ => transmit(&mut self.second, drive, &data, &mut self.buses[1]),
+            };
+            joint.sent(sent);
+        }
+    }
+}
+
+impl Joint {
+    /// The frame that carries out an order.
+    fn data(&mut self, drive: &MitDrive, order: Order) -> [u8; 8] {
+        self.faults = self.faults.without(JointFaults::NON_FINITE);
+        let setpoint = match order {
+            Order::Torque(torque) => {
+                let torque = drive.gearing.drive_torque(torque);
+                let torque = if torque.is_finite() {
+                    torque
+                } else {
+                    self.faults |= JointFaults::NON_FINITE;
+                    self.counts.refused = self.counts.refused.wrapping_add(1);
+                    0.0
+                };
+                if !core::mem::replace(&mut self.enabled, true) {
+                    return ENTER;
+                }
+                Setpoint::torque(torque)
+            }
+            Order::Damp if self.enabled => Setpoint::damped(drive.damping),
+            Order::Damp | Order::Off => {
+                self.enabled = false;
+                return EXIT;
+            }
+        };
+        // Nothing in a setpoint is NaN here unless a range or a damping is: then off is what remains.
+        setpoint.pack(&drive.ranges).unwrap_or(EXIT)
+    }
+
+    fn sent(&mut self, sent: bool) {
+        if sent {
+            self.owed = (self.owed + 1).min(OWED_MAX);
+        } else {
+            self.counts.unsent = self.counts.unsent.wrapping_add(1);
+        }
+    }
+
+    fn take(&mut self, reply: &Reply, drive: &MitDrive) {
+        if self.owed == 0 {
+            self.counts.duplicate = self.counts.duplicate.wrapping_add(1);
+            return;
+        }
+        if self.came > 0 {
+            // Two were to come, and this is the second: the one before answers the tick before.
+            self.counts.late = self.counts.late.wrapping_add(1);
+        }
+        self.owed -= 1;
+        self.came = self.came.saturating_add(1);
+        self.position = drive.gearing.joint_position(reply.position);
+        self.velocity = drive.gearing.joint_velocity(reply.velocity);
+        self.torque = drive.gearing.joint_torque(reply.torque);
+        let found = JointFaults::RANGE.when(reply.saturated) | JointFaults::DRIVE.when(reply.error != 0);
+        self.faults = self.faults.without(JointFaults::RANGE | JointFaults::DRIVE) | found;
+    }
+
+    /// A tick begins: what came is counted, what did not come is older.
+    fn begin_tick(&mut self) {
+        if core::mem::take(&mut self.came) > 0 {
+            self.age_ticks = 0;
+            // One came and one more was asked for: either this one was late, and two come next, or the other is lost.
+            self.overdue = self.owed > 0 && !self.overdue;
+            if !self.overdue {
+                self.owed = 0;
+            }
+        } else {
+            self.age_ticks = self.age_ticks.saturating_add(1);
+            if self.owed > 0 {
+                self.counts.missing = self.counts.missing.wrapping_add(1);
+            }
+        }
+    }
+}
+
+impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> JointIo<N> for CanJoints<A, B, P, N> {
+    fn measure(&mut self) -> Option<Readings<N>> {
+        let off = [
+            collect(&mut self.first, 0, &self.drives, &mut self.joints, &mut self.buses[0]),
+            collect(&mut self.second, 1, &self.drives, &mut self.joints, &mut self.buses[1]),
+        ];
+        let mut faults = [JointFaults::NONE; N];
+        for ((joint, drive), faults) in self.joints.iter_mut().zip(&self.drives).zip(&mut faults) {
+            joint.begin_tick();
+            *faults = joint.faults
+                | JointFaults::MISSING.when(joint.age_ticks > MISSING_MAX)
+                | JointFaults::BUS.when(off[usize::from(drive.bus != 0)])
+                | JointFaults::OUTPUT.when(self.brake_failed);
+        }
+        let (q, qd) = (self.joints.map(|joint| joint.position), self.joints.map(|joint| joint.velocity));
+        Some(Readings {
+            sensed: Sensed::State { q, qd },
+            torque: self.joints.map(|joint| joint.torque),
+            age_ticks: self.joints.map(|joint| joint.age_ticks),
+            faults,
+        })
+    }
+
+    fn drive(&mut self, torque: &[f32; N]) {
+        // Brakes open when every drive is on, in the tick that first gives torque.
+        if self.joints.iter().all(|joint| joint.enabled) {
+            self.release_brakes();
+        }
+        self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque)));
+    }
+
+    fn safe(&mut self, action: SafeAction) {
+        match action {
+            SafeAction::Brake => {
+                self.engage_brakes();
+                self.send_all(|_| Order::Off);
+            }
+            SafeAction::DampedStop => self.send_all(|_| Order::Damp),
+            SafeAction::Off => self.send_all(|_| Order::Off),
+        }
+    }
+}
+
+/// Joints by falling identifier; of equal ones (on two buses) the first joint first. At most `N` exchanges a joint.
+fn sending_order<const N: usize>(drives: &[MitDrive; N]) -> [u8; N] {
+    let mut order: [u8; N] = core::array::from_fn(|i| i as u8);
+    order.sort_unstable_by_key(|&i| (drives.get(usize::from(i)).map(|drive| core::cmp::Reverse(drive.id)), i));
+    order
+}
+
+/// Queue one command; false when the transmitter has no room for it.
+fn transmit<B: CanBus>(bus: &mut B, drive: &MitDrive, data: &[u8; 8], counts: &mut BusCounts) -> bool {
+    // A byte is always a standard identifier, and eight bytes always a frame.
+    let Some(frame) = StandardId::new(u16::from(drive.id)).and_then(|id| B::Frame::new(id, data)) else { return false };
+    for _ in 0..TRANSMIT_POLLS {
+        match bus.transmit(&frame) {
+            // One that was pushed out is missed when its reply does not come.
+            Ok(_) => return true,
+            Err(nb::Error::WouldBlock) => {}
+            Err(nb::Error::Other(_)) => {
+                counts.transmit_errors = counts.transmit_errors.wrapping_add(1);
+                return false;
+            }
+        }
+    }
+    false
+}
+
+/// Empty a bus's receiver; whether the bus is off.
+fn collect<B: CanBus, const N: usize>(
+    bus: &mut B,
+    index: u8,
+    drives: &[MitDrive; N],
+    joints: &mut [Joint; N],
+    counts: &mut BusCounts,
+) -> bool {
+    for _ in 0..RECEIVED_MAX {
+        match bus.receive() {
+            Ok(frame) => {
+                if let Some(count) = take_frame(&frame, index, drives, joints, counts) {
+                    *count = count.wrapping_add(1);
+                }
+            }
+            Err(nb::Error::WouldBlock) => break,
+            Err(nb::Error::Other(_)) => counts.receive_errors = counts.receive_errors.wrapping_add(1),
+        }
+    }
+    let off = bus.is_off();
+    counts.off = counts.off.wrapping_add(u32::from(off));
+    off
+}
+
+/// Give a frame to the joint that it is from; the count that it belongs to when it is from none.
+fn take_frame<'a, F: Frame, const N: usize>(
+    frame: &F,
+    index: u8,
+    drives: &[MitDrive; N],
+    joints: &mut [Joint; N],
+    counts: &'a mut BusCounts,
+) -> Option<&'a mut u32> {
+    let Id::Standard(id) = frame.id() else { return Some(&mut counts.foreign) };
+    let mut ours = drives.iter().zip(joints).filter(|(drive, _)| drive.bus == index && drive.reply_id == id.as_raw());
+    let Some(first) = ours.next() else { return Some(&mut counts.foreign) };
+    let data = if frame.is_data_frame() { frame.data() } else { &[] };
+    for (drive, joint) in core::iter::once(first).chain(ours) {
+        if let Some(reply) = Reply::unpack(data, drive) {
+            joint.take(&reply, drive);
+            return None;
+        }
+    }
+    Some(&mut counts.malformed)
+}

@@ -1,0 +1,130 @@
+//! Frames of MIT-mode actuators, as the mini-cheetah's motor controller has them.
+//!
+//! A command is eight bytes, a reply six or more, all fields unsigned, most significant bits first:
+//!
+//! | command | bits | | reply | bits |
+//! |---|---|---|---|---|
+//! | position | 16 | | actuator's id | 8 |
+//! | velocity | 12 | | position | 16 |
+//! | kp | 12 | | velocity | 12 |
+//! | kd | 12 | | torque | 12 |
+//! | feed-forward torque | 12 | | temperature, error (some drives) | 8, 8 |
+//!
+//! Code 0 is the low end of a field's range and the highest code its high end; half a step ([`Range::step`]) is the error
+//! of a value that was packed. With an even number of codes over a symmetric range **no code is zero**: "no torque" is
+//! half a step, 0.0044 N m on a range of 18 N m either way. `kp` and `kd` begin at 0, which is code 0 exactly.
+//!
+//! The actuator gives `kp (position - p) + kd (velocity - v) + torque`. We drive with `kp = kd = 0`: the torque is the
+//! controller's; a damped stop is `kd` alone. (B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller.)
+
+use dynamics_core::drive::{MitDrive, MitRanges, Range};
+
+/// Bits of a position.
+pub const POSITION_BITS: u32 = 16;
+/// Bits of every other field.
+pub const FIELD_BITS: u32 = 12;
+
+/// Motor mode on.
+pub const ENTER: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfc];
+/// Motor mode off.
+pub const EXIT: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfd];
+/// The position now is zero from now on.
+pub const ZERO: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfe];
+
+/// What an actuator is told, in its own units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setpoint {
+    /// Position, rad.
+    pub position: f32,
+    /// Velocity, rad/s.
+    pub velocity: f32,
+    /// Stiffness, N m/rad.
+    pub kp: f32,
+    /// Damping, N m s/rad.
+    pub kd: f32,
+    /// Feed-forward torque, N m.
+    pub torque: f32,
+}
+
+impl Setpoint {
+    /// This torque and nothing else, N m.
+    #[inline]
+    #[must_use]
+    pub const fn torque(torque: f32) -> Self {
+        Self { position: 0.0, velocity: 0.0, kp: 0.0, kd: 0.0, torque }
+    }
+
+    /// A damper, N m s/rad.
+    #[inline]
+    #[must_use]
+    pub const fn damped(kd: f32) -> Self {
+        Self { position: 0.0, velocity: 0.0, kp: 0.0, kd, torque: 0.0 }
+    }
+
+    /// As a frame's data; values beyond their range take its end. `None` when one is NaN: that never goes on a wire.
+    ///
+    /// No combination of fields is one of the special frames as long as `kp` is below its highest code: those have all its
+    /// bits set.
+    #[inline]
+    #[must_use]
+    pub fn pack(&self, ranges: &MitRanges) -> Option<[u8; 8]> {
+        let [p_high, p_low] = ranges.position.code(self.position, POSITION_BITS)?.to_be_bytes();
+        let v = ranges.velocity.code(self.velocity, FIELD_BITS)?;
+        let kp = ranges.kp.code(self.kp, FIELD_BITS)?;
+        let kd = ranges.kd.code(self.kd, FIELD_BITS)?;
+        let t = ranges.torque.code(self.torque, FIELD_BITS)?;
+        Some([
+            p_high,
+            p_low,
+            (v >> 4) as u8,
+            ((v & 0xf) << 4 | kp >> 8) as u8,
+            kp as u8,
+            (kd >> 4) as u8,
+            ((kd & 0xf) << 4 | t >> 8) as u8,
+            t as u8,
+        ])
+    }
+}
+
+/// What an actuator says, in its own units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reply {
+    /// Position, rad.
+    pub position: f32,
+    /// Velocity, rad/s.
+    pub velocity: f32,
+    /// Torque, N m.
+    pub torque: f32,
+    /// The position is at an end of its range, so the true one may lie beyond.
+    pub saturated: bool,
+    /// The temperature's byte, where the reply has one. Its offset differs from maker to maker.
+    pub temperature: Option<u8>,
+    /// The drive's own error, 0 where there is none or the reply has none.
+    pub error: u8,
+}
+
+impl Reply {
+    /// From a reply's data; `None` when it is not as long as this drive's replies are, or another drive's.
+    #[inline]
+    #[must_use]
+    pub fn unpack(data: &[u8], drive: &MitDrive) -> Option<Self> {
+        if data.len() != usize::from(drive.reply_bytes) {
+            return None;
+        }
+        let (&[id, p_high, p_low, v, vt, t], rest) = data.split_first_chunk()?;
+        if id != drive.id {
+            return None;
+        }
+        let position = u16::from_be_bytes([p_high, p_low]);
+        let field = |range: &Range, code: u16| range.value(code, FIELD_BITS);
+        let ranges = &drive.ranges;
+        Some(Self {
+            position: ranges.position.value(position, POSITION_BITS),
+            velocity: field(&ranges.velocity, u16::from(v) << 4 | u16::from(vt) >> 4),
+            torque: field(&ranges.torque, u16::from(vt & 0xf) << 8 | u16::from(t)),
+            saturated: position == 0 || position == u16::MAX,
+            temperature: rest.first().copied(),
+            error: rest.get(1).copied().unwrap_or(0),
+        })
+    }
+}

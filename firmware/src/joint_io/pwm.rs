@@ -1,0 +1,290 @@
+//! H-bridges that take a duty cycle, and magnetic encoders beside them.
+//!
+//! ```text
+//! tau_m = tau / ratio                        torque of the motor                [N m]
+//! i     = tau_m / k                          held at the greatest current       [A]
+//! u     = R i + k w                          resistance and back-EMF            [V]
+//! duty  = |u| / supply                       held at 1; the sign is a pin's
+//! ```
+//!
+//! with the torque constant `k`, the resistance `R` and the motor's speed `w` from the last step of the encoder. Inductance
+//! is left out: its time constant is far below a tick. Without a current sensor the current is what the duty that was
+//! given drives, `(duty supply - k w) / R`.
+
+use super::as5047p::{As5047p, EncoderCounts, Turns};
+use super::{JointFaults, JointIo, MISSING_MAX, Readings, SafeAction};
+use dynamics_core::control::Sensed;
+use dynamics_core::drive::PwmDrive;
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+use embedded_hal::spi::SpiDevice;
+
+/// Measures the current of a motor, A, positive as the joint's positive torque makes it; `None` when it cannot.
+pub trait CurrentSensor {
+    /// The current now.
+    fn current(&mut self) -> Option<f32>;
+}
+
+/// Nothing measures the current: it is estimated from the duty.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NoSensor;
+
+impl CurrentSensor for NoSensor {
+    fn current(&mut self) -> Option<f32> {
+        None
+    }
+}
+
+/// What drives a motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Voltage over supply, from -1 to 1.
+    pub duty: f32,
+    /// The current that it drives at the speed it was worked out for, A.
+    pub current: f32,
+    /// The torque asked for more current or more voltage than there is.
+    pub saturated: bool,
+}
+
+impl Drive {
+    /// No voltage.
+    pub const NONE: Self = Self { duty: 0.0, current: 0.0, saturated: false };
+
+    /// What gives a joint a torque or force, N m or N, while the motor turns at `speed` rad/s; `None` when that is no finite
+    /// number.
+    #[inline]
+    #[must_use]
+    pub fn torque(torque: f32, speed: f32, drive: &PwmDrive) -> Option<Self> {
+        let wanted = drive.gearing.drive_torque(torque) * drive.per_torque_constant;
+        let back_emf = drive.torque_constant * speed;
+        if !(wanted.is_finite() && back_emf.is_finite()) {
+            return None;
+        }
+        let held = wanted.clamp_to(drive.current_max);
+        let share = (drive.resistance * held + back_emf) * drive.per_supply;
+        let duty = share.clamp_to(1.0);
+        let current = (duty * drive.supply - back_emf) * drive.per_resistance;
+        Some(Self { duty, current, saturated: held.abs() < wanted.abs() || duty.abs() < share.abs() })
+    }
+}
+
+/// `f32::clamp` panics on bounds that are no range; this does not, and NaN stays NaN.
+trait ClampTo {
+    fn clamp_to(self, max: f32) -> f32;
+}
+
+impl ClampTo for f32 {
+    #[inline]
+    fn clamp_to(self, max: f32) -> f32 {
+        if self > max {
+            max
+        } else if self < -max {
+            -max
+        } else {
+            self
+        }
+    }
+}
+
+/// A duty from 0 to 1 as steps of `max`; out of it the nearest end, NaN none.
+#[inline]
+#[must_use]
+pub fn duty_steps(duty: f32, max: u16) -> u16 {
+    ((duty * f32::from(max) + 0.5) as u16).min(max)
+}
+
+/// The pins and devices of one joint.
+#[derive(Debug)]
+pub struct Channel<W, D, E, S, C = NoSensor> {
+    /// Duty cycle of the bridge.
+    pub pwm: W,
+    /// High for a voltage that moves the motor forwards.
+    pub direction: D,
+    /// High while the bridge drives.
+    pub enable: E,
+    /// The encoder.
+    pub encoder: S,
+    /// The current sensor.
+    pub sensor: C,
+}
+
+#[derive(Debug)]
+struct Joint<W, D, E, S, C> {
+    pwm: W,
+    direction: D,
+    enable: E,
+    encoder: As5047p<S>,
+    sensor: C,
+    turns: Turns,
+    forwards: Option<bool>,
+    given: Drive,
+    faults: JointFaults,
+    refused: u32,
+}
+
+/// The joints behind H-bridges.
+#[derive(Debug)]
+pub struct PwmJoints<W, D, E, S, C, P, const N: usize> {
+    joints: [Joint<W, D, E, S, C>; N],
+    drives: [PwmDrive; N],
+    brake: P,
+    brake_failed: bool,
+}
+
+impl<W, D, E, S, C, P, const N: usize> PwmJoints<W, D, E, S, C, P, N>
+where
+    W: SetDutyCycle,
+    D: OutputPin,
+    E: OutputPin,
+    S: SpiDevice,
+    C: CurrentSensor,
+    P: OutputPin,
+{
+    /// Joints at rest: no duty, bridges off, brakes engaged. `channels` stand in the order of the joints.
+    pub fn new(channels: [Channel<W, D, E, S, C>; N], brake: P, drives: [PwmDrive; N]) -> Self {
+        let mut jumps = drives.iter().map(|drive| drive.jump_max);
+        let joints = channels.map(|Channel { pwm, direction, enable, encoder, sensor }| {
+            let mut encoder = As5047p::new(encoder);
+            // Asks for diagnostics, so that the first tick has them.
+            encoder.angle();
+            Joint {
+                pwm,
+                direction,
+                enable,
+                encoder,
+                sensor,
+                turns: Turns::new(jumps.next().unwrap_or(0)),
+                forwards: None,
+                given: Drive::NONE,
+                faults: JointFaults::NONE,
+                refused: 0,
+            }
+        });
+        let mut joints = Self { joints, drives, brake, brake_failed: false };
+        joints.safe(SafeAction::Brake);
+        joints
+    }
+
+    /// What went wrong with each encoder, and how many of its angles were further than the joint can move.
+    pub fn encoder_counts(&self) -> [(EncoderCounts, u32); N] {
+        core::array::from_fn(|i| self.joints.get(i).map(|j| (j.encoder.counts(), j.turns.jumps())).unwrap_or_default())
+    }
+
+    /// Torques per joint that were NaN or infinite, and were not driven; wraps.
+    pub fn refused(&self) -> [u32; N] {
+        core::array::from_fn(|i| self.joints.get(i).map_or(0, |joint| joint.refused))
+    }
+
+    /// What was last driven, per joint.
+    pub fn given(&self) -> [Drive; N] {
+        core::array::from_fn(|i| self.joints.get(i).map_or(Drive::NONE, |joint| joint.given))
+    }
+}
+
+impl<W: SetDutyCycle, D: OutputPin, E: OutputPin, S: SpiDevice, C: CurrentSensor> Joint<W, D, E, S, C> {
+    fn measure(&mut self, drive: &PwmDrive) {
+        let counts = self.encoder.angle().map(|angle| {
+            let counts = angle.wrapping_sub(drive.encoder_zero);
+            if drive.encoder_reversed { counts.wrapping_neg() } else { counts }
+        });
+        self.turns.update(counts);
+    }
+
+    /// The motor's speed, rad/s, forwards as its positive torque turns it.
+    fn speed(&self, drive: &PwmDrive) -> f32 {
+        self.turns.speed() as f32 * drive.speed_per_count
+    }
+
+    fn torque(&mut self, torque: f32, drive: &PwmDrive) {
+        let wanted = Drive::torque(torque, self.speed(drive), drive);
+        self.faults = JointFaults::NON_FINITE.when(wanted.is_none());
+        self.refused = self.refused.wrapping_add(u32::from(wanted.is_none()));
+        self.give(wanted.unwrap_or(Drive::NONE));
+        self.check(|joint| joint.enable.set_high().is_ok());
+    }
+
+    /// Duty and direction; no voltage while the direction changes, so that the bridge is never driven both ways.
+    fn give(&mut self, drive: Drive) {
+        self.given = drive;
+        let forwards = drive.duty >= 0.0;
+        if self.forwards != Some(forwards) {
+            self.check(|joint| joint.pwm.set_duty_cycle(0).is_ok());
+            self.forwards = Some(forwards);
+            self.check(|joint| {
+                let set = if forwards { joint.direction.set_high() } else { joint.direction.set_low() };
+                set.is_ok()
+            });
+        }
+        let steps = duty_steps(drive.duty.abs(), self.pwm.max_duty_cycle());
+        self.check(|joint| joint.pwm.set_duty_cycle(steps).is_ok());
+    }
+
+    /// No voltage; a bridge that stays on shorts the motor, which damps it, and one that is off lets it coast.
+    fn stop(&mut self, bridge_off: bool) {
+        self.faults = JointFaults::NONE;
+        self.given = Drive::NONE;
+        self.check(|joint| joint.pwm.set_duty_cycle(0).is_ok());
+        if bridge_off {
+            self.check(|joint| joint.enable.set_low().is_ok());
+        }
+    }
+
+    fn check(&mut self, act: impl FnOnce(&mut Self) -> bool) {
+        let done = act(self);
+        self.faults |= JointFaults::OUTPUT.when(!done);
+    }
+
+    fn found(&self) -> JointFaults {
+        self.faults
+            | JointFaults::SENSOR.when(self.encoder.is_doubtful())
+            | JointFaults::LOST.when(self.turns.is_lost())
+            | JointFaults::MISSING.when(self.turns.age_ticks() > MISSING_MAX)
+    }
+}
+
+impl<W, D, E, S, C, P, const N: usize> JointIo<N> for PwmJoints<W, D, E, S, C, P, N>
+where
+    W: SetDutyCycle,
+    D: OutputPin,
+    E: OutputPin,
+    S: SpiDevice,
+    C: CurrentSensor,
+    P: OutputPin,
+{
+    fn measure(&mut self) -> Option<Readings<N>> {
+        let mut readings = Readings {
+            sensed: Sensed::Counts([0; N]),
+            torque: [0.0; N],
+            age_ticks: [u32::MAX; N],
+            faults: [JointFaults::OUTPUT.when(self.brake_failed); N],
+        };
+        let mut counts = [0; N];
+        for (i, (joint, drive)) in self.joints.iter_mut().zip(&self.drives).enumerate() {
+            joint.measure(drive);
+            let current = joint.sensor.current().unwrap_or(joint.given.current);
+            counts[i] = joint.turns.position();
+            readings.torque[i] = drive.gearing.joint_torque(current * drive.torque_constant);
+            readings.age_ticks[i] = joint.turns.age_ticks();
+            readings.faults[i] |= joint.found();
+        }
+        readings.sensed = Sensed::Counts(counts);
+        Some(readings)
+    }
+
+    fn drive(&mut self, torque: &[f32; N]) {
+        for ((joint, drive), &torque) in self.joints.iter_mut().zip(&self.drives).zip(torque) {
+            joint.torque(torque, drive);
+        }
+        // The motors hold before the brakes let go.
+        self.brake_failed = self.brake.set_high().is_err();
+    }
+
+    fn safe(&mut self, action: SafeAction) {
+        if action == SafeAction::Brake {
+            self.brake_failed = self.brake.set_low().is_err();
+        }
+        for joint in &mut self.joints {
+            joint.stop(action != SafeAction::DampedStop);
+        }
+    }
+}

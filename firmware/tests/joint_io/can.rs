@@ -1,0 +1,456 @@
+//! The schedule on two buses, with replies that come, do not, come late, twice, cut short or from strangers.
+
+use super::{drive, model_ranges};
+use actuator_model::bus::{Bus, Fate, Frame as ModelFrame};
+use actuator_model::mit::Actuator;
+use dynamics_core::control::Sensed;
+use dynamics_core::drive::{Gearing, MitDrive};
+use embedded_can::{ErrorKind, Frame, Id};
+use firmware::joint_io::can::{BusCounts, CanBus, CanJoints};
+use firmware::joint_io::{JointFaults, JointIo, MISSING_MAX, NoPin, Readings, SafeAction};
+use proptest::prelude::*;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// A frame as a driver has it.
+#[derive(Clone)]
+struct Wire {
+    id: Id,
+    data: Vec<u8>,
+    remote: bool,
+}
+
+impl Frame for Wire {
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        (data.len() <= 8).then(|| Self { id: id.into(), data: data.to_vec(), remote: false })
+    }
+    fn new_remote(id: impl Into<Id>, _: usize) -> Option<Self> {
+        Some(Self { id: id.into(), data: Vec::new(), remote: true })
+    }
+    fn is_extended(&self) -> bool {
+        matches!(self.id, Id::Extended(_))
+    }
+    fn is_remote_frame(&self) -> bool {
+        self.remote
+    }
+    fn id(&self) -> Id {
+        self.id
+    }
+    fn dlc(&self) -> usize {
+        self.data.len()
+    }
+    fn data(&self) -> &[u8] {
+        &self.data
+    }
+}
+
+/// The model's bus behind the trait that the firmware sees; it counts how often it was asked.
+#[derive(Clone)]
+struct Mock {
+    bus: Rc<RefCell<Bus>>,
+    polls: Rc<RefCell<u32>>,
+    /// Every reception is an error.
+    broken: Rc<RefCell<bool>>,
+}
+
+impl Mock {
+    fn new(ids: &[u16]) -> Self {
+        let actuators = ids.iter().map(|&id| Actuator::new(id, model_ranges())).collect();
+        Self { bus: Rc::new(RefCell::new(Bus::new(actuators))), polls: Rc::default(), broken: Rc::default() }
+    }
+}
+
+impl embedded_can::nb::Can for Mock {
+    type Frame = Wire;
+    type Error = ErrorKind;
+
+    fn transmit(&mut self, frame: &Wire) -> nb::Result<Option<Wire>, ErrorKind> {
+        *self.polls.borrow_mut() += 1;
+        let Id::Standard(id) = frame.id else { panic!("commands have standard identifiers") };
+        let sent = self.bus.borrow_mut().send(ModelFrame { id: id.as_raw(), data: frame.data.clone() });
+        if sent { Ok(None) } else { Err(nb::Error::WouldBlock) }
+    }
+
+    fn receive(&mut self) -> nb::Result<Wire, ErrorKind> {
+        *self.polls.borrow_mut() += 1;
+        if *self.broken.borrow() {
+            return Err(nb::Error::Other(ErrorKind::Overrun));
+        }
+        let frame = self.bus.borrow_mut().receive().ok_or(nb::Error::WouldBlock)?;
+        let id = embedded_can::StandardId::new(frame.id).unwrap();
+        Ok(Wire { id: id.into(), data: frame.data, remote: false })
+    }
+}
+
+impl CanBus for Mock {
+    fn is_off(&mut self) -> bool {
+        self.bus.borrow().off
+    }
+    fn abandon(&mut self) {
+        self.bus.borrow_mut().abandon();
+    }
+}
+
+const PERIOD: f64 = 0.001;
+const HOLD: [f32; 6] = [0.0; 6];
+
+struct Bench {
+    joints: CanJoints<Mock, Mock, NoPin, 6>,
+    buses: [Mock; 2],
+}
+
+/// Three actuators on each bus.
+fn drives() -> [MitDrive; 6] {
+    std::array::from_fn(|i| drive((i / 3) as u8, i as u8 + 1))
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self::with(drives())
+    }
+
+    fn with(drives: [MitDrive; 6]) -> Self {
+        let buses = [Mock::new(&[1, 2, 3]), Mock::new(&[4, 5, 6])];
+        let [first, second] = buses.clone();
+        let mut bench = Self { joints: CanJoints::new(first, second, NoPin, drives), buses };
+        // A first poll, as a board makes when it starts.
+        bench.joints.safe(SafeAction::Off);
+        bench.pass();
+        bench
+    }
+
+    /// A bench whose drives are on.
+    fn running() -> Self {
+        let mut bench = Self::new();
+        bench.drive(&HOLD);
+        bench
+    }
+
+    fn pass(&mut self) {
+        self.buses.iter().for_each(|mock| mock.bus.borrow_mut().step(PERIOD));
+    }
+
+    fn drive(&mut self, torque: &[f32; 6]) -> Readings<6> {
+        let readings = self.joints.measure().unwrap();
+        self.joints.drive(torque);
+        self.pass();
+        readings
+    }
+
+    fn safe(&mut self, action: SafeAction) -> Readings<6> {
+        let readings = self.joints.measure().unwrap();
+        self.joints.safe(action);
+        self.pass();
+        readings
+    }
+
+    fn actuator<T>(&self, joint: usize, look: impl FnOnce(&mut Actuator) -> T) -> T {
+        look(&mut self.buses[joint / 3].bus.borrow_mut().actuators[joint % 3])
+    }
+
+    fn fate(&self, joint: usize, fate: Fate) {
+        self.buses[joint / 3].bus.borrow_mut().fates.push((joint as u16 + 1, fate));
+    }
+
+    fn missing(&self) -> [u32; 6] {
+        self.joints.joint_counts().map(|counts| counts.missing)
+    }
+}
+
+#[test]
+fn every_actuator_gets_one_command_a_tick_and_answers_before_the_next() {
+    let mut bench = Bench::running();
+    for tick in 0..100 {
+        let readings = bench.drive(&[0.1; 6]);
+        assert_eq!(readings.age_ticks, [0; 6], "tick {tick}");
+        assert_eq!(readings.faults, [JointFaults::NONE; 6], "tick {tick}");
+    }
+    for mock in &bench.buses {
+        // The poll, switching on, and a hundred torques, three actuators each; lowest identifier first on the wire.
+        let bus = mock.bus.borrow();
+        assert_eq!(bus.sent.len(), 3 * 102);
+        for tick in bus.sent.chunks(3) {
+            assert!(tick.is_sorted_by_key(|frame| frame.id), "{tick:?}");
+        }
+    }
+    assert_eq!(bench.missing(), [0; 6]);
+    assert_eq!(bench.joints.bus_counts(), [BusCounts::default(); 2]);
+}
+
+#[test]
+fn a_torque_arrives_through_gear_and_direction_and_moves_the_joint() {
+    let mut drives = drives();
+    drives[1].gearing = Gearing { ratio: -4.0, per_ratio: -0.25, zero: 1.0 };
+    let mut bench = Bench::with(drives);
+    bench.drive(&HOLD);
+    let mut torque = HOLD;
+    torque[1] = 8.0;
+    for _ in 0..21 {
+        bench.drive(&torque);
+    }
+    assert!((bench.actuator(1, |a| a.told().torque) + 2.0).abs() < 0.5 * 36.0 / 4095.0 + 1e-6);
+    let (position, velocity) = bench.actuator(1, |a| (a.position, a.velocity));
+    let readings = bench.joints.measure().unwrap();
+    let Sensed::State { q, qd } = readings.sensed else { panic!("actuators report a state") };
+    // Reported as the command arrived, a period before.
+    let measured = (position - velocity * PERIOD - 1.0) / -4.0;
+    assert!((f64::from(q[1]) - measured).abs() < 2e-4, "{} and {measured}", q[1]);
+    assert!(qd[1] > 0.5, "a positive torque moves the joint up: {}", qd[1]);
+    assert!((readings.torque[1] - 8.0).abs() < 0.08, "{}", readings.torque[1]);
+}
+
+#[test]
+fn a_drive_that_is_off_is_switched_on_before_it_gives_torque() {
+    let mut bench = Bench::new();
+    bench.drive(&[3.0; 6]);
+    assert!(bench.actuator(4, |a| a.is_enabled() && a.torque() == 0.0));
+    bench.drive(&[3.0; 6]);
+    assert!(bench.actuator(4, |a| a.torque() > 2.9));
+}
+
+#[test]
+fn a_lost_reply_is_counted_for_its_joint_and_ages_it_alone() {
+    let mut bench = Bench::running();
+    bench.fate(2, Fate::Lost);
+    bench.drive(&HOLD);
+    let readings = bench.drive(&HOLD);
+    assert_eq!(readings.age_ticks, [0, 0, 1, 0, 0, 0]);
+    assert_eq!(readings.faults, [JointFaults::NONE; 6]);
+    assert_eq!(bench.missing(), [0, 0, 1, 0, 0, 0]);
+    for _ in 0..5 {
+        assert_eq!(bench.drive(&HOLD).age_ticks, [0; 6]);
+    }
+    let counts = bench.joints.joint_counts()[2];
+    assert_eq!((counts.missing, counts.late, counts.duplicate), (1, 0, 0));
+}
+
+#[test]
+fn a_joint_that_stays_silent_is_at_fault_after_the_stated_number_of_ticks() {
+    let mut bench = Bench::running();
+    for _ in 0..10 {
+        bench.fate(5, Fate::Lost);
+    }
+    bench.drive(&HOLD);
+    for silent in 1..=10 {
+        let readings = bench.drive(&HOLD);
+        assert_eq!(readings.age_ticks[5], silent);
+        assert_eq!(readings.faults[5].contains(JointFaults::MISSING), silent > MISSING_MAX, "{silent}");
+        assert_eq!(readings.measurement().age_ticks, silent);
+    }
+}
+
+#[test]
+fn a_joint_that_never_answered_is_at_fault_from_the_first_tick() {
+    let mut bench = Bench::new();
+    let mut silent = drives();
+    silent[0].id = 9;
+    let [first, second] = bench.buses.clone();
+    bench.joints = CanJoints::new(first, second, NoPin, silent);
+    let readings = bench.safe(SafeAction::Off);
+    assert!(readings.faults.iter().all(|faults| faults.contains(JointFaults::MISSING)), "nothing was asked yet");
+    let readings = bench.safe(SafeAction::Off);
+    assert_eq!(readings.faults[1], JointFaults::NONE);
+    assert!(readings.faults[0].contains(JointFaults::MISSING));
+    assert_eq!(readings.age_ticks[0], u32::MAX);
+}
+
+#[test]
+fn a_late_reply_is_counted_as_missing_and_then_as_late() {
+    let mut bench = Bench::running();
+    bench.fate(3, Fate::Late);
+    bench.drive(&HOLD);
+    assert_eq!(bench.drive(&HOLD).age_ticks[3], 1);
+    assert_eq!(bench.drive(&HOLD).age_ticks[3], 0);
+    let counts = bench.joints.joint_counts()[3];
+    assert_eq!((counts.missing, counts.late, counts.duplicate), (1, 1, 0));
+}
+
+#[test]
+fn a_second_reply_to_one_command_is_counted_and_ignored() {
+    let mut bench = Bench::running();
+    bench.fate(1, Fate::Twice);
+    bench.drive(&HOLD);
+    assert_eq!(bench.drive(&HOLD).age_ticks, [0; 6]);
+    let counts = bench.joints.joint_counts()[1];
+    assert_eq!((counts.missing, counts.late, counts.duplicate), (0, 0, 1));
+}
+
+#[test]
+fn strangers_and_cut_frames_are_counted_and_ignored() {
+    let mut bench = Bench::running();
+    let before = bench.drive(&HOLD);
+    {
+        let mut bus = bench.buses[0].bus.borrow_mut();
+        bus.inject(ModelFrame { id: 0x123, data: vec![1, 0, 0, 0, 0, 0] });
+        bus.inject(ModelFrame { id: 0, data: vec![1, 0, 0, 0, 0] });
+        bus.inject(ModelFrame { id: 0, data: vec![77, 0, 0, 0, 0, 0] });
+        // An actuator of the other bus.
+        bus.inject(ModelFrame { id: 0, data: vec![5, 0, 0, 0, 0, 0] });
+    }
+    let readings = bench.drive(&HOLD);
+    assert_eq!(readings.sensed, before.sensed);
+    assert_eq!(readings.faults, [JointFaults::NONE; 6]);
+    let [first, second] = bench.joints.bus_counts();
+    assert_eq!((first.foreign, first.malformed), (1, 3));
+    assert_eq!(second, BusCounts::default());
+}
+
+#[test]
+fn an_actuator_with_an_error_of_its_own_is_a_fault() {
+    let mut all = drives();
+    all.iter_mut().for_each(|drive| drive.reply_bytes = 8);
+    let mut bench = Bench::with(all);
+    (0..6).for_each(|joint| bench.actuator(joint, |a| a.reply_bytes = 8));
+    bench.drive(&HOLD);
+    bench.drive(&HOLD);
+    bench.actuator(2, |a| a.error = 4);
+    bench.drive(&HOLD);
+    let readings = bench.drive(&HOLD);
+    assert_eq!(
+        readings.faults.map(|faults| faults.contains(JointFaults::DRIVE)),
+        [false, false, true, false, false, false]
+    );
+}
+
+#[test]
+fn a_position_at_the_end_of_its_range_is_a_fault_while_it_lasts() {
+    let mut bench = Bench::running();
+    bench.actuator(0, |a| a.position = 12.6);
+    bench.drive(&HOLD);
+    assert_eq!(bench.drive(&HOLD).faults[0], JointFaults::RANGE);
+    bench.actuator(0, |a| a.position = 1.0);
+    bench.drive(&HOLD);
+    assert_eq!(bench.drive(&HOLD).faults[0], JointFaults::NONE);
+}
+
+#[test]
+fn a_torque_that_is_no_number_goes_out_as_none_and_is_a_fault() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut bench = Bench::running();
+        bench.drive(&[1.0; 6]);
+        bench.drive(&[1.0, bad, 1.0, 1.0, 1.0, 1.0]);
+        assert!(bench.actuator(1, |a| a.told().torque).abs() < 0.0045);
+        assert!(bench.actuator(0, |a| a.told().torque) > 0.99);
+        let readings = bench.drive(&HOLD);
+        assert_eq!(readings.faults[1], JointFaults::NON_FINITE);
+        assert_eq!(bench.joints.joint_counts()[1].refused, 1);
+        assert_eq!(bench.drive(&HOLD).faults[1], JointFaults::NONE);
+    }
+}
+
+#[test]
+fn safe_actions_take_effect_within_one_tick() {
+    for action in [SafeAction::Brake, SafeAction::Off] {
+        let mut bench = Bench::running();
+        bench.drive(&[5.0; 6]);
+        assert!(bench.actuator(3, |a| a.torque() > 4.9));
+        bench.safe(action);
+        assert!((0..6).all(|joint| bench.actuator(joint, |a| !a.is_enabled() && a.torque() == 0.0)), "{action:?}");
+        // Off, they still say where they are.
+        bench.safe(action);
+        assert_eq!(bench.safe(action).age_ticks, [0; 6]);
+    }
+}
+
+#[test]
+fn a_damped_stop_slows_a_moving_joint_and_wakes_none_that_was_off() {
+    let mut bench = Bench::running();
+    bench.drive(&HOLD);
+    bench.actuator(0, |a| a.velocity = 10.0);
+    for _ in 0..30 {
+        bench.safe(SafeAction::DampedStop);
+    }
+    // exp(-30 ms * 1 N m s/rad / 0.01 kg m^2) = 0.05, and half a step of velocity and torque.
+    let velocity = bench.actuator(0, |a| a.velocity);
+    assert!((0.2..0.7).contains(&velocity), "{velocity}");
+    assert_eq!(bench.actuator(0, |a| a.told().kp), 0.0);
+    let mut idle = Bench::new();
+    idle.safe(SafeAction::DampedStop);
+    assert!((0..6).all(|joint| idle.actuator(joint, |a| !a.is_enabled())));
+}
+
+#[test]
+fn a_full_transmitter_is_asked_a_bounded_number_of_times_and_an_old_torque_never_goes_out() {
+    let mut bench = Bench::running();
+    bench.drive(&[1.0; 6]);
+    bench.buses[0].bus.borrow_mut().stuck = true;
+    bench.drive(&[2.0; 6]);
+    *bench.buses[0].polls.borrow_mut() = 0;
+    for _ in 0..8 {
+        bench.drive(&[3.0; 6]);
+    }
+    let polls = *bench.buses[0].polls.borrow();
+    assert!(polls <= 8 * (3 * 16 + 17), "{polls}");
+    let readings = bench.drive(&[3.0; 6]);
+    assert!(readings.faults[..3].iter().all(|faults| faults.contains(JointFaults::MISSING)));
+    assert_eq!(readings.faults[3..], [JointFaults::NONE; 3]);
+    bench.buses[0].bus.borrow_mut().stuck = false;
+    bench.drive(&[4.0; 6]);
+    // 2 and 3 N m were given up, not sent late.
+    let sent = bench.buses[0].bus.borrow().sent.len();
+    bench.drive(&[4.0; 6]);
+    assert_eq!(bench.buses[0].bus.borrow().sent.len(), sent + 3);
+    assert!(bench.actuator(0, |a| a.told().torque) > 3.9);
+}
+
+#[test]
+fn a_bus_that_is_off_is_a_fault_of_its_joints_at_once_and_ends_with_it() {
+    let mut bench = Bench::running();
+    bench.drive(&HOLD);
+    bench.buses[1].bus.borrow_mut().off = true;
+    let readings = bench.drive(&HOLD);
+    assert_eq!(
+        readings.faults.map(|faults| faults.contains(JointFaults::BUS)),
+        [false, false, false, true, true, true]
+    );
+    assert_eq!(bench.joints.bus_counts()[1].off, 1);
+    bench.buses[1].bus.borrow_mut().off = false;
+    for _ in 0..3 {
+        bench.drive(&HOLD);
+    }
+    assert_eq!(bench.drive(&HOLD).faults, [JointFaults::NONE; 6]);
+}
+
+#[test]
+fn a_receiver_in_error_is_counted_and_given_up_in_bounded_time() {
+    let mut bench = Bench::running();
+    *bench.buses[0].broken.borrow_mut() = true;
+    *bench.buses[0].polls.borrow_mut() = 0;
+    bench.drive(&HOLD);
+    assert_eq!(*bench.buses[0].polls.borrow(), 16 + 3);
+    assert_eq!(bench.joints.bus_counts()[0].receive_errors, 16);
+}
+
+fn fate() -> impl Strategy<Value = Fate> {
+    prop_oneof![
+        4 => Just(Fate::Arrives), 1 => Just(Fate::Lost), 1 => Just(Fate::Late), 1 => Just(Fate::Twice), 1 => Just(Fate::Short)
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Whatever happens to replies: an age is never less than the truth allows, and everything that came is counted once.
+    #[test]
+    fn any_sequence_of_fates_gives_finite_readings_and_honest_counts(
+        fates in proptest::collection::vec((0..6_usize, fate()), 0..120),
+        torques in proptest::collection::vec(any::<[u32; 6]>(), 40),
+    ) {
+        let mut bench = Bench::running();
+        for (joint, fate) in fates {
+            bench.fate(joint, fate);
+        }
+        for bits in torques {
+            let before = bench.missing();
+            let readings = bench.drive(&bits.map(f32::from_bits));
+            let Sensed::State { q, qd } = readings.sensed else { panic!("actuators report a state") };
+            prop_assert!(q.iter().chain(&qd).chain(&readings.torque).all(|x| x.is_finite()));
+            for joint in 0..6 {
+                let missed = bench.missing()[joint] - before[joint];
+                prop_assert_eq!(missed, u32::from(readings.age_ticks[joint] > 0));
+                prop_assert_eq!(readings.faults[joint].contains(JointFaults::MISSING), readings.age_ticks[joint] > MISSING_MAX);
+            }
+            prop_assert!((0..6).all(|joint| bench.actuator(joint, |a| a.told().torque.is_finite())));
+        }
+    }
+}

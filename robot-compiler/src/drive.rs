@@ -1,0 +1,180 @@
+//! What drives a joint, as a robot file says it, and what the chip is given of it.
+//!
+//! A file speaks the units of data sheets; [`SceneFile::drives`] converts once, in double precision, and rounds each number
+//! once to single precision.
+
+use crate::robot::RobotJoint;
+use crate::scene::SceneFile;
+use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
+use std::f64::consts::TAU;
+
+/// Counts a turn of the magnetic encoder.
+pub(crate) const ENCODER_COUNTS: u16 = 1 << 14;
+
+/// The most ticks over which an encoder may go unread: it must not have moved half a turn by then.
+pub(crate) const UNREAD_MAX: u16 = 4;
+
+/// What drives a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JointDrive {
+    /// An actuator on CAN that takes MIT-mode frames.
+    Mit(MitSpec),
+    /// An H-bridge and a magnetic encoder.
+    Pwm(PwmSpec),
+}
+
+impl JointDrive {
+    /// As a robot file calls it.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Mit(_) => "mit",
+            Self::Pwm(_) => "pwm",
+        }
+    }
+}
+
+/// An actuator on CAN that takes MIT-mode frames. Ranges are `(lowest, highest)`, at its shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MitSpec {
+    /// The bus, 1 or 2.
+    pub bus: u8,
+    /// Identifier of its commands.
+    pub id: u8,
+    /// Identifier of its replies.
+    pub reply_id: u16,
+    /// Bytes of a reply, 6 to 8.
+    pub reply_bytes: u8,
+    /// Shaft radians per joint radian or metre, negative where they turn against each other.
+    pub ratio: f64,
+    /// Position of the shaft at `q = 0`, rad.
+    pub zero: f64,
+    /// Position, rad.
+    pub position: (f64, f64),
+    /// Velocity, rad/s.
+    pub velocity: (f64, f64),
+    /// Stiffness, N m/rad.
+    pub kp: (f64, f64),
+    /// Damping, N m s/rad.
+    pub kd: (f64, f64),
+    /// Torque, N m.
+    pub torque: (f64, f64),
+    /// Damping of a damped stop, N m s/rad.
+    pub damping: f64,
+}
+
+/// An H-bridge, its motor, and a magnetic encoder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PwmSpec {
+    /// The board's channel, counted from 1.
+    pub channel: u8,
+    /// Motor radians per joint radian or metre, negative where they turn against each other.
+    pub ratio: f64,
+    /// What the encoder shows at `q = 0`, counts.
+    pub encoder_zero: u16,
+    /// The encoder counts down as the joint moves up.
+    pub encoder_reversed: bool,
+    /// Torque constant, N m/A; also the back-EMF constant, V s/rad.
+    pub torque_constant: f64,
+    /// Resistance, ohm.
+    pub resistance: f64,
+    /// Supply voltage, V.
+    pub supply: f64,
+    /// Greatest current, A.
+    pub current_max: f64,
+}
+
+impl SceneFile {
+    /// How the arm's joints are reached, in the chip's numbers; [`Drives::Link`] where the robot file does not say.
+    #[must_use]
+    pub fn drives<const N: usize>(&self) -> Drives<N> {
+        let joints = &self.robot.joints;
+        // Loading has seen to it that all joints have a drive of one kind, or none has.
+        if let Some(drives) = all(joints, |joint| match joint.drive? {
+            JointDrive::Mit(spec) => Some(mit(&spec)),
+            JointDrive::Pwm(_) => None,
+        }) {
+            return Drives::Mit(drives);
+        }
+        let pwm = all(joints, |joint| match joint.drive? {
+            JointDrive::Pwm(spec) => Some(self.pwm(joint, &spec)),
+            JointDrive::Mit(_) => None,
+        });
+        pwm.map_or(Drives::Link, Drives::Pwm)
+    }
+
+    fn pwm(&self, joint: &RobotJoint, spec: &PwmSpec) -> PwmDrive {
+        let per_turn = joint.encoder.map_or(f64::from(ENCODER_COUNTS), |encoder| encoder.counts_per_turn);
+        let PwmSpec {
+            channel,
+            ratio,
+            encoder_zero,
+            encoder_reversed,
+            torque_constant,
+            resistance,
+            supply,
+            current_max,
+        } = *spec;
+        PwmDrive {
+            channel: channel.saturating_sub(1),
+            gearing: gearing(ratio, 0.0),
+            encoder_zero,
+            encoder_reversed,
+            jump_max: self.jump_max(joint, per_turn),
+            speed_per_count: (ratio * TAU / per_turn * self.control.rate) as f32,
+            torque_constant: torque_constant as f32,
+            per_torque_constant: (1.0 / torque_constant) as f32,
+            resistance: resistance as f32,
+            per_resistance: (1.0 / resistance) as f32,
+            supply: supply as f32,
+            per_supply: (1.0 / supply) as f32,
+            current_max: current_max as f32,
+        }
+    }
+
+    /// Counts that the encoder moves in a tick at the speed that the guard calls a fault, and one for its noise.
+    fn jump_max(&self, joint: &RobotJoint, per_turn: f64) -> u16 {
+        let speed = self.control.velocity_factor * joint.spec.limits.velocity;
+        // The cast saturates.
+        ((speed * per_turn / TAU / self.control.rate).ceil() + 1.0) as u16
+    }
+
+    /// The first joint, counted from 0, whose encoder may move half a turn while it is not read for a few ticks: its turns
+    /// cannot be counted at this rate. With it, the counts that it moves in a tick.
+    #[must_use]
+    pub fn too_fast_for_its_encoder(&self) -> Option<(usize, u16)> {
+        self.robot.joints.iter().enumerate().find_map(|(index, joint)| {
+            let Some(JointDrive::Pwm(_)) = joint.drive else { return None };
+            let jump = self.jump_max(joint, joint.encoder?.counts_per_turn);
+            (jump >= ENCODER_COUNTS / 2 / UNREAD_MAX).then_some((index, jump))
+        })
+    }
+}
+
+fn all<T, const N: usize>(joints: &[RobotJoint], one: impl Fn(&RobotJoint) -> Option<T>) -> Option<[T; N]> {
+    joints.iter().map(one).collect::<Option<Vec<T>>>()?.try_into().ok()
+}
+
+fn gearing(ratio: f64, zero: f64) -> Gearing {
+    Gearing { ratio: ratio as f32, per_ratio: (1.0 / ratio) as f32, zero: zero as f32 }
+}
+
+fn mit(spec: &MitSpec) -> MitDrive {
+    let range = |(min, max): (f64, f64)| Range { min: min as f32, max: max as f32 };
+    let MitSpec { bus, id, reply_id, reply_bytes, ratio, zero, position, velocity, kp, kd, torque, damping } = *spec;
+    MitDrive {
+        bus: bus.saturating_sub(1),
+        id,
+        reply_id,
+        reply_bytes,
+        ranges: MitRanges {
+            position: range(position),
+            velocity: range(velocity),
+            kp: range(kp),
+            kd: range(kd),
+            torque: range(torque),
+        },
+        gearing: gearing(ratio, zero),
+        damping: damping as f32,
+    }
+}

@@ -1,0 +1,95 @@
+//! How the joints are reached, as Rust source.
+
+use super::source::{Item, call, integer, list, number, record, word};
+use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
+
+/// Rust source of a module with one function, `drives() -> Drives<N>`, for use beside [`super::arm_module`].
+#[must_use]
+pub fn drives_module<const N: usize>(drives: &Drives<N>) -> String {
+    let (types, item) = match drives {
+        Drives::Link => ("Drives", word("Drives::Link")),
+        Drives::Mit(all) => {
+            let all = list(all.iter().map(mit_item).collect());
+            ("Drives, Gearing, MitDrive, MitRanges, Range", call("Drives::Mit", vec![all]))
+        }
+        Drives::Pwm(all) => {
+            let all = list(all.iter().map(pwm_item).collect());
+            ("Drives, Gearing, PwmDrive", call("Drives::Pwm", vec![all]))
+        }
+    };
+    let types = if types.contains(',') { format!("{{{types}}}") } else { types.to_owned() };
+    format!(
+        "//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n\
+         use dynamics_core::drive::{types};\n\n\
+         /// How the joints are reached.\npub const fn drives() -> Drives<{N}> {{\n    {}\n}}\n",
+        item.print(4)
+    )
+}
+
+fn whole(x: impl Into<i64>) -> Item {
+    integer(x.into())
+}
+
+fn gearing_item(gearing: &Gearing) -> Item {
+    let Gearing { ratio, per_ratio, zero } = gearing;
+    record("Gearing", vec![("ratio", number(*ratio)), ("per_ratio", number(*per_ratio)), ("zero", number(*zero))])
+}
+
+fn range_item(range: &Range) -> Item {
+    let Range { min, max } = range;
+    record("Range", vec![("min", number(*min)), ("max", number(*max))])
+}
+
+fn mit_item(drive: &MitDrive) -> Item {
+    let MitDrive { bus, id, reply_id, reply_bytes, ranges, gearing, damping } = drive;
+    let MitRanges { position, velocity, kp, kd, torque } = ranges;
+    let ranges = [("position", position), ("velocity", velocity), ("kp", kp), ("kd", kd), ("torque", torque)];
+    record(
+        "MitDrive",
+        vec![
+            ("bus", whole(*bus)),
+            ("id", whole(*id)),
+            ("reply_id", whole(*reply_id)),
+            ("reply_bytes", whole(*reply_bytes)),
+            ("ranges", record("MitRanges", ranges.map(|(name, range)| (name, range_item(range))).into())),
+            ("gearing", gearing_item(gearing)),
+            ("damping", number(*damping)),
+        ],
+    )
+}
+
+fn pwm_item(drive: &PwmDrive) -> Item {
+    let PwmDrive {
+        channel,
+        gearing,
+        encoder_zero,
+        encoder_reversed,
+        jump_max,
+        speed_per_count,
+        torque_constant,
+        per_torque_constant,
+        resistance,
+        per_resistance,
+        supply,
+        per_supply,
+        current_max,
+    } = drive;
+    record(
+        "PwmDrive",
+        vec![
+            ("channel", whole(*channel)),
+            ("gearing", gearing_item(gearing)),
+            ("encoder_zero", whole(*encoder_zero)),
+            ("encoder_reversed", word(if *encoder_reversed { "true" } else { "false" })),
+            ("jump_max", whole(*jump_max)),
+            ("speed_per_count", number(*speed_per_count)),
+            ("torque_constant", number(*torque_constant)),
+            ("per_torque_constant", number(*per_torque_constant)),
+            ("resistance", number(*resistance)),
+            ("per_resistance", number(*per_resistance)),
+            ("supply", number(*supply)),
+            ("per_supply", number(*per_supply)),
+            ("current_max", number(*current_max)),
+        ],
+    )
+}
