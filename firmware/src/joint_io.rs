@@ -131,16 +131,7 @@ impl<const N: usize> Readings<N> {
     }
 }
 
-/// What the drives do when the controller does not drive them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SafeAction {
-    /// Drives off, brakes engaged.
-    Brake,
-    /// Drives damp the motion and give no other torque; brakes stay open. Joints that were not driving stay off.
-    DampedStop,
-    /// Drives off; brakes stay as they are.
-    Off,
-}
+pub use dynamics_core::safety::SafeAction;
 
 /// The joints, as the tick sees them: once a tick [`JointIo::measure`], then [`JointIo::drive`] or [`JointIo::safe`].
 pub trait JointIo<const N: usize> {

@@ -8,9 +8,8 @@ use dynamics_core::control::{Encoder, EveryNth, Friction, Gains, Guard, Tracking
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Libm;
-use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, JointKind, Live, Model, Real, Scene, Trig, Wrench};
+use dynamics_core::{Body, ControllerConfig, Dynamics, Inertia, Live, Model, Real, Scene, Trig, Wrench};
 use nalgebra::SVector;
-use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 pub(crate) mod choices;
