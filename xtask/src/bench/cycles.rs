@@ -3,8 +3,8 @@
 use super::chip::{self, Counted};
 use super::disassembly;
 use super::report::{ARMS, LEVELS, Table, thousands, write_into};
-use anyhow::{Context as _, Result, bail, ensure};
-use cycle_estimate::{Class, Code, Estimate, Estimator, Memory, Placement, timing, trace};
+use anyhow::{Context as _, Result, ensure};
+use cycle_estimate::{Code, Estimate, Estimator, Memory, Placement, timing, trace};
 use std::ops::Range;
 
 /// The kernel whose instructions are listed by class.
