@@ -236,7 +236,7 @@ impl Trade {
                 ScatterPanel { quantity, spots: spots.collect() }
             };
         let scatter = Scatter {
-            title: format!("{}: what a tick costs, and what it is wrong by", self.scene),
+            title: format!("{}: cost and error", self.scene),
             abscissa: "cycles of a tick (estimate)",
             kinds: sets.map(name).to_vec(),
             panels: vec![
