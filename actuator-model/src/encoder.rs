@@ -8,7 +8,7 @@ const ANGLEUNC: u16 = 0x3ffe;
 const ANGLECOM: u16 = 0x3fff;
 
 /// The encoder.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Encoder {
     /// The angle, counts; only the low 14 bits show.
     pub angle: u32,
@@ -20,12 +20,6 @@ pub struct Encoder {
     pub read: Vec<u16>,
     errors: u16,
     reply: u16,
-}
-
-impl Default for Encoder {
-    fn default() -> Self {
-        Self { angle: 0, magnet_low: false, flip: None, read: Vec::new(), errors: 0, reply: 0 }
-    }
 }
 
 impl Encoder {

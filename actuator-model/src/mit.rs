@@ -111,7 +111,7 @@ impl Actuator {
     pub fn receive(&mut self, data: &[u8]) -> Option<Vec<u8>> {
         let &[b0, b1, b2, b3, b4, b5, b6, b7] = data else { return None };
         self.silent_for = 0.0;
-        match (&data[..7] == [0xff; 7], b7) {
+        match ([b0, b1, b2, b3, b4, b5, b6] == [0xff; 7], b7) {
             (true, 0xfc) => {
                 self.enabled = true;
                 self.told = Told::default();
