@@ -248,7 +248,7 @@ fn cycles(path: &Path, bytes: &[u8], ran: &Ran, reached: &Reached) -> miette::Re
     let Some(back) = code.behind_call_in("Counter4call") else {
         return Err(miette::miette!("{}: nothing in it counts calls", path.display()));
     };
-    let mut ranges = vec![back..back + 2];
+    let mut ranges = Vec::from([back..back + 2]);
     for function in &reached.functions {
         ranges.push(whole(function.address & !1)?..whole((function.address & !1) + function.bytes)?);
     }

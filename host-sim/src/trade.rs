@@ -200,13 +200,13 @@ fn of_arm<const N: usize>(
 
     let points = candidates.iter().zip(desk).zip(chip).map(|((candidate, courses), cost)| {
         let faultless = courses.iter().all(|course| course.fault.is_none());
-        let torque = courses.iter().map(|course| course.torque_of_limit);
+        let mut torque = courses.iter().map(|course| course.torque_of_limit);
         let tracking = courses.iter().flat_map(|course| &course.tracking.max).fold(0.0, |most, x| f64::max(most, *x));
         Point {
             choice: candidate.choice.named(),
             command: report::command(named, &candidate.choice),
             cost,
-            torque_of_limit: torque.fold(Some(0.0), |most: Option<f64>, x| Some(most?.max(x?))),
+            torque_of_limit: torque.try_fold(0.0, |most: f64, x| Some(most.max(x?))),
             tracking: faultless.then_some(tracking),
             courses,
             on_torque_front: false,

@@ -73,7 +73,7 @@ impl<const N: usize> Exact<N> {
                 let [q, qd, qdd] = [&reference.q, &reference.qd, &reference.qdd].map(literal);
                 let mut torque = dynamics.inverse_dynamics(&turn, &q, &qd, &qdd, &live);
                 for (i, friction) in friction.iter().flatten().enumerate() {
-                    torque[i] = torque[i] + DoubleDouble::sum(friction.torque(reference.qd[i]), 0.0);
+                    torque[i] += DoubleDouble::sum(friction.torque(reference.qd[i]), 0.0);
                 }
                 torque
             })
