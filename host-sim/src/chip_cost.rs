@@ -248,10 +248,12 @@ fn cycles(path: &Path, bytes: &[u8], ran: &Ran, reached: &Reached) -> miette::Re
     let Some(back) = code.behind_call_in("Counter4call") else {
         return Err(miette::miette!("{}: nothing in it counts calls", path.display()));
     };
-    let mut ranges = Vec::from([back..back + 2]);
-    for function in &reached.functions {
-        ranges.push(whole(function.address & !1)?..whole((function.address & !1) + function.bytes)?);
-    }
+    let all = reached.functions.iter().map(|function| {
+        let first = function.address & !1;
+        Ok(whole(first)?..whole(first + function.bytes)?)
+    });
+    // Where the call goes on ends each stretch.
+    let ranges: Vec<_> = all.chain(core::iter::once(Ok(back..back + 2))).collect::<miette::Result<_>>()?;
     let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));
     let mut ticks: Vec<Estimate> = Vec::new();
     let mut begun = false;

@@ -1,4 +1,9 @@
 //! The trade-off of speed and accuracy: what is measured, what is written, what is chosen.
+#![allow(
+    clippy::unwrap_used,
+    clippy::float_cmp,
+    reason = "a test that fails should stop there; costs are made up of whole numbers"
+)]
 
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
