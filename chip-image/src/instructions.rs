@@ -11,6 +11,8 @@ pub(crate) struct References {
     pub(crate) numbers: Vec<u64>,
     /// Calls through a register.
     pub(crate) indirect: usize,
+    /// Jumps through a register that are no return, and jumps to an address out of memory.
+    pub(crate) onward: usize,
 }
 
 pub(crate) fn half(code: &[u8], at: usize) -> u16 {
@@ -63,6 +65,63 @@ pub(crate) fn stack_traffic(code: &[u8], is_data: impl Fn(u64) -> bool) -> (usiz
     (stores, loads)
 }
 
+/// What a function takes off the stack pointer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Taken {
+    /// The sum over its instructions, bytes.
+    pub(crate) bytes: u64,
+    /// Whether one of them gives the stack pointer what is in a register, or takes a register off it.
+    pub(crate) unknown: bool,
+}
+
+/// What all instructions of a function together take off the stack pointer; what they give back is not counted against it.
+pub(crate) fn stack_taken(code: &[u8], is_data: impl Fn(u64) -> bool) -> Taken {
+    let mut all = Taken::default();
+    for (_, first, second) in instructions(code, is_data) {
+        let words = |count: u32| u64::from(count) * 4;
+        let (low, wide) =
+            (u64::from(second & 0xff), u64::from(first >> 10 & 1) << 11 | u64::from(second >> 12 & 7) << 8);
+        let to_stack_pointer = second & 0x8f00 == 0x0d00;
+        all.bytes += match first {
+            // PUSH, T1: 1011 010M list.
+            _ if first & 0xfe00 == 0xb400 => words((first & 0x01ff).count_ones()),
+            // SUB of a constant, T1: 1011 0000 1 imm7.
+            _ if first & 0xff80 == 0xb080 => words(u32::from(first & 0x7f)),
+            // STMDB with its base written back: PUSH, T2.
+            0xe92d => words(second.count_ones()),
+            // VPUSH: 1110 1101 0D10 1101 | Vd 101z imm8.
+            0xed2d | 0xed6d if second & 0x0e00 == 0x0a00 => words(u32::from(second & 0xff)),
+            // STRD before its base, which is written back; STR so: PUSH, T3.
+            0xe96d => low * 4,
+            0xf84d if second & 0x0f00 == 0x0d00 => low,
+            // SUB of a constant: T2, T3.
+            0xf1ad | 0xf5ad if to_stack_pointer => expanded(wide | low),
+            0xf2ad | 0xf6ad if to_stack_pointer => wide | low,
+            _ => 0,
+        };
+        all.unknown |= match first {
+            // SUB of a register; MOV from a register; MSR to one of the two stack pointers.
+            0xebad => to_stack_pointer,
+            _ if first & 0xff87 == 0x4685 => true,
+            _ if first & 0xfff0 == 0xf380 => matches!(second, 0x8808 | 0x8809),
+            _ => false,
+        };
+    }
+    all
+}
+
+/// A constant of 12 bits as the core expands it (A5.3.2): a byte in one of four patterns, or eight bits with the first set, rotated.
+fn expanded(bits: u64) -> u64 {
+    let byte = bits & 0xff;
+    match bits >> 8 {
+        0 => byte,
+        1 => byte << 16 | byte,
+        2 => byte << 24 | byte << 8,
+        3 => byte << 24 | byte << 16 | byte << 8 | byte,
+        _ => u64::from((0x80 | (bits as u32 & 0x7f)).rotate_right((bits >> 7 & 0x1f) as u32)),
+    }
+}
+
 /// What a function that begins at `start` refers to; `is_data` is asked with addresses.
 pub(crate) fn references(code: &[u8], start: u64, is_data: impl Fn(u64) -> bool) -> References {
     let mut found = References::default();
@@ -80,6 +139,10 @@ pub(crate) fn references(code: &[u8], start: u64, is_data: impl Fn(u64) -> bool)
         // BLX (register): 0100 0111 1mmm m000.
         if first & 0xff87 == 0x4780 {
             found.indirect += 1;
+        }
+        // BX: 0100 0111 0mmm m000, by any but the link register; LDR (literal) to the program counter.
+        if (first & 0xff87 == 0x4700 && first != 0x4770) || (first & 0xff7f == 0xf85f && second & 0xf000 == 0xf000) {
+            found.onward += 1;
         }
         // MOVW and MOVT: 1111 0i10 0100 imm4 | 0 imm3 Rd imm8; MOVT has 1100 for 0100.
         if matches!(first & 0xfbf0, 0xf240 | 0xf2c0) && second & 0x8000 == 0 {
@@ -135,7 +198,7 @@ fn jump(first: u16, second: u16) -> Option<i64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{References, references, stack_traffic};
+    use super::{References, Taken, references, stack_taken, stack_traffic};
 
     fn bytes(code: &[u16]) -> Vec<u8> {
         code.iter().flat_map(|half| half.to_le_bytes()).collect()
@@ -193,6 +256,13 @@ mod tests {
     }
 
     #[test]
+    fn jumps_through_a_register_are_told_from_returns() {
+        let onward = |code: &[u16]| references(&bytes(code), 0x0800_1000, |_| false).onward;
+        // bx r12; ldr.w pc, [pc, #4]; bx lr and ldr.w r0, [pc, #4].
+        assert_eq!([&[0x4760][..], &[0xf8df, 0xf004], &[0x4770, 0xf8df, 0x0004]].map(onward), [1, 1, 0]);
+    }
+
+    #[test]
     fn addresses_are_read_from_both_halves_and_from_the_numbers_behind_the_code() {
         let code = [
             0xf241, 0x2034, // movw r0, #0x1234
@@ -205,6 +275,33 @@ mod tests {
         ];
         let found = references(&bytes(&code), 0x0800_1000, |at| at >= 0x0800_1014);
         let numbers = vec![0x0801_1234, 0x2000_5678, 0x0800_4321];
-        assert_eq!(found, References { jumps: vec![], numbers, indirect: 1 });
+        assert_eq!(found, References { jumps: vec![], numbers, indirect: 1, onward: 0 });
+    }
+
+    #[test]
+    fn what_is_taken_off_the_stack_pointer_is_added_up_in_every_encoding() {
+        let taken = |code: &[u16]| stack_taken(&bytes(code), |_| false);
+        for (code, expected) in [
+            (&[0xb5f0][..], 20),                      // push {r4, r5, r6, r7, lr}
+            (&[0xe92d, 0x4ff0], 36),                  // push.w {r4-r11, lr}
+            (&[0xf84d, 0xbd04], 4),                   // str r11, [sp, #-4]!
+            (&[0xe96d, 0x4504], 16),                  // strd r4, r5, [sp, #-16]!
+            (&[0xed2d, 0x8b10], 64),                  // vpush {d8-d15}
+            (&[0xed6d, 0x8a01], 4),                   // vpush {s17}
+            (&[0xb0a4], 144),                         // sub sp, #144
+            (&[0xf5ad, 0x7d12], 584),                 // sub.w sp, sp, #584
+            (&[0xf1ad, 0x0d08], 8),                   // sub.w sp, sp, #8
+            (&[0xf2ad, 0x4d04], 1028),                // subw sp, sp, #1028
+            (&[0xb5f0, 0xb0a4, 0xb024, 0xbdf0], 164), // push, sub, add, pop
+        ] {
+            assert_eq!(taken(code), Taken { bytes: expected, unknown: false }, "{code:x?}");
+        }
+        // add sp, #144; pop; sub.w r4, sp, #8; str r0, [sp, #4]; ldr r11, [sp], #4.
+        let nothing = [0xb024, 0xbdf0, 0xf1ad, 0x0408, 0x9001, 0xf85d, 0xbb04];
+        assert_eq!(taken(&nothing), Taken::default());
+        // sub.w sp, sp, r0; mov sp, r4; msr msp, r0.
+        for code in [&[0xebad, 0x0d00][..], &[0x46a5], &[0xf380, 0x8808]] {
+            assert_eq!(taken(code), Taken { bytes: 0, unknown: true }, "{code:x?}");
+        }
     }
 }

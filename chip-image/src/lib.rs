@@ -6,15 +6,22 @@
 //! |---|---|
 //! | [`Program::function`] | bytes of one function, and its traffic to the stack for want of registers |
 //! | [`Program::reached_from`] | the function, everything that it calls, and the tables that they refer to |
+//! | [`Program::stack`] | how deep its stack can become |
 #![forbid(unsafe_code)]
 
 mod instructions;
+mod stack;
+
+pub use stack::{Depth, EXCEPTION_FRAME, Stack};
 
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, SymbolKind, elf};
 use std::collections::BTreeMap;
 
 /// Static RAM of the chip, where a kernel lies that does not run from flash.
 pub const SRAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
+
+/// The section that holds the vector table, as the start-up code names it.
+const VECTORS: &str = ".vector_table";
 
 /// Why a program cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -25,6 +32,9 @@ pub enum ImageError {
     /// There is no function where one is asked for.
     #[error("no function at {0:#x}")]
     NoFunction(u64),
+    /// Nothing says where the program starts.
+    #[error("no vector table: expected a section .vector_table")]
+    NoVectors,
 }
 
 /// What a function is on the chip.
@@ -67,6 +77,13 @@ impl Reached {
         self.functions.iter().chain(&self.tables).map(|part| part.bytes).sum()
     }
 
+    /// Where the functions lie: the code that is executed between the first instruction and the return.
+    #[must_use]
+    pub fn ranges(&self) -> Vec<std::ops::Range<u32>> {
+        // The chip's addresses have 32 bits.
+        self.functions.iter().map(|part| part.address as u32..(part.address + part.bytes) as u32).collect()
+    }
+
     /// Bytes of the functions that run from static RAM.
     #[must_use]
     pub fn sram_bytes(&self) -> u64 {
@@ -82,6 +99,11 @@ struct Memory<'a> {
 }
 
 impl Memory<'_> {
+    /// Whole words, as the core reads them.
+    fn words(&self) -> impl Iterator<Item = u64> {
+        self.bytes.chunks_exact(4).map(|b| u64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]])))
+    }
+
     fn contains(&self, address: u64) -> bool {
         (self.address..self.address + self.bytes.len() as u64).contains(&address)
     }
@@ -96,6 +118,10 @@ pub struct Program<'a> {
     objects: BTreeMap<u64, (String, u64)>,
     /// Where data begins, `true`, and where code does: the mapping symbols `$d` and `$t`.
     marks: BTreeMap<u64, bool>,
+    /// Words of the vector table: the stack's top, the start, the handlers; none where there is no such table.
+    vectors: Vec<u64>,
+    /// Where the vector table lies.
+    vectors_at: u64,
 }
 
 impl<'a> Program<'a> {
@@ -106,15 +132,21 @@ impl<'a> Program<'a> {
     pub fn parse(bytes: &'a [u8]) -> Result<Self, ImageError> {
         let file = object::File::parse(bytes)?;
         let mut memory = Vec::new();
+        let (mut vectors, mut vectors_at) = (Vec::new(), 0);
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
             let has = |flag: u32| sh_flags & u64::from(flag) != 0;
             if has(elf::SHF_ALLOC) && section.size() > 0 {
                 let executable = has(elf::SHF_EXECINSTR);
-                memory.push(Memory { address: section.address(), bytes: section.data()?, executable });
+                let part = Memory { address: section.address(), bytes: section.data()?, executable };
+                if section.name()? == VECTORS {
+                    (vectors, vectors_at) = (part.words().collect(), part.address);
+                }
+                memory.push(part);
             }
         }
-        let mut program = Self { memory, functions: BTreeMap::new(), objects: BTreeMap::new(), marks: BTreeMap::new() };
+        let (functions, objects, marks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        let mut program = Self { memory, functions, objects, marks, vectors, vectors_at };
         for symbol in file.symbols() {
             let Ok(name) = symbol.name() else { continue };
             let (address, value) = (symbol.address() & !1, (name.to_owned(), symbol.size()));

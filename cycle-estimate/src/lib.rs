@@ -13,6 +13,7 @@
 //! | [`Memory`] | flash with its two caches and its prefetch, or SRAM |
 //! | [`Estimator`] | the pipeline: hazards, the float unit, branches; an [`Estimate`] for each run |
 //! | [`trace`] | the emulator, an instruction at a time, between addresses |
+//! | [`calls`] | an estimate of each call of a function, in a program that counts them |
 //!
 //! What it does not know: data addresses are not in a trace. A load relative to the program counter reads flash, and its
 //! address is known; all others are taken to be in SRAM. A constant in flash that is read through a pointer is therefore
@@ -20,6 +21,7 @@
 
 #![forbid(unsafe_code)]
 
+mod calls;
 mod code;
 mod decode;
 mod estimator;
@@ -28,6 +30,7 @@ mod memory;
 pub mod timing;
 pub mod trace;
 
+pub use calls::{Calls, calls};
 pub use code::{Code, Error};
 pub use estimator::{Estimate, Estimator, Range, Stalls};
 pub use instruction::{Class, Instruction, Registers};

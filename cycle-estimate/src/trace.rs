@@ -20,6 +20,9 @@ pub enum Error {
     /// Its version is not where it is expected.
     #[error("{QEMU} --version says {0:?}; expected \"QEMU emulator version MAJOR.MINOR\"")]
     Version(String),
+    /// Where a call ends is not known.
+    #[error("nothing in the program counts calls")]
+    CountsNothing,
     /// The pipe from it broke.
     #[error("the emulator's log cannot be read: {0}")]
     Log(#[source] std::io::Error),

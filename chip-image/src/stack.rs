@@ -1,0 +1,205 @@
+//! How deep the stack of a program can become, from its instructions and its vector table.
+//!
+//! A function's frame is the sum of all that its instructions take off the stack pointer, wherever they stand in it. On that lies the
+//! deepest of the functions that it calls or jumps to. A call through a register may go to every function whose address the program
+//! holds as a number. Functions that can come back to themselves are counted once each: whoever reads the number must know from
+//! elsewhere that they do no more, and gets their names. Each interrupt handler can lie on all others, with what the core saves on its
+//! entry: an interrupt waits while it is served.
+
+use crate::{ImageError, Program, instructions};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What the core puts on the stack when an interrupt comes, bytes: 26 words with the float unit's registers, and one to align
+/// (Arm v7-M Architecture Reference Manual, B1.5.7).
+pub const EXCEPTION_FRAME: u64 = 4 * 27;
+
+/// How deep the stack can become below one entry.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Depth {
+    /// The function that is entered: the program's start, or a handler.
+    pub name: String,
+    /// Bytes, an exception frame included where the core makes one.
+    pub bytes: u64,
+}
+
+/// How deep the stack can become, at most.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Stack {
+    /// By entry: the program's start first, then each handler.
+    pub entries: Vec<Depth>,
+    /// Functions that can come back to themselves, counted once each.
+    pub recursive: Vec<String>,
+    /// Functions with calls through a register, which may go to any function whose address is a number in the program.
+    pub indirect: Vec<String>,
+    /// Functions that give the stack pointer a value out of a register: what they take is not in the sum.
+    pub unknown: Vec<String>,
+}
+
+impl Stack {
+    /// Bytes, all handlers on each other.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.entries.iter().map(|entry| entry.bytes).sum()
+    }
+}
+
+/// A function as a place in the graph of calls.
+#[derive(Default)]
+struct Node {
+    frame: u64,
+    calls: BTreeSet<u64>,
+}
+
+/// The graph of calls, as far as the entries reach.
+#[derive(Default)]
+struct Graph {
+    nodes: BTreeMap<u64, Node>,
+    depths: BTreeMap<u64, u64>,
+}
+
+impl Graph {
+    /// All that a function leads to; itself only where it can come back.
+    fn reached(&self, from: u64) -> BTreeSet<u64> {
+        let mut found = BTreeSet::new();
+        let mut open = vec![from];
+        while let Some(node) = open.pop().and_then(|at| self.nodes.get(&at)) {
+            open.extend(node.calls.iter().filter(|call| found.insert(**call)));
+        }
+        found
+    }
+
+    /// A function and those that it can come back to itself through.
+    fn circle(&self, of: u64) -> BTreeSet<u64> {
+        let mut circle: BTreeSet<u64> =
+            self.reached(of).into_iter().filter(|other| self.reached(*other).contains(&of)).collect();
+        circle.insert(of);
+        circle
+    }
+
+    /// The deepest that the stack becomes below a function, its own frame included.
+    fn depth(&mut self, of: u64) -> u64 {
+        if let Some(known) = self.depths.get(&of) {
+            return *known;
+        }
+        let circle = self.circle(of);
+        let inside = |at: &u64| self.nodes.get(at);
+        let own: u64 = circle.iter().filter_map(inside).map(|node| node.frame).sum();
+        let out: BTreeSet<u64> = circle
+            .iter()
+            .filter_map(inside)
+            .flat_map(|node| &node.calls)
+            .filter(|at| !circle.contains(at))
+            .copied()
+            .collect();
+        let below = out.into_iter().map(|next| self.depth(next)).max().unwrap_or(0);
+        for at in circle {
+            self.depths.insert(at, own + below);
+        }
+        own + below
+    }
+}
+
+impl Program<'_> {
+    /// How deep the stack of this program can become: from its start, with each handler of its vector table on top.
+    ///
+    /// # Errors
+    /// The program has no vector table, or a function of it is not known.
+    pub fn stack(&self) -> Result<Stack, ImageError> {
+        let [_, start, handlers @ ..] = self.vectors.as_slice() else { return Err(ImageError::NoVectors) };
+        let handlers: BTreeSet<u64> = handlers.iter().filter(|at| **at != 0).map(|at| at & !1).collect();
+        let start = start & !1;
+        let mut stack = Stack::default();
+        let mut graph = Graph::default();
+        let addresses = self.addresses_taken()?;
+        let mut open: Vec<u64> = std::iter::once(start).chain(handlers.iter().copied()).collect();
+        while let Some(at) = open.pop() {
+            if graph.nodes.contains_key(&at) {
+                continue;
+            }
+            let node = self.node(at, &addresses, &mut stack)?;
+            open.extend(&node.calls);
+            graph.nodes.insert(at, node);
+        }
+        for at in graph.nodes.keys().filter(|at| graph.reached(**at).contains(at)) {
+            stack.recursive.push(self.name_of(*at));
+        }
+        stack.entries.push(Depth { name: self.name_of(start), bytes: graph.depth(start) });
+        for at in handlers {
+            stack.entries.push(Depth { name: self.name_of(at), bytes: EXCEPTION_FRAME + graph.depth(at) });
+        }
+        Ok(stack)
+    }
+
+    fn node(&self, at: u64, addresses: &BTreeSet<u64>, stack: &mut Stack) -> Result<Node, ImageError> {
+        let code = self.code(at)?;
+        let is_data = |address| self.is_data(address, at);
+        let taken = instructions::stack_taken(code, |offset| is_data(at + offset));
+        let found = instructions::references(code, at, is_data);
+        let mut calls = BTreeSet::new();
+        for goal in found.jumps {
+            calls.insert(self.containing(goal).ok_or(ImageError::NoFunction(goal))?);
+        }
+        // The linker's steps from flash to RAM hold their goal as a number, and jump there through a register.
+        let own: Vec<u64> = found.numbers.iter().filter_map(|number| self.function_at(*number)).collect();
+        if found.indirect > 0 || (found.onward > 0 && own.is_empty()) {
+            calls.extend(addresses);
+            stack.indirect.push(self.name_of(at));
+        }
+        calls.extend(own);
+        if taken.unknown {
+            stack.unknown.push(self.name_of(at));
+        }
+        Ok(Node { frame: taken.bytes, calls })
+    }
+
+    /// Every function whose address stands in the program as a number, but for those of the vector table.
+    fn addresses_taken(&self) -> Result<BTreeSet<u64>, ImageError> {
+        let mut taken = BTreeSet::new();
+        for start in self.functions.keys() {
+            let found = instructions::references(self.code(*start)?, *start, |address| self.is_data(address, *start));
+            taken.extend(found.numbers.iter().filter_map(|number| self.function_at(*number)));
+        }
+        for memory in self.memory.iter().filter(|memory| !memory.executable && memory.address != self.vectors_at) {
+            taken.extend(memory.words().filter_map(|word| self.function_at(word)));
+        }
+        Ok(taken)
+    }
+
+    /// The function that a number is the address of: with the lowest bit set, as the core jumps to it.
+    fn function_at(&self, number: u64) -> Option<u64> {
+        let at = number & !1;
+        (number & 1 == 1 && self.functions.contains_key(&at)).then_some(at)
+    }
+
+    fn name_of(&self, at: u64) -> String {
+        self.functions.get(&at).map_or_else(|| format!("{at:#x}"), |(name, _)| name.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Graph, Node};
+
+    fn graph(nodes: &[(u64, u64, &[u64])]) -> Graph {
+        let node = |(at, frame, calls): &(u64, u64, &[u64])| {
+            (*at, Node { frame: *frame, calls: calls.iter().copied().collect() })
+        };
+        Graph { nodes: nodes.iter().map(node).collect(), ..Graph::default() }
+    }
+
+    #[test]
+    fn the_deepest_way_counts_and_not_the_longest() {
+        let mut graph = graph(&[(1, 8, &[2, 3]), (2, 16, &[4]), (3, 100, &[]), (4, 24, &[])]);
+        assert_eq!([1, 2, 3, 4].map(|at| graph.depth(at)), [108, 40, 100, 24]);
+        assert!(graph.nodes.keys().all(|at| !graph.reached(*at).contains(at)));
+    }
+
+    #[test]
+    fn a_circle_counts_each_of_its_functions_once_and_is_seen() {
+        let mut graph = graph(&[(1, 8, &[2]), (2, 16, &[3]), (3, 32, &[2, 4]), (4, 64, &[4])]);
+        assert_eq!(graph.depth(1), 8 + 16 + 32 + 64);
+        assert_eq!(graph.depth(3), 16 + 32 + 64);
+        let seen: Vec<u64> = graph.nodes.keys().copied().filter(|at| graph.reached(*at).contains(at)).collect();
+        assert_eq!(seen, [2, 3, 4]);
+    }
+}
