@@ -716,9 +716,10 @@ const EXTREMES_EXAMPLES: &str = "\
 Groups:
   masses       masses and inertias from 1e-6 to 1e6, massless links, nearly singular inertia matrices
   inputs       angles to 1e6 turns, rates to 1e4 rad/s, NaN and infinity: a right torque or the documented fault
-  integrators  order and energy of the plant's Runge-Kutta method, a chaotic arm
+  integrators  order and energy of the plant's integrators, over a second and over a hundred; a chaotic arm
   time         periods from 1 us to 50 ms, a million ticks, an encoder that hardly moves; with --long, a day
-  control      saturation, wrong models, the stable region of gains against the period
+  control      saturation, wrong models, joints that stick
+  stability    the longest stable period, predicted and simulated: a planar arm, the Puma, wrong models
 
 A cell passes when what it requires holds and its number is the one measured before, to 2 %; long cells have requirements only. A cell that fails says why; the suite of
 tests fails when a cell's outcome changes in either direction.
@@ -732,7 +733,7 @@ Examples:
 
 --json is an object {count, passed, failed, cells: [{group, name, done, expected, found, value, pinned, moved, passed, reason}]}.
 --write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file, and
-extremes_region.svg and extremes_stability.svg beside it. Long cells have a table of their own, between the lines
+extremes_region.svg, extremes_stability.svg and extremes_stability_puma.svg beside it. Long cells have a table of their own, between the lines
 `<!-- measured: extremes, long -->` and `<!-- end measured: extremes, long -->`, which only --long --write changes.";
 
 /// Options of `extremes`.

@@ -11,7 +11,8 @@
 //! | [`inputs`] | angles, rates, accelerations, non-finite numbers, the region of small error |
 //! | [`integrators`] | order, energy, chaos |
 //! | [`time`] | steps, a million ticks, slow encoders, a day |
-//! | [`control`] | saturation, wrong models, stable gains |
+//! | [`control`] | saturation, wrong models, rough joints |
+//! | [`stability`] | the longest stable period, predicted and simulated |
 //! | [`sampled_loop`] | the loop linearised and sampled: dual numbers, eigenvalues |
 
 pub mod control;
@@ -20,6 +21,7 @@ pub mod integrators;
 pub mod masses;
 mod plots;
 pub mod sampled_loop;
+pub mod stability;
 pub mod time;
 
 pub use plots::write_plots;
@@ -151,6 +153,7 @@ impl Report {
         cells.extend(integrators::cells()?);
         cells.extend(time::cells()?);
         cells.extend(control::cells()?);
+        cells.extend(stability::cells()?);
         Ok(Self::of(cells))
     }
 
@@ -258,6 +261,11 @@ pub(crate) fn scalar_name<S: Real>() -> &'static str {
 /// The shipped Puma 560.
 pub(crate) fn puma() -> Result<Robot, Failure> {
     Robot::from_toml_str(include_str!("../../robots/puma560.toml"), "robots/puma560.toml").map_err(Failure::input)
+}
+
+/// The shipped UR5.
+pub(crate) fn ur5() -> Result<Robot, Failure> {
+    Robot::from_toml_str(include_str!("../../robots/ur5.toml"), "robots/ur5.toml").map_err(Failure::input)
 }
 
 /// The shipped planar arm of two rods.

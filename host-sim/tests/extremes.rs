@@ -4,14 +4,18 @@
 
 mod program;
 
-use host_sim::extremes::{Cell, Report, control, inputs, integrators, masses, time};
+use host_sim::extremes::{Cell, Report, control, inputs, integrators, masses, stability, time};
 use program::at_the_top;
 use serde_json::Value;
 use std::process::Output;
 
 /// What fails today.
-const FAILING: [(&str, &str); 5] = [
+const FAILING: [(&str, &str); 9] = [
     ("inputs", "angles of 1e6 turns, f32, libm"),
+    ("integrators", "energy over 100 s, steps of 1 ms, planar 2R, semi-implicit Euler"),
+    ("integrators", "energy over 100 s, steps of 2.5 ms, planar 2R, semi-implicit Euler"),
+    ("integrators", "energy over 100 s, steps of 1 ms, Puma 560, semi-implicit Euler"),
+    ("integrators", "energy over 100 s, steps of 2.5 ms, Puma 560, semi-implicit Euler"),
     ("time", "observed speed with a period of 1e-6 s, f32"),
     ("time", "observed speed with a period of 1e-5 s, f32"),
     ("control", "Coulomb friction three times the model's"),
@@ -72,7 +76,7 @@ fn json_counts_the_cells_and_the_page_has_the_count() {
     assert_eq!(output.status.code(), Some(0));
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     let [count, passed, failed] = ["count", "passed", "failed"].map(|name| report[name].as_u64().unwrap());
-    assert_eq!((count, failed), (238, FAILING.len() as u64));
+    assert_eq!((count, failed), (326, FAILING.len() as u64));
     assert_eq!(count, passed + failed);
     assert_eq!(report["cells"].as_array().unwrap().len() as u64, count);
     let page = include_str!("../../docs/numerics.md");
@@ -86,12 +90,12 @@ fn masses_and_inertias() {
 
 #[test]
 fn inputs_are_right_or_a_fault() {
-    hold("inputs", 66, inputs::cells().unwrap());
+    hold("inputs", 90, inputs::cells().unwrap());
 }
 
 #[test]
 fn integrators_keep_their_order() {
-    hold("integrators", 10, integrators::cells().unwrap());
+    hold("integrators", 32, integrators::cells().unwrap());
 }
 
 #[test]
@@ -101,5 +105,10 @@ fn time_does_not_drift() {
 
 #[test]
 fn control_stays_bounded() {
-    hold("control", 21, control::cells().unwrap());
+    hold("control", 16, control::cells().unwrap());
+}
+
+#[test]
+fn stable_periods_are_predicted() {
+    hold("stability", 47, stability::cells().unwrap());
 }

@@ -1,162 +1,18 @@
-//! The closed loop where its model, its actuators or its gains are wrong, and where it is stable.
+//! The closed loop where its model, its actuators or its joints are not what the controller takes them for.
 
-use super::sampled_loop::{SampledLoop, longest};
-use super::{Cell, Outcome, joints, planar, puma, unlimited};
+use super::{Cell, Outcome, puma};
 use crate::closed_loop;
 use crate::exit::Failure;
-use crate::plant::actuator::ActuatorSettings;
-use crate::plant::{Arm, Clock, Plant};
 use crate::record::{JointLabel, Record};
 use crate::simulate;
 use crate::target::{Ticked, Torques};
-use dynamics_core::control::{Gains, Guard, Law};
-use dynamics_core::trig::{Libm, Method};
-use dynamics_core::{
-    Body, Command, Controller, ControllerConfig, Dynamics, InverseDynamics, JointKind, Limits, Live, Measurement,
-    Model, Reference, Scene, Sensed, Term, Trig,
-};
+use dynamics_core::{Body, Command, JointKind, Live, Measurement, Model, Reference, Term};
 use nalgebra::{Matrix3, Vector3};
-use robot_compiler::SceneFile;
-use robot_compiler::scene::{MotionSpec, ViaPoint};
-use std::collections::VecDeque;
+use robot_compiler::scene::{BreakawaySpec, FrictionSpec, MotionSpec, ViaPoint};
+use robot_compiler::{JointFriction, SceneFile};
 use std::sync::atomic::AtomicBool;
 
 const GROUP: &str = "control";
-
-/// Every cell.
-///
-/// # Errors
-/// A shipped robot cannot be read, or its scene cannot be run.
-pub fn cells() -> Result<Vec<Cell>, Failure> {
-    let mut cells = tracking_cells()?;
-    for law in LAWS {
-        for frequency in [20.0, 80.0] {
-            let sampled = sampled(law, frequency)?;
-            let predicted = sampled.period_max();
-            let name = format!("{}, {frequency} rad/s", law.name);
-            let done = "planar 2R in a vertical plane at (0.4, 0.9) rad, critically damped: longest stable period";
-            let outcome = Outcome::between(predicted, 1e-5, 1.0, "s");
-            cells.push(Cell::new(
-                GROUP,
-                format!("predicted period, {name}"),
-                format!("{done}, from the eigenvalues of the linearised sampled loop"),
-                outcome,
-                "",
-            ));
-            let ratio = simulated(&sampled, predicted) / predicted;
-            let outcome = Outcome::between(ratio, 0.95, 1.05, "");
-            let reason = "the simulated arm leaves the linearised loop";
-            cells.push(Cell::new(GROUP, format!("simulated over predicted, {name}"), "longest period at which the swings of the simulated arm, from a hundredth of a degree, shrink in 400 ticks", outcome, reason));
-        }
-    }
-    Ok(cells)
-}
-
-/// A law whose stable region is shown.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct StableLaw {
-    pub(super) name: &'static str,
-    law: Law,
-    delay: usize,
-}
-
-pub(super) const LAWS: [StableLaw; 3] = [
-    StableLaw { name: "computed torque", law: Law::ComputedTorque, delay: 0 },
-    StableLaw { name: "computed torque, a tick late", law: Law::ComputedTorque, delay: 1 },
-    StableLaw { name: "PD with gravity", law: Law::PdGravity, delay: 0 },
-];
-
-/// Longest stable period (s) over natural frequency (rad/s): predicted, and simulated.
-pub(super) fn stable_region(law: StableLaw) -> Result<Vec<(f64, f64, f64)>, Failure> {
-    let frequencies = (0..9).map(|k| 5.0 * libm::exp2(f64::from(k) * 0.75));
-    let point = |frequency| {
-        let sampled = sampled(law, frequency)?;
-        let predicted = sampled.period_max();
-        Ok((frequency, predicted, simulated(&sampled, predicted)))
-    };
-    frequencies.map(point).collect()
-}
-
-/// The longest period, s, at which the simulated arm settles, to half a percent: looked for from a third to three times the
-/// predicted one, where an end of that interval would show as a ratio of three.
-fn simulated(sampled: &SampledLoop<2>, predicted: f64) -> f64 {
-    longest((predicted / 3.0, predicted * 3.0), 9, |h| settles(sampled, h))
-}
-
-const POSTURE: [f64; 2] = [0.4, 0.9];
-
-/// The planar arm in a vertical plane under a law, without limits.
-fn sampled(law: StableLaw, frequency: f64) -> Result<SampledLoop<2>, Failure> {
-    let robot = planar()?;
-    let model = robot.model::<2>().map_err(Failure::input)?;
-    let scene = Scene { gravity: Term::Constant(Vector3::new(0.0, -9.81, 0.0)), ..Scene::free_space() };
-    let mut file = SceneFile::default_for(robot);
-    file.motion = MotionSpec::Hold { q: POSTURE.to_vec(), duration: 1.0 };
-    file.control.natural_frequency = vec![frequency; 2];
-    let gains: [Gains<f64>; 2] = file.controller_config::<2>(&model).gains;
-    Ok(SampledLoop { dynamics: Dynamics::new(model, scene), posture: POSTURE, law: law.law, gains, delay: law.delay })
-}
-
-/// Whether the swings of the simulated arm about its posture shrink at this period (s).
-fn settles(sampled: &SampledLoop<2>, h: f64) -> bool {
-    const TICKS: usize = 400;
-    /// A hundredth of a degree.
-    const OFF: f64 = 1.75e-4;
-    let Ok(robot) = planar() else { return false };
-    let Ok(specs) = joints::<2>(&robot) else { return false };
-    let arm = Arm {
-        joints: unlimited(specs),
-        tool: robot.tool,
-        payload: None,
-        gravity: Vector3::new(0.0, -9.81, 0.0),
-        tip_wrench: None,
-    };
-    let file = SceneFile::default_for(robot);
-    let config = ControllerConfig {
-        law: sampled.law,
-        gains: sampled.gains,
-        friction: None,
-        limits: [Limits::none(); 2],
-        torque_step: [f64::INFINITY; 2],
-        guard: [Guard { position_margin: 0.0, velocity_max: f64::INFINITY }; 2],
-        ..file.controller_config::<2>(sampled.dynamics.model())
-    };
-    let mut controller = Controller::new(config, sampled.dynamics, Method::Libm);
-    // The delay is in the loop here, not in the actuators: those would let the arm fall until the first command has come.
-    let mut waiting = VecDeque::from(vec![torque_at_rest(sampled); sampled.delay]);
-    let start = [POSTURE[0] + OFF, POSTURE[1] - OFF];
-    let clock = Clock { period: h, steps_per_tick: 8 };
-    let mut plant = Plant::new(&arm, None, ActuatorSettings::default(), clock, start);
-    let reference = Reference { q: POSTURE, qd: [0.0; 2], qdd: [0.0; 2] };
-    let (mut early, mut late) = (0.0_f64, 0.0_f64);
-    for tick in 0..TICKS {
-        let state = *plant.state();
-        let off = (0..2).fold(0.0_f64, |off, i| off.max((state.q[i] - POSTURE[i]).abs()));
-        // Far out the arm is another one, and swings that have grown there may shrink again.
-        if off > 100.0 * OFF {
-            return false;
-        }
-        if tick < TICKS / 4 {
-            early = early.max(off);
-        } else if tick >= TICKS - TICKS / 4 {
-            late = late.max(off);
-        }
-        let measured = Measurement { sensed: Sensed::State { q: state.q, qd: state.qd }, age_ticks: 0 };
-        let Command::Drive { torque, .. } = controller.tick(&reference, &measured) else { return false };
-        waiting.push_back(torque);
-        let Some(torque) = waiting.pop_front() else { return false };
-        if plant.drive(&torque).is_err() {
-            return false;
-        }
-    }
-    late < early
-}
-
-/// What holds the arm in its posture.
-fn torque_at_rest(sampled: &SampledLoop<2>) -> [f64; 2] {
-    let turn = Libm.sin_cos_all(&POSTURE);
-    sampled.dynamics.inverse_dynamics(&turn, &POSTURE, &[0.0; 2], &[0.0; 2], &Live::zero())
-}
 
 /// The Puma fetching 2 kg, with encoders, friction and saturation, as `scenes/puma560_pick.toml` has it.
 fn pick() -> Result<SceneFile, Failure> {
@@ -214,12 +70,12 @@ impl<C: Torques<f32, 6>> Torques<f32, 6> for Drives<C> {
     }
 }
 
-/// Largest tracking error of any joint, rad, or what ended the run.
-fn track(told: &SceneFile, nature: &SceneFile, constant: f32) -> Result<Result<f64, String>, Failure> {
+/// A run to its end, this many seconds beyond its motion, or what ended it.
+fn follow(told: &SceneFile, nature: &SceneFile, constant: f32, beyond: f64) -> Result<Result<Record, String>, Failure> {
     let mut world = simulate::world::<6>(nature)?;
     let model: Model<f64, 6> = told.robot.model().map_err(Failure::input)?;
     let mut controller = Drives { controller: simulate::desk::<f32, 6>(told, &model), constant };
-    let ticks = libm::round(world.motion.duration() / world.period) as u64;
+    let ticks = libm::round((world.motion.duration() + beyond) / world.period) as u64;
     let labels =
         told.robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: JointKind::Revolute }).collect();
     let mut record = Record::new(labels, ticks as usize);
@@ -230,11 +86,25 @@ fn track(told: &SceneFile, nature: &SceneFile, constant: f32) -> Result<Result<f
     if closed.end != closed_loop::End::Complete {
         return Ok(Err(format!("{:?}", closed.end)));
     }
-    let errors = (0..6).flat_map(|joint| record.joint(joint).map(|sample| sample.error().abs()).collect::<Vec<_>>());
-    Ok(Ok(errors.fold(0.0, f64::max)))
+    Ok(Ok(record))
 }
 
-fn tracking_cells() -> Result<Vec<Cell>, Failure> {
+/// Largest tracking error of any joint, rad.
+fn largest_error(record: &Record) -> f64 {
+    let errors = (0..6).flat_map(|joint| record.joint(joint).map(|sample| sample.error().abs()).collect::<Vec<_>>());
+    errors.fold(0.0, f64::max)
+}
+
+/// Largest tracking error of any joint, rad, or what ended the run.
+fn track(told: &SceneFile, nature: &SceneFile, constant: f32) -> Result<Result<f64, String>, Failure> {
+    Ok(follow(told, nature, constant, 0.0)?.map(|record| largest_error(&record)))
+}
+
+/// Every cell.
+///
+/// # Errors
+/// A shipped robot cannot be read, or its scene cannot be run.
+pub fn cells() -> Result<Vec<Cell>, Failure> {
     let mut cells = Vec::new();
     let scene = pick()?;
     let mut add = |name: &str, done: &str, found: Result<f64, String>, most: f64, reason: &str| {
@@ -294,5 +164,92 @@ fn tracking_cells() -> Result<Vec<Cell>, Failure> {
             "a quarter of its torque does not carry the arm along this motion: it lags behind, and comes to no fault";
         add(&format!("torque limits times {share}"), "saturated drives", track(&weak, &weak, 1.0)?, 0.1, reason);
     }
+    breakaway_cells(&mut cells, &scene)?;
     Ok(cells)
+}
+
+/// Joints that break away at three times the Coulomb torque they then slide with, which the controller takes for all of it.
+///
+/// Three motions: the pick, two seconds of standing still after it, and every joint creeping at 20 mrad/s.
+fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failure> {
+    const STRIBECK: f64 = 0.05;
+    const CREEP: f64 = 0.02;
+    const HOLD: f64 = 2.0;
+    let sticky = |scene: &SceneFile| {
+        let mut sticky = scene.clone();
+        let friction = |of: fn(&JointFriction) -> f64| {
+            sticky.robot.joints.iter().map(|joint| joint.friction.as_ref().map_or(0.0, of)).collect::<Vec<f64>>()
+        };
+        let (viscous, coulomb) = (friction(|f| f.viscous), friction(|f| f.coulomb));
+        let torque = coulomb.iter().map(|c| 3.0 * c).collect();
+        sticky.plant.friction_law = Some(FrictionSpec {
+            viscous,
+            coulomb,
+            breakaway: Some(BreakawaySpec { torque, speed: STRIBECK, load: 0.0 }),
+        });
+        // The steep friction at rest asks for it.
+        sticky.plant.step = 6.25e-5;
+        sticky
+    };
+    let mut creep = pick.clone();
+    let start = pick.plant.start.clone();
+    let speed = [CREEP; 6];
+    let duration = 4.0;
+    let goal: Vec<f64> = start.iter().zip(speed).map(|(q, speed)| q + speed * (duration - 0.5)).collect();
+    creep.motion =
+        MotionSpec::Trapezoid { start, goal, acceleration: None, duration: Some(duration), ramp_share: 0.125 };
+    let done =
+        "breakaway at three times Coulomb's torque, Stribeck velocity 0.05 rad/s, the model knows Coulomb's alone";
+    let mut add = |name: &str, what: &str, found: Result<f64, String>, most: f64, unit, reason: &str| {
+        let outcome = found
+            .map_or_else(|ended| Outcome::words(ended, "the motion to its end"), |x| Outcome::at_most(x, most, unit));
+        cells.push(Cell::new(GROUP, format!("breakaway, {name}"), format!("{done}: {what}"), outcome, reason));
+    };
+    let run = follow(pick, &sticky(pick), 1.0, HOLD)?;
+    let found = run.clone().map(|record| largest_error(&record));
+    let wrong = "the feedback alone carries what the model has wrong";
+    add("pick", "largest tracking error of the Puma fetching 2 kg", found, 0.05, "rad", wrong);
+    let last_second = |of: fn(f64, f64, f64) -> f64| {
+        run.clone().map(|record| {
+            (0..6).fold(0.0_f64, |worst, joint| {
+                let errors: Vec<f64> = record.joint(joint).map(|sample| sample.error()).collect();
+                let tail = &errors[errors.len().saturating_sub(1000)..];
+                let low = tail.iter().copied().fold(f64::INFINITY, f64::min);
+                let high = tail.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                worst.max(of(low, high, tail.iter().map(|x| x.abs()).sum::<f64>() / tail.len() as f64))
+            })
+        })
+    };
+    let what = "peak to peak of the worst joint in the second second of standing still after it";
+    add("hunting at rest", what, last_second(|low, high, _| high - low), 1e-3, "rad", "the arm hunts");
+    let what = "mean distance of the worst joint from its goal in that second: where it has stuck";
+    add("stuck at rest", what, last_second(|_, _, mean| mean), 0.05, "rad", "the arm sticks far from its goal");
+    // The same joints with Coulomb's friction alone stand beside the stick-slip.
+    for (name, nature) in [("creeping", sticky(&creep)), ("creeping, Coulomb's friction alone", creep.clone())] {
+        let run = follow(&creep, &nature, 1.0, 0.0)?;
+        let what = "every joint at 20 mrad/s, fastest speed of any joint over that";
+        let fastest = run.clone().map(|record| {
+            let peaks = (0..6).map(|joint| record.joint(joint).fold(0.0_f64, |most, sample| most.max(sample.qd.abs())));
+            peaks.fold(0.0, f64::max) / CREEP
+        });
+        add(&format!("peak speed, {name}"), what, fastest, f64::INFINITY, "", "");
+        let what = "every joint at 20 mrad/s for 4 s, times that a joint breaks away, its start among them, the most of any joint";
+        let slips = run.map(|record| (0..6).map(|joint| slips(&record, joint, CREEP)).fold(0, usize::max) as f64);
+        add(&format!("slips, {name}"), what, slips, f64::INFINITY, "", "");
+    }
+    Ok(())
+}
+
+/// How often a joint that stands, below a tenth of a speed, breaks away and passes half of it; its start is one.
+fn slips(record: &Record, joint: usize, speed: f64) -> usize {
+    let (mut moving, mut slips) = (false, 0);
+    for sample in record.joint(joint) {
+        if moving && sample.qd.abs() < 0.1 * speed {
+            moving = false;
+        } else if !moving && sample.qd.abs() > 0.5 * speed {
+            moving = true;
+            slips += 1;
+        }
+    }
+    slips
 }

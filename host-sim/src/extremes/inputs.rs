@@ -1,10 +1,10 @@
 //! Numbers at their extremes, through the real controller: a right torque or the documented fault.
 //!
-//! The arm is the shipped Puma without limits, guards or friction, so that nothing stands between an input and the torque. What a
-//! torque should be comes from the recursion in double-double arithmetic at the state as it is, before it is rounded to the
-//! controller's scalar: the rounding of a large angle counts as error.
+//! The arm is the shipped Puma, for the region of small error also the UR5, without limits, guards or friction, so that nothing
+//! stands between an input and the torque. What a torque should be comes from the recursion in double-double arithmetic at the
+//! state as it is, before it is rounded to the controller's scalar: the rounding of a large angle counts as error.
 
-use super::{Cell, Outcome, Random, joints, puma, scalar_name, unlimited};
+use super::{Cell, Outcome, Random, joints, puma, scalar_name, unlimited, ur5};
 use crate::exit::Failure;
 use dynamics_core::control::Guard;
 use dynamics_core::trig::{Libm, Method, Polynomial};
@@ -13,8 +13,8 @@ use dynamics_core::{
     Reference, Scalar, Scene, Sensed, SinCos, Term, Tool, Trig,
 };
 use nalgebra::Vector3;
-use robot_compiler::SceneFile;
 use robot_compiler::precision::DoubleDouble;
+use robot_compiler::{Robot, SceneFile};
 use std::f64::consts::TAU;
 
 const GROUP: &str = "inputs";
@@ -74,12 +74,11 @@ impl Input {
 type Inputs = [[f64; 6]; 5];
 
 impl Bench {
-    fn new() -> Result<Self, Failure> {
-        let robot = puma()?;
+    fn new(robot: Robot) -> Result<Self, Failure> {
         let file = SceneFile::default_for(robot);
         let specs = joints::<6>(&file.robot)?;
         let torque_max = specs.map(|joint| joint.limits.torque);
-        let refused = |error| Failure::Input(miette::miette!("the Puma is refused: {error}"));
+        let refused = |error| Failure::Input(miette::miette!("{}: {error}", file.robot.name));
         let model = Model::new_unphysical(&unlimited(specs), &Tool::default()).map_err(refused)?;
         let scene = Scene::with_gravity(Vector3::new(0.0, 0.0, -9.81), &model);
         let config = ControllerConfig {
@@ -178,16 +177,18 @@ fn states(angle: f64, rate: f64, acceleration: f64) -> Vec<Inputs> {
 /// # Errors
 /// The shipped robot cannot be read.
 pub fn cells() -> Result<Vec<Cell>, Failure> {
-    let bench = Bench::new()?;
+    let bench = Bench::new(puma()?)?;
     let mut cells = Vec::new();
     scalar_cells::<f32>(&bench, &mut cells);
     scalar_cells::<f64>(&bench, &mut cells);
     angle_cells(&bench, &mut cells);
-    for angle in REGION_F32 {
-        region_cell::<f32>(&bench, &mut cells, angle);
-    }
-    for angle in REGION_F64 {
-        region_cell::<f64>(&bench, &mut cells, angle);
+    for arm in region_arms()? {
+        for angle in REGION_F32 {
+            region_cell::<f32>(&arm, &mut cells, angle);
+        }
+        for angle in REGION_F64 {
+            region_cell::<f64>(&arm, &mut cells, angle);
+        }
     }
     Ok(cells)
 }
@@ -231,17 +232,7 @@ where
             "a torque in silence",
         ));
     }
-    let mut controller = bench.controller::<S>(Method::Polynomial);
-    let live = Dynamics::new(bench.model.cast(), Scene { gravity: Term::Live, ..bench.scene.cast() });
-    *controller.dynamics_mut() = live;
-    controller.live_mut().gravity = Vector3::new(S::zero(), S::zero(), S::literal(f64::NAN));
-    cells.push(Cell::new(
-        GROUP,
-        format!("live gravity not finite, {scalar}"),
-        "NaN set between ticks, past the link that would refuse it",
-        Outcome::words(describe(&Bench::tick(&mut controller, &home)), "fault 7"),
-        "a torque in silence",
-    ));
+    live_cells::<S>(bench, cells, &home);
     let mut controller = bench.controller::<S>(Method::Polynomial);
     let [reference_q, reference_qd, qdd, q, qd] = home.map(|x| x.map(S::literal));
     let stale = Measurement { sensed: Sensed::State { q, qd }, age_ticks: u32::MAX };
@@ -259,6 +250,61 @@ where
     ));
     guard_cells::<S>(bench, cells, &home);
     size_cells::<S>(bench, cells);
+}
+
+/// A number of the live inputs.
+type LiveNumber<S> = fn(&mut Live<S, 6>, usize) -> &mut S;
+
+/// Live inputs that are no numbers, or too large.
+fn live_cells<S: Real>(bench: &Bench, cells: &mut Vec<Cell>, home: &Inputs)
+where
+    Method: Trig<S>,
+{
+    // Of the payload's tensor the six entries that the link carries.
+    const TENSOR: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+    let inputs: [(&str, usize, LiveNumber<S>); 7] = [
+        ("gravity", 3, |live, i| &mut live.gravity[i]),
+        ("payload mass", 1, |live, _| &mut live.payload.mass),
+        ("payload first moment", 3, |live, i| &mut live.payload.first_moment[i]),
+        ("payload inertia", 6, |live, i| &mut live.payload.about_origin[TENSOR[i]]),
+        ("tip force", 3, |live, i| &mut live.tip_wrench.force[i]),
+        ("tip moment", 3, |live, i| &mut live.tip_wrench.moment[i]),
+        ("rotor inertia", 6, |live, i| &mut live.rotor[i]),
+    ];
+    let scene = Scene {
+        gravity: Term::Live,
+        payload: Term::Live,
+        tip_wrench: Term::Live,
+        rotor: Term::Live,
+        ..bench.scene.cast()
+    };
+    let tick = |number: LiveNumber<S>, i: usize, bad: S| {
+        let mut controller = bench.controller::<S>(Method::Polynomial);
+        *controller.dynamics_mut() = Dynamics::new(bench.model.cast(), scene);
+        *number(controller.live_mut(), i) = bad;
+        Bench::tick(&mut controller, home)
+    };
+    for (name, count, number) in inputs {
+        let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(S::literal);
+        let tried = (0..count).flat_map(|i| bad.map(|bad| (i, bad)));
+        let right = tried.filter(|&(i, bad)| tick(number, i, bad).is_err_and(|fault| fault.code() == 7)).count();
+        let all = 3 * count;
+        cells.push(Cell::new(
+            GROUP,
+            format!("live {name} not finite, {}", scalar_name::<S>()),
+            "NaN and both infinities in each number, set between ticks, past the link that would refuse them",
+            Outcome::words(format!("fault 7 in {right} of {all}"), format!("fault 7 in {all} of {all}")),
+            "a torque in silence",
+        ));
+    }
+    let right = (0..3).filter(|&i| tick(inputs[0].2, i, S::MAX).is_err_and(|fault| fault.code() == 7)).count();
+    cells.push(Cell::new(
+        GROUP,
+        format!("live gravity the last number, {}", scalar_name::<S>()),
+        "the last number before overflow along each axis, no limits and no guards",
+        Outcome::words(format!("fault 7 in {right} of 3"), "fault 7 in 3 of 3"),
+        "a torque in silence",
+    ));
 }
 
 /// With limits and guards in force.
@@ -427,36 +473,54 @@ where
     libm::exp2(low)
 }
 
-/// The Puma's own joints turn no further and no faster than this; the region must hold them.
-const OWN_RATE: f64 = 8.61;
+/// An arm whose region is shown.
+struct RegionArm {
+    name: &'static str,
+    bench: Bench,
+    /// The fastest of its joints, rad/s: the region must hold it.
+    own_rate: f64,
+}
 
-fn region_cell<S: Real>(bench: &Bench, cells: &mut Vec<Cell>, turns: f64)
+fn region_arms() -> Result<[RegionArm; 2], Failure> {
+    let arm = |name, robot: Robot| {
+        let own_rate = robot.joints.iter().fold(0.0, |most: f64, joint| most.max(joint.spec.limits.velocity));
+        Ok(RegionArm { name, bench: Bench::new(robot)?, own_rate })
+    };
+    Ok([arm("Puma 560", puma()?)?, arm("UR5", ur5()?)?])
+}
+
+fn region_cell<S: Real>(arm: &RegionArm, cells: &mut Vec<Cell>, turns: f64)
 where
     Method: Trig<S>,
 {
-    let rate = rate_max::<S>(bench, turns * TAU);
-    let least = if turns <= 1.0 { OWN_RATE } else { 0.0 };
+    let rate = rate_max::<S>(&arm.bench, turns * TAU);
+    let least = if turns <= 1.0 { arm.own_rate } else { 0.0 };
     cells.push(Cell::new(
         GROUP,
-        format!("region at {}, {}", turns_name(turns), scalar_name::<S>()),
+        format!("region at {}, {}, {}", turns_name(turns), arm.name, scalar_name::<S>()),
         "largest joint rate at which every joint's error stays under 1e-4 of its torque limit",
         Outcome::between(rate, least, f64::INFINITY, "rad/s"),
         "the arm's own range is outside the region",
     ));
 }
 
-/// The border of the region: angle (rad) and largest rate (rad/s), for `f32` and `f64`.
+/// A name, and points of angle (rad) and largest rate (rad/s).
+pub(super) type Border = (String, Vec<(f64, f64)>);
+
+/// The border of the region for both arms and scalars.
 ///
 /// # Errors
-/// The shipped robot cannot be read.
-pub(super) fn region() -> Result<[Vec<(f64, f64)>; 2], Failure> {
-    let bench = Bench::new()?;
+/// A shipped robot cannot be read.
+pub(super) fn regions() -> Result<Vec<Border>, Failure> {
     let border = |rate: &dyn Fn(f64) -> f64, limit: f64| {
         let angles = (0..).map(|k| TAU * libm::exp2(f64::from(k) / 2.0)).take_while(|angle| *angle < limit);
         angles.chain([limit]).map(|angle| (angle, rate(angle))).collect::<Vec<_>>()
     };
-    Ok([
-        border(&|angle| rate_max::<f32>(&bench, angle), f64::from(Polynomial::LIMIT_F32)),
-        border(&|angle| rate_max::<f64>(&bench, angle), Polynomial::LIMIT_F64),
-    ])
+    let mut regions = Vec::new();
+    for RegionArm { name, bench, .. } in &region_arms()? {
+        let single = border(&|angle| rate_max::<f32>(bench, angle), f64::from(Polynomial::LIMIT_F32));
+        let double = border(&|angle| rate_max::<f64>(bench, angle), Polynomial::LIMIT_F64);
+        regions.extend([(format!("{name}, f32"), single), (format!("{name}, f64"), double)]);
+    }
+    Ok(regions)
 }

@@ -1,15 +1,96 @@
-//! The plant's Runge-Kutta method: its order, the energy it keeps, and how long two scalars agree about a chaotic arm.
+//! The plant's integration methods: their order, the energy they keep, and how long two scalars agree about a chaotic arm.
+//!
+//! A method is a row of [`METHODS`]; every row is held to the same falls.
 
 use super::{Cell, Outcome, joints, planar, puma};
 use crate::exit::Failure;
 use crate::plant::actuator::ActuatorSettings;
 use crate::plant::dynamics::Mechanism;
-use crate::plant::{Arm, Clock, Plant, State};
+use crate::plant::{Arm, Clock, Integrator, Plant, State};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointSpec, Real, Tool, Trig};
 use nalgebra::Vector3;
 
 const GROUP: &str = "integrators";
+
+/// Length of a tick, s.
+const TICK: f64 = 1e-2;
+/// The adaptive method's, s: a tick ends a step, and its steps are longer than the others' tick.
+const LONG_TICK: f64 = 0.1;
+
+/// How finely a method is made to work.
+#[derive(Clone, Copy, Debug)]
+struct Grain {
+    name: &'static str,
+    integrator: Integrator,
+    clock: Clock,
+    /// Step, s; of the adaptive method the tolerance.
+    size: f64,
+}
+
+impl Grain {
+    const fn steps(name: &'static str, integrator: Integrator, steps_per_tick: u32) -> Self {
+        Self { name, integrator, clock: Clock { period: TICK, steps_per_tick }, size: TICK / steps_per_tick as f64 }
+    }
+
+    const fn tolerance(name: &'static str, tolerance: f64) -> Self {
+        let integrator = Integrator::Adaptive { tolerance };
+        Self { name, integrator, clock: Clock { period: LONG_TICK, steps_per_tick: 1 }, size: tolerance }
+    }
+}
+
+/// An integration method of the plant, and what may be expected of it.
+struct Method {
+    name: &'static str,
+    /// The power of the step that the position's error after a second goes with, and at least that of the energy's. The adaptive
+    /// method's error goes with its tolerance.
+    order: f64,
+    /// Coarse and fine, for a second.
+    order_from: [Grain; 2],
+    /// Largest change of energy in a second of the coarse one, J.
+    energy: f64,
+    /// For a hundred seconds, with the largest change of energy, J.
+    long: [(Grain, f64); 2],
+    drift_reason: &'static str,
+}
+
+const RUNGE_KUTTA: Integrator = Integrator::RungeKutta;
+const EULER: Integrator = Integrator::SemiImplicitEuler;
+const LOST: &str = "energy is lost or won";
+
+const METHODS: [Method; 3] = [
+    Method {
+        name: "Runge-Kutta",
+        order: 4.0,
+        order_from: [Grain::steps("steps of 2.5 ms", RUNGE_KUTTA, 4), Grain::steps("steps of 1.25 ms", RUNGE_KUTTA, 8)],
+        energy: 1e-6,
+        long: [
+            (Grain::steps("steps of 1 ms", RUNGE_KUTTA, 10), 1e-4),
+            (Grain::steps("steps of 2.5 ms", RUNGE_KUTTA, 4), 1e-2),
+        ],
+        drift_reason: LOST,
+    },
+    Method {
+        name: "semi-implicit Euler",
+        order: 1.0,
+        order_from: [Grain::steps("steps of 0.16 ms", EULER, 64), Grain::steps("steps of 0.078 ms", EULER, 128)],
+        energy: 1.0,
+        long: [(Grain::steps("steps of 1 ms", EULER, 10), 1.0), (Grain::steps("steps of 2.5 ms", EULER, 4), 1.0)],
+        drift_reason: "the method is symplectic only where the inertia does not change: of an arm that swings freely for a hundred \
+                       seconds the energy drifts, the faster the longer the step; it is for seconds",
+    },
+    Method {
+        name: "adaptive",
+        order: 1.0,
+        order_from: [Grain::tolerance("tolerance 1e-9", 1e-9), Grain::tolerance("tolerance 1e-11", 1e-11)],
+        energy: 1e-6,
+        long: [(Grain::tolerance("tolerance 1e-9", 1e-9), 1e-4), (Grain::tolerance("tolerance 1e-6", 1e-6), 1e-2)],
+        drift_reason: LOST,
+    },
+];
+
+/// What the others' positions are held against.
+const NEAR: Grain = Grain::steps("steps of 0.16 ms", RUNGE_KUTTA, 64);
 
 /// Every cell.
 ///
@@ -19,8 +100,10 @@ pub fn cells() -> Result<Vec<Cell>, Failure> {
     let rods = free(joints::<2>(&planar()?)?, Vector3::new(0.0, -9.81, 0.0));
     let six = free(joints::<6>(&puma()?)?, Vector3::new(0.0, 0.0, -9.81));
     let mut cells = Vec::new();
-    order_cells(&mut cells, "planar 2R", &rods, [0.3, 0.5]);
-    order_cells(&mut cells, "Puma 560", &six, [0.1, 0.4, -0.3, 0.2, 0.5, 0.1]);
+    for method in &METHODS {
+        method_cells(&mut cells, method, "planar 2R", &rods, [0.3, 0.5]);
+        method_cells(&mut cells, method, "Puma 560", &six, [0.1, 0.4, -0.3, 0.2, 0.5, 0.1]);
+    }
     chaos_cells(&mut cells, &rods);
     Ok(cells)
 }
@@ -29,64 +112,74 @@ fn free<const N: usize>(joints: [JointSpec; N], gravity: Vector3<f64>) -> Arm<N>
     Arm { joints, tool: Tool::default(), payload: None, gravity, tip_wrench: None }
 }
 
-fn plant<const N: usize>(arm: &Arm<N>, steps: u32, start: [f64; N]) -> Plant<N> {
-    Plant::new(arm, None, ActuatorSettings::default(), Clock { period: 1e-2, steps_per_tick: steps }, start)
+/// A fall that has been computed.
+struct Fall<const N: usize> {
+    /// Largest change of energy between two ticks, J.
+    energy: f64,
+    state: State<N>,
 }
 
-/// Largest change of energy (J) and the state after a fall of one second; `None` where the plant gives up.
-fn fall<const N: usize>(arm: &Arm<N>, steps: u32, start: [f64; N], ticks: u32) -> Option<(f64, State<N>)> {
-    let mut plant = plant(arm, steps, start);
+/// The arm let go from `start` for so many seconds; `None` where the plant gives up.
+fn fall<const N: usize>(grain: Grain, arm: &Arm<N>, start: [f64; N], seconds: f64) -> Option<Fall<N>> {
+    let Grain { integrator, clock, .. } = grain;
+    let mut plant = Plant::new(arm, None, ActuatorSettings::default(), clock, start).with_integrator(integrator);
     let energy = |state: &State<N>| arm.kinetic(&state.q, &state.qd) + arm.potential(&state.q);
     let before = energy(plant.state());
     let mut worst = 0.0_f64;
-    for _ in 0..ticks {
+    for _ in 0..libm::round(seconds / clock.period) as u64 {
         plant.drive(&[0.0; N]).ok()?;
         worst = worst.max((energy(plant.state()) - before).abs());
     }
-    Some((worst, *plant.state()))
+    Some(Fall { energy: worst, state: *plant.state() })
 }
 
-fn order_cells<const N: usize>(cells: &mut Vec<Cell>, name: &str, arm: &Arm<N>, start: [f64; N]) {
-    let falls: Option<Vec<_>> = [4, 8, 64].into_iter().map(|steps| fall(arm, steps, start, 100)).collect();
-    let Some([(coarse, at_coarse), (fine, at_fine), (_, near)]) =
-        falls.and_then(|falls| <[_; 3]>::try_from(falls).ok())
-    else {
+fn method_cells<const N: usize>(cells: &mut Vec<Cell>, method: &Method, arm_name: &str, arm: &Arm<N>, start: [f64; N]) {
+    let name = format!("{arm_name}, {}", method.name);
+    let [from, to] = method.order_from;
+    let falls = [from, to, NEAR].map(|grain| fall(grain, arm, start, 1.0));
+    let [Some(coarse), Some(fine), Some(near)] = &falls else {
         let outcome = Outcome::words("the plant gave up", "a fall of a second");
         cells.push(Cell::new(GROUP, name, "the free arm falls", outcome, "the plant gave up"));
         return;
     };
-    let off = |at: &State<N>| (0..N).fold(0.0_f64, |worst, i| worst.max((at.q[i] - near.q[i]).abs()));
-    let order = |coarse: f64, fine: f64| libm::log2(coarse / fine);
-    let fourth = "the method is of fourth order; another order is a mistake in it";
+    let off = |fall: &Fall<N>| (0..N).fold(0.0_f64, |worst, i| worst.max((fall.state.q[i] - near.state.q[i]).abs()));
+    let observed = |coarse: f64, fine: f64| libm::log(coarse / fine) / libm::log(from.size / to.size);
+    let order = method.order;
+    let mistake = "another order than the method's is a mistake in it";
     cells.push(Cell::new(
         GROUP,
         format!("energy of the free {name}"),
-        "largest change in a fall of 1 s, steps of 2.5 ms",
-        Outcome::at_most(coarse, 1e-6, "J"),
-        "energy is lost or won",
+        format!("largest change in a fall of 1 s, {}", from.name),
+        Outcome::at_most(coarse.energy, method.energy, "J"),
+        LOST,
     ));
     cells.push(Cell::new(
         GROUP,
         format!("order of the energy, {name}"),
-        "the same, from steps of 2.5 to 1.25 ms",
-        Outcome::between(order(coarse, fine), 3.8, 5.2, ""),
-        fourth,
+        format!("the same, from {} to {}", from.name, to.name),
+        Outcome::between(observed(coarse.energy, fine.energy), order - 0.2, order + 1.2, ""),
+        mistake,
     ));
     cells.push(Cell::new(
         GROUP,
         format!("order of the position, {name}"),
-        "position after 1 s against steps of 0.16 ms, from steps of 2.5 to 1.25 ms",
-        Outcome::between(order(off(&at_coarse), off(&at_fine)), 3.8, 4.2, ""),
-        fourth,
+        format!("position after 1 s against Runge-Kutta's with {}, from {} to {}", NEAR.name, from.name, to.name),
+        Outcome::between(observed(off(coarse), off(fine)), order - 0.2, order + 0.2, ""),
+        mistake,
     ));
-    let long = fall(arm, 10, start, 1000).map_or(f64::NAN, |(worst, _)| worst);
-    cells.push(Cell::new(
-        GROUP,
-        format!("energy of the free {name}, 10 s"),
-        "largest change in a fall of 10 s, steps of 1 ms",
-        Outcome::at_most(long, 1e-4, "J"),
-        "energy is lost or won",
-    ));
+    for (grain, most) in method.long {
+        let found = fall(grain, arm, start, 100.0);
+        cells.push(Cell::new(
+            GROUP,
+            format!("energy over 100 s, {}, {name}", grain.name),
+            "largest change while the free arm falls and swings",
+            found.map_or_else(
+                || Outcome::words("the plant gave up", "a hundred seconds"),
+                |fall| Outcome::at_most(fall.energy, most, "J"),
+            ),
+            method.drift_reason,
+        ));
+    }
 }
 
 /// A state in a scalar, one step of the plant's method on.

@@ -1,7 +1,7 @@
 //! The region of small error, and the stable region of the sampled loop, as SVG.
 
-use super::control::{LAWS, stable_region};
-use super::inputs::region;
+use super::inputs::regions;
+use super::stability::{StableRegion, planar_region, puma_region};
 use crate::exit::Failure;
 use crate::plot::PlotError;
 use plotters::prelude::{
@@ -11,7 +11,14 @@ use plotters::prelude::{
 use std::path::{Path, PathBuf};
 
 const SIZE: (u32, u32) = (800, 500);
-const COLOURS: [RGBColor; 3] = [RGBColor(0x1f, 0x4e, 0x9c), RGBColor(0xf0, 0x8c, 0x1e), RGBColor(0x2c, 0x8a, 0x4b)];
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0x1f, 0x4e, 0x9c),
+    RGBColor(0xf0, 0x8c, 0x1e),
+    RGBColor(0x2c, 0x8a, 0x4b),
+    RGBColor(0xc0, 0x39, 0x2b),
+    RGBColor(0x7d, 0x3c, 0x98),
+    RGBColor(0x5d, 0x6d, 0x7e),
+];
 
 /// A curve, and the points that are to lie on it.
 struct Curve {
@@ -24,37 +31,38 @@ struct Curve {
 struct Figure<'a> {
     title: &'a str,
     axes: [&'a str; 2],
+    legend: SeriesLabelPosition,
     curves: &'a [Curve],
 }
 
-/// Draw both into the folder; returns the files.
+impl Curve {
+    fn stable((name, points): StableRegion) -> Self {
+        Self {
+            name,
+            line: points.iter().map(|&(frequency, predicted, _)| (frequency, predicted)).collect(),
+            dots: points.iter().map(|&(frequency, _, simulated)| (frequency, simulated)).collect(),
+        }
+    }
+}
+
+/// Draw them into the folder; returns the files.
 ///
 /// # Errors
 /// A shipped robot cannot be read, or a file cannot be written.
 pub fn write_plots(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let [single, double] = region()?;
     let above = |points: Vec<(f64, f64)>| points.into_iter().filter(|(_, rate)| *rate > 0.0).collect();
-    let region = [
-        Curve { name: "f32".to_owned(), line: above(single), dots: vec![] },
-        Curve { name: "f64".to_owned(), line: above(double), dots: vec![] },
-    ];
-    let stable: Result<Vec<Curve>, Failure> = LAWS
-        .into_iter()
-        .map(|law| {
-            let points = stable_region(law)?;
-            Ok(Curve {
-                name: law.name.to_owned(),
-                line: points.iter().map(|&(frequency, predicted, _)| (frequency, predicted)).collect(),
-                dots: points.iter().map(|&(frequency, _, simulated)| (frequency, simulated)).collect(),
-            })
-        })
-        .collect();
+    let region: Vec<Curve> =
+        regions()?.into_iter().map(|(name, points)| Curve { name, line: above(points), dots: vec![] }).collect();
+    let planar: Vec<Curve> = planar_region()?.into_iter().map(Curve::stable).collect();
+    let puma: Vec<Curve> = puma_region()?.into_iter().map(Curve::stable).collect();
+    const STABLE: [&str; 2] = ["natural frequency / rad/s", "longest stable period / s"];
     let figures = [
         (
             "extremes_region.svg",
             Figure {
-                title: "Puma 560: error under 1e-4 of every torque limit below the line",
+                title: "Error under 1e-4 of every torque limit below the line",
                 axes: ["largest joint angle / rad", "largest joint rate / rad/s"],
+                legend: SeriesLabelPosition::MiddleRight,
                 curves: &region,
             },
         ),
@@ -62,8 +70,18 @@ pub fn write_plots(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
             "extremes_stability.svg",
             Figure {
                 title: "Planar 2R: stable below the line (predicted), dots simulated",
-                axes: ["natural frequency / rad/s", "longest stable period / s"],
-                curves: &stable?,
+                axes: STABLE,
+                legend: SeriesLabelPosition::MiddleRight,
+                curves: &planar,
+            },
+        ),
+        (
+            "extremes_stability_puma.svg",
+            Figure {
+                title: "Puma 560: stable below the line (predicted), dots simulated",
+                axes: STABLE,
+                legend: SeriesLabelPosition::UpperRight,
+                curves: &puma,
             },
         ),
     ];
@@ -108,7 +126,7 @@ fn draw(figure: &Figure<'_>, path: &Path) -> Result<(), PlotError> {
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::MiddleRight)
+        .position(figure.legend.clone())
         .background_style(WHITE)
         .border_style(BLACK)
         .draw()?;
