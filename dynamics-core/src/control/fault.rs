@@ -13,6 +13,7 @@ use core::fmt;
 /// | 5 | a joint is faster than allowed | gains, payload, the encoder's scale |
 /// | 6 | a tick had not ended when the next was due | the rate, other interrupts |
 /// | 7 | a computed torque is NaN or infinite | the model's numbers, the size of the reference |
+/// | 14 | a joint has felt a collision | the arm's surroundings; the payload, the friction and the thresholds |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// A measured value is NaN or infinite on this joint.
@@ -44,6 +45,11 @@ pub enum Fault {
         /// Joint, counted from 0.
         joint: u8,
     },
+    /// The external torque on this joint is above its threshold, and the configuration asks to stop.
+    Collision {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
 }
 
 impl Fault {
@@ -58,6 +64,7 @@ impl Fault {
             Self::VelocityOutOfBounds { .. } => 5,
             Self::Overrun => 6,
             Self::NonFiniteTorque { .. } => 7,
+            Self::Collision { .. } => 14,
         }
     }
 
@@ -69,7 +76,8 @@ impl Fault {
             | Self::NonFiniteReference { joint }
             | Self::PositionOutOfBounds { joint }
             | Self::VelocityOutOfBounds { joint }
-            | Self::NonFiniteTorque { joint } => Some(joint),
+            | Self::NonFiniteTorque { joint }
+            | Self::Collision { joint } => Some(joint),
             Self::StaleMeasurement | Self::Overrun => None,
         }
     }
@@ -85,6 +93,7 @@ impl Fault {
             5 => Self::VelocityOutOfBounds { joint },
             6 => Self::Overrun,
             7 => Self::NonFiniteTorque { joint },
+            14 => Self::Collision { joint },
             _ => return None,
         })
     }
@@ -100,6 +109,7 @@ impl fmt::Display for Fault {
             Self::VelocityOutOfBounds { .. } => "velocity out of bounds",
             Self::Overrun => "control tick overran",
             Self::NonFiniteTorque { .. } => "computed torque is not a finite number",
+            Self::Collision { .. } => "collision",
         };
         write!(f, "fault {}: {what}", self.code())?;
         match self.joint() {
