@@ -56,7 +56,7 @@ mod rtos {
     /// (live inputs, reference, measurement). A queue holds one less than its size.
     const BYTES: usize = 3 * link::PACKET_MAX + 1;
 
-    type ArmSession = Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings>;
+    type ArmSession = Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Protection>;
 
     #[shared]
     struct Shared {

@@ -4,7 +4,7 @@
 //! count and rate, all as the single-precision numbers that the chip computes with.
 
 use crate::scene::{KernelChoice, SceneFile};
-use dynamics_core::control::{Between, Encoder, Friction, Gains, Guard, Law};
+use dynamics_core::control::{Between, CollisionConfig, Encoder, Friction, Gains, Guard, Law, Reaction};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
@@ -54,7 +54,7 @@ impl Fnv1a {
 
 impl SceneFile {
     /// Hash of everything that decides the bits of a tick: model, scene, controller, sine and cosine, `N`, rate,
-    /// whether the operations were regrouped, and in which ticks the model is evaluated.
+    /// whether the operations were regrouped, in which ticks the model is evaluated, and what is a collision.
     ///
     /// Not in it, because no tick of the chip reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
     /// kernel runs from, because no bit depends on it. Stable across runs and platforms.
@@ -82,6 +82,9 @@ impl SceneFile {
                 Between::Hold => 0,
                 Between::Extrapolate => 1,
             });
+        }
+        if let Some(collision) = self.collision_config::<N>() {
+            hash_collision(&mut fnv, &collision.cast());
         }
         fnv.0
     }
@@ -159,6 +162,20 @@ fn hash_config<const N: usize>(fnv: &mut Fnv1a, config: &ControllerConfig<f32, N
         fnv.number(*per_count);
     }
     fnv.numbers(&observer.gains());
+}
+
+fn hash_collision<const N: usize>(fnv: &mut Fnv1a, collision: &CollisionConfig<f32, N>) {
+    let CollisionConfig { filter, threshold, released, ticks, release_ticks, reaction } = collision;
+    fnv.numbers(&filter.numbers());
+    fnv.numbers(threshold);
+    fnv.numbers(released);
+    fnv.tag(*ticks);
+    fnv.tag(*release_ticks);
+    fnv.tag(match reaction {
+        Reaction::Stop => 0,
+        Reaction::Hold => 1,
+        Reaction::Comply => 2,
+    });
 }
 
 #[cfg(test)]

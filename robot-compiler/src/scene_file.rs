@@ -11,11 +11,24 @@ use dynamics_core::{Body, Term};
 use std::path::Path;
 
 mod auto;
+mod collision;
 mod motion;
 mod world;
 
-const SCENE_KEYS: [&str; 11] =
-    ["name", "robot", "tip", "duration", "seed", "model", "control", "motion", "plant", "sensors", "actuators"];
+const SCENE_KEYS: [&str; 12] = [
+    "name",
+    "robot",
+    "tip",
+    "duration",
+    "seed",
+    "model",
+    "control",
+    "collision",
+    "motion",
+    "plant",
+    "sensors",
+    "actuators",
+];
 const BODY: &str = "a body { mass, com, inertia }";
 const WRENCH: &str = "a wrench { force, moment }";
 const GRAVITY: &str = "the gravitational acceleration [x, y, z] in m/s^2";
@@ -57,6 +70,7 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
             .table("sensors")?
             .map_or(Ok(SensorSpec::default()), |t| world::sensors(&t, &robot, &plant, &control))?,
         actuators: root.table("actuators")?.map_or(Ok(ActuatorSpec::default()), |t| world::actuators(&t, &control))?,
+        collision: root.table("collision")?.map(|t| collision::read(&t, &robot, &control)).transpose()?,
         model,
         control,
         motion,

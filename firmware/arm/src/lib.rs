@@ -6,6 +6,7 @@ use dynamics_core::control::{Configuration, Controller, ControllerConfig};
 
 pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
 pub use generated::dynamics::Arm;
+pub use generated::protection::Protection;
 
 #[allow(
     unused_imports,
@@ -22,6 +23,9 @@ mod generated {
     pub(crate) mod dynamics {
         include!(concat!(env!("OUT_DIR"), "/dynamics.rs"));
     }
+    pub(crate) mod protection {
+        include!(concat!(env!("OUT_DIR"), "/protection.rs"));
+    }
 }
 
 /// The configuration of this arm's controller, as constants of the program.
@@ -36,10 +40,10 @@ impl Configuration<f32, N> for Settings {
 }
 
 /// The controller of this arm.
-pub type ArmController = Controller<f32, N, Arm, Trig, Settings>;
+pub type ArmController = Controller<f32, N, Arm, Trig, Settings, Protection>;
 
 /// The controller of this arm, at rest.
 #[must_use]
 pub fn controller() -> ArmController {
-    Controller::new(Settings, generated::dynamics::arm(), TRIG)
+    Controller::new(Settings, generated::dynamics::arm(), TRIG).with_protection(generated::protection::protection())
 }
