@@ -236,6 +236,17 @@ where
         }
 
         let mut limits = [LimitFlags::NONE; N];
+        let held;
+        let reference = if reference_is_inside(reference, &config.limits) {
+            reference
+        } else {
+            if let Some(fault) = name_reference(reference) {
+                return Err(fault);
+            }
+            held = hold_reference(reference, &config.limits, &mut limits);
+            &held
+        };
+
         let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
         // What a trigonometry remembers belongs to the angles that the law asks for: of this one the reference's.
         let (verdict, turn) = match config.law {
@@ -251,16 +262,6 @@ where
                 standing = Reference { q, qd: zero, qdd: zero };
                 &standing
             }
-        };
-        let held;
-        let reference = if reference_is_inside(reference, &config.limits) {
-            reference
-        } else {
-            if let Some(fault) = name_reference(reference) {
-                return Err(fault);
-            }
-            held = hold_reference(reference, &config.limits, &mut limits);
-            &held
         };
         if let Verdict::Hold { joint, .. } | Verdict::Comply { joint } = verdict {
             flag(&mut limits, joint);
