@@ -7,6 +7,7 @@
 //! [`Controller::tick`] is total: for every input, and that includes NaN, it returns a command. Bad input becomes a
 //! numbered [`Fault`] that stays in force until [`Controller::reset`]; a limit that acts is reported, and is no fault.
 
+mod collision;
 mod controller;
 mod every_nth;
 mod fault;
@@ -16,6 +17,10 @@ mod limits;
 mod observer;
 pub mod trajectory;
 
+pub use collision::{
+    CollisionConfig, CollisionConfiguration, CollisionWatch, MomentumFilter, MomentumObserver, Protection, Reaction,
+    Seen, Unprotected, Verdict,
+};
 pub use controller::{Configuration, Controller, ControllerConfig, Guard};
 pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};

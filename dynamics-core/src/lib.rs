@@ -16,6 +16,7 @@
 //! | [`scene`] | what acts on the arm and which terms are worth computing |
 //! | [`newton_euler`] | joint torques and joint wrenches from the motion |
 //! | [`mass_matrix`] | the joint-space inertia matrix |
+//! | [`momentum`] | generalised momentum and its rate, for observers of external torques |
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
 //! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
 //! | [`lagrange`] | Lagrange's equations from the links' Jacobians: matrices, Christoffel symbols, torques |
@@ -31,7 +32,7 @@
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
 //! | [`drive`] | between a joint and its drive: scales, offsets, ranges |
 //! | [`mixed`] | the recursion in f32 inside a controller in f64 |
-//! | [`control`] | laws, models evaluated every few ticks, limits, observer, reference motions, the controller and its faults |
+//! | [`control`] | laws, models evaluated every few ticks, limits, observers, collisions, reference motions, the controller and its faults |
 //! | [`safety`] | the state machine around the controller: when torque acts at all, and what happens instead |
 //!
 //! Frames are named so that products read: `parent_from_link * x_link = x_parent`. Equation numbers are those of the
@@ -84,6 +85,7 @@ pub mod linkage;
 pub mod mass_matrix;
 pub mod mixed;
 pub mod model;
+pub mod momentum;
 pub mod newton_euler;
 pub mod posture;
 pub mod reactions;

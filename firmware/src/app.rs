@@ -62,7 +62,7 @@ mod rtos {
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
     const STOP: SafeAction = <ThisBoard as Board<{ arm::N }>>::STOP;
 
-    type ArmSession = Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings>;
+    type ArmSession = Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Protection>;
 
     #[shared]
     struct Shared {

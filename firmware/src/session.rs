@@ -13,7 +13,9 @@
 
 use crate::joint_io::Readings;
 use crate::meter::{Counter, Meter};
-use dynamics_core::control::{Command, Configuration, Controller, ControllerConfig, Fault, Measurement, Reference};
+use dynamics_core::control::{
+    Command, Configuration, Controller, ControllerConfig, Fault, Measurement, Protection, Reference, Unprotected,
+};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
@@ -47,10 +49,10 @@ pub enum Reaction {
 }
 
 /// The state machine.
-pub struct Session<const N: usize, D, T, C = ControllerConfig<f32, N>> {
+pub struct Session<const N: usize, D, T, C = ControllerConfig<f32, N>, P = Unprotected> {
     own: Hello,
     state: State,
-    controller: Controller<f32, N, D, T, C>,
+    controller: Controller<f32, N, D, T, C, P>,
     reference: Option<Reference<f32, N>>,
     measurement: Option<Measurement<f32, N>>,
     /// The number that the last measurement gave to its tick; the timer counts on from it.
@@ -60,9 +62,15 @@ pub struct Session<const N: usize, D, T, C = ControllerConfig<f32, N>> {
     driving: bool,
 }
 
-impl<const N: usize, D: InverseDynamics<f32, N>, T: Trig<f32>, C: Configuration<f32, N>> Session<N, D, T, C> {
+impl<const N: usize, D, T, C, P> Session<N, D, T, C, P>
+where
+    D: InverseDynamics<f32, N>,
+    T: Trig<f32>,
+    C: Configuration<f32, N>,
+    P: Protection<f32, N>,
+{
     /// A session that waits for a hello like `own`.
-    pub fn new(own: Hello, controller: Controller<f32, N, D, T, C>) -> Self {
+    pub fn new(own: Hello, controller: Controller<f32, N, D, T, C, P>) -> Self {
         Self {
             own,
             state: State::Waiting,

@@ -773,6 +773,8 @@ pub enum FunctionName {
     MassMatrix,
     /// Force and moment at every joint, base first.
     JointWrenches,
+    /// Generalised momentum, then what changes it beside the actuators.
+    Momentum,
     /// Accelerations from torques, then the pivots.
     ForwardDynamics,
     /// The law, ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)), with the scene's gains folded in.
@@ -789,6 +791,7 @@ impl FunctionName {
             Self::Coriolis => Function::Coriolis,
             Self::MassMatrix => Function::MassMatrix,
             Self::JointWrenches => Function::JointWrenches,
+            Self::Momentum => Function::Momentum,
             Self::ForwardDynamics => Function::ForwardDynamics,
             Self::ComputedTorque => Function::ComputedTorque(springs),
         }

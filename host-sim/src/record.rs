@@ -135,7 +135,8 @@ impl Record {
     /// Write the run as CSV: one line per tick, numbers with as many digits as they need to be read back exactly.
     ///
     /// Columns: `t`, then per joint `k` (counted from 1) `qk_reference, qk, qdk_reference, qdk, tauk, limitsk`, then
-    /// `fault` (0: none). SI units; `limits` is the sum of 1 position, 2 velocity, 4 torque, 8 torque rate.
+    /// `fault` (0: none). SI units; `limits` is the sum of 1 position, 2 velocity, 4 torque, 8 torque rate,
+    /// 16 collision.
     ///
     /// # Errors
     /// As the writer has it.

@@ -7,18 +7,18 @@ use crate::plant::elasticity::Elasticity;
 use crate::plant::friction::{Breakaway, FrictionLaw};
 use crate::plant::jitter::{Jitter, Moved};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
-use crate::plant::{Arm, Clock, Integrator, JointFriction, Plant, Side};
+use crate::plant::{Arm, Clock, Integrator, JointFriction, Plant, Push, Side};
 use crate::record::{JointLabel, Record};
 use crate::summary::{ModelTicks, Setting, Summary};
 use crate::target::Torques;
-use dynamics_core::control::EveryNth;
+use dynamics_core::control::{CollisionWatch, EveryNth};
 use dynamics_core::mixed::{Narrow, Reduced};
 use dynamics_core::trig::{Chosen, Method};
-use dynamics_core::{Controller, ControllerConfig, JointSpec, Live, Model, Real, Trig};
+use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use robot_compiler::kernel::ArmDynamics;
-use robot_compiler::scene::{ElasticitySpec, IntegratorChoice, MeasuredSide, RippleSpec, ScalarChoice};
+use robot_compiler::scene::{ElasticitySpec, IntegratorChoice, MeasuredSide, PushSpec, RippleSpec, ScalarChoice};
 use std::sync::atomic::AtomicBool;
 
 /// A finished run.
@@ -66,11 +66,21 @@ pub fn on_desk_in<const N: usize>(
 }
 
 /// A controller on the desk that computes in `S`.
-pub type Desk<S, const N: usize> = Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Chosen<S>>;
+pub type Desk<S, const N: usize> =
+    Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Chosen<S>, ControllerConfig<S, N>, Watch<S, N>>;
+
+/// What watches the arm for collisions, where the scene asks for it.
+pub type Watch<S, const N: usize> = Option<CollisionWatch<S, N, Dynamics<S, N>>>;
 
 /// A controller on the desk that computes in f64, its inverse dynamics, sine and cosine in f32.
-pub type MixedDesk<const N: usize> =
-    Controller<f64, N, EveryNth<Narrow<ArmDynamics<f32, N>>, f64, N>, Reduced<Chosen<f32>>>;
+pub type MixedDesk<const N: usize> = Controller<
+    f64,
+    N,
+    EveryNth<Narrow<ArmDynamics<f32, N>>, f64, N>,
+    Reduced<Chosen<f32>>,
+    ControllerConfig<f64, N>,
+    Watch<f64, N>,
+>;
 
 /// The controller that a scene asks for, computing here in `S`; every live input is zero until [`with`] sets it.
 #[must_use]
@@ -93,6 +103,7 @@ where
 {
     let config: ControllerConfig<S, N> = config.cast();
     Controller::new(config, scene.every_nth(scene.dynamics(model), &config), scene.control.trig.into())
+        .with_protection(scene.watch(model))
 }
 
 /// As [`desk`], in both precisions: [`ScalarChoice::Mixed`], whatever the scene says.
@@ -109,7 +120,7 @@ pub(crate) fn mixed_desk_with<const N: usize>(
     config: ControllerConfig<f64, N>,
 ) -> MixedDesk<N> {
     let dynamics = scene.every_nth(Narrow(scene.dynamics(model)), &config);
-    Controller::new(config, dynamics, Reduced(scene.control.trig.into()))
+    Controller::new(config, dynamics, Reduced(scene.control.trig.into())).with_protection(scene.watch(model))
 }
 
 /// What acts on the scene's simulated arm, as a controller in `S` is told of it.
@@ -218,6 +229,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     let jitter = |most: f64, moved| (most > 0.0).then(|| Jitter::new(most, scene.seed, moved));
     let plant = Plant::new(&arm, friction, actuators, clock, start)
         .with_integrator(integrator)
+        .with_push(scene.plant.push.map(|PushSpec { at, duration, wrench }| Push { at, duration, wrench }))
         .with_jitter(jitter(scene.sensors.jitter, Moved::Sampling), jitter(scene.actuators.jitter, Moved::Acting));
     let side = match scene.sensors.side {
         MeasuredSide::Motor => Side::Motor,

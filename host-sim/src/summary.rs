@@ -49,6 +49,14 @@ pub struct LimitCounts {
     pub torque: u64,
     /// The change of torque was held at its limit.
     pub torque_rate: u64,
+    /// The reference was not followed, because this joint had felt a collision.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub collision: u64,
+}
+
+/// Whether there is nothing to say.
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// A fault, when it came.
@@ -215,6 +223,7 @@ impl LimitCounts {
             ("velocity", self.velocity),
             ("torque", self.torque),
             ("torque rate", self.torque_rate),
+            ("collision", self.collision),
         ];
         let acted: Vec<String> = named.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{name} {n}")).collect();
         if acted.is_empty() { "none".to_owned() } else { acted.join(", ") }
@@ -228,6 +237,7 @@ fn count_limits(record: &Record, joint: usize) -> LimitCounts {
         velocity: count(LimitFlags::VELOCITY),
         torque: count(LimitFlags::TORQUE),
         torque_rate: count(LimitFlags::TORQUE_RATE),
+        collision: count(LimitFlags::COLLISION),
     }
 }
 

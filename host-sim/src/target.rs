@@ -1,6 +1,7 @@
 //! Who computes the torques: the desk, the chip, or both beside each other.
 
-use dynamics_core::{Command, Controller, InverseDynamics, Live, Measurement, Real, Reference, Trig};
+use dynamics_core::control::Protection;
+use dynamics_core::{Command, Controller, ControllerConfig, InverseDynamics, Live, Measurement, Real, Reference, Trig};
 
 /// One tick's outcome.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +27,13 @@ pub trait Torques<S, const N: usize> {
     fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> miette::Result<Ticked<S, N>>;
 }
 
-impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>> Torques<S, N> for Controller<S, N, D, T> {
+impl<S, const N: usize, D, T, P> Torques<S, N> for Controller<S, N, D, T, ControllerConfig<S, N>, P>
+where
+    S: Real,
+    D: InverseDynamics<S, N>,
+    T: Trig<S>,
+    P: Protection<S, N>,
+{
     fn set_live(&mut self, live: &Live<S, N>) -> miette::Result<()> {
         *self.live_mut() = *live;
         Ok(())

@@ -42,10 +42,10 @@ fn source_is_that_of_robot_scene_level_function_and_scalar() {
 fn json_has_every_level_and_function_and_the_counts_of_the_source() {
     let all = counts(&[PUMA]);
     let kinds: Vec<_> = all.iter().map(|c| (c["function"].as_str().unwrap(), c["level"].as_str().unwrap())).collect();
-    assert_eq!(kinds.len(), 14);
+    assert_eq!(kinds.len(), 16);
     assert_eq!(kinds[..2], [("inverse-dynamics", "exact"), ("inverse-dynamics", "regrouped")]);
     assert_eq!(
-        kinds[11..],
+        kinds[13..],
         [("forward-dynamics", "regrouped"), ("computed-torque", "exact"), ("computed-torque", "regrouped")]
     );
     for (count, (function, level)) in all.iter().zip(kinds) {

@@ -6,11 +6,11 @@
 
 use crate::drive::UNREAD_MAX;
 use crate::kernel::source::Title;
-use crate::kernel::{self, Function, Precision};
+use crate::kernel::{self, Function, Level, Precision};
 use crate::robot::Robot;
 use crate::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
 use crate::with_dof;
-use dynamics_core::control::{Encoder, Friction, Gains, Guard};
+use dynamics_core::control::{CollisionConfig, Encoder, Friction, Gains, Guard};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Method;
@@ -160,6 +160,62 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
     text + "\n" + &arm_items::<N>(file, inner, real)
 }
 
+/// Rust source of a module with what watches the arm, for use beside [`arm_module`].
+///
+/// | item | what |
+/// |---|---|
+/// | `Protection` | a type that implements `Protection<f32, N>`: a watch for collisions where the scene asks for one, else nothing |
+/// | `protection()` | its value |
+#[must_use]
+pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
+    let Some(config) = file.collision_config::<N>() else {
+        return "//! Nothing watches the arm.\n\nuse dynamics_core::control::Unprotected;\n\n\
+                /// Nothing.\npub type Protection = Unprotected;\n\n\
+                /// Nothing.\npub const fn protection() -> Protection {\n    Unprotected\n}\n"
+            .to_owned();
+    };
+    let (text, momentum, value) = match file.control.kernel.level() {
+        None => (
+            "//! Momentum by the recursion itself, with the model at run time.\n\nuse dynamics_core::Dynamics;\n"
+                .to_owned(),
+            format!("Dynamics<f32, {N}>"),
+            "Dynamics::new(super::arm::model(), super::arm::scene())",
+        ),
+        // Exact whatever the level: the desk has the recursion.
+        Some(_) => {
+            let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
+            let (scene, precision) = (file.scene(model), Precision::Single);
+            let kernel = kernel::source::module(Function::Momentum, model, &scene, Level::Exact, precision, &title);
+            (kernel, "Kernel".to_owned(), "Kernel")
+        }
+    };
+    format!(
+        "{text}\nuse dynamics_core::control::{{CollisionConfig, CollisionConfiguration, CollisionWatch, MomentumFilter, Reaction}};\n\n\
+         /// When something has been hit, as constants of the program.\n\
+         #[derive(Clone, Copy, Debug, PartialEq, Eq)]\npub struct Thresholds;\n\n\
+         impl CollisionConfiguration<f32, {N}> for Thresholds {{\n    #[inline]\n    \
+         fn get(&self) -> &CollisionConfig<f32, {N}> {{\n        const {{ &{} }}\n    }}\n}}\n\n\
+         /// What watches the arm.\npub type Protection = CollisionWatch<f32, {N}, {momentum}, Thresholds>;\n\n\
+         /// What watches the arm.\npub fn protection() -> Protection {{\n    CollisionWatch::new(Thresholds, {value})\n}}\n",
+        collision_item(&config.cast()).print(8),
+    )
+}
+
+fn collision_item<const N: usize>(config: &CollisionConfig<f32, N>) -> Item {
+    let CollisionConfig { filter, threshold, released, ticks, release_ticks, reaction } = config;
+    record(
+        "CollisionConfig",
+        vec![
+            ("filter", call("MomentumFilter::from_numbers", filter.numbers().map(number).into())),
+            ("threshold", numbers(threshold)),
+            ("released", numbers(released)),
+            ("ticks", integer(i64::from(*ticks))),
+            ("release_ticks", integer(i64::from(*release_ticks))),
+            ("reaction", word(&format!("Reaction::{reaction:?}"))),
+        ],
+    )
+}
+
 /// The dynamics of an emitted module: its type, its value, and whether that is one that a `const fn` can give.
 struct Inner {
     kind: String,
@@ -210,7 +266,7 @@ pub const CHOICES: [&str; 2] = ["NEWTAU_LAW", "NEWTAU_TRIG"];
 /// Slowest rate of the boards' timers, Hz: the emulated one has 16 bits at 1 MHz.
 const RATE_MIN: f64 = 16.0;
 
-/// Write `arm.rs`, `dynamics.rs` and `drives.rs` for a scene into a folder: the whole of a firmware's build script.
+/// Write `arm.rs`, `dynamics.rs`, `protection.rs` and `drives.rs` for a scene into a folder: the whole of a firmware's build script.
 ///
 /// # Errors
 /// A scene that cannot be read, a rate that the boards' timers do not have, or a folder that cannot be written to.
@@ -233,14 +289,20 @@ pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::er
         )
         .into());
     }
-    let (arm, dynamics, drives) = with_dof!(file.robot.dof(), N => {
+    let (arm, dynamics, protection, drives) = with_dof!(file.robot.dof(), N => {
         let model = file.robot.model::<N>()?;
-        (arm_module(&file, &model), dynamics_module(&file, &model), drives_module(&file.drives::<N>()))
+        (
+            arm_module(&file, &model),
+            dynamics_module(&file, &model),
+            protection_module(&file, &model),
+            drives_module(&file.drives::<N>()),
+        )
     });
     // A module's own documentation cannot stand in an included file.
     std::fs::write(folder.join("arm.rs"), arm.replace("//!", "//"))?;
     std::fs::write(folder.join("dynamics.rs"), dynamics.replace("//!", "//"))?;
     std::fs::write(folder.join("drives.rs"), drives.replace("//!", "//"))?;
+    std::fs::write(folder.join("protection.rs"), protection.replace("//!", "//"))?;
     Ok(())
 }
 

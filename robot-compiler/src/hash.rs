@@ -4,7 +4,7 @@
 //! count and rate, all as the single-precision numbers that the chip computes with.
 
 use crate::scene::{KernelChoice, SceneFile};
-use dynamics_core::control::{Between, Encoder, Friction, Gains, Guard, Law};
+use dynamics_core::control::{Between, CollisionConfig, Encoder, Friction, Gains, Guard, Law, Reaction};
 use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::safety::{JointRules, Rules, SafeAction};
@@ -56,8 +56,8 @@ impl Fnv1a {
 
 impl SceneFile {
     /// Hash of everything that decides the bits of a tick: model, scene, controller, safety rules, sine and cosine, `N`,
-    /// rate, whether the operations were regrouped, in which ticks the model is evaluated, and what lies between the joints
-    /// and their drives, where the file says it.
+    /// rate, whether the operations were regrouped, in which ticks the model is evaluated, what is a collision, and what lies
+    /// between the joints and their drives, where the file says it.
     ///
     /// Not in it, because no tick of the chip reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
     /// kernel runs from, because no bit depends on it. Stable across runs and platforms.
@@ -92,6 +92,9 @@ impl SceneFile {
             });
         }
         hash_drives(&mut fnv, &self.drives::<N>());
+        if let Some(collision) = self.collision_config::<N>() {
+            hash_collision(&mut fnv, &collision.cast());
+        }
         fnv.0
     }
 }
@@ -246,6 +249,20 @@ fn hash_pwm(fnv: &mut Fnv1a, drive: &PwmDrive) {
         per_supply,
         current_max,
     ]);
+}
+
+fn hash_collision<const N: usize>(fnv: &mut Fnv1a, collision: &CollisionConfig<f32, N>) {
+    let CollisionConfig { filter, threshold, released, ticks, release_ticks, reaction } = collision;
+    fnv.numbers(&filter.numbers());
+    fnv.numbers(threshold);
+    fnv.numbers(released);
+    fnv.tag(*ticks);
+    fnv.tag(*release_ticks);
+    fnv.tag(match reaction {
+        Reaction::Stop => 0,
+        Reaction::Hold => 1,
+        Reaction::Comply => 2,
+    });
 }
 
 #[cfg(test)]

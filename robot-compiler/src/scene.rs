@@ -4,7 +4,9 @@ use crate::diagnostics::FileError;
 use crate::robot::{Robot, RobotJoint};
 use crate::scene_file;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec, Timing, TorqueLimits, Waypoint};
-use dynamics_core::control::{Encoder, EveryNth, Friction, Gains, Guard, TrackingObserver};
+use dynamics_core::control::{
+    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, MomentumFilter, TrackingObserver,
+};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Libm;
@@ -18,9 +20,9 @@ mod settings;
 pub mod terms;
 
 pub use settings::{
-    ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, IntegratorChoice, KernelChoice,
-    KernelMemory, MeasuredSide, ModelSpec, MotionSpec, PlantSpec, RippleSpec, SafetySpec, ScalarChoice, SensorSpec,
-    ViaPoint,
+    ActuatorSpec, BreakawaySpec, CollisionSpec, ControlSpec, ElasticitySpec, FrictionSpec, IntegratorChoice,
+    KernelChoice, KernelMemory, MeasuredSide, ModelSpec, MotionSpec, PlantSpec, PushSpec, RippleSpec, SafetySpec,
+    ScalarChoice, SensorSpec, ViaPoint,
 };
 
 /// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.
@@ -45,6 +47,8 @@ pub struct SceneFile {
     pub control: ControlSpec,
     /// When torque acts, and what happens instead.
     pub safety: SafetySpec,
+    /// What counts as a collision; `None`: nothing is looked for.
+    pub collision: Option<CollisionSpec>,
     /// What it should do.
     pub motion: MotionSpec,
     /// What is simulated.
@@ -128,6 +132,21 @@ impl SceneFile {
             encoder: std::array::from_fn(|i| self.encoder(i)),
             observer: TrackingObserver::new(self.control.observer_bandwidth, period),
         }
+    }
+
+    /// When something has been hit, and what is done then; `None` where the scene does not look for it.
+    #[must_use]
+    pub fn collision_config<const N: usize>(&self) -> Option<CollisionConfig<f64, N>> {
+        let spec = self.collision.as_ref()?;
+        let threshold: [f64; N] = joints(&spec.threshold);
+        Some(CollisionConfig {
+            filter: MomentumFilter::new(spec.bandwidth, self.period()),
+            threshold,
+            released: threshold.map(|threshold| 0.5 * threshold),
+            ticks: spec.ticks,
+            release_ticks: (spec.release * self.control.rate).ceil() as u32,
+            reaction: spec.reaction,
+        })
     }
 
     /// These inverse dynamics, evaluated in the ticks in which the scene asks for it, with the fixed inertia of `config` between.

@@ -11,11 +11,12 @@ use dynamics_core::{Body, Term};
 use std::path::Path;
 
 mod auto;
+mod collision;
 mod motion;
 mod safety;
 mod world;
 
-const SCENE_KEYS: [&str; 12] = [
+const SCENE_KEYS: [&str; 13] = [
     "name",
     "robot",
     "tip",
@@ -24,6 +25,7 @@ const SCENE_KEYS: [&str; 12] = [
     "model",
     "control",
     "safety",
+    "collision",
     "motion",
     "plant",
     "sensors",
@@ -71,6 +73,7 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
             .table("sensors")?
             .map_or(Ok(SensorSpec::default()), |t| world::sensors(&t, &robot, &plant, &control))?,
         actuators: root.table("actuators")?.map_or(Ok(ActuatorSpec::default()), |t| world::actuators(&t, &control))?,
+        collision: root.table("collision")?.map(|t| collision::read(&t, &robot, &control)).transpose()?,
         model,
         control,
         safety,

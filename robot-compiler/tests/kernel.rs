@@ -7,6 +7,7 @@
 mod arms;
 
 use arms::{arm, body, joints, vector};
+use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::trig::Libm;
 use dynamics_core::{
     Body, Dynamics, Frame, Inertia, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Real, Rotor, Scalar,
@@ -186,6 +187,38 @@ over_arms! {
     inverse_undoes_forward_for_six_joints: inverse_undoes_forward::<6>,
 }
 
+/// Momentum and its rate, of the generic source and of the program.
+fn moments<S: Real, const N: usize>(case: &Case<N>, program: &Program) -> (Vec<S>, Vec<S>) {
+    let At { turn, q, qd, last, live } = case.at::<S>();
+    let generic = Dynamics::new(case.model.cast::<S>(), case.scene.cast());
+    let Momentum { momentum, rate } = generic.momentum(&turn, &q, &qd, &live);
+    ([momentum, rate].concat(), program.evaluate(&input_values(&turn, &q, &qd, &last, &live)))
+}
+
+fn momentum_agrees<const N: usize>(case: &Case<N>) -> Result<(), TestCaseError> {
+    let program = |level, precision| compile(Function::Momentum, &case.model, &case.scene, level, precision);
+    let (generic, found) = moments::<f32, N>(case, &program(Level::Exact, Precision::Single));
+    prop_assert_eq!(generic, found);
+    let (generic, found) = moments::<f64, N>(case, &program(Level::Exact, Precision::Double));
+    prop_assert_eq!(&generic, &found);
+    let (_, regrouped) = moments::<f64, N>(case, &program(Level::Regrouped, Precision::Double));
+    let size = generic.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+    for (g, f) in generic.iter().zip(&regrouped) {
+        prop_assert!((g - f).abs() < 1e-12 * size, "{:?} {:?}", generic, regrouped);
+    }
+    Ok(())
+}
+
+over_arms! {
+    16 cases;
+    momentum_agrees_for_one_joint: momentum_agrees::<1>,
+    momentum_agrees_for_two_joints: momentum_agrees::<2>,
+    momentum_agrees_for_three_joints: momentum_agrees::<3>,
+    momentum_agrees_for_four_joints: momentum_agrees::<4>,
+    momentum_agrees_for_five_joints: momentum_agrees::<5>,
+    momentum_agrees_for_six_joints: momentum_agrees::<6>,
+}
+
 fn literal(x: f64) -> Expr {
     Expr::literal(x)
 }
@@ -229,20 +262,32 @@ fn plain<const N: usize>() -> Scene<f64, N> {
     Scene { gravity: Term::Constant(Vector3::new(0.0, 0.0, -9.81)), ..Scene::free_space() }
 }
 
-fn counts(name: &str, level: Level) -> [usize; 4] {
+fn counts(name: &str, function: Function, level: Level) -> [usize; 4] {
     let model = robot(name).model::<6>().unwrap();
-    let program = compile(Function::InverseDynamics, &model, &plain(), level, Precision::Single);
+    let program = compile(function, &model, &plain(), level, Precision::Single);
     let n = program.operations();
     [n.mul, n.add, n.sub, n.neg]
 }
 
 #[test]
 fn operation_counts_are_what_is_written_here() {
-    let found = ["ur5", "puma560", "stanford"].map(|name| Level::ALL.map(|level| counts(name, level)));
+    let count = |name| Level::ALL.map(|level| counts(name, Function::InverseDynamics, level));
+    let found = ["ur5", "puma560", "stanford"].map(count);
     // mul, add, sub, neg; exact and regrouped, of each arm.
     let ur5 = [[234, 109, 84, 0], [150, 58, 56, 1]];
     let puma = [[218, 102, 81, 0], [167, 72, 52, 0]];
     let stanford = [[176, 87, 54, 0], [115, 48, 40, 2]];
+    assert_eq!(found, [ur5, puma, stanford]);
+}
+
+#[test]
+fn operation_counts_of_momentum_are_what_is_written_here() {
+    let count = |name| Level::ALL.map(|level| counts(name, Function::Momentum, level));
+    let found = ["ur5", "puma560", "stanford"].map(count);
+    // mul, add, sub, neg; exact and regrouped, of each arm.
+    let ur5 = [[189, 76, 62, 0], [128, 42, 44, 2]];
+    let puma = [[175, 66, 61, 1], [132, 43, 48, 1]];
+    let stanford = [[143, 57, 43, 2], [95, 29, 33, 1]];
     assert_eq!(found, [ur5, puma, stanford]);
 }
 

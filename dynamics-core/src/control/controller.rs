@@ -1,7 +1,8 @@
 //! The tick.
 
+use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::friction::Friction;
-use super::law::{Gains, Law, State, torques};
+use super::law::{Gains, Law, State, torques, yielding};
 use super::limits::{LimitFlags, hold_reference, hold_torque, reference_is_inside, step_is_inside, torque_is_inside};
 use super::observer::{Encoder, TrackingObserver};
 use super::{Command, Fault, Measurement, Reference, Sensed};
@@ -120,24 +121,42 @@ pub(crate) struct Observed<S, const N: usize> {
 
 /// Computed-torque controller of an arm with `N` joints.
 ///
-/// Generic over the inverse dynamics (the recursion or a generated kernel), over sine and cosine, and over where the
-/// configuration is kept ([`Configuration`]); it cannot tell one kernel from another.
+/// Generic over the inverse dynamics (the recursion or a generated kernel), over sine and cosine, over where the
+/// configuration is kept ([`Configuration`]), and over what watches the arm ([`Protection`]: nothing, at no cost); it cannot tell
+/// one kernel from another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Controller<S, const N: usize, D, T, C = ControllerConfig<S, N>> {
+pub struct Controller<S, const N: usize, D, T, C = ControllerConfig<S, N>, P = Unprotected> {
     config: C,
     dynamics: D,
     trig: T,
     live: Live<S, N>,
     memory: Memory<S, N>,
+    protection: P,
 }
 
 impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configuration<S, N>> Controller<S, N, D, T, C> {
     /// A controller at rest, with every live input zero.
     #[must_use]
     pub fn new(config: C, dynamics: D, trig: T) -> Self {
-        Self { config, dynamics, trig, live: Live::zero(), memory: Memory::new() }
+        Self { config, dynamics, trig, live: Live::zero(), memory: Memory::new(), protection: Unprotected }
     }
 
+    /// The same controller, watched.
+    #[must_use]
+    pub fn with_protection<P>(self, protection: P) -> Controller<S, N, D, T, C, P> {
+        let Self { config, dynamics, trig, live, memory, .. } = self;
+        Controller { config, dynamics, trig, live, memory, protection }
+    }
+}
+
+impl<S, const N: usize, D, T, C, P> Controller<S, N, D, T, C, P>
+where
+    S: Real,
+    D: InverseDynamics<S, N>,
+    T: Trig<S>,
+    C: Configuration<S, N>,
+    P: Protection<S, N>,
+{
     /// One tick: from what should be and what is to what to do. Total: it neither panics nor fails.
     ///
     /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 600 instructions of a Cortex-M4F
@@ -171,6 +190,7 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configura
         self.memory = Memory::new();
         self.dynamics.forget();
         self.trig.forget();
+        self.protection.forget();
     }
 
     /// The fault in force.
@@ -188,6 +208,16 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configura
         &mut self.dynamics
     }
 
+    /// What watches the arm.
+    pub fn protection(&self) -> &P {
+        &self.protection
+    }
+
+    /// What watches the arm, for example to set a payload between ticks.
+    pub fn protection_mut(&mut self) -> &mut P {
+        &mut self.protection
+    }
+
     /// The live inputs of the scene, to be set between ticks.
     pub fn live_mut(&mut self) -> &mut Live<S, N> {
         &mut self.live
@@ -195,7 +225,7 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configura
 
     #[inline]
     fn drive(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Result<Command<S, N>, Fault> {
-        let Self { config, dynamics, trig, live, memory } = self;
+        let Self { config, dynamics, trig, live, memory, protection } = self;
         let config = config.get();
         if measurement.age_ticks > config.age_max {
             return Err(Fault::StaleMeasurement);
@@ -216,12 +246,37 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configura
             held = hold_reference(reference, &config.limits, &mut limits);
             &held
         };
-        memory.acceleration = reference.qdd;
 
-        let state = State { reference, q, qd, live };
-        let mut torque = torques(config.law, &config.gains, dynamics, trig, &state);
+        let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
+        // What a trigonometry remembers belongs to the angles that the law asks for: of this one the reference's.
+        let (verdict, turn) = match config.law {
+            Law::Feedforward => (protection.look(&seen, || trig.sin_cos_all(q)).0, None),
+            _ => protection.look(&seen, || trig.tick(q)),
+        };
+        let standing;
+        let reference = match verdict {
+            Verdict::Free | Verdict::Comply { .. } => reference,
+            Verdict::Stop { joint } => return Err(Fault::Collision { joint }),
+            Verdict::Hold { q, .. } => {
+                let zero = [S::zero(); N];
+                standing = Reference { q, qd: zero, qdd: zero };
+                &standing
+            }
+        };
+        if let Verdict::Hold { joint, .. } | Verdict::Comply { joint } = verdict {
+            flag(&mut limits, joint);
+        }
+        let complies = matches!(verdict, Verdict::Comply { .. });
+        memory.acceleration = if complies { [S::zero(); N] } else { reference.qdd };
+
+        let state = State { reference, q, qd, live, turn };
+        let mut torque = if complies {
+            yielding(&config.gains, dynamics, trig, &state)
+        } else {
+            torques(config.law, &config.gains, dynamics, trig, &state)
+        };
         for i in 0..N {
-            if let Some(friction) = &config.friction {
+            if let (Some(friction), false) = (&config.friction, complies) {
                 torque[i] += friction[i].torque(reference.qd[i]);
             }
             // Makes +0 of -0: kernels that are equal need not agree on the sign of a zero, and commands are compared by
@@ -229,7 +284,15 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configura
             torque[i] += S::zero();
         }
         memory.limit(&mut torque, &mut limits, config)?;
+        protection.drove(&torque);
         Ok(Command::Drive { torque, limits })
+    }
+}
+
+/// Say that a collision on this joint keeps the reference from being followed.
+fn flag<const N: usize>(limits: &mut [LimitFlags; N], joint: u8) {
+    if let Some(flags) = limits.get_mut(usize::from(joint)) {
+        *flags |= LimitFlags::COLLISION;
     }
 }
 

@@ -19,6 +19,7 @@ use core::fmt;
 /// | 11 | a drive reports a fault | the drive's own diagnosis |
 /// | 12 | the supply voltage is outside its bounds | the supply, a brake resistor |
 /// | 13 | a temperature is outside its bounds | cooling, the load |
+/// | 14 | a joint has felt a collision | the arm's surroundings; the payload, the friction and the thresholds |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// A measured value is NaN or infinite on this joint.
@@ -68,6 +69,11 @@ pub enum Fault {
     SupplyOutOfBounds,
     /// A temperature is outside its bounds.
     TemperatureOutOfBounds,
+    /// The external torque on this joint is above its threshold, and the configuration asks to stop.
+    Collision {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
 }
 
 impl Fault {
@@ -88,6 +94,7 @@ impl Fault {
             Self::DriveFault { .. } => 11,
             Self::SupplyOutOfBounds => 12,
             Self::TemperatureOutOfBounds => 13,
+            Self::Collision { .. } => 14,
         }
     }
 
@@ -101,7 +108,8 @@ impl Fault {
             | Self::VelocityOutOfBounds { joint }
             | Self::NonFiniteTorque { joint }
             | Self::ImpossibleJump { joint }
-            | Self::DriveFault { joint } => Some(joint),
+            | Self::DriveFault { joint }
+            | Self::Collision { joint } => Some(joint),
             Self::StaleMeasurement
             | Self::Overrun
             | Self::EmergencyStop
@@ -128,6 +136,7 @@ impl Fault {
             11 => Self::DriveFault { joint },
             12 => Self::SupplyOutOfBounds,
             13 => Self::TemperatureOutOfBounds,
+            14 => Self::Collision { joint },
             _ => return None,
         })
     }
@@ -149,6 +158,7 @@ impl fmt::Display for Fault {
             Self::DriveFault { .. } => "the drive reports a fault",
             Self::SupplyOutOfBounds => "supply voltage out of bounds",
             Self::TemperatureOutOfBounds => "temperature out of bounds",
+            Self::Collision { .. } => "collision",
         };
         write!(f, "fault {}: {what}", self.code())?;
         match self.joint() {

@@ -52,6 +52,35 @@ pub(super) struct State<'a, S, const N: usize> {
     pub(super) q: &'a [S; N],
     pub(super) qd: &'a [S; N],
     pub(super) live: &'a Live<S, N>,
+    /// Sine and cosine of `q`, where somebody has asked for them in this tick.
+    pub(super) turn: Option<[SinCos<S>; N]>,
+}
+
+/// Sine and cosine of `q`, worked out once in a tick.
+#[inline]
+fn known_or_new<S: Real, const N: usize>(
+    trig: &mut impl Trig<S>,
+    turn: Option<[SinCos<S>; N]>,
+    q: &[S; N],
+) -> [SinCos<S>; N] {
+    match turn {
+        Some(turn) => turn,
+        None => trig.tick(q),
+    }
+}
+
+/// Torques that carry the arm's weight and damp its motion, without any stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`, N m or N.
+#[inline]
+pub(super) fn yielding<S: Real, const N: usize>(
+    gains: &[Gains<S>; N],
+    dynamics: &mut impl InverseDynamics<S, N>,
+    trig: &mut impl Trig<S>,
+    state: &State<'_, S, N>,
+) -> [S; N] {
+    let State { q, qd, live, turn, .. } = *state;
+    let zero = [S::zero(); N];
+    let held = dynamics.tick(|| known_or_new(trig, turn, q), q, &zero, &zero, live);
+    core::array::from_fn(|i| held[i] - gains[i].inertia * (gains[i].velocity * qd[i]))
 }
 
 /// The acceleration that corrects the error of each joint, rad/s^2 or m/s^2.
@@ -121,7 +150,8 @@ pub(super) fn torques<S: Real, const N: usize>(
     trig: &mut impl Trig<S>,
     state: &State<'_, S, N>,
 ) -> [S; N] {
-    let State { reference, q, qd, live } = *state;
+    let State { reference, q, qd, live, turn } = *state;
+    let turned = |trig: &mut _| known_or_new(trig, turn, q);
     let weighted = |with: [S; N]| {
         let spring = spring(gains, reference, q, qd);
         core::array::from_fn(|i| with[i] + gains[i].inertia * spring[i])
@@ -131,12 +161,12 @@ pub(super) fn torques<S: Real, const N: usize>(
         // `computed_torque`, by a dynamics that may remember.
         Law::ComputedTorque => {
             let wanted = wanted(gains, reference, q, qd);
-            dynamics.tick(|| trig.tick(q), q, qd, &wanted, live)
+            dynamics.tick(|| turned(trig), q, qd, &wanted, live)
         }
         Law::Pd => weighted(zero),
-        Law::PdGravity => weighted(dynamics.tick(|| trig.tick(q), q, &zero, &zero, live)),
+        Law::PdGravity => weighted(dynamics.tick(|| turned(trig), q, &zero, &zero, live)),
         Law::DiagonalInertia => {
-            let held = dynamics.tick(|| trig.tick(q), q, &zero, &zero, live);
+            let held = dynamics.tick(|| turned(trig), q, &zero, &zero, live);
             let wanted = wanted(gains, reference, q, qd);
             core::array::from_fn(|i| held[i] + gains[i].inertia * wanted[i])
         }

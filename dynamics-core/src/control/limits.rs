@@ -20,13 +20,16 @@ impl LimitFlags {
     pub const TORQUE: Self = Self(4);
     /// The change of torque was held at the torque-rate limit.
     pub const TORQUE_RATE: Self = Self(8);
+    /// The reference was not followed, because this joint has felt a collision.
+    pub const COLLISION: Self = Self(16);
 
     /// Each single flag with its name.
-    pub const NAMES: [(Self, &'static str); 4] = [
+    pub const NAMES: [(Self, &'static str); 5] = [
         (Self::POSITION, "position"),
         (Self::VELOCITY, "velocity"),
         (Self::TORQUE, "torque"),
         (Self::TORQUE_RATE, "torque rate"),
+        (Self::COLLISION, "collision"),
     ];
 
     /// The bits.
@@ -38,7 +41,7 @@ impl LimitFlags {
     /// From bits; those that mean nothing are dropped.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Self {
-        Self(bits & 0xf)
+        Self(bits & 0x1f)
     }
 
     /// Whether every flag of `other` is set.

@@ -120,13 +120,18 @@ fn flags_belong_to_the_joint_whose_limit_acts() {
 
 #[test]
 fn flag_bits_are_stable_and_named() {
-    let pinned =
-        [(LimitFlags::POSITION, 1), (LimitFlags::VELOCITY, 2), (LimitFlags::TORQUE, 4), (LimitFlags::TORQUE_RATE, 8)];
+    let pinned = [
+        (LimitFlags::POSITION, 1),
+        (LimitFlags::VELOCITY, 2),
+        (LimitFlags::TORQUE, 4),
+        (LimitFlags::TORQUE_RATE, 8),
+        (LimitFlags::COLLISION, 16),
+    ];
     for ((flag, bits), (named, _)) in pinned.into_iter().zip(LimitFlags::NAMES) {
         assert_eq!((flag.bits(), flag), (bits, named));
     }
     for bits in 0..=u8::MAX {
-        assert_eq!(LimitFlags::from_bits(bits).bits(), bits & 0xf);
+        assert_eq!(LimitFlags::from_bits(bits).bits(), bits & 0x1f);
         for (flag, value) in pinned {
             assert_eq!(LimitFlags::from_bits(bits).contains(flag), bits & value != 0);
         }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on should say so")]
 #![allow(clippy::float_cmp, reason = "limits, latches and resets are promised to the bit")]
 
+mod collision;
 mod every_nth;
 mod faults;
 mod friction;

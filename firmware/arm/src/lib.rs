@@ -8,6 +8,7 @@ use dynamics_core::safety::{self, Rules, Safety};
 pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
 pub use generated::drives::drives;
 pub use generated::dynamics::Arm;
+pub use generated::protection::Protection;
 
 #[allow(
     unused_imports,
@@ -26,6 +27,9 @@ mod generated {
     }
     pub(crate) mod dynamics {
         include!(concat!(env!("OUT_DIR"), "/dynamics.rs"));
+    }
+    pub(crate) mod protection {
+        include!(concat!(env!("OUT_DIR"), "/protection.rs"));
     }
 }
 
@@ -48,12 +52,12 @@ impl safety::Configuration<f32, N> for Settings {
 }
 
 /// The controller of this arm.
-pub type ArmController = Controller<f32, N, Arm, Trig, Settings>;
+pub type ArmController = Controller<f32, N, Arm, Trig, Settings, Protection>;
 
 /// The controller of this arm, at rest.
 #[must_use]
 pub fn controller() -> ArmController {
-    Controller::new(Settings, generated::dynamics::arm(), TRIG)
+    Controller::new(Settings, generated::dynamics::arm(), TRIG).with_protection(generated::protection::protection())
 }
 
 /// The safety state machine around it.

@@ -121,6 +121,16 @@ impl<const N: usize> Arm<N> {
 }
 
 impl<const N: usize> Mechanism<N> {
+    /// What pushes at the tip.
+    pub(super) fn tip_wrench(&self) -> Option<Wrench<f64>> {
+        self.tip_wrench
+    }
+
+    /// What pushes at the tip from now on.
+    pub(super) fn push(&mut self, wrench: Option<Wrench<f64>>) {
+        self.tip_wrench = wrench;
+    }
+
     /// Take the rotors out: what they were felt as, kg m^2 or kg.
     pub(super) fn take_rotors(&mut self) -> [f64; N] {
         self.chain.joints.each_mut().map(|joint| core::mem::take(&mut joint.rotor))

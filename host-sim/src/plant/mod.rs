@@ -29,8 +29,8 @@ use actuator::{ActuatorSettings, Actuators, Drive, Ripple};
 use core::cell::Cell;
 pub use dynamics::Arm;
 use dynamics::Mechanism;
-use dynamics_core::JointKind;
 use dynamics_core::trig::Polynomial;
+use dynamics_core::{JointKind, Wrench};
 use elasticity::{Elasticity, Motors, Pair};
 pub use friction::JointFriction;
 pub use integrator::Integrator;
@@ -88,6 +88,17 @@ impl Clock {
     }
 }
 
+/// A wrench at the tip for a while, beside what pushes all the time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// When it begins, s: with the tick that is nearest.
+    pub at: f64,
+    /// How long it lasts, s: whole ticks.
+    pub duration: f64,
+    /// At the tip's origin, in tip axes.
+    pub wrench: Wrench<f64>,
+}
+
 /// The simulated arm with its actuators and brakes.
 ///
 /// Brakes are stronger than the arm: from the tick in which they engage every joint loses its speed at a constant rate
@@ -101,6 +112,10 @@ pub struct Plant<const N: usize> {
     /// Next step of the adaptive integrator, s.
     next_step: f64,
     state: State<N>,
+    /// What pushes all the time, and what does so for a while.
+    push: Option<(Option<Wrench<f64>>, Push)>,
+    /// Ticks driven.
+    driven: u64,
     motors: Option<Motors<N>>,
     sampling: Option<Jitter>,
     acting: Option<Jitter>,
@@ -151,6 +166,8 @@ impl<const N: usize> Plant<N> {
             integrator: Integrator::default(),
             next_step: clock.period,
             state: State { q: start, qd: [0.0; N] },
+            push: None,
+            driven: 0,
             motors: None,
             sampling: None,
             acting: None,
@@ -164,6 +181,23 @@ impl<const N: usize> Plant<N> {
     #[must_use]
     pub fn with_integrator(self, integrator: Integrator) -> Self {
         Self { integrator, ..self }
+    }
+
+    /// The same arm, pushed for a while.
+    #[must_use]
+    pub fn with_push(self, push: Option<Push>) -> Self {
+        let always = self.body.mechanism.tip_wrench();
+        Self { push: push.map(|push| (always, push)), ..self }
+    }
+
+    /// What pushes in the tick that begins.
+    fn begin_tick(&mut self) {
+        let Some((always, Push { at, duration, wrench })) = self.push else { return };
+        let tick = |t: f64| (t / self.clock.period).round() as u64;
+        let pushes = (tick(at)..tick(at + duration)).contains(&self.driven);
+        self.driven += 1;
+        let both = || always.map_or(wrench, |always| always + wrench);
+        self.body.mechanism.push(if pushes { Some(both()) } else { always });
     }
 
     /// The same arm, standing where it did, with its rotors behind springs and measured on one side of them. Every rotor needs an
@@ -231,6 +265,7 @@ impl<const N: usize> Plant<N> {
     /// # Errors
     /// [`Diverged`] when the motion cannot be continued; the state is then the last good one.
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        self.begin_tick();
         let Clock { period, steps_per_tick } = self.clock;
         let (acts, samples) = (self.acts(), self.samples());
         let (before, drive) = self.actuators.drive(torque, period, acts.unwrap_or(0.0));

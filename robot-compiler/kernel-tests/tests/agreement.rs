@@ -5,6 +5,7 @@
 use dynamics_core::control::computed_torque;
 use dynamics_core::forward_dynamics::acceleration;
 use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Real, Reference, Scene, SinCos, Term, Trig, Wrench};
@@ -168,6 +169,10 @@ fn expected(function: Function, at: &State<f64, 6>) -> Vec<f64> {
             .iter()
             .flat_map(|w| w.force.iter().chain(w.moment.iter()).copied().collect::<Vec<_>>())
             .collect(),
+        Function::Momentum => {
+            let Momentum { momentum, rate } = dynamics(scene).momentum(turn, q, qd, live);
+            [momentum, rate].concat()
+        }
         Function::ForwardDynamics => {
             let found = acceleration(&dynamics(scene), turn, q, qd, tau(at), live);
             found.qdd.into_iter().chain(found.pivot).collect()
@@ -246,6 +251,17 @@ fn forward_dynamics_agrees() {
         Function::ForwardDynamics,
         [&|s| exact(&s.turn, &s.q, &s.qd, tau(s)), &|s| regrouped(&s.turn, &s.q, &s.qd, tau(s))],
     );
+}
+
+#[test]
+fn momentum_agrees() {
+    use kernel_tests::stanford_reach_momentum_exact_f64::Kernel as Exact;
+    use kernel_tests::stanford_reach_momentum_regrouped_f64::Kernel as Regrouped;
+    fn found(kernel: &impl GeneralizedMomentum<f64, 6>, at: &State<f64, 6>) -> [f64; 12] {
+        let Momentum { momentum, rate } = kernel.momentum(&at.turn, &at.q, &at.qd, &at.live);
+        core::array::from_fn(|i| if i < 6 { momentum[i] } else { rate[i - 6] })
+    }
+    compare_function(Function::Momentum, [&|s| found(&Exact, s), &|s| found(&Regrouped, s)]);
 }
 
 #[test]

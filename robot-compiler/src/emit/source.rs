@@ -50,7 +50,7 @@ pub(crate) fn list(parts: Vec<Item>) -> Item {
     Item::Group { open: "[".to_owned(), close: "]", spaced: false, parts }
 }
 
-pub(super) fn record(name: &str, fields: Vec<(&'static str, Item)>) -> Item {
+pub(crate) fn record(name: &str, fields: Vec<(&'static str, Item)>) -> Item {
     let parts = fields.into_iter().map(|(name, value)| Item::Field(name, Box::new(value))).collect();
     Item::Group { open: format!("{name} {{"), close: "}", spaced: true, parts }
 }

@@ -5,6 +5,7 @@ use super::interpreter::Interpreter;
 use super::{Function, Level, Precision, Program, compile};
 use crate::scene::SceneFile;
 use core::cell::RefCell;
+use dynamics_core::control::CollisionWatch;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Real, SinCos};
 
 /// The recursion, or a kernel run by an interpreter: the same operations, and so the same bits, as its source on the chip.
@@ -26,6 +27,18 @@ pub struct Ready<S> {
 }
 
 impl SceneFile {
+    /// What watches the arm for collisions, if the scene asks for it. The chip's kernel of the momentum is always an exact one, to
+    /// which the recursion is equal.
+    #[must_use]
+    pub fn watch<S: Real, const N: usize>(
+        &self,
+        model: &Model<f64, N>,
+    ) -> Option<CollisionWatch<S, N, Dynamics<S, N>>> {
+        let config = self.collision_config::<N>()?;
+        let dynamics = Dynamics::new(model.cast(), self.scene(model).cast());
+        Some(CollisionWatch::new(config.cast(), dynamics))
+    }
+
     /// The inverse dynamics that the scene asks for.
     #[must_use]
     pub fn dynamics<S: Real, const N: usize>(&self, model: &Model<f64, N>) -> ArmDynamics<S, N> {

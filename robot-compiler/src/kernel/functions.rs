@@ -6,6 +6,7 @@ use super::tape::{Arena, Expr, input, trace};
 use dynamics_core::control::{Gains, computed_torque};
 use dynamics_core::forward_dynamics;
 use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::{
     Dynamics, Inertia, InverseDynamics, Live, Model, Real, Reference, Scalar, Scene, SinCos, Term, Wrench,
@@ -25,6 +26,8 @@ pub enum Function {
     MassMatrix,
     /// Force and moment at every joint, base first.
     JointWrenches,
+    /// `p = D qd`, then `C^T qd - G + J^T w`: what the observer of external torques reads.
+    Momentum,
     /// `qdd = D^-1 (tau - C qd - G + J^T w)`, then the pivots: the only one that divides.
     ForwardDynamics,
     /// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`: the whole law, its gains folded in.
@@ -56,12 +59,13 @@ impl Springs {
 
 impl Function {
     /// All that take no more than an arm in a scene.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::InverseDynamics,
         Self::Gravity,
         Self::Coriolis,
         Self::MassMatrix,
         Self::JointWrenches,
+        Self::Momentum,
         Self::ForwardDynamics,
     ];
 
@@ -74,6 +78,7 @@ impl Function {
             Self::Coriolis => "coriolis",
             Self::MassMatrix => "mass-matrix",
             Self::JointWrenches => "joint-wrenches",
+            Self::Momentum => "momentum",
             Self::ForwardDynamics => "forward-dynamics",
             Self::ComputedTorque(_) => "computed-torque",
         }
@@ -89,6 +94,8 @@ impl Function {
             Self::Gravity => Scene { rotor: Term::Absent, ..weight },
             Self::Coriolis => Scene { gravity: Term::Absent, tip_wrench: Term::Absent, rotor: Term::Absent, ..*scene },
             Self::MassMatrix => Scene { gravity: Term::Absent, ..weight },
+            // Of its own velocity terms it leaves nothing out.
+            Self::Momentum => Scene { coriolis: Term::Live, ..*scene },
             // A rotor turns between motor and link: no joint carries its wrench.
             Self::JointWrenches => Scene { rotor: Term::Absent, ..*scene },
         }
@@ -254,6 +261,10 @@ pub(super) fn record<const N: usize>(
                 .iter()
                 .flat_map(|w| w.force.iter().chain(w.moment.iter()).copied().collect::<Vec<_>>())
                 .collect(),
+            Function::Momentum => {
+                let Momentum { momentum, rate } = dynamics.momentum(&turn, &q, &qd, &live);
+                [momentum, rate].concat()
+            }
             Function::ForwardDynamics => {
                 let found = forward_dynamics::acceleration(&dynamics, &turn, &q, &qd, &tau, &live);
                 found.qdd.into_iter().chain(found.pivot).collect()

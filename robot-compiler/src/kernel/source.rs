@@ -4,7 +4,7 @@ use super::functions::{argument, live_inputs};
 use super::program::Program;
 use super::tape::Precision;
 use super::{Function, Level};
-use crate::emit::source::{list, word};
+use crate::emit::source::{Item, list, record, word};
 use dynamics_core::{Model, Scene, Term};
 use std::collections::HashSet;
 
@@ -28,6 +28,7 @@ pub struct Title<'a> {
 /// | function | item |
 /// |---|---|
 /// | inverse dynamics | `Kernel`, a type that implements `InverseDynamics<S, N>` |
+/// | momentum | `Kernel`, a type that implements `GeneralizedMomentum<S, N>` |
 /// | any other | `fn NAME(turn, q, qd, qdd, live) -> [S; M]`, with the arguments that it reads |
 ///
 /// `S` is `f32` or `f64`; the module depends on `dynamics-core` alone.
@@ -61,6 +62,7 @@ pub fn module_of<const N: usize>(
 /// | function | item |
 /// |---|---|
 /// | inverse dynamics | `Kernel`, a type that implements `InverseDynamics<S, N>` for every `S: Scalar` |
+/// | momentum | `Kernel`, a type that implements `GeneralizedMomentum<S, N>` for every `S: Scalar` |
 /// | any other | `fn NAME<S: Scalar>(turn, q, qd, qdd, live) -> [S; M]`, with the arguments that it reads |
 ///
 /// What divides asks for `S: Field`.
@@ -101,7 +103,8 @@ fn text<const N: usize>(
     let text = Text { function, program, joints: N, precision, title, scalars };
     let head = text.head(&function.sees(scene), level);
     let item = match function {
-        Function::InverseDynamics => text.kernel(),
+        Function::InverseDynamics => text.kernel(&INVERSE_DYNAMICS),
+        Function::Momentum => text.kernel(&MOMENTUM),
         Function::Gravity
         | Function::Coriolis
         | Function::MassMatrix
@@ -121,6 +124,42 @@ struct Text<'a> {
     title: &'a Title<'a>,
     scalars: Scalars,
 }
+
+/// A trait of one function that a kernel implements.
+struct Trait {
+    /// Its name.
+    name: &'static str,
+    /// Where it is, if not at the root of `dynamics_core`, and what stands there beside it.
+    module: Option<(&'static str, &'static str)>,
+    /// The function.
+    function: &'static str,
+    arguments: &'static [&'static str],
+    /// The type of the result, for a scalar and so many joints.
+    result: fn(&str, usize) -> String,
+    /// The result, from the outputs.
+    value: fn(Vec<Item>) -> Item,
+}
+
+const INVERSE_DYNAMICS: Trait = Trait {
+    name: "InverseDynamics",
+    module: None,
+    function: "inverse_dynamics",
+    arguments: &["turn", "q", "qd", "qdd", "live"],
+    result: |real, joints| format!("[{real}; {joints}]"),
+    value: list,
+};
+
+const MOMENTUM: Trait = Trait {
+    name: "GeneralizedMomentum",
+    module: Some(("momentum", "Momentum")),
+    function: "momentum",
+    arguments: &["turn", "q", "qd", "live"],
+    result: |real, joints| format!("Momentum<{real}, {joints}>"),
+    value: |mut momentum| {
+        let rate = momentum.split_off(momentum.len() / 2);
+        record("Momentum", vec![("momentum", list(momentum)), ("rate", list(rate))])
+    },
+};
 
 /// The arguments in their order.
 const ARGUMENTS: [&str; 6] = ["turn", "q", "qd", "qdd", "tau", "live"];
@@ -221,29 +260,35 @@ impl Text<'_> {
         )
     }
 
-    /// The body of a function, indented by `indent`.
-    fn body(&self, indent: usize) -> String {
+    /// The body of a function that makes `value` of the outputs, indented by `indent`.
+    fn body(&self, indent: usize, value: fn(Vec<Item>) -> Item) -> String {
         let hoisted = self.scalars == Scalars::Every;
         let writer = Writer::new(self.program, self.joints, self.precision, hoisted);
         let pad = " ".repeat(indent);
-        let outputs = list(self.program.outputs().iter().map(|&e| word(&writer.value(e))).collect());
+        let outputs = value(self.program.outputs().iter().map(|&e| word(&writer.value(e))).collect());
         format!("{}{pad}{}\n", writer.statements(&pad), outputs.print(indent))
     }
 
-    fn kernel(&self) -> String {
+    fn kernel(&self, implemented: &Trait) -> String {
         let (read, real, joints) = (self.read(), self.real(), self.joints);
-        let mut text = self.imports(&["InverseDynamics", "Live", "SinCos"]);
-        text += &format!("/// Inverse dynamics of {} in the scene {}.\n", self.title.robot, self.title.scene);
+        let Trait { name, module, function, arguments, result, value } = implemented;
+        let mut text = match module {
+            None => self.imports(&[name, "Live", "SinCos"]),
+            Some((module, beside)) => {
+                format!("use dynamics_core::{module}::{{{name}, {beside}}};\n") + &self.imports(&["Live", "SinCos"])
+            }
+        };
+        text +=
+            &format!("/// {} of {} in the scene {}.\n", self::name(self.function), self.title.robot, self.title.scene);
         text += "#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]\npub struct Kernel;\n\n";
-        text += &format!(
-            "impl{} InverseDynamics<{real}, {joints}> for Kernel {{\n    #[inline]\n    fn inverse_dynamics(\n        &self,\n",
-            self.parameters()
-        );
-        for name in ARGUMENTS.into_iter().filter(|name| *name != "tau") {
+        text += &format!("impl{} {name}<{real}, {joints}> for Kernel {{\n    #[inline]\n", self.parameters());
+        let named = arguments.iter().map(|&name| {
             let unread = if read.contains(name) { "" } else { "_" };
-            text += &format!("        {unread}{name}: {},\n", self.kind(name));
-        }
-        text + &format!("    ) -> [{real}; {joints}] {{\n{}    }}\n}}\n", self.body(8))
+            format!("{unread}{name}: {}", self.kind(name))
+        });
+        let parameters: Vec<String> = std::iter::once("&self".to_owned()).chain(named).collect();
+        let signature = signature(4, &format!("fn {function}"), &parameters, &result(real, joints));
+        text + &format!("{signature}{}    }}\n}}\n", self.body(8, *value))
     }
 
     fn function(&self) -> String {
@@ -257,18 +302,24 @@ impl Text<'_> {
         let rust_name = self.function.name().replace('-', "_") + self.parameters();
         let result = format!("[{}; {}]", self.real(), self.program.outputs().len());
         let parameters: Vec<String> = arguments.iter().map(|name| format!("{name}: {}", self.kind(name))).collect();
-        let flat = format!("pub fn {rust_name}({}) -> {result} {{\n", parameters.join(", "));
-        let signature = if flat.trim_end().len() <= 120 {
-            flat
-        } else {
-            format!("pub fn {rust_name}(\n    {},\n) -> {result} {{\n", parameters.join(",\n    "))
-        };
+        let signature = signature(0, &format!("pub fn {rust_name}"), &parameters, &result);
         format!(
             "{imports}{}#[inline]\n#[must_use]\n{signature}{}}}\n",
             documentation(self.function, self.title),
-            self.body(4)
+            self.body(4, list)
         )
     }
+}
+
+/// The head of a function, indented, on one line where it fits.
+fn signature(indent: usize, function: &str, parameters: &[String], result: &str) -> String {
+    let pad = " ".repeat(indent);
+    let flat = format!("{pad}{function}({}) -> {result} {{\n", parameters.join(", "));
+    if flat.trim_end().len() <= 120 {
+        return flat;
+    }
+    let parameters = parameters.join(&format!(",\n{pad}    "));
+    format!("{pad}{function}(\n{pad}    {parameters},\n{pad}) -> {result} {{\n")
 }
 
 /// What it is called in a sentence.
@@ -279,6 +330,7 @@ const fn name(function: Function) -> &'static str {
         Function::Coriolis => "Velocity torques",
         Function::MassMatrix => "Mass matrix",
         Function::JointWrenches => "Joint wrenches",
+        Function::Momentum => "Generalised momentum",
         Function::ForwardDynamics => "Forward dynamics",
         Function::ComputedTorque(_) => "Computed torque",
     }
@@ -296,6 +348,9 @@ fn documentation(function: Function, title: &Title<'_>) -> String {
         Function::JointWrenches => {
             "What each link exerts on the next, base first, `fx, fy, fz, mx, my, mz` in the frame of the next link, about its\n\
              /// joint's origin: N and N m."
+        }
+        Function::Momentum => {
+            "`p = D(q) qd`, one per joint, kg m^2/s or kg m/s; then `C(q, qd)^T qd - G(q) + J^T w`, one per joint, N m or N."
         }
         Function::ForwardDynamics => {
             "`qdd = D(q)^-1 (tau - C(q, qd) qd - G(q) + J^T w)`, one per joint, rad/s^2 or m/s^2; then the inertia that each joint\n\

@@ -4,7 +4,7 @@ use super::SceneFile;
 use super::terms::AutoTerms;
 use crate::kernel::Level;
 use crate::robot::{Robot, RobotJoint};
-use dynamics_core::control::{Between, Law};
+use dynamics_core::control::{Between, Law, Reaction};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Method;
 use dynamics_core::{Body, JointKind, Term, Wrench};
@@ -67,6 +67,21 @@ pub struct ControlSpec {
     pub position_margin: f64,
     /// How many times the velocity limit is a fault.
     pub velocity_factor: f64,
+}
+
+/// What counts as a collision, and what is done about one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CollisionSpec {
+    /// Bandwidth of the estimated external torque, rad/s.
+    pub bandwidth: f64,
+    /// External torque of a collision, per joint, N m or N.
+    pub threshold: Vec<f64>,
+    /// Ticks in a row above the threshold.
+    pub ticks: u32,
+    /// How long every joint must feel less than half its threshold until nothing pushes any more, s.
+    pub release: f64,
+    /// What is done.
+    pub reaction: Reaction,
 }
 
 /// Which inverse dynamics the chip runs.
@@ -218,6 +233,8 @@ pub struct PlantSpec {
     pub payload: Option<Body>,
     /// The wrench really exerted by the environment at the tip's origin, in tip axes.
     pub tip_wrench: Option<Wrench<f64>>,
+    /// What pushes at the tip for a while, beside that.
+    pub push: Option<PushSpec>,
     /// Whether the joints have friction.
     pub friction: bool,
     /// Which; `None`: that of the robot file, which is the controller's too.
@@ -228,6 +245,17 @@ pub struct PlantSpec {
     pub gravity: Vector3<f64>,
     /// Where the arm starts, at rest, rad or m.
     pub start: Vec<f64>,
+}
+
+/// A wrench at the tip for a while, of which the controller is told nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PushSpec {
+    /// When it begins, s.
+    pub at: f64,
+    /// How long it lasts, s.
+    pub duration: f64,
+    /// At the tip's origin, in tip axes.
+    pub wrench: Wrench<f64>,
 }
 
 /// How the simulated motion is integrated.
@@ -458,6 +486,7 @@ impl PlantSpec {
                 Term::Constant(wrench) => Some(wrench),
                 Term::Absent | Term::Live => None,
             },
+            push: None,
             friction: robot.joints.iter().any(|joint| joint.friction.is_some()),
             friction_law: None,
             elasticity: None,
@@ -491,6 +520,7 @@ pub(super) fn default_scene(robot: Robot) -> SceneFile {
         },
         model,
         control,
+        collision: None,
         sensors: SensorSpec::default(),
         actuators: ActuatorSpec::default(),
         robot,

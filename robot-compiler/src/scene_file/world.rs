@@ -7,7 +7,7 @@ use crate::reader::{Table, Value};
 use crate::robot::Robot;
 use crate::scene::{
     ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, IntegratorChoice, MeasuredSide, ModelSpec,
-    PlantSpec, RippleSpec, SensorSpec,
+    PlantSpec, PushSpec, RippleSpec, SensorSpec,
 };
 use nalgebra::Vector3;
 
@@ -27,6 +27,7 @@ pub(super) fn plant(
         "tolerance",
         "payload",
         "tip_wrench",
+        "push",
         "friction",
         "elasticity",
         "backlash",
@@ -44,6 +45,7 @@ pub(super) fn plant(
     if let Some(value) = table.get("tip_wrench") {
         plant.tip_wrench = absent_or(&value, WRENCH, |value| wrench(&value.table()?))?;
     }
+    plant.push = table.table("push")?.map(|table| push(&table)).transpose()?;
     if let Some(value) = table.get("friction").filter(Value::is_table) {
         plant.friction = true;
         plant.friction_law = Some(friction(&value.table()?, robot)?);
@@ -68,6 +70,16 @@ pub(super) fn plant(
         }
     }
     Ok(plant)
+}
+
+/// A wrench for a while.
+fn push(table: &Table<'_>) -> Result<PushSpec, FileError> {
+    table.only(&["at", "duration", "wrench"])?;
+    Ok(PushSpec {
+        at: table.require("at", "a time in s, zero or more")?.not_negative("a time in s, zero or more")?,
+        duration: table.require("duration", "a time in s, above zero")?.positive("a time in s, above zero")?,
+        wrench: wrench(&table.require("wrench", WRENCH)?.table()?)?,
+    })
 }
 
 /// The method, and what only one of them has.

@@ -1,0 +1,393 @@
+//! Collisions by a momentum observer: an external torque per joint from momentum alone, and what is done when one is too large.
+//!
+//! With the generalised momentum `p = D qd` and `dp/dt = tau + beta + tau_ext`, where `beta = C^T qd - G + J^T w - friction`
+//! (module [`crate::momentum`]), the residual
+//!
+//! ```text
+//! r(t) = k (p(t) - p(0) - integral of (tau + beta + r) ds)         dr/dt = k (tau_ext - r)
+//! ```
+//!
+//! is the external torque behind a low-pass filter: no acceleration is measured and no inertia matrix inverted. At the control
+//! period `h`, with the torque of the last tick held since and `beta` by the trapezoidal rule:
+//!
+//! ```text
+//! I = J + h/2 beta                       up to now
+//! r = k (p - I)
+//! J = I + h (tau + r) + h/2 beta         tau: what this tick commands
+//! k = (1 - exp(-bandwidth h)) / h        so that r = exp(-bandwidth h) r + (1 - exp(-bandwidth h)) tau_ext, exactly
+//! ```
+//!
+//! The integral follows the momentum (it is `p - r/k`), so it does not grow with time and single precision does not drift.
+//! What the model does not have is external to it: a wrong payload, friction that is not fed forward or sticks, torque that the
+//! drive does not give, the lag of a velocity that is estimated. The thresholds must lie above all that; `docs/collision.md` says
+//! how they are found. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017, section IV.)
+
+use super::Friction;
+use crate::momentum::{GeneralizedMomentum, Momentum};
+use crate::scalar::Real;
+use crate::scene::Live;
+use crate::trig::SinCos;
+
+/// The filter of the observer: bandwidth and period as the numbers that a tick needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MomentumFilter<S> {
+    gain: S,
+    period: S,
+    half_period: S,
+}
+
+impl<S: Real> MomentumFilter<S> {
+    /// A residual that follows the external torque with this bandwidth.
+    ///
+    /// | name | quantity | unit |
+    /// |---|---|---|
+    /// | `bandwidth` | bandwidth of the residual | rad/s |
+    /// | `period` | time between ticks | s |
+    #[must_use]
+    pub fn new(bandwidth: f64, period: f64) -> Self {
+        let gain = (1.0 - libm::exp(-bandwidth * period)) / period;
+        Self::from_numbers(S::literal(gain), S::literal(period), S::literal(0.5 * period))
+    }
+
+    /// From the numbers that [`MomentumFilter::numbers`] gave, for example on the desk at build time.
+    #[must_use]
+    pub const fn from_numbers(gain: S, period: S, half_period: S) -> Self {
+        Self { gain, period, half_period }
+    }
+
+    /// `[k, h, h/2]`.
+    #[must_use]
+    pub const fn numbers(&self) -> [S; 3]
+    where
+        S: Copy,
+    {
+        [self.gain, self.period, self.half_period]
+    }
+}
+
+/// What the observer remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MomentumObserver<S, const N: usize> {
+    /// `J`, kg m^2/s or kg m/s; without the torque of the running tick until [`MomentumObserver::drove`].
+    integral: [S; N],
+    /// `r`, N m or N.
+    residual: [S; N],
+    /// Whether there has been a tick.
+    started: bool,
+}
+
+impl<S: Real, const N: usize> Default for MomentumObserver<S, N> {
+    fn default() -> Self {
+        Self { integral: [S::zero(); N], residual: [S::zero(); N], started: false }
+    }
+}
+
+impl<S: Real, const N: usize> MomentumObserver<S, N> {
+    /// The external torque of each joint as far as it is known, N m or N; zero in the first tick.
+    ///
+    /// | name | quantity | unit | shape |
+    /// |---|---|---|---|
+    /// | `momentum` | momentum now, and its rate without actuators and friction | kg m^2/s, N m | N |
+    /// | `friction` | torque that friction takes now | N m or N | N |
+    /// | return | `r` | N m or N | N |
+    ///
+    /// Cost: `9 N` operations with [`MomentumObserver::drove`].
+    #[inline]
+    pub fn observe(&mut self, filter: &MomentumFilter<S>, momentum: &Momentum<S, N>, friction: &[S; N]) -> &[S; N] {
+        let Momentum { momentum, rate } = momentum;
+        for i in 0..N {
+            let half = filter.half_period * (rate[i] - friction[i]);
+            let until_now = if self.started { self.integral[i] + half } else { momentum[i] };
+            self.residual[i] = filter.gain * (momentum[i] - until_now);
+            self.integral[i] = until_now + (filter.period * self.residual[i] + half);
+        }
+        self.started = true;
+        &self.residual
+    }
+
+    /// The torque that is held until the next tick, N m or N.
+    #[inline]
+    pub fn drove(&mut self, filter: &MomentumFilter<S>, torque: &[S; N]) {
+        for i in 0..N {
+            self.integral[i] += filter.period * torque[i];
+        }
+    }
+
+    /// The last `r`, N m or N.
+    #[must_use]
+    pub const fn residual(&self) -> &[S; N] {
+        &self.residual
+    }
+}
+
+/// What is done about a collision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reaction {
+    /// A fault: brake until reset.
+    Stop,
+    /// The reference stays where the arm was, until reset.
+    Hold,
+    /// No stiffness: weight is carried and motion damped as long as something pushes; then as [`Reaction::Hold`], until reset or
+    /// the next push.
+    Comply,
+}
+
+/// When something has been hit, and what is done then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CollisionConfig<S, const N: usize> {
+    /// Bandwidth of the residual.
+    pub filter: MomentumFilter<S>,
+    /// Residual of a collision, N m or N.
+    pub threshold: [S; N],
+    /// Residual below which, on every joint, nothing pushes any more: half of `threshold`.
+    pub released: [S; N],
+    /// Ticks in a row that a residual is above its threshold before it is believed.
+    pub ticks: u32,
+    /// Ticks in a row without a push after which it is over.
+    pub release_ticks: u32,
+    /// What is done.
+    pub reaction: Reaction,
+}
+
+impl<const N: usize> CollisionConfig<f64, N> {
+    /// The same in another scalar, each number through [`crate::Scalar::literal`].
+    #[must_use]
+    pub fn cast<T: Real>(&self) -> CollisionConfig<T, N> {
+        let [gain, period, half_period] = self.filter.numbers().map(T::literal);
+        CollisionConfig {
+            filter: MomentumFilter::from_numbers(gain, period, half_period),
+            threshold: self.threshold.map(T::literal),
+            released: self.released.map(T::literal),
+            ticks: self.ticks,
+            release_ticks: self.release_ticks,
+            reaction: self.reaction,
+        }
+    }
+}
+
+/// Where a watch finds its configuration, as [`super::Configuration`] for the controller's.
+pub trait CollisionConfiguration<S, const N: usize> {
+    /// The configuration; always the same.
+    fn get(&self) -> &CollisionConfig<S, N>;
+}
+
+impl<S, const N: usize> CollisionConfiguration<S, N> for CollisionConfig<S, N> {
+    #[inline]
+    fn get(&self) -> &Self {
+        self
+    }
+}
+
+/// What a protection asks of the tick that it looks at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict<S, const N: usize> {
+    /// Go on.
+    Free,
+    /// Stop, because of this joint.
+    Stop {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// Stand here, because of this joint.
+    Hold {
+        /// Joint position, rad or m.
+        q: [S; N],
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// Carry the arm's weight and damp, because of this joint.
+    Comply {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+}
+
+/// What a protection is shown.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a, S, const N: usize> {
+    /// Joint position, rad or m.
+    pub q: &'a [S; N],
+    /// Joint velocity, rad/s or m/s.
+    pub qd: &'a [S; N],
+    /// The scene's live inputs.
+    pub live: &'a Live<S, N>,
+    /// Friction as the controller feeds it forward.
+    pub friction: Option<&'a [Friction<S>; N]>,
+}
+
+/// What watches over a controller. [`Unprotected`] costs nothing.
+pub trait Protection<S, const N: usize> {
+    /// Look at the state of this tick. Sine and cosine, if they were asked for, come back to be used again.
+    fn look(
+        &mut self,
+        seen: &Seen<'_, S, N>,
+        turn: impl FnOnce() -> [SinCos<S>; N],
+    ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>);
+
+    /// The torque that this tick commands, N m or N.
+    fn drove(&mut self, torque: &[S; N]);
+
+    /// Forget everything: the next tick is the first.
+    fn forget(&mut self);
+}
+
+/// Nothing watches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Unprotected;
+
+impl<S, const N: usize> Protection<S, N> for Unprotected {
+    #[inline]
+    fn look(
+        &mut self,
+        _: &Seen<'_, S, N>,
+        _: impl FnOnce() -> [SinCos<S>; N],
+    ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>) {
+        (Verdict::Free, None)
+    }
+
+    #[inline]
+    fn drove(&mut self, _: &[S; N]) {}
+
+    #[inline]
+    fn forget(&mut self) {}
+}
+
+/// Chosen at run time, by a scene on the desk.
+impl<S, const N: usize, P: Protection<S, N>> Protection<S, N> for Option<P> {
+    fn look(
+        &mut self,
+        seen: &Seen<'_, S, N>,
+        turn: impl FnOnce() -> [SinCos<S>; N],
+    ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>) {
+        self.as_mut().map_or((Verdict::Free, None), |protection| protection.look(seen, turn))
+    }
+
+    fn drove(&mut self, torque: &[S; N]) {
+        if let Some(protection) = self {
+            protection.drove(torque);
+        }
+    }
+
+    fn forget(&mut self) {
+        if let Some(protection) = self {
+            protection.forget();
+        }
+    }
+}
+
+/// Watches for collisions by a momentum observer.
+///
+/// ```text
+///         |r| > threshold for `ticks` in a row
+/// free ------------------------------------------> stop, hold or comply, as the configuration says
+///
+///         |r| <= released on every joint for `release_ticks` in a row
+/// comply <------------------------------------------------------------> hold
+///         |r| > threshold for `ticks` in a row
+/// ```
+///
+/// Only [`Protection::forget`] leads back to free: where the reference has gone meanwhile is not known here. A residual that is
+/// NaN is above every threshold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CollisionWatch<S, const N: usize, M, K = CollisionConfig<S, N>> {
+    config: K,
+    momentum: M,
+    observer: MomentumObserver<S, N>,
+    state: WatchState<S, N>,
+    /// Ticks in a row that speak for leaving the state.
+    count: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum WatchState<S, const N: usize> {
+    Free,
+    Stopped { joint: u8 },
+    Holding { q: [S; N], joint: u8 },
+    Complying { joint: u8 },
+}
+
+impl<S: Real, const N: usize, M, K: CollisionConfiguration<S, N>> CollisionWatch<S, N, M, K> {
+    /// A watch that has seen nothing yet; `momentum` gives the arm's momentum.
+    #[must_use]
+    pub fn new(config: K, momentum: M) -> Self {
+        Self { config, momentum, observer: MomentumObserver::default(), state: WatchState::Free, count: 0 }
+    }
+
+    /// The last estimate of the external torques, N m or N.
+    #[must_use]
+    pub const fn residual(&self) -> &[S; N] {
+        self.observer.residual()
+    }
+
+    /// What gives the momentum, for example to set a payload between ticks.
+    pub fn momentum_mut(&mut self) -> &mut M {
+        &mut self.momentum
+    }
+
+    #[inline]
+    fn decide(&mut self, q: &[S; N]) -> Verdict<S, N> {
+        let config = self.config.get();
+        let residual = self.observer.residual();
+        let hit = above(residual, &config.threshold);
+        let (speaks, needed) = match self.state {
+            WatchState::Free | WatchState::Holding { .. } => (hit.is_some(), config.ticks),
+            WatchState::Complying { .. } => (above(residual, &config.released).is_none(), config.release_ticks),
+            WatchState::Stopped { .. } => (false, 0),
+        };
+        self.count = if speaks { self.count.saturating_add(1) } else { 0 };
+        if speaks && self.count >= needed {
+            self.count = 0;
+            let joint = hit.unwrap_or(0);
+            self.state = match (self.state, config.reaction) {
+                (WatchState::Complying { joint }, _) => WatchState::Holding { q: *q, joint },
+                (WatchState::Free, Reaction::Stop) => WatchState::Stopped { joint },
+                (WatchState::Free, Reaction::Hold) => WatchState::Holding { q: *q, joint },
+                (WatchState::Free | WatchState::Holding { .. }, Reaction::Comply) => WatchState::Complying { joint },
+                (state, _) => state,
+            };
+        }
+        match self.state {
+            WatchState::Free => Verdict::Free,
+            WatchState::Stopped { joint } => Verdict::Stop { joint },
+            WatchState::Holding { q, joint } => Verdict::Hold { q, joint },
+            WatchState::Complying { joint } => Verdict::Comply { joint },
+        }
+    }
+}
+
+/// The first joint whose residual is not within the bound.
+#[inline]
+fn above<S: Real, const N: usize>(residual: &[S; N], bound: &[S; N]) -> Option<u8> {
+    let within = |i: usize| residual[i].abs() <= bound[i];
+    (0..N).find(|&i| !within(i)).map(|joint| joint as u8)
+}
+
+impl<S: Real, const N: usize, M: GeneralizedMomentum<S, N>, K: CollisionConfiguration<S, N>> Protection<S, N>
+    for CollisionWatch<S, N, M, K>
+{
+    #[inline]
+    fn look(
+        &mut self,
+        seen: &Seen<'_, S, N>,
+        turn: impl FnOnce() -> [SinCos<S>; N],
+    ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>) {
+        let Seen { q, qd, live, friction } = *seen;
+        let turn = turn();
+        let momentum = self.momentum.momentum(&turn, q, qd, live);
+        let lost = match friction {
+            Some(friction) => core::array::from_fn(|i| friction[i].torque(qd[i])),
+            None => [S::zero(); N],
+        };
+        self.observer.observe(&self.config.get().filter, &momentum, &lost);
+        (self.decide(q), Some(turn))
+    }
+
+    #[inline]
+    fn drove(&mut self, torque: &[S; N]) {
+        self.observer.drove(&self.config.get().filter, torque);
+    }
+
+    fn forget(&mut self) {
+        (self.observer, self.state, self.count) = (MomentumObserver::default(), WatchState::Free, 0);
+    }
+}

@@ -1,0 +1,270 @@
+//! External torques by momentum, and what a collision does to the controller.
+
+use crate::support::{Desk, UnitMasses, braked, by_hand, config, driven, measured, planar};
+use dynamics_core::control::{
+    CollisionConfig, CollisionWatch, Law, LimitFlags, MomentumFilter, MomentumObserver, Protection, Reaction, Seen,
+    Unprotected, Verdict,
+};
+use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
+use dynamics_core::{Controller, Fault, InverseDynamics, Live, Reference, SinCos, Trig};
+
+const PERIOD: f64 = 1e-3;
+
+/// Unit masses on rails, without weight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rails;
+
+impl<const N: usize> GeneralizedMomentum<f64, N> for Rails {
+    fn momentum(&self, _: &[SinCos<f64>; N], _: &[f64; N], qd: &[f64; N], _: &Live<f64, N>) -> Momentum<f64, N> {
+        Momentum { momentum: *qd, rate: [0.0; N] }
+    }
+}
+
+/// So wide that the residual is the external force of the last period.
+fn settings(reaction: Reaction) -> CollisionConfig<f64, 2> {
+    CollisionConfig {
+        filter: MomentumFilter::new(1e5, PERIOD),
+        threshold: [8.0, 4.0],
+        released: [4.0, 2.0],
+        ticks: 3,
+        release_ticks: 5,
+        reaction,
+    }
+}
+
+type Watched =
+    Controller<f64, 2, UnitMasses, Desk, dynamics_core::ControllerConfig<f64, 2>, CollisionWatch<f64, 2, Rails>>;
+
+fn watched(reaction: Reaction) -> Watched {
+    Controller::new(config::<2>(Law::ComputedTorque), UnitMasses::default(), Desk)
+        .with_protection(CollisionWatch::new(settings(reaction), Rails))
+}
+
+/// Masses that move under the commanded and an external force, and the controller over them.
+struct Loop {
+    controller: Watched,
+    q: [f64; 2],
+    qd: [f64; 2],
+}
+
+const REFERENCE: Reference<f64, 2> = Reference { q: [0.2, -0.1], qd: [0.0, 0.0], qdd: [0.0, 0.0] };
+
+impl Loop {
+    fn new(reaction: Reaction) -> Self {
+        Self { controller: watched(reaction), q: [0.0; 2], qd: [0.0; 2] }
+    }
+
+    /// A tick, and then a period under the force `external`.
+    fn tick(&mut self, external: [f64; 2]) -> (Option<Fault>, [LimitFlags; 2], [f64; 2]) {
+        let command = self.controller.tick(&REFERENCE, &measured(self.q, self.qd));
+        if let Some(fault) = braked(&command) {
+            return (Some(fault), [LimitFlags::NONE; 2], [0.0; 2]);
+        }
+        let (torque, limits) = driven(command);
+        for i in 0..2 {
+            let force = torque[i] + external[i];
+            self.q[i] += PERIOD * (self.qd[i] + 0.5 * PERIOD * force);
+            self.qd[i] += PERIOD * force;
+        }
+        (None, limits, torque)
+    }
+
+    fn run(&mut self, external: [f64; 2], ticks: u32) {
+        for _ in 0..ticks {
+            self.tick(external);
+        }
+    }
+
+    fn residual(&self) -> [f64; 2] {
+        *self.controller.protection().residual()
+    }
+}
+
+const HIT: [f64; 2] = [0.0, -4.1];
+const FREE: [f64; 2] = [0.0, 0.0];
+const COLLIDED: [LimitFlags; 2] = [LimitFlags::NONE, LimitFlags::COLLISION];
+
+#[test]
+fn the_residual_is_the_external_force_whatever_the_controller_does() {
+    let mut arm = Loop::new(Reaction::Stop);
+    for external in [[0.0, 0.0], [5.0, -3.0], [-7.0, 3.5], [0.0, 0.0]] {
+        arm.run(external, 4);
+        for i in 0..2 {
+            assert!((arm.residual()[i] - external[i]).abs() < 1e-9, "{:?} {external:?}", arm.residual());
+        }
+    }
+}
+
+#[test]
+fn a_stop_comes_after_so_many_ticks_above_the_threshold_and_latches() {
+    let mut arm = Loop::new(Reaction::Stop);
+    // Just below on both joints, for ever; above, but never three times in a row.
+    arm.run([-7.9, 3.9], 100);
+    for _ in 0..20 {
+        arm.run(HIT, 2);
+        arm.run(FREE, 1);
+    }
+    arm.run(HIT, 3);
+    // The force of three periods is known in the tick after.
+    assert_eq!(arm.tick(FREE).0, Some(Fault::Collision { joint: 1 }));
+    for _ in 0..10 {
+        assert_eq!(arm.tick(FREE).0, Some(Fault::Collision { joint: 1 }));
+    }
+    let mut other = Loop::new(Reaction::Stop);
+    other.run([8.1, 0.0], 3);
+    assert_eq!(other.tick(FREE).0, Some(Fault::Collision { joint: 0 }));
+}
+
+#[test]
+fn a_hold_stands_where_the_arm_was_until_the_reset() {
+    let mut arm = Loop::new(Reaction::Hold);
+    arm.run(FREE, 40);
+    arm.run(HIT, 3);
+    let at = arm.q;
+    assert!((at[0] - REFERENCE.q[0]).abs() > 0.05, "the arm is on its way: {at:?}");
+    assert_eq!(arm.tick(HIT).1, COLLIDED);
+    arm.run(FREE, 2000);
+    for i in 0..2 {
+        assert!((arm.q[i] - at[i]).abs() < 1e-6, "{:?} {at:?}", arm.q);
+    }
+    assert_eq!(arm.tick(FREE).1, COLLIDED);
+    arm.controller.reset();
+    arm.run(FREE, 2000);
+    assert_eq!(arm.tick(FREE).1, [LimitFlags::NONE; 2]);
+    for i in 0..2 {
+        assert!((arm.q[i] - REFERENCE.q[i]).abs() < 1e-6, "{:?}", arm.q);
+    }
+}
+
+#[test]
+fn what_complies_gives_way_while_pushed_then_stands_and_gives_way_again() {
+    let mut arm = Loop::new(Reaction::Comply);
+    arm.run(HIT, 3);
+    let gains = config::<2>(Law::ComputedTorque).gains;
+    for round in 0..3 {
+        // No stiffness: the force is the damper's alone.
+        let (qd, before) = (arm.qd, arm.q);
+        let (fault, limits, torque) = arm.tick(HIT);
+        assert_eq!((fault, limits), (None, COLLIDED));
+        for i in 0..2 {
+            assert_eq!(torque[i], 0.0 - gains[i].inertia * (gains[i].velocity * qd[i]));
+        }
+        arm.run(HIT, 3000);
+        // Pushed away at the speed at which the damper holds the force.
+        let speed = HIT[1] / (gains[1].inertia * gains[1].velocity);
+        assert!((arm.qd[1] - speed).abs() < 1e-6 && arm.q[1] < before[1] - 0.2, "{:?}", arm.qd);
+        // Half the threshold is not yet nothing.
+        arm.run([0.0, -2.1], 50);
+        let (_, _, torque) = arm.tick(FREE);
+        assert!(torque[1].abs() < 4.0, "{torque:?}");
+        arm.run(FREE, 4);
+        let at = arm.q;
+        arm.tick(FREE);
+        arm.run(FREE, 2000);
+        for i in 0..2 {
+            assert!((arm.q[i] - at[i]).abs() < 1e-6, "round {round}: {:?} {at:?}", arm.q);
+        }
+        arm.run(HIT, 3);
+    }
+}
+
+#[test]
+fn a_residual_that_is_no_number_is_a_collision() {
+    let mut watch = CollisionWatch::new(CollisionConfig { ticks: 1, ..settings(Reaction::Stop) }, Rails);
+    let look = |watch: &mut CollisionWatch<f64, 2, Rails>, qd: [f64; 2]| {
+        let seen = Seen { q: &[0.0; 2], qd: &qd, live: &Live::zero(), friction: None };
+        watch.look(&seen, || Desk.sin_cos_all(&[0.0; 2])).0
+    };
+    assert_eq!(look(&mut watch, [0.0; 2]), Verdict::Free);
+    assert_eq!(look(&mut watch, [0.0, f64::NAN]), Verdict::Stop { joint: 1 });
+    watch.forget();
+    assert_eq!(look(&mut watch, [0.0; 2]), Verdict::Free);
+    assert_eq!(*watch.residual(), [0.0; 2]);
+}
+
+#[test]
+fn no_watch_and_one_that_sees_nothing_leave_every_bit() {
+    let mut bare = Controller::new(config::<2>(Law::ComputedTorque), planar(), Desk);
+    let wide = CollisionConfig { threshold: [f64::MAX; 2], ..settings(Reaction::Stop) };
+    let mut unprotected = bare.with_protection(Unprotected);
+    let mut watched = bare.with_protection(CollisionWatch::new(wide, planar()));
+    let mut perhaps = bare.with_protection(Some(CollisionWatch::new(wide, planar())));
+    for k in 0..200 {
+        let t = f64::from(k) * PERIOD;
+        let reference = Reference { q: [t.sin(), t], qd: [t.cos(), 1.0], qdd: [-t.sin(), 0.0] };
+        let measurement = measured([1.01 * t.sin(), 0.9 * t], [t.cos() + 0.1, 1.1]);
+        let expected = bare.tick(&reference, &measurement);
+        assert_eq!(unprotected.tick(&reference, &measurement), expected);
+        assert_eq!(watched.tick(&reference, &measurement), expected);
+        assert_eq!(perhaps.tick(&reference, &measurement), expected);
+    }
+    assert!(watched.protection().residual()[0] != 0.0);
+}
+
+/// Where two swinging joints are at `t`, and how they move.
+fn swinging(t: f64) -> [[f64; 2]; 3] {
+    let (w, a) = ([2.1, 3.3], [0.9, 0.7]);
+    [
+        core::array::from_fn(|i| a[i] * (w[i] * t).sin()),
+        core::array::from_fn(|i| a[i] * w[i] * (w[i] * t).cos()),
+        core::array::from_fn(|i| -a[i] * w[i] * w[i] * (w[i] * t).sin()),
+    ]
+}
+
+/// The observer over a motion of which every torque is known: `f(tick, residual)` for each tick, `external` acting all the time.
+fn over_a_motion<S: dynamics_core::Real>(bandwidth: f64, ticks: u32, external: f64, mut f: impl FnMut(u32, [f64; 2])) {
+    let filter: MomentumFilter<S> = MomentumFilter::new(bandwidth, PERIOD);
+    let dynamics = planar();
+    let single = dynamics_core::Dynamics::<S, 2>::new(dynamics.model().cast(), dynamics.scene().cast());
+    let mut observer = MomentumObserver::<S, 2>::default();
+    for tick in 0..ticks {
+        let [q, qd, _] = swinging(f64::from(tick) * PERIOD);
+        let turn = q.map(|q| SinCos { sin: S::literal(q.sin()), cos: S::literal(q.cos()) });
+        let momentum = single.momentum(&turn, &q.map(S::literal), &qd.map(S::literal), &Live::zero());
+        let found = observer.observe(&filter, &momentum, &[S::zero(); 2]).map(S::to_f64);
+        f(tick, found);
+        // The torque of the middle of the period stands for its mean.
+        let [q, qd, qdd] = swinging((f64::from(tick) + 0.5) * PERIOD);
+        observer.drove(&filter, &by_hand(q, qd, qdd).map(|tau| S::literal(tau - external)));
+    }
+}
+
+#[test]
+fn the_residual_follows_an_external_torque_as_a_first_order_lag() {
+    let (bandwidth, external) = (50.0, 3.0);
+    let mut worst = 0.0_f64;
+    over_a_motion::<f64>(bandwidth, 2000, external, |tick, found| {
+        let wanted = external * (1.0 - (-bandwidth * f64::from(tick) * PERIOD).exp());
+        for r in found {
+            worst = worst.max((r - wanted).abs());
+        }
+    });
+    println!("{worst:e} N m");
+    assert!(worst < 5e-4, "{worst:e} N m");
+}
+
+#[test]
+fn single_precision_does_not_drift_in_a_million_ticks() {
+    let mut double = Vec::new();
+    const TICKS: u32 = 1_000_000;
+    over_a_motion::<f64>(50.0, TICKS, 0.0, |_, found| double.push(found));
+    let mut worst = [0.0_f64; 2];
+    over_a_motion::<f32>(50.0, TICKS, 0.0, |tick, found| {
+        let half = usize::from(tick >= TICKS / 2);
+        for i in 0..2 {
+            worst[half] = worst[half].max((found[i] - double[tick as usize][i]).abs());
+        }
+    });
+    println!("{worst:?} N m");
+    // Torques of tens of N m: the error is that of rounding p, and no greater in the second half than in the first.
+    assert!(worst[1] < 1.5 * worst[0] && worst[0] < 5e-4, "{worst:?} N m");
+    assert!(worst[0] > 1e-7, "{worst:?} N m");
+}
+
+#[test]
+fn the_arm_by_hand_is_the_one_that_the_recursion_has() {
+    let ([q, qd, qdd], arm) = (swinging(0.3), planar());
+    let found = arm.inverse_dynamics(&Desk.sin_cos_all(&q), &q, &qd, &qdd, &Live::zero());
+    let wanted = by_hand(q, qd, qdd);
+    assert!((0..2).all(|i| (found[i] - wanted[i]).abs() < 1e-12), "{found:?} {wanted:?}");
+}
