@@ -563,7 +563,7 @@ fn a_rotation_does_not_drift_in_a_million_ticks() {
         drift = drift.max(error(&naive, q[0]));
     }
     let worst = early.max(late);
-    assert!(worst <= STATED_ROTATION && worst >= 0.97 * STATED_ROTATION, "{worst:e}");
+    assert!((0.97 * STATED_ROTATION..=STATED_ROTATION).contains(&worst), "{worst:e}");
     // No worse at the end than at the beginning, and rotating most of the time.
     assert!(late <= 1.25 * early && rotated > 900_000, "{early:e}, {late:e}, {rotated}");
     assert!(drift > 10.0 * worst, "{drift:e}");

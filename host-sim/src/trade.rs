@@ -4,10 +4,10 @@
 //! |---|---|
 //! | [`choice`] | what can be chosen, and what of a scene file says so |
 //! | [`base`] | the scene that choices are written into |
-//! | [`courses`] | the motions that every choice is measured on |
+//! | [`mod@courses`] | the motions that every choice is measured on |
 //! | [`measure`] | torque error against 31 digits, tracking of the closed loop |
 //! | `store` | what has been measured already |
-//! | [`front`] | which choices nothing beats |
+//! | [`mod@front`] | which choices nothing beats |
 //! | [`simulator`] | what an integrator and its step are wrong by |
 //! | [`report`] | tables, CSV, plot, Markdown |
 //!

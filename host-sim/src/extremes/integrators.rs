@@ -1,6 +1,6 @@
 //! The plant's integration methods: their order, the energy they keep, and how long two scalars agree about a chaotic arm.
 //!
-//! A method is a row of [`METHODS`]; every row is held to the same falls.
+//! A method is a row of `METHODS`; every row is held to the same falls.
 
 use super::{Cell, Outcome, joints, planar, puma};
 use crate::exit::Failure;
