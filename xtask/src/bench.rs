@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`chip`], [`code`] | instructions in the emulator; bytes and stack traffic in the linked program |
+//! | [`chip`] | instructions in the emulator; bytes and stack traffic in the linked program |
 //! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder held to objdump's |
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
