@@ -50,7 +50,8 @@ fn a_model_evaluated_in_some_ticks_gives_the_desks_bits_and_a_cheap_tick_between
     let summary = run("puma560_slow_model", &[]);
     assert_parity(&summary, 2_100);
     let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
-    assert!(least < 900 && (1_300..1_560).contains(&most), "{least} to {most} instructions in a tick");
+    // Measured: 588 between two evaluations, 1,340 with one.
+    assert!((530..650).contains(&least) && (1_270..1_410).contains(&most), "{least} to {most} instructions in a tick");
 }
 
 #[test]
