@@ -16,9 +16,10 @@ pub use stack::{Depth, EXCEPTION_FRAME, Stack};
 
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, SymbolKind, elf};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Static RAM of the chip, where a kernel lies that does not run from flash.
-pub const SRAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
+pub const SRAM: Range<u64> = 0x2000_0000..0x2002_0000;
 
 /// The section that holds the vector table, as the start-up code names it.
 const VECTORS: &str = ".vector_table";
@@ -35,6 +36,9 @@ pub enum ImageError {
     /// Nothing says where the program starts.
     #[error("no vector table: expected a section .vector_table")]
     NoVectors,
+    /// Nothing is free below where the stack begins.
+    #[error("no room for a stack below {0:#x}: expected RAM without variables")]
+    NoStack(u64),
 }
 
 /// What a function is on the chip.
@@ -79,7 +83,7 @@ impl Reached {
 
     /// Where the functions lie: the code that is executed between the first instruction and the return.
     #[must_use]
-    pub fn ranges(&self) -> Vec<std::ops::Range<u32>> {
+    pub fn ranges(&self) -> Vec<Range<u32>> {
         // The chip's addresses have 32 bits.
         self.functions.iter().map(|part| part.address as u32..(part.address + part.bytes) as u32).collect()
     }
@@ -122,6 +126,8 @@ pub struct Program<'a> {
     vectors: Vec<u64>,
     /// Where the vector table lies.
     vectors_at: u64,
+    /// What lies in static RAM by section: variables, zeroed or not, and code that is copied there.
+    variables: Vec<Range<u64>>,
 }
 
 impl<'a> Program<'a> {
@@ -132,7 +138,7 @@ impl<'a> Program<'a> {
     pub fn parse(bytes: &'a [u8]) -> Result<Self, ImageError> {
         let file = object::File::parse(bytes)?;
         let mut memory = Vec::new();
-        let (mut vectors, mut vectors_at) = (Vec::new(), 0);
+        let (mut vectors, mut vectors_at, mut variables) = (Vec::new(), 0, Vec::new());
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
             let has = |flag: u32| sh_flags & u64::from(flag) != 0;
@@ -143,10 +149,14 @@ impl<'a> Program<'a> {
                     (vectors, vectors_at) = (part.words().collect(), part.address);
                 }
                 memory.push(part);
+                // Zeroed variables have no bytes in the file, and an address all the same.
+                if SRAM.contains(&section.address()) {
+                    variables.push(section.address()..section.address() + section.size());
+                }
             }
         }
         let (functions, objects, marks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        let mut program = Self { memory, functions, objects, marks, vectors, vectors_at };
+        let mut program = Self { memory, functions, objects, marks, vectors, vectors_at, variables };
         for symbol in file.symbols() {
             let Ok(name) = symbol.name() else { continue };
             let (address, value) = (symbol.address() & !1, (name.to_owned(), symbol.size()));
@@ -165,6 +175,22 @@ impl<'a> Program<'a> {
     #[must_use]
     pub fn address_of(&self, name: &str) -> Option<u64> {
         self.functions.iter().find(|(_, (known, _))| known == name).map(|(address, _)| *address)
+    }
+
+    /// Where the function that serves an exception begins: 1 is reset, 16 the first interrupt. None where nothing does.
+    #[must_use]
+    pub fn handler(&self, exception: usize) -> Option<u64> {
+        self.vectors.get(exception).filter(|at| **at != 0).map(|at| at & !1)
+    }
+
+    /// RAM that the stack may fill, from where it begins down to what lies below it: variables, or the beginning of RAM where the
+    /// variables lie above the stack.
+    ///
+    /// # Errors
+    /// No vector table, whose first word says where the stack begins; or no room below that.
+    pub fn stack_room(&self) -> Result<Range<u64>, ImageError> {
+        let top = *self.vectors.first().ok_or(ImageError::NoVectors)?;
+        room_below(top, &self.variables).ok_or(ImageError::NoStack(top))
     }
 
     /// The function at an address; its lowest bit, which says Thumb, is ignored.
@@ -248,5 +274,26 @@ impl<'a> Program<'a> {
     /// Whether an address in the function that begins at `start` lies in numbers rather than instructions.
     fn is_data(&self, address: u64, start: u64) -> bool {
         self.marks.range(start..=address).next_back().is_some_and(|(_, data)| *data)
+    }
+}
+
+/// From the top down to the nearest variables; none where these reach the top.
+fn room_below(top: u64, variables: &[Range<u64>]) -> Option<Range<u64>> {
+    let below = variables.iter().filter(|range| range.start < top).map(|range| range.end);
+    let bottom = below.fold(SRAM.start, u64::max);
+    (bottom < top).then_some(bottom..top)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::room_below;
+
+    #[test]
+    fn the_stack_has_what_is_free_below_it_wherever_the_variables_lie() {
+        let below = [0x2000_0000..0x2000_0400, 0x2000_0400..0x2000_0500];
+        assert_eq!(room_below(0x2002_0000, &below), Some(0x2000_0500..0x2002_0000));
+        let above = [0x2000_4000..0x2000_4418, 0x2000_4418..0x2000_8000];
+        assert_eq!(room_below(0x2000_4000, &above), Some(0x2000_0000..0x2000_4000));
+        assert_eq!(room_below(0x2000_0450, &below), None, "variables reach beyond the top");
     }
 }

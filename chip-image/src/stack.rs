@@ -4,7 +4,7 @@
 //! deepest of the functions that it calls or jumps to. A call through a register may go to every function whose address the program
 //! holds as a number. Functions that can come back to themselves are counted once each: whoever reads the number must know from
 //! elsewhere that they do no more, and gets their names. Each interrupt handler can lie on all others, with what the core saves on its
-//! entry: an interrupt waits while it is served.
+//! entry: an interrupt waits while it is served. A hard fault is no part of the sum: nothing runs behind it.
 
 use crate::{ImageError, Program, instructions};
 use std::collections::{BTreeMap, BTreeSet};
@@ -105,8 +105,12 @@ impl Program<'_> {
     /// # Errors
     /// The program has no vector table, or a function of it is not known.
     pub fn stack(&self) -> Result<Stack, ImageError> {
-        let [_, start, handlers @ ..] = self.vectors.as_slice() else { return Err(ImageError::NoVectors) };
-        let handlers: BTreeSet<u64> = handlers.iter().filter(|at| **at != 0).map(|at| at & !1).collect();
+        // The hard fault's handler is left out: it never comes back, and the firmware's starts the stack anew.
+        let [_, start, unmaskable, _hard_fault, handlers @ ..] = self.vectors.as_slice() else {
+            return Err(ImageError::NoVectors);
+        };
+        let handlers: BTreeSet<u64> =
+            handlers.iter().chain([unmaskable]).filter(|at| **at != 0).map(|at| at & !1).collect();
         let start = start & !1;
         let mut stack = Stack::default();
         let mut graph = Graph::default();

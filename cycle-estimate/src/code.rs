@@ -75,6 +75,12 @@ impl Code {
         decode::decode(address, first, self.half(address.wrapping_add(2)))
     }
 
+    /// The two half words at an address; none where there is no code.
+    #[must_use]
+    pub fn halves(&self, address: u32) -> Option<[u16; 2]> {
+        Some([self.half(address)?, self.half(address.wrapping_add(2))?])
+    }
+
     /// Whether an address lies in numbers rather than instructions, by the linker's mapping symbols.
     #[must_use]
     pub fn is_data(&self, address: u32) -> bool {

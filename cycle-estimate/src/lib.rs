@@ -13,6 +13,7 @@
 //! | [`Memory`] | flash with its two caches and its prefetch, or SRAM |
 //! | [`Estimator`] | the pipeline: hazards, the float unit, branches; an [`Estimate`] for each run |
 //! | [`trace`] | the emulator, an instruction at a time, between addresses |
+//! | [`steps`] | the same with the core's registers, of a program that an emulator is running already |
 //! | [`calls`] | an estimate of each call of a function, in a program that counts them |
 //!
 //! What it does not know: data addresses are not in a trace. A load relative to the program counter reads flash, and its
@@ -27,6 +28,7 @@ mod decode;
 mod estimator;
 mod instruction;
 mod memory;
+pub mod steps;
 pub mod timing;
 pub mod trace;
 

@@ -146,7 +146,7 @@ impl Drop for Ended {
 
 /// A line of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Line {
+pub(crate) enum Line {
     /// `Trace 0: 0x7f... [flags/pc/flags/flags] function`.
     Executed(u32),
     /// The block before was not executed after all: an access to a device begins it again, or the count of instructions ran
@@ -156,7 +156,7 @@ enum Line {
 }
 
 impl Line {
-    fn of(line: &[u8]) -> Self {
+    pub(crate) fn of(line: &[u8]) -> Self {
         if line.starts_with(b"Trace ") {
             let address = line.split(|byte| *byte == b'/').nth(1);
             let address = address.and_then(|hex| u32::from_str_radix(std::str::from_utf8(hex).ok()?, 16).ok());
