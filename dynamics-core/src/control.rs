@@ -28,7 +28,7 @@ pub use fault::Fault;
 pub use friction::Friction;
 pub use law::{Gains, Law, computed_torque};
 pub use limits::LimitFlags;
-pub(crate) use limits::{hold_torque, step_is_inside, torque_is_inside};
+pub(crate) use limits::hold_torques;
 pub use observer::{Encoder, TrackingObserver};
 
 /// What the arm should be doing now.
@@ -44,6 +44,8 @@ pub struct Reference<S, const N: usize> {
 
 /// What the sensors say.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
+#[repr(u32)]
 pub enum Sensed<S, const N: usize> {
     /// Position and velocity are both measured.
     State {
@@ -67,6 +69,8 @@ pub struct Measurement<S, const N: usize> {
 
 /// What the actuators should do.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
+#[repr(u32)]
 pub enum Command<S, const N: usize> {
     /// Drive these torques.
     Drive {

@@ -101,7 +101,7 @@ pub mod work;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
 pub use forward_dynamics::Singular;
-pub use inertia::{Inertia, Wrench};
+pub use inertia::{Inertia, InertiaBounds, Wrench};
 pub use joint::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool};
 pub use model::{Model, ModelError};
 pub use newton_euler::InverseDynamics;

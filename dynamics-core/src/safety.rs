@@ -37,7 +37,8 @@ pub use machine::Safety;
 pub use rules::{Configuration, JointRules, Protected, Rules};
 
 use crate::control::{
-    Command, Configuration as ControlConfiguration, Controller, Fault, LimitFlags, Measurement, Reference, Sensed,
+    Command, Configuration as ControlConfiguration, Controller, Fault, LimitFlags, Measurement, Protection, Reference,
+    Sensed,
 };
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
@@ -240,10 +241,13 @@ pub struct Ask<'a, S, const N: usize> {
 impl<S: Real, const N: usize> Ask<'_, S, N> {
     /// The answer of a controller.
     #[inline]
-    pub fn of<D: InverseDynamics<S, N>, T: Trig<S>, C: ControlConfiguration<S, N>>(
-        self,
-        controller: &mut Controller<S, N, D, T, C>,
-    ) -> Command<S, N> {
+    pub fn of<D, T, C, P>(self, controller: &mut Controller<S, N, D, T, C, P>) -> Command<S, N>
+    where
+        D: InverseDynamics<S, N>,
+        T: Trig<S>,
+        C: ControlConfiguration<S, N>,
+        P: Protection<S, N>,
+    {
         if self.start {
             controller.reset();
         }
@@ -253,6 +257,8 @@ impl<S: Real, const N: usize> Ask<'_, S, N> {
 
 /// What the drives do in this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
+#[repr(u32)]
 pub enum Actuation<S, const N: usize> {
     /// These torques, brakes released.
     Drive {

@@ -3,7 +3,7 @@
 //! | task | interrupt | priority | owns |
 //! |---|---|---|---|
 //! | `byte` | the link's receiver | 3 | the receiving half of the link |
-//! | `tick` | the control timer | 2 | timer, counter, joints |
+//! | `tick` | the control timer | 2 | timer, counter, lines, joints |
 //! | `serve` | a vector that no peripheral uses | 1 | decoder, encoder, the sending half of the link |
 //!
 //! `serve` is pended, not spawned: pending it while it runs makes it run again, so no frame can be left lying.
@@ -19,24 +19,28 @@ use defmt_semihosting as _;
 
 // Two boards are two definitions of one name, and the compiler says so: `--no-default-features --features odrive-v3`.
 #[cfg(feature = "f405-can")]
-use boards::f405_can::F405Can as ThisBoard;
+pub(crate) use boards::f405_can::F405Can as ThisBoard;
 #[cfg(feature = "f405-pwm")]
-use boards::f405_pwm::F405Pwm as ThisBoard;
+pub(crate) use boards::f405_pwm::F405Pwm as ThisBoard;
 #[cfg(feature = "netduinoplus2")]
-use boards::netduinoplus2::NetduinoPlus2 as ThisBoard;
+pub(crate) use boards::netduinoplus2::NetduinoPlus2 as ThisBoard;
 #[cfg(feature = "odrive-v3")]
-use boards::odrive_v3::OdriveV3 as ThisBoard;
+pub(crate) use boards::odrive_v3::OdriveV3 as ThisBoard;
 
 /// Braked and silent is the only safe thing left to do.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    defmt::error!("panic: {}", defmt::Display2Format(info));
-    <ThisBoard as Board<{ arm::N }>>::halt()
+    <ThisBoard as Board<{ arm::N }>>::halt(|| {
+        // Where, not what: the message would bring 3 KiB of formatting to the chip.
+        if let Some(place) = info.location() {
+            defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
+        }
+    })
 }
 
 #[defmt::panic_handler]
 fn defmt_panic() -> ! {
-    <ThisBoard as Board<{ arm::N }>>::halt()
+    <ThisBoard as Board<{ arm::N }>>::halt(|| {})
 }
 
 /// What this firmware says of itself.
@@ -48,10 +52,11 @@ fn hello() -> Hello {
 mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
-    use firmware::board::{LinkInput, LinkOutput, Parts, Ticker};
-    use firmware::joint_io::{JointIo, SafeAction};
+    use firmware::black_box::Report;
+    use firmware::board::{BoardLines, LinkInput, LinkOutput, Parts, Ticker};
+    use firmware::joint_io::JointIo;
     use firmware::meter::Meter;
-    use firmware::session::{Reaction, Session, State};
+    use firmware::session::{Buffers, Drives, Reaction, Session};
     use heapless::spsc::{Consumer, Producer, Queue};
     use link::{Decoder, Encoder, Frame, Pacing};
 
@@ -60,16 +65,23 @@ mod rtos {
     const BYTES: usize = 3 * link::PACKET_MAX + 1;
 
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
-    const STOP: SafeAction = <ThisBoard as Board<{ arm::N }>>::STOP;
 
-    type ArmSession = Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Protection>;
+    type ArmBuffers = Buffers<{ arm::N }>;
+    type ArmSession = Session<
+        { arm::N },
+        arm::Arm,
+        arm::Trig,
+        arm::Settings,
+        arm::Settings,
+        arm::Protection,
+        &'static mut ArmBuffers,
+    >;
 
     #[shared]
     struct Shared {
         session: ArmSession,
         ticker: <ThisBoard as Board<{ arm::N }>>::Ticker,
         joints: <ThisBoard as Board<{ arm::N }>>::Joints,
-        answer: Option<Frame>,
         overflow: bool,
     }
 
@@ -80,11 +92,12 @@ mod rtos {
         pending: Consumer<'static, u8>,
         output: <ThisBoard as Board<{ arm::N }>>::Output,
         meter: Meter<<ThisBoard as Board<{ arm::N }>>::Counter>,
+        lines: <ThisBoard as Board<{ arm::N }>>::Lines,
     }
 
-    #[init(local = [bytes: Queue<u8, BYTES> = Queue::new()])]
+    #[init(local = [bytes: Queue<u8, BYTES> = Queue::new(), buffers: ArmBuffers = Buffers::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Parts { input, output, ticker, counter, joints } =
+        let Parts { input, output, ticker, counter, lines, joints } =
             <ThisBoard as Board<{ arm::N }>>::start(boards::Chip { device: cx.device, core: cx.core }, arm::RATE_HZ);
         let meter = Meter::new(counter);
         let (received, pending) = cx.local.bytes.split();
@@ -94,11 +107,8 @@ mod rtos {
         }
         // Its first run says hello: what a host sends before that may meet a receiver that is not on yet.
         rtic::pend(Interrupt::EXTI0);
-        let session = Session::new(super::hello(), arm::controller());
-        (
-            Shared { session, ticker, joints, answer: None, overflow: false },
-            Local { input, received, pending, output, meter },
-        )
+        let session = Session::with_buffers(super::hello(), arm::controller(), arm::Settings, cx.local.buffers);
+        (Shared { session, ticker, joints, overflow: false }, Local { input, received, pending, output, meter, lines })
     }
 
     /// One byte from the link.
@@ -114,22 +124,25 @@ mod rtos {
     }
 
     /// The control tick.
-    #[task(binds = TIM3, priority = 2, shared = [session, ticker, joints, answer], local = [meter])]
+    #[task(binds = TIM3, priority = 2, shared = [session, ticker, joints], local = [meter, lines])]
     fn tick(cx: tick::Context) {
-        let tick::SharedResources { session, ticker, joints, answer, .. } = cx.shared;
-        let meter = cx.local.meter;
-        (session, ticker, joints, answer).lock(|session, ticker, joints, answer| {
+        let tick::SharedResources { session, ticker, joints, .. } = cx.shared;
+        let tick::LocalResources { meter, lines, .. } = cx.local;
+        (session, ticker, joints).lock(|session, ticker, joints| {
             ticker.acknowledge();
-            if let Some(readings) = joints.measure() {
-                session.sense(&readings);
-            }
-            *answer = session.tick(meter);
-            if ticker.is_due() {
+            session.sense(joints.measure().as_ref(), &lines.read());
+            let drives = session.tick(meter);
+            let late = ticker.is_due();
+            if late {
                 session.overrun();
             }
-            match answer.as_ref().and_then(|answer| session.torque(answer)) {
-                Some(torque) => joints.drive(&torque),
-                None => joints.safe(STOP),
+            match drives {
+                Drives::Drive(torque) if !late => joints.drive(&torque),
+                Drives::Drive(_) => joints.safe(session.safe_action()),
+                Drives::Safe(action) => joints.safe(action),
+            }
+            if session.is_live() && !late {
+                lines.feed();
             }
         });
         rtic::pend(Interrupt::EXTI0);
@@ -137,7 +150,7 @@ mod rtos {
 
     /// Read what came, say what is to be said.
     #[task(
-        binds = EXTI0, priority = 1, shared = [session, ticker, joints, answer, overflow],
+        binds = EXTI0, priority = 1, shared = [session, ticker, joints, overflow],
         local = [
             pending, output, announced: bool = false, decoder: Decoder = Decoder::new(), encoder: Encoder = Encoder::new()
         ]
@@ -152,11 +165,17 @@ mod rtos {
         if !core::mem::replace(announced, true) {
             send(&Frame::Hello(super::hello()));
         }
-        if let Some(frame) = cx.shared.answer.lock(Option::take) {
+        while let Some(report) = cx.shared.session.lock(|session| session.say()) {
+            // The rest of a black box waits for what has come meanwhile.
+            let past = matches!(report, Report::Past(_));
+            let frame = report.frame();
             if let Frame::Fault(fault) = &frame {
                 defmt::warn!("fault {} in tick {}", fault.code, fault.tick);
             }
             send(&frame);
+            if past {
+                break;
+            }
         }
         if cx.shared.overflow.lock(core::mem::take) {
             defmt::warn!("bytes lost: the link is faster than they are read");
@@ -164,7 +183,7 @@ mod rtos {
         while let Some(byte) = pending.dequeue() {
             let Some(received) = decoder.push(byte) else { continue };
             if let Err(error) = &received {
-                defmt::warn!("not decoded: {}", defmt::Display2Format(error));
+                defmt::warn!("not decoded: {}", error);
             }
             let reaction = cx.shared.session.lock(|session| session.receive(received));
             match reaction {
@@ -173,22 +192,31 @@ mod rtos {
                 Reaction::Reply(frame) => send(&frame),
                 Reaction::Start(pacing, hello) => {
                     cx.shared.ticker.lock(|ticker| match pacing {
-                        Pacing::Timer => ticker.run(),
-                        Pacing::LockStep => ticker.hold(),
+                        Pacing::Timer | Pacing::Live => ticker.run(),
+                        Pacing::LockStep | Pacing::Drill => ticker.hold(),
                     });
-                    cx.shared.joints.lock(|joints| joints.safe(SafeAction::Brake));
+                    stop(&mut cx.shared.session, &mut cx.shared.joints);
                     send(&hello);
                 }
                 Reaction::Stop(hello, refusal) => {
                     cx.shared.ticker.lock(Ticker::hold);
-                    cx.shared.joints.lock(|joints| joints.safe(SafeAction::Brake));
+                    stop(&mut cx.shared.session, &mut cx.shared.joints);
                     send(&hello);
                     send(&refusal);
                 }
             }
-            if cx.shared.session.lock(|session| session.state()) == State::Waiting {
-                cx.shared.answer.lock(|answer| *answer = None);
-            }
         }
+        if cx.shared.session.lock(|session| session.dumps()) {
+            rtic::pend(Interrupt::EXTI0);
+        }
+    }
+
+    /// The drives do the safe action now.
+    fn stop(
+        session: &mut impl rtic::Mutex<T = ArmSession>,
+        joints: &mut impl rtic::Mutex<T = <ThisBoard as Board<{ arm::N }>>::Joints>,
+    ) {
+        let action = session.lock(|session| session.safe_action());
+        joints.lock(|joints| joints.safe(action));
     }
 }

@@ -1,7 +1,8 @@
 //! What a board must do. One file per board implements this; nothing else names the chip's registers.
 
-use crate::joint_io::{JointIo, SafeAction};
+use crate::joint_io::JointIo;
 use crate::meter::Counter;
+use crate::supervisor::Lines;
 
 /// Receiving half of the link.
 pub trait LinkInput {
@@ -33,6 +34,16 @@ pub trait Ticker {
     fn trigger(&mut self);
 }
 
+/// What a board knows beside its joints, and the watchdog.
+pub trait BoardLines {
+    /// What the lines say now. Called at the start of every tick.
+    fn read(&mut self) -> Lines;
+
+    /// A tick that drives has ended in time. The first one starts the watchdog; from then on only this keeps the chip from a reset,
+    /// and a reset leaves the drives off.
+    fn feed(&mut self);
+}
+
 /// A started board, in the parts that different interrupts own.
 pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
     /// Receiving half of the link.
@@ -43,6 +54,8 @@ pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
     pub ticker: B::Ticker,
     /// Counts what a tick costs.
     pub counter: B::Counter,
+    /// Emergency stop, supply, temperature, watchdog.
+    pub lines: B::Lines,
     /// The joints.
     pub joints: B::Joints,
 }
@@ -59,18 +72,17 @@ pub trait Board<const N: usize> {
     type Ticker: Ticker;
     /// Counts what a tick costs.
     type Counter: Counter;
+    /// Emergency stop, supply, temperature, watchdog.
+    type Lines: BoardLines;
     /// The joints.
     type Joints: JointIo<N>;
 
     /// What people call it.
     const NAME: &'static str;
 
-    /// What its drives do when the controller does not drive them.
-    const STOP: SafeAction;
-
     /// Set up clocks, link and timers. Brakes are engaged and the control timer is held when this returns.
     fn start(peripherals: Self::Peripherals, rate_hz: f32) -> Parts<Self, N>;
 
-    /// The last thing the program does, from any state: drives off, brakes engaged, nothing else runs.
-    fn halt() -> !;
+    /// The last thing the program does, from any state: drives off and brakes engaged first, then its last words, then nothing.
+    fn halt(last_words: impl FnOnce()) -> !;
 }

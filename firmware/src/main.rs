@@ -6,6 +6,10 @@ mod app;
 #[cfg(target_os = "none")]
 #[allow(unreachable_pub, reason = "the framework makes the types of resources part of public ones")]
 mod boards;
+#[cfg(target_os = "none")]
+mod copy;
+#[cfg(target_os = "none")]
+mod hard_fault;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

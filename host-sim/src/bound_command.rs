@@ -3,7 +3,7 @@
 use crate::cli::BoundArgs;
 use crate::document::Document;
 use crate::dynamics_command::numbers;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::progress::progress_bar;
 use crate::record::JointLabel;
 use crate::subject::Subject;
@@ -16,7 +16,6 @@ use indicatif::ProgressBar;
 use robot_compiler::kernel::Level;
 use robot_compiler::{Robot, with_dof};
 use serde::Serialize;
-use std::io::{self, Write};
 use std::path::Path;
 
 /// Climbs for every joint, and steps of each.
@@ -105,10 +104,7 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
             text += &answer.table();
         }
     }
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&text)
 }
 
 /// A subject whose sine and cosine have known errors.

@@ -27,8 +27,9 @@ mod firmware_tests;
 #[cfg(test)]
 mod tests;
 
-pub use emulator::{Emulator, Timeouts};
+pub use emulator::{Carried, Emulator, Timeouts};
 pub use error::ChipError;
+pub(crate) use error::refusal as refusal_in_words;
 pub(crate) use program::run_cost;
 pub use program::{build_firmware, build_firmware_with};
 
@@ -36,6 +37,9 @@ use dynamics_core::{Command, Live, Measurement, Reference};
 use link::codec::{FrameTooLong, Received};
 use link::{Cost, Decoder, Encoder, Frame, Hello, Pacing, Packet};
 use std::path::Path;
+
+/// How far apart [`Chip::push`] numbers ticks: more than the chip's timer can count while a measurement is on its way.
+const PUSH_STRIDE: u32 = 10_000;
 
 /// What the chip answered to one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,6 +164,31 @@ impl Chip {
         self.send(&Frame::Measurement(link::Measurement::new(0, measurement)))
     }
 
+    /// Send all that a host sends before it waits, live inputs, reference and measurement, to a chip whose own timer paces it;
+    /// the answer is the number of the tick that takes them. An answer of that tick or a later one says that all were taken.
+    ///
+    /// # Errors
+    /// A payload that a frame cannot carry, or a chip that died.
+    pub fn push<const N: usize>(
+        &mut self,
+        live: &Live<f32, N>,
+        reference: &Reference<f32, N>,
+        measurement: &Measurement<f32, N>,
+    ) -> Result<u32, ChipError> {
+        // The timer counts on from a measurement's number: the next lies well beyond all that it reaches meanwhile.
+        self.tick = self.tick.wrapping_add(PUSH_STRIDE);
+        self.send(&Frame::Live(link::Live::new(live)?))?;
+        self.send(&Frame::Reference(link::Reference::new(reference)))?;
+        self.send(&Frame::Measurement(link::Measurement::new(self.tick, measurement)))?;
+        Ok(self.tick)
+    }
+
+    /// Bytes that the link has carried since the emulator was started.
+    #[must_use]
+    pub fn carried(&self) -> Carried {
+        self.emulator.carried()
+    }
+
     fn reply<const N: usize>(&self, frame: Frame, expected: u32) -> Result<ChipReply<N>, ChipError> {
         let (tick, command, cost) = match frame {
             Frame::Command(command) => (command.tick, command.to_core()?, command.cost),
@@ -179,12 +208,27 @@ impl Chip {
         Ok(ChipReply { command, instructions })
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), ChipError> {
-        let packet = self.encoder.encode(frame)?;
-        self.emulator.write(&packet)
+    /// Begin anew with another pacing: what the chip was told is forgotten on both sides.
+    ///
+    /// # Errors
+    /// As [`Chip::start`].
+    pub(crate) fn change_pacing(&mut self, hello: Hello) -> Result<(), ChipError> {
+        (self.reference, self.live) = (None, None);
+        self.send(&Frame::Hello(hello))?;
+        self.agree("the chip's answer to a hello", hello)
     }
 
-    fn receive(&mut self, waiting_for: &'static str) -> Result<Frame, ChipError> {
+    pub(crate) fn send(&mut self, frame: &Frame) -> Result<(), ChipError> {
+        let packet = self.encoder.encode(frame)?;
+        self.write(&packet)
+    }
+
+    /// Send bytes, whatever they are.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
+        self.emulator.write(bytes)
+    }
+
+    pub(crate) fn receive(&mut self, waiting_for: &'static str) -> Result<Frame, ChipError> {
         loop {
             let byte = self.emulator.read_byte(waiting_for)?;
             match self.decoder.push(byte) {

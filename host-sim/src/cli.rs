@@ -1,5 +1,8 @@
 //! The command line.
 
+use crate::connect_command::ConnectArgs;
+use crate::doctor_command::DoctorArgs;
+use crate::replay_command::ReplayArgs;
 use crate::trade::choice::{Every, TermSet};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -23,10 +26,10 @@ pub struct Cli {
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    something outside failed: a file could not be written, the target died
+  1    something outside failed: a file could not be written, the target died; a replay that differs, or ends before its record
   2    bad input: a file, a line or an option; the message says where and what was expected
-  3    the run ended in a fault, the simulated arm ran away, or the simulated linkage came to a dead point; everything recorded was
-       written
+  3    the run ended in a fault, a command of a session was refused, the simulated arm ran away, the simulated linkage came to a dead
+       point, or a campaign found an unsafe command; everything recorded was written
   4    chip and desk differed in some tick
   130  interrupted; everything recorded until then was written";
 
@@ -59,6 +62,14 @@ pub enum Command {
     Choose(ChooseArgs),
     /// What happens at the edges: masses, numbers, integrators, time, gains; pass or fail, cell by cell.
     Extremes(ExtremesArgs),
+    /// Inject every fault in every state of the safety state machine, and judge every tick.
+    Campaign(CampaignArgs),
+    /// Is everything there: tool chain, emulator, probe, serial port, the firmware on a board; and what to do.
+    Doctor(DoctorArgs),
+    /// Operate the arm at a board on a serial port, or in a drill: status, arm, jog, run the motion, record.
+    Connect(ConnectArgs),
+    /// Run a record of `connect` again on the desk, and demand the very same bits.
+    Replay(ReplayArgs),
 }
 
 const RUN_EXAMPLES: &str = "\
@@ -745,6 +756,55 @@ pub struct ExtremesArgs {
     pub long: Option<f64>,
     /// Put the tables into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/numerics.md")]
+    pub write: Option<PathBuf>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+const CAMPAIGN_EXAMPLES: &str = "\
+Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault), waits a random number of
+ticks, and lets one fault last for a random number of ticks, with the scene's own simulated arm in the loop. After every tick a judge,
+written from docs/safety.md, looks whether the command was safe. Faults and states take turns: all of them come equally often.
+
+Run K depends on the seed, K and the scenes alone. An unsafe command is printed with all that the machine was told and with what repeats
+it: --seed S --run K and the same scenes and target.
+
+Examples:
+  host-sim campaign
+  host-sim campaign --runs 10000 --write
+  host-sim campaign --target qemu --runs 400 --write
+  host-sim campaign scenes/puma560_pick.toml --seed 7 --run 4711
+  host-sim campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
+
+--json is an object {scenes, target, seed, runs, ticks, seconds, rows: [{fault, cells, runs, ticks, unsafe_commands}], counterexamples}.
+--write puts the table between the lines `<!-- measured: campaign, desk -->` and `<!-- end measured: campaign, desk -->` of the file,
+with --target qemu between those of `campaign, qemu`.";
+
+/// Options of `campaign`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = CAMPAIGN_EXAMPLES)]
+pub struct CampaignArgs {
+    /// The scene files (TOML), which take turns.
+    #[arg(
+        value_name = "SCENE",
+        default_values = ["scenes/campaign/encoders.toml", "scenes/campaign/states.toml"]
+    )]
+    pub scenes: Vec<PathBuf>,
+    /// How many runs.
+    #[arg(long, default_value_t = 10_000)]
+    pub runs: u64,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Only the run with this number.
+    #[arg(long, value_name = "K", conflicts_with = "runs")]
+    pub run: Option<u64>,
+    /// Who is put to the test: the firmware's session on the desk, or the firmware in an emulated STM32F405 with the desk beside it.
+    #[arg(long, value_enum, default_value_t = Target::Desk)]
+    pub target: Target,
+    /// Put the table into this file.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/campaign.md")]
     pub write: Option<PathBuf>,
     /// Print JSON, and nothing else.
     #[arg(long)]

@@ -123,7 +123,7 @@ impl<const N: usize> World<N> {
 }
 
 /// The sensors' reading in the controller's scalar.
-fn measurement<S: Real, const N: usize>(reading: &Reading<N>) -> Measurement<S, N> {
+pub(crate) fn measurement<S: Real, const N: usize>(reading: &Reading<N>) -> Measurement<S, N> {
     let sensed = match &reading.sample {
         Sample::State(state) => Sensed::State { q: state.q.map(S::literal), qd: state.qd.map(S::literal) },
         Sample::Counts(counts) => Sensed::Counts(*counts),

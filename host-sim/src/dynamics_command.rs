@@ -99,7 +99,12 @@ fn name_of(input: &Path) -> String {
     if input == Path::new("-") { "standard input".to_owned() } else { input.display().to_string() }
 }
 
-fn answer_all<S: Real, const N: usize>(
+/// Answer every line of the input; empty ones are passed over. `source` is what errors call the input.
+///
+/// # Errors
+/// [`Failure::Input`] with the number of the first line that is wrong; the lines before it have been answered.
+/// [`Failure::Output`]: an answer cannot be written.
+pub fn answer_all<S: Real, const N: usize>(
     model: &Model<S, N>,
     source: &str,
     input: impl BufRead,

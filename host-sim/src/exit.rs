@@ -1,6 +1,6 @@
 //! How the program ends.
 
-use std::io;
+use std::io::{self, Write as _};
 
 /// Exit code: something outside failed.
 pub const OUTSIDE: u8 = 1;
@@ -50,5 +50,13 @@ impl Failure {
             Self::Output(error) => miette::miette!("the result cannot be written: {error}"),
             Self::Interrupted => miette::miette!("interrupted before the run began: nothing was recorded"),
         }
+    }
+}
+
+/// Print a result. Whoever has read enough of it, as `head` has, is no failure.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    match io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
+        Ok(()) | Err(_) => Ok(()),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::cli::ExplainArgs;
 use crate::closed_loop::End;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::run_command::{file_name, in_file};
 use crate::simulate;
 use crate::summary::engineering;
@@ -17,7 +17,6 @@ use robot_compiler::scene::terms::{Along, ModelTerm, TorqueError};
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -175,10 +174,7 @@ pub fn run(args: &ExplainArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(
     } else {
         explanation.text()
     };
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&text)
 }
 
 /// What the scene's model computes, and why.

@@ -2,9 +2,8 @@
 
 use crate::cli::ExtremesArgs;
 use crate::document::Document;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::extremes::{Report, time, write_plots};
-use std::io::{self, Write};
 
 /// Run the cells; print them, and put them into the documentation where that is asked for.
 ///
@@ -36,8 +35,5 @@ pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
     } else {
         report.table()
     };
-    match writeln!(io::stdout().lock(), "{text}") {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&format!("{text}\n"))
 }

@@ -1,12 +1,11 @@
 //! `info`: what a robot file holds.
 
 use crate::cli::InfoArgs;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::record::JointLabel;
 use comfy_table::{CellAlignment, Table, presets};
 use dynamics_core::JointKind;
 use robot_compiler::Robot;
-use std::io::{self, Write};
 
 /// Print the robot as a table.
 ///
@@ -14,10 +13,7 @@ use std::io::{self, Write};
 /// A robot file that is wrong.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let robot = Robot::load(&args.robot).map_err(Failure::input)?;
-    match writeln!(io::stdout().lock(), "{}", describe(&robot)) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&format!("{}\n", describe(&robot)))
 }
 
 /// Name, source, and a row per joint.

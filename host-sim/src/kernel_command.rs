@@ -1,7 +1,7 @@
 //! `kernel`: the arm's dynamics as straight-line Rust, and what each rewrite and each term of the scene is worth.
 
 use crate::cli::KernelArgs;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use comfy_table::{CellAlignment, Table, presets};
 use dynamics_core::{Model, Scene, Term};
 use robot_compiler::kernel::functions::{Springs, live_inputs};
@@ -12,7 +12,6 @@ use robot_compiler::kernel::{
 use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{Robot, SceneFile, with_dof};
 use serde::Serialize;
-use std::io::{self, Write};
 use std::path::Path;
 
 /// How much work one kernel is.
@@ -56,10 +55,7 @@ pub fn run(args: &KernelArgs) -> Result<(), Failure> {
             kernels.source(args, &file)
         }
     });
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&text)
 }
 
 /// The scene that is asked for, if it is about the robot that is asked for; a sensible one if none is.

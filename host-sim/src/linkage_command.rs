@@ -12,7 +12,6 @@ use dynamics_core::linkage::{Linkage, LinkageError};
 use robot_compiler::LinkageFile;
 use serde::Serialize;
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Steps that a simulation may have: each is a line of the log.
@@ -146,10 +145,7 @@ fn show(as_json: bool, json: &str, table: impl Fn() -> String, files: &[PathBuf]
             text += &format!("\n{:<20}{}", if index == 0 { "files" } else { "" }, file.display());
         }
     }
-    match writeln!(io::stdout().lock(), "{text}") {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&format!("{text}\n"))
 }
 
 fn header(summary: &TurnSummary) -> Vec<String> {

@@ -4,12 +4,13 @@ use clap::Parser;
 use host_sim::cli::{Cli, Command};
 use host_sim::trade::on_the_chip;
 use host_sim::{
-    bound_command, dynamics_command, energy_command, explain_command, extremes_command, info_command, kernel_command,
-    linkage_command, run_command, statics_command, terms_command, trade_command,
+    bound_command, campaign_command, connect_command, doctor_command, dynamics_command, energy_command,
+    explain_command, extremes_command, info_command, kernel_command, linkage_command, replay_command, run_command,
+    statics_command, terms_command, trade_command,
 };
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 fn main() -> ExitCode {
     // Messages are read by scripts too, which search them for a line number: no line is broken in the middle.
@@ -27,8 +28,12 @@ fn main() -> ExitCode {
         Command::Info(args) => info_command::run(&args).map(|()| 0),
         Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
         Command::Linkage(args) => linkage_command::run(&args),
+        Command::Doctor(args) => doctor_command::run(&args),
+        Command::Connect(args) => connect_command::run(&args, presses()),
+        Command::Replay(args) => replay_command::run(&args),
         Command::Bound(args) => bound_command::run(&args).map(|()| 0),
         Command::Extremes(args) => extremes_command::run(&args).map(|()| 0),
+        Command::Campaign(args) => campaign_command::run(&args, &stop_on_interrupt()),
         Command::Trade(args) => trade_command::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
         Command::Choose(args) => trade_command::choose(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
     };
@@ -47,4 +52,16 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
         eprintln!("Ctrl-C will end the run without a summary: {error}");
     }
     stop
+}
+
+/// How often Ctrl-C was pressed: whoever operates an arm stops it on the first, and leaves on the second.
+fn presses() -> Arc<AtomicU32> {
+    let presses = Arc::new(AtomicU32::new(0));
+    let count = Arc::clone(&presses);
+    if let Err(error) = ctrlc::set_handler(move || {
+        count.fetch_add(1, Ordering::Relaxed);
+    }) {
+        eprintln!("Ctrl-C will leave the arm to its heartbeat: {error}");
+    }
+    presses
 }

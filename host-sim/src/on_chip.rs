@@ -1,13 +1,14 @@
 //! A run with the chip in the loop, and the desk's own controller beside it on the very same inputs.
 
 use crate::chip::{Chip, build_firmware_with};
+use crate::drill::hello;
 use crate::exit::Failure;
 use crate::simulate::{self, Run};
 use crate::summary::Instructions;
 use crate::target::{Beside, Ticked, Torques};
 use dynamics_core::{Live, Measurement, Reference};
 use indicatif::ProgressBar;
-use link::{Hello, Pacing};
+use link::Pacing;
 use miette::IntoDiagnostic;
 use robot_compiler::SceneFile;
 use robot_compiler::emit::CHOICES;
@@ -49,14 +50,8 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
         // Ctrl-C reaches the compiler too.
         if stop.load(Ordering::Relaxed) { Failure::Interrupted } else { failure }
     })?;
-    let hello = Hello {
-        robot: scene.hash(&model),
-        joints: u8::try_from(N).unwrap_or(u8::MAX),
-        rate_hz: scene.control.rate as f32,
-        pacing: Pacing::LockStep,
-    };
     progress.set_message("");
-    let chip = Chip::start(&program, hello).map_err(target)?;
+    let chip = Chip::start(&program, hello(&scene, &model, Pacing::LockStep)).map_err(target)?;
     let mut both = Beside::new(chip, simulate::desk::<f32, N>(&scene, &model));
     let mut run = simulate::with(&scene, "qemu", &mut both, stop, progress)?;
     run.summary.parity = Some(both.parity());

@@ -2,7 +2,7 @@
 
 use crate::cli::{AxesName, StaticsArgs};
 use crate::dynamics_command::numbers;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::posture_search::{self, STARTS};
 use crate::record::JointLabel;
 use crate::summary::engineering;
@@ -16,7 +16,6 @@ use dynamics_core::{Inertia, JointKind, Limits, Trig, Wrench};
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::{Robot, with_dof};
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// What is asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,10 +118,7 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     } else {
         answer.table()
     };
-    match writeln!(io::stdout().lock(), "{text}") {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&format!("{text}\n"))
 }
 
 /// What holds the arm.

@@ -2,7 +2,7 @@
 
 use crate::cli::{Presence, TermsArgs, TermsMethod};
 use crate::dynamics_command::numbers;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::kernel_command::scene_about;
 use crate::record::JointLabel;
 use comfy_table::{CellAlignment, Table, presets};
@@ -14,7 +14,6 @@ use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Scene, Term
 use nalgebra::{SMatrix, SVector, Vector3};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use serde::Serialize;
-use std::io::{self, Write};
 
 /// The terms of `D(q) qdd + C(q, qd) qd + G(q) = tau + J^T w` (eq. 12.217).
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,10 +55,7 @@ pub fn run(args: &TermsArgs) -> Result<(), Failure> {
     } else {
         describe(&terms, &file.robot)
     };
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&text)
 }
 
 fn terms<const N: usize>(args: &TermsArgs, file: &SceneFile, model: &Model<f64, N>) -> miette::Result<Terms> {

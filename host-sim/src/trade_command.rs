@@ -2,7 +2,7 @@
 
 use crate::cli::{AxisArgs, ChooseArgs, LevelName, RunScalar, Switch, TradeArgs};
 use crate::document::Document;
-use crate::exit::Failure;
+use crate::exit::{self, Failure};
 use crate::progress::progress_bar;
 use crate::run_command::{file_name, in_file};
 use crate::trade::base::Base;
@@ -15,7 +15,6 @@ use dynamics_core::trig::Method;
 use robot_compiler::scene::ControlSpec;
 use std::fmt::Write as _;
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -45,14 +44,7 @@ pub fn run(args: &TradeArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(),
     } else {
         format!("{}files     {}\n          {}\n", trade.table(), csv.display(), plot.display())
     };
-    print(&text)
-}
-
-fn print(text: &str) -> Result<(), Failure> {
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+    exit::print(&text)
 }
 
 fn place_of(scene: &str) -> String {
@@ -178,9 +170,9 @@ pub fn choose(args: &ChooseArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result
     if args.json {
         let text = serde_json::json!({ "scene": path, "point": chosen, "cpu_share": request.share_of(chosen) });
         let text = serde_json::to_string_pretty(&text).map_err(|error| Failure::Output(error.into()))?;
-        return print(&(text + "\n"));
+        return exit::print(&(text + "\n"));
     }
-    print(&request.explain(&trade, chosen, &path))
+    exit::print(&request.explain(&trade, chosen, &path))
 }
 
 /// What a choice must meet.

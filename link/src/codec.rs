@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 const HEADER: usize = 2;
 const CHECK: usize = 4;
 
-/// Longest packet before COBS: the live inputs of six joints have 108 bytes; the rest is room to grow.
-const RAW_MAX: usize = 112;
+/// Longest packet before COBS: a status of six joints with all its parts has 234 bytes at most; the rest is room to grow.
+const RAW_MAX: usize = 250;
 
 /// Longest packet on the wire: COBS adds one byte up to 254, and the zero ends it.
 pub const PACKET_MAX: usize = RAW_MAX + 2;
@@ -63,7 +63,7 @@ impl Encoder {
 
         let mut packet = Packet::new();
         packet.resize(PACKET_MAX, 0).map_err(|_| FrameTooLong)?;
-        let length = cobs::encode(&raw[..end + CHECK], &mut packet);
+        let length = cobs::try_encode(&raw[..end + CHECK], &mut packet).map_err(|_| FrameTooLong)?;
         packet.truncate(length + 1);
         self.sequence = self.sequence.wrapping_add(1);
         Ok(packet)
@@ -72,6 +72,7 @@ impl Encoder {
 
 /// Why a packet could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DecodeError {
     /// More bytes than the longest packet before a zero came.
     TooLong,
@@ -121,9 +122,13 @@ impl core::error::Error for DecodeError {}
 pub struct Received {
     /// The frame.
     pub frame: Frame,
-    /// Packets lost between the last good one and this, modulo 256. A hello starts the count afresh.
+    /// Packets lost between the last good one and this, modulo 256. A hello starts the count afresh. From [`STALE`] on it is taken
+    /// for a packet that was there before (256 less this many ago), and what is expected next stays what it was.
     pub missed: u8,
 }
+
+/// Half of the sequence numbers lie ahead, half behind.
+pub const STALE: u8 = 128;
 
 /// Finds packets in a stream of bytes. After any error it is ready for the next packet.
 #[derive(Clone, Debug)]
@@ -173,8 +178,10 @@ impl Decoder {
             Frame::Hello(_) => sequence,
             _ => self.expected.unwrap_or(sequence),
         };
-        self.expected = Some(sequence.wrapping_add(1));
-        Received { frame, missed: sequence.wrapping_sub(expected) }
+        let missed = sequence.wrapping_sub(expected);
+        // What comes again or too late moves nothing: else all that follows a packet that is replayed would be believed.
+        self.expected = Some(if missed < STALE { sequence.wrapping_add(1) } else { expected });
+        Received { frame, missed }
     }
 }
 

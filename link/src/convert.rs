@@ -3,6 +3,7 @@
 use crate::frame::{self, Joints};
 use core::fmt;
 use dynamics_core::control::LimitFlags;
+use dynamics_core::safety::{Actuation, Refusal, Request, SafeAction};
 use dynamics_core::{Command, Fault, Inertia, Live, Measurement, Reference, Sensed, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
@@ -22,6 +23,13 @@ impl fmt::Display for JointCountMismatch {
 }
 
 impl core::error::Error for JointCountMismatch {}
+
+impl From<JointCountMismatch> for frame::Refusal {
+    fn from(JointCountMismatch { expected, found }: JointCountMismatch) -> Self {
+        let short = |count| u8::try_from(count).unwrap_or(u8::MAX);
+        Self::JointCount { expected: short(expected), found: short(found) }
+    }
+}
 
 /// A payload whose inertia tensor is not symmetric to the last bit. A frame carries six of its nine entries: the chip
 /// would compute with others than the host.
@@ -44,12 +52,17 @@ impl fmt::Display for AsymmetricInertia {
 impl core::error::Error for AsymmetricInertia {}
 
 /// An array as a joint vector. No arm has more than [`crate::JOINTS_MAX`] joints; the compiler checks it.
-fn joints<T: Clone, const N: usize>(values: &[T; N]) -> Joints<T> {
+#[must_use]
+pub fn joints<T: Clone, const N: usize>(values: &[T; N]) -> Joints<T> {
     const { assert!(N <= crate::JOINTS_MAX, "a frame carries at most six joints") };
     Joints::from_slice(values).unwrap_or_default()
 }
 
-fn array<T: Copy, const N: usize>(values: &Joints<T>) -> Result<[T; N], JointCountMismatch> {
+/// A joint vector as an array.
+///
+/// # Errors
+/// [`JointCountMismatch`] when it has values for another number of joints.
+pub fn array<T: Copy, const N: usize>(values: &Joints<T>) -> Result<[T; N], JointCountMismatch> {
     values.as_slice().try_into().map_err(|_| JointCountMismatch { expected: N, found: values.len() })
 }
 
@@ -57,11 +70,7 @@ impl frame::Measurement {
     /// The frame that carries a measurement to tick number `tick`.
     #[must_use]
     pub fn new<const N: usize>(tick: u32, measurement: &Measurement<f32, N>) -> Self {
-        let sensed = match &measurement.sensed {
-            Sensed::State { q, qd } => frame::Sensed::State { q: joints(q), qd: joints(qd) },
-            Sensed::Counts(counts) => frame::Sensed::Counts(joints(counts)),
-        };
-        Self { tick, age_ticks: measurement.age_ticks, sensed }
+        Self { tick, age_ticks: measurement.age_ticks, sensed: frame::Sensed::new(&measurement.sensed) }
     }
 
     /// What the controller takes.
@@ -69,11 +78,29 @@ impl frame::Measurement {
     /// # Errors
     /// [`JointCountMismatch`] when the frame is for another number of joints.
     pub fn to_core<const N: usize>(&self) -> Result<Measurement<f32, N>, JointCountMismatch> {
-        let sensed = match &self.sensed {
-            frame::Sensed::State { q, qd } => Sensed::State { q: array(q)?, qd: array(qd)? },
-            frame::Sensed::Counts(counts) => Sensed::Counts(array(counts)?),
-        };
-        Ok(Measurement { sensed, age_ticks: self.age_ticks })
+        Ok(Measurement { sensed: self.sensed.to_core()?, age_ticks: self.age_ticks })
+    }
+}
+
+impl frame::Sensed {
+    /// The part of a frame that carries a reading.
+    #[must_use]
+    pub fn new<const N: usize>(sensed: &Sensed<f32, N>) -> Self {
+        match sensed {
+            Sensed::State { q, qd } => Self::State { q: joints(q), qd: joints(qd) },
+            Sensed::Counts(counts) => Self::Counts(joints(counts)),
+        }
+    }
+
+    /// What the controller takes.
+    ///
+    /// # Errors
+    /// [`JointCountMismatch`] when the frame is for another number of joints.
+    pub fn to_core<const N: usize>(&self) -> Result<Sensed<f32, N>, JointCountMismatch> {
+        Ok(match self {
+            Self::State { q, qd } => Sensed::State { q: array(q)?, qd: array(qd)? },
+            Self::Counts(counts) => Sensed::Counts(array(counts)?),
+        })
     }
 }
 
@@ -159,6 +186,66 @@ impl frame::Frame {
                 cost,
             }),
             Command::Brake(fault) => Self::Fault(frame::Fault { tick, code: fault.code(), joint: fault.joint() }),
+        }
+    }
+}
+
+impl frame::Request {
+    /// Each with the word for it.
+    pub const NAMES: [(Self, &'static str); 7] = [
+        (Self::Home, "home"),
+        (Self::Confirm, "confirm"),
+        (Self::Arm, "arm"),
+        (Self::Disarm, "disarm"),
+        (Self::Run, "run"),
+        (Self::Hold, "hold"),
+        (Self::Clear, "clear"),
+    ];
+
+    /// What the safety state machine takes.
+    #[must_use]
+    pub const fn to_core(self) -> Request {
+        match self {
+            Self::Home => Request::Home,
+            Self::Confirm => Request::Confirm,
+            Self::Arm => Request::Arm,
+            Self::Disarm => Request::Disarm,
+            Self::Run => Request::Run,
+            Self::Hold => Request::Hold,
+            Self::Clear => Request::Clear,
+        }
+    }
+}
+
+impl frame::Denial {
+    /// The frame's part that carries a refusal.
+    #[must_use]
+    pub const fn new(refusal: Refusal) -> Self {
+        let (fault, joint) = match refusal {
+            Refusal::Fault(fault) | Refusal::Implausible(fault) => (fault.code(), fault.joint()),
+            Refusal::NoRoom { joint } | Refusal::OutOfReach { joint } => (0, Some(joint)),
+            Refusal::WrongState
+            | Refusal::NotHomed
+            | Refusal::NotZeroed
+            | Refusal::NotAtRest
+            | Refusal::HeartbeatLost
+            | Refusal::NoReference => (0, None),
+        };
+        Self { code: refusal.code(), fault, joint }
+    }
+}
+
+impl frame::Actuation {
+    /// The frame's part that carries what the drives do.
+    #[must_use]
+    pub fn new<const N: usize>(actuation: &Actuation<f32, N>) -> Self {
+        match actuation {
+            Actuation::Drive { torque, limits } => {
+                Self::Drive { torque: joints(torque), limits: joints(&limits.map(LimitFlags::bits)) }
+            }
+            Actuation::Safe(SafeAction::Brake) => Self::Brake,
+            Actuation::Safe(SafeAction::DampedStop) => Self::DampedStop,
+            Actuation::Safe(SafeAction::Off) => Self::Off,
         }
     }
 }

@@ -12,7 +12,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frame`] | what is said: hello, measurement, reference, live inputs, command, fault, refusal |
+//! | [`frame`] | what is said: the bench's frames, and those of an arm that is operated |
 //! | [`codec`] | how it is said: encoder, decoder, their errors |
 //! | [`convert`] | to and from the types of the control loop |
 #![no_std]
@@ -28,9 +28,9 @@ pub mod frame;
 pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
 pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
-    Command, Cost, Fault, Frame, Hello, JOINTS_MAX, Joints, Live, Measurement, Pacing, Payload, Reference, Refusal,
-    Sensed,
+    Actuation, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live, Measurement, Pacing, Parts,
+    Payload, Point, Reference, Refusal, Request, Sensed, SensedLines, Setting, Status, TickCost, Value, Watch,
 };
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
-pub const PROTOCOL_VERSION: u8 = 2;
+pub const PROTOCOL_VERSION: u8 = 3;

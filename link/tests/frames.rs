@@ -190,6 +190,30 @@ proptest! {
     }
 }
 
+/// All but hellos are told from new ones however many come again, and what is new after them is taken.
+#[test]
+fn packets_that_come_again_are_known_for_it_and_change_nothing() {
+    let mut encoder = Encoder::new();
+    let mut packets: Vec<_> = (0..300).map(|_| encoder.encode(&Frame::Alive).unwrap()).collect();
+    let new = packets.split_off(299);
+    for replayed in [1, 3, 100, 127] {
+        let mut decoder = Decoder::new();
+        for packet in &packets {
+            assert_eq!(only_frame(&decode(&mut decoder, packet)).missed, 0);
+        }
+        for (ago, packet) in (0..replayed).zip(packets.iter().rev()) {
+            assert_eq!(only_frame(&decode(&mut decoder, packet)).missed, 255 - ago, "the last ones backwards");
+        }
+        for packet in &packets[packets.len() - usize::from(replayed)..] {
+            assert!(
+                only_frame(&decode(&mut decoder, packet)).missed >= link::codec::STALE,
+                "the last ones in their order"
+            );
+        }
+        assert_eq!(only_frame(&decode(&mut decoder, &new[0])).missed, 0, "{replayed} replayed");
+    }
+}
+
 /// A packet with this version, tag and rest, its check sum right.
 fn forge(version: u8, payload: &[u8]) -> Vec<u8> {
     let mut raw = vec![version, 0];

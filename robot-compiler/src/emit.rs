@@ -303,7 +303,20 @@ pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::er
     std::fs::write(folder.join("dynamics.rs"), dynamics.replace("//!", "//"))?;
     std::fs::write(folder.join("drives.rs"), drives.replace("//!", "//"))?;
     std::fs::write(folder.join("protection.rs"), protection.replace("//!", "//"))?;
+    std::fs::write(folder.join("tuning.rs"), tuning_module(file.control.tunable))?;
     Ok(())
+}
+
+/// Where the controller finds its configuration: in RAM where it can be changed, else in the program.
+fn tuning_module(tunable: bool) -> String {
+    let (kind, value) = if tunable {
+        ("dynamics_core::control::ControllerConfig<f32, { super::arm::N }>", "super::arm::config()")
+    } else {
+        ("crate::Settings", "crate::Settings")
+    };
+    format!(
+        "/// Where the controller finds its configuration.\npub type Tuning = {kind};\n\n/// Its value.\npub const fn tuning() -> Tuning {{\n    {value}\n}}\n"
+    )
 }
 
 /// `0x0123_4567_89ab_cdef`.
@@ -321,7 +334,7 @@ fn imports<S: Float, const N: usize>(scene: &Scene<S, N>, config: &ControllerCon
          use dynamics_core::model::{{Link, Placement}};\n\
          use dynamics_core::safety::{{JointRules, Rules, SafeAction}};\n\
          use dynamics_core::trig::{trig};\n\
-         use dynamics_core::{{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term{wrench}}};\n\
+         use dynamics_core::{{ControllerConfig, Inertia, InertiaBounds, JointKind, Limits, Model, Scene, Term{wrench}}};\n\
          use nalgebra::{{Matrix3, Vector3}};\n"
     )
 }
@@ -453,7 +466,8 @@ fn config_item<S: Float, const N: usize>(config: &ControllerConfig<S, N>) -> Ite
 }
 
 fn rules_item<S: Float, const N: usize>(rules: &Rules<S, N>) -> Item {
-    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, joints } = rules;
+    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, payload, joints } =
+        rules;
     let pair = |(lo, hi): &(S, S)| call("", vec![number(*lo), number(*hi)]);
     let joints = joints.iter().map(|joint| {
         let JointRules { rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping } = joint;
@@ -481,6 +495,10 @@ fn rules_item<S: Float, const N: usize>(rules: &Rules<S, N>) -> Item {
             ("period", number(*period)),
             ("rate", number(*rate)),
             ("latency", number(*latency)),
+            (
+                "payload",
+                record("InertiaBounds", vec![("mass", number(payload.mass)), ("radius", number(payload.radius))]),
+            ),
             ("joints", list(joints.collect())),
         ],
     )

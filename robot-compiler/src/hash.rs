@@ -174,7 +174,8 @@ fn hash_config<const N: usize>(fnv: &mut Fnv1a, config: &ControllerConfig<f32, N
 }
 
 fn hash_rules<const N: usize>(fnv: &mut Fnv1a, rules: &Rules<f32, N>) {
-    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, joints } = rules;
+    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, payload, joints } =
+        rules;
     fnv.tag(match safe_action {
         SafeAction::Brake => 0,
         SafeAction::DampedStop => 1,
@@ -182,7 +183,17 @@ fn hash_rules<const N: usize>(fnv: &mut Fnv1a, rules: &Rules<f32, N>) {
     });
     fnv.tag(*heartbeat_max);
     fnv.tag(*hold_max);
-    fnv.numbers([&supply.0, &supply.1, &temperature.0, &temperature.1, period, rate, latency]);
+    fnv.numbers([
+        &supply.0,
+        &supply.1,
+        &temperature.0,
+        &temperature.1,
+        period,
+        rate,
+        latency,
+        &payload.mass,
+        &payload.radius,
+    ]);
     for JointRules { rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping } in joints {
         fnv.numbers([rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping]);
     }

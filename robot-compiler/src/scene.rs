@@ -185,6 +185,7 @@ impl SceneFile {
             period,
             rate: self.control.rate,
             latency: safety.latency,
+            payload: safety.payload,
             joints: std::array::from_fn(|i| JointRules {
                 rest_speed: rest_speed[i],
                 jump_step: safety.jump_factor * model.links()[i].limits.velocity * period,

@@ -197,12 +197,16 @@ fn control(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
         "observer_bandwidth",
         "age_max",
         "guard",
+        "tunable",
     ])?;
     let mut control = ControlSpec::default_for(robot);
     let number = |key, max, expected, default| table.get(key).map_or(Ok(default), |v| v.positive_up_to(max, expected));
     control.rate = number("rate", 1e5, "a rate in Hz, above zero and at most 1e5", control.rate)?;
     let bandwidth = "a bandwidth in rad/s, above zero and at most 1e6";
     control.observer_bandwidth = number("observer_bandwidth", 1e6, bandwidth, control.observer_bandwidth)?;
+    if let Some(value) = table.get("tunable") {
+        control.tunable = value.boolean()?;
+    }
     if let Some(value) = table.get("law") {
         control.law = value.choice(&LAWS)?;
     }

@@ -120,12 +120,15 @@ fn the_plant_can_rub_and_ripple_otherwise_than_the_model_believes() {
 #[test]
 fn a_scene_without_safety_gets_rules_from_the_limits() {
     let puma = scene("../../../robots/puma560.toml", "").unwrap();
-    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, joints } =
+    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, payload, joints } =
         puma.safety_rules(&puma.robot.model::<6>().unwrap());
     assert_eq!((safe_action, heartbeat_max, hold_max), (SafeAction::Brake, 100, 500));
     assert_eq!((supply.0, supply.1), (f64::NEG_INFINITY, f64::INFINITY));
     assert_eq!(supply, temperature);
     assert_eq!((period, rate, latency), (0.001, 1000.0, 0.002));
+    let links = puma.robot.joints.iter().map(|joint| joint.spec.body.mass).sum::<f64>();
+    assert!((20.0..60.0).contains(&links));
+    assert_eq!((payload.mass, payload.radius), (links, 1.0));
     let waist = JointRules {
         rest_speed: 0.05,
         jump_step: 2.0 * 1.92 * 0.001,
@@ -141,6 +144,7 @@ fn a_scene_without_safety_gets_rules_from_the_limits() {
 #[test]
 fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
     let lines = "[control]\nrate = 500\n[safety]\nsafe_action = \"damped-stop\"\nheartbeat_ms = 41\nhold_ms = 0\nlatency_ms = 3\n\
+                 payload_mass = 2.5\npayload_radius = 0.3\n\
                  supply = [20, 30]\ntemperature = [-10.5, 80]\njump_factor = 3\ndeceleration = [7, 8]\nresolution = 0\n\
                  rest_speed = 0.02\nreach = [0.1, 0.3]\nreach_speed = 0.4\ndamping = 2.5\n";
     let planar = scene("../../../robots/planar2r.toml", lines).unwrap();
@@ -149,6 +153,7 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
     // 41 ms are 20.5 ticks: the whole 41 are waited for.
     assert_eq!((rules.safe_action, rules.heartbeat_max, rules.hold_max), (SafeAction::DampedStop, 21, 0));
     assert_eq!((rules.supply, rules.temperature, rules.latency), ((20.0, 30.0), (-10.5, 80.0), 0.003));
+    assert_eq!((rules.payload.mass, rules.payload.radius), (2.5, 0.3));
     for (i, (deceleration, reach)) in [(7.0, 0.1), (8.0, 0.3)].into_iter().enumerate() {
         let jump_step = 3.0 * model.links()[i].limits.velocity * 0.002;
         let joint = JointRules {

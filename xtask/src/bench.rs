@@ -17,7 +17,7 @@ mod desk;
 mod disassembly;
 mod report;
 
-pub(crate) use report::between_markers;
+pub(crate) use report::{Table, between_markers, thousands, write_into};
 
 use crate::process::root;
 use crate::toolchain::rustc_version;

@@ -1,19 +1,14 @@
 //! Building the firmware for a scene and a board.
 
-use crate::process::{run, which};
 use crate::toolchain::{self, Toolchain};
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result};
 use std::ffi::OsStr;
 use std::fmt;
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// The scene that is built in when none is named.
 pub(crate) const SCENE_DEFAULT: &str = "scenes/puma560_pick.toml";
-
-/// The chip as probe-rs names it.
-const PROBE_CHIP: &str = "STM32F405RGTx";
 
 /// A board that the firmware runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -50,6 +45,16 @@ impl Board {
             Self::F405Pwm => "scenes/examples/pwm2_swing.toml",
         }
     }
+
+    /// The kind of drives that the board has lines for, as a robot file calls it; `None` for a board that talks to its host
+    /// alone and so takes any arm. Another kind does not compile either: this says it before the compiler starts.
+    pub(crate) const fn drives(self) -> Option<&'static str> {
+        match self {
+            Self::Netduinoplus2 | Self::OdriveV3 => None,
+            Self::F405Can => Some("mit"),
+            Self::F405Pwm => Some("pwm"),
+        }
+    }
 }
 
 impl fmt::Display for Board {
@@ -69,10 +74,15 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     cargo.args(["--features", board.name()]).env("NEWTAU_SCENE", &scene);
     cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
     let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
+    keep(&std::fs::read(&built)?, program(&scene, board)?)
+}
 
+/// Where [`build`] leaves the program, whether it has been built or not.
+pub(crate) fn program(scene: &Path, board: Board) -> Result<PathBuf> {
+    let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let copy = folder.join(format!("{stem}-{:08x}-{board}.elf", short_hash(&scene, &["NEWTAU_LAW", "NEWTAU_TRIG"])));
-    keep(&std::fs::read(&built)?, copy)
+    let hash = short_hash(&scene, &["NEWTAU_LAW", "NEWTAU_TRIG"]);
+    Ok(toolchain::target_directory().join(format!("{stem}-{hash:08x}-{board}.elf")))
 }
 
 /// Build the program that measures a scene's tick; the answer is a copy that later builds leave alone.
@@ -133,16 +143,4 @@ fn short_hash(path: &Path, choices: &[&str]) -> u32 {
 
 fn fnv1a(hash: u32, bytes: &[u8]) -> u32 {
     bytes.iter().fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
-}
-
-/// Write the firmware to a real board.
-pub(crate) fn flash(scene: &Path) -> Result<()> {
-    let elf = build(scene, Board::OdriveV3)?;
-    let Some(probe) = which("probe-rs") else {
-        bail!(
-            "probe-rs is not installed: `cargo install probe-rs-tools --locked`, then again. The program is {}",
-            elf.display()
-        );
-    };
-    run(Command::new(probe).args(["run", "--chip", PROBE_CHIP]).arg(elf))
 }

@@ -3,7 +3,7 @@
 use crate::firmware::{self, Board};
 use crate::process::root;
 use crate::tally::Tally;
-use crate::{bench, gate, readme, robot_data, setup, size};
+use crate::{bench, budget, gate, readme, robot_data, setup};
 use anyhow::Result;
 use std::path::Path;
 use std::process::{Command, exit};
@@ -46,12 +46,13 @@ fn chip_tests(tally: &mut Tally) {
     let scene = Path::new(firmware::SCENE_DEFAULT);
     for board in Board::ALL {
         tally.step(&format!("firmware for {board}"), || {
-            let elf = firmware::build(Path::new(board.scene()), board)?;
-            size::check(&elf, board)
+            let scene = Path::new(board.scene());
+            budget::sizes(&firmware::build(scene, board)?, scene, board)
         });
     }
     tally.step("gate", || gate::check(scene));
     tally.step("instruction counts", bench::gate);
+    tally.step("budget, its cheap part", budget::gate);
     tally.step("cycles, estimated", || bench::cycles::run(false));
     // One emulator at a time: it keeps one processor busy and the test another.
     let mut tests = cargo(&["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);

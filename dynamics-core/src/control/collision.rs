@@ -217,6 +217,9 @@ pub struct Seen<'a, S, const N: usize> {
 
 /// What watches over a controller. [`Unprotected`] costs nothing.
 pub trait Protection<S, const N: usize> {
+    /// Whether it ever looks. Where it does not, the tick is compiled as if there were no protections.
+    const WATCHES: bool = true;
+
     /// Look at the state of this tick. Sine and cosine, if they were asked for, come back to be used again.
     fn look(
         &mut self,
@@ -236,6 +239,8 @@ pub trait Protection<S, const N: usize> {
 pub struct Unprotected;
 
 impl<S, const N: usize> Protection<S, N> for Unprotected {
+    const WATCHES: bool = false;
+
     #[inline]
     fn look(
         &mut self,

@@ -2,8 +2,8 @@
 
 use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::friction::Friction;
-use super::law::{Gains, Law, State, torques, yielding};
-use super::limits::{LimitFlags, hold_reference, hold_torque, reference_is_inside, step_is_inside, torque_is_inside};
+use super::law::{Gains, Law, State, torques};
+use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
 use super::observer::{Encoder, TrackingObserver};
 use super::{Command, Fault, Measurement, Reference, Sensed};
 use crate::joint::Limits;
@@ -50,14 +50,23 @@ pub struct ControllerConfig<S, const N: usize> {
 /// for a type without a size: the compiler then folds every number into the code of the tick, leaves out what does nothing
 /// (a limit that is infinite, an offset of zero), and no RAM holds it.
 pub trait Configuration<S, const N: usize> {
-    /// The configuration; always the same.
+    /// The configuration; the same until it is changed through [`Configuration::get_mut`].
     fn get(&self) -> &ControllerConfig<S, N>;
+
+    /// The configuration, to be changed between ticks; `None` where it is part of the program.
+    fn get_mut(&mut self) -> Option<&mut ControllerConfig<S, N>> {
+        None
+    }
 }
 
 impl<S, const N: usize> Configuration<S, N> for ControllerConfig<S, N> {
     #[inline]
     fn get(&self) -> &Self {
         self
+    }
+
+    fn get_mut(&mut self) -> Option<&mut Self> {
+        Some(self)
     }
 }
 
@@ -218,6 +227,16 @@ where
         &mut self.protection
     }
 
+    /// The configuration, to be changed between ticks; `None` where it is part of the program.
+    pub fn config_mut(&mut self) -> Option<&mut ControllerConfig<S, N>> {
+        self.config.get_mut()
+    }
+
+    /// The live inputs of the scene.
+    pub fn live(&self) -> &Live<S, N> {
+        &self.live
+    }
+
     /// The live inputs of the scene, to be set between ticks.
     pub fn live_mut(&mut self) -> &mut Live<S, N> {
         &mut self.live
@@ -247,34 +266,40 @@ where
             &held
         };
 
-        let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
-        // What a trigonometry remembers belongs to the angles that the law asks for: of this one the reference's.
-        let (verdict, turn) = match config.law {
-            Law::Feedforward => (protection.look(&seen, || trig.sin_cos_all(q)).0, None),
-            _ => protection.look(&seen, || trig.tick(q)),
-        };
         let standing;
-        let reference = match verdict {
-            Verdict::Free | Verdict::Comply { .. } => reference,
-            Verdict::Stop { joint } => return Err(Fault::Collision { joint }),
-            Verdict::Hold { q, .. } => {
-                let zero = [S::zero(); N];
-                standing = Reference { q, qd: zero, qdd: zero };
-                &standing
+        let (mut reference, mut turn, mut complies) = (reference, None, false);
+        // Known when the program is built: what nothing watches has not one instruction of this.
+        if P::WATCHES {
+            let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
+            let verdict;
+            // What a trigonometry remembers belongs to the angles that the law asks for: of this one the reference's.
+            (verdict, turn) = match config.law {
+                Law::Feedforward => (protection.look(&seen, || trig.sin_cos_all(q)).0, None),
+                _ => protection.look(&seen, || trig.tick(q)),
+            };
+            match verdict {
+                Verdict::Free => {}
+                Verdict::Stop { joint } => return Err(Fault::Collision { joint }),
+                Verdict::Hold { q, joint } => {
+                    let zero = [S::zero(); N];
+                    standing = Reference { q, qd: zero, qdd: zero };
+                    reference = &standing;
+                    flag(&mut limits, joint);
+                }
+                Verdict::Comply { joint } => {
+                    complies = true;
+                    flag(&mut limits, joint);
+                }
             }
-        };
-        if let Verdict::Hold { joint, .. } | Verdict::Comply { joint } = verdict {
-            flag(&mut limits, joint);
         }
-        let complies = matches!(verdict, Verdict::Comply { .. });
-        memory.acceleration = if complies { [S::zero(); N] } else { reference.qdd };
+        memory.acceleration = reference.qdd;
+        if complies {
+            memory.acceleration = [S::zero(); N];
+        }
 
         let state = State { reference, q, qd, live, turn };
-        let mut torque = if complies {
-            yielding(&config.gains, dynamics, trig, &state)
-        } else {
-            torques(config.law, &config.gains, dynamics, trig, &state)
-        };
+        let law = (!complies).then_some(config.law);
+        let mut torque = torques(law, &config.gains, dynamics, trig, &state);
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, complies) {
                 torque[i] += friction[i].torque(reference.qd[i]);
@@ -284,7 +309,9 @@ where
             torque[i] += S::zero();
         }
         memory.limit(&mut torque, &mut limits, config)?;
-        protection.drove(&torque);
+        if P::WATCHES {
+            protection.drove(&torque);
+        }
         Ok(Command::Drive { torque, limits })
     }
 }
@@ -310,20 +337,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         limits: &mut [LimitFlags; N],
         config: &ControllerConfig<S, N>,
     ) -> Result<(), Fault> {
-        for i in 0..N {
-            let (limit, last, step) = (config.limits[i].torque, self.torque[i], self.torque_step[i]);
-            // A step that the configuration does not limit is not looked at, and costs nothing where that is known.
-            let rated = config.torque_step[i] <= S::MAX;
-            if torque_is_inside(torque[i], limit) && (!rated || step_is_inside(torque[i], last, step)) {
-                continue;
-            }
-            if !torque[i].is_finite() {
-                return Err(Fault::NonFiniteTorque { joint: i as u8 });
-            }
-            let (held, flags) = hold_torque(torque[i], last, step, limit);
-            torque[i] = held;
-            limits[i] |= flags;
-        }
+        hold_torques(torque, limits, &config.limits, &self.torque, &self.torque_step, &config.torque_step)?;
         self.torque = *torque;
         self.torque_step = config.torque_step;
         Ok(())
@@ -366,22 +380,23 @@ impl<S: Real, const N: usize> Observed<S, N> {
     }
 }
 
-/// Where position and velocity of a joint are believed: between the first two, and no faster than the third. Finite, so that
-/// no infinity is inside where there is no limit.
+/// Where position and velocity of a joint are believed: between the first two, and no faster than the third. Infinite where there is no
+/// limit.
 #[inline]
 pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>, i: usize) -> (S, S, S) {
     let Guard { position_margin, velocity_max } = config.guard[i];
     let (lo, hi) = config.limits[i].position;
-    let finite = |x: S| x.clamp_symmetric(S::MAX);
-    (finite(lo - position_margin), finite(hi + position_margin), finite(velocity_max))
+    (lo - position_margin, hi + position_margin, velocity_max)
 }
 
 /// Whether a state is believed. False where a value is NaN or infinite.
 #[inline]
 fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &ControllerConfig<S, N>) -> bool {
+    // Worked out when the program is built: no infinity is inside a finite bound, so the values need no second look.
+    let finite = |x: S| x.clamp_symmetric(S::MAX);
     for i in 0..N {
         let (lo, hi, velocity_max) = believed(config, i);
-        if !(q[i] >= lo && q[i] <= hi && qd[i].abs() <= velocity_max) {
+        if !(q[i] >= finite(lo) && q[i] <= finite(hi) && qd[i].abs() <= finite(velocity_max)) {
             return false;
         }
     }

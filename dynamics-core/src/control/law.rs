@@ -69,20 +69,6 @@ fn known_or_new<S: Real, const N: usize>(
     }
 }
 
-/// Torques that carry the arm's weight and damp its motion, without any stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`, N m or N.
-#[inline]
-pub(super) fn yielding<S: Real, const N: usize>(
-    gains: &[Gains<S>; N],
-    dynamics: &mut impl InverseDynamics<S, N>,
-    trig: &mut impl Trig<S>,
-    state: &State<'_, S, N>,
-) -> [S; N] {
-    let State { q, qd, live, turn, .. } = *state;
-    let zero = [S::zero(); N];
-    let held = dynamics.tick(|| known_or_new(trig, turn, q), q, &zero, &zero, live);
-    core::array::from_fn(|i| held[i] - gains[i].inertia * (gains[i].velocity * qd[i]))
-}
-
 /// The acceleration that corrects the error of each joint, rad/s^2 or m/s^2.
 ///
 /// `Kd (qd_ref - qd) + Kp (q_ref - q)`
@@ -141,10 +127,11 @@ pub fn computed_torque<S: Scalar, const N: usize>(
     dynamics.inverse_dynamics(&turn(), q, qd, &wanted, live)
 }
 
-/// Torques before friction and limits, N m or N.
+/// Torques before friction and limits, N m or N; without a law the arm's weight is carried and its motion damped, without any
+/// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`.
 #[inline]
 pub(super) fn torques<S: Real, const N: usize>(
-    law: Law,
+    law: Option<Law>,
     gains: &[Gains<S>; N],
     dynamics: &mut impl InverseDynamics<S, N>,
     trig: &mut impl Trig<S>,
@@ -158,19 +145,23 @@ pub(super) fn torques<S: Real, const N: usize>(
     };
     let zero = [S::zero(); N];
     match law {
+        None => {
+            let held = dynamics.tick(|| turned(trig), q, &zero, &zero, live);
+            core::array::from_fn(|i| held[i] - gains[i].inertia * (gains[i].velocity * qd[i]))
+        }
         // `computed_torque`, by a dynamics that may remember.
-        Law::ComputedTorque => {
+        Some(Law::ComputedTorque) => {
             let wanted = wanted(gains, reference, q, qd);
             dynamics.tick(|| turned(trig), q, qd, &wanted, live)
         }
-        Law::Pd => weighted(zero),
-        Law::PdGravity => weighted(dynamics.tick(|| turned(trig), q, &zero, &zero, live)),
-        Law::DiagonalInertia => {
+        Some(Law::Pd) => weighted(zero),
+        Some(Law::PdGravity) => weighted(dynamics.tick(|| turned(trig), q, &zero, &zero, live)),
+        Some(Law::DiagonalInertia) => {
             let held = dynamics.tick(|| turned(trig), q, &zero, &zero, live);
             let wanted = wanted(gains, reference, q, qd);
             core::array::from_fn(|i| held[i] + gains[i].inertia * wanted[i])
         }
-        Law::Feedforward => {
+        Some(Law::Feedforward) => {
             let Reference { q, qd, qdd } = reference;
             weighted(dynamics.tick(|| trig.tick(q), q, qd, qdd, live))
         }

@@ -1,6 +1,6 @@
 //! Limits on references and torques, and which of them act.
 
-use super::Reference;
+use super::{Fault, Reference};
 use crate::joint::Limits;
 use crate::scalar::Real;
 use core::ops::{BitOr, BitOrAssign};
@@ -128,21 +128,53 @@ fn hold_joint<S: Real>(q: &mut S, qd: &mut S, qdd: &mut S, limits: &Limits<S>) -
     LimitFlags::POSITION.when(below || above) | LimitFlags::VELOCITY.when(too_fast || too_slow)
 }
 
+/// Hold torques inside their limits and near the ones before, and say which limits acted.
+///
+/// A step that is infinite is not looked at, and costs nothing where that is known: `rated` has the steps that are, `step` those that
+/// count in this tick.
+///
+/// # Errors
+/// [`Fault::NonFiniteTorque`] for a torque that is no number; those before it may have been held.
+#[inline]
+pub(crate) fn hold_torques<S: Real, const N: usize>(
+    torque: &mut [S; N],
+    flags: &mut [LimitFlags; N],
+    limits: &[Limits<S>; N],
+    last: &[S; N],
+    step: &[S; N],
+    rated: &[S; N],
+) -> Result<(), Fault> {
+    for i in 0..N {
+        let limit = limits[i].torque;
+        let rated = rated[i] <= S::MAX;
+        if torque_is_inside(torque[i], limit) && (!rated || step_is_inside(torque[i], last[i], step[i])) {
+            continue;
+        }
+        if !torque[i].is_finite() {
+            return Err(Fault::NonFiniteTorque { joint: i as u8 });
+        }
+        let (held, acted) = hold_torque(torque[i], last[i], step[i], limit);
+        torque[i] = held;
+        flags[i] |= acted;
+    }
+    Ok(())
+}
+
 /// Whether a torque is a finite number inside its limit.
 #[inline]
-pub(crate) fn torque_is_inside<S: Real>(torque: S, limit: S) -> bool {
+fn torque_is_inside<S: Real>(torque: S, limit: S) -> bool {
     torque.abs() <= limit.clamp_symmetric(S::MAX)
 }
 
 /// Whether a torque is near the one before.
 #[inline]
-pub(crate) fn step_is_inside<S: Real>(torque: S, last: S, step: S) -> bool {
+fn step_is_inside<S: Real>(torque: S, last: S, step: S) -> bool {
     (torque - last).abs() <= step
 }
 
 /// Hold a torque inside its limit and near the one before; `step` is the greatest change in one tick.
 #[cold]
-pub(crate) fn hold_torque<S: Real>(torque: S, last: S, step: S, limit: S) -> (S, LimitFlags) {
+fn hold_torque<S: Real>(torque: S, last: S, step: S, limit: S) -> (S, LimitFlags) {
     let bounded = torque.clamp_symmetric(limit);
     let near = bounded.clamp_to(last - step, last + step);
     (near, LimitFlags::TORQUE.when(bounded != torque) | LimitFlags::TORQUE_RATE.when(near != bounded))

@@ -4,8 +4,7 @@ use super::measured::{Seen, Sensors};
 use super::stop::{can_stop, slowed};
 use super::{Actuation, Ask, Configuration, HoldCause, Inputs, Output, Refusal, Request, Rules, State};
 use crate::control::{
-    Command, ControllerConfig, Fault, LimitFlags, Measurement, Reference, believed, hold_torque, name_reference,
-    step_is_inside, torque_is_inside,
+    Command, ControllerConfig, Fault, Measurement, Reference, believed, hold_torques, name_reference,
 };
 use crate::scalar::Real;
 
@@ -228,32 +227,16 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 Command::Drive { torque, limits } => (torque, limits),
                 Command::Brake(fault) => return self.fail(fault, inputs.request),
             };
-        match self.limit(&mut torque, &mut limits) {
+        // The controller limits its torque too, but from its first one on: it does not know what acted before.
+        let config = self.config.get();
+        let step = &config.torque_step;
+        match hold_torques(&mut torque, &mut limits, &config.limits, &self.torque, step, step) {
             Ok(()) => {
                 self.torque = torque;
                 self.output(Actuation::Drive { torque, limits }, refused)
             }
             Err(fault) => self.fail(fault, inputs.request),
         }
-    }
-
-    /// The controller limits its torque too, but from its first one on: it does not know what acted before.
-    #[inline]
-    fn limit(&self, torque: &mut [S; N], limits: &mut [LimitFlags; N]) -> Result<(), Fault> {
-        let config = self.config.get();
-        for i in 0..N {
-            let (limit, last, step) = (config.limits[i].torque, self.torque[i], config.torque_step[i]);
-            if torque_is_inside(torque[i], limit) && step_is_inside(torque[i], last, step) {
-                continue;
-            }
-            if !torque[i].is_finite() {
-                return Err(Fault::NonFiniteTorque { joint: i as u8 });
-            }
-            let (held, flags) = hold_torque(torque[i], last, step, limit);
-            torque[i] = held;
-            limits[i] |= flags;
-        }
-        Ok(())
     }
 
     #[cold]

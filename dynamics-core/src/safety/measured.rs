@@ -45,38 +45,25 @@ impl<S: Real, const N: usize> Sensors<S, N> {
         let (q, qd) = self.observed.update(config, acceleration, &inputs.sensed);
         let mut seen = Seen { q: *q, qd: *qd, fault: None, jumped: false, at_rest: true };
         for i in 0..N {
-            let (joint, age, rule) = (i as u8, inputs.age_ticks[i], &rules.joints[i]);
+            let (age, rule) = (inputs.age_ticks[i], &rules.joints[i]);
             // Not what the observer makes of it: it would smooth a jump.
             let position = match &inputs.sensed {
                 Sensed::State { q, .. } => q[i],
                 Sensed::Counts(counts) => config.encoder[i].position(counts[i]),
             };
-            let speed = seen.qd[i].abs();
-            let finite = position.is_finite() && speed.is_finite();
             let elapsed = self.last_age[i].saturating_add(1).saturating_sub(age);
             let steps = S::from_i32(elapsed.min(i32::MAX as u32) as i32);
-            // Where nothing limits the speed the step is infinite, and no time at all times infinity is no number.
-            let way = (rule.jump_step.clamp_symmetric(S::MAX) * steps + rule.resolution).clamp_symmetric(S::MAX);
-            let near = (position - self.last[i]).abs() <= way;
-            let jumped = finite && !near;
-            let (lo, hi, velocity_max) = believed(config, i);
-            let inside = position >= lo && position <= hi;
-
-            if age > config.age_max || !finite || jumped || !inside || speed > velocity_max {
-                let fault = if age > config.age_max {
-                    Fault::StaleMeasurement
-                } else if !finite {
-                    Fault::NonFiniteMeasurement { joint }
-                } else if jumped {
-                    Fault::ImpossibleJump { joint }
-                } else if !inside {
-                    Fault::PositionOutOfBounds { joint }
-                } else {
-                    Fault::VelocityOutOfBounds { joint }
-                };
-                seen.fault.get_or_insert(fault);
+            // Where nothing limits the speed the step is infinite, and no time at all times infinity is no number: nothing is farther.
+            let way = rule.jump_step * steps + rule.resolution;
+            let far = (position - self.last[i]).abs() > way;
+            let bounds = believed(config, i);
+            let speed = seen.qd[i].abs();
+            let finite = position.is_finite() && speed.is_finite();
+            if age > config.age_max || far || !is_believed(position, speed, bounds) {
+                let jumped = far && finite;
+                seen.fault = seen.fault.or(Some(name(i as u8, age > config.age_max, finite, jumped, position, bounds)));
+                seen.jumped |= jumped;
             }
-            seen.jumped |= jumped;
             seen.at_rest &= speed <= rule.rest_speed;
             if finite {
                 (self.last[i], self.last_age[i]) = (position, age);
@@ -85,5 +72,28 @@ impl<S: Real, const N: usize> Sensors<S, N> {
             }
         }
         seen
+    }
+}
+
+/// Whether a joint's position and speed are finite and inside their bounds. In a loop a second comparison costs less than a bound that is
+/// made finite first.
+#[inline]
+fn is_believed<S: Real>(q: S, speed: S, (lo, hi, velocity_max): (S, S, S)) -> bool {
+    q >= lo && q <= hi && q.abs() <= S::MAX && speed <= velocity_max && speed <= S::MAX
+}
+
+/// What is wrong with a joint's reading.
+#[cold]
+fn name<S: Real>(joint: u8, old: bool, finite: bool, jumped: bool, position: S, (lo, hi, _): (S, S, S)) -> Fault {
+    if old {
+        Fault::StaleMeasurement
+    } else if !finite {
+        Fault::NonFiniteMeasurement { joint }
+    } else if jumped {
+        Fault::ImpossibleJump { joint }
+    } else if !(position >= lo && position <= hi) {
+        Fault::PositionOutOfBounds { joint }
+    } else {
+        Fault::VelocityOutOfBounds { joint }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::SafeAction;
 use crate::control::{Configuration as ControlConfiguration, ControllerConfig};
+use crate::inertia::InertiaBounds;
 use crate::scalar::Real;
 
 /// Numbers of one joint.
@@ -42,6 +43,8 @@ pub struct Rules<S, const N: usize> {
     pub rate: S,
     /// From a measurement to the torque that it leads to, s: added to the braking distance as time at full speed.
     pub latency: S,
+    /// What a payload that is told at run time is held to, about the last link's origin.
+    pub payload: InertiaBounds<S>,
     /// Per joint.
     pub joints: [JointRules<S>; N],
 }
@@ -60,6 +63,7 @@ impl<const N: usize> Rules<f64, N> {
             period: t(self.period),
             rate: t(self.rate),
             latency: t(self.latency),
+            payload: self.payload.cast(),
             joints: self.joints.map(|joint| JointRules {
                 rest_speed: t(joint.rest_speed),
                 jump_step: t(joint.jump_step),

@@ -2,7 +2,9 @@
 //! that the input gives.
 
 use crate::support::config;
-use dynamics_core::control::{Friction, Guard, Law};
+use dynamics_core::control::{
+    CollisionConfig, CollisionWatch, Friction, Guard, Law, LimitFlags, MomentumFilter, Reaction,
+};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{
     Body, Command, Controller, ControllerConfig, Dh, Dynamics, Fault, Frame, JointKind, JointSpec, Limits, Measurement,
@@ -39,6 +41,19 @@ fn settings<const N: usize>(law: Law, friction: bool) -> ControllerConfig<f32, N
         ..config(law)
     };
     settings.cast()
+}
+
+/// A watch that the states below set off more often than not, and sometimes leave alone.
+fn watch<const N: usize>(reaction: Reaction) -> CollisionWatch<f32, N, Dynamics<f32, N>> {
+    let config = CollisionConfig {
+        filter: MomentumFilter::new(5.0, 1e-3),
+        threshold: [40.0; N],
+        released: [20.0; N],
+        ticks: 1,
+        release_ticks: 1,
+        reaction,
+    };
+    CollisionWatch::new(config.cast(), arm())
 }
 
 /// Any bit pattern at all, and more often than chance those at the edges.
@@ -114,17 +129,23 @@ fn due<const N: usize>(reference: &Reference<f32, N>, measurement: &Measurement<
 fn case<const N: usize>(
     law: Law,
     friction: bool,
+    reaction: Option<Reaction>,
     ticks: &[Tick<N>],
     seen: &RefCell<BTreeSet<u8>>,
 ) -> Result<(), TestCaseError> {
-    let mut controller = Controller::new(settings::<N>(law, friction), arm::<N>(), Polynomial);
+    let mut controller =
+        Controller::new(settings::<N>(law, friction), arm::<N>(), Polynomial).with_protection(reaction.map(watch::<N>));
     let mut last: Option<[f32; N]> = None;
     let mut latched = None;
     for (reference, measurement, reset) in ticks {
         let command = controller.tick(reference, measurement);
         let due = latched.or(due(reference, measurement));
         match command {
-            Command::Drive { torque, .. } => {
+            Command::Drive { torque, limits } => {
+                if limits.iter().any(|flags| flags.contains(LimitFlags::COLLISION)) {
+                    prop_assert!(matches!(reaction, Some(Reaction::Hold | Reaction::Comply)));
+                    seen.borrow_mut().insert(100);
+                }
                 prop_assert_eq!(due, None, "it drives");
                 for i in 0..N {
                     prop_assert!(torque[i].is_finite() && torque[i].abs() <= TORQUE as f32, "torque {}", torque[i]);
@@ -144,7 +165,8 @@ fn case<const N: usize>(
                     // place or speed out of bounds.
                     let counted = matches!(measurement.sensed, Sensed::Counts(_));
                     let by_state = matches!(fault.code(), 4 | 5);
-                    prop_assert!(fault.code() == 7 || (counted && by_state), "{}", fault);
+                    let collided = fault.code() == 14 && reaction == Some(Reaction::Stop);
+                    prop_assert!(fault.code() == 7 || collided || (counted && by_state), "{}", fault);
                 }
                 seen.borrow_mut().insert(fault.code());
                 latched = Some(fault);
@@ -169,16 +191,18 @@ fn run<const N: usize>() {
         Just(Law::DiagonalInertia),
         Just(Law::Feedforward)
     ];
-    let input = (law, any::<bool>(), proptest::collection::vec(tick::<N>(), 1..6));
+    let reaction = prop_oneof![Just(Reaction::Stop), Just(Reaction::Hold), Just(Reaction::Comply)];
+    let reaction = proptest::option::of(reaction);
+    let input = (law, any::<bool>(), reaction, proptest::collection::vec(tick::<N>(), 1..6));
     let config = Config { cases: 4000, failure_persistence: None, ..Config::default() };
     // The same cases every time, so that what they reach can be asserted below.
     let mut runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
-    let outcome = runner.run(&input, |(law, friction, ticks)| case(law, friction, &ticks, &seen));
+    let outcome = runner.run(&input, |(law, friction, reaction, ticks)| case(law, friction, reaction, &ticks, &seen));
     if let Err(failure) = outcome {
         panic!("{N} joints: {failure}");
     }
-    // The cases reached torques and every fault that a tick can raise: the checks above were not idle.
-    assert_eq!(seen.into_inner().into_iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 7], "{N} joints");
+    // The cases reached torques, torques after a collision (100) and every fault that a tick can raise: the checks above were not idle.
+    assert_eq!(seen.into_inner().into_iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 7, 14, 100], "{N} joints");
 }
 
 #[test]

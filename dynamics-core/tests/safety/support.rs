@@ -4,7 +4,7 @@ use dynamics_core::control::{Encoder, Gains, Guard, Law, LimitFlags, TrackingObs
 use dynamics_core::safety::{
     Actuation, Ask, Inputs, JointRules, Output, Protected, Request, Rules, SafeAction, Safety, State,
 };
-use dynamics_core::{Command, ControllerConfig, Limits, Reference, Sensed};
+use dynamics_core::{Command, ControllerConfig, InertiaBounds, Limits, Reference, Sensed};
 
 pub(crate) const LIMIT: f32 = 2.0;
 pub(crate) const MARGIN: f32 = 0.5;
@@ -57,6 +57,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
         period: PERIOD,
         rate: 1000.0,
         latency: LATENCY,
+        payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint; 2],
     };
     Protected { control: control.cast(), rules }

@@ -9,6 +9,7 @@ pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
 pub use generated::drives::drives;
 pub use generated::dynamics::Arm;
 pub use generated::protection::Protection;
+pub use generated::tuning::Tuning;
 
 #[allow(
     unused_imports,
@@ -31,6 +32,9 @@ mod generated {
     pub(crate) mod protection {
         include!(concat!(env!("OUT_DIR"), "/protection.rs"));
     }
+    pub(crate) mod tuning {
+        include!(concat!(env!("OUT_DIR"), "/tuning.rs"));
+    }
 }
 
 /// The configuration of this arm's controller and of the safety state machine around it, as constants of the program.
@@ -51,13 +55,14 @@ impl safety::Configuration<f32, N> for Settings {
     }
 }
 
-/// The controller of this arm.
-pub type ArmController = Controller<f32, N, Arm, Trig, Settings, Protection>;
+/// The controller of this arm. `Tuning` is [`Settings`], or the configuration itself in RAM where the scene says `tunable = true`.
+pub type ArmController = Controller<f32, N, Arm, Trig, Tuning, Protection>;
 
 /// The controller of this arm, at rest.
 #[must_use]
 pub fn controller() -> ArmController {
-    Controller::new(Settings, generated::dynamics::arm(), TRIG).with_protection(generated::protection::protection())
+    Controller::new(generated::tuning::tuning(), generated::dynamics::arm(), TRIG)
+        .with_protection(generated::protection::protection())
 }
 
 /// The safety state machine around it.

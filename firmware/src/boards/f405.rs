@@ -3,10 +3,11 @@
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 
 use super::pac;
-use firmware::board::{LinkInput, LinkOutput, Ticker};
+use firmware::board::{BoardLines, LinkInput, LinkOutput, Ticker};
 use firmware::meter::Counter;
+use firmware::supervisor::Lines;
 use link::Cost;
-use stm32f4xx_hal::gpio::{PA2, PA3};
+use stm32f4xx_hal::gpio::{ErasedPin, Input as InputPin, PA2, PA3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 use stm32f4xx_hal::serial::config::Config as SerialConfig;
@@ -28,6 +29,19 @@ pub struct ControlTimer {
 
 /// The core's cycle counter.
 pub struct CycleCounter;
+
+/// The emergency stop, where the board has a pin for it, and the independent watchdog.
+pub struct Guards {
+    /// High when pressed, and when its wire is broken: a closed contact to ground, against a pull-up.
+    stop: Option<ErasedPin<InputPin>>,
+    watchdog: pac::IWDG,
+    /// What the watchdog counts down from, eighths of a millisecond.
+    reload: u16,
+    running: bool,
+}
+
+/// Ticks without a word that the watchdog lets pass. Its oscillator has 17 to 47 kHz instead of 32: 2.7 to 7.5 ticks.
+const TICKS_UNFED: f32 = 4.0;
 
 /// 168 MHz from the crystal; 42 MHz for what hangs on APB1, which the link and the CAN controllers do.
 pub fn clocks() -> Config {
@@ -55,6 +69,32 @@ pub fn cycle_counter(core: &mut cortex_m::Peripherals) -> CycleCounter {
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
     CycleCounter
+}
+
+/// The watchdog, not running, and the emergency stop's pin.
+pub fn guards(stop: Option<ErasedPin<InputPin>>, watchdog: pac::IWDG, rate_hz: f32) -> Guards {
+    // 32 kHz by 4; a count of at least a millisecond, at most what the register holds. The cast saturates.
+    let reload = ((8_000.0 * TICKS_UNFED / rate_hz) as u16).clamp(8, 0xfff);
+    Guards { stop, watchdog, reload, running: false }
+}
+
+impl BoardLines for Guards {
+    fn read(&mut self) -> Lines {
+        Lines { emergency_stop: self.stop.as_ref().is_some_and(ErasedPin::is_high), ..Lines::NONE }
+    }
+
+    fn feed(&mut self) {
+        if !self.running {
+            self.running = true;
+            // Started first, with half a second to go: the settings take effect some cycles of its oscillator after they are written,
+            // and the next tick loads them. Nothing has to be waited for.
+            self.watchdog.kr().write(|w| w.key().start());
+            self.watchdog.kr().write(|w| w.key().unlock());
+            self.watchdog.pr().write(|w| w.pr().divide_by4());
+            self.watchdog.rlr().write(|w| w.rl().set(self.reload));
+        }
+        self.watchdog.kr().write(|w| w.key().feed());
+    }
 }
 
 impl LinkInput for Input {
@@ -112,10 +152,11 @@ impl Counter for CycleCounter {
     }
 }
 
-/// Interrupts off, then `act`, then nothing any more.
-pub fn halt(act: impl FnOnce()) -> ! {
+/// Interrupts off, then the drives, then its last words, then nothing any more.
+pub fn halt(drives_off: impl FnOnce(), last_words: impl FnOnce()) -> ! {
     cortex_m::interrupt::disable();
-    act();
+    drives_off();
+    last_words();
     loop {
         cortex_m::asm::wfi();
     }

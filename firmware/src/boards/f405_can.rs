@@ -8,15 +8,15 @@
 //! | PB8, PB9 | CAN1 receive, transmit: bus 1, 1 Mbit/s |
 //! | PB12, PB13 | CAN2 receive, transmit: bus 2, 1 Mbit/s |
 //! | PC4 | brake line: low engages, so a reset or a broken wire brakes |
+//! | PC5 | emergency stop: a closed contact to ground; open, or a broken wire, is pressed |
 
-use super::can_bus::{BIT_TIMING_1_MBIT, Bus, last_words};
-use super::f405::{self, ControlTimer, CycleCounter, Input, Output};
+use super::can_bus::{self, BIT_TIMING_1_MBIT, Bus};
+use super::f405::{self, ControlTimer, CycleCounter, Guards, Input, Output};
 use super::pac;
 use bxcan::Fifo;
 use bxcan::filter::Mask32;
 use dynamics_core::drive::{Drives, MitDrive};
 use firmware::board::{Board, Parts};
-use firmware::joint_io::SafeAction;
 use firmware::joint_io::bus_time::BusLoad;
 use firmware::joint_io::can::CanJoints;
 use firmware::joint_io::mit::EXIT;
@@ -66,10 +66,10 @@ impl Board<{ arm::N }> for F405Can {
     type Output = Output;
     type Ticker = ControlTimer;
     type Counter = CycleCounter;
+    type Lines = Guards;
     type Joints = CanJoints<Bus<Can<pac::CAN1>>, Bus<Can<pac::CAN2>>, PC4<OutputPin>, { arm::N }>;
 
     const NAME: &'static str = "STM32F405, CAN";
-    const STOP: SafeAction = SafeAction::DampedStop;
 
     fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let super::Chip { device, mut core } = chip;
@@ -78,7 +78,9 @@ impl Board<{ arm::N }> for F405Can {
             (device.GPIOA.split(&mut rcc), device.GPIOB.split(&mut rcc), device.GPIOC.split(&mut rcc));
         // First of all: a brake that is engaged.
         let brake = gpioc.pc4.into_push_pull_output_in_state(PinState::Low);
-        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else { Self::halt() };
+        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else {
+            Self::halt(|| {})
+        };
 
         let first = device.CAN1.can((gpiob.pb9, gpiob.pb8), &mut rcc);
         let second = device.CAN2.can((gpiob.pb13, gpiob.pb12), &mut rcc);
@@ -94,17 +96,21 @@ impl Board<{ arm::N }> for F405Can {
             output,
             ticker: f405::control_timer(device.TIM3, rate_hz, &mut rcc),
             counter: f405::cycle_counter(&mut core),
+            lines: f405::guards(Some(gpioc.pc5.into_pull_up_input().erase()), device.IWDG, rate_hz),
             joints: CanJoints::new(Bus::new(first), Bus::new(second), brake, DRIVES),
         }
     }
 
-    fn halt() -> ! {
-        f405::halt(|| {
-            // PC4.
-            f405::set_port_c_low(1 << 4);
-            let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(|drive| drive.id);
-            last_words::<Can<pac::CAN1>>(on_bus(0), &EXIT);
-            last_words::<Can<pac::CAN2>>(on_bus(1), &EXIT);
-        })
+    fn halt(last_words: impl FnOnce()) -> ! {
+        f405::halt(
+            || {
+                // PC4.
+                f405::set_port_c_low(1 << 4);
+                let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(|drive| drive.id);
+                can_bus::last_words::<Can<pac::CAN1>>(on_bus(0), &EXIT);
+                can_bus::last_words::<Can<pac::CAN2>>(on_bus(1), &EXIT);
+            },
+            last_words,
+        )
     }
 }

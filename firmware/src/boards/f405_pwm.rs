@@ -11,17 +11,17 @@
 //! | PA5, PA6, PA7 | SPI1: clock, from the encoders, to the encoders; 5 MHz, mode 1 |
 //! | PC6, PC7, PC8, PC9 | chip select of each encoder, low |
 //! | PC4 | brake line: low engages, so a reset or a broken wire brakes |
+//! | PC5 | emergency stop: a closed contact to ground; open, or a broken wire, is pressed |
 //!
 //! Bridges want a pull-down at their enable: the pins float until the program runs.
 
-use super::f405::{self, ControlTimer, CycleCounter, Input, Output};
+use super::f405::{self, ControlTimer, CycleCounter, Guards, Input, Output};
 use super::pac;
 use dynamics_core::drive::{Drives, PwmDrive};
 use embedded_hal::spi::MODE_1;
 use embedded_hal_bus::spi::{AtomicDevice, NoDelay};
 use embedded_hal_bus::util::AtomicCell;
 use firmware::board::{Board, Parts};
-use firmware::joint_io::SafeAction;
 use firmware::joint_io::pwm::{Channel, NoSensor, PwmJoints};
 use stm32f4xx_hal::gpio::{AnyPin, Output as OutputPin, PC4, PinState};
 use stm32f4xx_hal::prelude::*;
@@ -60,10 +60,10 @@ impl Board<{ arm::N }> for F405Pwm {
     type Output = Output;
     type Ticker = ControlTimer;
     type Counter = CycleCounter;
+    type Lines = Guards;
     type Joints = PwmJoints<ErasedChannel<pac::TIM1>, Pin, Pin, Encoder, NoSensor, PC4<OutputPin>, { arm::N }>;
 
     const NAME: &'static str = "STM32F405, PWM and encoders";
-    const STOP: SafeAction = SafeAction::Brake;
 
     fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let super::Chip { device, mut core } = chip;
@@ -92,7 +92,9 @@ impl Board<{ arm::N }> for F405Pwm {
             gpioc.pc8.into_push_pull_output_in_state(high).erase(),
             gpioc.pc9.into_push_pull_output_in_state(high).erase(),
         ];
-        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else { Self::halt() };
+        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else {
+            Self::halt(|| {})
+        };
 
         let (_, (one, two, three, four)) = device.TIM1.pwm_hz(20.kHz(), &mut rcc);
         let mut duty: [ErasedChannel<pac::TIM1>; CHANNELS] = [
@@ -106,7 +108,9 @@ impl Board<{ arm::N }> for F405Pwm {
             channel.enable();
         }
         let spi = device.SPI1.spi((Some(gpioa.pa5), Some(gpioa.pa6), Some(gpioa.pa7)), MODE_1, 5.MHz(), &mut rcc);
-        let Some(bus) = cortex_m::singleton!(: AtomicCell<Spi<pac::SPI1>> = AtomicCell::new(spi)) else { Self::halt() };
+        let Some(bus) = cortex_m::singleton!(: AtomicCell<Spi<pac::SPI1>> = AtomicCell::new(spi)) else {
+            Self::halt(|| {})
+        };
         let bus: &'static AtomicCell<Spi<pac::SPI1>> = bus;
 
         let mut lines = [const { None::<Lines> }; CHANNELS];
@@ -118,20 +122,24 @@ impl Board<{ arm::N }> for F405Pwm {
         }
         let channels = DRIVES.each_ref().map(|drive| lines.get_mut(usize::from(drive.channel)).and_then(Option::take));
         // A robot file names every channel once, and the board has them all.
-        let channels = channels.map(|channel| channel.unwrap_or_else(|| Self::halt()));
+        let channels = channels.map(|channel| channel.unwrap_or_else(|| Self::halt(|| {})));
         Parts {
             input,
             output,
             ticker: f405::control_timer(device.TIM3, rate_hz, &mut rcc),
             counter: f405::cycle_counter(&mut core),
+            lines: f405::guards(Some(gpioc.pc5.into_pull_up_input().erase()), device.IWDG, rate_hz),
             joints: PwmJoints::new(channels, brake, DRIVES),
         }
     }
 
-    fn halt() -> ! {
-        f405::halt(|| {
-            // Enables and brake; bridges that are off do not hear the timer.
-            f405::set_port_c_low(0b1_1111);
-        })
+    fn halt(last_words: impl FnOnce()) -> ! {
+        f405::halt(
+            || {
+                // Enables and brake; bridges that are off do not hear the timer.
+                f405::set_port_c_low(0b1_1111);
+            },
+            last_words,
+        )
     }
 }

@@ -6,9 +6,10 @@
 
 use super::pac;
 use cortex_m_semihosting::debug;
-use firmware::board::{Board, LinkInput, LinkOutput, Parts, Ticker};
+use firmware::board::{Board, BoardLines, LinkInput, LinkOutput, Parts, Ticker};
 use firmware::joint_io::{JointIo, Readings, SafeAction};
 use firmware::meter::Counter;
+use firmware::supervisor::Lines;
 use link::Cost;
 
 /// With `-icount shift=0` an instruction takes 1 ns, and the emulator counts timers at 1 GHz.
@@ -29,7 +30,7 @@ pub struct ControlTimer(pac::TIM3);
 /// TIM2, free-running: counts instructions.
 pub struct InstructionCounter(pac::TIM2);
 
-/// No line to the joints but the link.
+/// No line but the link.
 pub struct NoLines;
 
 impl Board<{ arm::N }> for NetduinoPlus2 {
@@ -38,10 +39,10 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
     type Output = Output;
     type Ticker = ControlTimer;
     type Counter = InstructionCounter;
+    type Lines = NoLines;
     type Joints = NoLines;
 
     const NAME: &'static str = "netduinoplus2 (QEMU)";
-    const STOP: SafeAction = SafeAction::Brake;
 
     fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, .. } = chip.device;
@@ -68,11 +69,13 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
             output: Output(usart),
             ticker: ControlTimer(timer),
             counter: InstructionCounter(counter),
+            lines: NoLines,
             joints: NoLines,
         }
     }
 
-    fn halt() -> ! {
+    fn halt(last_words: impl FnOnce()) -> ! {
+        last_words();
         // Ends the emulator: whoever waits for an answer learns of it at once.
         debug::exit(debug::EXIT_FAILURE);
         loop {
@@ -139,6 +142,15 @@ impl Counter for InstructionCounter {
     fn exercise(&self) {
         cortex_m::asm::delay(100);
     }
+}
+
+impl BoardLines for NoLines {
+    fn read(&mut self) -> Lines {
+        Lines::NONE
+    }
+
+    // The emulator has no watchdog.
+    fn feed(&mut self) {}
 }
 
 impl JointIo<{ arm::N }> for NoLines {

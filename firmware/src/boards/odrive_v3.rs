@@ -10,7 +10,7 @@
 //!
 //! Measurements come and commands go over the link; the timer paces the tick.
 
-use super::f405::{self, ControlTimer, CycleCounter, Input, Output};
+use super::f405::{self, ControlTimer, CycleCounter, Guards, Input, Output};
 use firmware::board::{Board, Parts};
 use firmware::joint_io::{JointIo, Readings, SafeAction};
 use stm32f4xx_hal::gpio::{Output as OutputPin, PB12, PC4, PinState};
@@ -31,10 +31,10 @@ impl Board<{ arm::N }> for OdriveV3 {
     type Output = Output;
     type Ticker = ControlTimer;
     type Counter = CycleCounter;
+    type Lines = Guards;
     type Joints = Lines;
 
     const NAME: &'static str = "ODrive v3";
-    const STOP: SafeAction = SafeAction::Brake;
 
     fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let super::Chip { device, mut core } = chip;
@@ -45,19 +45,22 @@ impl Board<{ arm::N }> for OdriveV3 {
             brake: gpioc.pc4.into_push_pull_output_in_state(PinState::Low),
             _power_off: gpiob.pb12.into_push_pull_output_in_state(PinState::Low),
         };
-        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else { Self::halt() };
+        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else {
+            Self::halt(|| {})
+        };
         Parts {
             input,
             output,
             ticker: f405::control_timer(device.TIM3, rate_hz, &mut rcc),
             counter: f405::cycle_counter(&mut core),
+            lines: f405::guards(None, device.IWDG, rate_hz),
             joints,
         }
     }
 
-    fn halt() -> ! {
+    fn halt(last_words: impl FnOnce()) -> ! {
         // PC4.
-        f405::halt(|| f405::set_port_c_low(1 << 4))
+        f405::halt(|| f405::set_port_c_low(1 << 4), last_words)
     }
 }
 

@@ -1,11 +1,12 @@
 //! The emulator as a child process with a socket to its serial port.
 
 use super::ChipError;
+use std::ffi::OsString;
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
@@ -32,6 +33,16 @@ pub struct Emulator {
     timeouts: Timeouts,
     buffer: [u8; 256],
     unread: std::ops::Range<usize>,
+    carried: Carried,
+}
+
+/// Bytes that the link has carried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Carried {
+    /// From the host.
+    pub to_chip: u64,
+    /// To the host.
+    pub from_chip: u64,
 }
 
 /// Ends the child however the start goes.
@@ -57,6 +68,22 @@ impl Emulator {
     /// # Errors
     /// The program cannot start, ends, or does not connect in time.
     pub fn start(program: &Path, elf: &Path, timeouts: Timeouts) -> Result<Self, ChipError> {
+        Self::start_with(program, elf, timeouts, &[])
+    }
+
+    /// The same with more arguments for the emulator: a log of what it executes, memory that is loaded before it starts.
+    ///
+    /// A log on its standard error must be read all the while, see [`Emulator::take_log`]: the emulator stands still when
+    /// nobody does.
+    ///
+    /// # Errors
+    /// As [`Emulator::start`].
+    pub fn start_with(
+        program: &Path,
+        elf: &Path,
+        timeouts: Timeouts,
+        arguments: &[OsString],
+    ) -> Result<Self, ChipError> {
         let socket = Socket::new()?;
         let mut command = Command::new(program);
         command
@@ -67,6 +94,7 @@ impl Emulator {
             .args(["-serial", "null", "-serial", "chardev:link"])
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
             .arg(elf)
+            .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
@@ -82,11 +110,12 @@ impl Emulator {
         let Some(child) = guard.0.take() else {
             return Err(ChipError::Io(ErrorKind::NotFound.into()));
         };
-        Ok(Self { child, link, timeouts, buffer: [0; 256], unread: 0..0 })
+        Ok(Self { child, link, timeouts, buffer: [0; 256], unread: 0..0, carried: Carried::default() })
     }
 
     /// Send bytes.
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
+        self.carried.to_chip += bytes.len() as u64;
         self.link.write_all(bytes).map_err(|error| self.explain(error, "room for a frame"))
     }
 
@@ -103,6 +132,7 @@ impl Emulator {
                 }
             };
             self.unread = 0..count;
+            self.carried.from_chip += count as u64;
         }
         let byte = self.buffer[self.unread.start];
         self.unread.start += 1;
@@ -116,6 +146,15 @@ impl Emulator {
     pub fn set_answer_timeout(&mut self, timeout: Duration) -> Result<(), ChipError> {
         self.timeouts.answer = timeout;
         Ok(self.link.set_read_timeout(Some(timeout))?)
+    }
+
+    pub(super) fn carried(&self) -> Carried {
+        self.carried
+    }
+
+    /// The emulator's standard error, once; an emulator that dies can then not say why.
+    pub fn take_log(&mut self) -> Option<ChildStderr> {
+        self.child.stderr.take()
     }
 
     /// The emulator's process number.

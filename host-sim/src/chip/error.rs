@@ -123,7 +123,7 @@ fn difference(expected: &Hello, found: &Hello) -> String {
     parts.join("; ")
 }
 
-fn refusal(refusal: &Refusal) -> String {
+pub(crate) fn refusal(refusal: &Refusal) -> String {
     match refusal {
         Refusal::Undecodable(error) => error.to_string(),
         Refusal::Lost { missed } => format!("{missed} packets to the chip were lost"),
@@ -134,6 +134,15 @@ fn refusal(refusal: &Refusal) -> String {
         Refusal::OtherRobot => "hello for another robot".into(),
         Refusal::NoReference => "a measurement came before any reference".into(),
         Refusal::NonFiniteLive => "a live input is not a finite number".into(),
-        Refusal::Unexpected => "a frame that only the chip sends".into(),
+        Refusal::Unexpected => "a frame that only the chip sends, or that means nothing in this pacing".into(),
+        Refusal::NonFinitePoint => "a point of the trajectory, or the way to it, is not a finite number".into(),
+        Refusal::TrajectoryFull => "the trajectory has no room for another point".into(),
+        Refusal::NoStart => "a point came before one to start from".into(),
+        Refusal::Running => "a trajectory was started while the arm runs".into(),
+        Refusal::NoParameter => "no parameter has this number".into(),
+        Refusal::Fixed => "the parameter is fixed by the scene that the firmware was built from".into(),
+        Refusal::OutOfBounds => "the value is outside its bounds".into(),
+        Refusal::Busy => "another change waits for its tick".into(),
+        Refusal::WouldJump { joint } => format!("the torque of joint {} would jump", joint + 1),
     }
 }

@@ -16,7 +16,7 @@ fn scene() -> PathBuf {
 fn hello() -> Hello {
     let file = SceneFile::load(&scene()).unwrap();
     let model = file.robot.model::<2>().unwrap();
-    Hello { robot: file.hash(&model), joints: 2, rate_hz: file.control.rate as f32, pacing: Pacing::LockStep }
+    crate::drill::hello(&file, &model, Pacing::LockStep)
 }
 
 fn emulator() -> Emulator {

@@ -70,6 +70,11 @@ impl<const N: usize> Actuators<N> {
         Self { settings, torque_max, pipe, last }
     }
 
+    /// The drives were off: nothing is left of the commands from before.
+    pub(super) fn released(&mut self) {
+        *self = Self::new(self.settings, self.torque_max);
+    }
+
     /// The torque over the next tick, of length `period` (s), for a new command that acts from `since` (s into the tick) on: what
     /// acts until then, and what from then on.
     pub(super) fn drive(&mut self, command: &[f64; N], period: f64, since: f64) -> (Drive<N>, Drive<N>) {

@@ -260,12 +260,15 @@ impl<const N: usize> Plant<N> {
         }
     }
 
-    /// Let one control period pass with this torque command held (before the actuators' own effects).
+    /// Let one control period pass with this torque command held (before the actuators' own effects), and the brakes released.
     ///
     /// # Errors
     /// [`Diverged`] when the motion cannot be continued; the state is then the last good one.
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
+        if self.brake.take().is_some() {
+            self.actuators.released();
+        }
         let Clock { period, steps_per_tick } = self.clock;
         let (acts, samples) = (self.acts(), self.samples());
         let (before, drive) = self.actuators.drive(torque, period, acts.unwrap_or(0.0));
@@ -325,7 +328,7 @@ impl<const N: usize> Plant<N> {
         })
     }
 
-    /// Let one control period pass with the drives released and the brakes engaged.
+    /// Let one control period pass with the drives released and the brakes engaged, from where the arm is until it is driven again.
     pub fn brake(&mut self) {
         let (from, motor_from) = (self.state, self.motors().copied());
         let brake = self.brake.get_or_insert(Braking { from, motor_from, ticks: 0 });

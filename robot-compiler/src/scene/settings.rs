@@ -7,7 +7,7 @@ use crate::robot::{Robot, RobotJoint};
 use dynamics_core::control::{Between, Law, Reaction};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Method;
-use dynamics_core::{Body, JointKind, Term, Wrench};
+use dynamics_core::{Body, InertiaBounds, JointKind, Term, Wrench};
 use nalgebra::Vector3;
 use std::path::PathBuf;
 
@@ -61,6 +61,8 @@ pub struct ControlSpec {
     pub kernel_memory: KernelMemory,
     /// Bandwidth of the velocity observer, rad/s.
     pub observer_bandwidth: f64,
+    /// Gains and friction are kept in RAM on the chip, where a host can change them while it runs.
+    pub tunable: bool,
     /// Oldest measurement that is believed, ticks.
     pub age_max: u32,
     /// How far beyond a position limit is a fault, rad or m.
@@ -141,6 +143,8 @@ pub struct SafetySpec {
     pub hold: f64,
     /// From a measurement to the torque that it leads to, s.
     pub latency: f64,
+    /// What a payload that is told at run time is held to.
+    pub payload: InertiaBounds<f64>,
     /// Lowest and highest supply voltage, V.
     pub supply: (f64, f64),
     /// Lowest and highest temperature, degrees Celsius.
@@ -422,6 +426,7 @@ impl ControlSpec {
             kernel: KernelChoice::Exact,
             kernel_memory: KernelMemory::Flash,
             observer_bandwidth: 500.0,
+            tunable: false,
             age_max: 2,
             position_margin: 0.05,
             velocity_factor: 1.5,
@@ -435,6 +440,7 @@ impl SafetySpec {
     /// | what | default |
     /// |---|---|
     /// | deceleration | the velocity limit in a quarter of a second; 5 where there is none |
+    /// | payload | as heavy as the arm's links together, within 1 m of the last link's origin |
     /// | resolution | two counts of the encoder; 1e-3 where there is none |
     /// | reach | 0.2 rad, 0.05 m |
     /// | speed of the first reference | a tenth of the velocity limit; 0.1 where there is none |
@@ -449,6 +455,7 @@ impl SafetySpec {
             heartbeat: 0.1,
             hold: 0.5,
             latency: 2.0 / control.rate,
+            payload: InertiaBounds { mass: robot.joints.iter().map(|joint| joint.spec.body.mass).sum(), radius: 1.0 },
             supply: (f64::NEG_INFINITY, f64::INFINITY),
             temperature: (f64::NEG_INFINITY, f64::INFINITY),
             jump_factor: 2.0,

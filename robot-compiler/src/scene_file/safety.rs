@@ -16,6 +16,8 @@ pub(super) fn safety(table: &Table<'_>, robot: &Robot, control: &ControlSpec) ->
         "heartbeat_ms",
         "hold_ms",
         "latency_ms",
+        "payload_mass",
+        "payload_radius",
         "supply",
         "temperature",
         "jump_factor",
@@ -42,6 +44,12 @@ pub(super) fn safety(table: &Table<'_>, robot: &Robot, control: &ControlSpec) ->
     }
     if let Some(value) = table.get("latency_ms") {
         safety.latency = 1e-3 * value.within(0.0, TIME_MAX, "a time in ms, 0 to 60,000")?;
+    }
+    if let Some(value) = table.get("payload_mass") {
+        safety.payload.mass = value.not_negative("a mass in kg, zero or more")?;
+    }
+    if let Some(value) = table.get("payload_radius") {
+        safety.payload.radius = value.within(1e-3, 100.0, "a distance in m, 0.001 to 100")?;
     }
     safety.supply = bounds(table, "supply", "V", safety.supply)?;
     safety.temperature = bounds(table, "temperature", "degrees Celsius", safety.temperature)?;

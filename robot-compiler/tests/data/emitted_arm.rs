@@ -4,7 +4,7 @@ use dynamics_core::control::{Encoder, Gains, Guard, Law, TrackingObserver};
 use dynamics_core::model::{Link, Placement};
 use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term};
+use dynamics_core::{ControllerConfig, Inertia, InertiaBounds, JointKind, Limits, Model, Scene, Term};
 use nalgebra::{Matrix3, Vector3};
 
 /// The type of [`TRIG`].
@@ -23,7 +23,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0xba88_d6d4_9cb0_0125;
+pub const HASH: u64 = 0x61a6_9ab9_d788_ab13;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
@@ -170,6 +170,7 @@ pub const fn rules() -> Rules<f32, N> {
         period: 0.001,
         rate: 1000.0,
         latency: 0.002,
+        payload: InertiaBounds { mass: 12.0, radius: 1.0 },
         joints: [
             JointRules {
                 rest_speed: 0.05,

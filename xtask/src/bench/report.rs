@@ -59,15 +59,15 @@ pub(crate) fn between_markers(text: &str, name: &str, table: &str) -> Result<Str
 }
 
 /// A table: the head, and rows of cells.
-pub(super) struct Table(pub(super) String);
+pub(crate) struct Table(pub(crate) String);
 
 impl Table {
-    pub(super) fn new(head: &[&str]) -> Self {
+    pub(crate) fn new(head: &[&str]) -> Self {
         let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
         Self(line(head.to_vec()) + &"|---".repeat(head.len()) + "|\n")
     }
 
-    pub(super) fn row(&mut self, cells: &[String]) {
+    pub(crate) fn row(&mut self, cells: &[String]) {
         self.0 += &format!("| {} |\n", cells.join(" | "));
     }
 }
@@ -82,7 +82,7 @@ fn instructions(row: &Row) -> String {
 }
 
 /// `12,345`
-pub(super) fn thousands(n: u64) -> String {
+pub(crate) fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {

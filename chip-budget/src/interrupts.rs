@@ -1,0 +1,122 @@
+//! Numbers of the exceptions of the emulated board, and how the core holds them off.
+
+/// The link's receiver, USART2.
+pub const BYTE: u16 = 16 + 38;
+
+/// The control tick, TIM3.
+pub const TICK: u16 = 16 + 29;
+
+/// What serves the link: the vector of EXTI0, which no peripheral uses.
+pub const SERVE: u16 = 16 + 6;
+
+/// What the core's mask registers hold off.
+///
+/// | register | holds off |
+/// |---|---|
+/// | PRIMASK | every interrupt |
+/// | BASEPRI, unless 0 | every interrupt whose priority's number is that or greater |
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Mask {
+    all: bool,
+    from: u8,
+}
+
+/// An instruction that changes the mask: Arm v7-M Architecture Reference Manual, B5.2.1 (CPS) and B5.2.3 (MSR).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Change {
+    /// `CPSID i`, `CPSIE i`.
+    All(bool),
+    /// `MSR PRIMASK, Rn`.
+    AllBy(usize),
+    /// `MSR BASEPRI, Rn`.
+    FromBy(usize),
+    /// `MSR BASEPRI_MAX, Rn`: only upwards.
+    RaiseBy(usize),
+}
+
+impl Change {
+    fn of([first, second]: [u16; 2]) -> Option<Self> {
+        let by = usize::from(first & 15);
+        match (first, second) {
+            (0xb672, _) => Some(Self::All(true)),
+            (0xb662, _) => Some(Self::All(false)),
+            (0xf380..=0xf38f, 0x8810) => Some(Self::AllBy(by)),
+            (0xf380..=0xf38f, 0x8811) => Some(Self::FromBy(by)),
+            (0xf380..=0xf38f, 0x8812) => Some(Self::RaiseBy(by)),
+            _ => None,
+        }
+    }
+}
+
+impl Mask {
+    /// The mask behind an instruction, given with the registers before it.
+    #[must_use]
+    pub fn after(self, halves: [u16; 2], registers: &[u32; 16]) -> Self {
+        // Eight bits are the register's, and the lowest bit alone is PRIMASK's.
+        let byte = |by: usize| registers[by] as u8;
+        match Change::of(halves) {
+            None => self,
+            Some(Change::All(all)) => Self { all, ..self },
+            Some(Change::AllBy(by)) => Self { all: registers[by] & 1 == 1, ..self },
+            Some(Change::FromBy(by)) => Self { from: byte(by), ..self },
+            Some(Change::RaiseBy(by)) => {
+                let raises = byte(by) != 0 && (self.from == 0 || byte(by) < self.from);
+                Self { from: if raises { byte(by) } else { self.from }, ..self }
+            }
+        }
+    }
+
+    /// Whether an interrupt of this priority must wait.
+    #[must_use]
+    pub const fn holds_off(self, priority: u8) -> bool {
+        self.all || (self.from != 0 && self.from <= priority)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Mask;
+
+    /// As the assembler gives them: `cpsid i`, `cpsie i`, `msr BASEPRI, r4`, `msr BASEPRI_MAX, r4`, `msr PRIMASK, r4`.
+    const CPSID: [u16; 2] = [0xb672, 0];
+    const CPSIE: [u16; 2] = [0xb662, 0];
+    const TO_BASEPRI: [u16; 2] = [0xf384, 0x8811];
+    const TO_BASEPRI_MAX: [u16; 2] = [0xf384, 0x8812];
+    const TO_PRIMASK: [u16; 2] = [0xf384, 0x8810];
+
+    fn r4(value: u32) -> [u32; 16] {
+        std::array::from_fn(|i| if i == 4 { value } else { 0xffff_ffff })
+    }
+
+    #[test]
+    fn primask_holds_off_everything_until_it_is_cleared() {
+        let mask = Mask::default().after(CPSID, &r4(0));
+        assert!(mask.holds_off(0) && mask.holds_off(0xf0));
+        assert!(!mask.after(CPSIE, &r4(0)).holds_off(0xf0));
+        assert!(!mask.after(TO_PRIMASK, &r4(0)).holds_off(0));
+        assert!(Mask::default().after(TO_PRIMASK, &r4(1)).holds_off(0));
+    }
+
+    #[test]
+    fn basepri_holds_off_what_is_not_more_urgent_and_zero_nothing() {
+        let mask = Mask::default().after(TO_BASEPRI, &r4(0xe0));
+        assert!(mask.holds_off(0xe0) && mask.holds_off(0xf0) && !mask.holds_off(0xd0));
+        assert!(!mask.after(TO_BASEPRI, &r4(0)).holds_off(0xff));
+    }
+
+    #[test]
+    fn basepri_max_only_raises() {
+        let mask = Mask::default().after(TO_BASEPRI_MAX, &r4(0xd0));
+        assert_eq!(mask.after(TO_BASEPRI_MAX, &r4(0xe0)), mask);
+        assert_eq!(mask.after(TO_BASEPRI_MAX, &r4(0)), mask);
+        assert!(mask.after(TO_BASEPRI_MAX, &r4(0xc0)).holds_off(0xc0));
+    }
+
+    #[test]
+    fn other_instructions_leave_it() {
+        // msr CONTROL, r4; nop; mrs r4, BASEPRI
+        for halves in [[0xf384, 0x8814], [0xbf00, 0], [0xf3ef, 0x8411]] {
+            assert_eq!(Mask::default().after(halves, &r4(1)), Mask::default());
+        }
+    }
+}

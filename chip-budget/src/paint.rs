@@ -1,0 +1,141 @@
+//! RAM filled before the program starts, and read back: how deep the stack has been.
+//!
+//! From outside: the emulator loads the paint as it loads the program, and its monitor writes RAM to a file. The program that is
+//! measured is the one that is flashed.
+
+use crate::Failure;
+use serde_json::{Value, json};
+use std::ffi::OsString;
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::ops::Range;
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// A byte that no program writes to its stack without end.
+const PAINT: u8 = 0xa5;
+
+/// Paint for the room that the stack may fill, and the files that it takes; they go with it.
+#[derive(Debug)]
+pub struct Paint {
+    room: Range<u64>,
+    paint: PathBuf,
+    monitor: PathBuf,
+    read_back: PathBuf,
+}
+
+impl Paint {
+    /// Paint for these addresses.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn new(room: Range<u64>) -> Result<Self, Failure> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let file =
+            |what: &str| std::env::temp_dir().join(format!("newtau-paint-{}-{count}.{what}", std::process::id()));
+        let paint = Self { room, paint: file("bin"), monitor: file("monitor"), read_back: file("ram") };
+        // Left over from a process of the same number that was killed.
+        std::fs::remove_file(&paint.monitor).ok();
+        std::fs::write(&paint.paint, vec![PAINT; paint.size()])?;
+        Ok(paint)
+    }
+
+    fn size(&self) -> usize {
+        (self.room.end - self.room.start) as usize
+    }
+
+    /// What the emulator must be started with.
+    #[must_use]
+    pub fn arguments(&self) -> Vec<OsString> {
+        let loader = format!("loader,file={},addr={:#x},force-raw=on", self.paint.display(), self.room.start);
+        let monitor = format!("unix:{},server=on,wait=off", self.monitor.display());
+        ["-device", &loader, "-qmp", &monitor].map(OsString::from).to_vec()
+    }
+
+    /// How many bytes of the room were written to since the program started, counted from the stack's top.
+    ///
+    /// # Errors
+    /// The monitor does not answer; or all paint is gone, or none.
+    pub fn deepest(&self) -> Result<u64, Failure> {
+        let mut monitor = Monitor::connect(&self.monitor)?;
+        monitor.ask("qmp_capabilities", &json!({}))?;
+        let file = self.read_back.display().to_string();
+        monitor.ask("pmemsave", &json!({ "val": self.room.start, "size": self.size(), "filename": file }))?;
+        high_water(&std::fs::read(&self.read_back)?).ok_or_else(|| {
+            Failure::NotSeen(format!(
+                "the stack of {} bytes: either nothing was painted, or the program used none or all of it",
+                self.size()
+            ))
+        })
+    }
+}
+
+impl Drop for Paint {
+    fn drop(&mut self) {
+        for file in [&self.paint, &self.monitor, &self.read_back] {
+            // One that was never made is no loss.
+            std::fs::remove_file(file).ok();
+        }
+    }
+}
+
+/// Bytes from the lowest that is not paint to the end; none where all or nothing is paint.
+///
+/// A word that happens to hold paint at the very bottom is not seen: its neighbour is.
+fn high_water(room: &[u8]) -> Option<u64> {
+    let untouched = room.iter().position(|byte| *byte != PAINT)?;
+    (untouched > 0).then_some((room.len() - untouched) as u64)
+}
+
+/// The emulator's monitor.
+struct Monitor {
+    to: UnixStream,
+    from: BufReader<UnixStream>,
+}
+
+impl Monitor {
+    fn connect(path: &PathBuf) -> Result<Self, Failure> {
+        let to = UnixStream::connect(path)?;
+        to.set_read_timeout(Some(std::time::Duration::from_secs(10)))?;
+        let from = BufReader::new(to.try_clone()?);
+        Ok(Self { to, from })
+    }
+
+    fn ask(&mut self, command: &str, arguments: &Value) -> Result<(), Failure> {
+        writeln!(self.to, "{}", json!({ "execute": command, "arguments": arguments }))?;
+        let mut line = String::new();
+        // Its greeting and what happens meanwhile come between.
+        while self.from.read_line(&mut line)? > 0 {
+            let said: Value = serde_json::from_str(&line).unwrap_or_default();
+            if said.get("return").is_some() {
+                return Ok(());
+            }
+            if let Some(error) = said.get("error") {
+                return Err(Failure::NotSeen(format!("the emulator's monitor refuses {command}: {error}")));
+            }
+            line.clear();
+        }
+        Err(Failure::NotSeen(format!("the emulator's monitor ended before it answered {command}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PAINT, high_water};
+
+    #[test]
+    fn the_lowest_byte_that_is_not_paint_counts_whatever_is_above_it() {
+        let mut room = [PAINT; 64];
+        room[40] = 0;
+        room[60] = 1;
+        assert_eq!(high_water(&room), Some(24));
+    }
+
+    #[test]
+    fn no_paint_left_or_nothing_written_is_no_depth() {
+        assert_eq!(high_water(&[0; 8]), None);
+        assert_eq!(high_water(&[PAINT; 8]), None);
+        assert_eq!(high_water(&[]), None);
+    }
+}

@@ -1,0 +1,27 @@
+//! What a processor does that can go no further: the drives off, first of all.
+//!
+//! A stack that ran over is such a case too (`memory.x` has nothing below it), so there may be none to rely on: it starts anew.
+#![allow(unsafe_code, reason = "a new stack is set by the machine's own instruction, and found by name")]
+
+use crate::app::ThisBoard;
+use firmware::board::Board;
+
+core::arch::global_asm!(
+    ".section .HardFault.newtau, \"ax\"",
+    ".global HardFault",
+    ".type HardFault, %function",
+    ".thumb_func",
+    "HardFault:",
+    "ldr r0, =_stack_start",
+    "msr MSP, r0",
+    "b newtau_hard_fault",
+    ".ltorg",
+    ".size HardFault, . - HardFault",
+);
+
+#[unsafe(no_mangle)]
+extern "C" fn newtau_hard_fault() -> ! {
+    <ThisBoard as Board<{ arm::N }>>::halt(|| {
+        defmt::error!("hard fault: an address that is not there, or a stack that ran over")
+    })
+}

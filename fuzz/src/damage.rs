@@ -1,0 +1,111 @@
+//! Good inputs made bad, always the same ones from the same seed.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// A source of damaged inputs.
+pub struct Damage {
+    random: ChaCha8Rng,
+    words: &'static [&'static str],
+}
+
+/// Brackets in brackets, tables in tables, names in names and elements in elements, as deep as this. The readers behind ours are
+/// recursive: what is too deep must be refused before they meet it.
+#[must_use]
+pub fn nested(depth: usize) -> [Vec<u8>; 4] {
+    [
+        format!("name = {}{}", "[".repeat(depth), "]".repeat(depth)),
+        format!("name = {}{}", "{a=".repeat(depth), "}".repeat(depth)),
+        format!("{} = 1", "a.".repeat(depth) + "a"),
+        format!("<robot>{}{}</robot>", "<a>".repeat(depth), "</a>".repeat(depth)),
+    ]
+    .map(String::into_bytes)
+}
+
+/// What to do to the bytes of an input.
+enum Kind {
+    Flip,
+    Truncate,
+    Delete,
+    Repeat,
+    Word,
+    Number,
+}
+
+/// How often each is done; the odds of small changes, which leave more of the input to be read, are the higher ones.
+const KINDS: [Kind; 14] = [
+    Kind::Flip,
+    Kind::Flip,
+    Kind::Flip,
+    Kind::Truncate,
+    Kind::Delete,
+    Kind::Delete,
+    Kind::Repeat,
+    Kind::Repeat,
+    Kind::Word,
+    Kind::Word,
+    Kind::Word,
+    Kind::Number,
+    Kind::Number,
+    Kind::Number,
+];
+
+/// Longest stretch that is deleted or repeated, and longest noise.
+const STRETCH: usize = 60;
+const NOISE: usize = 600;
+
+impl Damage {
+    /// A source that inserts these words among other things.
+    #[must_use]
+    pub fn new(seed: u64, words: &'static [&'static str]) -> Self {
+        Self { random: ChaCha8Rng::seed_from_u64(seed), words }
+    }
+
+    /// One of the examples with one to four things done to it; every sixteenth time nothing but noise.
+    pub fn next_input(&mut self, examples: &[Vec<u8>]) -> Vec<u8> {
+        if examples.is_empty() || self.below(16) == 0 {
+            return (0..self.below(NOISE)).map(|_| self.random.next_u32() as u8).collect();
+        }
+        let mut bytes = examples[self.below(examples.len())].clone();
+        for _ in 0..=self.below(4) {
+            self.apply(&mut bytes);
+        }
+        bytes
+    }
+
+    fn apply(&mut self, bytes: &mut Vec<u8>) {
+        let at = self.below(bytes.len().max(1)).min(bytes.len());
+        let stretch = at..(at + 1 + self.below(STRETCH)).min(bytes.len());
+        match KINDS[self.below(KINDS.len())] {
+            Kind::Flip => {
+                let byte = self.random.next_u32() as u8;
+                bytes.splice(at..(at + 1).min(bytes.len()), [byte]);
+            }
+            Kind::Truncate => bytes.truncate(at),
+            Kind::Delete => drop(bytes.drain(at.min(stretch.end)..stretch.end)),
+            Kind::Repeat => {
+                let again = bytes[at.min(stretch.end)..stretch.end].to_vec();
+                bytes.splice(stretch.end..stretch.end, again);
+            }
+            Kind::Word if self.words.is_empty() => {}
+            Kind::Word => {
+                let word = self.words[self.below(self.words.len())];
+                bytes.splice(at..at, word.bytes());
+            }
+            Kind::Number => {
+                // Every double is as likely: tiny, huge, infinite and not a number come often.
+                let number = format!("{:?}", f64::from_bits(self.random.next_u64()));
+                let digit = |byte: &u8| byte.is_ascii_digit();
+                let Some(start) = bytes[at..].iter().position(digit).map(|from| at + from) else { return };
+                let more = |byte: &u8| !byte.is_ascii_digit() && !b".-e".contains(byte);
+                let end = bytes[start..].iter().position(more).map_or(bytes.len(), |length| start + length);
+                bytes.splice(start..end, number.bytes());
+            }
+        }
+    }
+
+    fn below(&mut self, bound: usize) -> usize {
+        // Uneven by less than 1 in 2^32, of no account here.
+        (self.random.next_u64() % bound as u64) as usize
+    }
+}

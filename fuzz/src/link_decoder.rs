@@ -1,0 +1,55 @@
+//! Any bytes into the link's decoder: as they are, and as the inside of a packet whose check sum is right.
+
+use crate::Target;
+use crate::packets::{PAYLOAD_MAX, all_bits, decode, expected, frame, seal, taken};
+use link::{DecodeError, Decoder, Encoder, Frame, PACKET_MAX, Received};
+
+/// Payloads of every kind of frame, packets of them, and a flood without an end.
+pub const TARGET: Target = Target { name: "link_decoder", check, examples, words: &["\0", "\0\0", "\u{1}\u{1}\u{1}"] };
+
+fn examples() -> Vec<Vec<u8>> {
+    let mut all = vec![vec![0x55; 1000]];
+    for tag in 0..Frame::KINDS {
+        for fill in [0, 1] {
+            let mut fields = [fill; PACKET_MAX];
+            fields[0] = tag;
+            let payload = all_bits(&frame(&mut &fields[..]));
+            all.push(seal(tag, &payload));
+            all.push(payload);
+        }
+    }
+    all
+}
+
+/// The decoder takes what an independent reader takes, frame by frame; every frame comes back the same from another packet;
+/// and the next packet is read, whatever came before.
+pub fn check(bytes: &[u8]) {
+    let mut decoder = Decoder::new();
+    let results = decode(&mut decoder, bytes);
+    assert_eq!(taken(&results), expected(bytes));
+    results.iter().flatten().for_each(check_comes_back);
+    decode(&mut decoder, &[0]);
+    check_is_read(&mut decoder, &frame(&mut &bytes[..]));
+
+    let payload = &bytes[..bytes.len().min(PAYLOAD_MAX)];
+    let packet = seal(bytes.last().copied().unwrap_or_default(), payload);
+    let results = decode(&mut decoder, &packet);
+    match &results[..] {
+        [Ok(received)] => check_comes_back(received),
+        [Err(DecodeError::UnknownFrame { tag })] => assert!(*tag >= Frame::KINDS && payload[0] == *tag),
+        [Err(DecodeError::TooShort)] => assert!(payload.is_empty()),
+        [Err(DecodeError::Malformed)] => {}
+        other => panic!("a whole packet was read as {other:?}"),
+    }
+    check_is_read(&mut decoder, &frame(&mut &bytes[..]));
+}
+
+fn check_comes_back(received: &Received) {
+    check_is_read(&mut Decoder::new(), &received.frame);
+}
+
+fn check_is_read(decoder: &mut Decoder, frame: &Frame) {
+    let packet = Encoder::new().encode(frame).unwrap();
+    let read = taken(&decode(decoder, &packet));
+    assert!(matches!(&read[..], [one] if one.bits == all_bits(frame)), "{frame:?} was read as {read:?}");
+}

@@ -1,0 +1,110 @@
+//! Frames out of any bytes, and a receiver to compare the link's with: it is slower, and shares none of its code but the frames'
+//! own layout.
+
+use link::{DecodeError, Decoder, Frame, PACKET_MAX, PROTOCOL_VERSION, Received};
+
+/// Longest payload that a packet carries: of [`PACKET_MAX`], COBS takes two bytes, version and sequence number two, the
+/// check sum four.
+pub(crate) const PAYLOAD_MAX: usize = PACKET_MAX - 8;
+
+/// Enough for any frame that a packet carries.
+const FRAME_MAX: usize = PACKET_MAX;
+
+/// A frame from the front of the bytes, which are its fields as far as they can be; without bytes, zeros.
+pub(crate) fn frame(bytes: &mut &[u8]) -> Frame {
+    let tag = bytes.split_off_first().copied().unwrap_or_default() % Frame::KINDS;
+    let mut fields = [0; FRAME_MAX];
+    fields[0] = tag;
+    let known = bytes.len().min(FRAME_MAX - 1);
+    fields[1..=known].copy_from_slice(&bytes[..known]);
+    if let Ok((frame, rest)) = postcard::take_from_bytes::<Frame>(&fields) {
+        *bytes = &bytes[known.min(FRAME_MAX - 1 - rest.len())..];
+        return frame;
+    }
+    // A test of the link holds that zeros are a frame of any kind.
+    fields[1..].fill(0);
+    postcard::from_bytes(&fields).unwrap()
+}
+
+/// All that a frame holds, as bytes: `==` on floats would not tell one NaN from another, or accept one at all.
+pub(crate) fn all_bits(frame: &Frame) -> Vec<u8> {
+    postcard::to_slice(frame, &mut [0; FRAME_MAX]).unwrap().to_vec()
+}
+
+/// What the link makes of some bytes.
+pub(crate) fn decode(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Result<Received, DecodeError>> {
+    bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
+}
+
+/// What a receiver took: the frame's bytes, and how many packets were missing before it.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Taken {
+    pub(crate) bits: Vec<u8>,
+    pub(crate) missed: u8,
+}
+
+/// The good packets of what the link received.
+pub(crate) fn taken(results: &[Result<Received, DecodeError>]) -> Vec<Taken> {
+    let good = results.iter().flatten();
+    good.map(|Received { frame, missed }| Taken { bits: all_bits(frame), missed: *missed }).collect()
+}
+
+/// The good packets of a stream, read with the whole stream at hand.
+pub(crate) fn expected(stream: &[u8]) -> Vec<Taken> {
+    let mut last: Option<u8> = None;
+    let mut all = Vec::new();
+    // What follows the last zero has not ended.
+    let ended = stream.iter().rposition(|&byte| byte == 0).map_or(0, |at| at + 1);
+    for (frame, sequence) in stream[..ended].split(|&byte| byte == 0).filter_map(packet) {
+        let afresh = matches!(frame, Frame::Hello(_));
+        let missed = last.filter(|_| !afresh).map_or(0, |last| sequence.wrapping_sub(last).wrapping_sub(1));
+        // More than half the numbers ahead is behind: one that was there before.
+        last = if missed < 128 { Some(sequence) } else { last };
+        all.push(Taken { bits: all_bits(&frame), missed });
+    }
+    all
+}
+
+/// Frame and sequence number of a packet, its final zero cut off, if it is a good one.
+fn packet(bytes: &[u8]) -> Option<(Frame, u8)> {
+    let raw = (bytes.len() <= PACKET_MAX).then(|| without_cobs(bytes))??;
+    let (body, check) = raw.split_last_chunk::<4>()?;
+    let [PROTOCOL_VERSION, sequence, payload @ ..] = body else { return None };
+    if check_sum(body) != *check || payload.first().is_none_or(|&tag| tag >= Frame::KINDS) {
+        return None;
+    }
+    let (frame, rest) = postcard::take_from_bytes(payload).ok()?;
+    rest.is_empty().then_some((frame, *sequence))
+}
+
+/// Consistent overhead byte stuffing undone: every block begins with its length, its own byte included, and stands for
+/// its bytes and a zero; the last block, and one of 255, for its bytes alone.
+fn without_cobs(mut bytes: &[u8]) -> Option<Vec<u8>> {
+    let mut raw = Vec::new();
+    while let Some((&length, rest)) = bytes.split_first() {
+        let (block, rest) = rest.split_at_checked(usize::from(length).checked_sub(1)?)?;
+        raw.extend_from_slice(block);
+        if length < u8::MAX && !rest.is_empty() {
+            raw.push(0);
+        }
+        bytes = rest;
+    }
+    Some(raw)
+}
+
+/// CRC-32 of ISO HDLC, bit by bit.
+fn check_sum(bytes: &[u8]) -> [u8; 4] {
+    let step = |sum: u32| if sum & 1 == 1 { (sum >> 1) ^ 0xedb8_8320 } else { sum >> 1 };
+    let byte = |sum: u32, &byte: &u8| (0..8).fold(sum ^ u32::from(byte), |sum, _| step(sum));
+    (!bytes.iter().fold(!0, byte)).to_le_bytes()
+}
+
+/// A packet with any payload, its check sum right and its final zero there.
+pub(crate) fn seal(sequence: u8, payload: &[u8]) -> Vec<u8> {
+    let mut raw = vec![PROTOCOL_VERSION, sequence];
+    raw.extend_from_slice(payload);
+    raw.extend_from_slice(&check_sum(&raw));
+    let mut packet = cobs::encode_vec(&raw);
+    packet.push(0);
+    packet
+}

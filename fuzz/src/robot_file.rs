@@ -1,0 +1,53 @@
+//! Any text as a robot file, and as a file of a linkage.
+
+use crate::Target;
+use crate::damage::nested;
+use crate::examples::files;
+use crate::files::{TOML_WORDS, check_robot, read};
+use dynamics_core::Trig;
+use dynamics_core::linkage::{Branch, Linkage, LinkagePosture};
+use dynamics_core::trig::Libm;
+use robot_compiler::{LinkageFile, Robot};
+
+/// Every robot and every linkage that ships, and the bad ones of the compiler's tests.
+pub const TARGET: Target = Target { name: "robot_file", check, examples, words: &TOML_WORDS };
+
+/// What errors call the text.
+const NAME: &str = "any.toml";
+
+fn examples() -> Vec<Vec<u8>> {
+    let shipped =
+        ["robots", "robots/chapter12", "robots/examples", "robot-compiler/tests/data", "robot-compiler/tests/bad"];
+    let mut all = files(&shipped, "toml");
+    // As deep as is read, and one deeper.
+    all.extend([32, 33].into_iter().flat_map(nested));
+    all
+}
+
+/// A robot, a linkage, or errors with a place; what is accepted has a model, torques and a scene.
+pub fn check(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    if let Some(robot) = read(&text, NAME, "# the end", |text| Robot::from_toml_str(text, NAME)) {
+        check_robot(&robot);
+    }
+    if let Some(linkage) = read(&text, NAME, "# the end", |text| LinkageFile::from_toml_str(text, NAME)) {
+        check_linkage(&linkage);
+    }
+}
+
+/// An accepted linkage says of every crank angle where its links are and what drives them, or why not.
+fn check_linkage(linkage: &LinkageFile) {
+    for step in 0..12 {
+        let turn = Libm.sin_cos(f64::from(step) * 0.5);
+        for branch in [Branch::Open, Branch::Crossed] {
+            let motion = |posture: &LinkagePosture<f64>| Ok(posture.coefficients()?.map(|k| k.motion(1.0, 0.0)));
+            let forces =
+                linkage.mechanism.posture(&turn, branch).and_then(|p| p.forces(&motion(&p)?, &linkage.gravity));
+            if let Ok(forces) = forces {
+                assert!(forces.driving_moment.is_finite(), "{linkage:?}");
+            }
+        }
+    }
+    let range = linkage.mechanism.crank_range();
+    assert!(range.ends().iter().flatten().all(|end| end.sin.is_finite() && end.cos.is_finite()), "{linkage:?}");
+}

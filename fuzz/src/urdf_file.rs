@@ -1,0 +1,62 @@
+//! Any text as a URDF file.
+
+use crate::Target;
+use crate::damage::nested;
+use crate::examples::files;
+use crate::files::{check_robot, read};
+use robot_compiler::Robot;
+
+/// The good and the bad arms of the compiler's tests, and elements in elements.
+pub const TARGET: Target = Target { name: "urdf_file", check, examples, words: &WORDS };
+
+/// What errors call the text.
+const NAME: &str = "any.urdf";
+
+const WORDS: [&str; 28] = [
+    "0",
+    "-1",
+    "1e308",
+    "1e-320",
+    "3.5e38",
+    "nan",
+    "inf",
+    "0 0 1",
+    "\"",
+    "<",
+    ">",
+    "/>",
+    "&lt;",
+    "<!--",
+    "-->",
+    "<![CDATA[",
+    "é",
+    "<link name=\"x\"/>",
+    "<joint name=\"x\" type=\"fixed\"><parent link=\"x\"/><child link=\"y\"/></joint>",
+    " type=\"prismatic\"",
+    " type=\"continuous\"",
+    "<mimic joint=\"x\"/>",
+    "<limit effort=\"1\" velocity=\"1\" lower=\"-1\" upper=\"1\"/>",
+    "<axis xyz=\"0 1 0\"/>",
+    "<origin xyz=\"1 0 0\" rpy=\"0 1 0\"/>",
+    "<mass value=\"1\"/>",
+    "<dynamics damping=\"1\" friction=\"1\"/>",
+    "<inertial/>",
+];
+
+fn examples() -> Vec<Vec<u8>> {
+    let mut all = files(&["robot-compiler/tests/data", "robot-compiler/tests/bad"], "urdf");
+    // As deep as is read, and one deeper.
+    all.extend([32, 33].into_iter().flat_map(nested));
+    all
+}
+
+/// A robot or an error with a place, with the only chain and with one that ends at a link called `tip`; what is accepted has a
+/// model, torques and a scene.
+pub fn check(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    for tip in [None, Some("tip")] {
+        if let Some(robot) = read(&text, NAME, "<!-- the end -->", |text| Robot::from_urdf_str(text, NAME, tip)) {
+            check_robot(&robot);
+        }
+    }
+}

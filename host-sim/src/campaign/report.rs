@@ -1,0 +1,168 @@
+//! What came of a campaign: a table of faults and states.
+
+use super::Campaign;
+use super::case::{FaultKind, Situation};
+use super::run::{Counterexample, Finished, Outcome};
+use comfy_table::{Table, presets};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::time::Duration;
+
+/// What came of the runs with one fault in one state.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Cell {
+    /// Runs.
+    pub runs: u64,
+    /// How many came out how, the most frequent first.
+    pub outcomes: Vec<(Outcome, u64)>,
+}
+
+/// What came of the runs with one fault.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The fault.
+    pub fault: FaultKind,
+    /// For each state, in the order of [`Situation::NAMES`].
+    pub cells: Vec<Cell>,
+    /// Runs.
+    pub runs: u64,
+    /// Ticks judged.
+    pub ticks: u64,
+    /// Runs that an unsafe command ended.
+    pub unsafe_commands: u64,
+}
+
+/// What came of a campaign.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The scenes.
+    pub scenes: Vec<String>,
+    /// `desk` or `qemu`.
+    pub target: &'static str,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Runs.
+    pub runs: u64,
+    /// Ticks judged.
+    pub ticks: u64,
+    /// How long it took, s.
+    pub seconds: f64,
+    /// A row per fault.
+    pub rows: Vec<Row>,
+    /// Every unsafe command, and every tick in which chip and desk differ.
+    pub counterexamples: Vec<Counterexample>,
+}
+
+impl Report {
+    /// Of finished runs.
+    pub(super) fn new(scenes: Vec<String>, campaign: &Campaign, finished: Vec<Finished>, time: Duration) -> Self {
+        let rows = FaultKind::NAMES.into_iter().map(|(fault, _)| Row::of(fault, &finished));
+        Self {
+            scenes,
+            target: if campaign.on_chip { "qemu" } else { "desk" },
+            seed: campaign.seed,
+            runs: finished.len() as u64,
+            ticks: finished.iter().map(|run| u64::from(run.ticks)).sum(),
+            seconds: time.as_secs_f64(),
+            rows: rows.filter(|row| row.runs > 0).collect(),
+            counterexamples: finished.into_iter().filter_map(|run| run.counterexample).collect(),
+        }
+    }
+
+    /// The counts, in a sentence.
+    #[must_use]
+    pub fn count(&self) -> String {
+        let Self { runs, ticks, seconds, seed, .. } = self;
+        let found = self.counterexamples.len();
+        let parity = if self.target == "qemu" { ", each compared with the desk's to the last bit" } else { "" };
+        format!(
+            "{runs} runs on `{}` (seed {seed}; {}): {ticks} ticks judged{parity}; {found} unsafe commands; {seconds:.0} s",
+            self.target,
+            self.scenes.join(", "),
+        )
+    }
+
+    /// For a person.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut table = Table::new();
+        table.load_style(presets::UTF8_FULL_CONDENSED);
+        table.set_header(self.header());
+        for row in &self.rows {
+            table.add_row(row.texts());
+        }
+        let mut text = format!("{table}\n{}\n{LEGEND}\n", self.count());
+        for found in &self.counterexamples {
+            let Counterexample { scene, seed, run, tick, case, what, inputs, .. } = found;
+            let (fault, state) = (case.fault.name(), case.situation.name());
+            let _ = writeln!(
+                text,
+                "\nunsafe: {scene}, --seed {seed} --run {run}, tick {tick} ({fault}, {state}): {what}\n{inputs}"
+            );
+        }
+        text
+    }
+
+    /// For the documentation.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let header = self.header();
+        let mut text = format!("{}.\n\n| {} |\n|{}\n", self.count(), header.join(" | "), "---|".repeat(header.len()));
+        for row in &self.rows {
+            let _ = writeln!(text, "| {} |", row.texts().join(" | "));
+        }
+        text
+    }
+
+    fn header(&self) -> Vec<&'static str> {
+        let states = Situation::NAMES.into_iter().map(|(_, name)| name);
+        core::iter::once("fault").chain(states).chain(["runs", "ticks", "unsafe"]).collect()
+    }
+}
+
+/// What the cells of the table say.
+const LEGEND: &str = "F9 50: fault 9 in 50 runs; H2: held, cause 2; asked: went where it was asked to; -: went on (docs/safety.md has the numbers)";
+
+impl Row {
+    fn of(fault: FaultKind, finished: &[Finished]) -> Self {
+        let runs = || finished.iter().filter(|run| run.case.fault == fault);
+        let cell = |situation| Cell::of(runs().filter(|run| run.case.situation == situation));
+        Self {
+            fault,
+            cells: Situation::NAMES.into_iter().map(|(situation, _)| cell(situation)).collect(),
+            runs: runs().count() as u64,
+            ticks: runs().map(|run| u64::from(run.ticks)).sum(),
+            unsafe_commands: runs().filter(|run| run.counterexample.is_some()).count() as u64,
+        }
+    }
+
+    fn texts(&self) -> Vec<String> {
+        let cells = self.cells.iter().map(Cell::text);
+        let numbers = [self.runs, self.ticks, self.unsafe_commands].map(|number| number.to_string());
+        core::iter::once(self.fault.name().to_owned()).chain(cells).chain(numbers).collect()
+    }
+}
+
+impl Cell {
+    fn of<'a>(runs: impl Iterator<Item = &'a Finished>) -> Self {
+        let mut counts = BTreeMap::new();
+        for run in runs {
+            *counts.entry(run.outcome).or_insert(0) += 1;
+        }
+        let mut outcomes: Vec<(Outcome, u64)> = counts.into_iter().collect();
+        // Stable: of those that are as frequent the order is that of the outcomes.
+        outcomes.sort_by_key(|(_, count)| core::cmp::Reverse(*count));
+        Self { runs: outcomes.iter().map(|(_, count)| count).sum(), outcomes }
+    }
+
+    fn text(&self) -> String {
+        let one = |(outcome, count): &(Outcome, u64)| match outcome {
+            Outcome::Fault(code) => format!("F{code} {count}"),
+            Outcome::Held(cause) => format!("H{cause} {count}"),
+            Outcome::Asked => format!("asked {count}"),
+            Outcome::Unaffected => format!("- {count}"),
+        };
+        self.outcomes.iter().map(one).collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,156 @@
+//! The tools on this machine: compiler, emulator, probe, ports.
+
+use super::program::{Answer, ask, first_line};
+use super::{Check, Use};
+use std::path::{Path, PathBuf};
+
+/// The chip: Cortex-M4 with a single-precision unit.
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Oldest compiler, `1.95`, from the workspace's manifest.
+const RUST_MIN: &str = env!("CARGO_PKG_RUST_VERSION");
+
+/// Debian's compiler and the folder with its library's sources: what `cargo xtask` falls back to.
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
+const CORE_SOURCE: &str = "lib/rustlib/src/rust/library/core/src/lib.rs";
+
+const SETUP: &str = "`cargo xtask setup` installs it";
+
+/// Every tool, needed or not for these uses.
+#[must_use]
+pub fn checks(uses: &[Use]) -> Vec<Check> {
+    let chip = uses.contains(&Use::Emulator) || uses.contains(&Use::Flash);
+    let flash = uses.contains(&Use::Flash);
+    let mut checks = vec![rust(), chip_target(chip), emulator(uses.contains(&Use::Emulator)), probe_tool(flash)];
+    checks.extend(probe(flash));
+    checks.push(serial_ports());
+    checks
+}
+
+fn rust() -> Check {
+    const ADVICE: &str = "install a newer Rust: https://rustup.rs, or `rustup update`";
+    match ask("rustc", &["--version"]) {
+        Answer::Said(text) if is_new_enough(&text) => Check::ok("rust", first_line(&text)),
+        Answer::Said(text) => Check::wrong("rust", true, format!("{text}, expected {RUST_MIN} or newer"), ADVICE),
+        Answer::Failed(why) => Check::wrong("rust", true, format!("rustc {why}"), ADVICE),
+        Answer::Missing => Check::wrong("rust", true, "no rustc on the path", ADVICE),
+    }
+}
+
+/// Whether `rustc 1.95.0 (...)` is as new as the workspace asks for.
+fn is_new_enough(text: &str) -> bool {
+    let number = |version: &str| {
+        let mut parts = version.split('.').map(str::parse::<u32>);
+        Some((parts.next()?.ok()?, parts.next()?.ok()?))
+    };
+    let found = text.split(' ').nth(1).and_then(number);
+    found.is_some_and(|found| number(RUST_MIN).is_some_and(|oldest| found >= oldest))
+}
+
+/// The same two ways, in the same order, as xtask/src/toolchain.rs builds.
+fn chip_target(needed: bool) -> Check {
+    let sysroot = |rustc| ask(rustc, &["--print", "sysroot"]).said().map(PathBuf::from);
+    if sysroot("rustc").is_some_and(|root| root.join("lib/rustlib").join(TARGET).join("lib").is_dir()) {
+        return Check::ok("chip target", format!("{TARGET}, installed in rustup's tool chain"));
+    }
+    let with_source = || {
+        let version = ask(DEBIAN_RUSTC, &["--version"]).said().filter(|text| is_new_enough(text))?;
+        let sources = [Some(PathBuf::from("/usr")), sysroot(DEBIAN_RUSTC)];
+        let source = sources.iter().flatten().any(|root| root.join(CORE_SOURCE).is_file());
+        (source && Path::new("/usr/bin/cargo").is_file())
+            .then(|| version.split(' ').take(2).collect::<Vec<_>>().join(" "))
+    };
+    match with_source() {
+        Some(version) => Check::ok("chip target", format!("{TARGET}, core built from source by Debian's {version}")),
+        None => Check::wrong(
+            "chip target",
+            needed,
+            format!("no {TARGET}"),
+            format!("`rustup target add {TARGET}`, or let `cargo xtask setup` find a way"),
+        ),
+    }
+}
+
+fn emulator(needed: bool) -> Check {
+    match ask("qemu-system-arm", &["--version"]) {
+        Answer::Said(text) => Check::ok("emulator", first_line(&text)),
+        Answer::Failed(why) => Check::wrong("emulator", needed, format!("qemu-system-arm {why}"), SETUP),
+        Answer::Missing => Check::wrong("emulator", needed, "no qemu-system-arm on the path", SETUP),
+    }
+}
+
+fn probe_tool(needed: bool) -> Check {
+    const ADVICE: &str = "`cargo install probe-rs-tools --locked`";
+    match ask("probe-rs", &["--version"]) {
+        Answer::Said(text) => Check::ok("probe-rs", first_line(&text)),
+        Answer::Failed(why) => Check::wrong("probe-rs", needed, format!("probe-rs {why}"), ADVICE),
+        Answer::Missing => Check::wrong("probe-rs", needed, "no probe-rs on the path", ADVICE),
+    }
+}
+
+/// Nothing to be said without the tool, whose own check says enough.
+fn probe(needed: bool) -> Option<Check> {
+    let text = match ask("probe-rs", &["list"]) {
+        Answer::Missing => return None,
+        Answer::Failed(why) => {
+            return Some(Check::wrong(
+                "probe",
+                needed,
+                format!("probe-rs list {why}"),
+                "run `probe-rs list` to see more",
+            ));
+        }
+        Answer::Said(text) => text,
+    };
+    // `[0]: STLink V3 -- 0483:374e:0030004A3432511630343838 (ST-LINK)`
+    let probes: Vec<&str> = text.lines().filter(|line| line.starts_with('[')).collect();
+    Some(if probes.is_empty() {
+        Check::wrong(
+            "probe",
+            needed,
+            "none connected",
+            "connect an ST-LINK, J-Link or CMSIS-DAP probe to the board and this machine",
+        )
+    } else if probes.iter().all(|probe| probe.ends_with("(inaccessible)")) {
+        Check::wrong(
+            "probe",
+            needed,
+            probes.join("; "),
+            "give this user the right to it: https://probe.rs/docs/getting-started/probe-setup",
+        )
+    } else {
+        Check::ok("probe", probes.join("; "))
+    })
+}
+
+/// None is no problem: a port that is asked for is opened, whether it is in this list or not.
+fn serial_ports() -> Check {
+    const ADVICE: &str = "connect a USB-to-serial adapter (3.3 V) to the board's link pins: docs/flash.md";
+    match serialport::available_ports() {
+        Ok(ports) if ports.is_empty() => Check::wrong("serial ports", false, "none", ADVICE),
+        Ok(ports) => {
+            Check::ok("serial ports", ports.into_iter().map(|port| port.port_name).collect::<Vec<_>>().join(", "))
+        }
+        Err(error) => Check::wrong("serial ports", false, format!("cannot be listed: {error}"), "name one by --port"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_new_enough;
+
+    #[test]
+    fn versions_compare_as_numbers_and_from_the_workspace_s_on() {
+        for (text, expected) in [
+            ("rustc 1.95.0 (59807616e 2026-04-14)", true),
+            ("rustc 1.100.0", true),
+            ("rustc 2.0.0", true),
+            ("rustc 1.94.9", false),
+            ("rustc 1.9.0", false),
+            ("rustc one", false),
+            ("", false),
+        ] {
+            assert_eq!(is_new_enough(text), expected, "{text}");
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! What an operator types: one command a line.
+
+use super::parameters;
+use link::{Request, Setting};
+use std::path::PathBuf;
+
+/// What to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Nothing: an empty line or a comment.
+    Nothing,
+    /// What there is to type.
+    Help,
+    /// What the board says.
+    Status,
+    /// Ask the safety state machine.
+    Ask(Request),
+    /// Follow the scene's motion.
+    Run,
+    /// Move one joint by so much, in so many seconds.
+    Jog(usize, f64, Option<f64>),
+    /// Move all joints to these positions, in so many seconds.
+    Goto(Vec<f64>, Option<f64>),
+    /// Let so many seconds pass; without a number, until the motion has ended.
+    Wait(Option<f64>),
+    /// Print the status every so many ticks; 0 never.
+    Watch(u64),
+    /// Read the black box.
+    Dump(Option<PathBuf>),
+    /// Keep a record, or none any more.
+    Record(Option<PathBuf>),
+    /// Read these parameters back.
+    Get(Vec<u8>),
+    /// Change a parameter.
+    Set(Setting),
+    /// There is this mass at this point of the last link's frame, kg and m.
+    Payload(f64, [f64; 3]),
+    /// Press or release the emergency stop of a drill.
+    EmergencyStop(bool),
+    /// Stop and end.
+    Quit,
+}
+
+/// Each command with what it takes and what it does.
+pub const HELP: [(&str, &str); 22] = [
+    ("status", "what the board says: state, positions, torques"),
+    ("home", "forget the zeros: the joints look for them"),
+    ("confirm", "the zeros are right: look before you say so"),
+    ("arm", "hold the arm where it is, by torque"),
+    ("disarm", "no torque; moves are over first"),
+    ("run", "the scene's motion, and the way to its start"),
+    ("hold", "stop, and stay"),
+    ("clear", "leave a fault whose cause is gone"),
+    ("jog JOINT DELTA [SECONDS]", "move one joint (number or name) by so many rad or m"),
+    ("goto Q1 .. QN [SECONDS]", "move all joints to these positions, rad or m"),
+    ("wait", "until the motion has ended"),
+    ("wait SECONDS", "so long"),
+    ("watch TICKS", "print the status every so many ticks; 0 never"),
+    ("get [JOINT] [NAME]", "what parameters are, and their bounds: all, a joint's, one"),
+    ("set JOINT NAME VALUE", "change a gain or a friction, where the scene is `tunable` and no torque jumps"),
+    ("payload MASS [X Y Z]", "so many kg at a point of the last link's frame, m; where the scene's payload is live"),
+    ("dump [FILE]", "the ticks that the board remembers: a table, or a CSV file"),
+    ("record FILE", "keep every frame from here on, for `host-sim replay`; begins a new session"),
+    ("record off", "end the record"),
+    ("press, release", "the emergency stop, in a drill"),
+    ("help", "this"),
+    ("quit", "hold, wait for rest, disarm, end; so does the end of the input"),
+];
+
+/// Read a line. `joints` are the names of the joints, base first.
+///
+/// # Errors
+/// What is wrong with it: the field, what was found, and what was expected.
+pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
+    let line = line.split('#').next().unwrap_or_default();
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let Some((&name, arguments)) = words.split_first() else { return Ok(Command::Nothing) };
+    if let Some((request, _)) = Request::NAMES.iter().find(|(_, word)| *word == name && name != "run") {
+        return none(name, arguments, Command::Ask(*request));
+    }
+    match (name, arguments) {
+        ("help", _) => none(name, arguments, Command::Help),
+        ("status", _) => none(name, arguments, Command::Status),
+        ("run", _) => none(name, arguments, Command::Run),
+        ("press", _) => none(name, arguments, Command::EmergencyStop(true)),
+        ("release", _) => none(name, arguments, Command::EmergencyStop(false)),
+        ("quit", _) => none(name, arguments, Command::Quit),
+        ("jog", [which, delta, time @ ..]) if time.len() < 2 => {
+            let time = time.first().map(|time| seconds(name, time)).transpose()?;
+            Ok(Command::Jog(joint(which, joints)?, number(name, "DELTA", delta)?, time))
+        }
+        ("jog", _) => Err(format!("jog: {} words, expected JOINT DELTA [SECONDS]", arguments.len())),
+        ("goto", positions) if positions.len() == joints.len() || positions.len() == joints.len() + 1 => {
+            let (positions, time) = positions.split_at(joints.len());
+            let q = positions.iter().map(|q| number(name, "a position", q)).collect::<Result<_, _>>()?;
+            Ok(Command::Goto(q, time.first().map(|time| seconds(name, time)).transpose()?))
+        }
+        ("goto", _) => {
+            Err(format!("goto: {} numbers, expected {} positions and at most one time", arguments.len(), joints.len()))
+        }
+        ("get", words) => parameters::of_words(name, words, joints).map(Command::Get),
+        ("set", [which @ .., value]) => match parameters::of_words(name, which, joints)?.as_slice() {
+            [index] => Ok(Command::Set(Setting { index: *index, value: number(name, "VALUE", value)? as f32 })),
+            _ => Err(format!("set: {} VALUE: expected JOINT NAME VALUE", which.join(" "))),
+        },
+        ("payload", [mass, place @ ..]) if place.is_empty() || place.len() == 3 => {
+            let mass = number(name, "MASS", mass)?;
+            let place = place.iter().map(|x| number(name, "a place", x)).collect::<Result<Vec<_>, _>>()?;
+            Ok(Command::Payload(mass, [0, 1, 2].map(|axis| place.get(axis).copied().unwrap_or(0.0))))
+        }
+        ("wait", []) => Ok(Command::Wait(None)),
+        ("wait", [time]) => Ok(Command::Wait(Some(seconds(name, time)?))),
+        ("watch", [every]) => {
+            every.parse().map(Command::Watch).map_err(|_| format!("watch: {every}: expected a whole number of ticks"))
+        }
+        ("dump", []) => Ok(Command::Dump(None)),
+        ("dump", [file]) => Ok(Command::Dump(Some(file.into()))),
+        ("record", ["off"]) => Ok(Command::Record(None)),
+        ("record", [file]) => Ok(Command::Record(Some(file.into()))),
+        ("wait" | "watch" | "dump" | "record" | "set" | "payload", _) => {
+            let usage = HELP.iter().filter(|(usage, _)| usage.split(' ').next() == Some(name));
+            let usage: Vec<_> = usage.map(|(usage, _)| *usage).collect();
+            Err(format!("{name}: {} words, expected {}", arguments.len(), usage.join(" or ")))
+        }
+        _ => Err(format!("{name}: no such command; `help` lists them")),
+    }
+}
+
+fn none(name: &str, arguments: &[&str], command: Command) -> Result<Command, String> {
+    match arguments {
+        [] => Ok(command),
+        [first, ..] => Err(format!("{name}: {first}: expected nothing behind it")),
+    }
+}
+
+fn number(name: &str, what: &str, word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("{name}: {what} is {word}, expected a number")),
+    }
+}
+
+fn seconds(name: &str, word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1e5 => Ok(value),
+        _ => Err(format!("{name}: SECONDS is {word}, expected a time above zero, 1e5 at most")),
+    }
+}
+
+fn joint(word: &str, joints: &[String]) -> Result<usize, String> {
+    parameters::joint(word, joints).ok_or_else(|| {
+        format!("jog: JOINT is {word}, expected a number from 1 to {} or one of {}", joints.len(), joints.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Command, HELP, parse};
+    use link::{Request, Setting};
+
+    fn read(line: &str) -> Result<Command, String> {
+        parse(line, &["shoulder".into(), "elbow".into()])
+    }
+
+    #[test]
+    fn every_command_is_read() {
+        let jog = Command::Jog(1, -0.2, Some(1.5));
+        assert_eq!((read("jog 2 -0.2 1.5"), read("  jog elbow -2e-1 1.5 # down")), (Ok(jog.clone()), Ok(jog)));
+        assert_eq!(read("goto 0 1"), Ok(Command::Goto(vec![0.0, 1.0], None)));
+        assert_eq!(read("goto 0 1 2"), Ok(Command::Goto(vec![0.0, 1.0], Some(2.0))));
+        assert_eq!((read("run"), read("arm")), (Ok(Command::Run), Ok(Command::Ask(Request::Arm))));
+        assert_eq!((read("wait"), read("wait 2")), (Ok(Command::Wait(None)), Ok(Command::Wait(Some(2.0)))));
+        let gain = Setting { index: 16, value: 120.5 };
+        assert_eq!(read("set elbow position gain 120.5"), Ok(Command::Set(gain)));
+        assert_eq!(read("payload 2 0 0 0.1"), Ok(Command::Payload(2.0, [0.0, 0.0, 0.1])));
+        assert_eq!((read("record off"), read("")), (Ok(Command::Record(None)), Ok(Command::Nothing)));
+    }
+
+    #[test]
+    fn every_line_of_the_help_is_a_command() {
+        for (usage, _) in HELP {
+            for word in usage.split(", ") {
+                let line = word.replace("JOINT", "1").replace("DELTA", "1").replace("Q1 .. QN", "1 1");
+                let line = line.replace("SECONDS", "1").replace("TICKS", "1").replace("NAME", "position gain");
+                let line =
+                    line.replace("VALUE", "1").replace("MASS", "1").replace("X Y Z", "0 0 1").replace(['[', ']'], "");
+                assert!(read(&line).is_ok(), "{line}: {:?}", read(&line));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_was_expected() {
+        for (line, message) in [
+            ("jog 3 1", "jog: JOINT is 3, expected a number from 1 to 2 or one of shoulder, elbow"),
+            ("jog 1 x", "jog: DELTA is x, expected a number"),
+            ("jog 1 nan", "jog: DELTA is nan, expected a number"),
+            ("jog 1", "jog: 1 words, expected JOINT DELTA [SECONDS]"),
+            ("goto 1", "goto: 1 numbers, expected 2 positions and at most one time"),
+            ("wait 0", "wait: SECONDS is 0, expected a time above zero, 1e5 at most"),
+            ("wait 1 2", "wait: 2 words, expected wait or wait SECONDS"),
+            ("set 1 position gain x", "set: VALUE is x, expected a number"),
+            ("set 1 2", "set: 1 VALUE: expected JOINT NAME VALUE"),
+            ("set", "set: 0 words, expected set JOINT NAME VALUE"),
+            ("payload 1 2", "payload: 2 words, expected payload MASS [X Y Z]"),
+            ("arm now", "arm: now: expected nothing behind it"),
+            ("fly", "fly: no such command; `help` lists them"),
+        ] {
+            assert_eq!(read(line).unwrap_err(), message);
+        }
+    }
+}

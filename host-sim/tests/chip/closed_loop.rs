@@ -1,0 +1,63 @@
+//! Whole closed loops through the emulated chip, as a person runs them: every tick gives the desk's bits.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// The summary of a run in the emulator, with more options.
+fn run(scene: &str, options: &[&str]) -> Value {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let out = workspace.join("target/tmp").join(format!("closed_loop-{scene}"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+    command.current_dir(&workspace).args(["run", &format!("scenes/{scene}.toml"), "--target", "qemu", "--json"]);
+    let output = command.arg("--out").arg(&out).args(options).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn assert_parity(summary: &Value, ticks: u64) {
+    assert_eq!(summary["parity"]["ticks"], ticks);
+    assert_eq!(summary["parity"]["mismatches"], 0);
+    assert_eq!(summary["faults"], Value::Array(Vec::new()));
+    let count = |which: &str| summary["instructions_per_tick"][which].as_u64().unwrap();
+    assert!(count("min") > 0 && count("min") <= count("max"));
+}
+
+#[test]
+fn the_whole_puma_run_gives_the_desks_bits() {
+    let summary = run("puma560_pick", &[]);
+    assert_parity(&summary, 2_100);
+    // Encoders, observer, trig, kernel, law, friction, guard and limits: the whole tick, and each the same.
+    let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
+    assert!((1_300..1_420).contains(&most), "{most} instructions in a tick, pinned at 1,300 to 1,420");
+    assert_eq!(least, most, "no tick of this run is unlike the others");
+}
+
+#[test]
+fn prismatic_joints_and_delays_give_the_desks_bits() {
+    assert_parity(&run("scara_pick", &["--duration", "0.4"]), 400);
+}
+
+#[test]
+fn another_law_and_measured_states_give_the_desks_bits() {
+    assert_parity(&run("puma560_pd_gravity", &["--duration", "0.4"]), 400);
+    assert_parity(&run("planar2r_sine", &["--duration", "0.4"]), 400);
+}
+
+#[test]
+fn a_model_evaluated_in_some_ticks_gives_the_desks_bits_and_a_cheap_tick_between() {
+    let summary = run("puma560_slow_model", &[]);
+    assert_parity(&summary, 2_100);
+    let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
+    // Measured: 668 between two evaluations, 1,414 with one.
+    assert!((630..700).contains(&least) && (1_350..1_480).contains(&most), "{least} to {most} instructions in a tick");
+}
+
+#[test]
+fn a_law_and_trig_chosen_on_the_command_line_reach_the_chip() {
+    let summary = run("scara_pick", &["--duration", "0.2", "--law", "pd", "--trig", "libm"]);
+    assert_parity(&summary, 200);
+    assert_eq!((summary["law"].as_str(), summary["trig"].as_str()), (Some("pd"), Some("libm")));
+    // Without a model in the loop there is no sine and no kernel to pay for.
+    assert!(summary["instructions_per_tick"]["max"].as_u64().unwrap() < 500);
+}

@@ -1,0 +1,121 @@
+//! What the tick of each of many scenes costs on the chip: the desk's bits, the firmware's count, and bytes that add up.
+
+use chip_image::Program;
+use host_sim::chip_cost::{Cost, measure};
+use indicatif::ProgressBar;
+use object::{Object as _, ObjectSection as _};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+
+fn top() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// A shipped scene with lines of its `[control]` put in place of others.
+fn variant(scene: &str, name: &str, control: &[(&str, &str)]) -> PathBuf {
+    let mut text = std::fs::read_to_string(top().join(format!("scenes/{scene}.toml"))).unwrap();
+    let robots = top().join("robots").canonicalize().unwrap();
+    text = text.replace("../robots", robots.to_str().unwrap());
+    for (key, value) in control {
+        text = text
+            .lines()
+            .filter(|line| !line.starts_with(&format!("{key} =")))
+            .map(|line| format!("{line}\n"))
+            .collect();
+        text = text.replace("[control]\n", &format!("[control]\n{key} = \"{value}\"\n"));
+    }
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cost_{scene}_{name}.toml"));
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn measured(scenes: &[PathBuf]) -> Vec<Cost> {
+    let costs = measure(scenes, &AtomicBool::new(false), &ProgressBar::hidden());
+    let costs = costs.map_err(|failure| format!("{:?}", failure.report())).unwrap();
+    for (scene, cost) in scenes.iter().zip(&costs) {
+        let name = scene.file_stem().unwrap_or_default().to_string_lossy();
+        println!("{name}: {:?}, {} bytes of flash, {} of RAM", cost.instructions, cost.flash_bytes, cost.ram_bytes);
+    }
+    assert_eq!(costs.len(), scenes.len());
+    costs
+}
+
+#[test]
+fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
+    let puma = |name: &str, control: &[(&str, &str)]| variant("puma560_pick", name, control);
+    let scenes = [
+        puma("exact", &[]),
+        puma("regrouped", &[("kernel", "regrouped")]),
+        puma("generic", &[("kernel", "generic")]),
+        puma("libm", &[("trig", "libm")]),
+        puma("f64", &[("scalar", "f64")]),
+        puma("sram", &[("kernel_memory", "sram")]),
+    ];
+    let mut costs = measured(&scenes);
+    // Measured states in place of counts.
+    costs.extend(measured(&[top().join("scenes/planar2r_swing.toml")]));
+    assert!(costs.iter().all(|cost| cost.matches_desk && cost.fault.is_none()));
+    let [exact, regrouped, generic, libm, double, sram, planar] = costs.as_slice() else {
+        unreachable!("seven scenes")
+    };
+
+    // The firmware of the scene is pinned at the same in `closed_loop.rs`.
+    let Cost { instructions, .. } = exact;
+    assert!((1_300..1_420).contains(&instructions.max), "{instructions:?}");
+    assert_eq!(instructions.min, instructions.max);
+    let most = |cost: &Cost| cost.instructions.max;
+    assert!(most(regrouped) < most(exact) && most(exact) < most(generic));
+    assert!(most(planar) < most(regrouped));
+    // Soft double: in the sine and cosine alone, and in everything.
+    assert!(most(libm) > 3 * most(exact), "{} instructions", most(libm));
+    assert!(double.instructions.mean > 10.0 * exact.instructions.mean, "{:?}", double.instructions);
+
+    assert!((9_500..11_500).contains(&exact.flash_bytes) && (200..300).contains(&exact.ram_bytes));
+    // A kernel in RAM lies there as well as in flash; elsewhere RAM holds the controller alone.
+    assert_eq!(regrouped.ram_bytes, exact.ram_bytes);
+    assert!(sram.ram_bytes > exact.ram_bytes + 1_000);
+    assert!(double.ram_bytes > exact.ram_bytes && generic.ram_bytes > exact.ram_bytes + 1_000);
+    assert!(regrouped.flash_bytes < exact.flash_bytes && exact.flash_bytes < libm.flash_bytes);
+    assert!(planar.flash_bytes < regrouped.flash_bytes && double.flash_bytes > 2 * exact.flash_bytes);
+}
+
+#[test]
+fn the_bytes_of_a_tick_are_those_that_the_linker_keeps_of_it() {
+    let scene = top().join("scenes/puma560_pick.toml");
+    let cost = measured(std::slice::from_ref(&scene)).remove(0);
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut gate = Command::new(cargo);
+    gate.current_dir(top()).args(["run", "--quiet", "--package", "xtask", "--", "gate", "--scene"]).arg(&scene);
+    assert!(gate.status().unwrap().success());
+    // Beside the measuring program's folder: the tick alone, with everything else collected.
+    let linked = cost.tick.program.with_file_name("thumbv7em-none-eabihf/firmware/tick-gate-tick.elf");
+    let bytes = std::fs::read(linked).unwrap();
+    let file = object::File::parse(&*bytes).unwrap();
+    let kept: u64 =
+        [".text", ".rodata"].into_iter().filter_map(|name| file.section_by_name(name)).map(|s| s.size()).sum();
+    let program = Program::parse(&bytes).unwrap();
+    // The gate links the tick twice: bare, and inside the safety machine.
+    let [tick, safe] = ["newtau_gate_tick", "newtau_gate_safety"]
+        .map(|entry| program.reached_from(program.address_of(entry).unwrap()).unwrap());
+    assert_eq!((tick.indirect, safe.indirect), (0, 0));
+    let parts = [&tick, &safe].into_iter().flat_map(|reached| reached.functions.iter().chain(&reached.tables));
+    let all: BTreeMap<u64, u64> = parts.map(|part| (part.address & !1, part.bytes)).collect();
+    let (both, bare) = (all.values().sum::<u64>(), tick.flash_bytes());
+    println!(
+        "{both} reached of {kept} kept; {bare} by the bare tick, {} in the program that measures it",
+        cost.flash_bytes
+    );
+    let share = |part: u64, whole: u64| part as f64 / whole as f64;
+    assert!((0.97..=1.0).contains(&share(both, kept)), "{all:#?}");
+    assert!((0.95..1.05).contains(&share(cost.flash_bytes, bare)));
+}
+
+#[test]
+fn a_scene_that_cannot_be_read_is_named_with_its_line() {
+    let path = variant("puma560_pick", "bad", &[("law", "none")]);
+    let failure = measure(std::slice::from_ref(&path), &AtomicBool::new(false), &ProgressBar::hidden()).unwrap_err();
+    let said = failure.report().to_string();
+    assert!(said.contains("cost_puma560_pick_bad.toml:") && said.contains("law"), "{said}");
+}

@@ -1,0 +1,104 @@
+//! The closed loop through the real firmware under its safety state machine: home, confirm, arm, run a motion, stop; every status of
+//! the chip is the desk's, to the last bit.
+
+use dynamics_core::{Measurement, Reference, Sensed};
+use host_sim::chip::{Chip, build_firmware};
+use host_sim::drill::{Drill, OnChip, OnDesk, hello, without_cost};
+use link::{Actuation, Frame, Lines, Pacing, Point, Request, Status};
+use robot_compiler::SceneFile;
+use std::path::Path;
+
+const N: usize = 6;
+
+/// Two targets that must say the same.
+struct Both {
+    chip: OnChip,
+    desk: OnDesk<N>,
+    tick: u32,
+    least: u32,
+    most: u32,
+}
+
+impl Both {
+    fn start(name: &str) -> (Self, SceneFile) {
+        let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name)).unwrap();
+        let model = scene.robot.model::<N>().unwrap();
+        let bench = hello(&scene, &model, Pacing::LockStep);
+        let chip = Chip::start(&build_firmware(&scene.path).unwrap(), bench).unwrap();
+        let chip = OnChip::start(chip, bench).unwrap();
+        let both = Self { chip, desk: OnDesk::start(&scene, &model), tick: 0, least: u32::MAX, most: 0 };
+        (both, scene)
+    }
+
+    fn send(&mut self, frame: &Frame) {
+        self.chip.send(frame).unwrap();
+        self.desk.send(frame).unwrap();
+    }
+
+    /// One tick with these encoder counts; what both say of it.
+    fn tick(&mut self, counts: [i32; N]) -> Status {
+        self.tick += 1;
+        let measurement = Measurement { sensed: Sensed::<f32, N>::Counts(counts), age_ticks: 0 };
+        let measurement = link::Measurement::new(self.tick, &measurement);
+        let chip = self.chip.tick(&measurement).unwrap();
+        let desk = self.desk.tick(&measurement).unwrap();
+        let Some(Frame::Status(status)) = chip.last().cloned() else { panic!("{chip:?}") };
+        if status.state == 3
+            && let Some(link::TickCost { all: link::Cost::Instructions(all), .. }) = status.cost
+        {
+            (self.least, self.most) = (self.least.min(all), self.most.max(all));
+        }
+        let chip: Vec<Frame> = chip.into_iter().map(without_cost).collect();
+        assert_eq!(chip, desk, "tick {}", self.tick);
+        status
+    }
+
+    fn ask(&mut self, request: Request, counts: [i32; N]) -> Status {
+        self.send(&Frame::Request(request));
+        self.tick(counts)
+    }
+}
+
+#[test]
+fn a_motion_under_supervision_has_the_desk_s_bits_in_every_status() {
+    let (mut both, scene) = Both::start("puma560_pick.toml");
+    let model = scene.robot.model::<N>().unwrap();
+    let encoder = scene.controller_config(&model).encoder;
+    let counts =
+        |q: &[f64; N]| core::array::from_fn(|i| encoder[i].zero + (q[i] / encoder[i].per_count).round() as i32);
+    let motion = scene.trajectory(&model).unwrap();
+    let start = motion.start();
+
+    let lines = Lines { supply: Some(24.0), temperature: Some(30.0), ..Lines::CALM };
+    both.send(&Frame::Lines(lines));
+    both.send(&Frame::Live(link::Live::new(&scene.live(&model).cast::<f32>()).unwrap()));
+    assert_eq!(both.ask(Request::Arm, counts(&start.q)).state, 0, "not homed yet");
+    both.ask(Request::Home, counts(&start.q));
+    assert!(both.ask(Request::Confirm, counts(&start.q)).homed);
+    assert_eq!(both.ask(Request::Arm, counts(&start.q)).state, 2);
+
+    let point = |ticks, at: &Reference<f64, N>| Point { ticks, reference: link::Reference::new(&at.cast::<f32>()) };
+    both.send(&Frame::Point(point(0, &start)));
+    let (step, ticks) = (10_u16, 600);
+    let mut sent = 0;
+    for k in 0..ticks {
+        // An arm that is exactly where the motion is: what a plant would add is another test's.
+        let here = motion.sample(f64::from(k) * scene.period());
+        while sent < k + 100 && sent < ticks {
+            sent += u32::from(step);
+            let at = motion.sample(f64::from(sent) * scene.period());
+            both.send(&Frame::Point(point(step, &at)));
+        }
+        if k == 0 {
+            both.send(&Frame::Request(Request::Run));
+        }
+        let status = both.tick(counts(&here.q));
+        assert_eq!((status.state, status.refused), (3, None), "tick {k}");
+        assert!(matches!(status.actuation, Some(Actuation::Drive { .. })));
+    }
+    assert_eq!(both.ask(Request::Hold, counts(&motion.sample(0.6).q)).state, 4);
+    both.send(&Frame::Lines(Lines { emergency_stop: true, ..lines }));
+    let status = both.tick(counts(&motion.sample(0.6).q));
+    assert_eq!((status.state, status.cause, status.actuation), (5, 9, Some(Actuation::Brake)));
+    println!("a running tick takes {} to {} instructions", both.least, both.most);
+}

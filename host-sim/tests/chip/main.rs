@@ -1,0 +1,17 @@
+//! The real firmware in the emulated chip. One emulator at a time: it keeps one processor busy and the test another.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
+
+mod campaign;
+mod closed_loop;
+mod cost;
+mod drill;
+mod faults;
+mod golden;
+mod live;
+mod memory;
+mod operate;
+mod overrun;
+mod parity;
+#[path = "../program/mod.rs"]
+mod program;
+mod states;

@@ -1,0 +1,22 @@
+//! `connect` in a drill of the emulated chip, and its record on the desk: the same bits in every status.
+
+use crate::program::{at_the_top, printed, told};
+use std::path::Path;
+
+#[test]
+fn a_session_on_the_chip_has_the_desk_s_bits_in_every_status_refusal_and_remembered_tick() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let (script, log) = (folder.join("chip_session.txt"), folder.join("chip_session.log"));
+    let commands = "arm\nhome\nconfirm\narm\njog shoulder 0.3 0.3\nwait\nhold\njog elbow 0.2 0.3\nwait 0.1\npress\nwait 0.1\ndump\nrelease\nwait 0.3\nclear\n";
+    std::fs::write(&script, commands).unwrap();
+    let mut connect = at_the_top();
+    connect.args(["connect", "scenes/planar2r_swing.toml", "--target", "qemu", "--script"]).arg(&script);
+    let (code, out, error) = told(connect.arg("--record").arg(&log).output().unwrap());
+    assert_eq!(code, 3, "arming was refused first: {out}{error}");
+    assert!(out.contains("press: fault 9: emergency stop"), "{out}");
+    assert!(out.ends_with("clear: idle, homed\n"), "{out}");
+
+    let out = printed(at_the_top().arg("replay").arg(&log).output().unwrap());
+    let ticks: u64 = out.strip_suffix(" ticks compared, 0 differ\n").unwrap().parse().unwrap();
+    assert!(ticks > 400, "{ticks}");
+}

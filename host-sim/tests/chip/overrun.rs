@@ -1,0 +1,64 @@
+//! A chip that is too slow for its own timer says so and brakes; one that is not drives on.
+
+use dynamics_core::{Command, Fault, Measurement, Reference, Sensed};
+use host_sim::chip::{Chip, ChipReply, build_firmware};
+use host_sim::drill::hello;
+use link::Pacing;
+use robot_compiler::SceneFile;
+use std::path::Path;
+
+const N: usize = 6;
+
+/// Answers that are looked at in the timer's pace; measurements may be as old as that.
+const ANSWERS: usize = 20;
+
+/// What a tick takes on the emulated chip, an instruction in a nanosecond: longer than 10 us, shorter than 20. Most of it
+/// is libm's sine and cosine, which compute in double precision, and the chip has none.
+const TICK_NS: std::ops::Range<u32> = 11_000..18_000;
+
+/// First answers of the chip in the pace of its own timer.
+fn in_the_timers_pace(rate: u32) -> Vec<(u32, ChipReply<N>)> {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("overrun_{rate}.toml"));
+    let text = format!(
+        "name = \"overrun\"\nrobot = \"{}/../robots/puma560.toml\"\n\
+         [control]\nrate = {rate}.0\ntrig = \"libm\"\nage_max = {ANSWERS}\n\
+         [motion]\nkind = \"hold\"\nq = [0.1, 0.9, -1.6, 0.2, 0.5, 0.3]\nduration = 0.01\n",
+        env!("CARGO_MANIFEST_DIR"),
+    );
+    std::fs::write(&path, text).unwrap();
+    let scene = SceneFile::load(&path).unwrap();
+    let model = scene.robot.model::<N>().unwrap();
+    let hello = hello(&scene, &model, Pacing::LockStep);
+    let mut chip = Chip::start(&build_firmware(&path).unwrap(), hello).unwrap();
+    let q = [0.1, 0.9, -1.6, 0.2, 0.5, 0.3];
+    let reference = Reference { q, qd: [0.0; N], qdd: [0.0; N] };
+    let measurement = Measurement { sensed: Sensed::State { q, qd: [0.0; N] }, age_ticks: 0 };
+
+    // In lock step no timer runs: the same tick is no fault, however long it takes.
+    for _ in 0..3 {
+        let reply = chip.tick(&reference, &measurement).unwrap();
+        assert!(matches!(reply.command, Command::Drive { .. }), "{reply:?}");
+        let nanoseconds = reply.instructions.unwrap();
+        assert!(TICK_NS.contains(&nanoseconds), "{nanoseconds} ns, expected {TICK_NS:?}");
+    }
+    chip.start_timer(hello, &reference, &measurement).unwrap();
+    (0..ANSWERS).map(|_| chip.next_timed().unwrap()).collect()
+}
+
+#[test]
+fn a_tick_that_is_longer_than_the_timers_period_brakes_with_fault_6_and_stays_braked() {
+    let answers = in_the_timers_pace(100_000);
+    // The first tick drives, and is found too long when it ends. The next is due at that moment, so its answer, which is
+    // the fault, may take the place of the first one's.
+    let faults = &answers[usize::from(answers[0].0 == 0)..];
+    assert_eq!(faults[0].0, 1);
+    assert!(faults.iter().all(|(_, reply)| reply.command == Command::Brake(Fault::Overrun)), "{faults:?}");
+    assert_eq!(Fault::Overrun.code(), 6);
+}
+
+#[test]
+fn the_same_tick_in_twice_the_period_is_no_fault() {
+    let answers = in_the_timers_pace(50_000);
+    let driving = |reply: &ChipReply<N>| matches!(reply.command, Command::Drive { .. });
+    assert!(answers.iter().all(|(_, reply)| driving(reply)), "{answers:?}");
+}

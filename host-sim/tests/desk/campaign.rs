@@ -1,0 +1,364 @@
+//! The fault-injection campaign on the desk: nothing unsafe in some hundred runs, and a judge that bites: every machine that is broken on
+//! purpose is found, by the law that it breaks.
+
+use dynamics_core::Sensed;
+use dynamics_core::safety::SafeAction;
+use firmware::session::Drives;
+use host_sim::campaign::{
+    Campaign, Case, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage, Told, Trouble, run,
+};
+use indicatif::ProgressBar;
+use link::{Actuation, Encoder, Frame, Pacing};
+use robot_compiler::SceneFile;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+const N: usize = 6;
+
+fn scene(name: &str) -> SceneFile {
+    SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/campaign").join(name)).unwrap()
+}
+
+/// A machine that is told or says something else than the firmware would.
+struct Broken<F> {
+    desk: Desk<N>,
+    breaks: F,
+    said: Option<Said<N>>,
+}
+
+/// How a machine is broken: before it is told, and before it says. `Before` is what it said the tick before.
+enum Moment<'a> {
+    Told(&'a mut Told<N>, &'a mut Vec<u8>),
+    Said(&'a mut Said<N>, Option<&'a Said<N>>),
+}
+
+impl<F: FnMut(Moment<'_>)> Machine<N> for Broken<F> {
+    fn pacing(&self) -> Pacing {
+        Pacing::Live
+    }
+
+    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
+        let (mut bytes, mut hears) = (bytes.to_vec(), told.clone());
+        (self.breaks)(Moment::Told(&mut hears, &mut bytes));
+        let mut said = self.desk.tick(&bytes, &hears)?;
+        (self.breaks)(Moment::Said(&mut said, self.said.as_ref()));
+        self.said = Some(said.clone());
+        Ok(said)
+    }
+}
+
+/// The law that the judge finds broken in some of these runs of a broken machine; panics where none is.
+fn found(scene_name: &str, fault: FaultKind, situation: Situation, breaks: impl FnMut(Moment<'_>)) -> Law {
+    let scene = scene(scene_name);
+    let stage = Stage::<N>::new(&scene).unwrap();
+    let model = scene.robot.model::<N>().unwrap();
+    let desk = Desk::new(&scene, &model, Pacing::Live);
+    let mut broken = Broken { desk, breaks, said: None };
+    for number in 0..20 {
+        broken.said = None;
+        let number = Number { seed: 5, run: number };
+        let finished = run(&stage, &mut broken, Case { fault, situation }, number).unwrap();
+        if let Some(found) = finished.counterexample {
+            return found.law.unwrap();
+        }
+    }
+    panic!("{fault:?} in {situation:?} was not found in 20 runs");
+}
+
+/// Let this torque act, and be reported.
+fn drive(said: &mut Said<N>, torque: [f32; N]) {
+    said.drives = Drives::Drive(torque);
+    said.status.actuation =
+        Some(link::Actuation::Drive { torque: link::convert::joints(&torque), limits: link::convert::joints(&[0; N]) });
+}
+
+/// Let the brake hold, and be reported.
+fn brake(said: &mut Said<N>) {
+    said.drives = Drives::Safe(SafeAction::Brake);
+    said.status.actuation = Some(Actuation::Brake);
+}
+
+fn acting(said: Option<&Said<N>>) -> Option<[f32; N]> {
+    match said?.drives {
+        Drives::Drive(torque) => Some(torque),
+        Drives::Safe(_) => None,
+    }
+}
+
+#[test]
+fn a_torque_that_acts_a_tick_too_long_is_found() {
+    let law = found("states.toml", FaultKind::EmergencyStop, Situation::Running, |moment| {
+        if let Moment::Said(said, before) = moment
+            && said.status.state == 5
+            && let Some(torque) = acting(before)
+        {
+            drive(said, torque);
+        }
+    });
+    assert_eq!(law, Law::SafeAction);
+}
+
+#[test]
+fn a_torque_above_its_limit_at_a_rate_too_high_or_no_number_is_found() {
+    let cases =
+        [("encoders.toml", 1e4, Law::Limit), ("states.toml", 5.0, Law::Rate), ("states.toml", f32::NAN, Law::Finite)];
+    for (name, more, law) in cases {
+        let mut ticks = 0;
+        let by = found(name, FaultKind::Nothing, Situation::Running, |moment| {
+            if let Moment::Said(said, ..) = moment
+                && let Drives::Drive(mut torque) = said.drives
+            {
+                ticks += 1;
+                torque[2] += if ticks == 50 { more } else { 0.0 };
+                drive(said, torque);
+            }
+        });
+        assert_eq!(by, law);
+    }
+}
+
+#[test]
+fn a_torque_in_a_state_that_has_none_is_found() {
+    for (situation, torque) in [(Situation::Idle, 0.0), (Situation::Homing, 1e-3), (Situation::Fault, 1.0)] {
+        let law = found("states.toml", FaultKind::Nothing, situation, |moment| {
+            if let Moment::Said(said, ..) = moment
+                && said.status.state == situation.state()
+            {
+                drive(said, [torque; N]);
+            }
+        });
+        assert_eq!(law, Law::SafeAction, "{situation:?}");
+    }
+}
+
+#[test]
+fn a_fault_that_does_not_stay_or_changes_its_number_is_found() {
+    let mut fault = 0;
+    let law = found("states.toml", FaultKind::Nothing, Situation::Fault, |moment| {
+        if let Moment::Said(said, ..) = moment
+            && said.status.state == 5
+        {
+            fault += 1;
+            if fault > 3 {
+                (said.status.state, said.status.cause) = (0, 0);
+            }
+        }
+    });
+    assert_eq!(law, Law::Latched);
+    let mut fault = 0;
+    let law = found("states.toml", FaultKind::Nothing, Situation::Fault, |moment| {
+        if let Moment::Said(said, ..) = moment
+            && said.status.state == 5
+        {
+            fault += 1;
+            said.status.cause += u8::from(fault > 3);
+        }
+    });
+    assert_eq!(law, Law::Latched);
+}
+
+/// Hide a part of what the machine is told.
+fn hide(fault: FaultKind, scene: &str, mut from: impl FnMut(&mut Told<N>)) -> Law {
+    found(scene, fault, Situation::Running, |moment| {
+        if let Moment::Told(told, _) = moment {
+            from(told);
+        }
+    })
+}
+
+#[test]
+fn a_machine_that_does_not_look_at_one_of_its_inputs_is_found() {
+    type Hidden = (FaultKind, fn(&mut Told<N>));
+    let all: [Hidden; 5] = [
+        (FaultKind::EmergencyStop, |told| told.emergency_stop = false),
+        (FaultKind::Overrun, |told| told.overrun = false),
+        (FaultKind::Drive, |told| told.drive_fault = [false; N]),
+        (FaultKind::Supply, |told| told.supply = None),
+        (FaultKind::Temperature, |told| told.temperature = None),
+    ];
+    for (fault, hides) in all {
+        assert_eq!(hide(fault, "states.toml", hides), Law::Fault, "{fault:?}");
+        assert_eq!(hide(fault, "encoders.toml", hides), Law::Fault, "{fault:?}");
+    }
+    // A reading that is older than it says has moved farther than it can have: that takes the homing away, too.
+    let law = hide(FaultKind::Stale, "states.toml", |told| told.age_ticks = [0; N]);
+    assert!(matches!(law, Law::Fault | Law::Homed), "{law:?}");
+}
+
+#[test]
+fn a_machine_that_does_not_look_at_a_wild_reading_is_found() {
+    for (fault, name) in [
+        (FaultKind::Position, "states.toml"),
+        (FaultKind::Velocity, "states.toml"),
+        (FaultKind::Jump, "states.toml"),
+        (FaultKind::Jump, "encoders.toml"),
+    ] {
+        let mut last = None;
+        let law = hide(fault, name, |told| {
+            let last = last.insert(match (last, told.sensed) {
+                (Some(last), sensed) if told.tick > 1 => smoothed(last, sensed),
+                (_, sensed) => sensed,
+            });
+            told.sensed = *last;
+        });
+        // A jump takes the homing away, too.
+        assert!(matches!(law, Law::Fault | Law::Homed), "{fault:?}, {name}: {law:?}");
+    }
+}
+
+/// A reading in which whatever is wild is what it was.
+fn smoothed(last: Sensed<f32, N>, sensed: Sensed<f32, N>) -> Sensed<f32, N> {
+    match (last, sensed) {
+        (Sensed::State { q: before, .. }, Sensed::State { q, qd }) => {
+            let near = |i: usize| (q[i] - before[i]).abs() < 0.05;
+            let calm = |i: usize| if qd[i].abs() < 20.0 { qd[i] } else { 0.0 };
+            let q = core::array::from_fn(|i| if near(i) { q[i] } else { before[i] });
+            Sensed::State { q, qd: core::array::from_fn(calm) }
+        }
+        (Sensed::Counts(before), Sensed::Counts(counts)) => {
+            let near = |i: usize| counts[i].abs_diff(before[i]) < 200;
+            Sensed::Counts(core::array::from_fn(|i| if near(i) { counts[i] } else { before[i] }))
+        }
+        (_, sensed) => sensed,
+    }
+}
+
+#[test]
+fn a_host_that_is_never_missed_is_found() {
+    for situation in [Situation::Armed, Situation::Running, Situation::Holding] {
+        let (mut encoder, mut quiet) = (Encoder::new(), 0);
+        let law = found("states.toml", FaultKind::HostSilent, situation, |moment| {
+            if let Moment::Told(_, bytes) = moment {
+                quiet = if bytes.is_empty() { quiet + 1 } else { 0 };
+                // The host itself never says so little.
+                if quiet > 25 {
+                    bytes.extend(encoder.encode(&Frame::Alive).unwrap());
+                }
+            }
+        });
+        assert_eq!(law, Law::Silence, "{situation:?}");
+    }
+}
+
+#[test]
+fn an_arm_that_holds_and_creeps_is_found() {
+    // The machine is shown another place than the arm's, from which it drives away: 0.1 rad/s, twice the speed of rest.
+    let mut held = 0_u16;
+    let law = found("states.toml", FaultKind::HostSilent, Situation::Holding, |moment| match moment {
+        Moment::Told(told, _) => {
+            if let Sensed::State { q, qd } = &mut told.sensed
+                && held > 0
+            {
+                q[0] -= 1e-4 * f32::from(held);
+                qd[0] -= 0.1;
+            }
+        }
+        Moment::Said(said, ..) => held = if said.status.state == 4 { held + 1 } else { 0 },
+    });
+    assert_eq!(law, Law::Rest);
+}
+
+#[test]
+fn a_state_without_a_request_a_homing_that_never_was_and_a_false_report_are_found() {
+    let jump_to = |state: u8| {
+        move |moment: Moment<'_>| {
+            if let Moment::Said(said, ..) = moment
+                && said.status.tick > 5
+            {
+                said.status.state = state;
+            }
+        }
+    };
+    assert_eq!(found("states.toml", FaultKind::Nothing, Situation::Idle, jump_to(1)), Law::Transition);
+    let law = found("states.toml", FaultKind::Nothing, Situation::Idle, |moment| {
+        if let Moment::Said(said, ..) = moment {
+            said.status.homed = true;
+        }
+    });
+    assert_eq!(law, Law::Homed);
+    let law = found("states.toml", FaultKind::Nothing, Situation::Armed, |moment| {
+        if let Moment::Said(said, ..) = moment
+            && said.status.state == 2
+        {
+            let drives = said.drives;
+            brake(said);
+            said.drives = drives;
+        }
+    });
+    assert_eq!(law, Law::Reported);
+    let law = found("states.toml", FaultKind::Nothing, Situation::Idle, |moment| {
+        if let Moment::Said(said, ..) = moment {
+            said.drives = Drives::Safe(SafeAction::Off);
+            said.status.actuation = Some(Actuation::Off);
+        }
+    });
+    assert_eq!(law, Law::SafeAction);
+}
+
+#[test]
+fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
+    let law = found("states.toml", FaultKind::EmergencyStop, Situation::Armed, |moment| {
+        if let Moment::Said(said, ..) = moment
+            && said.status.state == 5
+        {
+            said.status.cause = 11;
+        }
+    });
+    assert_eq!(law, Law::Named);
+    for (value, law) in [(f32::NAN, Law::Reference), (2.5, Law::Reference)] {
+        let by = found("states.toml", FaultKind::Nothing, Situation::Running, |moment| {
+            if let Moment::Said(said, ..) = moment
+                && let Some(reference) = &mut said.status.reference
+            {
+                reference.q[1] = value;
+            }
+        });
+        assert_eq!(by, law);
+    }
+    // The flag of a velocity that is held, taken away.
+    let by = found("states.toml", FaultKind::Nothing, Situation::Running, |moment| {
+        if let Moment::Said(said, ..) = moment
+            && let Some(reference) = &mut said.status.reference
+        {
+            reference.qd[5] = 8.5;
+        }
+    });
+    assert_eq!(by, Law::Held);
+}
+
+fn report(runs: impl IntoIterator<Item = u64>) -> Report {
+    let scenes = vec![scene("encoders.toml"), scene("states.toml")];
+    let campaign = Campaign { scenes, seed: 1, runs: runs.into_iter().collect(), on_chip: false };
+    campaign.report(&AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
+}
+
+#[test]
+fn no_command_is_unsafe_whatever_fails_in_whatever_state() {
+    // Every fault in every state of both scenes, once.
+    let report = report(0..406);
+    assert!(report.counterexamples.is_empty(), "{}", report.table());
+    assert_eq!((report.runs, report.rows.len()), (406, FaultKind::NAMES.len()));
+    let row = |fault| report.rows.iter().find(|row| row.fault == fault).unwrap();
+    assert!(report.rows.iter().all(|row| row.cells.iter().all(|cell| cell.runs > 0)));
+    // The machine is no safer than it must be: nothing happens where nothing is wrong.
+    for cell in &row(FaultKind::Nothing).cells {
+        assert!(cell.outcomes.iter().all(|(outcome, _)| *outcome == Outcome::Unaffected), "{cell:?}");
+    }
+    // And what must be noticed in every state is.
+    for (fault, code) in [(FaultKind::EmergencyStop, 9), (FaultKind::Overrun, 6), (FaultKind::Drive, 11)] {
+        for cell in row(fault).cells.iter().take(6) {
+            assert!(cell.outcomes.iter().all(|(outcome, _)| *outcome == Outcome::Fault(code)), "{fault:?} {cell:?}");
+        }
+    }
+}
+
+#[test]
+fn the_runs_of_a_campaign_do_not_depend_on_threads_or_on_each_other() {
+    let text = |mut report: Report| {
+        report.seconds = 0.0;
+        serde_json::to_string(&report).unwrap()
+    };
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let three = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    assert_eq!(one.install(|| text(report(500..560))), three.install(|| text(report(500..560))));
+}

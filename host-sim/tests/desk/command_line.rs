@@ -1,0 +1,277 @@
+//! The program as a person or a script meets it.
+
+use crate::program::at_its_fixtures;
+use serde_json::Value;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+/// Code and standard error; standard output is empty.
+fn refusal(arguments: &[&str], input: &str) -> String {
+    let output = with_input(arguments, input);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.stdout, b"", "{error}");
+    format!("exit code {}\n{error}", output.status.code().unwrap())
+}
+
+fn with_input(arguments: &[&str], input: &str) -> Output {
+    let mut child = at_its_fixtures()
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A program that refuses its options does not read its input.
+    child.stdin.take().unwrap().write_all(input.as_bytes()).ok();
+    child.wait_with_output().unwrap()
+}
+
+/// A fresh folder of this name.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::remove_dir_all(&path).ok();
+    path
+}
+
+fn run(scene: &str, out: &Path, more: &[&str]) -> Output {
+    at_its_fixtures().args(["run", scene, "--out"]).arg(out).args(more).output().unwrap()
+}
+
+const ROBOT: &str = "tests/fixtures/planar.toml";
+const SCENE: &str = "tests/fixtures/swing.toml";
+
+#[test]
+fn run_writes_table_log_summary_and_plots() {
+    let out = folder("everything");
+    let output = run(SCENE, &out, &[]);
+    assert!(output.status.success());
+    let table = String::from_utf8(output.stdout).unwrap();
+    for word in
+        ["swing: planar, computed-torque, desk, f64", "shoulder", "elbow", "faults              none", "log.csv"]
+    {
+        assert!(table.contains(word), "{word} in {table}");
+    }
+    // Not a terminal: no bar.
+    assert_eq!(output.stderr, b"");
+
+    let mut log = csv::Reader::from_path(out.join("log.csv")).unwrap();
+    let header: Vec<String> = log.headers().unwrap().iter().map(str::to_owned).collect();
+    assert_eq!(header[..7], ["t", "q1_reference", "q1", "qd1_reference", "qd1", "tau1", "limits1"]);
+    assert_eq!(header.len(), 1 + 2 * 6 + 1);
+    let rows: Vec<Vec<f64>> =
+        log.records().map(|row| row.unwrap().iter().map(|field| field.parse().unwrap()).collect()).collect();
+    assert_eq!(rows.len(), 1000);
+    assert!(rows.iter().all(|row| row.len() == header.len()));
+
+    // The summary is that of the log.
+    let summary: Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    let max = rows.iter().map(|row| (row[1] - row[2]).abs()).fold(0.0, f64::max);
+    assert_eq!(summary["tracking_max"][0], max);
+    let peak = rows.iter().map(|row| row[11].abs()).fold(0.0, f64::max);
+    assert_eq!(summary["torque_peak"][1], peak);
+
+    for plot in ["position.svg", "velocity.svg", "error.svg", "torque.svg"] {
+        let text = std::fs::read_to_string(out.join(plot)).unwrap();
+        assert!(text.trim_start().starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{plot}");
+        assert_eq!(text.matches("time / s").count(), 2, "{plot}: a panel per joint");
+        assert!(text.contains("<polyline"), "{plot}");
+        for name in ["shoulder", "elbow", "swing"] {
+            assert!(text.contains(name), "{plot}: {name}");
+        }
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{plot}");
+    }
+}
+
+#[test]
+fn json_prints_the_summary_alone() {
+    let output = run(SCENE, &folder("json"), &["--json", "--duration", "0.1", "--law", "pd", "--scalar", "f32"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(output.stderr, b"");
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["scene"], "swing");
+    assert_eq!(
+        (&summary["law"], &summary["scalar"], &summary["target"]),
+        (&"pd".into(), &"f32".into(), &"desk".into())
+    );
+    assert_eq!(summary["ticks"], 100);
+    for list in ["tracking_rms", "tracking_max", "torque_rms", "torque_peak", "limits"] {
+        assert_eq!(summary[list].as_array().unwrap().len(), 2, "{list}");
+    }
+    assert_eq!(summary["faults"], Value::Array(vec![]));
+    assert!(summary["realtime_factor"].as_f64().unwrap() > 0.0);
+    assert!(summary["seconds_per_tick"].as_f64().unwrap() > 0.0);
+    assert!(summary.get("parity").is_none(), "only the chip has a parity");
+}
+
+#[test]
+fn the_same_seed_writes_the_same_log() {
+    let (first, second) = (folder("first"), folder("second"));
+    for out in [&first, &second] {
+        assert!(run("tests/fixtures/noisy.toml", out, &["--quiet"]).status.success());
+    }
+    let read = |out: &Path| std::fs::read(out.join("log.csv")).unwrap();
+    assert!(!read(&first).is_empty());
+    assert!(read(&first) == read(&second));
+}
+
+#[test]
+fn a_run_that_ends_in_a_fault_says_so_and_exits_with_3() {
+    let output = run("tests/fixtures/stale.toml", &folder("stale"), &["--json"]);
+    assert_eq!(output.status.code(), Some(3));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let expected = serde_json::json!([
+        { "tick": 3, "code": 3, "joint": null, "message": "fault 3: measurement is stale" }
+    ]);
+    assert_eq!(summary["faults"], expected);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_run_cleanly_with_130() {
+    use std::time::{Duration, Instant};
+    let out = folder("interrupted");
+    // Long enough to be caught in the middle on any machine.
+    let child = at_its_fixtures()
+        .args(["run", SCENE, "--json", "--duration", "5000", "--out"])
+        .arg(&out)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The folder is made after the handler is set and before the loop starts.
+    let start = Instant::now();
+    while !out.exists() && start.elapsed() < Duration::from_secs(10) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["stopped"], "interrupted");
+    let rows = csv::Reader::from_path(out.join("log.csv")).unwrap().records().count();
+    assert!(rows > 0 && summary["ticks"] == rows, "{rows} rows");
+}
+
+#[test]
+fn dynamics_answers_in_order_and_reads_back_exactly() {
+    let input =
+        "{\"q\":[0.1,0.2]}\n\n{\"q\":[0.1,0.2],\"qd\":[1,2],\"qdd\":[3,4],\"tau\":[5,6],\"gravity\":[0,-9.81,0]}\r\n";
+    let output = with_input(&["dynamics", ROBOT, "--input", "-"], input);
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 2);
+    assert_eq!(lines[0]["tau"], lines[0]["gravity"]);
+    assert!(lines[0].get("qdd").is_none() && lines[1].get("qdd").is_some());
+    // tau = D qdd + C qd + G, and all of it 17 digits.
+    let number = |value: &Value| value.as_f64().unwrap();
+    let row = &lines[1];
+    let sum = number(&row["mass_matrix"][0][0]) * 3.0
+        + number(&row["mass_matrix"][0][1]) * 4.0
+        + number(&row["coriolis_qd"][0])
+        + number(&row["gravity"][0]);
+    assert!((sum - number(&row["tau"][0])).abs() < 1e-13);
+    let across = 0.1_f64.cos() + 0.8 * 0.3_f64.cos();
+    assert!((number(&row["tip"]["position"][0]) - across).abs() < 1e-15);
+}
+
+#[test]
+fn lines_before_a_bad_one_are_answered() {
+    let output = with_input(&["dynamics", ROBOT, "--input", "-"], "{\"q\":[0,0]}\n{\"q\":[0]}\n{\"q\":[0,0]}\n");
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 1);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("standard input, line 2: `q` has 1 number;"));
+}
+
+#[test]
+fn bad_lines_are_named_with_what_was_found_and_expected() {
+    let cases = [
+        ("not_json", "q = [0, 0]"),
+        ("no_q", r#"{"qd":[0,0]}"#),
+        ("q_too_short", r#"{"q":[0]}"#),
+        ("q_too_long", r#"{"q":[0,0,0]}"#),
+        ("unknown_key", r#"{"q":[0,0],"qddd":[0,0]}"#),
+        ("duplicate_key", r#"{"q":[0,0],"q":[0,0]}"#),
+        ("nan", r#"{"q":[0,NaN]}"#),
+        ("overflow", r#"{"q":[0,1e999]}"#),
+        ("text_for_number", r#"{"q":[0,"1"]}"#),
+        ("number_for_list", r#"{"q":0}"#),
+        ("cut_off", r#"{"q":[0,0]"#),
+        ("two_documents", r#"{"q":[0,0]} {"q":[0,0]}"#),
+        ("list_instead_of_object", "[0,0]"),
+        ("wrench_of_five", r#"{"q":[0,0],"wrench_tip":[1,2,3,4,5]}"#),
+        ("gravity_of_two", r#"{"q":[0,0],"gravity":[0,-9.81]}"#),
+        ("tau_of_three", r#"{"q":[0,0],"tau":[1,2,3]}"#),
+        ("result_overflows", r#"{"q":[0,0],"qdd":[1e308,1e308]}"#),
+    ];
+    let refused =
+        cases.map(|(name, line)| format!("{name}: {line}\n{}", refusal(&["dynamics", ROBOT, "--input", "-"], line)));
+    insta::assert_snapshot!(refused.join("\n"));
+}
+
+#[test]
+fn bad_single_precision_lines_are_named() {
+    let refused = refusal(&["dynamics", ROBOT, "--input", "-", "--scalar", "f32"], r#"{"q":[0,0],"qd":[1e39,0]}"#);
+    assert!(refused.starts_with("exit code 2"), "{refused}");
+    assert!(refused.contains("line 1: entry 1 of `qd`, 1e39, is too large for the scalar"), "{refused}");
+}
+
+#[test]
+fn bad_options_and_files_are_named() {
+    let cases: [&[&str]; 13] = [
+        &[],
+        &["walk"],
+        &["run"],
+        &["run", "tests/fixtures/nowhere.toml"],
+        &["run", ROBOT],
+        &["run", SCENE, "--law", "magic"],
+        &["run", SCENE, "--scalar", "f16"],
+        &["run", SCENE, "--duration", "0"],
+        &["run", SCENE, "--duration", "1e9"],
+        &["run", SCENE, "--target", "qemu", "--scalar", "f64"],
+        &["dynamics", "tests/fixtures/nowhere.toml", "--input", "-"],
+        &["dynamics", ROBOT, "--input", "tests/fixtures/nowhere.jsonl"],
+        &["info", SCENE],
+    ];
+    let out = folder("refused");
+    let refused = cases.map(|arguments| {
+        let mut all = arguments.to_vec();
+        if arguments.len() > 1 && arguments[0] == "run" {
+            all.extend(["--out", out.to_str().unwrap()]);
+        }
+        format!("{}\n{}", arguments.join(" "), refusal(&all, ""))
+    });
+    insta::assert_snapshot!(refused.join("\n"));
+}
+
+#[test]
+fn a_log_that_cannot_be_written_is_an_outside_failure() {
+    // A file stands where the folder should be.
+    let output = run(SCENE, &Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"), &[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("cannot be written"));
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let line = "{\"q\":[0,0]}\n";
+    let mut child = at_its_fixtures()
+        .args(["dynamics", ROBOT, "--input", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    child.stdin.take().unwrap().write_all(line.repeat(2000).as_bytes()).ok();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), output.stderr), (Some(0), vec![]));
+}
+
+#[test]
+fn info_shows_every_joint() {
+    let output = at_its_fixtures().args(["info", ROBOT]).output().unwrap();
+    assert!(output.status.success());
+    insta::assert_snapshot!(String::from_utf8(output.stdout).unwrap());
+}

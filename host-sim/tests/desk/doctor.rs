@@ -1,0 +1,302 @@
+//! `doctor` with scripted tools on the path and a scripted firmware behind a pseudo-terminal.
+#![cfg(unix)]
+
+use crate::program::{at_the_top, told};
+use host_sim::drill::hello;
+use link::{Decoder, Encoder, Frame, Hello, PROTOCOL_VERSION, Pacing, Refusal};
+use robot_compiler::SceneFile;
+use serde_json::Value;
+use serialport::{SerialPort as _, TTYPort};
+use std::io::{Read as _, Write as _};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+const SCENE: &str = "scenes/examples/mit6_wave.toml";
+
+/// A folder of scripts that stand for tools, the only ones that the program finds.
+struct Tools(PathBuf);
+
+impl Tools {
+    fn new(test: &str) -> Self {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("doctor").join(test);
+        std::fs::remove_dir_all(&folder).ok();
+        std::fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    fn with(self, name: &str, script: &str) -> Self {
+        let path = self.0.join(name);
+        std::fs::write(&path, format!("#!/bin/sh\n{script}\n")).unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        self
+    }
+
+    /// Compiler with the chip's target, emulator, and a probe.
+    fn complete(test: &str) -> Self {
+        let tools = Self::new(test);
+        let target = tools.0.join("lib/rustlib/thumbv7em-none-eabihf/lib");
+        std::fs::create_dir_all(target).unwrap();
+        let sysroot = tools.0.display().to_string();
+        let rustc =
+            format!("case $1 in --version) echo 'rustc 1.95.0 (59807616e 2026-04-14)';; *) echo '{sysroot}';; esac");
+        let probe = "case $1 in --version) echo 'probe-rs 0.32.0';; \
+                     *) echo 'The following debug probes were found:'; echo '[0]: STLink V3 -- 0483:374e:0030 (ST-LINK)';; esac";
+        tools
+            .with("rustc", &rustc)
+            .with("qemu-system-arm", "echo 'QEMU emulator version 7.2.22'")
+            .with("probe-rs", probe)
+    }
+
+    fn doctor(&self, arguments: &[&str]) -> (i32, String, String) {
+        told(at_the_top().arg("doctor").args(arguments).env("PATH", &self.0).output().unwrap())
+    }
+
+    fn report(&self, arguments: &[&str]) -> (i32, Value) {
+        let (code, printed, error) = self.doctor(&[arguments, &["--json"]].concat());
+        assert_eq!(error, "");
+        (code, serde_json::from_str(&printed).unwrap())
+    }
+}
+
+/// The check of this name: its state, what was found, and whether there is advice.
+fn check(report: &Value, name: &str) -> (String, String, bool) {
+    let checks = report["checks"].as_array().unwrap();
+    let check = checks.iter().find(|check| check["name"] == name).unwrap_or_else(|| panic!("no {name} in {report}"));
+    (check["state"].as_str().unwrap().into(), check["found"].as_str().unwrap().into(), check["advice"].is_string())
+}
+
+#[test]
+fn with_every_tool_nothing_is_wrong_for_any_use() {
+    let (code, report) = Tools::complete("every").report(&["--for", "desk,emulator,flash"]);
+    assert_eq!((code, &report["problems"]), (0, &Value::from(0)), "{report}");
+    assert_eq!(report["for"], serde_json::json!(["desk", "emulator", "flash"]));
+    let found = |name| check(&report, name);
+    assert_eq!(found("rust"), ("ok".into(), "rustc 1.95.0 (59807616e 2026-04-14)".into(), false));
+    assert_eq!(found("emulator").1, "QEMU emulator version 7.2.22");
+    assert_eq!(found("probe").1, "[0]: STLink V3 -- 0483:374e:0030 (ST-LINK)");
+    assert!(found("chip target").1.contains("thumbv7em-none-eabihf, installed"));
+}
+
+#[test]
+fn what_a_use_does_not_need_is_a_warning_to_it_and_a_problem_to_another() {
+    let tools = Tools::new("uses").with("rustc", "echo 'rustc 1.95.0'");
+    for (uses, needed) in [("desk", [].as_slice()), ("emulator", &["emulator"]), ("flash", &["probe-rs"])] {
+        let (code, report) = tools.report(&["--for", uses]);
+        for name in ["emulator", "probe-rs"] {
+            let state = if needed.contains(&name) { "problem" } else { "warning" };
+            assert_eq!((check(&report, name).0.as_str(), check(&report, name).2), (state, true), "{uses} {report}");
+        }
+        assert_eq!(code, if needed.is_empty() { 0 } else { 2 }, "{uses}");
+    }
+}
+
+#[test]
+fn an_old_a_broken_and_a_missing_compiler_are_problems_for_every_use() {
+    let old = Tools::new("old").with("rustc", "echo 'rustc 1.80.1 (3f5fd8dd4 2024-08-06)'");
+    let (code, report) = old.report(&[]);
+    assert_eq!((code, check(&report, "rust").0.as_str()), (2, "problem"));
+    assert!(
+        check(&report, "rust").1.contains("1.80.1") && check(&report, "rust").1.contains("expected 1.95"),
+        "{report}"
+    );
+    let (code, report) = Tools::new("broken").with("rustc", "echo no toolchain is installed >&2; exit 1").report(&[]);
+    assert_eq!(code, 2);
+    assert!(check(&report, "rust").1.contains("no toolchain is installed"), "{report}");
+    let (code, printed, _) = Tools::new("none").doctor(&[]);
+    assert_eq!(code, 2);
+    assert!(
+        printed.starts_with("problem  rust          no rustc on the path\n                       install"),
+        "{printed}"
+    );
+    assert!(printed.lines().last().unwrap().starts_with("1 problem, "), "{printed}");
+}
+
+#[test]
+fn a_probe_that_is_missing_or_shut_is_told_apart() {
+    let with = |test, list: &str| {
+        let tools = Tools::complete(test)
+            .with("probe-rs", &format!("case $1 in list) echo '{list}';; *) echo probe-rs;; esac"));
+        let (code, report) = tools.report(&["--for", "flash"]);
+        (code, check(&report, "probe"))
+    };
+    let (code, none) = with("no-probe", "No debug probes were found.");
+    assert_eq!((code, none.1.as_str()), (2, "none connected"));
+    let (code, shut) = with("shut-probe", "[0]: STLink V3 -- 0483:374e:0030 (ST-LINK) (inaccessible)");
+    assert_eq!((code, shut.0.as_str()), (2, "problem"));
+    assert!(shut.1.ends_with("(inaccessible)"), "{shut:?}");
+}
+
+#[test]
+fn a_scene_that_is_wrong_is_refused_with_its_line() {
+    let folder = Tools::complete("bad-scene");
+    let scene = folder.0.join("scene.toml");
+    std::fs::write(&scene, "name = \"x\"\nrobot = \"nowhere.toml\"\n").unwrap();
+    let (code, printed, error) = folder.doctor(&["--scene", scene.to_str().unwrap()]);
+    assert_eq!((code, printed.as_str()), (2, ""));
+    assert!(error.contains("scene.toml:2:9") && error.contains("nowhere.toml"), "{error}");
+}
+
+/// Firmware at the far end of a terminal: it answers a hello as the real one does, in the protocol's version or another.
+struct Board {
+    name: String,
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Vec<Hello>>,
+}
+
+impl Board {
+    /// `answer` makes the bytes of the answer to a hello; nothing for silence.
+    fn start(mut answer: impl FnMut(Hello) -> Vec<u8> + Send + 'static) -> Self {
+        let (mut firmware, port) = TTYPort::pair().unwrap();
+        let name = port.name().unwrap();
+        // It holds the lock that keeps others out.
+        drop(port);
+        firmware.set_timeout(Duration::from_millis(20)).unwrap();
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let thread = std::thread::spawn(move || {
+            let (mut decoder, mut heard, mut byte) = (Decoder::new(), Vec::new(), [0]);
+            while !stopped.load(Ordering::Relaxed) {
+                if firmware.read(&mut byte).is_err() {
+                    // Nothing came, or nobody has the other end open: then this comes back at once.
+                    std::thread::sleep(Duration::from_millis(1));
+                    continue;
+                }
+                if let Some(Ok(received)) = decoder.push(byte[0])
+                    && let Frame::Hello(hello) = received.frame
+                {
+                    heard.push(hello);
+                    firmware.write_all(&answer(hello)).unwrap();
+                }
+            }
+            heard
+        });
+        Self { name, stop, thread }
+    }
+
+    /// Every hello that came.
+    fn heard(self) -> Vec<Hello> {
+        self.stop.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap()
+    }
+}
+
+/// What firmware built from the scene says of itself.
+fn built() -> Hello {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE);
+    let scene = SceneFile::load(&path).unwrap();
+    hello(&scene, &scene.robot.model::<6>().unwrap(), Pacing::LockStep)
+}
+
+/// As `firmware::session` does it: its own hello, and a refusal where they do not agree.
+fn like_the_session(own: Hello) -> impl FnMut(Hello) -> Vec<u8> {
+    let mut encoder = Encoder::new();
+    move |theirs| {
+        let mut bytes = encoder.encode(&Frame::Hello(Hello { pacing: theirs.pacing, ..own })).unwrap().to_vec();
+        if (Hello { pacing: own.pacing, ..theirs }) != own {
+            bytes.extend(encoder.encode(&Frame::Refusal(Refusal::OtherRobot)).unwrap());
+        }
+        bytes
+    }
+}
+
+#[test]
+fn firmware_of_this_scene_is_known_by_its_hash_and_is_not_started() {
+    let board = Board::start(like_the_session(built()));
+    let (code, report) = Tools::complete("board").report(&["--port", &board.name, "--scene", SCENE]);
+    assert_eq!(code, 0, "{report}");
+    let firmware = check(&report, "firmware");
+    assert_eq!(firmware.0, "ok");
+    assert!(
+        firmware.1.contains(&format!("protocol version {PROTOCOL_VERSION}, hash {:016x}", built().robot)),
+        "{firmware:?}"
+    );
+    assert_eq!(check(&report, "robot hash"), ("ok".into(), "the scene's".into(), false));
+    let heard = board.heard();
+    // One that agrees would let the ticks run.
+    assert!(
+        !heard.is_empty() && heard.iter().all(|hello| hello.joints == 0 && hello.robot != built().robot),
+        "{heard:?}"
+    );
+}
+
+#[test]
+fn firmware_of_another_scene_is_a_problem_with_both_hashes() {
+    let board = Board::start(like_the_session(Hello { robot: 0xbad, ..built() }));
+    let tools = Tools::complete("other");
+    let (code, report) = tools.report(&["--port", &board.name, "--scene", SCENE]);
+    let hash = check(&report, "robot hash");
+    assert_eq!((code, hash.0.as_str(), hash.2), (2, "problem", true));
+    assert!(hash.1.contains("0000000000000bad") && hash.1.contains(&format!("{:016x}", built().robot)), "{hash:?}");
+    // Without a scene there is nothing to compare with, and firmware is all that was asked for.
+    let (code, report) = tools.report(&["--port", &board.name]);
+    assert_eq!((code, check(&report, "firmware").0.as_str()), (0, "ok"));
+    board.heard();
+}
+
+#[test]
+fn firmware_of_another_rate_is_not_the_scene_s() {
+    let board = Board::start(like_the_session(Hello { rate_hz: 500.0, ..built() }));
+    let (code, report) = Tools::complete("rate").report(&["--port", &board.name, "--scene", SCENE]);
+    assert_eq!((code, check(&report, "robot hash").0.as_str()), (2, "problem"));
+    board.heard();
+}
+
+#[test]
+fn firmware_of_another_protocol_is_named_by_its_version() {
+    let board = Board::start(|_| packet_of_version(PROTOCOL_VERSION + 1));
+    let (code, report) = Tools::complete("protocol").report(&["--port", &board.name]);
+    let found = check(&report, "firmware").1;
+    assert_eq!(code, 2);
+    assert_eq!(found, format!("speaks protocol version {}, expected {PROTOCOL_VERSION}", PROTOCOL_VERSION + 1));
+    board.heard();
+}
+
+#[test]
+fn silence_noise_and_a_port_that_is_not_there_are_told_apart() {
+    let silent = Board::start(|_| Vec::new());
+    let (code, report) = Tools::complete("silent").report(&["--port", &silent.name]);
+    assert_eq!((code, check(&report, "firmware").1.as_str()), (2, "does not answer"));
+    // It was asked again before it was given up.
+    assert_eq!(silent.heard().len(), 3);
+
+    let noisy = Board::start(|_| vec![0x55, 0xaa, 0x17, 0x99, 0x02, 0]);
+    let (code, report) = Tools::complete("noisy").report(&["--port", &noisy.name]);
+    assert_eq!(code, 2);
+    assert!(check(&report, "firmware").1.starts_with("bytes that are no packet"), "{report}");
+    noisy.heard();
+
+    let (code, report) = Tools::complete("absent").report(&["--port", "/dev/no-such-port"]);
+    assert_eq!((code, check(&report, "port").0.as_str(), check(&report, "port").2), (2, "problem", true));
+}
+
+/// A whole packet, check sum and all, of a version that is not ours.
+fn packet_of_version(version: u8) -> Vec<u8> {
+    let mut raw = vec![version, 0, 0];
+    let check = crc32(&raw);
+    raw.extend(check.to_le_bytes());
+    // COBS: each zero is replaced by the distance to the next.
+    let mut packet = vec![0];
+    let mut code = 0;
+    for byte in raw {
+        if byte == 0 {
+            packet[code] = u8::try_from(packet.len() - code).unwrap();
+            code = packet.len();
+            packet.push(0);
+        } else {
+            packet.push(byte);
+        }
+    }
+    packet[code] = u8::try_from(packet.len() - code).unwrap();
+    packet.push(0);
+    packet
+}
+
+/// CRC-32 as in Ethernet, a bit at a time.
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |crc: u32| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
+    !bytes.iter().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), |crc, _| step(crc)))
+}

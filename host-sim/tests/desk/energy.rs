@@ -1,0 +1,144 @@
+//! `energy`: what comes in goes somewhere.
+#![allow(clippy::float_cmp, reason = "what is not there is exactly zero")]
+
+use crate::program::{at_its_fixtures, told};
+use host_sim::energy_command::{Account, account};
+use nalgebra::Vector3;
+use robot_compiler::scene::IntegratorChoice;
+use robot_compiler::{SceneFile, with_dof};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn scene(path: &str) -> SceneFile {
+    SceneFile::load(&here(path)).unwrap()
+}
+
+fn of(scene: &SceneFile) -> Account {
+    with_dof!(scene.robot.dof(), N => account::<N>(scene, &AtomicBool::new(false))).unwrap().1
+}
+
+/// The swing with friction and a push at the tip, at this many steps a tick.
+fn rough(steps: f64) -> Account {
+    let mut scene = scene("tests/fixtures/swing.toml");
+    scene.plant.friction = true;
+    let force = Vector3::new(3.0, -2.0, 0.0);
+    scene.plant.tip_wrench = Some(dynamics_core::Wrench { force, moment: Vector3::new(0.0, 0.0, 0.5) });
+    scene.plant.step = scene.period() / steps;
+    of(&scene)
+}
+
+#[test]
+fn every_joule_is_accounted_for_to_the_square_of_the_step() {
+    let (coarse, fine) = (rough(1.0), rough(4.0));
+    let measured = |found: &Account, before: f64| {
+        assert!((found.residual_relative / before - 1.0).abs() < 0.05, "{:e}", found.residual_relative);
+    };
+    measured(&coarse, -3.28e-7);
+    measured(&fine, -2.03e-8);
+    let ratio = coarse.residual / fine.residual;
+    assert!((12.0..20.0).contains(&ratio), "{:e} {:e}", coarse.residual_relative, fine.residual_relative);
+    for account in [&coarse, &fine] {
+        assert!(
+            account.joints.iter().all(|joint| joint.friction < -0.1 && joint.positive > 0.0 && joint.negative < 0.0)
+        );
+        assert!(account.joints.iter().all(|joint| (joint.positive + joint.negative - joint.total).abs() < 1e-12));
+        assert!(account.contact.abs() > 1e-6);
+        let given: f64 = account.joints.iter().map(|joint| joint.total + joint.friction).sum::<f64>() + account.contact;
+        let gained = account.kinetic.gain() + account.potential.gain();
+        assert!((given - gained - account.residual).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_account_closes_with_every_integrator_and_refuses_springs() {
+    let mut scene = scene("tests/fixtures/swing.toml");
+    let mut with = |integrator| {
+        scene.plant.integrator = integrator;
+        of(&scene).residual_relative
+    };
+    let euler = with(IntegratorChoice::SemiImplicitEuler);
+    let adaptive = with(IntegratorChoice::Adaptive { tolerance: 1e-9 });
+    scene.sensors.jitter = 2e-4;
+    scene.actuators.jitter = 2e-4;
+    let jitter = of(&scene).residual_relative;
+    for (found, before) in [(euler, -6.16e-6), (adaptive, -1.00e-10), (jitter, -3.83e-9)] {
+        assert!((found / before - 1.0).abs() < 0.05, "{found:e}, {before:e} before");
+    }
+    let elastic = SceneFile::load(&here("../scenes/puma560_elastic.toml")).unwrap();
+    let Err(refused) = account::<6>(&elastic, &AtomicBool::new(false)) else { unreachable!("springs accounted for") };
+    assert!(refused.report().to_string().contains("energy in the springs"));
+}
+
+#[test]
+fn without_friction_a_swing_that_comes_back_takes_back_what_it_gave() {
+    let account = of(&scene("tests/fixtures/swing.toml"));
+    assert!(account.residual_relative.abs() < 1e-10, "{:e}", account.residual_relative);
+    assert!(account.contact == 0.0 && account.joints.iter().all(|joint| joint.friction == 0.0));
+    // 2 kg at 0.5 m and 1.5 kg at 1 m and 0.4 m, up by the sines of the way: no less than that was given.
+    let height = |q1: f64, q12: f64| 9.81 * ((2.0 * 0.5 + 1.5) * q1.sin() + 1.5 * 0.4 * q12.sin());
+    let lift = height(0.8, 1.8) - height(0.0, 0.5);
+    let given: f64 = account.joints.iter().map(|joint| joint.positive).sum();
+    assert!(given > lift, "{given} {lift}");
+    assert!((account.potential.start - height(0.0, 0.5)).abs() < 1e-12, "{account:?}");
+    assert!(account.potential.gain().abs() < 1e-2 && account.kinetic.end < 1e-3);
+}
+
+#[test]
+fn robots_of_six_joints_are_accounted_for_too() {
+    for (path, before) in [("../scenes/puma560_pick.toml", -4.68e-8), ("../scenes/ur5_wall_contact.toml", 3.56e-9)] {
+        let found = of(&scene(path)).residual_relative;
+        assert!((found / before - 1.0).abs() < 0.05, "{path}: {found:e}");
+    }
+}
+
+fn command(arguments: &[&str], folder: &Path) -> (i32, String, String) {
+    told(at_its_fixtures().arg("energy").args(arguments).arg("--out").arg(folder).output().unwrap())
+}
+
+#[test]
+fn the_command_writes_the_account_and_the_power() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("energy");
+    let (code, table, error) = command(&["tests/fixtures/swing.toml"], &folder);
+    assert_eq!((code, error.as_str()), (0, ""));
+    for word in ["swing: planar, work of every joint", "taken back", "friction", "residual", "energy.json", "power.svg"]
+    {
+        assert!(table.contains(word), "{word} in {table}");
+    }
+    let plot = std::fs::read_to_string(folder.join("power.svg")).unwrap();
+    assert_eq!(plot.matches("time / s").count(), 2, "a panel per joint");
+    assert!(plot.contains("power / W") && plot.contains("<polyline"));
+
+    let (_, json, _) = command(&["tests/fixtures/swing.toml", "--json"], &folder);
+    assert_eq!(json, std::fs::read_to_string(folder.join("energy.json")).unwrap());
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json, serde_json::to_value(of(&scene("tests/fixtures/swing.toml"))).unwrap());
+    assert_eq!(json["duration"], 1.0);
+}
+
+#[test]
+fn a_fault_ends_the_account_and_exits_with_3() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("energy-fault");
+    let (code, table, _) = command(&["tests/fixtures/stale.toml"], &folder);
+    assert_eq!(code, 3);
+    assert!(table.contains("fault 3: measurement is stale; the account ends there"), "{table}");
+    assert!(table.contains("duration            3.00 ms"), "{table}");
+}
+
+#[test]
+fn a_bad_scene_or_duration_is_an_error_of_input() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("energy-refused");
+    for (arguments, problem) in [
+        (&["tests/fixtures/nowhere.toml"][..], "cannot be read"),
+        (&["tests/fixtures/swing.toml", "--duration", "0"], "expected a time in s above zero"),
+        (&["tests/fixtures/planar.toml"], "unknown key"),
+    ] {
+        let (code, out, error) = command(arguments, &folder);
+        assert_eq!((code, out.as_str()), (2, ""));
+        assert!(error.contains(problem), "{problem} in {error}");
+    }
+}

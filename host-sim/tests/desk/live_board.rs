@@ -1,0 +1,109 @@
+//! A board at the other end of a pseudo-terminal: the firmware's own session on the desk, in the pace of a timer, with a scene's simulated
+//! arm as its joints.
+#![allow(unreachable_pub, reason = "a part of a test")]
+
+use dynamics_core::Sensed;
+use firmware::black_box::Report;
+use firmware::joint_io::{JointFaults, Readings};
+use firmware::meter::Meter;
+use firmware::session::{Drives, Reaction};
+use firmware::supervisor::Lines;
+use host_sim::drill::{Uncounted, desk_session};
+use host_sim::plant::sensor::Sample;
+use host_sim::simulate;
+use link::{Decoder, Encoder, Frame};
+use robot_compiler::SceneFile;
+use serialport::{SerialPort as _, TTYPort};
+use std::io::{Read as _, Write as _};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Time stands still on the board when its host has been away for so long: a machine that is busy with other tests keeps a program from its
+/// turn for longer than a heartbeat, and that is not what is tested. The host is heard every 20 ms at least.
+const AWAY: Duration = Duration::from_millis(40);
+
+/// A running board; it ends when this is dropped.
+pub struct LiveBoard {
+    /// The port that it is on.
+    pub port: String,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl LiveBoard {
+    /// A board with the firmware of a scene.
+    pub fn start<const N: usize>(scene: SceneFile) -> Self {
+        let (board, host) = TTYPort::pair().unwrap();
+        let port = host.name().unwrap();
+        // It holds the lock that keeps others out.
+        drop(host);
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let thread = std::thread::spawn(move || run::<N>(&scene, board, &flag));
+        Self { port, stop, thread: Some(thread) }
+    }
+}
+
+impl Drop for LiveBoard {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let ended = thread.join();
+            assert!(ended.is_ok() || std::thread::panicking(), "the board failed");
+        }
+    }
+}
+
+fn run<const N: usize>(scene: &SceneFile, mut port: TTYPort, stop: &AtomicBool) {
+    let model = scene.robot.model::<N>().unwrap();
+    let mut session = desk_session(scene, &model);
+    let mut world = simulate::world::<N>(scene).unwrap();
+    let meter = Meter::new(Uncounted);
+    let (mut encoder, mut decoder) = (Encoder::new(), Decoder::new());
+    let mut heard = Instant::now();
+    while !stop.load(Ordering::Relaxed) {
+        let mut answers = Vec::new();
+        // Nothing where nobody has the other end open.
+        let mut bytes = vec![0; port.bytes_to_read().unwrap_or(0) as usize];
+        if port.read_exact(&mut bytes).is_err() {
+            // It was closed in between.
+            bytes.clear();
+        }
+        if !bytes.is_empty() {
+            heard = Instant::now();
+        }
+        for received in bytes.into_iter().filter_map(|byte| decoder.push(byte)) {
+            match session.receive(received) {
+                Reaction::Reply(frame) | Reaction::Start(_, frame) => answers.push(frame),
+                Reaction::Stop(hello, refusal) => answers.extend([hello, refusal]),
+                Reaction::None | Reaction::Tick => {}
+            }
+        }
+        if session.is_live() && heard.elapsed() < AWAY {
+            let reading = world.sensors.read(world.plant.measured());
+            let sensed = match reading.sample {
+                Sample::State(state) => Sensed::State { q: state.q.map(|x| x as f32), qd: state.qd.map(|x| x as f32) },
+                Sample::Counts(counts) => Sensed::Counts(counts),
+            };
+            let ages = [reading.age_ticks; N];
+            let readings = Readings { sensed, torque: [0.0; N], age_ticks: ages, faults: [JointFaults::NONE; N] };
+            session.sense(Some(&readings), &Lines::NONE);
+            match session.tick(&meter) {
+                Drives::Drive(torque) => world.plant.drive(&torque.map(f64::from)).unwrap(),
+                Drives::Safe(_) => world.plant.brake(),
+            }
+            answers.extend(std::iter::from_fn(|| session.say()).map(Report::frame));
+        }
+        for frame in answers {
+            send(&mut port, &mut encoder, &frame);
+        }
+        std::thread::sleep(Duration::from_secs_f64(scene.period()));
+    }
+}
+
+fn send(port: &mut TTYPort, encoder: &mut Encoder, frame: &Frame) {
+    // A host that has left takes nothing any more.
+    port.write_all(&encoder.encode(frame).unwrap()).ok();
+}

@@ -1,0 +1,31 @@
+//! The simulator on the desk: its parts, and the program as a person runs it. One program for all, which links in a fraction of the
+//! time and of the disk of thirty.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
+
+mod bound;
+mod campaign;
+mod chapter12;
+mod closed_loop;
+mod collision;
+mod command_line;
+mod doctor;
+mod dynamics;
+mod energy;
+mod explain_command;
+mod extremes;
+mod kernel_command;
+mod linkage;
+mod live_board;
+mod operate;
+mod plant;
+mod plant_elasticity;
+mod plant_integrators;
+#[path = "../program/mod.rs"]
+mod program;
+mod rates;
+mod reference;
+mod statics;
+mod terms_command;
+mod trade;
+#[path = "../../../robot-compiler/tests/common/wrong_rounding.rs"]
+mod wrong_rounding;

@@ -1,0 +1,303 @@
+//! `connect` and `replay` as a script meets them: in a drill on the desk, and at a board on a port.
+
+use crate::live_board::LiveBoard;
+use crate::program::{at_the_top, told};
+use host_sim::frame_log::{Entry, Log, Way, Writer};
+use link::convert::joints;
+use link::{Actuation, Frame};
+use robot_compiler::SceneFile;
+use serialport::{SerialPort as _, TTYPort};
+use std::path::{Path, PathBuf};
+
+const SCENE: &str = "scenes/planar2r_swing.toml";
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// Run a script; exit code, standard output, standard error.
+fn connect(name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
+    connect_to(SCENE, name, script, more)
+}
+
+fn connect_to(scene: &str, name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
+    let path = file(&format!("{name}.txt"));
+    std::fs::write(&path, script).unwrap();
+    told(at_the_top().args(["connect", scene, "--script"]).arg(&path).args(more).output().unwrap())
+}
+
+fn replay(log: &Path) -> (i32, String, String) {
+    told(at_the_top().arg("replay").arg(log).output().unwrap())
+}
+
+/// The same record with other entries.
+fn changed(log: &Path, change: impl FnOnce(&mut Vec<Entry>)) -> PathBuf {
+    let read = Log::new(std::fs::read(log).unwrap()).unwrap();
+    let mut entries: Vec<Entry> = read.entries().collect::<Result<_, _>>().unwrap();
+    change(&mut entries);
+    let path = log.with_extension("changed.log");
+    let mut writer = Writer::new(std::fs::File::create(&path).unwrap(), &read.head).unwrap();
+    for Entry { way, missed, at, frame } in &entries {
+        writer.push(*way, *missed, *at, frame).unwrap();
+    }
+    path
+}
+
+/// The place and the tick of a status with torque in the middle of a record.
+fn a_status_with_torque(entries: &[Entry]) -> (usize, u32) {
+    let drives = |entry: &Entry| match &entry.frame {
+        Frame::Status(status) if matches!(status.actuation, Some(Actuation::Drive { .. })) => Some(status.tick),
+        _ => None,
+    };
+    let all: Vec<_> = entries.iter().enumerate().filter_map(|(i, entry)| drives(entry).map(|tick| (i, tick))).collect();
+    all[all.len() / 2]
+}
+
+#[test]
+fn a_drill_does_what_is_asked_and_says_why_not_and_its_record_has_the_same_bits_again() {
+    let log = file("drill.log");
+    let script = "arm\nhome\nconfirm\narm\nrun\nwait\njog elbow 0.2 0.5\nwait 0.2\npress\ndump\nrelease\nwait 0.3\nclear\nstatus\n";
+    let (code, out, error) = connect("drill", script, &["--target", "desk", "--record", log.to_str().unwrap()]);
+    assert_eq!((code, error.as_str()), (3, ""), "something was refused: {out}");
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(lines[0].starts_with("arm: refused: the arm has not been homed; `home`"), "{out}");
+    assert_eq!(lines[1..4], ["home: homing", "confirm: idle, homed", "arm: armed"]);
+    assert!(lines[4].starts_with("run: running; ") && lines[4].ends_with("3.60 s of motion"), "{out}");
+    assert!(lines[5].starts_with("wait: arrived; furthest off: "), "{out}");
+    assert_eq!(lines[6], "jog: running; 0.50 s");
+    assert_eq!(lines[7], "press: fault 9: emergency stop; look at: whoever pressed it");
+    assert_eq!(lines[8], "dump: 39 ticks");
+    for line in ["release: fault 9: emergency stop; look at: whoever pressed it", "clear: idle, homed"] {
+        assert!(lines.contains(&line), "{line}: {out}");
+    }
+
+    let (code, out, _) = replay(&log);
+    assert_eq!(code, 0, "{out}");
+    let ticks: u64 = out.strip_suffix(" ticks compared, 0 differ\n").unwrap().parse().unwrap();
+    assert!(ticks > 3800, "{ticks}");
+
+    let mut of = 0;
+    let flipped = changed(&log, |entries| {
+        let (index, tick) = a_status_with_torque(entries);
+        let Frame::Status(status) = &mut entries[index].frame else { panic!("no status") };
+        let Some(Actuation::Drive { torque, .. }) = &mut status.actuation else { panic!("no torque") };
+        torque[0] = f32::from_bits(torque[0].to_bits() ^ 1);
+        of = tick;
+    });
+    let (code, out, _) = replay(&flipped);
+    assert_eq!(code, 1);
+    assert!(out.starts_with(&format!("{ticks} ticks compared, 1 differ\nfirst in tick {of}: actuation\n")), "{out}");
+}
+
+#[test]
+fn a_board_on_a_port_is_operated_and_its_record_has_the_same_bits_again() {
+    let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE)).unwrap();
+    let board = LiveBoard::start::<2>(scene);
+    let log = file("live.log");
+    let script = "home\nconfirm\narm\njog shoulder 0.1 0.3\nwait\njog 1 0.1 0.6\nwait 0.2\nhold\ndisarm\n";
+    let more = ["--port", &board.port, "--record", log.to_str().unwrap()];
+    let (code, out, error) = connect("live", script, &more);
+    assert_eq!((code, error.as_str()), (0, ""), "{out}");
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!(lines[..4], ["home: homing", "confirm: idle, homed", "arm: armed", "jog: running; 0.30 s"]);
+    assert!(lines[4].starts_with("wait: arrived; furthest off: "), "{out}");
+    assert_eq!(lines[5..], ["jog: running; 0.60 s", "hold: holding: as asked", "disarm: idle, homed"]);
+
+    // A second session at the same board, which was not started anew, and without a record.
+    let (code, out, error) = connect("again", "arm\n", &["--port", &board.port]);
+    assert_eq!((code, error.as_str()), (3, ""));
+    assert!(out.starts_with("arm: refused: the arm has not been homed"), "{out}");
+
+    let (code, out, _) = replay(&log);
+    assert_eq!(code, 0, "{out}");
+    let ticks: u32 = out.strip_suffix(" ticks compared, 0 differ\n").unwrap().parse().unwrap();
+    assert!(ticks > 500, "{ticks}");
+
+    let mut lost = 0;
+    let shorter = changed(&log, |entries| {
+        let (index, tick) = a_status_with_torque(entries);
+        entries.remove(index);
+        lost = tick;
+    });
+    let (code, out, _) = replay(&shorter);
+    assert_eq!(code, 1);
+    let end = format!(
+        "cannot be replayed from tick {lost} on: its status is missing; the next one is that of tick {}\n",
+        lost + 1
+    );
+    let compared = out.strip_suffix(&end).and_then(|before| before.strip_suffix(" ticks compared, 0 differ\n"));
+    // A hello that had to be said again leaves some ticks of its own before those that are counted from it.
+    let compared: u32 = compared.unwrap().parse().unwrap();
+    assert!(compared >= lost - 1 && compared < ticks, "{compared} of {ticks}, lost {lost}");
+}
+
+#[test]
+fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has_the_same_bits_again() {
+    const TUNABLE: &str = "host-sim/tests/fixtures/tunable.toml";
+    let log = file("parameters.log");
+    let script = "get elbow position gain\nset elbow position gain 1601\nset 2 position gain 500\nset elbow torque limit 1\n\
+                  payload 3.6\npayload 1 2 0 0\nhome\nconfirm\narm\npayload 0.5\ngoto -0.6 0.8 1\nwait\npayload 3\n\
+                  get payload mass\nset shoulder velocity gain 50\nget\n";
+    let more = ["--target", "desk", "--record", log.to_str().unwrap()];
+    let (code, out, error) = connect_to(TUNABLE, "parameters", script, &more);
+    assert_eq!((code, error.as_str()), (3, ""), "something was refused: {out}");
+    let lines: Vec<&str> = out.lines().collect();
+    let expected = [
+        "get: elbow position gain 400 1/s^2 (100 to 1600)",
+        "set: refused: the value is outside its bounds",
+        "set: elbow position gain 500 1/s^2 (100 to 1600)",
+        "set: refused: the parameter is fixed by the scene that the firmware was built from",
+        "payload: refused: the value is outside its bounds",
+        "payload: refused: the value is outside its bounds",
+        "home: homing",
+        "confirm: idle, homed",
+        "arm: armed",
+        "payload: payload mass 0.5 kg (0 to 3.5)",
+    ];
+    assert_eq!(lines[..expected.len()], expected, "{out}");
+    assert_eq!(lines[12], "payload: refused: the torque of joint 1 would jump", "{out}");
+    assert_eq!(lines[13], "get: payload mass 0.5 kg (0 to 3.5)");
+    assert_eq!(lines[14], "set: shoulder velocity gain 50 1/s (20 to 80)");
+    assert_eq!(lines[15], "get: 33 parameters");
+    for line in [
+        "  shoulder torque limit 120 N m (fixed)",
+        "  elbow lower limit -6.2831855 rad (fixed)",
+        "  gravity y -9.81 m/s^2 (live)",
+    ] {
+        assert!(lines.contains(&line), "{line}: {out}");
+    }
+    let (code, out, _) = replay(&log);
+    assert!(code == 0 && out.ends_with(" ticks compared, 0 differ\n"), "{out}");
+
+    // A scene that says nothing of it leaves them as they were built in, and has no use for a payload that is told.
+    let (code, out, _) =
+        connect("fixed", "get 1 position gain\nset 1 position gain 1\npayload 1\n", &["--target", "desk"]);
+    assert_eq!(code, 3);
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(lines[0].ends_with("1/s^2 (fixed)"), "{out}");
+    assert_eq!(lines[1], "set: refused: the parameter is fixed by the scene that the firmware was built from");
+    assert!(lines[2].starts_with("payload: refused: the scene has no live payload;"), "{out}");
+}
+
+#[test]
+fn the_end_of_the_input_stops_and_disarms() {
+    let log = file("end.log");
+    let script = "home\nconfirm\narm\nrun\nwait 0.2\n";
+    let (code, out, _) = connect("end", script, &["--target", "desk", "--record", log.to_str().unwrap()]);
+    assert_eq!(code, 0);
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!(lines[lines.len() - 2..], ["hold: holding: as asked", "disarm: idle, homed"], "{out}");
+    assert_eq!(replay(&log).0, 0);
+}
+
+#[test]
+fn what_cannot_be_is_bad_input_with_its_line_and_the_arm_is_disarmed_first() {
+    let ready = "home\nconfirm\narm\n";
+    for (line, message) in [
+        ("jog 3 0.1", "jog: JOINT is 3, expected a number from 1 to 2 or one of shoulder, elbow"),
+        ("goto 7 0", "goto: joint 1 at point 2 is at 7, outside its limits"),
+        ("jog 1 1 0.1", "leave SECONDS away"),
+    ] {
+        let (code, out, error) = connect("wrong", &format!("{ready}{line}\nstatus\n"), &["--target", "desk"]);
+        assert_eq!(code, 2, "{line}: {out}");
+        assert!(out.ends_with("disarm: idle, homed\n"), "{out}");
+        assert!(error.contains("wrong.txt:4: ") && error.contains(message), "{line}: {error}");
+    }
+}
+
+#[test]
+fn every_line_of_json_is_an_object_with_what_the_board_says() {
+    let (code, out, _) = connect("json", "home\nconfirm\narm\nstatus\nrun\nquit\n", &["--target", "desk", "--json"]);
+    assert_eq!(code, 0);
+    let all: Vec<serde_json::Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let about: Vec<&str> = all.iter().map(|line| line["about"].as_str().unwrap()).collect();
+    assert_eq!(about, ["home", "confirm", "arm", "status", "run", "hold", "disarm"]);
+    assert_eq!((&all[3]["status"]["state"], all[3]["status"]["q"].as_array().unwrap().len()), (&"armed".into(), 2));
+}
+
+#[test]
+fn a_board_of_another_scene_is_refused_by_its_hash() {
+    let other = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_sine.toml");
+    let board = LiveBoard::start::<2>(SceneFile::load(&other).unwrap());
+    let (code, out, error) = connect("other", "home\n", &["--port", &board.port]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(error.contains("the firmware was built for another robot or scene: hash "), "{error}");
+}
+
+#[test]
+fn a_port_without_a_board_ends_in_time() {
+    let (_board, host) = TTYPort::pair().unwrap();
+    let port = host.name().unwrap();
+    drop(host);
+    let (code, _, error) = connect("silent", "home\n", &["--port", &port]);
+    assert_eq!(code, 1);
+    assert!(error.contains("the board is silent: no answer to a hello came within 2s"), "{error}");
+    let (code, _, error) = connect("absent", "home\n", &["--port", "/dev/no-such-port"]);
+    assert_eq!(code, 1);
+    assert!(error.contains("/dev/no-such-port"), "{error}");
+}
+
+#[test]
+fn a_record_that_is_none_or_another_s_is_bad_input() {
+    let none = file("none.log");
+    std::fs::write(&none, "tick,state\n").unwrap();
+    let (code, _, error) = replay(&none);
+    assert_eq!(code, 2);
+    assert!(error.contains("none.log: byte 0: no record of a session"), "{error}");
+
+    let log = file("hash.log");
+    assert_eq!(connect("hash", "home\n", &["--target", "desk", "--record", log.to_str().unwrap()]).0, 0);
+    let other = at_the_top().args(["replay", "--scene", "scenes/planar2r_sine.toml"]).arg(&log).output().unwrap();
+    let (code, _, error) = told(other);
+    assert_eq!(code, 2);
+    assert!(error.contains("the record is of another robot, scene or controller"), "{error}");
+}
+
+#[test]
+fn a_record_keeps_what_was_sent_and_received_in_order() {
+    let log = file("order.log");
+    assert_eq!(connect("order", "home\n", &["--target", "desk", "--record", log.to_str().unwrap()]).0, 0);
+    let read = Log::new(std::fs::read(&log).unwrap()).unwrap();
+    assert!(read.head.scene.ends_with(SCENE));
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE)).unwrap();
+    assert_eq!(read.head.text, text);
+    let kinds: Vec<(Way, &str)> =
+        read.entries().map(Result::unwrap).map(|entry| (entry.way, kind(&entry.frame))).collect();
+    let sent = |kind| (Way::Sent, kind);
+    let tick = [sent("measurement"), (Way::Received, "status")];
+    let begin = [sent("hello"), sent("lines"), sent("live")];
+    assert_eq!(kinds, [&begin[..], &tick, &[sent("request")], &tick, &[sent("request")], &tick].concat());
+}
+
+fn kind(frame: &Frame) -> &'static str {
+    match frame {
+        Frame::Hello(_) => "hello",
+        Frame::Lines(_) => "lines",
+        Frame::Live(_) => "live",
+        Frame::Measurement(_) => "measurement",
+        Frame::Request(_) => "request",
+        Frame::Status(_) => "status",
+        _ => "other",
+    }
+}
+
+#[test]
+fn a_status_that_can_be_replayed_takes_as_many_bytes_as_the_docs_say() {
+    let six = |sensed| link::Status {
+        tick: 1_000_000,
+        taken: 40_000,
+        state: 3,
+        cause: 0,
+        joint: None,
+        homed: true,
+        refused: None,
+        room: 9,
+        actuation: Some(Actuation::Drive { torque: joints(&[1.0; 6]), limits: joints(&[0; 6]) }),
+        sensed: Some(link::SensedLines { sensed, age_ticks: joints(&[0; 6]), lines: link::Lines::CALM }),
+        reference: None,
+        cost: None,
+    };
+    let bytes = |sensed| link::Encoder::new().encode(&Frame::Status(six(sensed))).unwrap().len();
+    let state = link::Sensed::State { q: joints(&[1.0; 6]), qd: joints(&[1.0; 6]) };
+    assert_eq!((bytes(state), bytes(link::Sensed::Counts(joints(&[1_000_000; 6])))), (122, 91));
+}

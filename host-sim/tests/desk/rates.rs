@@ -1,0 +1,147 @@
+//! Loops with a model that is cheaper than it could be: a fixed inertia, an evaluation in some ticks only, two precisions.
+
+use dynamics_core::control::{Between, Law};
+use host_sim::closed_loop::End;
+use host_sim::record::Record;
+use host_sim::simulate::{self, Run};
+use indicatif::ProgressBar;
+use robot_compiler::scene::{MotionSpec, ScalarChoice};
+use robot_compiler::{SceneFile, with_dof};
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+fn load(path: &str) -> SceneFile {
+    SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap()
+}
+
+/// The Puma, undisturbed, with an exact model.
+fn puma() -> SceneFile {
+    load("../scenes/puma560_ideal.toml")
+}
+
+fn run(scene: &SceneFile) -> Run {
+    let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
+    let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, &stop, &bar)).unwrap();
+    assert_eq!((run.end, run.summary.faults.as_slice()), (End::Complete, [].as_slice()));
+    run
+}
+
+/// Greatest tracking error of any joint, rad.
+fn error(scene: &SceneFile) -> f64 {
+    run(scene).summary.tracking_max.iter().copied().fold(0.0, f64::max)
+}
+
+fn csv(record: &Record) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    record.write_csv(&mut bytes).unwrap();
+    bytes
+}
+
+/// Within 3 % of what was measured, in either direction.
+fn assert_near(found: f64, measured: f64, what: &str) {
+    println!("{what}: {found:.3e}");
+    assert!((found / measured - 1.0).abs() < 0.03, "{what}: {found:e}, measured before: {measured:e}");
+}
+
+#[test]
+fn a_fixed_inertia_follows_better_than_gravity_alone_and_worse_than_the_model() {
+    for (law, measured) in
+        [(Law::ComputedTorque, 7.965e-6), (Law::DiagonalInertia, 1.564e-3), (Law::PdGravity, 2.711e-3)]
+    {
+        let mut scene = puma();
+        scene.control.law = law;
+        assert_near(error(&scene), measured, &format!("{law:?}"));
+    }
+}
+
+#[test]
+fn the_error_grows_with_the_ticks_between_evaluations_and_more_slowly_along_a_line() {
+    let measured = [
+        (1, 7.965e-6, 7.965e-6),
+        (2, 9.842e-6, 7.972e-6),
+        (4, 1.358e-5, 8.091e-6),
+        (8, 3.885e-5, 8.612e-6),
+        (16, 9.042e-5, 2.662e-5),
+        (32, 1.917e-4, 1.059e-4),
+    ];
+    for (every, held, extrapolated) in measured {
+        for (between, measured) in [(Between::Hold, held), (Between::Extrapolate, extrapolated)] {
+            let mut scene = puma();
+            (scene.control.model_every, scene.control.model_between) = (every, between);
+            assert_near(error(&scene), measured, &format!("every {every}, {between:?}"));
+        }
+    }
+}
+
+#[test]
+fn gravity_held_costs_next_to_nothing_when_the_inertia_is_fixed_anyway() {
+    for (every, measured) in [(1, 1.564e-3), (4, 1.564e-3), (32, 1.561e-3)] {
+        let mut scene = puma();
+        (scene.control.law, scene.control.model_every) = (Law::DiagonalInertia, every);
+        assert_near(error(&scene), measured, &format!("diagonal inertia, every {every}"));
+    }
+}
+
+#[test]
+fn the_shipped_scene_tracks_nearly_as_the_pick_does() {
+    assert_near(error(&load("../scenes/puma560_pick.toml")), 7.142e-4, "in every tick");
+    let mut slow = load("../scenes/puma560_slow_model.toml");
+    assert_eq!((slow.control.model_every, slow.control.model_between), (4, Between::Extrapolate));
+    assert_near(error(&slow), 7.234e-4, "in every 4th tick, along a line");
+    slow.control.model_between = Between::Hold;
+    assert_near(error(&slow), 7.201e-4, "in every 4th tick, held");
+    // The same world: with its model in every tick it is the pick, to the bit.
+    slow.control.model_every = 1;
+    assert_eq!(csv(&run(&slow).record), csv(&run(&load("../scenes/puma560_pick.toml")).record));
+}
+
+/// The planar arm so many turns from the origin, with an encoder of a million counts a turn.
+fn far(turns: f64, scalar: ScalarChoice) -> SceneFile {
+    let mut scene = load("tests/fixtures/swing.toml");
+    scene.control.scalar = scalar;
+    scene.sensors.encoder = true;
+    for joint in &mut scene.robot.joints {
+        joint.spec.limits.position = (f64::NEG_INFINITY, f64::INFINITY);
+        joint.encoder.as_mut().unwrap().counts_per_turn = 1e6;
+    }
+    let away = |q: &mut Vec<f64>| q.iter_mut().for_each(|q| *q += turns * TAU);
+    if let MotionSpec::Quintic { points, .. } = &mut scene.motion {
+        points.iter_mut().for_each(|point| away(&mut point.q));
+    }
+    away(&mut scene.plant.start);
+    scene
+}
+
+#[test]
+fn a_thousand_turns_away_mixed_tracks_as_double_does_and_single_does_not() {
+    use ScalarChoice::{F32, F64, Mixed};
+    let table = [
+        (0.0, [(F32, 1.472e-4), (Mixed, 1.477e-4), (F64, 1.477e-4)]),
+        (1e3, [(F32, 6.083e-3), (Mixed, 1.477e-4), (F64, 1.477e-4)]),
+    ];
+    for (turns, scalars) in table {
+        for (scalar, measured) in scalars {
+            assert_near(error(&far(turns, scalar)), measured, &format!("{turns} turns, {scalar:?}"));
+        }
+    }
+}
+
+#[test]
+fn a_mixed_run_says_so_and_takes_the_bits_of_neither_precision() {
+    let logs = [ScalarChoice::F32, ScalarChoice::Mixed, ScalarChoice::F64].map(|scalar| {
+        let mut scene = puma();
+        scene.control.scalar = scalar;
+        let run = run(&scene);
+        assert_eq!(run.summary.setting.scalar, ["f32", "f64", "mixed"][scalar as usize]);
+        csv(&run.record)
+    });
+    assert!(logs[0] != logs[1] && logs[1] != logs[2] && logs[0] != logs[2]);
+}
+
+#[test]
+fn a_run_says_in_which_ticks_its_model_is_evaluated() {
+    let slow = run(&load("../scenes/puma560_slow_model.toml")).summary;
+    assert!(slow.table().contains("every 4 ticks, extrapolate between"), "{}", slow.table());
+    assert!(!run(&puma()).summary.table().contains("\nmodel"));
+}

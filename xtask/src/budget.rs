@@ -1,0 +1,163 @@
+//! `cargo xtask budget`: what every firmware takes of its chip, held to `firmware/budget.toml` from both sides; with
+//! `--port`, what a tick takes of a board.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`row`] | the numbers of one firmware: one scene on one board |
+//! | [`image`] | flash, RAM and the bound of the stack, from the linked program |
+//! | [`measure`] | the rest, in the emulator, by `chip-budget` |
+//! | [`board`] | cycles of a flashed board, over its serial port |
+//! | [`variant`] | a scene with one setting changed |
+//! | [`bounds`] | `firmware/budget.toml`: bounds, targets, and what leaves them |
+//! | [`table`] | the table of the README, and JSON |
+
+mod board;
+mod bounds;
+pub(crate) mod image;
+mod measure;
+pub(crate) mod row;
+mod table;
+mod variant;
+
+use crate::bench::write_into;
+use crate::firmware::{self, Board};
+use crate::process::root;
+use crate::toolchain::Toolchain;
+use anyhow::{Context as _, Result};
+use bounds::Budget;
+use row::Row;
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask budget --scene scenes/puma560_pick.toml
+  cargo xtask budget --port /dev/ttyACM0 --board f405-can --scene scenes/examples/mit6_wave.toml
+
+With --port the ticks are those of a flashed board, in lock step on the bench: no drive is driven, but whatever the board does is stopped by
+it, so take the drives' power off. It must have the scene's hash and rate, its torques must be the desk's to the last bit, and its
+cycle counter (DWT CYCCNT) must count. Nothing is held to a bound. An adapter that keeps bytes for 16 ms takes some minutes for 10,000 ticks.
+
+Code 2: what you named is not there or does not fit, or the counter stands still; code 1: the board failed meanwhile, or a torque differs.
+
+--port --json is an object {robot, scene, board, port, hash, rate_hz, clock_hz, ticks, bits_differ, cycles_per_tick: {min, max, mean},
+share_of_period: {max, mean}, emulator: {instructions_per_tick, interrupt_cycles_estimate}}; the emulator's are ranges of
+firmware/budget.toml, null where it has none.";
+
+/// What is asked for.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_long_help = EXAMPLES)]
+pub(crate) struct Options {
+    /// Write the table of README.md
+    #[arg(long)]
+    write: bool,
+    /// Make what is measured now the bounds of firmware/budget.toml, 2 % to both sides
+    #[arg(long)]
+    bless: bool,
+    /// Print everything as JSON
+    #[arg(long)]
+    json: bool,
+    /// Measure these scenes alone, beside the sizes of the other boards; with --bless and --write the rows of others stay or go unsaid
+    #[arg(long = "scene")]
+    scenes: Vec<PathBuf>,
+    /// Let a flood of the link meet the timer too, and record how late ticks begin
+    #[arg(long)]
+    flood: bool,
+    /// Measure the board on this serial port instead: cycles of its ticks by its own counter, no drive driven
+    #[arg(long, requires = "board", conflicts_with_all = ["write", "bless", "flood"])]
+    port: Option<String>,
+    /// With --port: what the board was flashed as, by --scene or with its example
+    #[arg(long, value_enum, requires = "port")]
+    board: Option<Board>,
+    /// With --port: how many ticks
+    #[arg(long, requires = "port", default_value_t = measure::Extent::FULL.ticks)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    ticks: u32,
+}
+
+/// The scene that the flood runs in, and that is held to a share of the chip's time.
+const HARDEST: &str = "scenes/puma560_collision.toml";
+
+/// Boards that no emulator runs: their programs are measured, and not run.
+const SIZE_ONLY: [Board; 3] = [Board::F405Can, Board::F405Pwm, Board::OdriveV3];
+
+/// Measure, hold to the bounds, print or write.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    if let (Some(port), Some(board)) = (&options.port, options.board) {
+        let asked = board::Asked { port, board, scenes: &options.scenes, ticks: options.ticks };
+        return board::run(&asked, options.json);
+    }
+    let all = options.scenes.is_empty();
+    let scenes = if all { shipped()? } else { options.scenes.clone() };
+    let mut rows = Vec::new();
+    for scene in &scenes {
+        eprintln!("budget: {}", scene.display());
+        rows.push(measure::row(scene, measure::Extent::FULL)?);
+    }
+    for board in SIZE_ONLY {
+        eprintln!("budget: {board}");
+        rows.push(measure::sizes(Path::new(board.scene()), board)?);
+    }
+    let rustc = Toolchain::find_or_install()?.rustc()?;
+    let mut budget = Budget::load()?;
+    if options.bless {
+        budget.bless(&rows, &rustc, all);
+        budget.save()?;
+    }
+    if options.write {
+        write_into("README.md", &[("budget", table::markdown(&rows))])?;
+    }
+    // Behind the rest: what took minutes to measure is not to be lost with it.
+    let late = options.flood.then(|| measure::flood(Path::new(HARDEST))).transpose()?;
+    if options.json {
+        println!("{}", table::json(&rows, late.as_ref())?);
+    } else {
+        println!("{}", table::markdown(&rows));
+        late.iter().for_each(|late| println!("{}", table::late(late)));
+    }
+    if let (true, Some(late)) = (options.write, &late) {
+        write_into("docs/timing.md", &[("tick start", table::late(late))])?;
+    }
+    let fields = if all { bounds::Fields::All } else { bounds::Fields::Measured };
+    let mut broken = budget.hold(&rows, &rustc, fields);
+    broken.extend(late.iter().flat_map(|late| budget.hold_late(late)));
+    bounds::verdict(rows.len(), &broken)
+}
+
+/// The cheap part, in `cargo xtask test`: a few hundred ticks of the hardest scene, with the kernel where the scene has it.
+pub(crate) fn gate() -> Result<()> {
+    let row = measure::row(Path::new(HARDEST), measure::Extent::SHORT)?;
+    let budget = Budget::load()?;
+    let rustc = Toolchain::find_or_install()?.rustc()?;
+    bounds::verdict(1, &budget.hold(&[row], &rustc, bounds::Fields::Measured))
+}
+
+/// Flash, RAM and stack of one firmware, held to its row.
+pub(crate) fn sizes(elf: &Path, scene: &Path, board: Board) -> Result<()> {
+    let row = Row::sizes(scene, board, &image::Image::measure(elf)?)?;
+    for (field, value) in &row.numbers {
+        println!("{:<16}{value:>8} {}", field.name(), field.unit());
+    }
+    let rustc = Toolchain::find_or_install()?.rustc()?;
+    bounds::verdict(1, &Budget::load()?.hold(&[row], &rustc, bounds::Fields::Measured))
+}
+
+/// The scenes that ship for the firmware: those at the top of the folder, by name.
+fn shipped() -> Result<Vec<PathBuf>> {
+    let folder = root().join("scenes");
+    let mut scenes = Vec::new();
+    for entry in std::fs::read_dir(&folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            scenes.push(path);
+        }
+    }
+    scenes.sort();
+    Ok(scenes)
+}
+
+/// The board that is emulated.
+pub(crate) const EMULATED: Board = Board::Netduinoplus2;
+
+fn build(scene: &Path, board: Board) -> Result<PathBuf> {
+    firmware::build(scene, board)
+}

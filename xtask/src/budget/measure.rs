@@ -1,0 +1,146 @@
+//! What a firmware takes while it runs, by `chip-budget` in the emulator.
+
+use super::image::Image;
+use super::row::{Field, Row};
+use super::{EMULATED, build, variant};
+use crate::firmware::Board;
+use crate::process::root;
+use crate::scene_keys::SceneKeys;
+use anyhow::{Context as _, Result, bail};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// How much is measured.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    pub(super) ticks: u32,
+    traced: u32,
+    /// The kernel in SRAM too: a second program.
+    sram: bool,
+}
+
+impl Extent {
+    pub(crate) const FULL: Self = Self { ticks: 10_000, traced: 24, sram: true };
+    pub(crate) const SHORT: Self = Self { ticks: 300, traced: 24, sram: false };
+}
+
+/// What is changed for the flood. A tick every 20,000 instructions, which is less than what is sent at once takes, so that ticks meet
+/// the link at work; and measurements may be old, because the host waits until the chip has taken what was sent.
+const FLOOD: [(&str, &str); 2] = [("rate", "50000.0"), ("age_max", "100000")];
+
+/// Ticks under the flood.
+const FLOOD_TICKS: u32 = 400;
+
+/// How late ticks began under a flood of the link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+pub(crate) struct Late {
+    pub(crate) ticks: u64,
+    pub(crate) delayed: u64,
+    pub(crate) most: u64,
+    pub(crate) bytes_to_chip: u64,
+    pub(crate) bytes_from_chip: u64,
+}
+
+/// What the linked program shows.
+pub(crate) fn sizes(scene: &Path, board: Board) -> Result<Row> {
+    let scene = root().join(scene);
+    Row::sizes(&scene, board, &Image::measure(&build(&scene, board)?)?)
+}
+
+/// Everything of a scene on the emulated board.
+pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
+    crate::setup::qemu()?;
+    let scene = root().join(scene);
+    let elf = build(&scene, EMULATED)?;
+    let mut row = Row::sizes(&scene, EMULATED, &Image::measure(&elf)?)?;
+    let mut command = chip_budget("ticks", &scene);
+    command.arg("--elf").arg(&elf).args(["--ticks", &extent.ticks.to_string(), "--traced", &extent.traced.to_string()]);
+    if extent.sram && SceneKeys::read(&scene)?.has_a_kernel() {
+        let variant = variant::write(&scene, "sram", &[("kernel_memory", "\"sram\"")])?;
+        command.arg("--sram").arg(build(&variant, EMULATED)?);
+    }
+    let said: Value = serde_json::from_str(&output(&mut command)?)?;
+    row.numbers.extend(numbers(&said)?);
+    row.emulated = Some(said);
+    let [seen, bound] = [Field::StackPainted, Field::StackBound].map(|field| row.number(field).unwrap_or(0));
+    if seen > bound {
+        bail!("{}: a stack of {seen} bytes was seen, and {bound} are said to be enough", row.name());
+    }
+    Ok(row)
+}
+
+/// How late ticks of a scene begin under a flood of the link.
+pub(crate) fn flood(scene: &Path) -> Result<Late> {
+    let variant = variant::write(scene, "flood", &FLOOD)?;
+    let elf = build(&variant, EMULATED)?;
+    let mut command = chip_budget("flood", &variant);
+    command.arg("--elf").arg(&elf).args(["--ticks", &FLOOD_TICKS.to_string()]);
+    Ok(serde_json::from_str(&output(&mut command)?)?)
+}
+
+/// What `chip-budget` says, as [`Field`]s.
+fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
+    let number =
+        |path: &str| said.pointer(path).and_then(Value::as_u64).with_context(|| format!("no {path} in {said}"));
+    let (min, max) = (number("/ticks/min")?, number("/ticks/max")?);
+    let (least, most) = (number("/ticks/supervised/min")?, number("/ticks/supervised/max")?);
+    let mut all = vec![
+        (Field::Supervised, most),
+        (Field::SupervisedSpread, most - least),
+        (Field::StackPainted, number("/ticks/stack")?),
+        (Field::Instructions, max),
+        (Field::InstructionsSpread, max - min),
+        (Field::TickInterrupt, number("/traced/tick_interrupt")?),
+        (Field::Masked, number("/traced/masked")?),
+        (Field::ByteInterrupt, number("/traced/byte_interrupt")?),
+        (Field::LinkByte, number("/traced/link_byte")?),
+        (Field::CyclesEstimate, number("/traced/cycles_estimate/likely")?),
+    ];
+    if !said["kernel_in_sram"].is_null() {
+        all.push((Field::CyclesEstimateSram, number("/kernel_in_sram/cycles_estimate/likely")?));
+    }
+    Ok(all)
+}
+
+/// `chip-budget`, to measure something of a scene.
+pub(super) fn chip_budget(what: &str, scene: &Path) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root()).args(["run", "--quiet", "--locked", "--package", "chip-budget", "--", what]);
+    command.arg("--scene").arg(scene);
+    command
+}
+
+/// What a command prints; its complaints go where ours go.
+fn output(command: &mut Command) -> Result<String> {
+    let output = command.stdin(Stdio::null()).stderr(Stdio::inherit()).output();
+    let output = output.with_context(|| format!("cannot start {command:?}"))?;
+    if !output.status.success() {
+        bail!("chip-budget failed: {}", output.status);
+    }
+    Ok(String::from_utf8(output.stdout)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Field, numbers};
+    use serde_json::json;
+
+    #[test]
+    fn what_is_said_becomes_fields_and_what_is_missing_is_named() {
+        let mut said = json!({
+            "ticks": { "ticks": 10, "min": 1300, "max": 1322, "stack": 700,
+                "supervised": { "ticks": 10, "min": 2900, "max": 3000 } },
+            "traced": { "tick_interrupt": 1500, "masked": 20, "byte_interrupt": 30, "link_byte": 90,
+                "cycles_estimate": { "low": 1, "likely": 2, "high": 3 } },
+            "kernel_in_sram": null,
+        });
+        let found = numbers(&said).unwrap_or_default();
+        assert!(found.contains(&(Field::InstructionsSpread, 22)) && found.contains(&(Field::CyclesEstimate, 2)));
+        assert!(!found.iter().any(|(field, _)| *field == Field::CyclesEstimateSram));
+        said["kernel_in_sram"] = json!({ "cycles_estimate": { "likely": 5 } });
+        assert!(numbers(&said).unwrap_or_default().contains(&(Field::CyclesEstimateSram, 5)));
+        said["traced"]["masked"] = json!("many");
+        assert!(numbers(&said).is_err_and(|why| why.to_string().starts_with("no /traced/masked in")));
+    }
+}

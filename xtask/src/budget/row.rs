@@ -1,0 +1,128 @@
+//! The numbers of one firmware: one scene on one board.
+
+use super::image::Image;
+use crate::firmware::Board;
+use crate::scene_keys::SceneKeys;
+use anyhow::Result;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What is measured. The order is that of the file of bounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Field {
+    Flash,
+    Ram,
+    StackBound,
+    StackPainted,
+    Instructions,
+    /// Most less fewest: zero where no tick is unlike another.
+    InstructionsSpread,
+    /// The same of trajectory, safety state machine and controller together, while the arm runs.
+    Supervised,
+    SupervisedSpread,
+    TickInterrupt,
+    Masked,
+    ByteInterrupt,
+    LinkByte,
+    CyclesEstimate,
+    CyclesEstimateSram,
+}
+
+impl Field {
+    pub(crate) const ALL: [Self; 14] = [
+        Self::Flash,
+        Self::Ram,
+        Self::StackBound,
+        Self::StackPainted,
+        Self::Instructions,
+        Self::InstructionsSpread,
+        Self::Supervised,
+        Self::SupervisedSpread,
+        Self::TickInterrupt,
+        Self::Masked,
+        Self::ByteInterrupt,
+        Self::LinkByte,
+        Self::CyclesEstimate,
+        Self::CyclesEstimateSram,
+    ];
+
+    /// Its key in `firmware/budget.toml`.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Flash => "flash",
+            Self::Ram => "ram",
+            Self::StackBound => "stack_bound",
+            Self::StackPainted => "stack_painted",
+            Self::Instructions => "instructions",
+            Self::InstructionsSpread => "instructions_spread",
+            Self::Supervised => "supervised",
+            Self::SupervisedSpread => "supervised_spread",
+            Self::TickInterrupt => "tick_interrupt",
+            Self::Masked => "masked",
+            Self::ByteInterrupt => "byte_interrupt",
+            Self::LinkByte => "link_byte",
+            Self::CyclesEstimate => "cycles_estimate",
+            Self::CyclesEstimateSram => "cycles_estimate_kernel_in_sram",
+        }
+    }
+
+    pub(crate) fn of(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|field| field.name() == name)
+    }
+
+    pub(crate) const fn unit(self) -> &'static str {
+        match self {
+            Self::Flash | Self::Ram | Self::StackBound | Self::StackPainted => "bytes",
+            Self::CyclesEstimate | Self::CyclesEstimateSram => "cycles, estimated",
+            _ => "instructions",
+        }
+    }
+}
+
+/// A firmware's numbers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Row {
+    pub(crate) robot: String,
+    pub(crate) scene: String,
+    pub(crate) board: String,
+    pub(crate) numbers: BTreeMap<Field, u64>,
+    /// Everything that the emulator gave, for JSON; nothing where none runs the board.
+    pub(crate) emulated: Option<serde_json::Value>,
+}
+
+impl Row {
+    /// A row that knows what the linked program shows.
+    pub(crate) fn sizes(scene: &Path, board: Board, image: &Image) -> Result<Self> {
+        let robot = SceneKeys::read(scene)?.robot()?;
+        let numbers =
+            [(Field::Flash, image.flash), (Field::Ram, image.ram), (Field::StackBound, image.stack_bound)].into();
+        Ok(Self { robot: stem(&robot), scene: stem(scene), board: board.name().into(), numbers, emulated: None })
+    }
+
+    pub(crate) fn number(&self, field: Field) -> Option<u64> {
+        self.numbers.get(&field).copied()
+    }
+
+    /// `puma560_pick on netduinoplus2`
+    pub(crate) fn name(&self) -> String {
+        format!("{} on {}", self.scene, self.board)
+    }
+}
+
+/// A file's name without folder and ending.
+pub(crate) fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Field;
+
+    #[test]
+    fn every_field_is_found_by_its_name_and_no_other_is() {
+        for field in Field::ALL {
+            assert_eq!(Field::of(field.name()), Some(field));
+        }
+        assert_eq!(Field::of("flsh"), None);
+    }
+}

@@ -1,0 +1,60 @@
+//! A scene with settings of its `[control]` changed, beside which everything stays as the file has it.
+
+use crate::process::root;
+use crate::toolchain;
+use anyhow::{Context as _, Result};
+use std::path::{Path, PathBuf};
+use toml_edit::{DocumentMut, Item, table, value};
+
+/// Write a variant of a scene into the build folder, under a name of its own.
+pub(crate) fn write(scene: &Path, name: &str, settings: &[(&str, &str)]) -> Result<PathBuf> {
+    let scene = root().join(scene);
+    let text = std::fs::read_to_string(&scene).with_context(|| format!("no scene file {}", scene.display()))?;
+    let folder = toolchain::target_directory().join("budget");
+    std::fs::create_dir_all(&folder)?;
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    let path = folder.join(format!("{stem}-{name}.toml"));
+    std::fs::write(
+        &path,
+        with(&text, scene.parent().unwrap_or(Path::new(".")), settings).with_context(|| scene.display().to_string())?,
+    )?;
+    Ok(path)
+}
+
+/// The text with these settings in its `[control]`, and its robot named from anywhere.
+fn with(text: &str, folder: &Path, settings: &[(&str, &str)]) -> Result<String> {
+    let mut scene: DocumentMut = text.parse()?;
+    if let Some(robot) = scene.get("robot").and_then(Item::as_str) {
+        scene["robot"] = value(folder.join(robot).display().to_string());
+    }
+    let control = scene.entry("control").or_insert_with(table);
+    for (name, setting) in settings {
+        control[name] = Item::Value(setting.parse()?);
+    }
+    Ok(scene.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+    use super::with;
+    use std::path::Path;
+
+    const SCENE: &str = "robot = \"../robots/a.toml\"\n[control]\nrate = 1000.0\nlaw = \"pd\"\n[plant]\nrate = 5\n";
+
+    #[test]
+    fn a_setting_of_the_control_is_replaced_and_nothing_else() {
+        let changed = with(SCENE, Path::new("/p/scenes"), &[("rate", "20000.0")]).unwrap();
+        let expected =
+            "robot = \"/p/scenes/../robots/a.toml\"\n[control]\nrate = 20000.0\nlaw = \"pd\"\n[plant]\nrate = 5\n";
+        assert_eq!(changed, expected);
+    }
+
+    #[test]
+    fn a_scene_without_the_table_gets_it() {
+        let scene = "robot = \"/a.toml\"\n[motion]\n";
+        let changed = with(scene, Path::new("/p"), &[("kernel_memory", "\"sram\"")]).unwrap();
+        assert_eq!(changed, "robot = \"/a.toml\"\n[motion]\n\n[control]\nkernel_memory = \"sram\"\n");
+    }
+}

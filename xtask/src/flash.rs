@@ -1,0 +1,140 @@
+//! `firmware flash`: from a scene to a program on a board.
+//!
+//! Everything before the probe is checked first: the board is a real one, the scene's drives are those that the board has lines
+//! for, the tool is there, and the log of the program that was built can be decoded. The tool does the rest.
+
+mod log_strings;
+mod scene_choice;
+
+use crate::bad_input::BadInput;
+use crate::firmware::{self, Board};
+use crate::process::{root, run, which};
+use anyhow::Result;
+use scene_choice::Wanted;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The chip as probe-rs names it.
+const PROBE_CHIP: &str = "STM32F405RGTx";
+
+/// The tool, and how to get it.
+const PROBE_TOOL: &str = "probe-rs";
+const INSTALL: &str = "cargo install probe-rs-tools --locked";
+
+/// Options of `firmware flash`.
+#[derive(clap::Args)]
+pub(crate) struct Options {
+    /// The board that the probe is wired to
+    #[arg(long, value_enum)]
+    board: Board,
+    /// The scene whose arm and controller are built in; without it and without --robot, the board's example
+    #[arg(long, conflicts_with = "robot")]
+    scene: Option<PathBuf>,
+    /// The robot; its scene under scenes/ is taken, where it has just one that fits the board
+    #[arg(long)]
+    robot: Option<PathBuf>,
+    /// Stay, and print the program's log as it comes; only with the drives' power off (docs/flash.md)
+    #[arg(long)]
+    log: bool,
+    /// Which probe, where there are several: VID:PID or VID:PID:SERIAL as `probe-rs list` shows them
+    #[arg(long, value_name = "SELECTOR")]
+    probe: Option<String>,
+    /// Check board and scene, print the commands, and run none
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Build for a board and a scene, and write the program through a probe.
+///
+/// # Errors
+/// [`BadInput`] for an emulated board, a scene that does not fit, or a missing tool; a build or a tool that fails.
+pub(crate) fn flash(options: &Options) -> Result<()> {
+    let board = options.board;
+    is_real(board)?;
+    let wanted = match (&options.scene, &options.robot) {
+        (Some(scene), _) => Wanted::Scene(scene.clone()),
+        (None, Some(robot)) => Wanted::Robot(robot.clone()),
+        (None, None) => Wanted::Scene(root().join(board.scene())),
+    };
+    let scene = scene_choice::choose(&wanted, board)?;
+    println!("board    {board}: {PROBE_CHIP}");
+    println!("scene    {}", shown(&scene.path));
+    println!("drives   {}", scene.drives);
+    let program = firmware::program(&scene.path, board)?;
+    let steps = probe_steps(options, &program);
+    let tool = which(PROBE_TOOL);
+    if options.dry_run {
+        println!("$ cargo xtask firmware build --board {board} --scene {}", shown(&scene.path));
+        steps.iter().for_each(|step| println!("$ {PROBE_TOOL} {}", line(step)));
+        if tool.is_none() {
+            eprintln!("note: {PROBE_TOOL} is not on the path: `{INSTALL}`");
+        }
+        return Ok(());
+    }
+    let Some(tool) = tool else {
+        return Err(BadInput(format!("{PROBE_TOOL}: found none on the path, expected it there: `{INSTALL}`")).into());
+    };
+    let built = firmware::build(&scene.path, board)?;
+    println!("program  {}", shown(&built));
+    println!("log      {} strings, read over RTT", log_strings::check(&built)?);
+    for step in &steps {
+        println!("$ {PROBE_TOOL} {}", line(step));
+        run(Command::new(&tool).args(step))?;
+    }
+    if !options.log {
+        println!(
+            "flashed, and started: `cargo sim doctor --port PORT --scene {}` asks it who it is",
+            shown(&scene.path)
+        );
+    }
+    Ok(())
+}
+
+/// A scene that a real board has lines for: its whole path.
+///
+/// # Errors
+/// [`BadInput`] for an emulated board, a file that is wrong, or drives of another kind.
+pub(crate) fn fitting(scene: &Path, board: Board) -> Result<PathBuf> {
+    is_real(board)?;
+    Ok(scene_choice::choose(&Wanted::Scene(scene.to_owned()), board)?.path)
+}
+
+fn is_real(board: Board) -> Result<()> {
+    if board != Board::Netduinoplus2 {
+        return Ok(());
+    }
+    let real: Vec<_> = Board::ALL.into_iter().filter(|board| *board != Board::Netduinoplus2).map(Board::name).collect();
+    let real = real.join(", ");
+    Err(BadInput(format!("--board {board}: found the emulated board, expected one of {real}")).into())
+}
+
+/// What the tool is called with, in order. `run` resets by itself, and stays to print the log.
+fn probe_steps(options: &Options, program: &Path) -> Vec<Vec<OsString>> {
+    let call = |subcommand: &str, more: &[&str], file: Option<&Path>| {
+        let mut words: Vec<OsString> = [subcommand, "--chip", PROBE_CHIP].map(OsString::from).into();
+        if let Some(probe) = &options.probe {
+            words.extend(["--probe", probe].map(OsString::from));
+        }
+        words.extend(more.iter().map(OsString::from));
+        words.extend(file.map(|file| file.as_os_str().to_owned()));
+        words
+    };
+    if options.log {
+        vec![call("run", &["--verify"], Some(program))]
+    } else {
+        vec![call("download", &["--verify"], Some(program)), call("reset", &[], None)]
+    }
+}
+
+/// The words of a command as a person would type them in the project's folder.
+fn line(words: &[OsString]) -> String {
+    let words: Vec<_> = words.iter().map(|word| shown(Path::new(word))).collect();
+    words.join(" ")
+}
+
+/// A path from the project's folder on, where it is inside.
+fn shown(path: &Path) -> String {
+    let inside = root().canonicalize().ok().and_then(|root| path.strip_prefix(root).ok().map(Path::to_owned));
+    inside.unwrap_or_else(|| path.to_owned()).display().to_string()
+}

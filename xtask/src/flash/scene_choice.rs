@@ -1,0 +1,157 @@
+//! Which scene is built in, and whether the board has lines for its drives.
+
+use crate::bad_input::BadInput;
+use crate::firmware::Board;
+use crate::process::root;
+use crate::scene_keys::SceneKeys;
+use anyhow::Result;
+use robot_compiler::drive::JointDrive;
+use robot_compiler::{FileError, SceneFile};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What was asked for.
+pub(super) enum Wanted {
+    /// This scene.
+    Scene(PathBuf),
+    /// The scene of this robot.
+    Robot(PathBuf),
+}
+
+/// A scene that fits the board.
+pub(super) struct Choice {
+    /// Its file.
+    pub(super) path: PathBuf,
+    /// How its joints are reached.
+    pub(super) drives: Drives,
+}
+
+/// How the joints of a robot are reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Drives {
+    /// Over the link to the host.
+    Link,
+    /// By drives of this kind, as a robot file calls it.
+    Kind(&'static str),
+}
+
+impl fmt::Display for Drives {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Link => f.write_str("over the link"),
+            Self::Kind(kind) => write!(f, "of the kind {kind}"),
+        }
+    }
+}
+
+impl Drives {
+    /// Loading has seen to it that all joints have a drive of one kind, or none has.
+    fn of(scene: &SceneFile) -> Self {
+        let first = scene.robot.joints.first().and_then(|joint| joint.drive.as_ref());
+        first.map(JointDrive::kind).map_or(Self::Link, Self::Kind)
+    }
+
+    /// Whether `board` has lines for them. A board that talks over the link alone takes any arm.
+    fn fit(self, board: Board) -> bool {
+        board.drives().is_none_or(|kind| self == Self::Kind(kind))
+    }
+}
+
+/// The scene that was asked for, loaded and checked, if the board fits.
+///
+/// # Errors
+/// [`BadInput`]: a file that is wrong, drives of another kind, a robot with no scene or with several.
+pub(super) fn choose(wanted: &Wanted, board: Board) -> Result<Choice> {
+    let chosen = match wanted {
+        Wanted::Scene(path) => scene(path, board),
+        Wanted::Robot(path) => scene_of(path, board),
+    };
+    chosen.map_err(|problem| BadInput(problem).into())
+}
+
+fn scene(path: &Path, board: Board) -> Result<Choice, String> {
+    let file = SceneFile::load(path).map_err(|error| told(&error))?;
+    let drives = Drives::of(&file);
+    if !drives.fit(board) {
+        let line = line_of_robot(path).map_or_else(String::new, |line| format!(":{line}"));
+        let expected = board.drives().unwrap_or_default();
+        return Err(format!(
+            "{}{line}: robot: found drives {drives} ({}), expected drives of the kind {expected}, which {board} has lines for",
+            path.display(),
+            file.robot.name,
+        ));
+    }
+    let path = path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(Choice { path, drives })
+}
+
+fn scene_of(robot: &Path, board: Board) -> Result<Choice, String> {
+    let robot_there = robot.canonicalize().map_err(|error| format!("--robot {}: {error}", robot.display()))?;
+    let mut files = Vec::new();
+    let folder = root().join("scenes");
+    toml_files(&folder, &mut files).map_err(|error| format!("{}: {error}", folder.display()))?;
+    files.sort();
+    let about: Vec<_> = files.into_iter().filter(|scene| names_robot(scene, &robot_there)).collect();
+    let named =
+        |scenes: &[PathBuf]| scenes.iter().map(|scene| format!("\n  {}", super::shown(scene))).collect::<String>();
+    let (mut fitting, mut others) = (Vec::new(), Vec::new());
+    for path in &about {
+        match scene(path, board) {
+            Ok(choice) => fitting.push(choice),
+            Err(problem) => others.push(problem),
+        }
+    }
+    match (fitting.len(), about.len()) {
+        (1, _) => fitting.pop().ok_or_else(String::new),
+        (0, 0) => Err(format!(
+            "--robot {}: found no scene under scenes/ that is about it, expected one; write it (scenes/README.md) and name it by --scene",
+            robot.display()
+        )),
+        (0, _) => {
+            Err(format!("--robot {}: none of its scenes fits {board}:\n  {}", robot.display(), others.join("\n  ")))
+        }
+        (count, _) => Err(format!(
+            "--robot {}: found {count} scenes that fit {board}, expected one; name it by --scene:{}",
+            robot.display(),
+            named(&fitting.into_iter().map(|choice| choice.path).collect::<Vec<_>>())
+        )),
+    }
+}
+
+/// The folder of scenes that no board is meant to run: what the fault-injection campaign is run on.
+const CAMPAIGN: &str = "campaign";
+
+/// Every TOML file in a folder and those inside it, but for [`CAMPAIGN`]'s.
+fn toml_files(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            if path.ends_with(CAMPAIGN) {
+                continue;
+            }
+            toml_files(&path, found)?;
+        } else if path.extension().is_some_and(|extension| extension == "toml") {
+            found.push(path.canonicalize()?);
+        }
+    }
+    Ok(())
+}
+
+/// Whether a scene's key `robot`, a path from the scene on, leads to this file.
+fn names_robot(scene: &Path, robot: &Path) -> bool {
+    let named = SceneKeys::read(scene).and_then(|keys| keys.robot());
+    named.is_ok_and(|named| named.canonicalize().is_ok_and(|there| there == robot))
+}
+
+/// The line in which a scene names its robot, counted from 1.
+fn line_of_robot(scene: &Path) -> Option<usize> {
+    let text = std::fs::read_to_string(scene).ok()?;
+    let names =
+        |line: &str| line.trim_start().strip_prefix("robot").is_some_and(|rest| rest.trim_start().starts_with('='));
+    text.lines().position(names).map(|index| index + 1)
+}
+
+/// Where, what was found and what was expected, on one line.
+fn told(error: &FileError) -> String {
+    format!("{error}; expected {}", error.expected())
+}

@@ -1,0 +1,63 @@
+//! What of a scene file is wanted before, or without, compiling its robot.
+
+use anyhow::{Context as _, Result};
+use std::path::{Path, PathBuf};
+
+/// A scene file as keys and values, none of them checked: `robot_compiler` does that where it matters.
+pub(crate) struct SceneKeys {
+    path: PathBuf,
+    table: toml::Table,
+}
+
+impl SceneKeys {
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).with_context(|| format!("no scene file {}", path.display()))?;
+        Self::parse(path, &text)
+    }
+
+    fn parse(path: &Path, text: &str) -> Result<Self> {
+        let table = toml::from_str(text).with_context(|| path.display().to_string())?;
+        Ok(Self { path: path.to_owned(), table })
+    }
+
+    /// The robot's file, from where the scene lies on.
+    pub(crate) fn robot(&self) -> Result<PathBuf> {
+        let robot = self.table.get("robot").and_then(toml::Value::as_str);
+        let robot = robot.with_context(|| format!("{}: robot: expected a path in quotes", self.path.display()))?;
+        Ok(self.path.parent().unwrap_or(Path::new("")).join(robot))
+    }
+
+    /// Whether its model is compiled into a kernel, which alone can run from SRAM.
+    pub(crate) fn has_a_kernel(&self) -> bool {
+        let kernel = self.table.get("control").and_then(|control| control.get("kernel")?.as_str());
+        kernel != Some("generic")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+    use super::SceneKeys;
+    use std::path::Path;
+
+    fn keys(text: &str) -> SceneKeys {
+        SceneKeys::parse(Path::new("scenes/a.toml"), text).unwrap()
+    }
+
+    #[test]
+    fn the_robot_lies_where_the_scene_says() {
+        let robot = keys("robot = \"../robots/puma560.toml\"").robot().unwrap();
+        assert_eq!(robot, Path::new("scenes/../robots/puma560.toml"));
+        let why = keys("robot = 5").robot().unwrap_err().to_string();
+        assert_eq!(why, "scenes/a.toml: robot: expected a path in quotes");
+    }
+
+    #[test]
+    fn only_the_recursion_at_run_time_is_no_kernel() {
+        assert!(keys("").has_a_kernel());
+        assert!(keys("[control]\nkernel = \"exact\"").has_a_kernel());
+        assert!(!keys("[control]\n  kernel  =  'generic' # so").has_a_kernel());
+        assert!(keys("[plant]\nkernel = \"generic\"").has_a_kernel());
+    }
+}

@@ -1,0 +1,60 @@
+//! `firmware flash` through the compiler to a scripted probe-rs, and the firmware's log as the emulator's user reads it.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+mod task;
+
+use std::path::Path;
+use task::{FakeProbe, told, xtask};
+
+fn flash(probe: &FakeProbe, arguments: &[&str]) -> (i32, String, String) {
+    told(xtask().args(["firmware", "flash"]).args(arguments).env("PATH", probe.path()).output().unwrap())
+}
+
+#[test]
+fn the_probe_is_given_the_program_of_the_scene_with_a_log_that_can_be_read() {
+    let probe = FakeProbe::new("given", "exit 0");
+    let (code, printed, error) = flash(&probe, &["--board", "f405-can", "--robot", "robots/examples/mit6.toml"]);
+    assert_eq!(code, 0, "{error}");
+    let calls = probe.calls();
+    let program =
+        calls[0].strip_prefix("download --chip STM32F405RGTx --verify ").unwrap_or_else(|| panic!("{calls:?}"));
+    assert_eq!(calls[1..], ["reset --chip STM32F405RGTx"]);
+    let text = std::fs::read(Path::new(program)).unwrap();
+    for name in ["mit6_wave", "STM32F405, CAN"] {
+        assert!(text.windows(name.len()).any(|window| window == name.as_bytes()), "{name} in {program}");
+    }
+    let log = printed.lines().find_map(|line| line.strip_prefix("log      ")).unwrap_or_else(|| panic!("{printed}"));
+    let strings: usize = log.split(' ').next().unwrap().parse().unwrap();
+    // More than the firmware's own handful: those of the crates below it count too.
+    assert!((5..200).contains(&strings), "{log}");
+}
+
+#[test]
+fn a_probe_that_fails_ends_the_work_with_its_command() {
+    let probe = FakeProbe::new("fails", "[ \"$1\" != download ]");
+    let (code, printed, error) = flash(&probe, &["--board", "f405-pwm"]);
+    assert_eq!(code, 1);
+    assert!(error.contains("download --chip STM32F405RGTx --verify") && error.contains("failed"), "{error}");
+    assert!(!printed.contains("flashed") && probe.calls().len() == 1, "{printed}");
+}
+
+#[test]
+fn with_log_the_tool_itself_is_left_to_print() {
+    let probe = FakeProbe::new("log", "echo 'INFO pwm2_swing on STM32F405, PWM and encoders: 2 joints, 1000 Hz'");
+    let (code, printed, error) = flash(&probe, &["--board", "f405-pwm", "--log"]);
+    assert_eq!(code, 0, "{error}");
+    assert!(probe.calls()[0].starts_with("run --chip STM32F405RGTx --verify "), "{:?}", probe.calls());
+    assert!(printed.ends_with("INFO pwm2_swing on STM32F405, PWM and encoders: 2 joints, 1000 Hz\n"), "{printed}");
+}
+
+#[test]
+fn the_log_of_the_emulated_board_is_readable() {
+    let scene = "scenes/planar2r_swing.toml";
+    let run = xtask().args(["firmware", "run", "--scene", scene, "--seconds", "5"]).output().unwrap();
+    let (code, printed, error) = told(run);
+    assert_eq!(code, 0, "{error}");
+    assert!(printed.contains("planar2r_swing on netduinoplus2 (QEMU): 2 joints, 1000.0 Hz"), "{printed}");
+    // The level in front: decoded, not copied.
+    assert!(printed.lines().any(|line| line.contains("INFO")), "{printed}");
+}

@@ -1,0 +1,124 @@
+//! The pages for people with a board, held to the board files and to what the project claims.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Pages and comments that speak of what has not been measured: where a reader would look for a claim.
+const FOLDERS: [&str; 9] = [
+    "docs",
+    "firmware/src",
+    "host-sim/src",
+    "xtask/src",
+    "cycle-estimate/src",
+    "bench/src",
+    "robots",
+    "scenes",
+    "dynamics-core/src",
+];
+
+/// It names what it holds, and is where a claim may be made without being one.
+const CHECKLIST: &str = "docs/hardware-checklist.md";
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+}
+
+fn text(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// Markdown and Rust files under a folder, from the project's folder on.
+fn files(folder: &Path, found: &mut Vec<String>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "md" || extension == "rs") {
+            found.push(path.strip_prefix(root()).unwrap().to_str().unwrap().to_owned());
+        }
+    }
+}
+
+/// Whether a text says that something has not been seen on silicon. Its lines may break anywhere, and comments start each anew.
+fn says_so(text: &str) -> bool {
+    let words =
+        text.lines().map(|line| line.trim_start().trim_start_matches(['/', '!', '#'])).collect::<Vec<_>>().join(" ");
+    let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+    ["on silicon", "no silicon", "with silicon", "on a board is still to be measured"]
+        .iter()
+        .any(|claim| words.contains(claim))
+}
+
+#[test]
+fn every_file_that_says_it_was_not_on_silicon_is_in_the_checklist() {
+    let mut all = Vec::new();
+    FOLDERS.iter().for_each(|folder| files(&root().join(folder), &mut all));
+    let claiming: BTreeSet<_> = all.into_iter().filter(|file| file != CHECKLIST && says_so(&text(file))).collect();
+    assert!(claiming.contains("docs/timing.md"), "{claiming:?}");
+    let checklist = text(CHECKLIST);
+    let missing: Vec<_> = claiming.iter().filter(|file| !checklist.contains(&format!("`{file}`"))).collect();
+    assert!(missing.is_empty(), "{CHECKLIST} names none of {missing:?}");
+}
+
+#[test]
+fn every_file_that_the_checklist_names_is_there() {
+    let checklist = text(CHECKLIST);
+    let named: Vec<_> =
+        checklist.split('`').skip(1).step_by(2).filter(|word| word.contains('/') && !word.contains(' ')).collect();
+    assert!(named.len() > 10, "{named:?}");
+    for file in named {
+        assert!(root().join(file).exists(), "{CHECKLIST} names {file}");
+    }
+}
+
+#[test]
+fn every_row_of_the_checklist_has_five_cells_and_a_state() {
+    let rows: Vec<_> = text(CHECKLIST).lines().filter(|line| line.starts_with("| [")).map(str::to_owned).collect();
+    assert!(rows.len() > 30, "{}", rows.len());
+    for row in rows {
+        let cells: Vec<_> = row.trim_matches('|').split(" | ").map(str::trim).collect();
+        assert_eq!(cells.len(), 5, "{row}");
+        assert!(cells.iter().all(|cell| !cell.is_empty()), "{row}");
+        let open = cells[0] == "[ ]";
+        assert_eq!(open, cells[4] == "not yet measured on silicon", "{row}");
+        assert!(open || cells[0] == "[x]", "{row}");
+    }
+}
+
+/// `PA2`, `PB10`: the pins that a text names.
+fn pins(text: &str) -> BTreeSet<String> {
+    let words = text.split(|character: char| !character.is_ascii_alphanumeric());
+    let is_pin = |word: &&str| {
+        let number = word.strip_prefix('P').and_then(|rest| rest.strip_prefix(['A', 'B', 'C', 'D']));
+        number.is_some_and(|number| number.parse::<u8>().is_ok_and(|number| number < 16))
+    };
+    words.filter(is_pin).map(str::to_owned).collect()
+}
+
+/// The rows of the first table of a text.
+fn first_table(text: &str) -> String {
+    let lines = text.lines().skip_while(|line| !line.starts_with('|')).take_while(|line| line.starts_with('|'));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn the_wiring_tables_have_the_pins_of_the_board_files() {
+    let page = text("docs/flash.md");
+    for (board, file) in [("odrive-v3", "odrive_v3"), ("f405-can", "f405_can"), ("f405-pwm", "f405_pwm")] {
+        let source = text(&format!("firmware/src/boards/{file}.rs"));
+        let head: String =
+            source.lines().filter_map(|line| line.strip_prefix("//! ")).map(|line| format!("{line}\n")).collect();
+        let section = page.split(&format!("### `{board}`")).nth(1).unwrap_or_else(|| panic!("no section for {board}"));
+        let (ours, theirs) = (pins(&first_table(section)), pins(&first_table(&head)));
+        assert!(theirs.len() > 3, "{theirs:?}");
+        assert_eq!(ours, theirs, "docs/flash.md against firmware/src/boards/{file}.rs");
+    }
+}
+
+#[test]
+fn claims_are_found_across_broken_lines_and_comments() {
+    assert!(says_so("//! compiled; **not yet run on\n//! silicon**."));
+    assert!(says_so("Nothing has been measured on silicon."));
+    assert!(!says_so("measured in the emulator"));
+}

@@ -1,0 +1,63 @@
+//! The program as a person runs it, with a scripted probe-rs.
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses its part")]
+
+use std::ffi::OsString;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// In the folder at the top of the project.
+pub fn xtask() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+    command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    command
+}
+
+/// Exit code, standard output, standard error.
+pub fn told(output: Output) -> (i32, String, String) {
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+/// A fresh folder of this name.
+pub fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::remove_dir_all(&path).ok();
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+/// A tool that notes how it was called, a line each call, and then does what the script says.
+pub struct FakeProbe {
+    folder: PathBuf,
+}
+
+impl FakeProbe {
+    pub fn new(test: &str, script: &str) -> Self {
+        let folder = folder(test);
+        let path = folder.join("probe-rs");
+        let calls = folder.join("calls");
+        std::fs::write(&path, format!("#!/bin/sh\necho \"$@\" >> '{}'\n{script}\n", calls.display())).unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        Self { folder }
+    }
+
+    /// It comes first; compilers and shells are where they always are.
+    pub fn path(&self) -> OsString {
+        let others = std::env::var_os("PATH").unwrap();
+        let folders = std::iter::once(self.folder.clone()).chain(std::env::split_paths(&others));
+        std::env::join_paths(folders).unwrap()
+    }
+
+    /// How it was called so far.
+    pub fn calls(&self) -> Vec<String> {
+        let text = std::fs::read_to_string(self.folder.join("calls")).unwrap_or_default();
+        text.lines().map(str::to_owned).collect()
+    }
+}
+
+/// A path without any probe-rs on it.
+pub fn path_without_probe() -> OsString {
+    let all = std::env::var_os("PATH").unwrap();
+    std::env::join_paths(std::env::split_paths(&all).filter(|folder| !folder.join("probe-rs").exists())).unwrap()
+}
