@@ -10,6 +10,7 @@
 //! | [`simulate`] | from a scene to a finished run |
 //! | [`on_chip`] | a run with the chip in the loop |
 //! | [`drill`] | the firmware under its safety state machine, on the desk and in the chip |
+//! | [`states`] | the numbers of that machine's states, and the ways between them |
 //! | [`campaign`] | every fault in every state of that machine, each tick judged |
 //! | [`operate`] | an operator at a board on a serial port, or in a drill |
 //! | [`frame_log`] | all that was said over a link, as a file |
@@ -63,6 +64,7 @@ pub mod replay_command;
 pub mod run_command;
 pub mod serial;
 pub mod simulate;
+pub mod states;
 pub mod statics_command;
 mod subject;
 pub mod summary;

@@ -36,6 +36,7 @@ mod session;
 
 use crate::chip::ChipError;
 use crate::frame_log::Head;
+use crate::states::{ARMED, FAULT, HOLDING, RUNNING};
 use dynamics_core::control::trajectory::{Bounds, Motion};
 use dynamics_core::control::{ControllerConfig, Encoder};
 use dynamics_core::{JointKind, Live, Model, Term};
@@ -353,12 +354,6 @@ impl<const N: usize, S: Station> Operator<N, S> {
         Ok(self.station.send(frame)?)
     }
 }
-
-const HOMING: u8 = 1;
-const ARMED: u8 = 2;
-const RUNNING: u8 = 3;
-const HOLDING: u8 = 4;
-const FAULT: u8 = 5;
 
 /// Whether so many frames had been taken before this tick.
 fn has_taken(status: &Status, sent: u16) -> bool {

@@ -6,14 +6,8 @@
 use dynamics_core::control::{ControllerConfig, Sensed};
 use dynamics_core::safety::{Rules, SafeAction};
 use firmware::session::Drives;
+use host_sim::states::{self, ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
 use link::{Actuation, Pacing, Request, Status};
-
-const IDLE: u8 = 0;
-const HOMING: u8 = 1;
-const ARMED: u8 = 2;
-const RUNNING: u8 = 3;
-const HOLDING: u8 = 4;
-const FAULT: u8 = 5;
 
 /// All that the machine is told in a tick.
 #[derive(Clone, Debug)]
@@ -146,21 +140,7 @@ impl<const N: usize> Judge<N> {
     fn moved(&mut self, told: &Told<N>, status: &Status) {
         let asked = |request| told.asked == Some(request);
         let ((before, cause), now) = (self.before, status.state);
-        let allowed = match (before, now) {
-            (FAULT, FAULT) => cause == status.cause,
-            (FAULT, IDLE) => asked(Request::Clear),
-            (FAULT, _) => false,
-            (before, now) if before == now => true,
-            (_, FAULT) => true,
-            (IDLE, HOMING) => asked(Request::Home),
-            (HOMING, IDLE) => asked(Request::Confirm) || asked(Request::Disarm),
-            (IDLE, ARMED) => asked(Request::Arm),
-            (ARMED | HOLDING, RUNNING) => asked(Request::Run),
-            (ARMED | HOLDING, IDLE) => asked(Request::Disarm),
-            (RUNNING, HOLDING) => status.cause != 1 || asked(Request::Hold),
-            (ARMED, HOLDING) => status.cause == 2,
-            _ => false,
-        };
+        let allowed = states::may_lead(self.before, status, asked);
         assert!(
             allowed,
             "rule 15 or the diagram: {before} ({cause}) to {now} ({}), asked {:?}",

@@ -7,19 +7,13 @@ mod eyes;
 
 use super::host::Sent;
 use super::machine::{Said, Told};
+use crate::states::{self, ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
 use dynamics_core::ControllerConfig;
 use dynamics_core::safety::{Rules, SafeAction};
 use eyes::{Eyes, Seen, beyond};
 use firmware::session::Drives;
 use link::{Actuation, Request, Status};
 use serde::Serialize;
-
-const IDLE: u8 = 0;
-const HOMING: u8 = 1;
-const ARMED: u8 = 2;
-const RUNNING: u8 = 3;
-const HOLDING: u8 = 4;
-const FAULT: u8 = 5;
 
 /// What an unsafe command breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -187,25 +181,13 @@ impl<const N: usize> Judge<N> {
     fn moved(&mut self, told: &Told<N>, sent: &Sent, status: &Status) -> Result<(), Unsafe> {
         let asked = |request| sent.requests.contains(&request);
         let (before, now) = (self.before.0, status.state);
-        let allowed = match (before, now) {
-            (FAULT, FAULT) if status.cause != self.before.1 => {
-                return broken(Law::Latched, format!("fault {} became fault {}", self.before.1, status.cause));
-            }
-            (FAULT, IDLE) if asked(Request::Clear) => true,
-            (FAULT, now) if now != FAULT => {
-                return broken(Law::Latched, format!("fault {} was left for state {now}", self.before.1));
-            }
-            (before, now) if before == now => true,
-            (_, FAULT) => true,
-            (IDLE, HOMING) => asked(Request::Home),
-            (HOMING, IDLE) => asked(Request::Confirm) || asked(Request::Disarm),
-            (IDLE, ARMED) => asked(Request::Arm),
-            (ARMED | HOLDING, RUNNING) => asked(Request::Run),
-            (ARMED | HOLDING, IDLE) => asked(Request::Disarm),
-            (RUNNING, HOLDING) => status.cause != 1 || asked(Request::Hold),
-            (ARMED, HOLDING) => status.cause == 2,
-            _ => false,
-        };
+        if before == FAULT && now == FAULT && status.cause != self.before.1 {
+            return broken(Law::Latched, format!("fault {} became fault {}", self.before.1, status.cause));
+        }
+        let allowed = states::may_lead(self.before, status, asked);
+        if !allowed && before == FAULT {
+            return broken(Law::Latched, format!("fault {} was left for state {now}", self.before.1));
+        }
         if !allowed {
             return broken(
                 Law::Transition,

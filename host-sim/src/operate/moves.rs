@@ -2,7 +2,8 @@
 
 use super::feed::way;
 use super::station::Station;
-use super::{Operator, RUNNING, Stop};
+use super::{Operator, Stop};
+use crate::states::RUNNING;
 use dynamics_core::control::trajectory::{Motion, MotionError};
 use link::{Frame, Request};
 

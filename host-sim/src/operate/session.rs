@@ -2,9 +2,10 @@
 
 use super::command::{Command, HELP};
 use super::station::{Station, StationError};
-use super::{ARMED, HOLDING, HOMING, Operator, RUNNING, SILENCE, Stop, has_taken, table, words};
+use super::{Operator, SILENCE, Stop, has_taken, table, words};
 use crate::chip::ChipError;
 use crate::frame_log::Writer;
+use crate::states::{ARMED, HOLDING, HOMING, RUNNING};
 use link::{Denial, Frame, Hello, Parts, Request, Watch};
 use std::fs::File;
 use std::io::{self, BufWriter};
