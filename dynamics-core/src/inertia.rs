@@ -168,7 +168,7 @@ impl<S: Real> Inertia<S> {
     /// inequalities for physically consistent inertial parameter identification", 2018). Without mass there is nothing.
     ///
     /// Semidefinite to within 1e-5 of `R^2`, which leaves room for the rounding of an f32. False where a number is not finite.
-    /// Some 60 operations, 5 divisions; no root, no loop.
+    /// Some 60 operations, 6 divisions; no root, no loop.
     #[must_use]
     pub fn is_within(&self, bounds: &InertiaBounds<S>) -> bool {
         let (zero, one) = (S::zero(), S::one());
@@ -179,7 +179,7 @@ impl<S: Real> Inertia<S> {
         let (per_mass, per_square) = (one / m, one / (bounds.radius * bounds.radius));
         let c = h * (per_mass / bounds.radius);
         let i = i * per_mass * per_square;
-        // Everything from here on is in units of the greatest mass and of the radius: between -1 and 1 in a body that can be.
+        // Everything from here on is in units of the body's mass and of the radius: between -1 and 1 in a body that can be.
         let trace = (i.m11 + i.m22 + i.m33) * S::literal(0.5);
         let slack = S::literal(1e-5);
         let diagonal = |moment: S, c: S| trace - moment - c * c + slack;

@@ -17,26 +17,25 @@ const AT_ONCE: usize = 8;
 /// # Errors
 /// What was found, and what was expected.
 pub fn of_words(command: &str, words: &[&str], joints: &[String]) -> Result<Vec<u8>, String> {
-    let numbers = |of: usize| (0..).take(of).collect::<Vec<u8>>();
-    let of_joint = |joint: usize| move |number| 16 * joint as u8 + number;
-    let all = || {
-        let joints = (0..joints.len()).flat_map(|joint| numbers(JOINT_NAMES.len()).into_iter().map(of_joint(joint)));
-        joints.chain(numbers(ARM_NAMES.len()).into_iter().map(|number| ARM + number)).collect()
+    let of_joint = |joint: usize| (0..JOINT_NAMES.len()).map(move |number| (16 * joint + number) as u8);
+    let of_arm = (0..ARM_NAMES.len()).map(|number| ARM + number as u8);
+    let Some((first, rest)) = words.split_first() else {
+        return Ok((0..joints.len()).flat_map(of_joint).chain(of_arm).collect());
     };
-    let Some((first, rest)) = words.split_first() else { return Ok(all()) };
-    let (found, all) = (words.join(" "), || joints.join(", "));
     let Some(joint) = joint(first, joints) else {
-        let number = ARM_NAMES.iter().position(|name| *name == found);
-        return number.map(|number| vec![ARM + number as u8]).ok_or_else(|| {
-            format!("{command}: {found}: expected a joint ({}) or one of {}", all(), ARM_NAMES.join(", "))
+        let found = words.join(" ");
+        let one = of_arm.zip(ARM_NAMES).find(|(_, name)| *name == found);
+        return one.map(|(number, _)| vec![number]).ok_or_else(|| {
+            let (joints, names) = (joints.join(", "), ARM_NAMES.join(", "));
+            format!("{command}: {found}: expected a joint ({joints}) or one of {names}")
         });
     };
     if rest.is_empty() {
-        return Ok(numbers(JOINT_NAMES.len()).into_iter().map(of_joint(joint)).collect());
+        return Ok(of_joint(joint).collect());
     }
     let found = rest.join(" ");
-    let number = JOINT_NAMES.iter().position(|name| *name == found);
-    number.map(|number| vec![of_joint(joint)(number as u8)]).ok_or_else(|| {
+    let one = of_joint(joint).zip(JOINT_NAMES).find(|(_, name)| *name == found);
+    one.map(|(number, _)| vec![number]).ok_or_else(|| {
         format!("{command}: {found}: expected a parameter of a joint, one of {}", JOINT_NAMES.join(", "))
     })
 }
