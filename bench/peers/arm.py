@@ -3,7 +3,7 @@
 
     arm.py robots/ur5.toml OUTPUT
 
-Reads the file as golden/make.py does, sharing nothing with the project's own reader. A line is
+Reads the file as robots/golden/make.py does, sharing nothing with the project's own reader. A line is
 
     rotation of the joint in its parent's frame (9, row by row), its origin there (3),
     mass, mass centre (3), inertia about it (xx xy xz yy yz zz), both in the joint's own frame
@@ -17,7 +17,7 @@ import tomllib
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "golden"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "robots/golden"))
 import make  # noqa: E402
 
 Z = np.array([0.0, 0.0, 1.0])

@@ -2,10 +2,10 @@
 """Reference data for the arms in robots/, from Pinocchio.
 
     python3 -m venv venv && venv/bin/pip install pin==4.1.0
-    venv/bin/python golden/make.py robots/*.toml        # writes golden/shipped/<name>.json
+    venv/bin/python robots/golden/make.py robots/*.toml        # writes robots/golden/shipped/<name>.json
 
 Reads the robot files with Python's own TOML parser and builds the arm with Pinocchio's own joints, so it shares
-nothing with the project's code. Fields and conventions: golden/README.md. The states are seeded by the arm's name.
+nothing with the project's code. Fields and conventions: robots/golden/README.md. The states are seeded by the arm's name.
 """
 
 import json
