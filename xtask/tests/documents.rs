@@ -11,7 +11,7 @@ const FOLDERS: [&str; 9] = [
     "host-sim/src",
     "xtask/src",
     "cycle-estimate/src",
-    "bench/src",
+    "xtask/bench/src",
     "robots",
     "scenes",
     "dynamics-core/src",

@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_turn_of_a_prismatic_joint_alone_is_not_read() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes");
         let read = |scene: &str| {
             let file = SceneFile::load(&folder.join(scene)).ok()?;
             let model = file.robot.model::<6>().ok()?;

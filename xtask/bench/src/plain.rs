@@ -12,7 +12,7 @@ pub const ARMS: [&str; 3] = ["ur5", "puma560", "stanford"];
 /// # Errors
 /// A robot file that cannot be read.
 pub fn scene(arm: &str) -> Result<SceneFile, FileError> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../robots/{arm}.toml"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../robots/{arm}.toml"));
     let mut scene = SceneFile::default_for(Robot::load(&path)?);
     arm.clone_into(&mut scene.name);
     scene.model.rotor = Term::Absent;

@@ -1,5 +1,5 @@
 //! Instructions on the desk, counted by callgrind through gungraun; `cargo xtask bench` holds them to
-//! `bench/baseline.toml`.
+//! `xtask/bench/baseline.toml`.
 #![allow(
     missing_docs,
     clippy::unwrap_used,

@@ -11,7 +11,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    println!("cargo::rerun-if-changed=../robots");
+    println!("cargo::rerun-if-changed=../../robots");
     let mut modules = Modules::new(PathBuf::from(std::env::var("OUT_DIR")?));
     for arm in plain::ARMS {
         let scene = plain::scene(arm)?;

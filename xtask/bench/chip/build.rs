@@ -2,7 +2,7 @@
 //!
 //! A module of its own for each, so that each has one caller and is compiled into it, as in the firmware.
 
-#[path = "../../firmware/link_arguments.rs"]
+#[path = "../../../firmware/link_arguments.rs"]
 mod link_arguments;
 
 use dynamics_core::{Body, Model, Scene, Term};
@@ -18,9 +18,9 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    println!("cargo::rerun-if-changed=../../robots");
+    println!("cargo::rerun-if-changed=../../../robots");
     let manifest = std::env::var("CARGO_MANIFEST_DIR")?;
-    link_arguments::write(&Path::new(&manifest).join("../.."), &[]);
+    link_arguments::write(&Path::new(&manifest).join("../../.."), &[]);
     let mut cases = Cases {
         modules: Modules::new(PathBuf::from(std::env::var("OUT_DIR")?)),
         functions: String::new(),

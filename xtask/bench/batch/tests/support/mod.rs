@@ -8,7 +8,7 @@ use robot_compiler::SceneFile;
 use std::path::Path;
 
 pub(crate) fn scene(name: &str) -> SceneFile {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes");
     SceneFile::load(&folder.join(format!("{name}.toml"))).unwrap()
 }
 
