@@ -23,7 +23,7 @@ const SCENE: &str = "planar2r_swing.toml";
 const TICKS: u32 = 120;
 
 fn path(scene: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(scene)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(scene)
 }
 
 /// Readings of the firmware's trial of its counter, and what each costs.

@@ -138,7 +138,7 @@ mod tests {
     use std::path::Path;
 
     fn scene(name: &str) -> SceneFile {
-        SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name)).unwrap()
+        SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name)).unwrap()
     }
 
     #[test]
