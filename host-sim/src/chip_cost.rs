@@ -11,8 +11,8 @@ use crate::chip::run_cost;
 use crate::exit::Failure;
 use crate::simulate;
 use crate::target::Torques;
+use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement, trace};
 use chip_image::{Program, Reached};
-use cycle_estimate::{Code, Estimate, Estimator, Memory, Placement, trace};
 use dynamics_core::{Command, Fault, Model, Real};
 use indicatif::ProgressBar;
 use miette::IntoDiagnostic as _;
@@ -40,7 +40,7 @@ pub struct Instructions {
     pub mean: f64,
 }
 
-/// Cycles of the ticks that drive, as `cycle_estimate` finds them likely, with the core's caches as the ticks before left them.
+/// Cycles of the ticks that drive, as `chip_image::cycles` finds them likely, with the core's caches as the ticks before left them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cycles {
     /// Most in a tick.

@@ -10,7 +10,7 @@ const FOLDERS: [&str; 9] = [
     "firmware/src",
     "host-sim/src",
     "xtask/src",
-    "cycle-estimate/src",
+    "xtask/image/src",
     "xtask/bench/src",
     "robots",
     "scenes",

@@ -11,8 +11,8 @@ use crate::report::Late;
 use crate::swing::Tick;
 use crate::ticks::{PATIENCE, QEMU, hello, tell_live};
 use chip_image::Program;
-use cycle_estimate::Code;
-use cycle_estimate::steps::{self, Detail, Event, Step};
+use chip_image::cycles::Code;
+use chip_image::cycles::steps::{self, Detail, Event, Step};
 use dynamics_core::Command;
 use host_sim::chip::{Chip, Emulator};
 use host_sim::simulate;
@@ -116,7 +116,7 @@ impl Delays {
 #[cfg(test)]
 mod tests {
     use super::{Delays, TICK};
-    use cycle_estimate::steps::{Event, Step};
+    use chip_image::cycles::steps::{Event, Step};
 
     #[test]
     fn a_delay_counts_from_pending_to_the_handlers_first_instruction() {

@@ -45,7 +45,7 @@ pub enum Failure {
     Chip(#[from] host_sim::chip::ChipError),
     /// The emulator's log is of no use.
     #[error(transparent)]
-    Log(#[from] cycle_estimate::trace::Error),
+    Log(#[from] chip_image::cycles::trace::Error),
     /// A file or a socket.
     #[error(transparent)]
     Io(#[from] std::io::Error),

@@ -6,8 +6,8 @@ use crate::report::{Cycles, Traced};
 use crate::swing::Tick;
 use crate::ticks::{PATIENCE, QEMU, hello};
 use crate::{Failure, drilled, flood};
-use cycle_estimate::steps::{self, Detail, Event, Step};
-use cycle_estimate::{Code, Estimate, Estimator, Memory, Placement};
+use chip_image::cycles::steps::{self, Detail, Event, Step};
+use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement};
 use host_sim::chip::{Chip, Emulator};
 use host_sim::drill::OnChip;
 use robot_compiler::SceneFile;
@@ -97,7 +97,7 @@ impl Found {
         if longest.unknown > 0 {
             return missing(format!("{} instructions that the decoder knows", longest.unknown));
         }
-        let cycle_estimate::Range { low, likely, high } = longest.cycles;
+        let chip_image::cycles::Range { low, likely, high } = longest.cycles;
         Ok(Traced {
             ticks,
             tick_interrupt: self.tick.most,
@@ -206,8 +206,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
     use super::{BYTE, Found, SERVE, Served, Step, TICK, Watch};
-    use cycle_estimate::Code;
-    use cycle_estimate::steps::Event;
+    use chip_image::cycles::Code;
+    use chip_image::cycles::steps::Event;
 
     /// `nop` eight times, with `cpsid i` third and `cpsie i` sixth.
     const HALVES: [u16; 8] = [0xbf00, 0xbf00, 0xb672, 0xbf00, 0xbf00, 0xb662, 0xbf00, 0xbf00];

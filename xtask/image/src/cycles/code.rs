@@ -1,7 +1,7 @@
 //! A linked program.
 
-use crate::decode;
-use crate::instruction::{Class, Instruction, Registers};
+use crate::cycles::decode;
+use crate::cycles::instruction::{Class, Instruction, Registers};
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionKind, SymbolKind};
 use std::ops::Range;
 

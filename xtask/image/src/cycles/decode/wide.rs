@@ -1,7 +1,7 @@
 //! Instructions of two halves.
 
 use super::{LR, PC, float, narrow};
-use crate::instruction::{Class, Instruction, Registers};
+use crate::cycles::instruction::{Class, Instruction, Registers};
 
 pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instruction> {
     match first >> 9 {

@@ -1,7 +1,7 @@
 //! Instructions of one half.
 
 use super::{LR, PC, SP};
-use crate::instruction::{Class, Instruction, Registers};
+use crate::cycles::instruction::{Class, Instruction, Registers};
 
 pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 2, class);

@@ -7,7 +7,7 @@ mod float;
 mod narrow;
 mod wide;
 
-use crate::instruction::{Class, Instruction, Registers};
+use crate::cycles::instruction::{Class, Instruction, Registers};
 
 /// The stack pointer.
 const SP: u16 = 13;

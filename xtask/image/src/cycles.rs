@@ -20,8 +20,6 @@
 //! address is known; all others are taken to be in SRAM. A constant in flash that is read through a pointer is therefore
 //! counted as SRAM, and an instruction that its IT block skips as executed. There are no interrupts and no DMA.
 
-#![forbid(unsafe_code)]
-
 mod calls;
 mod code;
 mod decode;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends at the first thing that is not there")]
 
-use cycle_estimate::{Class, Code, Instruction, Registers};
+use chip_image::cycles::{Class, Code, Instruction, Registers};
 
 const START: u32 = 0x0800_0000;
 

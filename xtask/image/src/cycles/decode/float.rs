@@ -2,7 +2,7 @@
 
 use super::PC;
 use super::wide::offset;
-use crate::instruction::{Class, Instruction, Registers};
+use crate::cycles::instruction::{Class, Instruction, Registers};
 
 pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instruction> {
     // Coprocessors 10 and 11: singles and doubles. 0xef: the vector unit that the core has not.

@@ -1,7 +1,7 @@
 //! Cycles worked out by hand, a rule at a time.
 
-use cycle_estimate::timing::{FLASH_WAIT_STATES, INSTRUCTION_LINES};
-use cycle_estimate::{Code, Estimate, Estimator, Memory, Placement, Range};
+use chip_image::cycles::timing::{FLASH_WAIT_STATES, INSTRUCTION_LINES};
+use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement, Range};
 
 const SRAM: u32 = 0x2000_0000;
 const FLASH: u32 = 0x0800_0000;

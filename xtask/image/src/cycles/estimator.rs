@@ -1,9 +1,9 @@
 //! The pipeline: what an instruction takes behind those before it.
 
-use crate::code::Code;
-use crate::instruction::{Class, Instruction, Registers};
-use crate::memory::{Flash, Memory};
-use crate::timing::{
+use crate::cycles::code::Code;
+use crate::cycles::instruction::{Class, Instruction, Registers};
+use crate::cycles::memory::{Flash, Memory};
+use crate::cycles::timing::{
     BusConflict, FLOAT_DIVIDE, FLOAT_MULTIPLY_ADD, HIGH, IfThen, LIKELY, LOW, REFILL_MOST, Reading, Refill,
 };
 use std::collections::BTreeMap;
@@ -64,7 +64,7 @@ pub struct Estimate {
 /// Caches and pipeline go on from one estimate to the next: the second run of the same code finds what the first has left.
 ///
 /// ```
-/// use cycle_estimate::{Code, Estimator, Memory, Placement};
+/// use chip_image::cycles::{Code, Estimator, Memory, Placement};
 /// // adds r0, r0, r1; adds r0, r0, r1
 /// let code = Code::from_halves(0x2000_0000, &[0x1840, 0x1840]);
 /// let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));

@@ -9,6 +9,7 @@
 //! | [`Program::stack`] | how deep its stack can become |
 #![forbid(unsafe_code)]
 
+pub mod cycles;
 mod instructions;
 mod stack;
 

@@ -1,9 +1,9 @@
 //! What each call of a function takes in a program that counts its calls one after another.
 
-use crate::code::Code;
-use crate::estimator::{Estimate, Estimator};
-use crate::memory::Memory;
-use crate::trace::{self, Error};
+use crate::cycles::code::Code;
+use crate::cycles::estimator::{Estimate, Estimator};
+use crate::cycles::memory::Memory;
+use crate::cycles::trace::{self, Error};
 use std::ops::Range;
 use std::path::Path;
 

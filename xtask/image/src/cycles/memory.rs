@@ -1,6 +1,6 @@
 //! Where code is fetched from: flash behind its two caches and its prefetch, or SRAM.
 
-use crate::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INSTRUCTION_LINES, Reading};
+use crate::cycles::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INSTRUCTION_LINES, Reading};
 
 /// Where the code lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 //! For a program that does not end by itself: whoever talks to it starts the emulator with [`arguments`], and gives its standard
 //! error to [`read`]. The log is long, so this is for a few hundred ticks, not for many.
 
-use crate::trace::{Error, Line, one_instruction_a_block};
+use crate::cycles::trace::{Error, Line, one_instruction_a_block};
 use std::io::BufRead;
 
 /// What the log is asked for beside instructions, as the emulator names it.
