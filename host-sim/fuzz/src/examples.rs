@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 /// A folder at the top of the project.
 pub(crate) fn top(folder: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("")).join(folder)
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("")).join(folder)
 }
 
-/// The inputs that were findings once: `fuzz/found/TARGET/*`, with their paths.
+/// The inputs that were findings once: `found/TARGET/*`, with their paths.
 #[must_use]
 pub fn found(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
-    let folder = top("fuzz/found").join(target);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("found").join(target);
     paths(&folder).into_iter().map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
 }
 
