@@ -9,7 +9,7 @@ use crate::{Failure, drilled, flood};
 use cycle_estimate::steps::{self, Detail, Event, Step};
 use cycle_estimate::{Code, Estimate, Estimator, Memory, Placement};
 use host_sim::chip::{Chip, Emulator};
-use host_sim::drill::OnChip;
+use host_sim::session::drill::OnChip;
 use robot_compiler::SceneFile;
 use std::collections::BTreeMap;
 use std::io::BufReader;
