@@ -1,4 +1,4 @@
-//! Counts the instructions of a scene's control tick in the emulated chip; `host_sim::chip_cost` builds it, once for each scene, and reads
+//! Counts the instructions of a scene's control tick in the emulated chip; `host_sim::chip::cost` builds it, once for each scene, and reads
 //! what it says.
 //!
 //! The list of scenes may hold several, but functions that ticks share are then no longer compiled into each of them with its numbers:

@@ -3,7 +3,7 @@
 use dynamics_core::control::{Command, Measurement, Reference, Sensed};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Scene, Trig};
-use host_sim::simulate::desk;
+use host_sim::run::simulate::desk;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use robot_compiler::{FileError, Robot, SceneFile, emit, with_dof};
 use std::fmt::Debug;

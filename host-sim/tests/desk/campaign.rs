@@ -4,7 +4,7 @@
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use firmware::session::Drives;
-use host_sim::campaign::{
+use host_sim::study::campaign::{
     Campaign, Case, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage, Told, Trouble, run,
 };
 use indicatif::ProgressBar;

@@ -6,7 +6,7 @@
 //!
 //! | asked first, in this order | by |
 //! |---|---|
-//! | a port that opens, firmware that answers, its protocol version, robot hash, joints and rate | [`host_sim::doctor`] |
+//! | a port that opens, firmware that answers, its protocol version, robot hash, joints and rate | [`host_sim::session::doctor`] |
 //! | in every tick: cycles, and a count that can be | [`BadCounter`] |
 //! | in every tick: the bits that the desk's own controller computes | [`Failure::Differ`] |
 
@@ -16,9 +16,9 @@ use crate::swing::Tick;
 use crate::ticks::hello;
 use dynamics_core::Fault;
 use host_sim::chip::ChipError;
-use host_sim::doctor::{self, State};
-use host_sim::serial::{BAUD, SerialError, SerialLink};
-use host_sim::simulate;
+use host_sim::run::simulate;
+use host_sim::session::doctor::{self, State};
+use host_sim::session::serial::{BAUD, SerialError, SerialLink};
 use link::codec::{FrameTooLong, Received};
 use link::{Cost, Encoder, Frame, Hello, Pacing, Refusal};
 use robot_compiler::SceneFile;

@@ -5,8 +5,8 @@
 use crate::Failure;
 use crate::report::Supervised;
 use crate::swing::{self, Tick};
-use host_sim::drill::{Drill, OnChip, OnDesk};
-use host_sim::simulate;
+use host_sim::run::simulate;
+use host_sim::session::drill::{Drill, OnChip, OnDesk};
 use link::{Actuation, Cost, Frame, Lines, Point, Request, Status, TickCost};
 use robot_compiler::SceneFile;
 

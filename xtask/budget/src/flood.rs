@@ -15,7 +15,7 @@ use chip_image::cycles::Code;
 use chip_image::cycles::steps::{self, Detail, Event, Step};
 use dynamics_core::Command;
 use host_sim::chip::{Chip, Emulator};
-use host_sim::simulate;
+use host_sim::run::simulate;
 use robot_compiler::SceneFile;
 use std::io::BufReader;
 use std::path::Path;

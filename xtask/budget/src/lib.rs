@@ -85,7 +85,7 @@ pub enum Failure {
     },
     /// The port failed while it was open.
     #[error(transparent)]
-    Port(#[from] host_sim::serial::SerialError),
+    Port(#[from] host_sim::session::serial::SerialError),
 }
 
 impl Failure {
@@ -93,8 +93,8 @@ impl Failure {
     #[must_use]
     pub const fn code(&self) -> u8 {
         match self {
-            Self::Scene(_) | Self::Board { .. } | Self::Counter(_) => host_sim::exit::INPUT,
-            _ => host_sim::exit::OUTSIDE,
+            Self::Scene(_) | Self::Board { .. } | Self::Counter(_) => host_sim::failure::INPUT,
+            _ => host_sim::failure::OUTSIDE,
         }
     }
 }

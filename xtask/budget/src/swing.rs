@@ -5,7 +5,7 @@
 
 use crate::Failure;
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use host_sim::simulate;
+use host_sim::run::simulate;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use robot_compiler::SceneFile;

@@ -9,7 +9,7 @@ use crate::{Failure, drilled, flood};
 use chip_image::cycles::steps::{self, Detail, Event, Step};
 use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement};
 use host_sim::chip::{Chip, Emulator};
-use host_sim::drill::OnChip;
+use host_sim::session::drill::OnChip;
 use robot_compiler::SceneFile;
 use std::collections::BTreeMap;
 use std::io::BufReader;

@@ -5,7 +5,7 @@
 use firmware::black_box::Report;
 use firmware::meter::{Counter, Meter};
 use firmware::session::Reaction;
-use host_sim::drill::{Uncounted, desk_session};
+use host_sim::session::drill::{Uncounted, desk_session};
 use link::{Cost, Decoder, Encoder, Fault, Frame, Refusal};
 use robot_compiler::SceneFile;
 use serde_json::Value;

@@ -6,7 +6,7 @@
 use dynamics_core::control::{ControllerConfig, Sensed};
 use dynamics_core::safety::{Rules, SafeAction};
 use firmware::session::Drives;
-use host_sim::states::{self, ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
+use host_sim::session::states::{self, ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
 use link::{Actuation, Pacing, Request, Status};
 
 /// All that the machine is told in a tick.
