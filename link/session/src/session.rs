@@ -19,10 +19,10 @@
 //! tick ([`JUMP`] of its limit where nothing says how much that is), it refuses. Live inputs are answered only when they are refused.
 
 use crate::black_box::{BlackBox, Report};
-use crate::joint_io::Readings;
+use crate::readings::{Lines, Readings};
 use crate::meter::{Counter, Meter};
 use crate::parameters;
-use crate::supervisor::{Lines, Supervisor};
+use crate::supervisor::Supervisor;
 use crate::trajectory::{NotTaken, Trajectory};
 use core::borrow::BorrowMut;
 use dynamics_core::control::{
