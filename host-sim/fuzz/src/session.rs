@@ -11,11 +11,6 @@ use crate::examples::top;
 use crate::packets::{all_bits, expected, frame, taken};
 use dynamics_core::control::Sensed;
 use dynamics_core::{ControllerConfig, Model, Reference};
-use firmware::black_box::Report;
-use firmware::joint_io::{JointFaults, Readings};
-use firmware::meter::Meter;
-use firmware::session::{Drives, Reaction, State};
-use firmware::supervisor::Lines;
 use host_sim::session::drill::{DeskSession, Uncounted, desk_session, hello};
 use judge::{Judge, Told};
 use link::{
@@ -23,6 +18,11 @@ use link::{
     Setting, Status, Watch,
 };
 use robot_compiler::SceneFile;
+use session::black_box::Report;
+use session::meter::Meter;
+use session::readings::Lines;
+use session::readings::{JointFaults, Readings};
+use session::{Drives, Reaction, State};
 use std::sync::LazyLock;
 
 /// Sessions that come as far as they can and then meet each event.

@@ -15,13 +15,13 @@ use dynamics_core::control::EveryNth;
 use dynamics_core::safety::Protected;
 use dynamics_core::trig::Chosen;
 use dynamics_core::{ControllerConfig, Model};
-use firmware::black_box::Report;
-use firmware::meter::{Counter, Meter};
-use firmware::session::{Reaction, Session};
 use link::codec::Received;
 use link::{Cost, Frame, Hello, Pacing};
 use robot_compiler::SceneFile;
 use robot_compiler::kernel::ArmDynamics;
+use session::black_box::Report;
+use session::meter::{Counter, Meter};
+use session::{Reaction, Session};
 
 /// A target of a drill.
 pub trait Drill {

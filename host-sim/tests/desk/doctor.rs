@@ -191,7 +191,7 @@ fn built() -> Hello {
     hello(&scene, &scene.robot.model::<6>().unwrap(), Pacing::LockStep)
 }
 
-/// As `firmware::session` does it: its own hello, and a refusal where they do not agree.
+/// As `session::Session` does it: its own hello, and a refusal where they do not agree.
 fn like_the_session(own: Hello) -> impl FnMut(Hello) -> Vec<u8> {
     let mut encoder = Encoder::new();
     move |theirs| {

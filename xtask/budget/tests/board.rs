@@ -2,14 +2,14 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use firmware::black_box::Report;
-use firmware::meter::{Counter, Meter};
-use firmware::session::Reaction;
 use host_sim::session::drill::{Uncounted, desk_session};
 use link::{Cost, Decoder, Encoder, Fault, Frame, Refusal};
 use robot_compiler::SceneFile;
 use serde_json::Value;
 use serialport::{SerialPort as _, TTYPort};
+use session::Reaction;
+use session::black_box::Report;
+use session::meter::{Counter, Meter};
 use std::cell::Cell;
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -131,7 +131,7 @@ impl Drop for Board {
     }
 }
 
-/// As `firmware::app` joins session, counter and link.
+/// As the firmware's program joins session, counter and link.
 fn run<const N: usize, M: Counter>(
     scene: &SceneFile,
     mut port: TTYPort,

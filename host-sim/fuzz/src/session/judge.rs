@@ -5,9 +5,9 @@
 
 use dynamics_core::control::{ControllerConfig, Sensed};
 use dynamics_core::safety::{Rules, SafeAction};
-use firmware::session::Drives;
 use host_sim::session::states::{self, ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
 use link::{Actuation, Pacing, Request, Status};
+use session::Drives;
 
 /// All that the machine is told in a tick.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, Timing, Wa
 use link::Point;
 use std::collections::VecDeque;
 
-/// Time between two points, s. The board holds [`firmware::trajectory::WAYS`] of them: 160 ms, longer than a host is away and a scene's
+/// Time between two points, s. The board holds [`session::trajectory::WAYS`] of them: 160 ms, longer than a host is away and a scene's
 /// heartbeat. Between points it computes a polynomial of fifth degree that meets position, velocity and acceleration of both.
 pub const STEP: f64 = 0.01;
 

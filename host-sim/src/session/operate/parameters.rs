@@ -4,9 +4,9 @@ use super::{Operator, SILENCE, Stop};
 use crate::chip::{ChipError, refusal_in_words};
 use crate::session::operate::station::{Station, StationError};
 use dynamics_core::Inertia;
-use firmware::parameters::{ARM, ARM_NAMES, JOINT_NAMES, name};
 use link::{Frame, Refusal, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
+use session::parameters::{ARM, ARM_NAMES, JOINT_NAMES, name};
 use std::time::Instant;
 
 /// How many are asked for at once: a board takes three packets of the greatest length before it answers, and these are small.
@@ -186,7 +186,7 @@ mod tests {
     fn words_name_all_those_of_a_joint_or_one() {
         let all = read(&[]).unwrap_or_default();
         assert_eq!(all.len(), 2 * JOINT_NAMES.len() + ARM_NAMES.len());
-        assert!(all.iter().all(|number| firmware::parameters::name(*number).is_some()));
+        assert!(all.iter().all(|number| session::parameters::name(*number).is_some()));
         assert_eq!((read(&["elbow"]), read(&["2"])), (Ok((16..26).collect()), Ok((16..26).collect())));
         assert_eq!(read(&["elbow", "velocity", "gain"]), Ok(vec![17]));
         assert_eq!(read(&["payload", "mass"]), Ok(vec![ARM]));

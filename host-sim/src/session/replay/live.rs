@@ -4,14 +4,14 @@ use super::{Gap, Replay, ReplayError, difference};
 use crate::session::drill::{DeskSession, Uncounted, desk_session};
 use crate::session::frame_log::{Entry, LogError, Way};
 use dynamics_core::Model;
-use firmware::black_box::Report;
-use firmware::joint_io::{JointFaults, Readings};
-use firmware::meter::Meter;
-use firmware::supervisor::Lines;
 use link::codec::Received;
 use link::convert::array;
 use link::{Frame, Pacing, Refusal, SensedLines, Status};
 use robot_compiler::SceneFile;
+use session::black_box::Report;
+use session::meter::Meter;
+use session::readings::Lines;
+use session::readings::{JointFaults, Readings};
 use std::collections::VecDeque;
 
 /// The board again.

@@ -11,9 +11,9 @@ use crate::session::states::{self, ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING}
 use dynamics_core::ControllerConfig;
 use dynamics_core::safety::{Rules, SafeAction};
 use eyes::{Eyes, Seen, beyond};
-use firmware::session::Drives;
 use link::{Actuation, Request, Status};
 use serde::Serialize;
+use session::Drives;
 
 /// What an unsafe command breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]

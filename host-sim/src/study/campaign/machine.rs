@@ -4,13 +4,13 @@ use crate::chip::{Chip, ChipError};
 use crate::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Model, Sensed};
-use firmware::black_box::Report;
-use firmware::joint_io::{JointFaults, Readings};
-use firmware::meter::Meter;
-use firmware::session::{Drives, Reaction};
-use firmware::supervisor::Lines;
 use link::{Actuation, Decoder, Frame, Pacing, Status};
 use robot_compiler::SceneFile;
+use session::black_box::Report;
+use session::meter::Meter;
+use session::readings::Lines;
+use session::readings::{JointFaults, Readings};
+use session::{Drives, Reaction};
 
 /// What sensors and lines say in a tick.
 #[derive(Clone, Debug)]

@@ -13,11 +13,11 @@ use crate::run::simulate;
 use crate::session::drill::hello;
 use dynamics_core::safety::{Rules, SafeAction};
 use dynamics_core::{ControllerConfig, Reference};
-use firmware::session::Drives;
 use link::codec::FrameTooLong;
 use link::{Frame, Hello, Request, Status};
 use robot_compiler::SceneFile;
 use serde::Serialize;
+use session::Drives;
 use std::path::PathBuf;
 
 /// What all runs of a scene share.

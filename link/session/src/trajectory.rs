@@ -48,7 +48,7 @@ struct Way<const N: usize> {
 }
 
 impl<const N: usize> Way<N> {
-    /// `None` where a coefficient is no number.
+    /// `None` where a coefficient is NaN or infinite.
     fn new(start: &Reference<f32, N>, end: &Reference<f32, N>, ticks: u16, period: f32) -> Option<Self> {
         let per_tick = 1.0 / f32::from(ticks);
         let duration = f32::from(ticks) * period;

@@ -1,30 +1,14 @@
-//! What stands between the controller and the drives: the safety state machine with all that it is told.
+//! The safety state machine between the controller and the drives, with all that it is told.
 //!
 //! There is no link and no chip in here. What came since the tick before is kept until the tick that takes it: requests and overruns
 //! for one tick, lines and readings until there are others, each reading a tick older every time.
 
-use crate::joint_io::{JointFaults, Readings};
+use crate::readings::{JointFaults, Lines, Readings};
 use crate::trajectory::{NotTaken, Trajectory};
 use dynamics_core::control::{Command, Measurement, Reference, Sensed};
 use dynamics_core::safety::{Ask, Configuration, Inputs, Output, Request, Safety, State};
 
-/// What the lines of a board say beside the joints' readings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lines {
-    /// The emergency stop is pressed, or its wire is broken.
-    pub emergency_stop: bool,
-    /// Supply voltage, V, where the board measures it.
-    pub supply: Option<f32>,
-    /// Highest temperature, degrees Celsius, where the board measures it.
-    pub temperature: Option<f32>,
-}
-
-impl Lines {
-    /// No line, or none that says anything.
-    pub const NONE: Self = Self { emergency_stop: false, supply: None, temperature: None };
-}
-
-/// What a drive's fault is, of all that can be wrong with a joint: a missing measurement is known by its age.
+/// Faults that count as a drive's. A missing measurement is none of them: it is known by its age.
 const DRIVE_FAULTS: JointFaults = JointFaults::NONE
     .and(JointFaults::DRIVE)
     .and(JointFaults::RANGE)
@@ -42,7 +26,7 @@ pub struct Supervisor<const N: usize, K> {
     ran: bool,
     /// Control period, s.
     period: f32,
-    /// What the next tick is told: the reference too, which the trajectory puts there.
+    /// Inputs of the next tick: the reference too, which the trajectory puts there.
     inputs: Inputs<f32, N>,
 }
 
@@ -59,7 +43,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.inputs = silence();
     }
 
-    /// What the machine is doing.
+    /// State of the machine.
     pub fn state(&self) -> State {
         self.safety.state()
     }
@@ -85,7 +69,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.inputs.overrun = true;
     }
 
-    /// What a board's lines say.
+    /// Take a board's lines.
     #[inline]
     pub fn lines(&mut self, lines: &Lines) {
         let Lines { emergency_stop, supply, temperature } = *lines;
@@ -93,7 +77,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
             (emergency_stop, supply, temperature);
     }
 
-    /// What a board's joints say.
+    /// Take the readings of a board's joints.
     #[inline]
     pub fn sense(&mut self, readings: &Readings<N>) {
         self.inputs.sensed = readings.sensed;
@@ -102,14 +86,14 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.inputs.zeroed = !readings.faults.iter().any(|faults| faults.contains(JointFaults::LOST));
     }
 
-    /// What somebody measured for all joints at once.
+    /// Take one measurement of all joints at once.
     #[inline]
     pub fn measured(&mut self, measurement: &Measurement<f32, N>) {
         self.inputs.sensed = measurement.sensed;
         self.inputs.age_ticks = [measurement.age_ticks; N];
     }
 
-    /// What somebody says of the drives, and whether the joints know their zeros: in place of readings that carry it.
+    /// Take drive faults, and whether the joints know their zeros: in place of readings that carry it.
     pub fn drives_say(&mut self, drive_fault: [bool; N], zeroed: bool) {
         (self.inputs.drive_fault, self.inputs.zeroed) = (drive_fault, zeroed);
     }
@@ -138,7 +122,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.safety.tick(&self.inputs, control)
     }
 
-    /// What a tick was told is told: nothing new has come for the next one, and the trajectory goes on where it was followed.
+    /// Age the inputs by a tick: nothing new has come for the next one, and the trajectory goes on where it was followed.
     #[inline]
     pub fn age(&mut self, trajectory: &mut Trajectory<N>) {
         let (runs, inputs) = (self.state() == State::Running, &mut self.inputs);
@@ -157,7 +141,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     }
 }
 
-/// What a tick is told of which nobody knows anything.
+/// Inputs when nothing has been measured or heard yet.
 pub(crate) const fn silence<const N: usize>() -> Inputs<f32, N> {
     Inputs {
         request: None,

@@ -1,4 +1,4 @@
-//! What can be read back at run time, and what of it can be changed.
+//! Parameters that can be read back at run time, and those of them that can be changed.
 //!
 //! A parameter's number is 16 times its joint (counted from 0) plus one of these:
 //!
@@ -62,7 +62,7 @@ pub const ARM_NAMES: [&str; 13] = [
     "gravity z",
 ];
 
-/// What a number is called, and of which joint (counted from 0) it is.
+/// Name of a number, and of which joint (counted from 0) it is.
 #[must_use]
 pub fn name(index: u8) -> Option<(&'static str, Option<u8>)> {
     match index.checked_sub(ARM) {
@@ -86,7 +86,7 @@ fn changeable<const N: usize>(config: &mut ControllerConfig<f32, N>, index: u8) 
 /// Least and most of what can be changed, as multiples of what was built in.
 const BOUNDS: [(f32, f32); 4] = [(0.25, 4.0), (0.5, 2.0), (0.0, 2.0), (0.0, 2.0)];
 
-/// What a parameter is, and its bounds where it can be changed. The payload's mass has its own, though it is set by another frame.
+/// Value of a parameter, and its bounds where it can be changed. The payload's mass has its own, though it is set by another frame.
 ///
 /// # Errors
 /// [`Refusal::NoParameter`].

@@ -10,8 +10,8 @@ use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{JointRules, Protected, Rules, SafeAction};
 use dynamics_core::scene::Live;
 use dynamics_core::{InertiaBounds, Limits, SinCos};
-use firmware::meter::Counter;
 use link::{Cost, Hello, Pacing};
+use session::meter::Counter;
 use std::cell::Cell;
 
 /// Two unit masses on unit gears, nothing between them, and rotors that are live: `tau = (1 + rotor) qdd`.

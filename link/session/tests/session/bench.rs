@@ -6,11 +6,11 @@ use dynamics_core::safety::Protected;
 use dynamics_core::safety::SafeAction;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Polynomial;
-use firmware::black_box::Report;
-use firmware::meter::Meter;
-use firmware::session::{Drives, Reaction, Session, State};
 use link::codec::Received;
 use link::{Cost, DecodeError, Frame, Hello, Pacing, Refusal};
+use session::black_box::Report;
+use session::meter::Meter;
+use session::{Drives, Reaction, Session, State};
 use std::cell::Cell;
 
 struct Bench {

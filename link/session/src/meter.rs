@@ -1,4 +1,4 @@
-//! What a tick costs: counted exactly, or not reported.
+//! Cost of a tick: counted exactly, or not reported.
 
 use link::Cost;
 

@@ -1,6 +1,6 @@
-//! What the last ticks were told and did: telemetry of this one, and a memory of those around a fault.
+//! Inputs and outputs of the last ticks: telemetry of this one, and a memory of those around a fault.
 //!
-//! A tick only copies its inputs and its output here. What goes over the link is made of them below the priority of the tick.
+//! A tick only copies its inputs and its output here. Frames are made of them below the priority of the tick.
 
 use crate::supervisor::silence;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Output, SafeAction, State};
@@ -25,7 +25,7 @@ pub struct Record<const N: usize> {
     pub inputs: Inputs<f32, N>,
     /// All that it said.
     pub output: Output<f32, N>,
-    /// What it cost.
+    /// Its cost.
     pub cost: Option<TickCost>,
 }
 
@@ -44,7 +44,7 @@ impl<const N: usize> Record<N> {
         cost: None,
     };
 
-    /// What goes over the link: these parts, and how many points the trajectory has room for.
+    /// Status frame with these parts, and with how many points the trajectory has room for.
     #[must_use]
     pub fn status(&self, parts: Parts, room: u8) -> Status {
         let Output { actuation, state, homed, refused } = &self.output;
@@ -96,7 +96,7 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
     }
 }
 
-/// What is to be said of ticks. Made under the lock of the tick by copying; [`Report::frame`] does the rest.
+/// Report of ticks. Made under the lock of the tick by copying; [`Report::frame`] does the rest.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
 pub enum Report<const N: usize> {
@@ -109,7 +109,7 @@ pub enum Report<const N: usize> {
 }
 
 impl<const N: usize> Report<N> {
-    /// What goes over the link.
+    /// Frame of this report.
     #[must_use]
     pub fn frame(self) -> Frame {
         match self {
