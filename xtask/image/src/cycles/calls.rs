@@ -19,7 +19,7 @@ pub struct Calls {
     pub estimates: Vec<Estimate>,
 }
 
-/// Run a program that counts its calls with `chip_counter`, and estimate each call of the function that begins at `start`: from its first
+/// Run a program that counts its calls with `probe::Counter`, and estimate each call of the function that begins at `start`: from its first
 /// instruction to where it returns to, with all of it that lies in the ranges `within`.
 ///
 /// # Errors

@@ -1,9 +1,6 @@
-//! Writes the kernels that are counted on the chip, each in a module of its own, and the list of them.
+//! The kernels that are counted on the chip, each in a module of its own, and the list of them.
 //!
 //! A module of its own for each, so that each has one caller and is compiled into it, as in the firmware.
-
-#[path = "../../../firmware/link_arguments.rs"]
-mod link_arguments;
 
 use dynamics_core::{Body, Model, Scene, Term};
 use nalgebra::{Matrix3, Vector3};
@@ -15,17 +12,11 @@ use robot_compiler::kernel::source::{Title, module_of};
 use robot_compiler::kernel::{Function, Level, Precision, compile};
 use std::error::Error;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    println!("cargo::rerun-if-changed=../../../robots");
-    let manifest = std::env::var("CARGO_MANIFEST_DIR")?;
-    link_arguments::write(&Path::new(&manifest).join("../../.."), &[]);
-    let mut cases = Cases {
-        modules: Modules::new(PathBuf::from(std::env::var("OUT_DIR")?)),
-        functions: String::new(),
-        list: Vec::new(),
-    };
+/// Write the kernels and their list into a folder.
+pub(crate) fn write(folder: PathBuf) -> Result<(), Box<dyn Error>> {
+    let mut cases = Cases { modules: Modules::new(folder), functions: String::new(), list: Vec::new() };
     for name in bench::plain::ARMS {
         let file = bench::plain::scene(name)?;
         let arm = Arm { model: file.robot.model()?, file };

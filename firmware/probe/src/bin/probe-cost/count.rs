@@ -1,15 +1,14 @@
 //! The program on the chip.
 
 use crate::scenes::{INPUTS, N, all};
-use chip_counter::Counter;
 use core::fmt::{self, Write as _};
 use core::hint::black_box;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::{debug, hprint};
+use cortex_m_semihosting::hprint;
 use dynamics_core::control::{Configuration, Controller};
 use dynamics_core::{Command, Fault, InverseDynamics, Measurement, Real, Reference, Sensed, Trig};
 use heapless::String;
-use stm32f4xx_hal::pac;
+use probe::Counter;
 
 /// A tick's reference, which is where the arm is, and its encoders' counts where there are encoders.
 pub(crate) struct Row {
@@ -35,25 +34,7 @@ impl<S: Real> Input<S> {
 
 #[entry]
 fn main() -> ! {
-    if let Some(chip) = pac::Peripherals::take() {
-        let counter = Counter::new(chip.TIM2);
-        if counter.is_exact() {
-            all(&counter);
-            debug::exit(debug::EXIT_SUCCESS);
-        }
-    }
-    debug::exit(debug::EXIT_FAILURE);
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-    debug::exit(debug::EXIT_FAILURE);
-    loop {
-        cortex_m::asm::wfi();
-    }
+    probe::run(all)
 }
 
 /// Run a controller over all ticks from rest, and say what each took and gave.
@@ -111,7 +92,7 @@ fn outcome<S: Real>(line: &mut Line, command: &Command<S, N>) -> fmt::Result {
 fn say(what: impl FnOnce(&mut Line) -> fmt::Result) {
     let mut line = Line::new();
     if what(&mut line).and_then(|()| line.write_char('\n')).is_err() {
-        debug::exit(debug::EXIT_FAILURE);
+        probe::give_up();
     }
     hprint!("{}", line);
 }

@@ -1,7 +1,7 @@
 //! The controllers, and the ticks that all of them get.
 
 use crate::count::Row;
-use chip_counter::Counter;
+use probe::Counter;
 
 /// The controller of a scene, its tick as a function with a name, and what counts it.
 macro_rules! scene {
@@ -32,7 +32,7 @@ macro_rules! scene {
             controller.tick(&input.reference, &input.measurement)
         }
 
-        pub(crate) fn count(counter: &chip_counter::Counter) {
+        pub(crate) fn count(counter: &probe::Counter) {
             let mut controller = Controller::new(Settings, dynamics::arm(), arm::TRIG);
             *controller.live_mut() = live();
             crate::count::count($number, counter, controller, $tick);
@@ -51,7 +51,7 @@ macro_rules! scene {
 mod generated {
     use super::{Counter, Row};
 
-    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+    include!(concat!(env!("OUT_DIR"), "/cost/kernels.rs"));
 }
 
 pub(crate) use generated::{INPUTS, N, all};

@@ -2,38 +2,19 @@
 
 use crate::cases::{self, Case, Inputs, Outputs};
 use bench::states::States;
-use chip_counter::Counter;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::{debug, hprintln};
+use cortex_m_semihosting::hprintln;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Dynamics, Inertia, Live, Trig, Wrench};
 use nalgebra::{Matrix3, Vector3};
-use stm32f4xx_hal::pac;
+use probe::Counter;
 
 /// Random states that each function is counted in.
 const STATES: usize = 200;
 
 #[entry]
 fn main() -> ! {
-    if let Some(chip) = pac::Peripherals::take() {
-        let counter = Counter::new(chip.TIM2);
-        if counter.is_exact() {
-            all(&counter);
-            debug::exit(debug::EXIT_SUCCESS);
-        }
-    }
-    debug::exit(debug::EXIT_FAILURE);
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-    debug::exit(debug::EXIT_FAILURE);
-    loop {
-        cortex_m::asm::wfi();
-    }
+    probe::run(all)
 }
 
 /// Count everything, a line for each: name, address, least, most, operations, negations, live inputs, alive at most.
