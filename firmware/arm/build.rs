@@ -1,31 +1,16 @@
-//! Writes the arm out as Rust.
+//! Says where the arm's source lies.
 //!
-//! `NEWTAU_SCENE` names the scene file, relative to the workspace; without it the Puma's is taken.
+//! `NEWTAU_ARM` names the folder that `cargo xtask firmware build` has had written from a scene file; without it the Puma's is taken,
+//! which stands in `puma560_pick/` beside this file. Nothing is compiled here: the robot compiler runs once, in the task.
 
-use std::path::PathBuf;
-use std::process::ExitCode;
+use std::error::Error;
+use std::path::{Path, PathBuf};
 
-const SCENE_DEFAULT: &str = "scenes/puma560_pick.toml";
-
-fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error:?}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn run() -> Result<(), Box<dyn std::error::Error>> {
-    let root = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR")?).join("../..");
-    let scene = root.join(std::env::var("NEWTAU_SCENE").unwrap_or_else(|_| SCENE_DEFAULT.into()));
-    robot_compiler::emit::write_firmware(&scene, &PathBuf::from(std::env::var("OUT_DIR")?))?;
-    println!("cargo::rerun-if-env-changed=NEWTAU_SCENE");
-    for name in robot_compiler::emit::CHOICES {
-        println!("cargo::rerun-if-env-changed={name}");
-    }
-    println!("cargo::rerun-if-changed={}", scene.display());
-    println!("cargo::rerun-if-changed={}", root.join("robots").display());
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("cargo::rerun-if-env-changed=NEWTAU_ARM");
+    let own = Path::new(&std::env::var("CARGO_MANIFEST_DIR")?).join("puma560_pick");
+    let folder = std::env::var_os("NEWTAU_ARM").map_or(own, PathBuf::from);
+    println!("cargo::rerun-if-changed={}", folder.display());
+    println!("cargo::rustc-env=ARM={}", folder.display());
     Ok(())
 }

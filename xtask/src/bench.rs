@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`chip`] | instructions in the emulator; bytes and stack traffic in the linked program |
 //! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder held to objdump's |
+//! | [`kernels`] | source of the kernels that are counted on the chip |
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
 //! | [`baseline`] | the gate: counts held to `xtask/bench/baseline.toml` |
@@ -15,6 +16,7 @@ mod counts;
 pub(crate) mod cycles;
 mod desk;
 mod disassembly;
+pub(crate) mod kernels;
 mod report;
 
 pub(crate) use report::{Table, between_markers, thousands, write_into};

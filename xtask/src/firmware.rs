@@ -1,5 +1,6 @@
 //! Building the firmware for a scene and a board.
 
+use crate::emitted;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result};
 use std::ffi::OsStr;
@@ -71,7 +72,7 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     let _lock = lock(&folder)?;
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--package", "firmware", "--bin", "firmware", "--no-default-features"]);
-    cargo.args(["--features", board.name()]).env("NEWTAU_SCENE", &scene);
+    cargo.args(["--features", board.name()]).env("NEWTAU_ARM", emitted::arm(&scene)?);
     cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
     let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
     keep(&std::fs::read(&built)?, program(&scene, board)?)
@@ -80,9 +81,13 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
 /// Where [`build`] leaves the program, whether it has been built or not.
 pub(crate) fn program(scene: &Path, board: Board) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
-    let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let hash = short_hash(&scene, &["NEWTAU_LAW", "NEWTAU_TRIG"]);
-    Ok(toolchain::target_directory().join(format!("{stem}-{hash:08x}-{board}.elf")))
+    Ok(toolchain::target_directory().join(format!("{}-{board}.elf", scene_hash(&scene))))
+}
+
+/// Name of a scene and hash of its path, and of what the environment changes in it: for files that are made from it.
+pub(crate) fn scene_hash(scene: &Path) -> String {
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    format!("{stem}-{:08x}", short_hash(scene, &robot_compiler::emit::CHOICES))
 }
 
 /// Build the program that measures a scene's tick; the answer is a copy that later builds leave alone.
@@ -91,10 +96,8 @@ pub(crate) fn build_cost(scene: &Path) -> Result<PathBuf> {
     let toolchain = Toolchain::find_or_install()?;
     let folder = toolchain::target_directory();
     let _lock = lock(&folder)?;
-    let list = folder.join("cost.scenes");
-    std::fs::write(&list, format!("{}\n", scene.display()))?;
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--package", "probe", "--features", "cost"]).env("NEWTAU_SCENES", &list);
+    cargo.args(["--quiet", "--package", "probe", "--features", "cost"]).env("NEWTAU_COST", emitted::cost(&scene)?);
     let built = toolchain::build(&mut cargo, toolchain::product("probe-cost"))
         .with_context(|| format!("the program that measures {}", scene.display()))?;
     let text = std::fs::read(&built)?;

@@ -2,6 +2,7 @@
 //!
 //! The tick alone is linked from a staticlib with unused sections collected; what is left was reachable.
 
+use crate::emitted;
 use crate::process::run;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
@@ -68,7 +69,7 @@ fn offences(scene: &Path, feature: Option<&str>) -> Result<Vec<String>> {
 fn link(scene: &Path, feature: Option<&str>) -> Result<PathBuf> {
     let toolchain = Toolchain::find_or_install()?;
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--package", "tick-gate"]).env("NEWTAU_SCENE", scene);
+    cargo.args(["--quiet", "--package", "tick-gate"]).env("NEWTAU_ARM", emitted::arm(scene)?);
     cargo.args(feature.map(|feature| format!("--features={feature}")));
     let library = toolchain::build(&mut cargo, toolchain::product("libtick_gate.a"))?;
     let linked = toolchain::product(&format!("tick-gate-{}.elf", feature.unwrap_or("tick")));

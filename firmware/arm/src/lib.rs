@@ -1,5 +1,5 @@
-//! The arm that a firmware is built for: its numbers, its kernel and its controller, written out by `build.rs` from the
-//! scene file that `NEWTAU_SCENE` names.
+//! The arm that a firmware is built for: its numbers, its kernel and its controller, as the robot compiler writes them out from a
+//! scene file. `cargo xtask firmware build --scene FILE` writes them; `build.rs` says where they lie.
 #![no_std]
 
 use dynamics_core::control::{Configuration, Controller, ControllerConfig};
@@ -21,19 +21,19 @@ pub use generated::tuning::Tuning;
 )]
 mod generated {
     pub(crate) mod arm {
-        include!(concat!(env!("OUT_DIR"), "/arm.rs"));
+        include!(concat!(env!("ARM"), "/arm.rs"));
     }
     pub(crate) mod drives {
-        include!(concat!(env!("OUT_DIR"), "/drives.rs"));
+        include!(concat!(env!("ARM"), "/drives.rs"));
     }
     pub(crate) mod dynamics {
-        include!(concat!(env!("OUT_DIR"), "/dynamics.rs"));
+        include!(concat!(env!("ARM"), "/dynamics.rs"));
     }
     pub(crate) mod protection {
-        include!(concat!(env!("OUT_DIR"), "/protection.rs"));
+        include!(concat!(env!("ARM"), "/protection.rs"));
     }
     pub(crate) mod tuning {
-        include!(concat!(env!("OUT_DIR"), "/tuning.rs"));
+        include!(concat!(env!("ARM"), "/tuning.rs"));
     }
 }
 

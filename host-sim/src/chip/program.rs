@@ -49,7 +49,7 @@ fn xtask<'a, const M: usize>(
 ) -> Result<String, ChipError> {
     let cargo = PathBuf::from(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let mut child = Command::new(&cargo)
-        .args(["run", "--quiet", "--package", "xtask", "--"])
+        .args(["run", "--quiet", "--release", "--package", "xtask", "--"])
         .args(arguments)
         .arg(file)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))

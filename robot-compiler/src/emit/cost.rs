@@ -13,9 +13,6 @@ use dynamics_core::{Live, Measurement, Model, Real, Reference, Sensed};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// The variable of the environment that names the list of scene files, a text with a path a line.
-pub const SCENES: &str = "NEWTAU_SCENES";
-
 /// Ticks before those that are counted, for the observer and the limits on a step to come in.
 pub const RUN_UP: usize = 32;
 
@@ -94,8 +91,7 @@ pub fn difference(one: &SceneFile, other: &SceneFile) -> Option<&'static str> {
     differs.into_iter().find(|(_, differs)| *differs).map(|(name, _)| name)
 }
 
-/// Write `kernels.rs` and the modules that it names into a folder, for the scenes of a list: the whole of the measuring program's build
-/// script. Gives the files that were read.
+/// Write `kernels.rs` and the modules that it names into a folder, for these scene files: all that the measuring program includes.
 ///
 /// | item | what |
 /// |---|---|
@@ -110,17 +106,6 @@ pub fn difference(one: &SceneFile, other: &SceneFile) -> Option<&'static str> {
 /// # Errors
 /// A file that cannot be read, with its name and line; scenes that differ in arm, rate, motion, duration or sensors; a folder that cannot
 /// be written to.
-pub fn write_program(list: &Path, folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let text = std::fs::read_to_string(list).map_err(|error| format!("{}: {error}", list.display()))?;
-    let paths: Vec<PathBuf> = text.lines().filter(|line| !line.trim().is_empty()).map(PathBuf::from).collect();
-    write_program_of(&paths, folder)?;
-    Ok(std::iter::once(list.to_owned()).chain(paths).collect())
-}
-
-/// As [`write_program`], for these scene files.
-///
-/// # Errors
-/// As [`write_program`].
 pub fn write_program_of(paths: &[PathBuf], folder: &Path) -> Result<(), Box<dyn Error>> {
     let scenes: Vec<SceneFile> = paths.iter().map(|path| SceneFile::load(path)).collect::<Result<_, _>>()?;
     let Some(first) = scenes.first() else {

@@ -18,7 +18,7 @@ pub mod hand;
 pub mod plain;
 pub mod states;
 
-/// Kernels and numbers of the arms, in the scene of `plain`.
+/// Kernels and numbers of the arms, in the scene of `plain` (feature `kernels`).
 ///
 /// | item | what |
 /// |---|---|
@@ -30,6 +30,7 @@ pub mod states;
 /// | `ARM_arm::{model, scene}` | the arm for the recursion, f32 |
 ///
 /// `ARM` is `ur5`, `puma560` or `stanford`; `LEVEL` is `exact` or `regrouped`; `SCALAR` is `f32` or `f64`.
+#[cfg(feature = "kernels")]
 pub mod kernels {
     #![allow(
         unused_imports,

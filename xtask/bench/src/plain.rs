@@ -2,7 +2,7 @@
 
 use dynamics_core::Term;
 use robot_compiler::{FileError, Robot, SceneFile};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The arms, by the names of their files and modules. Six joints each.
 pub const ARMS: [&str; 3] = ["ur5", "puma560", "stanford"];
@@ -12,7 +12,10 @@ pub const ARMS: [&str; 3] = ["ur5", "puma560", "stanford"];
 /// # Errors
 /// A robot file that cannot be read.
 pub fn scene(arm: &str) -> Result<SceneFile, FileError> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../robots/{arm}.toml"));
+    // More than one package reads this file: the robots lie above each of them.
+    let above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    let mut paths = above.map(|folder| folder.join(format!("robots/{arm}.toml")));
+    let path = paths.find(|path| path.exists()).unwrap_or_else(|| PathBuf::from(format!("robots/{arm}.toml")));
     let mut scene = SceneFile::default_for(Robot::load(&path)?);
     arm.clone_into(&mut scene.name);
     scene.model.rotor = Term::Absent;

@@ -1,6 +1,7 @@
 //! What kernels take on the emulated chip: instructions, bytes, and what they keep on the stack.
 
 use super::baseline::Counts;
+use crate::emitted;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
 use chip_image::{Code, Program};
@@ -48,8 +49,9 @@ impl Counted {
 pub(crate) fn count() -> Result<Counted> {
     crate::setup::qemu()?;
     let toolchain = Toolchain::find_or_install()?;
+    let folder = emitted::kernels()?;
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--locked", "--package", "probe", "--features", "kernels"]);
+    cargo.args(["--quiet", "--locked", "--package", "probe", "--features", "kernels"]).env("NEWTAU_KERNELS", folder);
     let elf = toolchain::build(&mut cargo, toolchain::product("probe-kernels"))?;
     let said = crate::qemu::semihosted(&elf)?;
     let bytes = std::fs::read(&elf)?;

@@ -51,7 +51,7 @@ macro_rules! scene {
 mod generated {
     use super::{Counter, Row};
 
-    include!(concat!(env!("OUT_DIR"), "/cost/kernels.rs"));
+    include!(concat!(env!("COST"), "/kernels.rs"));
 }
 
 pub(crate) use generated::{INPUTS, N, all};

@@ -107,5 +107,5 @@ mod kernels {
     use dynamics_core::InverseDynamics;
     use dynamics_core::trig::{Polynomial, Trig};
 
-    include!(concat!(env!("OUT_DIR"), "/kernels/kernels.rs"));
+    include!(concat!(env!("KERNELS"), "/kernels.rs"));
 }

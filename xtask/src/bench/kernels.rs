@@ -14,11 +14,15 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::PathBuf;
 
+#[path = "../../bench/src/plain.rs"]
+#[allow(unreachable_pub, reason = "a module of the package that measures on the desk, read here too")]
+mod plain;
+
 /// Write the kernels and their list into a folder.
 pub(crate) fn write(folder: PathBuf) -> Result<(), Box<dyn Error>> {
     let mut cases = Cases { modules: Modules::new(folder), functions: String::new(), list: Vec::new() };
-    for name in bench::plain::ARMS {
-        let file = bench::plain::scene(name)?;
+    for name in plain::ARMS {
+        let file = plain::scene(name)?;
         let arm = Arm { model: file.robot.model()?, file };
         cases.modules.module(&format!("{name}_arm"), &arm_module(&arm.file, &arm.model))?;
         let plain = arm.file.scene(&arm.model);
