@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`scalar`] | the ring that the recursions are written on, and the fields that solving and control need |
 //! | [`dual`] | a scalar that carries a derivative |
-//! | [`trig`] | sine and cosine: our own polynomials, a table, rotations, or libm's |
+//! | [`trig`] | sine and cosine: our own polynomials, a table, or libm's |
 //! | [`joint`] | how a person describes a joint: frame convention, body, rotor, limits |
 //! | [`geometry`] | small products, written out; right angles exact |
 //! | [`inertia`] | mass, first moment and inertia about an origin; wrenches |
@@ -24,7 +24,6 @@
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
 //! | [`drive`] | between a joint and its drive: scales, offsets, ranges |
-//! | [`mixed`] | the recursion in f32 inside a controller in f64 |
 //! | [`control`] | laws, models evaluated every few ticks, limits, observers, collisions, reference motions, the controller and its faults |
 //! | [`safety`] | the state machine around the controller: when torque acts at all, and what happens instead |
 //!
@@ -73,7 +72,6 @@ pub mod geometry;
 pub mod inertia;
 pub mod joint;
 pub mod linkage;
-pub mod mixed;
 pub mod model;
 pub mod safety;
 pub mod scalar;

@@ -50,42 +50,29 @@ pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> St
 #[must_use]
 pub fn arm_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
     match scalar {
-        ScalarChoice::F32 => arm_text::<f32, N>(file, model, false),
-        ScalarChoice::F64 => arm_text::<f64, N>(file, model, false),
-        ScalarChoice::Mixed => arm_text::<f64, N>(file, model, true),
+        ScalarChoice::F32 => arm_text::<f32, N>(file, model),
+        ScalarChoice::F64 => arm_text::<f64, N>(file, model),
     }
 }
 
-fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>, mixed: bool) -> String {
+fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
     let real = S::NAME;
-    // Where both precisions are there, angles are narrow.
-    let angle = if mixed { "f32" } else { real };
     let trig = match file.control.trig {
         Method::Polynomial => "Polynomial",
         Method::Polynomial5 => "Polynomial5",
         Method::Polynomial3 => "Polynomial3",
         Method::Table => "Table",
-        Method::Rotation => "Rotation",
         Method::Libm => "Libm",
     };
-    // What remembers is of a precision, and has no value without a call.
-    let (kind, value) = match file.control.trig {
-        Method::Rotation => (format!("{trig}<{angle}>"), format!("{trig}::<{angle}>::new()")),
-        _ => (trig.to_owned(), trig.to_owned()),
-    };
-    let (kind, value) = if mixed { (format!("Reduced<{kind}>"), format!("Reduced({value})")) } else { (kind, value) };
     let scene = file.scene(model).cast::<S>();
     let config = file.controller_config(model).cast::<S>();
     let rules = file.safety_rules(model).cast::<S>();
     let mut text =
         String::from("//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n");
     text += &imports(&scene, &config, trig);
-    if mixed {
-        text += "use dynamics_core::mixed::Reduced;\n";
-    }
-    text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {kind};\n");
+    text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {trig};\n");
     let constants = [
-        ("Which sine and cosine.", "TRIG", "Trig", value),
+        ("Which sine and cosine.", "TRIG", "Trig", trig.to_owned()),
         ("Joints.", "N", "usize", N.to_string()),
         ("The scene.", "NAME", "&str", format!("{:?}", file.name)),
         ("The robot.", "ROBOT", "&str", format!("{:?}", file.robot.name)),
@@ -118,11 +105,11 @@ pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) 
     dynamics_module_in(file, model, ScalarChoice::F32)
 }
 
-/// As [`dynamics_module`], in a scalar of choice in place of `f32`; mixed: the kernel in f32, what is around it in f64.
+/// As [`dynamics_module`], in a scalar of choice in place of `f32`.
 #[must_use]
 pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
     let precision = match scalar {
-        ScalarChoice::F32 | ScalarChoice::Mixed => Precision::Single,
+        ScalarChoice::F32 => Precision::Single,
         ScalarChoice::F64 => Precision::Double,
     };
     let (text, inner) = match file.control.kernel.level() {
@@ -130,11 +117,7 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
             "//! The recursion itself, with the model at run time.\n\nuse dynamics_core::Dynamics;\n".to_owned(),
             Inner {
                 kind: format!("Dynamics<{}, {N}>", precision.name()),
-                value: match scalar {
-                    ScalarChoice::F32 | ScalarChoice::F64 => "Dynamics::new(super::arm::model(), super::arm::scene())",
-                    ScalarChoice::Mixed => "Dynamics::new(super::arm::model().cast(), super::arm::scene().cast())",
-                }
-                .to_owned(),
+                value: "Dynamics::new(super::arm::model(), super::arm::scene())".to_owned(),
                 constant: false,
             },
         ),
@@ -149,15 +132,7 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
             }
         }
     };
-    let (text, inner) = match scalar {
-        ScalarChoice::F32 | ScalarChoice::F64 => (text, inner),
-        ScalarChoice::Mixed => (
-            text + "use dynamics_core::mixed::Narrow;\n",
-            Inner { kind: format!("Narrow<{}>", inner.kind), value: format!("Narrow({})", inner.value), ..inner },
-        ),
-    };
-    let real = if matches!(scalar, ScalarChoice::F32) { "f32" } else { "f64" };
-    text + "\n" + &arm_items::<N>(file, inner, real)
+    text + "\n" + &arm_items::<N>(file, inner, precision.name())
 }
 
 /// Rust source of a module with what watches the arm, for use beside [`arm_module`].

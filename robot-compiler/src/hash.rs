@@ -71,8 +71,8 @@ impl SceneFile {
             Method::Libm => 1,
             Method::Polynomial5 => 2,
             Method::Polynomial3 => 3,
+            // 5 was a choice that has left (docs/decisions/0006).
             Method::Table => 4,
-            Method::Rotation => 5,
         });
         // The recursion and its exact kernel give the same bits, and either side may run either.
         fnv.tag(match self.control.kernel {

@@ -198,7 +198,6 @@ where
     pub fn reset(&mut self) {
         self.memory = Memory::new();
         self.dynamics.forget();
-        self.trig.forget();
         self.protection.forget();
     }
 
@@ -220,11 +219,6 @@ where
     /// What watches the arm.
     pub fn protection(&self) -> &P {
         &self.protection
-    }
-
-    /// What watches the arm, for example to set a payload between ticks.
-    pub fn protection_mut(&mut self) -> &mut P {
-        &mut self.protection
     }
 
     /// The configuration, to be changed between ticks; `None` where it is part of the program.
@@ -272,11 +266,7 @@ where
         if P::WATCHES {
             let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
             let verdict;
-            // What a trigonometry remembers belongs to the angles that the law asks for: of this one the reference's.
-            (verdict, turn) = match config.law {
-                Law::Feedforward => (protection.look(&seen, || trig.sin_cos_all(q)).0, None),
-                _ => protection.look(&seen, || trig.tick(q)),
-            };
+            (verdict, turn) = protection.look(&seen, || trig.sin_cos_all(q));
             match verdict {
                 Verdict::Free => {}
                 Verdict::Stop { joint } => return Err(Fault::Collision { joint }),
