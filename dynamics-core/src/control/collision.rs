@@ -324,11 +324,6 @@ impl<S: Real, const N: usize, M, K: CollisionConfiguration<S, N>> CollisionWatch
         self.observer.residual()
     }
 
-    /// What gives the momentum, for example to set a payload between ticks.
-    pub fn momentum_mut(&mut self) -> &mut M {
-        &mut self.momentum
-    }
-
     #[inline]
     fn decide(&mut self, q: &[S; N]) -> Verdict<S, N> {
         let config = self.config.get();
