@@ -24,6 +24,7 @@
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
 //! | [`drive`] | between a joint and its drive: scales, offsets, ranges |
+//! | [`fields`] | records whose fields are listed once: for casting, hashing, writing out |
 //! | [`control`] | laws, models evaluated every few ticks, limits, observers, collisions, reference motions, the controller and its faults |
 //! | [`safety`] | the state machine around the controller: when torque acts at all, and what happens instead |
 //!
@@ -68,6 +69,7 @@ pub mod control;
 pub mod drive;
 pub mod dual;
 mod dynamics;
+pub mod fields;
 pub mod geometry;
 pub mod inertia;
 pub mod joint;

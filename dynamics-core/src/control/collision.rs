@@ -23,17 +23,20 @@
 //! how they are found. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017, section IV.)
 
 use super::Friction;
+use crate::fields::{record, words};
 use crate::momentum::{GeneralizedMomentum, Momentum};
 use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::SinCos;
 
-/// The filter of the observer: bandwidth and period as the numbers that a tick needs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MomentumFilter<S> {
-    gain: S,
-    period: S,
-    half_period: S,
+record! {
+    /// The filter of the observer: bandwidth and period as the numbers that a tick needs.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct MomentumFilter<S> made by from_numbers {
+        gain: S,
+        period: S,
+        half_period: S,
+    }
 }
 
 impl<S: Real> MomentumFilter<S> {
@@ -132,36 +135,24 @@ pub enum Reaction {
     Comply,
 }
 
-/// When something has been hit, and what is done then.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CollisionConfig<S, const N: usize> {
-    /// Bandwidth of the residual.
-    pub filter: MomentumFilter<S>,
-    /// Residual of a collision, N m or N.
-    pub threshold: [S; N],
-    /// Residual below which, on every joint, nothing pushes any more: half of `threshold`.
-    pub released: [S; N],
-    /// Ticks in a row that a residual is above its threshold before it is believed.
-    pub ticks: u32,
-    /// Ticks in a row without a push after which it is over.
-    pub release_ticks: u32,
-    /// What is done.
-    pub reaction: Reaction,
-}
+words!(Reaction { Stop = 0, Hold = 1, Comply = 2 });
 
-impl<const N: usize> CollisionConfig<f64, N> {
-    /// The same in another scalar, each number through [`crate::Scalar::literal`].
-    #[must_use]
-    pub fn cast<T: Real>(&self) -> CollisionConfig<T, N> {
-        let [gain, period, half_period] = self.filter.numbers().map(T::literal);
-        CollisionConfig {
-            filter: MomentumFilter::from_numbers(gain, period, half_period),
-            threshold: self.threshold.map(T::literal),
-            released: self.released.map(T::literal),
-            ticks: self.ticks,
-            release_ticks: self.release_ticks,
-            reaction: self.reaction,
-        }
+record! {
+    /// When something has been hit, and what is done then.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct CollisionConfig<S, const N: usize> {
+        /// Bandwidth of the residual.
+        pub filter: MomentumFilter<S>,
+        /// Residual of a collision, N m or N.
+        pub threshold: [S; N],
+        /// Residual below which, on every joint, nothing pushes any more: half of `threshold`.
+        pub released: [S; N],
+        /// Ticks in a row that a residual is above its threshold before it is believed.
+        pub ticks: u32,
+        /// Ticks in a row without a push after which it is over.
+        pub release_ticks: u32,
+        /// What is done.
+        pub reaction: Reaction,
     }
 }
 

@@ -6,42 +6,47 @@ use super::law::{Gains, Law, State, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
 use super::observer::{Encoder, TrackingObserver};
 use super::{Command, Fault, Measurement, Reference, Sensed};
+use crate::fields::record;
 use crate::joint::Limits;
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::Trig;
 
-/// When a measurement is no longer believed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guard<S> {
-    /// How far beyond a position limit a joint may be before it is a fault, rad or m.
-    pub position_margin: S,
-    /// Speed at which it is a fault, rad/s or m/s.
-    pub velocity_max: S,
+record! {
+    /// When a measurement is no longer believed.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Guard<S> {
+        /// How far beyond a position limit a joint may be before it is a fault, rad or m.
+        pub position_margin: S,
+        /// Speed at which it is a fault, rad/s or m/s.
+        pub velocity_max: S,
+    }
 }
 
-/// Everything about the controller that does not change while it runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ControllerConfig<S, const N: usize> {
-    /// The control law.
-    pub law: Law,
-    /// Gains per joint.
-    pub gains: [Gains<S>; N],
-    /// Friction to make up for, per joint; `None` leaves it to the feedback.
-    pub friction: Option<[Friction<S>; N]>,
-    /// Limits per joint.
-    pub limits: [Limits<S>; N],
-    /// Greatest change of torque in one tick, N m or N: the torque-rate limit times the period.
-    pub torque_step: [S; N],
-    /// When a measurement is a fault, per joint.
-    pub guard: [Guard<S>; N],
-    /// Oldest measurement that is believed, in ticks.
-    pub age_max: u32,
-    /// Encoder scale per joint.
-    pub encoder: [Encoder<S>; N],
-    /// Velocity from counts.
-    pub observer: TrackingObserver<S>,
+record! {
+    /// Everything about the controller that does not change while it runs.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ControllerConfig<S, const N: usize> {
+        /// The control law.
+        pub law: Law,
+        /// Gains per joint.
+        pub gains: [Gains<S>; N],
+        /// Friction to make up for, per joint; `None` leaves it to the feedback.
+        pub friction: Option<[Friction<S>; N]>,
+        /// Limits per joint.
+        pub limits: [Limits<S>; N],
+        /// Greatest change of torque in one tick, N m or N: the torque-rate limit times the period.
+        pub torque_step: [S; N],
+        /// When a measurement is a fault, per joint.
+        pub guard: [Guard<S>; N],
+        /// Oldest measurement that is believed, in ticks.
+        pub age_max: u32,
+        /// Encoder scale per joint.
+        pub encoder: [Encoder<S>; N],
+        /// Velocity from counts.
+        pub observer: TrackingObserver<S>,
+    }
 }
 
 /// Where a controller finds its configuration.
@@ -67,38 +72,6 @@ impl<S, const N: usize> Configuration<S, N> for ControllerConfig<S, N> {
 
     fn get_mut(&mut self) -> Option<&mut Self> {
         Some(self)
-    }
-}
-
-impl<const N: usize> ControllerConfig<f64, N> {
-    /// The same configuration in another scalar, each number through [`crate::Scalar::literal`].
-    #[must_use]
-    pub fn cast<T: Real>(&self) -> ControllerConfig<T, N> {
-        let t = T::literal;
-        ControllerConfig {
-            law: self.law,
-            gains: self.gains.map(|g| Gains {
-                position: t(g.position),
-                velocity: t(g.velocity),
-                inertia: t(g.inertia),
-            }),
-            friction: self.friction.map(|all| {
-                all.map(|f| Friction {
-                    viscous: t(f.viscous),
-                    coulomb: t(f.coulomb),
-                    per_smoothing_speed: t(f.per_smoothing_speed),
-                })
-            }),
-            limits: self.limits.map(|l| l.cast()),
-            torque_step: self.torque_step.map(t),
-            guard: self.guard.map(|g| Guard { position_margin: t(g.position_margin), velocity_max: t(g.velocity_max) }),
-            age_max: self.age_max,
-            encoder: self.encoder.map(|e| Encoder { zero: e.zero, per_count: t(e.per_count) }),
-            observer: {
-                let [period, half, g, k] = self.observer.gains().map(t);
-                TrackingObserver::from_gains(period, half, g, k)
-            },
-        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The control laws.
 
 use super::Reference;
+use crate::fields::{record, words};
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::{Real, Scalar};
 use crate::scene::Live;
@@ -22,16 +23,20 @@ pub enum Law {
     Feedforward,
 }
 
-/// Gains of one joint: what makes an error of one joint behave as a mass on a spring with a damper.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gains<S> {
-    /// `Kp = omega^2`, 1/s^2.
-    pub position: S,
-    /// `Kd = 2 zeta omega`, 1/s.
-    pub velocity: S,
-    /// `M0`, the inertia that turns an acceleration into a torque in the laws without a model of the inertia in the loop, and
-    /// between two evaluations of [`super::EveryNth`], kg m^2 or kg.
-    pub inertia: S,
+words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4 });
+
+record! {
+    /// Gains of one joint: what makes an error of one joint behave as a mass on a spring with a damper.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Gains<S> {
+        /// `Kp = omega^2`, 1/s^2.
+        pub position: S,
+        /// `Kd = 2 zeta omega`, 1/s.
+        pub velocity: S,
+        /// `M0`, the inertia that turns an acceleration into a torque in the laws without a model of the inertia in the loop, and
+        /// between two evaluations of [`super::EveryNth`], kg m^2 or kg.
+        pub inertia: S,
+    }
 }
 
 impl<S: Real> Gains<S> {
