@@ -1,5 +1,6 @@
 //! Mass, first moment and inertia of a body about an origin, and wrenches.
 
+use crate::fields::record;
 use crate::geometry::{apply, apply_transposed, compose};
 use crate::scalar::{Real, Scalar};
 use core::ops::{Add, Sub};
@@ -19,20 +20,14 @@ pub struct Inertia<S> {
     pub about_origin: Matrix3<S>,
 }
 
-/// How much of a body there may be, and how far out: what a payload that is told at run time is held to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InertiaBounds<S> {
-    /// Most mass, kg.
-    pub mass: S,
-    /// No part of it is farther from the frame's origin than this, m.
-    pub radius: S,
-}
-
-impl InertiaBounds<f64> {
-    /// The same numbers in another scalar, each through [`Scalar::literal`].
-    #[must_use]
-    pub fn cast<T: Scalar>(&self) -> InertiaBounds<T> {
-        InertiaBounds { mass: T::literal(self.mass), radius: T::literal(self.radius) }
+record! {
+    /// How much of a body there may be, and how far out: what a payload that is told at run time is held to.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct InertiaBounds<S> {
+        /// Most mass, kg.
+        pub mass: S,
+        /// No part of it is farther from the frame's origin than this, m.
+        pub radius: S,
     }
 }
 

@@ -1,5 +1,6 @@
 //! How a person describes a joint and the link that moves with it, before it is checked.
 
+use crate::fields::record;
 use nalgebra::{Matrix3, Vector3};
 
 /// What a joint lets its link do.
@@ -84,17 +85,19 @@ impl Rotor {
     }
 }
 
-/// What a joint must not exceed. Infinity means "no limit".
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits<S> {
-    /// Lowest and highest position, rad or m.
-    pub position: (S, S),
-    /// Greatest speed, rad/s or m/s.
-    pub velocity: S,
-    /// Greatest actuator torque or force, N m or N.
-    pub torque: S,
-    /// Greatest rate of change of the commanded torque, N m/s or N/s.
-    pub torque_rate: S,
+record! {
+    /// What a joint must not exceed. Infinity means "no limit".
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Limits<S> {
+        /// Lowest and highest position, rad or m.
+        pub position: (S, S),
+        /// Greatest speed, rad/s or m/s.
+        pub velocity: S,
+        /// Greatest actuator torque or force, N m or N.
+        pub torque: S,
+        /// Greatest rate of change of the commanded torque, N m/s or N/s.
+        pub torque_rate: S,
+    }
 }
 
 impl Limits<f64> {

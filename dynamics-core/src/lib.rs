@@ -4,11 +4,13 @@
 //! nalgebra's fixed-size vectors and matrices. The same source gives the same bits on every machine with IEEE-754
 //! arithmetic: nothing here fuses a multiplication with an addition or calls a platform's mathematics library.
 //!
+//! What a controller needs:
+//!
 //! | module | holds |
 //! |---|---|
 //! | [`scalar`] | the ring that the recursions are written on, and the fields that solving and control need |
 //! | [`dual`] | a scalar that carries a derivative |
-//! | [`trig`] | sine and cosine: our own polynomials, a table, rotations, or libm's |
+//! | [`trig`] | sine and cosine: our own polynomials, a table, or libm's |
 //! | [`joint`] | how a person describes a joint: frame convention, body, rotor, limits |
 //! | [`geometry`] | small products, written out; right angles exact |
 //! | [`inertia`] | mass, first moment and inertia about an origin; wrenches |
@@ -18,22 +20,16 @@
 //! | [`mass_matrix`] | the joint-space inertia matrix |
 //! | [`momentum`] | generalised momentum and its rate, for observers of external torques |
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
-//! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
-//! | [`lagrange`] | Lagrange's equations from the links' Jacobians: matrices, Christoffel symbols, torques |
-//! | [`trace_form`] | the same from derivatives of 4x4 transforms, sharing nothing with the others |
-//! | [`rotor_coupling`] | what reflected rotor inertia leaves out |
-//! | [`global`] | every link's Newton and Euler equation in the base frame, and all of them as one linear system |
-//! | [`statics`] | joint wrenches and torques at rest, inward and outward, in the base frame and in the links' |
-//! | [`contact`] | the wrench at the tip from the one that the base measures |
-//! | [`reactions`] | what of a joint's wrench its actuator carries, and what its bearings |
-//! | [`work`] | work done by the actuators along a motion |
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
 //! | [`drive`] | between a joint and its drive: scales, offsets, ranges |
-//! | [`mixed`] | the recursion in f32 inside a controller in f64 |
+//! | [`fields`] | records whose fields are listed once: for casting, hashing, writing out |
 //! | [`control`] | laws, models evaluated every few ticks, limits, observers, collisions, reference motions, the controller and its faults |
 //! | [`safety`] | the state machine around the controller: when torque acts at all, and what happens instead |
+//!
+//! The textbook's other methods, for checks and for reading, are in [`chapter`]: Lagrange's equations, traces, free bodies in the base
+//! frame, statics, reactions, rotors, work.
 //!
 //! Frames are named so that products read: `parent_from_link * x_link = x_parent`. Equation numbers are those of the
 //! robot-dynamics chapter that this crate implements, in the corrected form that `docs/dynamics.md` derives.
@@ -68,38 +64,24 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod articulated_body;
-pub mod contact;
+pub mod chapter;
 pub mod control;
 pub mod drive;
 pub mod dual;
-pub mod energy;
-pub mod forward_dynamics;
+mod dynamics;
+pub mod fields;
 pub mod geometry;
-pub mod global;
 pub mod inertia;
 pub mod joint;
-pub mod kinematics;
-pub mod lagrange;
 pub mod linkage;
-pub mod mass_matrix;
-pub mod mixed;
 pub mod model;
-pub mod momentum;
-pub mod newton_euler;
-pub mod posture;
-pub mod reactions;
-pub mod rotor_coupling;
 pub mod safety;
 pub mod scalar;
 pub mod scene;
-mod solve;
-pub mod statics;
-pub mod trace_form;
 pub mod trig;
-pub mod work;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
+pub use dynamics::{articulated_body, energy, forward_dynamics, kinematics, mass_matrix, momentum, newton_euler};
 pub use forward_dynamics::Singular;
 pub use inertia::{Inertia, InertiaBounds, Wrench};
 pub use joint::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool};

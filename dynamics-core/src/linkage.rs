@@ -25,8 +25,8 @@
 //!
 //! No angle is ever taken from a direction: links are unit vectors, so square roots are all that this needs beside a field.
 
+use crate::dynamics::solve::rounding;
 use crate::scalar::Real;
-use crate::solve::rounding;
 use crate::trig::SinCos;
 use nalgebra::Vector2;
 

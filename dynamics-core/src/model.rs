@@ -150,19 +150,6 @@ impl Placement<f64> {
     }
 }
 
-impl Limits<f64> {
-    /// The same limits in another scalar.
-    #[must_use]
-    pub fn cast<T: Scalar>(&self) -> Limits<T> {
-        Limits {
-            position: (T::literal(self.position.0), T::literal(self.position.1)),
-            velocity: T::literal(self.velocity),
-            torque: T::literal(self.torque),
-            torque_rate: T::literal(self.torque_rate),
-        }
-    }
-}
-
 fn body_inertia(body: &Body) -> Inertia<f64> {
     Inertia::from_mass_centre(body.mass, &body.com, &body.inertia)
 }

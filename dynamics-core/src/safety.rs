@@ -40,6 +40,7 @@ use crate::control::{
     Command, Configuration as ControlConfiguration, Controller, Fault, LimitFlags, Measurement, Protection, Reference,
     Sensed,
 };
+use crate::fields::words;
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
 use crate::trig::Trig;
@@ -57,6 +58,8 @@ pub enum SafeAction {
     /// Drives off: for an arm that carries itself.
     Off,
 }
+
+words!(SafeAction { Brake = 0, DampedStop = 1, Off = 2 });
 
 /// What somebody asks of the machine. At most one a tick; what is not granted is refused with its reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Sine and cosine: our own polynomials of three lengths, a table, rotations from tick to tick, or libm's.
+//! Sine and cosine: our own polynomials of three lengths, a table, or libm's.
 //!
 //! The controller needs both functions of every joint angle in every tick. On a Cortex-M4F `libm::sincosf` computes in
 //! f64, which that chip does in software; [`Polynomial`] stays in the precision of its argument, has no branch, no
@@ -42,9 +42,6 @@
 //! | [`Polynomial3`] | 1.53e-4 | 1.53e-4 | 1.53e-4 | 1.53e-4 |
 //! | [`Table`] | 8.76e-8 | 8.76e-8 | 1.86e-7 | 5.90e-8 |
 //!
-//! [`Rotation`], f32, over a million ticks of a motion within 20 rad: 1.08e-7, and no worse at the end than at the beginning.
-//! Rotating the last tick's result instead and restoring its length, the same motion was wrong by 1.3e-5.
-//!
 //! At the tabled zeros and quadrant changes the f64 results stay below 0.78 ulp too. The f32 results do not: they lack
 //! the second float, so next to a zero far from the origin they are good absolutely, not relatively.
 //!
@@ -57,15 +54,13 @@
 //! | one pair | 50 | 61 |
 //! | six pairs, `sin_cos_all` | 247, 41.2 a pair | 274, 45.7 a pair |
 //!
-//! The others, default tuning; [`Rotation`] through [`Trig::tick`] branches, and this is what it executes:
+//! The others, default tuning:
 //!
 //! | f32 | one pair | six pairs |
 //! |---|---|---|
 //! | [`Polynomial5`] | 43 | 214 |
 //! | [`Polynomial3`] | 39 | 190 |
 //! | [`Table`], and 2.5 KiB of flash | 35 | 162 |
-//! | [`Rotation`], every joint rotated | 27 | 212 |
-//! | [`Rotation`], none | 69 | 422 |
 //!
 //! Six share the loads of the constants. The default tuning uses VMLA, which rounds the product as a separate VMUL does
 //! (same bits, fewer instructions, not fewer cycles); tuned for the M4 the compiler keeps VMUL and VADD apart.
@@ -75,13 +70,11 @@
 //! In f32 the sine is `r (1 + z S)`, not the more accurate `r + r z S` (1.5 instead of 2 ulp): that one turns the sine
 //! of -0 into +0, and repairing the sign cost three instructions a pair.
 mod double;
-mod rotation;
 mod short;
 mod single;
 mod table;
 
 use crate::scalar::Real;
-pub use rotation::Rotation;
 pub use short::{Polynomial3, Polynomial5};
 pub use table::Table;
 
@@ -115,26 +108,12 @@ pub trait Trig<S: Copy>: Copy {
             (*sin, *cos) = (both.sin, both.cos);
         }
     }
-
-    /// Both of each angle, rad, once in every tick of a controller: what remembers the last angles does so here.
-    #[inline]
-    fn tick<const N: usize>(&mut self, angles: &[S; N]) -> [SinCos<S>; N] {
-        self.sin_cos_all(angles)
-    }
-
-    /// Forget what [`Trig::tick`] remembers: the next tick is the first.
-    #[inline]
-    fn forget(&mut self) {}
 }
 
 /// What reducing an angle needs of `f32` and `f64`.
 trait Binary: Real {
     /// The bits that count quarter turns.
     type Turns: Copy;
-    /// Not a number.
-    const NAN: Self;
-    /// Largest accepted angle, rad, either sign.
-    const LIMIT: Self;
 
     /// `f` of an angle. Where what is left of one can be zero, and has no sign for the sine to take, `f` of its magnitude
     /// instead, with the sign given to the sine.
@@ -197,8 +176,6 @@ impl Trig<f64> for Libm {
 }
 
 /// A choice made at run time, by a scene or a command line. Firmware names one type instead, and links only that.
-///
-/// As a [`Trig`] it has no memory: [`Method::Rotation`] then gives [`Polynomial`]'s values. [`Chosen`] has one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
     /// [`Polynomial`]
@@ -210,8 +187,6 @@ pub enum Method {
     Polynomial3,
     /// [`Table`]
     Table,
-    /// [`Rotation`]
-    Rotation,
     /// [`Libm`]
     Libm,
 }
@@ -224,7 +199,7 @@ where
     #[inline]
     fn sin_cos(&self, angle: S) -> SinCos<S> {
         match self {
-            Self::Polynomial | Self::Rotation => Polynomial.sin_cos(angle),
+            Self::Polynomial => Polynomial.sin_cos(angle),
             Self::Polynomial5 => Polynomial5.sin_cos(angle),
             Self::Polynomial3 => Polynomial3.sin_cos(angle),
             Self::Table => Table.sin_cos(angle),
@@ -235,56 +210,11 @@ where
     #[inline]
     fn sin_cos_lists(&self, angles: &[S], sin: &mut [S], cos: &mut [S]) {
         match self {
-            Self::Polynomial | Self::Rotation => Polynomial.sin_cos_lists(angles, sin, cos),
+            Self::Polynomial => Polynomial.sin_cos_lists(angles, sin, cos),
             Self::Polynomial5 => Polynomial5.sin_cos_lists(angles, sin, cos),
             Self::Polynomial3 => Polynomial3.sin_cos_lists(angles, sin, cos),
             Self::Table => Table.sin_cos_lists(angles, sin, cos),
             Self::Libm => Libm.sin_cos_lists(angles, sin, cos),
         }
-    }
-}
-
-/// A [`Method`] with the memory that it may need: the bits of the type that it names, tick after tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chosen<S> {
-    method: Method,
-    rotation: Rotation<S>,
-}
-
-impl<S> From<Method> for Chosen<S>
-where
-    Rotation<S>: Default,
-{
-    fn from(method: Method) -> Self {
-        Self { method, rotation: Rotation::default() }
-    }
-}
-
-impl<S: Binary> Trig<S> for Chosen<S>
-where
-    Method: Trig<S>,
-    Rotation<S>: Trig<S>,
-{
-    #[inline]
-    fn sin_cos(&self, angle: S) -> SinCos<S> {
-        self.method.sin_cos(angle)
-    }
-
-    #[inline]
-    fn sin_cos_lists(&self, angles: &[S], sin: &mut [S], cos: &mut [S]) {
-        self.method.sin_cos_lists(angles, sin, cos);
-    }
-
-    #[inline]
-    fn tick<const N: usize>(&mut self, angles: &[S; N]) -> [SinCos<S>; N] {
-        match self.method {
-            Method::Rotation => self.rotation.tick(angles),
-            _ => self.method.sin_cos_all(angles),
-        }
-    }
-
-    #[inline]
-    fn forget(&mut self) {
-        self.rotation.forget();
     }
 }

@@ -5,9 +5,9 @@ mod common;
 
 use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
 use common::{into_base, numbers_of, pinned, pinned_rounding, relative_error, torque, turns};
-use dynamics_core::global::{Assembled, momentum_rate, residuals, weights};
+use dynamics_core::chapter::global::{Assembled, momentum_rate, residuals, weights};
+use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::newton_euler::joint_wrenches;
-use dynamics_core::posture::{Chain, Posture};
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, Term, Tool, Wrench,
 };

@@ -13,9 +13,13 @@ use std::path::{Path, PathBuf};
 const HEADINGS: [(&str, core::ops::RangeInclusive<u32>); 3] =
     [("Equations", 1..=535), ("Examples", 323..=347), ("Exercises", 1..=38)];
 
-/// Crates that an entry may name, and where their sources are.
-const CRATES: [(&str, &str); 3] =
-    [("dynamics_core", "dynamics-core/src"), ("robot_compiler", "robot-compiler/src"), ("host_sim", "host-sim/src")];
+/// Crates that an entry may name, and the folders of their modules. `dynamics-core` hands the modules of `src/dynamics` on as its own.
+const CRATES: [(&str, &str); 4] = [
+    ("dynamics_core", "dynamics-core/src"),
+    ("dynamics_core", "dynamics-core/src/dynamics"),
+    ("robot_compiler", "robot-compiler/src"),
+    ("host_sim", "host-sim/src"),
+];
 
 /// What may stand before an item's name where it is made.
 const ITEMS: [&str; 6] = ["fn", "struct", "enum", "trait", "const", "type"];
@@ -111,13 +115,18 @@ fn exists(entry: &str) -> bool {
         return std::fs::read_to_string(root().join(file).with_extension("rs"))
             .is_ok_and(|text| makes(&text, "fn", test));
     }
-    let mut parts = entry.split("::");
-    let Some((_, sources)) = CRATES.iter().find(|(name, _)| parts.clone().next() == Some(*name)) else {
+    let Some((named, path)) = entry.split_once("::") else {
         return entry.contains('/') && root().join(entry).is_file();
     };
-    let (Some(name), items) = (parts.nth(1), parts.collect::<Vec<_>>()) else { return false };
-    let text = module(&root().join(sources).join(name));
-    text.is_some_and(|text| items.iter().all(|item| ITEMS.iter().any(|word| makes(&text, word, item))))
+    let folders = CRATES.iter().filter(|(name, _)| *name == named).map(|(_, folder)| root().join(folder));
+    folders.into_iter().any(|mut at| {
+        let mut items = path.split("::").peekable();
+        while let Some(inner) = items.next_if(|part| at.join(part).with_extension("rs").is_file()) {
+            at.push(inner);
+        }
+        let Some(text) = module(&at) else { return false };
+        items.all(|item| ITEMS.iter().any(|word| makes(&text, word, item)))
+    })
 }
 
 fn unresolved<'a>(rows: &[Row<'a>]) -> Vec<&'a str> {
@@ -163,13 +172,13 @@ fn a_broken_table_is_refused() {
 ## Equations
 | equation | what | code | tests |
 |---|---|---|---|
-| 12.1-12.533, 12.535 | all but one | `dynamics_core::posture::Posture::motion` | `dynamics-core/tests/identities.rs::slope_is_the_mass_matrix` |
-| 12.536 | one too many | `dynamics_core::posture::Posture::motions` | `dynamics-core/tests/identities.rs::slope_is_the` |
+| 12.1-12.533, 12.535 | all but one | `dynamics_core::chapter::posture::Posture::motion` | `dynamics-core/tests/identities.rs::slope_is_the_mass_matrix` |
+| 12.536 | one too many | `dynamics_core::chapter::posture::Posture::motions` | `dynamics-core/tests/identities.rs::slope_is_the` |
 ## Examples
 | 323-347 | leads nowhere | none: not an exercise | |
 ## Exercises
 | 1-37 | in words | none: asked for in words | |
-| 38 | gone | `robots/gone.toml`, `dynamics_core::gone::motion`, `dynamics_core::posture` | `docs/dynamics.md` |
+| 38 | gone | `robots/gone.toml`, `dynamics_core::gone::motion`, `dynamics_core::chapter::posture` | `docs/dynamics.md` |
 ";
     let broken = rows(table).unwrap();
     let found = missing(&broken);
@@ -178,7 +187,7 @@ fn a_broken_table_is_refused() {
     assert_eq!(found[1], "Equations: there is no 536");
     assert!(found[2].contains("leads nowhere"));
     let wanted = [
-        "dynamics_core::posture::Posture::motions",
+        "dynamics_core::chapter::posture::Posture::motions",
         "dynamics-core/tests/identities.rs::slope_is_the",
         "robots/gone.toml",
         "dynamics_core::gone::motion",

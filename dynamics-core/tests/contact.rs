@@ -5,7 +5,7 @@ mod common;
 
 use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
 use common::{Golden, cast, numbers_of, pinned, pinned_rounding, relative_error, turns};
-use dynamics_core::contact::{base_wrench, contact_wrench};
+use dynamics_core::chapter::contact::{base_wrench, contact_wrench};
 use dynamics_core::{Dynamics, Live, Scene, Term, Wrench, geometry};
 use nalgebra::Vector3;
 

@@ -8,15 +8,16 @@ mod common;
 
 use common::arms::{arm, body, held, joints, vector};
 use common::{derivative, lagrange_equation, relative_error};
-use dynamics_core::global::Assembled;
+use dynamics_core::chapter::global::Assembled;
+use dynamics_core::chapter::posture::{Chain, Posture};
+use dynamics_core::chapter::reactions::Reaction;
+use dynamics_core::chapter::trace_form::Transforms;
+use dynamics_core::chapter::{global, lagrange, statics};
 use dynamics_core::mass_matrix::mass_matrix;
-use dynamics_core::posture::{Chain, Posture};
-use dynamics_core::reactions::Reaction;
-use dynamics_core::trace_form::Transforms;
 use dynamics_core::trig::Libm;
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, Inertia, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene,
-    SinCos, Term, Tool, Trig, Wrench, energy, global, lagrange, statics,
+    SinCos, Term, Tool, Trig, Wrench, energy,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use proptest::prelude::Strategy;

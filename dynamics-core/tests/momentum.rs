@@ -6,7 +6,7 @@ mod common;
 
 use common::moving::{Moving, worst_over_arms};
 use common::{along, derivative, relative_error, turns};
-use dynamics_core::lagrange::{coriolis_matrix, generalized_force, gravity};
+use dynamics_core::chapter::lagrange::{coriolis_matrix, generalized_force, gravity};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::{Dynamics, InverseDynamics, JointKind, Live, Scene, Term};

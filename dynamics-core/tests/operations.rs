@@ -10,10 +10,11 @@ mod common;
 use common::{Golden, numbers};
 use core::cell::Cell;
 use core::ops::{Add, Mul, Neg, Sub};
-use dynamics_core::posture::Chain;
-use dynamics_core::trace_form::Transforms;
+use dynamics_core::chapter::lagrange;
+use dynamics_core::chapter::posture::Chain;
+use dynamics_core::chapter::trace_form::Transforms;
 use dynamics_core::{
-    Dynamics, Inertia, InverseDynamics, Live, Model, Scalar, Scene, SinCos, Term, Wrench, assign_by_operators, lagrange,
+    Dynamics, Inertia, InverseDynamics, Live, Model, Scalar, Scene, SinCos, Term, Wrench, assign_by_operators,
 };
 use nalgebra::{Matrix3, Vector3};
 use num_traits::{One, Zero};

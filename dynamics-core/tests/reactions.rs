@@ -4,7 +4,7 @@ mod common;
 
 use common::moving::{Moving, worst, worst_over_arms};
 use common::{pinned, pinned_rounding, relative_error, torque, turns};
-use dynamics_core::reactions::{Axes, Reaction, joint_reactions};
+use dynamics_core::chapter::reactions::{Axes, Reaction, joint_reactions};
 use dynamics_core::{JointKind, Live, Wrench};
 
 fn reactions<const N: usize>(case: &Moving<N>, axes: Axes) -> [Reaction<f64>; N] {

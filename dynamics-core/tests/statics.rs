@@ -6,12 +6,12 @@ mod common;
 use common::arms::vector;
 use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
 use common::{into_base, numbers_of, pinned, pinned_rounding, relative_error, torque, turns};
-use dynamics_core::global::{residuals, weights};
-use dynamics_core::newton_euler::joint_wrenches;
-use dynamics_core::posture::{Chain, Posture};
-use dynamics_core::statics::{
+use dynamics_core::chapter::global::{residuals, weights};
+use dynamics_core::chapter::posture::{Chain, Posture};
+use dynamics_core::chapter::statics::{
     ExternalLoad, Point, Points, backward, backward_in_links, forward, forward_in_links, holding_torque,
 };
+use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::{Body, Dh, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Tool, Wrench};
 use nalgebra::{Matrix3, Vector3};
 

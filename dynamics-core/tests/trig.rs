@@ -4,7 +4,7 @@
 
 use core::f64::consts::FRAC_PI_4;
 use dynamics_core::Real;
-use dynamics_core::trig::{Chosen, Libm, Method, Polynomial, Polynomial3, Polynomial5, Rotation, SinCos, Table, Trig};
+use dynamics_core::trig::{Libm, Method, Polynomial, Polynomial3, Polynomial5, SinCos, Table, Trig};
 use proptest::prelude::proptest;
 
 /// Results smaller than this are held to an absolute bound instead of one in units in the last place.
@@ -67,8 +67,6 @@ fn see_f32(worst: &mut Worst, trig: &impl Trig<f32>, angle: f32) {
 /// Range, rad, and its largest errors (absolute sin and cos, ulp sin and cos, absolute where the result is small), as
 /// the exhaustive test measures them for [`Polynomial`] and the sample for the others, rounded up in the third digit. The
 /// documentation of the module repeats them.
-///
-/// [`Method::Rotation`] gives [`Polynomial`]'s values here: what it adds from tick to tick has its own tests.
 const STATED_F32: [(Method, [Range; 4]); 4] = [
     (
         Method::Polynomial,
@@ -420,26 +418,19 @@ fn lists_are_filled_as_far_as_the_shortest_goes() {
     assert_eq!((sin, cos), ([s, s, 7.0], [c, c, 7.0, 7.0]));
 }
 
-const METHODS: [Method; 6] =
-    [Method::Polynomial, Method::Polynomial5, Method::Polynomial3, Method::Table, Method::Rotation, Method::Libm];
+const METHODS: [Method; 5] =
+    [Method::Polynomial, Method::Polynomial5, Method::Polynomial3, Method::Table, Method::Libm];
 
 #[test]
 fn a_method_chosen_at_run_time_gives_the_bits_of_the_one_it_names() {
     fn same<S: Real>(trig: impl Trig<S>, method: Method, angles: [S; 6])
     where
         Method: Trig<S>,
-        Chosen<S>: Trig<S> + From<Method>,
     {
-        let (mut trig, mut chosen) = (trig, Chosen::from(method));
         for step in [0.0, 0.01, 0.02, 1.0] {
             let angles = angles.map(|angle| angle + S::literal(step));
-            assert_eq!(method.sin_cos_all(&angles), trig.sin_cos_all(&angles));
-            assert_eq!(chosen.sin_cos_all(&angles), trig.sin_cos_all(&angles));
-            assert_eq!(chosen.tick(&angles), trig.tick(&angles), "{method:?}");
+            assert_eq!(method.sin_cos_all(&angles), trig.sin_cos_all(&angles), "{method:?}");
         }
-        trig.forget();
-        chosen.forget();
-        assert_eq!(chosen.tick(&angles), trig.tick(&angles), "{method:?}");
     }
     assert_eq!(Method::default(), Method::Polynomial);
     let angles = [-3.0, -0.1, 0.0, 0.7, 2.0, 6.0];
@@ -447,26 +438,20 @@ fn a_method_chosen_at_run_time_gives_the_bits_of_the_one_it_names() {
     same(Polynomial5, Method::Polynomial5, angles);
     same(Polynomial3, Method::Polynomial3, angles);
     same(Table, Method::Table, angles);
-    same(Rotation::<f64>::new(), Method::Rotation, angles);
     same(Libm, Method::Libm, angles);
     let angles = angles.map(|angle| angle as f32);
     same(Polynomial, Method::Polynomial, angles);
     same(Polynomial5, Method::Polynomial5, angles);
     same(Polynomial3, Method::Polynomial3, angles);
     same(Table, Method::Table, angles);
-    same(Rotation::<f32>::new(), Method::Rotation, angles);
     same(Libm, Method::Libm, angles);
     // No two have the same rounding errors: over many angles they must differ somewhere.
-    for (i, one) in STATELESS.iter().enumerate() {
-        for other in &STATELESS[..i] {
+    for (i, one) in METHODS.iter().enumerate() {
+        for other in &METHODS[..i] {
             assert!(angles_f32().any(|angle| one.sin_cos(angle) != other.sin_cos(angle)), "{one:?} and {other:?}");
         }
     }
 }
-
-/// All but the one whose values without a tick are another's.
-const STATELESS: [Method; 5] =
-    [Method::Polynomial, Method::Polynomial5, Method::Polynomial3, Method::Table, Method::Libm];
 
 /// As in [`STATED_F32`], sine and cosine, absolute, for f64 angles of every size: what the coefficients and entries leave.
 const STATED_SHORT_F64: [(Method, f64, f64); 3] = [
@@ -515,83 +500,6 @@ fn every_method_of_ours_gives_nan_beyond_the_limit_alone_and_keeps_the_sign_of_z
             assert_eq!((sin.to_bits(), cos), (f64::from(zero).to_bits(), 1.0), "{method:?}");
         }
     }
-}
-
-/// Tick `k` of a million of six joints: a sweep, a fast one that is never followed, a slow creep, one that stands still most of
-/// the time, one that reverses at every tick, and a jump now and then.
-fn motion(k: u32) -> [f32; 6] {
-    let t = f64::from(k) * 1e-3;
-    [
-        3.0 * (0.7 * t).sin(),
-        20.0 * (3.0 * t).sin(),
-        1e-6 * f64::from(k) - 0.5,
-        f64::from(k / 50_000) * 0.3 - 3.0,
-        0.8 + if k.is_multiple_of(2) { 0.015 } else { -0.015 },
-        0.1 * (5.0 * t).sin() + f64::from(k / 10_000 % 7),
-    ]
-    .map(|q| q as f32)
-}
-
-/// Worst absolute error of sine and cosine of [`Rotation`] in f32, as the next test measures it.
-const STATED_ROTATION: f64 = 1.08e-7;
-
-#[test]
-fn a_rotation_does_not_drift_in_a_million_ticks() {
-    let error = |turn: &SinCos<f32>, q: f32| {
-        let (sin, cos) = libm::sincos(f64::from(q));
-        (f64::from(turn.sin) - sin).abs().max((f64::from(turn.cos) - cos).abs())
-    };
-    let mut rotation = Rotation::<f32>::new();
-    let (mut early, mut late, mut rotated) = (0.0_f64, 0.0_f64, 0_u32);
-    // What it would be without going back to an earlier angle: the last result turned on, restored to length one.
-    let (mut naive, mut last, mut drift) = (SinCos { sin: 0.0_f32, cos: 1.0 }, 0.0_f32, 0.0_f64);
-    for k in 0..1_000_000 {
-        let q = motion(k);
-        let turn = rotation.tick(&q);
-        let worst = turn.iter().zip(q).map(|(turn, q)| error(turn, q)).fold(0.0, f64::max);
-        if k < 100_000 {
-            early = early.max(worst);
-        } else {
-            late = late.max(worst);
-        }
-        rotated += u32::from(turn != Polynomial.sin_cos_all(&q));
-        let d = q[0] - last;
-        let (s, c) =
-            (naive.sin + d * (naive.cos - naive.sin * (0.5 * d)), naive.cos - d * (naive.sin + naive.cos * (0.5 * d)));
-        let scale = 1.5 - 0.5 * (s * s + c * c);
-        (naive, last) = (SinCos { sin: s * scale, cos: c * scale }, q[0]);
-        drift = drift.max(error(&naive, q[0]));
-    }
-    let worst = early.max(late);
-    assert!((0.97 * STATED_ROTATION..=STATED_ROTATION).contains(&worst), "{worst:e}");
-    // No worse at the end than at the beginning, and rotating most of the time.
-    assert!(late <= 1.25 * early && rotated > 900_000, "{early:e}, {late:e}, {rotated}");
-    assert!(drift > 10.0 * worst, "{drift:e}");
-}
-
-#[test]
-fn a_rotation_forgets_and_no_tick_poisons_the_next() {
-    let first = |angles: &[f32; 6]| Polynomial.sin_cos_all(angles).map(bits);
-    let (one, next) = ([0.1, -0.2, 0.3, 2.0, -3.0, 6.0], [0.101, -0.199, 0.301, 2.001, -3.001, 6.001]);
-    let mut rotation = Rotation::<f32>::new();
-    assert_eq!(rotation.tick(&one).map(bits), first(&one));
-    assert_ne!(rotation.tick(&next).map(bits), first(&next));
-    rotation.forget();
-    assert_eq!(rotation.tick(&next).map(bits), first(&next));
-    for bad in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30, Polynomial::LIMIT_F32.next_up()] {
-        let turn = rotation.tick(&[bad; 6]);
-        assert!(turn.iter().all(|turn| turn.sin.is_nan() && turn.cos.is_nan()), "{bad}");
-        assert_eq!(rotation.tick(&one).map(bits), first(&one), "{bad}");
-    }
-    // A jump beyond 1/32 is not followed; nor does a small step lead beyond the limit.
-    rotation.tick(&one);
-    let jump = one.map(|q| q + 0.032);
-    assert_eq!(rotation.tick(&jump).map(bits), first(&jump));
-    rotation.tick(&[Polynomial::LIMIT_F32; 6]);
-    assert!(rotation.tick(&[Polynomial::LIMIT_F32.next_up(); 6]).iter().all(|turn| turn.sin.is_nan()));
-    // More joints than are remembered: the rest as always.
-    let many = [0.25_f32; 8];
-    Rotation::<f32>::new().tick(&many).iter().for_each(|turn| assert_eq!(*turn, Polynomial.sin_cos(0.25)));
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod common;
 
 use common::moving::{Moving, worst_over_arms};
 use common::{pinned, torque, turns};
-use dynamics_core::work::WorkMeter;
+use dynamics_core::chapter::work::WorkMeter;
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, Term, Tool, energy,
 };

@@ -17,10 +17,6 @@ for the least absolute error instead:
     sin r = r S(z)                  S is fitted to sin r / r
     cos r = 1 + z C(z)              C is fitted to (cos r - 1) / z
 
-and those that rotate by a small angle (`Rotation`), the same with |r| <= 1/32 and a leading coefficient of one:
-
-    sin r = r + r z S(z)            cos r = 1 + z C(z)
-
 Each fit is a Remez exchange. A fitted coefficient is not a float; rounding all of them at once would spoil the fit, so
 they are rounded one at a time, the lowest order (the one that weighs most) first, and the rest are fitted again.
 """
@@ -35,8 +31,6 @@ mp.dps = 60
 # The reduced argument passes pi/4 by the rounding of x * (2/pi): 5e-4 at |x| = 8192 in f32, far less in f64.
 MARGIN = mpf(1) / 1024
 LARGEST_Z = (pi / 4 + MARGIN) ** 2
-# The largest angle that a remembered sine and cosine are rotated by.
-LARGEST_Z_OF_ROTATION = (mpf(1) / 32) ** 2
 
 
 # ---------------------------------------------------------------- floats
@@ -100,10 +94,6 @@ def short_cosine_weight(z):
     return z
 
 
-def rotation_sine_weight(z):
-    return z * sqrt(z)
-
-
 def evaluate(coefficients, z):
     value = mpf(0)
     for c in reversed(coefficients):
@@ -111,16 +101,16 @@ def evaluate(coefficients, z):
     return value
 
 
-def remez(target, weight, fixed, count, largest_z):
+def remez(target, weight, fixed, count):
     """`count` coefficients that follow the `fixed` ones, with the least largest weighted error; and that error."""
     low = len(fixed)
 
     def residual(z):
         return target(z) - evaluate(fixed, z)
 
-    grid = [largest_z * mpf(i) / 600 for i in range(1, 601)]
+    grid = [LARGEST_Z * mpf(i) / 600 for i in range(1, 601)]
     # Chebyshev points, kept off zero, where the weight vanishes.
-    nodes = [largest_z * (1 - cos(pi * (i + 1) / (count + 1))) / 2 for i in range(count + 1)]
+    nodes = [LARGEST_Z * (1 - cos(pi * (i + 1) / (count + 1))) / 2 for i in range(count + 1)]
     free = []
     for _ in range(25):
         rows = matrix(count + 1, count + 1)
@@ -155,12 +145,12 @@ def alternation(grid, errors, wanted):
     return [z for z, _ in peaks] if len(peaks) == wanted else None
 
 
-def fit_rounded(target, weight, count, to_float, largest_z=LARGEST_Z):
+def fit_rounded(target, weight, count, to_float):
     fixed = []
     for left in range(count, 0, -1):
-        free, _ = remez(target, weight, fixed, left, largest_z)
+        free, _ = remez(target, weight, fixed, left)
         fixed.append(to_float(free[0]))
-    grid = [largest_z * mpf(i) / 2000 for i in range(1, 2001)]
+    grid = [LARGEST_Z * mpf(i) / 2000 for i in range(1, 2001)]
     error = max(abs(weight(z) * (target(z) - evaluate(fixed, z))) for z in grid)
     return fixed, error
 
@@ -212,15 +202,10 @@ def print_short_constants():
         print(f"  pi/2 - sum  2^{float(log(error, 2)):.1f}")
     sine = ("S", short_sine_target, short_sine_weight)
     cosine = ("C", short_cosine_target, short_cosine_weight)
-    small_sine = ("S", sine_target, rotation_sine_weight)
-    for name, fits, largest_z in [
-        ("Polynomial5", [(sine, 3), (cosine, 3)], LARGEST_Z),
-        ("Polynomial3", [(sine, 2), (cosine, 2)], LARGEST_Z),
-        ("Rotation", [(small_sine, 1), (cosine, 1)], LARGEST_Z_OF_ROTATION),
-    ]:
+    for name, fits in [("Polynomial5", [(sine, 3), (cosine, 3)]), ("Polynomial3", [(sine, 2), (cosine, 2)])]:
         print(name)
         for (label, target, weight), count in fits:
-            print_fit(label, "absolute", fit_rounded(target, weight, count, to_f32, largest_z), shortest_f32)
+            print_fit(label, "absolute", fit_rounded(target, weight, count, to_f32), shortest_f32)
 
 
 def print_fit(label, kind, fit, shortest):

@@ -10,21 +10,21 @@ use crate::kernel::{self, Function, Level, Precision};
 use crate::robot::Robot;
 use crate::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
 use crate::with_dof;
-use dynamics_core::control::{CollisionConfig, Encoder, Friction, Gains, Guard};
 use dynamics_core::model::{Link, Placement};
-use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Method;
-use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
+use dynamics_core::{ControllerConfig, Inertia, JointKind, Model, Scene, Term, Wrench};
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 
 pub mod cost;
 mod drives;
+mod fields;
 pub(crate) mod source;
 
 pub use drives::drives_module;
 
-use source::{Float, Item, call, integer, list, number, record, word};
+use fields::item;
+use source::{Float, Item, call, list, number, record, word};
 
 /// Rust source of a module with the arm, its scene and its controller, for a crate without std.
 ///
@@ -50,42 +50,29 @@ pub fn arm_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> St
 #[must_use]
 pub fn arm_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
     match scalar {
-        ScalarChoice::F32 => arm_text::<f32, N>(file, model, false),
-        ScalarChoice::F64 => arm_text::<f64, N>(file, model, false),
-        ScalarChoice::Mixed => arm_text::<f64, N>(file, model, true),
+        ScalarChoice::F32 => arm_text::<f32, N>(file, model),
+        ScalarChoice::F64 => arm_text::<f64, N>(file, model),
     }
 }
 
-fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>, mixed: bool) -> String {
+fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
     let real = S::NAME;
-    // Where both precisions are there, angles are narrow.
-    let angle = if mixed { "f32" } else { real };
     let trig = match file.control.trig {
         Method::Polynomial => "Polynomial",
         Method::Polynomial5 => "Polynomial5",
         Method::Polynomial3 => "Polynomial3",
         Method::Table => "Table",
-        Method::Rotation => "Rotation",
         Method::Libm => "Libm",
     };
-    // What remembers is of a precision, and has no value without a call.
-    let (kind, value) = match file.control.trig {
-        Method::Rotation => (format!("{trig}<{angle}>"), format!("{trig}::<{angle}>::new()")),
-        _ => (trig.to_owned(), trig.to_owned()),
-    };
-    let (kind, value) = if mixed { (format!("Reduced<{kind}>"), format!("Reduced({value})")) } else { (kind, value) };
     let scene = file.scene(model).cast::<S>();
     let config = file.controller_config(model).cast::<S>();
     let rules = file.safety_rules(model).cast::<S>();
     let mut text =
         String::from("//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n");
     text += &imports(&scene, &config, trig);
-    if mixed {
-        text += "use dynamics_core::mixed::Reduced;\n";
-    }
-    text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {kind};\n");
+    text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {trig};\n");
     let constants = [
-        ("Which sine and cosine.", "TRIG", "Trig", value),
+        ("Which sine and cosine.", "TRIG", "Trig", trig.to_owned()),
         ("Joints.", "N", "usize", N.to_string()),
         ("The scene.", "NAME", "&str", format!("{:?}", file.name)),
         ("The robot.", "ROBOT", "&str", format!("{:?}", file.robot.name)),
@@ -98,8 +85,8 @@ fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>, m
     let functions = [
         ("The arm.", "model", "Model", model_item(&model.cast::<S>())),
         ("What acts on it.", "scene", "Scene", scene_item(&scene)),
-        ("Its controller.", "config", "ControllerConfig", config_item(&config)),
-        ("The safety state machine around it.", "rules", "Rules", rules_item(&rules)),
+        ("Its controller.", "config", "ControllerConfig", item(&config)),
+        ("The safety state machine around it.", "rules", "Rules", item(&rules)),
     ];
     for (doc, name, kind, body) in functions {
         text += &format!("\n/// {doc}\npub const fn {name}() -> {kind}<{real}, N> {{\n    {}\n}}\n", body.print(4));
@@ -118,11 +105,11 @@ pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) 
     dynamics_module_in(file, model, ScalarChoice::F32)
 }
 
-/// As [`dynamics_module`], in a scalar of choice in place of `f32`; mixed: the kernel in f32, what is around it in f64.
+/// As [`dynamics_module`], in a scalar of choice in place of `f32`.
 #[must_use]
 pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
     let precision = match scalar {
-        ScalarChoice::F32 | ScalarChoice::Mixed => Precision::Single,
+        ScalarChoice::F32 => Precision::Single,
         ScalarChoice::F64 => Precision::Double,
     };
     let (text, inner) = match file.control.kernel.level() {
@@ -130,11 +117,7 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
             "//! The recursion itself, with the model at run time.\n\nuse dynamics_core::Dynamics;\n".to_owned(),
             Inner {
                 kind: format!("Dynamics<{}, {N}>", precision.name()),
-                value: match scalar {
-                    ScalarChoice::F32 | ScalarChoice::F64 => "Dynamics::new(super::arm::model(), super::arm::scene())",
-                    ScalarChoice::Mixed => "Dynamics::new(super::arm::model().cast(), super::arm::scene().cast())",
-                }
-                .to_owned(),
+                value: "Dynamics::new(super::arm::model(), super::arm::scene())".to_owned(),
                 constant: false,
             },
         ),
@@ -149,15 +132,7 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
             }
         }
     };
-    let (text, inner) = match scalar {
-        ScalarChoice::F32 | ScalarChoice::F64 => (text, inner),
-        ScalarChoice::Mixed => (
-            text + "use dynamics_core::mixed::Narrow;\n",
-            Inner { kind: format!("Narrow<{}>", inner.kind), value: format!("Narrow({})", inner.value), ..inner },
-        ),
-    };
-    let real = if matches!(scalar, ScalarChoice::F32) { "f32" } else { "f64" };
-    text + "\n" + &arm_items::<N>(file, inner, real)
+    text + "\n" + &arm_items::<N>(file, inner, precision.name())
 }
 
 /// Rust source of a module with what watches the arm, for use beside [`arm_module`].
@@ -197,22 +172,7 @@ pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>
          fn get(&self) -> &CollisionConfig<f32, {N}> {{\n        const {{ &{} }}\n    }}\n}}\n\n\
          /// What watches the arm.\npub type Protection = CollisionWatch<f32, {N}, {momentum}, Thresholds>;\n\n\
          /// What watches the arm.\npub fn protection() -> Protection {{\n    CollisionWatch::new(Thresholds, {value})\n}}\n",
-        collision_item(&config.cast()).print(8),
-    )
-}
-
-fn collision_item<const N: usize>(config: &CollisionConfig<f32, N>) -> Item {
-    let CollisionConfig { filter, threshold, released, ticks, release_ticks, reaction } = config;
-    record(
-        "CollisionConfig",
-        vec![
-            ("filter", call("MomentumFilter::from_numbers", filter.numbers().map(number).into())),
-            ("threshold", numbers(threshold)),
-            ("released", numbers(released)),
-            ("ticks", integer(i64::from(*ticks))),
-            ("release_ticks", integer(i64::from(*release_ticks))),
-            ("reaction", word(&format!("Reaction::{reaction:?}"))),
-        ],
+        item(&config.cast::<f32>()).print(8),
     )
 }
 
@@ -374,7 +334,7 @@ fn model_item<S: Float, const N: usize>(model: &Model<S, N>) -> Item {
                 ("translation", vector(translation)),
                 ("inertia", inertia_item(inertia)),
                 ("rotor", number(*rotor)),
-                ("limits", limits_item(limits)),
+                ("limits", item(limits)),
             ],
         )
     });
@@ -395,19 +355,6 @@ fn wrench_item<S: Float>(Wrench { force, moment }: &Wrench<S>) -> Item {
     record("Wrench", vec![("force", vector(force)), ("moment", vector(moment))])
 }
 
-fn limits_item<S: Float>(limits: &Limits<S>) -> Item {
-    let Limits { position: (lo, hi), velocity, torque, torque_rate } = limits;
-    record(
-        "Limits",
-        vec![
-            ("position", call("", vec![number(*lo), number(*hi)])),
-            ("velocity", number(*velocity)),
-            ("torque", number(*torque)),
-            ("torque_rate", number(*torque_rate)),
-        ],
-    )
-}
-
 fn scene_item<S: Float, const N: usize>(scene: &Scene<S, N>) -> Item {
     let Scene { gravity, payload, tip_wrench, rotor, coriolis } = scene;
     record(
@@ -418,88 +365,6 @@ fn scene_item<S: Float, const N: usize>(scene: &Scene<S, N>) -> Item {
             ("tip_wrench", term(tip_wrench, wrench_item)),
             ("rotor", term(rotor, |rotor| numbers(rotor))),
             ("coriolis", term(coriolis, |coriolis| numbers(coriolis))),
-        ],
-    )
-}
-
-fn config_item<S: Float, const N: usize>(config: &ControllerConfig<S, N>) -> Item {
-    let ControllerConfig { law, gains, friction, limits, torque_step, guard, age_max, encoder, observer } = config;
-    let gains = gains.iter().map(|Gains { position, velocity, inertia }| {
-        let fields =
-            vec![("position", number(*position)), ("velocity", number(*velocity)), ("inertia", number(*inertia))];
-        record("Gains", fields)
-    });
-    let friction = friction.as_ref().map(|all| {
-        let one = |Friction { viscous, coulomb, per_smoothing_speed }: &Friction<S>| {
-            record(
-                "Friction",
-                vec![
-                    ("viscous", number(*viscous)),
-                    ("coulomb", number(*coulomb)),
-                    ("per_smoothing_speed", number(*per_smoothing_speed)),
-                ],
-            )
-        };
-        call("Some", vec![list(all.iter().map(one).collect())])
-    });
-    let guard = guard.iter().map(|Guard { position_margin, velocity_max }| {
-        let fields = vec![("position_margin", number(*position_margin)), ("velocity_max", number(*velocity_max))];
-        record("Guard", fields)
-    });
-    let encoder = encoder.iter().map(|Encoder { zero, per_count }| {
-        record("Encoder", vec![("zero", integer(i64::from(*zero))), ("per_count", number(*per_count))])
-    });
-    record(
-        "ControllerConfig",
-        vec![
-            ("law", word(&format!("Law::{law:?}"))),
-            ("gains", list(gains.collect())),
-            ("friction", friction.unwrap_or_else(|| word("None"))),
-            ("limits", list(limits.iter().map(limits_item).collect())),
-            ("torque_step", numbers(torque_step)),
-            ("guard", list(guard.collect())),
-            ("age_max", integer(i64::from(*age_max))),
-            ("encoder", list(encoder.collect())),
-            ("observer", call("TrackingObserver::from_gains", observer.gains().map(number).into())),
-        ],
-    )
-}
-
-fn rules_item<S: Float, const N: usize>(rules: &Rules<S, N>) -> Item {
-    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, payload, joints } =
-        rules;
-    let pair = |(lo, hi): &(S, S)| call("", vec![number(*lo), number(*hi)]);
-    let joints = joints.iter().map(|joint| {
-        let JointRules { rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping } = joint;
-        record(
-            "JointRules",
-            vec![
-                ("rest_speed", number(*rest_speed)),
-                ("jump_step", number(*jump_step)),
-                ("resolution", number(*resolution)),
-                ("deceleration", number(*deceleration)),
-                ("reach", number(*reach)),
-                ("reach_speed", number(*reach_speed)),
-                ("damping", number(*damping)),
-            ],
-        )
-    });
-    record(
-        "Rules",
-        vec![
-            ("safe_action", word(&format!("SafeAction::{safe_action:?}"))),
-            ("heartbeat_max", integer(i64::from(*heartbeat_max))),
-            ("hold_max", integer(i64::from(*hold_max))),
-            ("supply", pair(supply)),
-            ("temperature", pair(temperature)),
-            ("period", number(*period)),
-            ("rate", number(*rate)),
-            ("latency", number(*latency)),
-            (
-                "payload",
-                record("InertiaBounds", vec![("mass", number(payload.mass)), ("radius", number(payload.radius))]),
-            ),
-            ("joints", list(joints.collect())),
         ],
     )
 }

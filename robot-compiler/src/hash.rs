@@ -4,12 +4,12 @@
 //! count and rate, all as the single-precision numbers that the chip computes with.
 
 use crate::scene::{KernelChoice, SceneFile};
-use dynamics_core::control::{Between, CollisionConfig, Encoder, Friction, Gains, Guard, Law, Reaction};
+use dynamics_core::control::Between;
 use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
+use dynamics_core::fields::{Fields, Visitor};
 use dynamics_core::model::{Link, Placement};
-use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Method;
-use dynamics_core::{ControllerConfig, Inertia, JointKind, Limits, Model, Scene, Term, Wrench};
+use dynamics_core::{Inertia, JointKind, Model, Scene, Term, Wrench};
 
 /// FNV-1a, 64 bits: `h = (h xor byte) * 0x100000001b3` over bytes, little-endian, from `0xcbf29ce484222325`.
 ///
@@ -54,6 +54,28 @@ impl Fnv1a {
     }
 }
 
+/// Every number of a configuration, in the order in which its fields are declared.
+impl Visitor<f32> for Fnv1a {
+    fn number(&mut self, x: f32) {
+        Fnv1a::number(self, x);
+    }
+
+    fn integer(&mut self, x: i64) {
+        self.tag(x as u32);
+    }
+
+    fn word(&mut self, _: &'static str, _: &'static str, number: u32) {
+        self.tag(number);
+    }
+
+    fn option(&mut self, value: Option<&impl Fields<f32>>) {
+        self.tag(u32::from(value.is_some()));
+        if let Some(value) = value {
+            value.visit(self);
+        }
+    }
+}
+
 impl SceneFile {
     /// Hash of everything that decides the bits of a tick: model, scene, controller, safety rules, sine and cosine, `N`,
     /// rate, whether the operations were regrouped, in which ticks the model is evaluated, what is a collision, and what lies
@@ -71,8 +93,8 @@ impl SceneFile {
             Method::Libm => 1,
             Method::Polynomial5 => 2,
             Method::Polynomial3 => 3,
+            // 5 was a choice that has left (docs/decisions/0006).
             Method::Table => 4,
-            Method::Rotation => 5,
         });
         // The recursion and its exact kernel give the same bits, and either side may run either.
         fnv.tag(match self.control.kernel {
@@ -81,8 +103,8 @@ impl SceneFile {
         });
         hash_model(&mut fnv, &model.cast());
         hash_scene(&mut fnv, &self.scene(model).cast());
-        hash_config(&mut fnv, &self.controller_config(model).cast());
-        hash_rules(&mut fnv, &self.safety_rules(model).cast());
+        self.controller_config(model).cast::<f32>().visit(&mut fnv);
+        self.safety_rules(model).cast::<f32>().visit(&mut fnv);
         // A scene that does not ask for it has the hash that it would have without the choice.
         if self.control.model_every > 1 {
             fnv.tag(self.control.model_every);
@@ -93,13 +115,13 @@ impl SceneFile {
         }
         hash_drives(&mut fnv, &self.drives::<N>());
         if let Some(collision) = self.collision_config::<N>() {
-            hash_collision(&mut fnv, &collision.cast());
+            collision.cast::<f32>().visit(&mut fnv);
         }
         fnv.0
     }
 }
 
-// Structures are taken apart by name below, so that a field added to one does not compile until it is hashed.
+// What is no configuration is taken apart by name below, so that a field added to one does not compile until it is hashed.
 
 fn hash_model<const N: usize>(fnv: &mut Fnv1a, model: &Model<f32, N>) {
     for Link { kind, rotation, translation, inertia, rotor, limits } in model.links() {
@@ -111,7 +133,7 @@ fn hash_model<const N: usize>(fnv: &mut Fnv1a, model: &Model<f32, N>) {
         fnv.numbers(translation);
         hash_inertia(fnv, inertia);
         fnv.number(*rotor);
-        hash_limits(fnv, limits);
+        limits.visit(fnv);
     }
     let Placement { rotation, translation } = model.tip();
     fnv.numbers(rotation);
@@ -125,11 +147,6 @@ fn hash_inertia(fnv: &mut Fnv1a, inertia: &Inertia<f32>) {
     fnv.numbers(about_origin);
 }
 
-fn hash_limits(fnv: &mut Fnv1a, limits: &Limits<f32>) {
-    let Limits { position: (lo, hi), velocity, torque, torque_rate } = limits;
-    fnv.numbers([lo, hi, velocity, torque, torque_rate]);
-}
-
 fn hash_scene<const N: usize>(fnv: &mut Fnv1a, scene: &Scene<f32, N>) {
     let Scene { gravity, payload, tip_wrench, rotor, coriolis } = scene;
     fnv.term(gravity, |fnv, gravity| fnv.numbers(gravity));
@@ -140,63 +157,6 @@ fn hash_scene<const N: usize>(fnv: &mut Fnv1a, scene: &Scene<f32, N>) {
     });
     fnv.term(rotor, |fnv, rotor| fnv.numbers(rotor));
     fnv.term(coriolis, |fnv, coriolis| fnv.numbers(coriolis));
-}
-
-fn hash_config<const N: usize>(fnv: &mut Fnv1a, config: &ControllerConfig<f32, N>) {
-    let ControllerConfig { law, gains, friction, limits, torque_step, guard, age_max, encoder, observer } = config;
-    fnv.tag(match law {
-        Law::ComputedTorque => 0,
-        Law::Pd => 1,
-        Law::PdGravity => 2,
-        Law::Feedforward => 3,
-        Law::DiagonalInertia => 4,
-    });
-    for Gains { position, velocity, inertia } in gains {
-        fnv.numbers([position, velocity, inertia]);
-    }
-    fnv.tag(u32::from(friction.is_some()));
-    for Friction { viscous, coulomb, per_smoothing_speed } in friction.iter().flatten() {
-        fnv.numbers([viscous, coulomb, per_smoothing_speed]);
-    }
-    for limits in limits {
-        hash_limits(fnv, limits);
-    }
-    fnv.numbers(torque_step);
-    for Guard { position_margin, velocity_max } in guard {
-        fnv.numbers([position_margin, velocity_max]);
-    }
-    fnv.tag(*age_max);
-    for Encoder { zero, per_count } in encoder {
-        fnv.bytes(&zero.to_le_bytes());
-        fnv.number(*per_count);
-    }
-    fnv.numbers(&observer.gains());
-}
-
-fn hash_rules<const N: usize>(fnv: &mut Fnv1a, rules: &Rules<f32, N>) {
-    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, payload, joints } =
-        rules;
-    fnv.tag(match safe_action {
-        SafeAction::Brake => 0,
-        SafeAction::DampedStop => 1,
-        SafeAction::Off => 2,
-    });
-    fnv.tag(*heartbeat_max);
-    fnv.tag(*hold_max);
-    fnv.numbers([
-        &supply.0,
-        &supply.1,
-        &temperature.0,
-        &temperature.1,
-        period,
-        rate,
-        latency,
-        &payload.mass,
-        &payload.radius,
-    ]);
-    for JointRules { rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping } in joints {
-        fnv.numbers([rest_speed, jump_step, resolution, deceleration, reach, reach_speed, damping]);
-    }
 }
 
 /// Nothing where the joints are reached over the link: such a hash is what it was before there were drives.
@@ -260,20 +220,6 @@ fn hash_pwm(fnv: &mut Fnv1a, drive: &PwmDrive) {
         per_supply,
         current_max,
     ]);
-}
-
-fn hash_collision<const N: usize>(fnv: &mut Fnv1a, collision: &CollisionConfig<f32, N>) {
-    let CollisionConfig { filter, threshold, released, ticks, release_ticks, reaction } = collision;
-    fnv.numbers(&filter.numbers());
-    fnv.numbers(threshold);
-    fnv.numbers(released);
-    fnv.tag(*ticks);
-    fnv.tag(*release_ticks);
-    fnv.tag(match reaction {
-        Reaction::Stop => 0,
-        Reaction::Hold => 1,
-        Reaction::Comply => 2,
-    });
 }
 
 #[cfg(test)]

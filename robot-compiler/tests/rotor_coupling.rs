@@ -4,8 +4,8 @@
 mod common;
 
 use common::top;
-use dynamics_core::posture::Chain;
-use dynamics_core::rotor_coupling::{Carried, Rotors};
+use dynamics_core::chapter::posture::Chain;
+use dynamics_core::chapter::rotor_coupling::{Carried, Rotors};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Inertia, Trig};
 use robot_compiler::Robot;

@@ -1,106 +1,16 @@
 //! The tick.
 
 use super::collision::{Protection, Seen, Unprotected, Verdict};
-use super::friction::Friction;
-use super::law::{Gains, Law, State, torques};
+use super::config::{Configuration, ControllerConfig};
+use super::guard::{name_fault, name_reference, state_is_inside};
+use super::law::{State, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
-use super::observer::{Encoder, TrackingObserver};
+use super::observer::TrackingObserver;
 use super::{Command, Fault, Measurement, Reference, Sensed};
-use crate::joint::Limits;
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::Trig;
-
-/// When a measurement is no longer believed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guard<S> {
-    /// How far beyond a position limit a joint may be before it is a fault, rad or m.
-    pub position_margin: S,
-    /// Speed at which it is a fault, rad/s or m/s.
-    pub velocity_max: S,
-}
-
-/// Everything about the controller that does not change while it runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ControllerConfig<S, const N: usize> {
-    /// The control law.
-    pub law: Law,
-    /// Gains per joint.
-    pub gains: [Gains<S>; N],
-    /// Friction to make up for, per joint; `None` leaves it to the feedback.
-    pub friction: Option<[Friction<S>; N]>,
-    /// Limits per joint.
-    pub limits: [Limits<S>; N],
-    /// Greatest change of torque in one tick, N m or N: the torque-rate limit times the period.
-    pub torque_step: [S; N],
-    /// When a measurement is a fault, per joint.
-    pub guard: [Guard<S>; N],
-    /// Oldest measurement that is believed, in ticks.
-    pub age_max: u32,
-    /// Encoder scale per joint.
-    pub encoder: [Encoder<S>; N],
-    /// Velocity from counts.
-    pub observer: TrackingObserver<S>,
-}
-
-/// Where a controller finds its configuration.
-///
-/// On the desk that is the configuration itself. A firmware, whose configuration is known when it is built, implements this
-/// for a type without a size: the compiler then folds every number into the code of the tick, leaves out what does nothing
-/// (a limit that is infinite, an offset of zero), and no RAM holds it.
-pub trait Configuration<S, const N: usize> {
-    /// The configuration; the same until it is changed through [`Configuration::get_mut`].
-    fn get(&self) -> &ControllerConfig<S, N>;
-
-    /// The configuration, to be changed between ticks; `None` where it is part of the program.
-    fn get_mut(&mut self) -> Option<&mut ControllerConfig<S, N>> {
-        None
-    }
-}
-
-impl<S, const N: usize> Configuration<S, N> for ControllerConfig<S, N> {
-    #[inline]
-    fn get(&self) -> &Self {
-        self
-    }
-
-    fn get_mut(&mut self) -> Option<&mut Self> {
-        Some(self)
-    }
-}
-
-impl<const N: usize> ControllerConfig<f64, N> {
-    /// The same configuration in another scalar, each number through [`crate::Scalar::literal`].
-    #[must_use]
-    pub fn cast<T: Real>(&self) -> ControllerConfig<T, N> {
-        let t = T::literal;
-        ControllerConfig {
-            law: self.law,
-            gains: self.gains.map(|g| Gains {
-                position: t(g.position),
-                velocity: t(g.velocity),
-                inertia: t(g.inertia),
-            }),
-            friction: self.friction.map(|all| {
-                all.map(|f| Friction {
-                    viscous: t(f.viscous),
-                    coulomb: t(f.coulomb),
-                    per_smoothing_speed: t(f.per_smoothing_speed),
-                })
-            }),
-            limits: self.limits.map(|l| l.cast()),
-            torque_step: self.torque_step.map(t),
-            guard: self.guard.map(|g| Guard { position_margin: t(g.position_margin), velocity_max: t(g.velocity_max) }),
-            age_max: self.age_max,
-            encoder: self.encoder.map(|e| Encoder { zero: e.zero, per_count: t(e.per_count) }),
-            observer: {
-                let [period, half, g, k] = self.observer.gains().map(t);
-                TrackingObserver::from_gains(period, half, g, k)
-            },
-        }
-    }
-}
 
 /// What changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -198,7 +108,6 @@ where
     pub fn reset(&mut self) {
         self.memory = Memory::new();
         self.dynamics.forget();
-        self.trig.forget();
         self.protection.forget();
     }
 
@@ -220,11 +129,6 @@ where
     /// What watches the arm.
     pub fn protection(&self) -> &P {
         &self.protection
-    }
-
-    /// What watches the arm, for example to set a payload between ticks.
-    pub fn protection_mut(&mut self) -> &mut P {
-        &mut self.protection
     }
 
     /// The configuration, to be changed between ticks; `None` where it is part of the program.
@@ -272,11 +176,7 @@ where
         if P::WATCHES {
             let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
             let verdict;
-            // What a trigonometry remembers belongs to the angles that the law asks for: of this one the reference's.
-            (verdict, turn) = match config.law {
-                Law::Feedforward => (protection.look(&seen, || trig.sin_cos_all(q)).0, None),
-                _ => protection.look(&seen, || trig.tick(q)),
-            };
+            (verdict, turn) = protection.look(&seen, || trig.sin_cos_all(q));
             match verdict {
                 Verdict::Free => {}
                 Verdict::Stop { joint } => return Err(Fault::Collision { joint }),
@@ -378,62 +278,4 @@ impl<S: Real, const N: usize> Observed<S, N> {
         (self.observer, self.started) = (config.observer, true);
         (&self.position, &self.velocity)
     }
-}
-
-/// Where position and velocity of a joint are believed: between the first two, and no faster than the third. Infinite where there is no
-/// limit.
-#[inline]
-pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>, i: usize) -> (S, S, S) {
-    let Guard { position_margin, velocity_max } = config.guard[i];
-    let (lo, hi) = config.limits[i].position;
-    (lo - position_margin, hi + position_margin, velocity_max)
-}
-
-/// Whether a state is believed. False where a value is NaN or infinite.
-#[inline]
-fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &ControllerConfig<S, N>) -> bool {
-    // Worked out when the program is built: no infinity is inside a finite bound, so the values need no second look.
-    let finite = |x: S| x.clamp_symmetric(S::MAX);
-    for i in 0..N {
-        let (lo, hi, velocity_max) = believed(config, i);
-        if !(q[i] >= finite(lo) && q[i] <= finite(hi) && qd[i].abs() <= finite(velocity_max)) {
-            return false;
-        }
-    }
-    true
-}
-
-/// What is wrong where a state is not believed, on the first joint where something is: with the reference before the state.
-#[cold]
-fn name_fault<S: Real, const N: usize>(
-    reference: &Reference<S, N>,
-    q: &[S; N],
-    qd: &[S; N],
-    config: &ControllerConfig<S, N>,
-) -> Fault {
-    if let Some(fault) = name_reference(reference) {
-        return fault;
-    }
-    for i in 0..N {
-        let joint = i as u8;
-        let (lo, hi, velocity_max) = believed(config, i);
-        if !(q[i].is_finite() && qd[i].is_finite()) {
-            return Fault::NonFiniteMeasurement { joint };
-        }
-        if q[i] < lo || q[i] > hi {
-            return Fault::PositionOutOfBounds { joint };
-        }
-        if qd[i].abs() > velocity_max {
-            return Fault::VelocityOutOfBounds { joint };
-        }
-    }
-    // Only a bound that is NaN brings us here: a configuration that no number can meet.
-    Fault::NonFiniteMeasurement { joint: 0 }
-}
-
-/// The first joint whose reference is not a finite number, if there is one.
-#[cold]
-pub(crate) fn name_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Option<Fault> {
-    let finite = |i: usize| reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite();
-    (0..N).find(|&i| !finite(i)).map(|joint| Fault::NonFiniteReference { joint: joint as u8 })
 }

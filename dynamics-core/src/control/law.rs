@@ -1,6 +1,7 @@
 //! The control laws.
 
 use super::Reference;
+use crate::fields::{record, words};
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::{Real, Scalar};
 use crate::scene::Live;
@@ -22,16 +23,20 @@ pub enum Law {
     Feedforward,
 }
 
-/// Gains of one joint: what makes an error of one joint behave as a mass on a spring with a damper.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gains<S> {
-    /// `Kp = omega^2`, 1/s^2.
-    pub position: S,
-    /// `Kd = 2 zeta omega`, 1/s.
-    pub velocity: S,
-    /// `M0`, the inertia that turns an acceleration into a torque in the laws without a model of the inertia in the loop, and
-    /// between two evaluations of [`super::EveryNth`], kg m^2 or kg.
-    pub inertia: S,
+words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4 });
+
+record! {
+    /// Gains of one joint: what makes an error of one joint behave as a mass on a spring with a damper.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Gains<S> {
+        /// `Kp = omega^2`, 1/s^2.
+        pub position: S,
+        /// `Kd = 2 zeta omega`, 1/s.
+        pub velocity: S,
+        /// `M0`, the inertia that turns an acceleration into a torque in the laws without a model of the inertia in the loop, and
+        /// between two evaluations of [`super::EveryNth`], kg m^2 or kg.
+        pub inertia: S,
+    }
 }
 
 impl<S: Real> Gains<S> {
@@ -59,13 +64,13 @@ pub(super) struct State<'a, S, const N: usize> {
 /// Sine and cosine of `q`, worked out once in a tick.
 #[inline]
 fn known_or_new<S: Real, const N: usize>(
-    trig: &mut impl Trig<S>,
+    trig: &impl Trig<S>,
     turn: Option<[SinCos<S>; N]>,
     q: &[S; N],
 ) -> [SinCos<S>; N] {
     match turn {
         Some(turn) => turn,
-        None => trig.tick(q),
+        None => trig.sin_cos_all(q),
     }
 }
 
@@ -134,11 +139,11 @@ pub(super) fn torques<S: Real, const N: usize>(
     law: Option<Law>,
     gains: &[Gains<S>; N],
     dynamics: &mut impl InverseDynamics<S, N>,
-    trig: &mut impl Trig<S>,
+    trig: &impl Trig<S>,
     state: &State<'_, S, N>,
 ) -> [S; N] {
     let State { reference, q, qd, live, turn } = *state;
-    let turned = |trig: &mut _| known_or_new(trig, turn, q);
+    let turned = || known_or_new(trig, turn, q);
     let weighted = |with: [S; N]| {
         let spring = spring(gains, reference, q, qd);
         core::array::from_fn(|i| with[i] + gains[i].inertia * spring[i])
@@ -146,24 +151,24 @@ pub(super) fn torques<S: Real, const N: usize>(
     let zero = [S::zero(); N];
     match law {
         None => {
-            let held = dynamics.tick(|| turned(trig), q, &zero, &zero, live);
+            let held = dynamics.tick(turned, q, &zero, &zero, live);
             core::array::from_fn(|i| held[i] - gains[i].inertia * (gains[i].velocity * qd[i]))
         }
         // `computed_torque`, by a dynamics that may remember.
         Some(Law::ComputedTorque) => {
             let wanted = wanted(gains, reference, q, qd);
-            dynamics.tick(|| turned(trig), q, qd, &wanted, live)
+            dynamics.tick(turned, q, qd, &wanted, live)
         }
         Some(Law::Pd) => weighted(zero),
-        Some(Law::PdGravity) => weighted(dynamics.tick(|| turned(trig), q, &zero, &zero, live)),
+        Some(Law::PdGravity) => weighted(dynamics.tick(turned, q, &zero, &zero, live)),
         Some(Law::DiagonalInertia) => {
-            let held = dynamics.tick(|| turned(trig), q, &zero, &zero, live);
+            let held = dynamics.tick(turned, q, &zero, &zero, live);
             let wanted = wanted(gains, reference, q, qd);
             core::array::from_fn(|i| held[i] + gains[i].inertia * wanted[i])
         }
         Some(Law::Feedforward) => {
             let Reference { q, qd, qdd } = reference;
-            weighted(dynamics.tick(|| trig.tick(q), q, qd, qdd, live))
+            weighted(dynamics.tick(|| trig.sin_cos_all(q), q, qd, qdd, live))
         }
     }
 }

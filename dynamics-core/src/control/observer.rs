@@ -1,14 +1,17 @@
 //! Position and velocity from encoder counts.
 
+use crate::fields::record;
 use crate::scalar::Real;
 
-/// How counts become a joint position: `q = (counts - zero) * per_count`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Encoder<S> {
-    /// Counts at `q = 0`.
-    pub zero: i32,
-    /// Joint position per count, rad or m.
-    pub per_count: S,
+record! {
+    /// How counts become a joint position: `q = (counts - zero) * per_count`.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Encoder<S> {
+        /// Counts at `q = 0`.
+        pub zero: i32,
+        /// Joint position per count, rad or m.
+        pub per_count: S,
+    }
 }
 
 impl<S: Real> Encoder<S> {
@@ -19,27 +22,29 @@ impl<S: Real> Encoder<S> {
     }
 }
 
-/// A tracking observer: a critically damped g-h filter that is told the reference acceleration.
-///
-/// ```text
-/// x-      = x + h v + (h^2 / 2) a        predict, with the reference's acceleration a
-/// v-      = v + h a
-/// e       = q - x-
-/// x       = x- + g e                     correct
-/// v       = v- + k e
-/// g = 1 - p^2,  k = (1 - p)^2 / h,  p = exp(-bandwidth h)
-/// ```
-///
-/// Both poles of the error lie at `p`. A constant acceleration that it is told leaves no lag; one that it is not told
-/// leaves the velocity behind by `a h ((1 + p) / (1 - p) - 1/2)`, about `2 a / bandwidth`, and the position by
-/// `a h^2 p^2 / (1 - p)^2`, about `a / bandwidth^2`. (The filter: Brookner, *Tracking and Kalman Filtering Made Easy*, ch. 1,
-/// critically damped g-h filter. The lag: set the error equal to the one before in the equations above.)
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackingObserver<S> {
-    period: S,
-    half_period_squared: S,
-    g: S,
-    k: S,
+record! {
+    /// A tracking observer: a critically damped g-h filter that is told the reference acceleration.
+    ///
+    /// ```text
+    /// x-      = x + h v + (h^2 / 2) a        predict, with the reference's acceleration a
+    /// v-      = v + h a
+    /// e       = q - x-
+    /// x       = x- + g e                     correct
+    /// v       = v- + k e
+    /// g = 1 - p^2,  k = (1 - p)^2 / h,  p = exp(-bandwidth h)
+    /// ```
+    ///
+    /// Both poles of the error lie at `p`. A constant acceleration that it is told leaves no lag; one that it is not told
+    /// leaves the velocity behind by `a h ((1 + p) / (1 - p) - 1/2)`, about `2 a / bandwidth`, and the position by
+    /// `a h^2 p^2 / (1 - p)^2`, about `a / bandwidth^2`. (The filter: Brookner, *Tracking and Kalman Filtering Made Easy*, ch. 1,
+    /// critically damped g-h filter. The lag: set the error equal to the one before in the equations above.)
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct TrackingObserver<S> made by from_gains {
+        period: S,
+        half_period_squared: S,
+        g: S,
+        k: S,
+    }
 }
 
 impl<S: Real> TrackingObserver<S> {

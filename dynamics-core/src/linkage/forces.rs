@@ -1,8 +1,8 @@
 //! What the joints and the motor of a loop bear: nine equations for nine unknowns.
 
 use super::{GroundJoint, LinkageError, LinkagePosture, PlanarMotion, cross};
+use crate::dynamics::solve::solve;
 use crate::scalar::Real;
-use crate::solve::solve;
 use nalgebra::Vector2;
 
 /// `[A] x = b` (eq. 12.44).

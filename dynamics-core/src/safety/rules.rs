@@ -2,78 +2,54 @@
 
 use super::SafeAction;
 use crate::control::{Configuration as ControlConfiguration, ControllerConfig};
+use crate::fields::record;
 use crate::inertia::InertiaBounds;
-use crate::scalar::Real;
 
-/// Numbers of one joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointRules<S> {
-    /// Speed up to which the joint is at rest, rad/s or m/s.
-    pub rest_speed: S,
-    /// How far the joint can move in one tick, rad or m: a multiple of its velocity limit times the period.
-    pub jump_step: S,
-    /// What a position may be wrong by without having jumped, rad or m: an encoder's resolution and noise.
-    pub resolution: S,
-    /// Deceleration that the joint is sure to have, rad/s^2 or m/s^2.
-    pub deceleration: S,
-    /// How far the reference may be from the joint, rad or m.
-    pub reach: S,
-    /// How far the speed of the first reference may be from the joint's, rad/s or m/s.
-    pub reach_speed: S,
-    /// Velocity gain of a damped stop, N m s/rad or N s/m, for drives that take one.
-    pub damping: S,
+record! {
+    /// Numbers of one joint.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct JointRules<S> {
+        /// Speed up to which the joint is at rest, rad/s or m/s.
+        pub rest_speed: S,
+        /// How far the joint can move in one tick, rad or m: a multiple of its velocity limit times the period.
+        pub jump_step: S,
+        /// What a position may be wrong by without having jumped, rad or m: an encoder's resolution and noise.
+        pub resolution: S,
+        /// Deceleration that the joint is sure to have, rad/s^2 or m/s^2.
+        pub deceleration: S,
+        /// How far the reference may be from the joint, rad or m.
+        pub reach: S,
+        /// How far the speed of the first reference may be from the joint's, rad/s or m/s.
+        pub reach_speed: S,
+        /// Velocity gain of a damped stop, N m s/rad or N s/m, for drives that take one.
+        pub damping: S,
+    }
 }
 
-/// Numbers of the machine around one controller.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rules<S, const N: usize> {
-    /// What the drives do when no torque is commanded.
-    pub safe_action: SafeAction,
-    /// Longest silence of the host, ticks.
-    pub heartbeat_max: u32,
-    /// How long the arm holds without the host before the safe action, ticks.
-    pub hold_max: u32,
-    /// Lowest and highest supply voltage, V.
-    pub supply: (S, S),
-    /// Lowest and highest temperature, degrees Celsius.
-    pub temperature: (S, S),
-    /// Control period, s.
-    pub period: S,
-    /// Control rate, Hz.
-    pub rate: S,
-    /// From a measurement to the torque that it leads to, s: added to the braking distance as time at full speed.
-    pub latency: S,
-    /// What a payload that is told at run time is held to, about the last link's origin.
-    pub payload: InertiaBounds<S>,
-    /// Per joint.
-    pub joints: [JointRules<S>; N],
-}
-
-impl<const N: usize> Rules<f64, N> {
-    /// The same numbers in another scalar, each through [`crate::Scalar::literal`].
-    #[must_use]
-    pub fn cast<T: Real>(&self) -> Rules<T, N> {
-        let t = T::literal;
-        Rules {
-            safe_action: self.safe_action,
-            heartbeat_max: self.heartbeat_max,
-            hold_max: self.hold_max,
-            supply: (t(self.supply.0), t(self.supply.1)),
-            temperature: (t(self.temperature.0), t(self.temperature.1)),
-            period: t(self.period),
-            rate: t(self.rate),
-            latency: t(self.latency),
-            payload: self.payload.cast(),
-            joints: self.joints.map(|joint| JointRules {
-                rest_speed: t(joint.rest_speed),
-                jump_step: t(joint.jump_step),
-                resolution: t(joint.resolution),
-                deceleration: t(joint.deceleration),
-                reach: t(joint.reach),
-                reach_speed: t(joint.reach_speed),
-                damping: t(joint.damping),
-            }),
-        }
+record! {
+    /// Numbers of the machine around one controller.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Rules<S, const N: usize> {
+        /// What the drives do when no torque is commanded.
+        pub safe_action: SafeAction,
+        /// Longest silence of the host, ticks.
+        pub heartbeat_max: u32,
+        /// How long the arm holds without the host before the safe action, ticks.
+        pub hold_max: u32,
+        /// Lowest and highest supply voltage, V.
+        pub supply: (S, S),
+        /// Lowest and highest temperature, degrees Celsius.
+        pub temperature: (S, S),
+        /// Control period, s.
+        pub period: S,
+        /// Control rate, Hz.
+        pub rate: S,
+        /// From a measurement to the torque that it leads to, s: added to the braking distance as time at full speed.
+        pub latency: S,
+        /// What a payload that is told at run time is held to, about the last link's origin.
+        pub payload: InertiaBounds<S>,
+        /// Per joint.
+        pub joints: [JointRules<S>; N],
     }
 }
 

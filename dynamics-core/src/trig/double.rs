@@ -101,8 +101,6 @@ fn horner(coefficients: &[f64; 6], z: f64) -> f64 {
 
 impl Binary for f64 {
     type Turns = u64;
-    const NAN: Self = Self::NAN;
-    const LIMIT: Self = LIMIT;
 
     #[inline]
     fn symmetric(self, f: impl FnOnce(Self) -> SinCos<Self>) -> SinCos<Self> {

@@ -64,8 +64,6 @@ fn turned(sine: f32, cosine: f32, quarter_turns: u32) -> SinCos<f32> {
 
 impl Binary for f32 {
     type Turns = u32;
-    const NAN: Self = Self::NAN;
-    const LIMIT: Self = LIMIT;
 
     /// What is left of an f32 is zero for zero alone: the parts of pi/2 and of a table's step were chosen so.
     #[inline]

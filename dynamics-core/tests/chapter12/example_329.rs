@@ -3,7 +3,7 @@
 use super::support::{Letters, STATED, TwoLinks, largest, moving, off, planar, shares, two_links};
 use super::support_b::{G, STATED_2, State, assert_equal, assert_stated, difference};
 use crate::common::torque;
-use dynamics_core::posture::LinkMotion;
+use dynamics_core::chapter::posture::LinkMotion;
 use nalgebra::Vector3;
 
 /// Accelerations of `C_1`, of the elbow, of the tip and of `C_2`.

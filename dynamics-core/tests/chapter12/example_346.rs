@@ -3,8 +3,8 @@
 use super::support_b::{State, assert_equal, assert_stated, difference, posture, pushed, wrenches_in_base};
 use crate::common::arms::{arm, joints, vector};
 use crate::common::turns;
+use dynamics_core::chapter::posture::Posture;
 use dynamics_core::newton_euler::joint_wrenches;
-use dynamics_core::posture::Posture;
 use dynamics_core::{Dynamics, Live, Scene, Wrench};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;

@@ -4,7 +4,7 @@ use super::support_b::{
     DOWN_Y, State, arm as planar, assert_equal, body, difference, larger, planar_link, posture, sizes, states,
 };
 use crate::common::arms::arm;
-use dynamics_core::posture::Posture;
+use dynamics_core::chapter::posture::Posture;
 use dynamics_core::{Dynamics, JointKind, Scene};
 use nalgebra::Vector3;
 

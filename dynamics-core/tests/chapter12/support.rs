@@ -4,7 +4,7 @@
 use super::support_b::{
     DOWN_Y, State, arm, body, difference, joined, larger, planar_link, point, posture, pushed, sizes, states,
 };
-use dynamics_core::posture::{LinkMotion, Posture};
+use dynamics_core::chapter::posture::{LinkMotion, Posture};
 use dynamics_core::{Body, Dynamics};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;

@@ -4,15 +4,16 @@
 
 use crate::common::arms::joints;
 use crate::common::{torque, turns};
-use dynamics_core::contact::{base_wrench, contact_wrench};
+use dynamics_core::chapter::contact::{base_wrench, contact_wrench};
+use dynamics_core::chapter::lagrange;
+use dynamics_core::chapter::posture::{Chain, Posture};
+use dynamics_core::chapter::trace_form::Transforms;
 use dynamics_core::dual::Dual;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
-use dynamics_core::posture::{Chain, Posture};
-use dynamics_core::trace_form::Transforms;
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, SinCos, Term, Tool,
-    Wrench, lagrange,
+    Wrench,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use proptest::prelude::Strategy;

@@ -12,7 +12,7 @@ pub mod arms;
 pub mod linkages;
 pub mod moving;
 
-use dynamics_core::posture::Posture;
+use dynamics_core::chapter::posture::Posture;
 use dynamics_core::{
     Body, Dh, Frame, InverseDynamics, JointKind, JointSpec, Limits, Live, Model, Real, Rotor, SinCos, Tool, Wrench,
 };

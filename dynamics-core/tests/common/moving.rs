@@ -3,7 +3,7 @@
 
 use super::arms::{arm, body, joints, vector};
 use super::turns;
-use dynamics_core::posture::{Chain, Posture};
+use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::{Dynamics, Inertia, Model, Scene, Term, Wrench};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;

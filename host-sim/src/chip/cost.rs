@@ -179,7 +179,6 @@ fn commands<const N: usize>(scene: &SceneFile) -> Result<Vec<String>, Failure> {
     match scene.control.scalar {
         ScalarChoice::F32 => commands_in::<f32, N>(scene, &mut simulate::desk(scene, &model(scene)?)),
         ScalarChoice::F64 => commands_in::<f64, N>(scene, &mut simulate::desk(scene, &model(scene)?)),
-        ScalarChoice::Mixed => commands_in::<f64, N>(scene, &mut simulate::mixed_desk(scene, &model(scene)?)),
     }
 }
 

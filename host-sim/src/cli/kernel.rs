@@ -107,8 +107,7 @@ struct Kernels<'a, const N: usize> {
 impl<'a, const N: usize> Kernels<'a, N> {
     fn new(args: &KernelArgs, file: &SceneFile, model: &'a Model<f64, N>) -> Self {
         let of_scene = match file.control.scalar {
-            // The kernel of a mixed scene is the part of it in single precision.
-            ScalarChoice::F32 | ScalarChoice::Mixed => Precision::Single,
+            ScalarChoice::F32 => Precision::Single,
             ScalarChoice::F64 => Precision::Double,
         };
         let springs = Springs::new(&file.controller_config(model).gains);

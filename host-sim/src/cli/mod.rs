@@ -516,8 +516,8 @@ on three motions: slow (a tenth of the speed limits), fast (as velocity and torq
 which the scaled mass matrix is nearest to singular). Every torque of the chip must have the desk's very bits.
 
 Choices, each a key of the scene file:
-  --scalar   f32, mixed (all but the recursion in f64), f64                                [control] scalar
-  --trig     polynomial, polynomial-5, polynomial-3, table, rotation, libm                 [control] trig
+  --scalar   f32, f64                                                                      [control] scalar
+  --trig     polynomial, polynomial-5, polynomial-3, table, libm                           [control] trig
   --terms    full; no-coriolis; diagonal: gravity and a constant diagonal inertia;
              gravity; none                                                                 [control] law, [model] coriolis
   --friction, --rotors   on, off                                                           [model] friction, rotor
@@ -902,8 +902,6 @@ pub enum RunScalar {
     F32,
     /// Double precision.
     F64,
-    /// Inverse dynamics, sine and cosine in single precision, all else in double.
-    Mixed,
 }
 
 /// Control law.
@@ -944,7 +942,6 @@ impl From<RunScalar> for ScalarChoice {
         match scalar {
             RunScalar::F32 => Self::F32,
             RunScalar::F64 => Self::F64,
-            RunScalar::Mixed => Self::Mixed,
         }
     }
 }
@@ -954,7 +951,6 @@ impl From<ScalarChoice> for RunScalar {
         match scalar {
             ScalarChoice::F32 => Self::F32,
             ScalarChoice::F64 => Self::F64,
-            ScalarChoice::Mixed => Self::Mixed,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::dynamics::Mechanism;
 use super::{JointFriction, State};
-use dynamics_core::work::WorkMeter;
+use dynamics_core::chapter::work::WorkMeter;
 
 /// Work on the arm while its actuators drive it, by the trapezoid rule over the integration's own steps; what the brakes do is
 /// not in it.

@@ -12,8 +12,7 @@ use crate::run::record::{JointLabel, Record};
 use crate::run::summary::{ModelTicks, Setting, Summary};
 use crate::run::target::Torques;
 use dynamics_core::control::{CollisionWatch, EveryNth};
-use dynamics_core::mixed::{Narrow, Reduced};
-use dynamics_core::trig::{Chosen, Method};
+use dynamics_core::trig::Method;
 use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
@@ -59,34 +58,21 @@ pub fn on_desk_in<const N: usize>(
     match scene.control.scalar {
         ScalarChoice::F64 => within::<f64, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
         ScalarChoice::F32 => within::<f32, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
-        ScalarChoice::Mixed => {
-            within::<f64, N, _>(world, scene, "desk", &mut mixed_desk(scene, &model), stop, progress)
-        }
     }
 }
 
 /// A controller on the desk that computes in `S`.
 pub type Desk<S, const N: usize> =
-    Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Chosen<S>, ControllerConfig<S, N>, Watch<S, N>>;
+    Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Method, ControllerConfig<S, N>, Watch<S, N>>;
 
 /// What watches the arm for collisions, where the scene asks for it.
 pub type Watch<S, const N: usize> = Option<CollisionWatch<S, N, Dynamics<S, N>>>;
-
-/// A controller on the desk that computes in f64, its inverse dynamics, sine and cosine in f32.
-pub type MixedDesk<const N: usize> = Controller<
-    f64,
-    N,
-    EveryNth<Narrow<ArmDynamics<f32, N>>, f64, N>,
-    Reduced<Chosen<f32>>,
-    ControllerConfig<f64, N>,
-    Watch<f64, N>,
->;
 
 /// The controller that a scene asks for, computing here in `S`; every live input is zero until [`with`] sets it.
 #[must_use]
 pub fn desk<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Desk<S, N>
 where
-    Chosen<S>: Trig<S> + From<Method>,
+    Method: Trig<S>,
 {
     desk_with(scene, model, &scene.controller_config(model))
 }
@@ -99,28 +85,11 @@ pub(crate) fn desk_with<S: Real, const N: usize>(
     config: &ControllerConfig<f64, N>,
 ) -> Desk<S, N>
 where
-    Chosen<S>: Trig<S> + From<Method>,
+    Method: Trig<S>,
 {
     let config: ControllerConfig<S, N> = config.cast();
-    Controller::new(config, scene.every_nth(scene.dynamics(model), &config), scene.control.trig.into())
+    Controller::new(config, scene.every_nth(scene.dynamics(model), &config), scene.control.trig)
         .with_protection(scene.watch(model))
-}
-
-/// As [`desk`], in both precisions: [`ScalarChoice::Mixed`], whatever the scene says.
-#[must_use]
-pub fn mixed_desk<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> MixedDesk<N> {
-    mixed_desk_with(scene, model, scene.controller_config(model))
-}
-
-/// As [`mixed_desk`], with another configuration.
-#[must_use]
-pub(crate) fn mixed_desk_with<const N: usize>(
-    scene: &SceneFile,
-    model: &Model<f64, N>,
-    config: ControllerConfig<f64, N>,
-) -> MixedDesk<N> {
-    let dynamics = scene.every_nth(Narrow(scene.dynamics(model)), &config);
-    Controller::new(config, dynamics, Reduced(scene.control.trig.into())).with_protection(scene.watch(model))
 }
 
 /// What acts on the scene's simulated arm, as a controller in `S` is told of it.

@@ -16,7 +16,7 @@ pub struct Setting {
     pub robot: String,
     /// Who computed: `desk` or `qemu`.
     pub target: String,
-    /// `f32`, `f64` or `mixed`.
+    /// `f32` or `f64`.
     pub scalar: String,
     /// The control law.
     pub law: String,

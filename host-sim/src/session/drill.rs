@@ -13,7 +13,7 @@ use crate::chip::{Chip, ChipError};
 use crate::run::simulate::{Watch, desk};
 use dynamics_core::control::EveryNth;
 use dynamics_core::safety::Protected;
-use dynamics_core::trig::Chosen;
+use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Model};
 use link::codec::Received;
 use link::{Cost, Frame, Hello, Pacing};
@@ -59,7 +59,7 @@ pub fn hello<const N: usize>(scene: &SceneFile, model: &Model<f64, N>, pacing: P
 pub type DeskSession<const N: usize> = Session<
     N,
     EveryNth<ArmDynamics<f32, N>, f32, N>,
-    Chosen<f32>,
+    Method,
     Protected<f32, N>,
     ControllerConfig<f32, N>,
     Watch<f32, N>,

@@ -137,7 +137,7 @@ fn program<const N: usize>(scenes: &[SceneFile], folder: &Path) -> Result<(), Bo
         let scalar = scene.control.scalar;
         let (real, live) = match scalar {
             ScalarChoice::F32 => (f32::NAME, live_item::<f32, N>(&scene.live(&model))),
-            ScalarChoice::F64 | ScalarChoice::Mixed => (f64::NAME, live_item::<f64, N>(&scene.live(&model))),
+            ScalarChoice::F64 => (f64::NAME, live_item::<f64, N>(&scene.live(&model))),
         };
         // The compiler names the file where it finds something: let it say whose it is.
         let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

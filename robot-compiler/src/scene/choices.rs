@@ -14,18 +14,16 @@ pub(crate) const LAWS: [(&str, Law); 5] = [
 ];
 
 /// The choices of sine and cosine by the names that files give them.
-pub(crate) const METHODS: [(&str, Method); 6] = [
+pub(crate) const METHODS: [(&str, Method); 5] = [
     ("polynomial", Method::Polynomial),
     ("polynomial-5", Method::Polynomial5),
     ("polynomial-3", Method::Polynomial3),
     ("table", Method::Table),
-    ("rotation", Method::Rotation),
     ("libm", Method::Libm),
 ];
 
 /// The floating-point types by the names that files give them.
-pub(crate) const SCALARS: [(&str, ScalarChoice); 3] =
-    [("f32", ScalarChoice::F32), ("f64", ScalarChoice::F64), ("mixed", ScalarChoice::Mixed)];
+pub(crate) const SCALARS: [(&str, ScalarChoice); 2] = [("f32", ScalarChoice::F32), ("f64", ScalarChoice::F64)];
 
 /// What the model's torque does between two evaluations, by the names that files give it.
 pub(crate) const BETWEENS: [(&str, Between); 2] = [("hold", Between::Hold), ("extrapolate", Between::Extrapolate)];

@@ -128,8 +128,6 @@ pub enum ScalarChoice {
     F32,
     /// Double precision.
     F64,
-    /// The recursion or kernel, and sine and cosine of angles less whole turns, in single precision; all else in double.
-    Mixed,
 }
 
 /// When torque acts, and what happens instead. Lists hold a number per joint.

@@ -100,9 +100,6 @@ pub fn on_course<const N: usize>(
     let torque = match file.control.scalar {
         ScalarChoice::F32 => torque_errors::<f32, N>(&mut simulate::desk_with(file, model, &config), &live, exact),
         ScalarChoice::F64 => torque_errors::<f64, N>(&mut simulate::desk_with(file, model, &config), &live, exact),
-        ScalarChoice::Mixed => {
-            torque_errors::<f64, N>(&mut simulate::mixed_desk_with(file, model, config), &live, exact)
-        }
     };
     let (torque, braked) = match torque {
         Ok(torque) => (Some(torque), None),
@@ -180,7 +177,6 @@ fn tracking<const N: usize>(
     let run = match file.control.scalar {
         ScalarChoice::F32 => run::<f32, N>(&mut world, &scene, &mut simulate::desk(file, model), stop)?,
         ScalarChoice::F64 => run::<f64, N>(&mut world, &scene, &mut simulate::desk(file, model), stop)?,
-        ScalarChoice::Mixed => run::<f64, N>(&mut world, &scene, &mut simulate::mixed_desk(file, model), stop)?,
     };
     if run.end == End::Interrupted {
         return Err(Failure::Interrupted);

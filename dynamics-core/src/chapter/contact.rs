@@ -62,7 +62,7 @@ pub fn base_wrench<S: Scalar, const N: usize>(
 /// What the environment does to the arm at the tip, from what the base exerts on the arm.
 ///
 /// `F_i = F_{i-1} + m_i (g - a_i)`, `M_i` likewise, from the base to the tip; then `w = -(F_n, M_n)`
-/// (eq. 12.163-12.168 corrected, see [`crate::contact`])
+/// (eq. 12.163-12.168 corrected, see [`crate::chapter::contact`])
 ///
 /// | name | quantity | unit | frame |
 /// |---|---|---|---|

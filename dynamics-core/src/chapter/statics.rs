@@ -18,11 +18,11 @@
 //! | joint wrench: on link `i` by what is before it, about `O_{i-1}`, `links[i - 1].origin` | N, N m | base or link's axes |
 //! | tip wrench: of the environment on the arm, about the tip's origin; `-(F_n, M_n)` | N, N m | base or tip axes |
 
+use crate::chapter::posture::{Chain, Posture};
+use crate::chapter::reactions::Reaction;
 use crate::geometry::apply_transposed;
 use crate::inertia::Wrench;
 use crate::newton_euler::{into_link, out_of_link};
-use crate::posture::{Chain, Posture};
-use crate::reactions::Reaction;
 use crate::scalar::Scalar;
 use crate::trig::SinCos;
 use nalgebra::Vector3;
@@ -200,7 +200,7 @@ pub fn forward<S: Scalar, const N: usize>(
 /// (eq. 12.497-12.500).
 ///
 /// `loads` are in their links' axes, `tip` is in tip axes; `[i]` of what is returned is in the axes of link `i`, and turns into
-/// base axes by [`crate::posture::LinkPosture::rotation`] (12.501-12.502).
+/// base axes by [`crate::chapter::posture::LinkPosture::rotation`] (12.501-12.502).
 #[must_use]
 pub fn backward_in_links<S: Scalar, const N: usize>(
     chain: &Chain<S, N>,

@@ -26,8 +26,8 @@
 //! The sign of `gear` counts here: it says which way the rotor turns. [`crate::joint::Rotor::reflected`] forgets it, so inertia
 //! and gear are separate arguments.
 
+use crate::chapter::posture::Posture;
 use crate::joint::JointKind;
-use crate::posture::Posture;
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
 

@@ -1,6 +1,6 @@
 //! Lagrange's equations from derivatives of the 4x4 transforms (eq. 12.391-12.419).
 //!
-//! The same terms as [`crate::lagrange`] and the same torques as [`crate::newton_euler`], by a third way that shares nothing
+//! The same terms as [`crate::chapter::lagrange`] and the same torques as [`crate::newton_euler`], by a third way that shares nothing
 //! with them but the model: no Jacobian, no angular velocity, no cross product. It is there to be compared with. With `0T_r` the
 //! pose of link `r` as a 4x4 matrix, the derivative by a joint on the way to it puts a constant operator between the factors
 //! (eq. 12.440-12.442):
@@ -21,13 +21,13 @@
 //!
 //! The sums are evaluated as they are printed, every trace by itself and every product of 4x4 matrices in full. For six
 //! revolute joints that is 59,306 multiplications and 47,081 additions and subtractions, of them 42,560 multiplications in the
-//! traces of `D` and `H` and nearly all others in the derivatives; [`crate::lagrange`] takes 7,470 and 7,047 and the recursion 663
+//! traces of `D` and `H` and nearly all others in the derivatives; [`crate::chapter::lagrange`] takes 7,470 and 7,047 and the recursion 663
 //! and 591 for the same torques (counted and pinned by `dynamics-core/tests/operations.rs`). In double precision one posture
 //! fills 10 kB.
 
+use crate::chapter::posture::{CentredBody, Chain};
 use crate::joint::JointKind;
 use crate::model::Link;
-use crate::posture::{CentredBody, Chain};
 use crate::scalar::Scalar;
 use crate::trig::SinCos;
 use nalgebra::{Matrix4, SMatrix, Vector3, Vector4};

@@ -33,10 +33,10 @@
 //! `G` (12.221, 12.239); 12.220 (12.238) is a sum over `j` and `k` with the velocities, not a matrix to be multiplied by them;
 //! the tensor in 12.222 is in base axes.
 
+use crate::chapter::posture::{LinkPosture, Posture};
 use crate::geometry::apply;
 use crate::inertia::Wrench;
 use crate::joint::JointKind;
-use crate::posture::{LinkPosture, Posture};
 use crate::scalar::Scalar;
 use nalgebra::{SMatrix, Vector3};
 

@@ -20,11 +20,11 @@
 //! | external load `[i]`: on link `i`, about its mass centre | N, N m | base axes |
 //! | tip wrench: of the environment on the arm, about the tip's origin | N, N m | base axes |
 
+use crate::chapter::posture::{LinkMotion, LinkPosture, Posture};
+use crate::dynamics::solve::solve_rows;
 use crate::geometry::apply;
 use crate::inertia::Wrench;
-use crate::posture::{LinkMotion, LinkPosture, Posture};
 use crate::scalar::{Real, Scalar};
-use crate::solve::solve_rows;
 use nalgebra::Vector3;
 
 /// Rate of change of a link's momentum and, about its mass centre, of its angular momentum, N and N m.

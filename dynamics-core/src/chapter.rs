@@ -1,0 +1,24 @@
+//! The textbook's other methods: the same arms and the same numbers by ways that cost more, to be read beside the chapter and to
+//! check the recursions against. No controller needs them.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`posture`] | axes, points, mass centres and motion in the base frame, as the chapter draws them |
+//! | [`lagrange`] | Lagrange's equations from the links' Jacobians: matrices, Christoffel symbols, torques |
+//! | [`trace_form`] | the same from derivatives of 4x4 transforms, sharing nothing with the others |
+//! | [`global`] | every link's Newton and Euler equation in the base frame, and all of them as one linear system |
+//! | [`statics`] | joint wrenches and torques at rest, inward and outward, in the base frame and in the links' |
+//! | [`contact`] | the wrench at the tip from the one that the base measures |
+//! | [`reactions`] | what of a joint's wrench its actuator carries, and what its bearings |
+//! | [`rotor_coupling`] | what reflected rotor inertia leaves out |
+//! | [`work`] | work done by the actuators along a motion |
+
+pub mod contact;
+pub mod global;
+pub mod lagrange;
+pub mod posture;
+pub mod reactions;
+pub mod rotor_coupling;
+pub mod statics;
+pub mod trace_form;
+pub mod work;

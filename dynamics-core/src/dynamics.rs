@@ -1,0 +1,10 @@
+//! The recursions that a controller and a simulation of an arm call. The crate hands every module on under its own name.
+
+pub mod articulated_body;
+pub mod energy;
+pub mod forward_dynamics;
+pub mod kinematics;
+pub mod mass_matrix;
+pub mod momentum;
+pub mod newton_euler;
+pub(crate) mod solve;
