@@ -18,3 +18,4 @@ pub mod plant;
 pub mod run;
 pub mod session;
 pub mod study;
+mod table;

@@ -1,15 +1,17 @@
 //! `bound`: between what was found and what is proven, how wrong the torques of single precision are.
 
-use crate::cli::BoundArgs;
 use crate::cli::document::Document;
 use crate::cli::dynamics::numbers;
+use crate::cli::names::LevelName;
+use crate::cli::output::print;
 use crate::cli::progress::progress_bar;
-use crate::failure::{self, Failure};
+use crate::failure::Failure;
 use crate::run::record::JointLabel;
 use crate::run::summary::engineering;
 use crate::study::Subject;
 use crate::study::torque_error::{Effort, Found, Region, State, TorqueError, positions, search};
-use comfy_table::{CellAlignment, Table, presets};
+use crate::table::table;
+use clap::Args;
 use dynamics_core::trig::Method;
 use dynamics_core::{Limits, Model};
 use indicatif::ProgressBar;
@@ -17,9 +19,67 @@ use robot_compiler::kernel::Level;
 use robot_compiler::{Robot, with_dof};
 use serde::Serialize;
 use std::path::Path;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim bound robots/puma560.toml
+  host-sim bound scenes/puma560_pick.toml --level regrouped
+  host-sim bound robots/ur5.toml --samples 1000000 --boxes 1000000 --json | jq .joints[0].proven
+  host-sim bound robots/planar2r.toml robots/ur5.toml --write docs/numerics.md
+
+What is bounded: |tau_f32 - tau| of every joint, tau = D qdd + C qd + G - J^T w in exact arithmetic with the numbers of the robot
+file, tau_f32 as the chip computes it: constants rounded, polynomial sine and cosine (their error is measured over every
+float up to 8192 rad), every operation rounded. Inputs q, qd, qdd are numbers that f32 holds, everywhere in the joint
+limits. Friction and the law's own arithmetic are not part of it.
+
+With --level regrouped, constants are those that the kernel holds, and the bound is of sine, cosine and arithmetic.
+
+Limits: position and velocity of the robot file; one turn where a revolute joint has no limits. Robot files have no limit of
+acceleration: five times the speed limit a second (from rest to full speed in 0.2 s) unless --acceleration says otherwise.
+
+found      the largest error of random states and of climbs from the worst of them, against double-double arithmetic
+one state  the largest bound of a single state that was found in the same way: all roundings at their worst, in one direction
+proven     no state exceeds it: the bound over boxes that together are all states
+proven / one state is what boxes lose, which forget that the numbers in them depend on each other; one state / found is what
+a bound loses that takes every rounding at its worst.";
+
+/// Options of `bound`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct BoundArgs {
+    /// Robot files (TOML or URDF) or scene files (TOML); of a scene, what its model counts.
+    #[arg(required = true, value_name = "ROBOT|SCENE")]
+    pub files: Vec<PathBuf>,
+    /// How far the operations leave those of the recursion.
+    #[arg(long, value_enum, default_value_t = LevelName::Exact)]
+    pub level: LevelName,
+    /// Random states; a tenth of them again for the bound of one state.
+    #[arg(long, value_name = "COUNT", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub samples: u32,
+    /// Boxes that are looked at for each joint.
+    #[arg(long, value_name = "COUNT", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub boxes: u32,
+    /// Seed of the random states and climbs.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Greatest joint speeds, rad/s or m/s, one for each joint; the robot file's otherwise.
+    #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',')]
+    pub velocity: Option<Vec<f64>>,
+    /// Greatest joint accelerations, rad/s^2 or m/s^2, one for each joint; five times the speed a second otherwise.
+    #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',')]
+    pub acceleration: Option<Vec<f64>>,
+    /// Print JSON, and nothing else: an object for each file, a line each.
+    #[arg(long)]
+    pub json: bool,
+    /// Put the table between `<!-- measured: bound -->` and `<!-- end measured: bound -->` of this file.
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    pub write: Option<PathBuf>,
+}
 
 /// Climbs for every joint, and steps of each.
 const CLIMBS: (usize, usize) = (32, 3000);
+
 /// The bound of one state is looked for with this part of the effort: it is smooth and has few tops.
 const LESS: usize = 10;
 
@@ -104,7 +164,7 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
             text += &answer.table();
         }
     }
-    failure::print(&text)
+    print(&text)
 }
 
 /// A subject whose sine and cosine have known errors.
@@ -256,13 +316,9 @@ impl Answer {
 
     /// For a person.
     fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED).set_header(HEADER);
+        let mut table = table(HEADER, 1);
         for row in self.rows() {
             table.add_row(row);
-        }
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
         }
         let scene = self.scene.as_ref().map_or_else(String::new, |scene| format!(" in {scene}"));
         let mut text = format!("{}{scene}: torque error of f32 at level {}\n{table}\n", self.robot, self.level);

@@ -1,9 +1,8 @@
 //! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
 
 use crate::chip::{Chip, build_firmware};
-use crate::cli::Target;
-use crate::cli::run::in_file;
-use crate::failure::{self, Failure};
+use crate::cli::names::Target;
+use crate::failure::{self, Failure, in_file};
 use crate::run::simulate;
 use crate::session::drill::{OnChip, OnDesk, hello};
 use crate::session::frame_log::Head;

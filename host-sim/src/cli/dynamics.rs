@@ -1,7 +1,8 @@
 //! `dynamics`: inverse and forward dynamics of states given as JSON lines.
 
-use crate::cli::{DynamicsArgs, Presence, Scalar as ScalarName};
+use crate::cli::names::{Presence, Scalar as ScalarName};
 use crate::failure::Failure;
+use clap::Args;
 use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::mass_matrix::mass_matrix;
@@ -13,6 +14,43 @@ use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Write, stdin, stdout};
 use std::path::Path;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = r#"Each input line is an object; all keys but q may be left out (zero, and gravity [0, 0, -9.81]):
+  {"q":[..], "qd":[..], "qdd":[..], "tau":[..], "wrench_tip":[fx,fy,fz,mx,my,mz], "gravity":[gx,gy,gz]}
+The wrench is that of the environment on the robot at the tip's origin, in tip axes. SI units, radians.
+
+Each output line is an object, in the order of the input:
+  tau          torques for q, qd, qdd under gravity and wrench:  D qdd + C qd + G - J^T w
+  gravity      G(q)
+  coriolis_qd  C(q, qd) qd
+  mass_matrix  D(q), rows
+  qdd          accelerations under the given tau (only if it was given):  D qdd = tau - C qd - G + J^T w
+  tip          pose of the tip in the base: rotation (rows), position
+
+Examples:
+  echo '{"q":[0,0.5,0,0,0,0]}' | host-sim dynamics robots/puma560.toml --input -
+  host-sim dynamics robots/puma560.toml --input states.jsonl --scalar f32 --rotor absent
+
+Numbers have as many digits as they need to be read back exactly. The first bad line ends the work with exit code 2; the
+lines before it have been answered. Empty lines are skipped. Friction is not part of these equations."#;
+
+/// Options of `dynamics`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct DynamicsArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// File of JSON lines; - for standard input.
+    #[arg(long, value_name = "FILE")]
+    pub input: PathBuf,
+    /// Floating-point type to compute in.
+    #[arg(long, value_enum, default_value_t = ScalarName::F64)]
+    pub scalar: ScalarName,
+    /// Whether the rotors of the robot file count.
+    #[arg(long, value_enum, default_value_t = Presence::Present)]
+    pub rotor: Presence,
+}
 
 /// Gravity on a floor, m/s^2.
 pub(crate) const FLOOR: [f64; 3] = [0.0, 0.0, -9.81];

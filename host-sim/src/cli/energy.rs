@@ -1,21 +1,60 @@
 //! `energy`: run a scene and account for the energy.
 
-use crate::cli::EnergyArgs;
-use crate::cli::run::{exit_code, file_name, in_file, set_duration};
+use crate::cli::output::{files, json, print};
+use crate::cli::run::{exit_code, set_duration};
 use crate::failure::Failure;
+use crate::failure::in_file;
 use crate::plant::ledger::Ledger;
 use crate::plant::{Arm, State};
+use crate::run::files::file_name;
 use crate::run::plot;
 use crate::run::simulate::{self, Run};
 use crate::run::summary::{FaultEvent, engineering};
-use comfy_table::{CellAlignment, Table, presets};
+use crate::table::table;
+use clap::Args;
 use indicatif::ProgressBar;
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+
+const EXAMPLES: &str = "\
+What is computed:
+  work      int tau qd dt of every joint, positive and negative apart; tau as it acts, after delay, saturation and lag
+  friction  int -tau_f qd dt of every joint
+  contact   work of what pushes at the tip
+  T         1/2 qd^T D qd, with rotors                                                             12.228
+  V         -sum m g . r                                                                           12.230
+  residual  work + friction + contact - (gain of T + V): what the quadrature misses
+The trapezoid rule over the simulation's own steps: the residual falls with the square of `step` in the scene's [plant].
+
+Examples:
+  host-sim energy scenes/puma560_pick.toml
+  host-sim energy scenes/planar2r_swing.toml --duration 1.8 --json | jq '.joints[0].positive'
+
+Files, in the folder given by --out:
+  energy.json  what --json prints
+  power.svg    power of every joint over time: commanded torque times velocity
+
+A fault ends the account: what the brakes take is not in it. Exit codes as those of `run`.";
+
+/// Options of `energy`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct EnergyArgs {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// Simulated time, s; the scene's otherwise.
+    #[arg(long, value_name = "SECONDS")]
+    pub duration: Option<f64>,
+    /// Folder for the files; the scene's name under out/ otherwise.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Where the energy of a run came from and went, until its end or a fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -89,27 +128,16 @@ pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     // Better now than after the run.
     fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
     let (run, account) = with_dof!(scene.robot.dof(), N => account::<N>(&scene, stop))?;
-    let json = serde_json::to_string_pretty(&account).map_err(|error| Failure::Output(error.into()))?;
+    let json = json(&account)?;
     let file = folder.join("energy.json");
     fs::write(&file, format!("{json}\n")).map_err(|error| in_file(&file, &error))?;
     let power = plot::write_power(&run.record, &scene.name, &folder).map_err(|error| in_file(&folder, &error))?;
-    match show(args.json, &json, &account, &[file, power]) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(exit_code(&run)),
-    }
+    show(args.json, &json, &account, &[file, power])?;
+    Ok(exit_code(&run))
 }
 
-fn show(as_json: bool, json: &str, account: &Account, files: &[PathBuf]) -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    if as_json {
-        return writeln!(out, "{json}");
-    }
-    writeln!(out, "{}", account.table())?;
-    for (index, file) in files.iter().enumerate() {
-        let name = if index == 0 { "files" } else { "" };
-        writeln!(out, "{name:<20}{}", file.display())?;
-    }
-    Ok(())
+fn show(as_json: bool, json: &str, account: &Account, written: &[PathBuf]) -> Result<(), Failure> {
+    if as_json { print(&format!("{json}\n")) } else { print(&format!("{}\n{}", account.table(), files(written))) }
 }
 
 /// Run a scene on the desk, and where its energy came from and went.
@@ -176,12 +204,7 @@ impl Account {
     /// The table and the lines below it, as a person reads them.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED);
-        table.set_header(["joint", "given", "taken back", "together", "friction", "power peak"]);
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        let mut table = table(["joint", "given", "taken back", "together", "friction", "power peak"], 1);
         for joint in &self.joints {
             let work = [joint.positive, joint.negative, joint.total, joint.friction].map(|x| engineering(x, "J"));
             let row = [joint.name.clone()].into_iter().chain(work).chain([engineering(joint.power_peak, "W")]);

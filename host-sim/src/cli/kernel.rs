@@ -1,8 +1,11 @@
 //! `kernel`: the arm's dynamics as straight-line Rust, and what each rewrite and each term of the scene is worth.
 
-use crate::cli::KernelArgs;
-use crate::failure::{self, Failure};
-use comfy_table::{CellAlignment, Table, presets};
+use crate::cli::names::{FunctionName, LevelName, Scalar};
+use crate::cli::output::{json, print};
+use crate::failure::Failure;
+use crate::table::table;
+use clap::Args;
+use comfy_table::Table;
 use dynamics_core::{Model, Scene, Term};
 use robot_compiler::kernel::functions::{Springs, live_inputs};
 use robot_compiler::kernel::source::{Title, module};
@@ -13,6 +16,48 @@ use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{Robot, SceneFile, with_dof};
 use serde::Serialize;
 use std::path::Path;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim kernel robots/puma560.toml > kernel.rs
+  host-sim kernel robots/puma560.toml --scene scenes/puma560_pick.toml --level regrouped --scalar f32
+  host-sim kernel robots/ur5.toml --function mass-matrix
+  host-sim kernel robots/ur5.toml --table
+  host-sim kernel robots/ur5.toml --json | jq '.[] | select(.level == \"regrouped\")'
+
+Without --scene: gravity on a floor, velocity terms, and the rotors of the robot file.
+Levels: exact gives the very results of the recursion; regrouped needs fewer operations and rounds otherwise.
+
+--table shows operations and values alive, then what each rewrite saves and what each term of the scene costs.
+--json is an array of {function, level, mul, add, sub, neg, live_inputs, max_live}.
+Both show every function and level, or those that are asked for.";
+
+/// Options of `kernel`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct KernelArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// The scene file, about this robot: which terms act on it.
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// How far the operations may leave those of the recursion; exact if nothing is said.
+    #[arg(long, value_enum)]
+    pub level: Option<LevelName>,
+    /// What it computes; inverse-dynamics if nothing is said.
+    #[arg(long, value_enum)]
+    pub function: Option<FunctionName>,
+    /// Floating-point type; the scene's otherwise.
+    #[arg(long, value_enum)]
+    pub scalar: Option<Scalar>,
+    /// Print operation counts as JSON instead of the source.
+    #[arg(long, conflicts_with = "table")]
+    pub json: bool,
+    /// Print tables of what is saved, by what, instead of the source.
+    #[arg(long)]
+    pub table: bool,
+}
 
 /// How much work one kernel is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -48,14 +93,14 @@ pub fn run(args: &KernelArgs) -> Result<(), Failure> {
         let kernels = Kernels::new(args, &file, &model);
         if args.json {
             let counts: Vec<Count> = kernels.each(|function, level, program| Count::new(function, level, program, N));
-            serde_json::to_string_pretty(&counts).map_err(|error| Failure::Output(error.into()))? + "\n"
+            json(&counts)? + "\n"
         } else if args.table {
             kernels.tables()
         } else {
             kernels.source(args, &file)
         }
     });
-    failure::print(&text)
+    print(&text)
 }
 
 /// The scene that is asked for, if it is about the robot that is asked for; a sensible one if none is.
@@ -153,7 +198,7 @@ impl<'a, const N: usize> Kernels<'a, N> {
     }
 
     fn work_table(&self) -> Table {
-        let mut table = table(&["function", "level"]);
+        let mut table = work_of(&["function", "level"]);
         table.add_rows(self.each(|function, level, program| {
             let names = [function.name(), level.name()].map(str::to_owned);
             names.into_iter().chain(work(program, N).map(|n| n.to_string())).collect::<Vec<_>>()
@@ -162,7 +207,7 @@ impl<'a, const N: usize> Kernels<'a, N> {
     }
 
     fn rule_table(&self) -> Table {
-        let mut table = table(&["function", "rewrite"]);
+        let mut table = work_of(&["function", "rewrite"]);
         for &function in &self.functions {
             let with = |rules| compile_with(function, self.model, &self.scene, rules, self.precision);
             let all = with(RuleSet::ALL);
@@ -175,7 +220,7 @@ impl<'a, const N: usize> Kernels<'a, N> {
     }
 
     fn step_table(&self) -> Table {
-        let mut table = table(&["function", "step"]);
+        let mut table = work_of(&["function", "step"]);
         for &function in &self.functions {
             let all = self.compile(function, &self.scene, Level::Regrouped);
             for step in Step::ALL {
@@ -189,7 +234,7 @@ impl<'a, const N: usize> Kernels<'a, N> {
     }
 
     fn term_table(&self) -> Table {
-        let mut table = table(&["function", "level", "term"]);
+        let mut table = work_of(&["function", "level", "term"]);
         for &function in &self.functions {
             // A term that the function does not have costs it nothing, and has no row.
             let scene = function.sees(&self.scene);
@@ -223,15 +268,9 @@ fn work(program: &Program, joints: usize) -> [usize; 8] {
     [n.mul, n.add, n.sub, n.div, n.neg, live_inputs(program, joints), alive[0], alive[1]]
 }
 
-/// A table of some names and then numbers.
-fn table(names: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_header(names.iter().chain(&WORK));
-    for column in table.column_iter_mut().skip(names.len()) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+/// A table of some names and then how much work it is.
+fn work_of(names: &[&str]) -> Table {
+    table(names.iter().chain(&WORK), names.len())
 }
 
 /// The scene without one of its terms, for each that it has.

@@ -1,18 +1,94 @@
 //! `linkage`: a closed loop driven round, or let run.
 
-use crate::cli::LinkageArgs;
-use crate::cli::run::{file_name, in_file};
+use crate::cli::output::{files, json, print};
+use crate::failure::in_file;
 use crate::failure::{self, Failure};
+use crate::run::files::file_name;
 use crate::run::plot::{self, Chart, Line, Panel};
 use crate::run::summary::engineering;
 use crate::study::linkage_run::{self, Run, RunSummary, Start};
 use crate::study::linkage_turn::{self, Range, Spread, Step, Turn, TurnSummary, branch_name};
-use comfy_table::{CellAlignment, Table, presets};
+use crate::table::table;
+use clap::{Args, ValueEnum};
+use dynamics_core::linkage::Branch;
 use dynamics_core::linkage::{Linkage, LinkageError};
 use robot_compiler::LinkageFile;
-use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim linkage robots/chapter12/four_bar.toml
+  host-sim linkage robots/chapter12/slider_crank.toml --speed 300 --steps 720 --json | jq .shaking_force
+  host-sim linkage robots/chapter12/four_bar.toml --simulate 0.5 --duration 3
+
+Driven: the crank turns at a constant speed, and at every step of a turn the nine equations of the three links, [A] x = b (12.44-12.46;
+12.41 with m3 a3), give the driving moment M_0 and the joint forces F_0 to F_3. F_i acts through joint i on what comes after it.
+The shaking force on the ground is F_3 - F_0 (12.47), weight included; its moment is about the crank's ground pivot, the motor's
+reaction included. A crank that cannot turn fully is driven through all steps at which the loop closes.
+
+Simulated: M = I(theta) thetadd + 1/2 I'(theta) thetad^2 + dV/dtheta (12.216 with one coordinate) under a constant moment on the crank, by
+a Runge-Kutta method of fourth order. The balance is that of energy and work, E - E_0 = M (theta - theta_0).
+
+Files, in the folder given by --out:
+  driven.csv, driving_moment.svg, shaking_force.svg, shaking_moment.svg   over the crank's angle
+  free.csv, motion.svg, energy.svg                                        over time, with --simulate
+  summary.json                                                            what --json prints
+
+Units: SI, radians. Angles count from the ground or the guide; see docs/linkages.md.";
+
+/// Options of `linkage`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct LinkageArgs {
+    /// The linkage file (TOML).
+    pub linkage: PathBuf,
+    /// Speed of the crank, rad/s: constant and 10 if nothing is said; with --simulate that of the start, else 0.
+    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
+    pub speed: Option<f64>,
+    /// Steps in a turn.
+    #[arg(long, default_value_t = 360, value_parser = clap::value_parser!(u32).range(8..=100_000), conflicts_with = "simulate")]
+    pub steps: u32,
+    /// Which way the loop is assembled.
+    #[arg(long, value_enum, default_value_t = BranchName::Open)]
+    pub branch: BranchName,
+    /// Let it run under this moment on the crank, N m, instead of driving it.
+    #[arg(long, value_name = "MOMENT", allow_negative_numbers = true)]
+    pub simulate: Option<f64>,
+    /// Simulated time, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, requires = "simulate")]
+    pub duration: f64,
+    /// Time step of the simulation, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1e-4, requires = "simulate")]
+    pub time_step: f64,
+    /// Crank angle at which the simulation starts, rad; the middle of its range if nothing is said, 0 if that is a whole turn.
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true, requires = "simulate")]
+    pub angle: Option<f64>,
+    /// Folder for table and plots; the linkage's name under out/ otherwise.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Print the summary as JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which of two ways a loop is assembled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BranchName {
+    /// Joint 2 to the left of the line from the crank pin to the follower's pivot; the slider ahead of the crank pin.
+    Open,
+    /// The mirror image about that line; the slider behind the crank pin.
+    Crossed,
+}
+
+impl From<BranchName> for Branch {
+    fn from(branch: BranchName) -> Self {
+        match branch {
+            BranchName::Open => Self::Open,
+            BranchName::Crossed => Self::Crossed,
+        }
+    }
+}
 
 /// Steps that a simulation may have: each is a line of the log.
 const STEPS_MAX: f64 = 1e6;
@@ -106,10 +182,6 @@ fn describe_range(range: &Range) -> String {
     format!("the crank does not turn fully: dead points at {}", ends.join(", "))
 }
 
-fn json(summary: &impl Serialize) -> Result<String, Failure> {
-    serde_json::to_string_pretty(summary).map_err(|error| Failure::Output(error.into()))
-}
-
 /// Log, summary and plots; returns the files.
 fn write(
     folder: &Path,
@@ -138,14 +210,8 @@ fn write(
     Ok(files)
 }
 
-fn show(as_json: bool, json: &str, table: impl Fn() -> String, files: &[PathBuf]) -> Result<(), Failure> {
-    let mut text = if as_json { json.to_owned() } else { table() };
-    if !as_json {
-        for (index, file) in files.iter().enumerate() {
-            text += &format!("\n{:<20}{}", if index == 0 { "files" } else { "" }, file.display());
-        }
-    }
-    failure::print(&format!("{text}\n"))
+fn show(as_json: bool, json: &str, table: impl Fn() -> String, written: &[PathBuf]) -> Result<(), Failure> {
+    if as_json { print(&format!("{json}\n")) } else { print(&format!("{}\n{}", table(), files(written))) }
 }
 
 fn header(summary: &TurnSummary) -> Vec<String> {
@@ -232,12 +298,7 @@ fn lines(rows: &[(&str, String)]) -> String {
 }
 
 fn turn_table(summary: &TurnSummary) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_header(["", "min", "max", "mean", "rms"]);
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+    let mut table = table(["", "min", "max", "mean", "rms"], 1);
     let mut add = |name: &str, unit: &str, spread: &Spread| {
         let Spread { min, max, mean, rms } = *spread;
         let mut row = vec![name.to_owned()];

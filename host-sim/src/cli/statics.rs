@@ -1,12 +1,13 @@
 //! `statics`: what holds an arm at rest, and the posture that takes least.
 
 use crate::cli::dynamics::numbers;
-use crate::cli::{AxesName, StaticsArgs};
-use crate::failure::{self, Failure};
+use crate::cli::output::{json, print};
+use crate::failure::Failure;
 use crate::run::record::JointLabel;
 use crate::run::summary::engineering;
 use crate::study::posture_search::{self, STARTS};
-use comfy_table::{CellAlignment, Table, presets};
+use crate::table::table;
+use clap::{Args, ValueEnum};
 use core::f64::consts::{PI, TAU};
 use dynamics_core::posture::{Chain, Posture};
 use dynamics_core::reactions::Reaction;
@@ -16,6 +17,81 @@ use dynamics_core::{Inertia, JointKind, Limits, Trig, Wrench};
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::{Robot, with_dof};
 use serde::Serialize;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+What is computed, with the equations of the chapter in docs/dynamics.md:
+  wrench    F_{i-1} = F_i - sum F_e,  M_{i-1} = M_i - sum M_e + d x F_i, from the tip inward       12.455-12.456
+            with every moment of a load moved to the joint it is felt at; 12.465 gives weight another
+  torque    the component along the joint's axis, which its actuator carries: G(q) - J^T w         12.503-12.504, index i-1
+  bearing   everything else: force across and along the axis, moment across and along it
+  V         -sum m g . r, of the arm and its load; zero for masses at the base's origin            12.230
+
+Examples:
+  host-sim statics robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0
+  host-sim statics robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0 --load 2,0,0,0.1 --json | jq .tau
+  host-sim statics robots/planar2r.toml --gravity 0,-9.81,0 --q 0.5,0.785 --hold elbow --minimise shoulder
+  host-sim statics robots/ur5.toml --minimise total --tip-wrench 0,0,-20,0,0,0
+
+The wrench is that of the environment on the robot at the tip's origin, in tip axes. Rotors and friction do not act at rest.
+
+--minimise looks inside the joint limits (one turn where a revolute joint has none). From 64 starts, the given posture, the middle
+of the limits and 62 points spread evenly by a fixed sequence, it goes along one joint after another by steps that halve when
+none helps, to a ten-thousandth of each joint's range; the best goes on to a billionth. The same input gives the same answer.
+It is the least that was found: no proof that nothing less exists.";
+
+/// Options of `statics`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct StaticsArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// Joint positions, rad or m; where the search begins with --minimise, which needs none.
+    #[arg(
+        long,
+        value_name = "Q1,Q2,..",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        required_unless_present = "minimise"
+    )]
+    pub q: Option<Vec<f64>>,
+    /// Gravitational acceleration in the base frame, m/s^2.
+    #[arg(
+        long,
+        value_name = "GX,GY,GZ",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        default_value = "0,0,-9.81"
+    )]
+    pub gravity: Vec<f64>,
+    /// A point mass held by the tip: kg, and where in the tip frame, m (its origin if left out).
+    #[arg(long, value_name = "MASS[,X,Y,Z]", value_delimiter = ',', allow_hyphen_values = true)]
+    pub load: Option<Vec<f64>>,
+    /// What the environment does to the arm at the tip, in tip axes, N and N m.
+    #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
+    pub tip_wrench: Option<Vec<f64>>,
+    /// Find the posture of the least: torque of a joint (its name or number), total (sum of squares of all), potential (V).
+    #[arg(long, value_name = "JOINT|total|potential")]
+    pub minimise: Option<String>,
+    /// Joints (names or numbers) that stay at their --q in the search.
+    #[arg(long, value_name = "JOINT,..", value_delimiter = ',', requires_all = ["q", "minimise"])]
+    pub hold: Vec<String>,
+    /// Axes of the joints' wrenches.
+    #[arg(long, value_enum, default_value_t = AxesName::Link)]
+    pub axes: AxesName,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which axes a wrench is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AxesName {
+    /// Each link's own, z along its joint.
+    Link,
+    /// The base frame's.
+    Base,
+}
 
 /// What is asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,12 +189,8 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
         axes: args.axes,
     };
     let answer = with_dof!(robot.dof(), N => answer::<N>(&robot, &question))?;
-    let text = if args.json {
-        serde_json::to_string_pretty(&answer).map_err(|error| Failure::Output(error.into()))?
-    } else {
-        answer.table()
-    };
-    failure::print(&format!("{text}\n"))
+    let text = if args.json { json(&answer)? } else { answer.table() };
+    print(&format!("{text}\n"))
 }
 
 /// What holds the arm.
@@ -374,23 +446,21 @@ impl Answer {
     /// The table and the lines around it, as a person reads them.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED);
-        table.set_header([
-            "joint".to_owned(),
-            "position".to_owned(),
-            "actuator".to_owned(),
-            "of limit".to_owned(),
-            "radial".to_owned(),
-            "axial".to_owned(),
-            "tilting".to_owned(),
-            "twisting".to_owned(),
-            format!("force / N ({} axes)", self.axes),
-            format!("moment / N m ({} axes)", self.axes),
-        ]);
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        let mut table = table(
+            [
+                "joint".to_owned(),
+                "position".to_owned(),
+                "actuator".to_owned(),
+                "of limit".to_owned(),
+                "radial".to_owned(),
+                "axial".to_owned(),
+                "tilting".to_owned(),
+                "twisting".to_owned(),
+                format!("force / N ({} axes)", self.axes),
+                format!("moment / N m ({} axes)", self.axes),
+            ],
+            1,
+        );
         let three = |v: &[f64; 3]| v.map(|x| format!("{:.3}", x + 0.0)).join(" ");
         for (joint, q) in self.joints.iter().zip(&self.q) {
             let optional = |x: Option<f64>, unit| x.map_or("-".to_owned(), |x| engineering(x, unit));

@@ -2,10 +2,13 @@
 
 use crate::cli::dynamics::numbers;
 use crate::cli::kernel::scene_about;
-use crate::cli::{Presence, TermsArgs, TermsMethod};
-use crate::failure::{self, Failure};
+use crate::cli::names::Presence;
+use crate::cli::output::{json, print};
+use crate::failure::Failure;
 use crate::run::record::JointLabel;
-use comfy_table::{CellAlignment, Table, presets};
+use crate::table::table;
+use clap::{Args, ValueEnum};
+use comfy_table::Table;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::posture::Chain;
 use dynamics_core::trace_form::Transforms;
@@ -14,6 +17,74 @@ use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Model, Scene, Term
 use nalgebra::{SMatrix, SVector, Vector3};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use serde::Serialize;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Printed, for  D(q) qdd + C(q, qd) qd + G(q) = tau + J^T w  (eq. 12.217):
+  D   inertia matrix, with the rotors on its diagonal           12.229 (lagrange), 12.393 (trace)
+  C   C_ij = sum_k Gamma^i_jk qd_k: dD/dt - 2 C is skew         12.217
+  H   velocity coupling, C qd                                   12.238 (lagrange), 12.394 (trace)
+  G   torques that hold the weight                              12.239 (lagrange), 12.395 (trace)
+  Gamma^i_jk   Christoffel symbols of the first kind            12.281
+12.229 is taken without its factor 1/2 and 12.239 with the other sign: docs/dynamics.md says why.
+
+Methods, which agree to rounding:
+  lagrange   Jacobians of the links and their derivatives       12.223-12.241, 12.281
+  trace      derivatives of the 4x4 transforms                  12.393-12.419
+  recursive  composite bodies and Newton-Euler; Gamma from the
+             velocity terms at pairs of unit speeds             12.157-12.162
+
+Examples:
+  host-sim terms robots/puma560.toml --q 0,0.5,-0.5,0,0.3,0
+  host-sim terms robots/planar2r.toml --q 0.3,0.7 --qd 1,-2 --gravity 0,-9.81,0 --method trace
+  host-sim terms robots/scara.toml --q 0,0.2,0.1,0 --scene scenes/scara_pick.toml --json | jq .christoffel
+
+SI units, radians. A posture outside the joint limits is refused. Of a scene, gravity, payload and rotors count, a live
+payload or gravity as its [plant] has it; its contact does not. Without --scene: gravity on a floor, nothing held, rotors of the
+robot file. Tables show six decimals.
+
+--json is an object {robot, method, q, qd, g, mass_matrix, coriolis_matrix, velocity_coupling, gravity, christoffel}, with
+as many digits as are needed to read the numbers back exactly; christoffel[i][j][k] is Gamma^i_jk, counted from 0.";
+
+/// Options of `terms`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct TermsArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// Joint positions, rad or m, one for each joint.
+    #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true, required = true)]
+    pub q: Vec<f64>,
+    /// Joint velocities, rad/s or m/s; zero if not given.
+    #[arg(long, value_name = "QD1,QD2,..", value_delimiter = ',', allow_hyphen_values = true)]
+    pub qd: Option<Vec<f64>>,
+    /// Gravitational acceleration in the base frame, m/s^2; the scene's otherwise.
+    #[arg(long, value_name = "GX,GY,GZ", value_delimiter = ',', allow_hyphen_values = true)]
+    pub gravity: Option<Vec<f64>>,
+    /// The scene file, about this robot: gravity, payload, rotors.
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// How to compute them.
+    #[arg(long, value_enum, default_value_t = TermsMethod::Lagrange)]
+    pub method: TermsMethod,
+    /// Whether the rotors count; the scene's otherwise.
+    #[arg(long, value_enum)]
+    pub rotor: Option<Presence>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How the terms of the equations of motion are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TermsMethod {
+    /// Lagrange's equations from the links' Jacobians.
+    Lagrange,
+    /// Lagrange's equations from derivatives of 4x4 transforms.
+    Trace,
+    /// Composite rigid bodies and Newton-Euler.
+    Recursive,
+}
 
 /// The terms of `D(q) qdd + C(q, qd) qd + G(q) = tau + J^T w` (eq. 12.217).
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -50,12 +121,8 @@ pub fn run(args: &TermsArgs) -> Result<(), Failure> {
         let model = file.robot.model::<N>().map_err(Failure::input)?;
         terms(args, &file, &model).map_err(Failure::Input)?
     });
-    let text = if args.json {
-        serde_json::to_string_pretty(&terms).map_err(|error| Failure::Output(error.into()))? + "\n"
-    } else {
-        describe(&terms, &file.robot)
-    };
-    failure::print(&text)
+    let text = if args.json { json(&terms)? + "\n" } else { describe(&terms, &file.robot) };
+    print(&text)
 }
 
 fn terms<const N: usize>(args: &TermsArgs, file: &SceneFile, model: &Model<f64, N>) -> miette::Result<Terms> {
@@ -227,7 +294,7 @@ fn within_limits<const N: usize>(robot: &Robot, q: &[f64; N]) -> miette::Result<
 #[must_use]
 pub fn describe(terms: &Terms, robot: &Robot) -> String {
     let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let mut state = table(&["joint", "q", "qd", "H = C qd", "G"]);
+    let mut state = table(["joint", "q", "qd", "H = C qd", "G"], 1);
     for (i, joint) in robot.joints.iter().enumerate() {
         let label = JointLabel { name: joint.name.clone(), kind: joint.spec.kind };
         state.add_row([
@@ -255,20 +322,9 @@ pub fn describe(terms: &Terms, robot: &Robot) -> String {
 
 fn square(names: &[&str], rows: &[Vec<f64>]) -> Table {
     let header: Vec<&str> = std::iter::once("").chain(names.iter().copied()).collect();
-    let mut table = table(&header);
+    let mut table = table(header, 1);
     for (name, row) in names.iter().zip(rows) {
         table.add_row(std::iter::once((*name).to_owned()).chain(row.iter().map(|x| decimal(*x))));
-    }
-    table
-}
-
-/// A table of a name and then numbers.
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_header(header);
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
     }
     table
 }
