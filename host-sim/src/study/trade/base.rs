@@ -2,7 +2,7 @@
 
 use super::choice::{Choice, Every, TermSet, put, remove};
 use crate::failure::Failure;
-use crate::study::Subject;
+use crate::study::subject::Subject;
 use robot_compiler::SceneFile;
 use robot_compiler::kernel::Level;
 use robot_compiler::scene::MotionSpec;
