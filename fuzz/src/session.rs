@@ -16,7 +16,8 @@ use firmware::joint_io::{JointFaults, Readings};
 use firmware::meter::Meter;
 use firmware::session::{Drives, Reaction, State};
 use firmware::supervisor::Lines;
-use host_sim::session::drill::{DeskSession, Uncounted, desk_session, hello};
+use host_sim::chip::hello;
+use host_sim::session::drill::{DeskSession, Uncounted, desk_session};
 use judge::{Judge, Told};
 use link::{
     DecodeError, Decoder, Encoder, Frame, Hello, Measurement, Pacing, Packet, Parts, Point, Received, Refusal, Request,
