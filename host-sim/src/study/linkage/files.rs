@@ -81,14 +81,19 @@ fn row(step: &Step) -> Vec<f64> {
 
 fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)> {
     const ABSCISSA: &str = "crank angle / rad";
-    let chart =
-        |title: &str, panels| Chart { title: format!("{title}: {}", summary.linkage), abscissa: ABSCISSA, panels };
-    let line = |name, value: fn(&Step) -> f64| Line { name, pieces: turn.pieces(value) };
+    let chart = |title: &str, panels| Chart {
+        title: format!("{title}: {}", summary.linkage),
+        abscissa: ABSCISSA,
+        range: None,
+        panels,
+    };
+    let line = |name, value: fn(&Step) -> f64| Line { name, pen: None, pieces: turn.pieces(value) };
     let moment = Panel {
         caption: format!("at {} rad/s", summary.speed),
         quantity: "moment",
         unit: "N m",
         lines: vec![line("M_0", |step| step.forces.driving_moment)],
+        mark: None,
     };
     let force = Panel {
         caption: "F_3 - F_0".to_owned(),
@@ -99,12 +104,14 @@ fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)>
             line("along y", |step| step.forces.shaking_force().y),
             line("magnitude", |step| step.forces.shaking_force().norm()),
         ],
+        mark: None,
     };
     let about = Panel {
         caption: "about the crank's ground pivot".to_owned(),
         quantity: "moment",
         unit: "N m",
         lines: vec![line("moment", |step| step.forces.shaking_moment())],
+        mark: None,
     };
     vec![
         ("driving_moment.svg", chart("Driving moment", vec![moment])),
@@ -116,11 +123,17 @@ fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)>
 fn run_charts(run: &Run, summary: &RunSummary) -> Vec<(&'static str, Chart)> {
     let line = |name, value: fn(&Moment) -> f64| Line {
         name,
+        pen: None,
         pieces: vec![run.moments.iter().map(|now| (now.time, value(now))).collect()],
     };
-    let chart =
-        |title: &str, panels| Chart { title: format!("{title}: {}", summary.linkage), abscissa: "time / s", panels };
-    let panel = |caption: &str, quantity, unit, lines| Panel { caption: caption.to_owned(), quantity, unit, lines };
+    let chart = |title: &str, panels| Chart {
+        title: format!("{title}: {}", summary.linkage),
+        abscissa: "time / s",
+        range: None,
+        panels,
+    };
+    let panel =
+        |caption: &str, quantity, unit, lines| Panel { caption: caption.to_owned(), quantity, unit, lines, mark: None };
     let angle = panel("crank", "angle", "rad", vec![line("crank", |now| now.angle)]);
     let speed = panel("crank", "speed", "rad/s", vec![line("crank", |now| now.speed)]);
     let energy =
