@@ -1,6 +1,7 @@
-//! How the program ends.
+//! Why a command could not be carried out, and how the program ends.
 
-use std::io::{self, Write as _};
+use std::io;
+use std::path::Path;
 
 /// Exit code: something outside failed.
 pub const OUTSIDE: u8 = 1;
@@ -53,10 +54,7 @@ impl Failure {
     }
 }
 
-/// Print a result. Whoever has read enough of it, as `head` has, is no failure.
-pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
-        Ok(()) | Err(_) => Ok(()),
-    }
+/// A file that cannot be written, or was left half written.
+pub(crate) fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    Failure::Output(io::Error::other(format!("{}: {error}", path.display())))
 }

@@ -30,7 +30,7 @@ fn main() -> ExitCode {
         Command::Extremes(args) => cli::extremes::run(&args).map(|()| 0),
         Command::Campaign(args) => cli::campaign::run(&args, &stop_on_interrupt()),
         Command::Trade(args) => cli::trade::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
-        Command::Choose(args) => cli::trade::choose(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
+        Command::Choose(args) => cli::choose::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
     };
     ExitCode::from(done.unwrap_or_else(|failure| {
         let code = failure.code();

@@ -11,7 +11,8 @@ use crate::examples::top;
 use crate::packets::{all_bits, expected, frame, taken};
 use dynamics_core::control::Sensed;
 use dynamics_core::{ControllerConfig, Model, Reference};
-use host_sim::session::drill::{DeskSession, Uncounted, desk_session, hello};
+use host_sim::chip::hello;
+use host_sim::session::drill::{DeskSession, Uncounted, desk_session};
 use judge::{Judge, Told};
 use link::{
     DecodeError, Decoder, Encoder, Frame, Hello, Measurement, Pacing, Packet, Parts, Point, Received, Refusal, Request,

@@ -21,6 +21,7 @@
 pub mod cost;
 mod emulator;
 mod error;
+mod hello;
 pub mod on_chip;
 mod program;
 
@@ -32,6 +33,7 @@ mod tests;
 pub use emulator::{Carried, Emulator, Timeouts};
 pub use error::ChipError;
 pub(crate) use error::refusal as refusal_in_words;
+pub use hello::hello;
 pub(crate) use program::run_cost;
 pub use program::{build_firmware, build_firmware_with};
 

@@ -1,11 +1,10 @@
 //! A run with the chip in the loop, and the desk's own controller beside it on the very same inputs.
 
-use crate::chip::{Chip, build_firmware_with};
+use crate::chip::{Chip, build_firmware_with, hello};
 use crate::failure::Failure;
 use crate::run::simulate::{self, Run};
 use crate::run::summary::Instructions;
 use crate::run::target::{Beside, Ticked, Torques};
-use crate::session::drill::hello;
 use dynamics_core::{Live, Measurement, Reference};
 use indicatif::ProgressBar;
 use link::Pacing;

@@ -1,13 +1,65 @@
 //! `campaign`: every fault in every state, each tick judged.
 
 use crate::cli::document::Document;
+use crate::cli::names::Target;
+use crate::cli::output::{json, print};
 use crate::cli::progress::progress_bar;
-use crate::cli::{CampaignArgs, Target};
 use crate::failure::{self, Failure};
 use crate::study::campaign::{Campaign, Report};
+use clap::Args;
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
+use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
+
+const EXAMPLES: &str = "\
+Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault), waits a random number of
+ticks, and lets one fault last for a random number of ticks, with the scene's own simulated arm in the loop. After every tick a judge,
+written from docs/safety.md, looks whether the command was safe. Faults and states take turns: all of them come equally often.
+
+Run K depends on the seed, K and the scenes alone. An unsafe command is printed with all that the machine was told and with what repeats
+it: --seed S --run K and the same scenes and target.
+
+Examples:
+  host-sim campaign
+  host-sim campaign --runs 10000 --write
+  host-sim campaign --target qemu --runs 400 --write
+  host-sim campaign scenes/puma560_pick.toml --seed 7 --run 4711
+  host-sim campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
+
+--json is an object {scenes, target, seed, runs, ticks, seconds, rows: [{fault, cells, runs, ticks, unsafe_commands}], counterexamples}.
+--write puts the table between the lines `<!-- measured: campaign, desk -->` and `<!-- end measured: campaign, desk -->` of the file,
+with --target qemu between those of `campaign, qemu`.";
+
+/// Options of `campaign`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct CampaignArgs {
+    /// The scene files (TOML), which take turns.
+    #[arg(
+        value_name = "SCENE",
+        default_values = ["scenes/campaign/encoders.toml", "scenes/campaign/states.toml"]
+    )]
+    pub scenes: Vec<PathBuf>,
+    /// How many runs.
+    #[arg(long, default_value_t = 10_000)]
+    pub runs: u64,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Only the run with this number.
+    #[arg(long, value_name = "K", conflicts_with = "runs")]
+    pub run: Option<u64>,
+    /// Who is put to the test: the firmware's session on the desk, or the firmware in an emulated STM32F405 with the desk beside it.
+    #[arg(long, value_enum, default_value_t = Target::Desk)]
+    pub target: Target,
+    /// Put the table into this file.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/campaign.md")]
+    pub write: Option<PathBuf>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Most runs: their outcomes are kept until the end.
 const RUNS_MAX: u64 = 10_000_000;
@@ -40,12 +92,8 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         document.put(place, &report.markdown())?;
         document.write()?;
     }
-    let text = if args.json {
-        serde_json::to_string_pretty(&report).map_err(|error| Failure::Output(error.into()))?
-    } else {
-        report.table()
-    };
-    failure::print(&format!("{text}\n"))?;
+    let text = if args.json { json(&report)? } else { report.table() };
+    print(&format!("{text}\n"))?;
     Ok(code(&report))
 }
 

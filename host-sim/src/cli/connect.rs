@@ -1,14 +1,13 @@
 //! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
 
-use crate::chip::{Chip, build_firmware};
-use crate::cli::Target;
-use crate::cli::run::in_file;
-use crate::failure::{self, Failure};
+use crate::chip::{Chip, build_firmware, hello};
+use crate::cli::names::Target;
+use crate::failure::{self, Failure, in_file};
 use crate::run::simulate;
-use crate::session::drill::{OnChip, OnDesk, hello};
+use crate::session::drill::{OnChip, OnDesk};
 use crate::session::frame_log::Head;
-use crate::session::operate::command::parse;
-use crate::session::operate::console::{Console, Line};
+use crate::session::operate::console::Console;
+use crate::session::operate::converse::converse;
 use crate::session::operate::in_drill::InDrill;
 use crate::session::operate::on_wire::OnWire;
 use crate::session::operate::report::Report;
@@ -19,7 +18,6 @@ use clap::{ArgGroup, Args};
 use link::Pacing;
 use robot_compiler::{SceneFile, with_dof};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -147,38 +145,4 @@ fn operate<const N: usize, S: Station>(
         None => Failure::Output(error),
     })?;
     Ok(if person || content { 0 } else { failure::FAULT })
-}
-
-/// Line by line, until the end.
-fn converse<const N: usize, S: Station>(operator: &mut Operator<N, S>, console: &mut Console) -> Result<(), Stop> {
-    // In a drill time stands still while a pipe is silent: what comes of it does not depend on who writes how fast.
-    const PATIENCE: Duration = Duration::from_millis(20);
-    // Ctrl-C was pressed, and nothing was typed since.
-    let mut pressed = false;
-    loop {
-        let person = console.is_a_person();
-        let passes = operator.is_live() || (person && operator.is_moving());
-        let wait = if passes { Duration::ZERO } else { PATIENCE };
-        let done = match console.next(wait) {
-            Line::End => return Ok(()),
-            Line::None if passes => operator.idle().map(|()| false),
-            Line::None => operator.unless_interrupted().map(|()| false),
-            Line::Text(line) => {
-                pressed = false;
-                operator.report().still();
-                parse(&line, &operator.joint_names()).map_err(Stop::Input).and_then(|command| operator.obey(command))
-            }
-        };
-        match done {
-            Ok(false) => {}
-            Ok(true) => return Ok(()),
-            // Who types reads what was wrong, and goes on.
-            Err(Stop::Input(problem)) if person => operator.complain(&problem)?,
-            Err(Stop::Interrupted) if person && !pressed => {
-                pressed = true;
-                operator.end()?;
-            }
-            Err(stop) => return Err(stop),
-        }
-    }
 }

@@ -1,8 +1,8 @@
 //! `doctor`: is everything there, and what to do about what is not.
 
+use crate::chip;
 use crate::failure::{self, Failure};
 use crate::session::doctor::{self, Check, State, Use};
-use crate::session::drill;
 use clap::Args;
 use link::{Hello, Pacing};
 use robot_compiler::{SceneFile, with_dof};
@@ -80,7 +80,7 @@ pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
 fn hello(scene: &SceneFile) -> Result<Hello, Failure> {
     Ok(with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;
-        drill::hello(scene, &model, Pacing::LockStep)
+        chip::hello(scene, &model, Pacing::LockStep)
     }))
 }
 

@@ -1,7 +1,6 @@
 //! Pages of the documentation whose tables the commands write themselves.
 
-use crate::cli::run::in_file;
-use crate::failure::Failure;
+use crate::failure::{Failure, in_file};
 use std::fs;
 use std::path::Path;
 

@@ -1,11 +1,20 @@
 //! `info`: what a robot file holds.
 
-use crate::cli::InfoArgs;
-use crate::failure::{self, Failure};
+use crate::cli::output::print;
+use crate::failure::Failure;
 use crate::run::record::JointLabel;
-use comfy_table::{CellAlignment, Table, presets};
+use crate::table::table;
+use clap::Args;
 use dynamics_core::JointKind;
 use robot_compiler::Robot;
+use std::path::PathBuf;
+
+/// Options of `info`.
+#[derive(Clone, Debug, Args)]
+pub struct InfoArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+}
 
 /// Print the robot as a table.
 ///
@@ -13,18 +22,13 @@ use robot_compiler::Robot;
 /// A robot file that is wrong.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let robot = Robot::load(&args.robot).map_err(Failure::input)?;
-    failure::print(&format!("{}\n", describe(&robot)))
+    print(&format!("{}\n", describe(&robot)))
 }
 
 /// Name, source, and a row per joint.
 #[must_use]
 pub fn describe(robot: &Robot) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_header(["joint", "type", "mass", "rotor", "friction", "position", "velocity", "torque"]);
-    for column in table.column_iter_mut().skip(2) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+    let mut table = table(["joint", "type", "mass", "rotor", "friction", "position", "velocity", "torque"], 2);
     for joint in &robot.joints {
         let spec = &joint.spec;
         let label = JointLabel { name: joint.name.clone(), kind: spec.kind };

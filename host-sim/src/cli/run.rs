@@ -1,18 +1,69 @@
 //! `run`: close the loop of a scene, show and write what came of it.
 
+use crate::cli::names::{LawName, RunScalar, Target};
+use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
-use crate::cli::{RunArgs, Target};
-use crate::failure::{self, Failure};
+use crate::failure::{self, Failure, in_file};
 use crate::run::closed_loop::End;
-use crate::run::plot;
+use crate::run::files::{file_name, write};
 use crate::run::simulate::{self, Run};
+use clap::Args;
+use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
+use robot_compiler::scene::ControlSpec;
 use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{SceneFile, with_dof};
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim run scenes/puma560_pick.toml
+  host-sim run scenes/puma560_pick.toml --target qemu
+  host-sim run scenes/puma560_pick.toml --law pd --scalar f64 --out out/pd
+  host-sim run scenes/puma560_pick.toml --json | jq .tracking_max
+
+Files, in the folder given by --out:
+  log.csv       every tick: time, and per joint reference and actual position and velocity, torque, limits; the fault
+  summary.json  what --json prints
+  *.svg         position, velocity, error and torque of every joint over time
+
+Terms that the scene's model calls live are fed from its [plant], to the desk's controller and to the chip's alike.
+
+A fault brakes the arm (drives released, brakes engaged); the run goes on to its end and exits with 3.";
+
+/// Options of `run`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct RunArgs {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// Who computes the torques: this program, or the firmware in an emulated STM32F405.
+    #[arg(long, value_enum, default_value_t = Target::Desk)]
+    pub target: Target,
+    /// Floating-point type of the controller; the scene's otherwise. The chip has f32 only.
+    #[arg(long, value_enum)]
+    pub scalar: Option<RunScalar>,
+    /// Sine and cosine of the controller; the scene's otherwise.
+    #[arg(long, value_parser = PossibleValuesParser::new(ControlSpec::trig_names()))]
+    pub trig: Option<String>,
+    /// The control law; the scene's otherwise.
+    #[arg(long, value_enum)]
+    pub law: Option<LawName>,
+    /// Simulated time, s; the scene's otherwise.
+    #[arg(long, value_name = "SECONDS")]
+    pub duration: Option<f64>,
+    /// Folder for log and plots; the scene's name under out/ otherwise.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Print the summary as JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+    /// No progress bar and no table.
+    #[arg(long)]
+    pub quiet: bool,
+}
 
 /// Run a scene; returns the exit code.
 ///
@@ -28,11 +79,8 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
         Target::Qemu => crate::chip::on_chip::run::<N>(&scene, stop, &progress),
     })?;
-    let files = write(&run, &scene.name, &folder)?;
-    show(args, &run, &files).or_else(|error| match error.kind() {
-        io::ErrorKind::BrokenPipe => Ok(()),
-        _ => Err(Failure::Output(error)),
-    })?;
+    let written = write(&run, &scene.name, &folder)?;
+    show(args, &run, &written)?;
     let code = exit_code(&run);
     match run.failure {
         Some(report) => Err(Failure::Target(report)),
@@ -67,7 +115,7 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
 }
 
 /// Run for another time than the scene says, if one is given.
-pub(crate) fn set_duration(scene: &mut SceneFile, duration: Option<f64>) -> Result<(), Failure> {
+pub(super) fn set_duration(scene: &mut SceneFile, duration: Option<f64>) -> Result<(), Failure> {
     if let Some(duration) = duration {
         if !(duration.is_finite() && duration > 0.0) {
             return Err(Failure::Input(miette::miette!("--duration {duration}: expected a time in s above zero")));
@@ -77,45 +125,15 @@ pub(crate) fn set_duration(scene: &mut SceneFile, duration: Option<f64>) -> Resu
     Ok(())
 }
 
-/// A name that is one safe part of a path.
-pub(crate) fn file_name(name: &str) -> String {
-    let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' };
-    let name: String = name.chars().map(safe).collect();
-    if name.is_empty() { "scene".to_owned() } else { name }
-}
-
-/// Write log, summary and plots; returns the files.
-fn write(run: &Run, name: &str, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let log = folder.join("log.csv");
-    let file = File::create(&log).map_err(|error| in_file(&log, &error))?;
-    run.record.write_csv(BufWriter::new(file)).map_err(|error| in_file(&log, &error))?;
-    let summary = folder.join("summary.json");
-    fs::write(&summary, json(run)?).map_err(|error| in_file(&summary, &error))?;
-    let plots = plot::write_all(&run.record, name, folder).map_err(|error| in_file(folder, &error))?;
-    Ok([log, summary].into_iter().chain(plots).collect())
-}
-
-fn json(run: &Run) -> Result<String, Failure> {
-    let text = serde_json::to_string_pretty(&run.summary).map_err(|error| Failure::Output(error.into()))?;
-    Ok(text + "\n")
-}
-
-fn show(args: &RunArgs, run: &Run, files: &[PathBuf]) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+fn show(args: &RunArgs, run: &Run, written: &[PathBuf]) -> Result<(), Failure> {
     if args.json {
-        let text = serde_json::to_string_pretty(&run.summary)?;
-        writeln!(out, "{text}")?;
-    } else if !args.quiet {
-        writeln!(out, "{}", run.summary.table())?;
-        for (index, file) in files.iter().enumerate() {
-            let name = if index == 0 { "files" } else { "" };
-            writeln!(out, "{name:<20}{}", file.display())?;
-        }
+        return print(&format!("{}\n", json(&run.summary)?));
     }
-    out.flush()
+    if args.quiet { Ok(()) } else { print(&format!("{}\n{}", run.summary.table(), files(written))) }
 }
 
-pub(crate) fn exit_code(run: &Run) -> u8 {
+/// The exit code that a run ends with.
+pub(super) fn exit_code(run: &Run) -> u8 {
     let differs = run.summary.parity.is_some_and(|parity| parity.mismatches > 0);
     match run.end {
         _ if differs => failure::PARITY,
@@ -124,21 +142,5 @@ pub(crate) fn exit_code(run: &Run) -> u8 {
         End::TargetFailed => failure::OUTSIDE,
         End::Complete if run.summary.faults.is_empty() => 0,
         End::Complete => failure::FAULT,
-    }
-}
-
-pub(crate) fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
-    Failure::Output(io::Error::other(format!("{}: {error}", path.display())))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::file_name;
-
-    #[test]
-    fn a_scene_cannot_name_a_folder_elsewhere() {
-        assert_eq!(file_name("puma560_pick"), "puma560_pick");
-        assert_eq!(file_name("../../etc/x y"), "______etc_x_y");
-        assert_eq!(file_name(""), "scene");
     }
 }

@@ -8,8 +8,10 @@
 //! | [`record`] | what happened, tick by tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
+//! | `files` | all of these as files |
 
 pub mod closed_loop;
+pub(crate) mod files;
 pub mod plot;
 pub mod record;
 pub mod simulate;

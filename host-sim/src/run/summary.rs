@@ -3,7 +3,7 @@
 use crate::run::closed_loop::{End, Timing};
 use crate::run::record::{JointLabel, Record};
 use crate::run::target::Parity;
-use comfy_table::{CellAlignment, Table, presets};
+use crate::table::table;
 use dynamics_core::control::LimitFlags;
 use serde::Serialize;
 
@@ -156,12 +156,7 @@ impl Summary {
     /// The table and the lines below it, as a person reads them.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED);
-        table.set_header(["joint", "error rms", "error max", "torque rms", "torque peak", "limits (ticks)"]);
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        let mut table = table(["joint", "error rms", "error max", "torque rms", "torque peak", "limits (ticks)"], 1);
         for (i, joint) in self.joints.iter().enumerate() {
             let (position, torque) = (joint.position_unit(), joint.torque_unit());
             table.add_row([

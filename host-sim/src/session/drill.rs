@@ -9,7 +9,7 @@
 //!
 //! Both sides answer frame by frame with the same bits, but for what a tick cost ([`without_cost`]).
 
-use crate::chip::{Chip, ChipError};
+use crate::chip::{Chip, ChipError, hello};
 use crate::run::simulate::{Watch, desk};
 use dynamics_core::control::EveryNth;
 use dynamics_core::safety::Protected;
@@ -42,17 +42,6 @@ pub trait Drill {
     /// # Errors
     /// As [`Drill::tick`].
     fn dumped(&mut self) -> Result<Vec<Frame>, ChipError>;
-}
-
-/// What a scene's firmware says of itself.
-#[must_use]
-pub fn hello<const N: usize>(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Hello {
-    Hello {
-        robot: scene.hash(model),
-        joints: u8::try_from(N).unwrap_or(u8::MAX),
-        rate_hz: scene.control.rate as f32,
-        pacing,
-    }
 }
 
 /// The firmware's session with the desk's controller in it.

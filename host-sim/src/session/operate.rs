@@ -15,6 +15,7 @@
 //! | [`in_drill`], [`on_wire`] | the two that there are |
 //! | [`command`] | what an operator types |
 //! | [`console`] | where that comes from |
+//! | `converse` | every line of it obeyed |
 //! | [`feed`] | motions as points |
 //! | [`parameters`] | what can be read back and changed, by name |
 //! | [`words`] | the numbers of the protocol in words |
@@ -22,6 +23,7 @@
 
 pub mod command;
 pub mod console;
+pub(crate) mod converse;
 pub mod feed;
 pub mod in_drill;
 pub mod on_wire;
@@ -192,7 +194,7 @@ impl<const N: usize, S: Station> Operator<N, S> {
         report: Report,
         presses: Presses,
     ) -> Result<Self, Stop> {
-        let hello = crate::session::drill::hello(scene, model, station.pacing());
+        let hello = crate::chip::hello(scene, model, station.pacing());
         let arm = Arm::new(scene, model, head, hello)?;
         let lines = Lines::CALM;
         Ok(Self {

@@ -38,9 +38,8 @@ pub use machine::{Both, Desk, Machine, Said, Told, Trouble};
 pub use report::{Cell, Report, Row};
 pub use run::{Counterexample, Finished, Number, Outcome, Stage, run};
 
-use crate::chip::{Chip, build_firmware};
+use crate::chip::{Chip, build_firmware, hello};
 use crate::failure::Failure;
-use crate::session::drill::hello;
 use indicatif::ProgressBar;
 use link::Pacing;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};

@@ -27,7 +27,7 @@ pub mod time;
 pub use plots::write_plots;
 
 use crate::failure::Failure;
-use comfy_table::{Table, presets};
+use crate::table::table;
 use dynamics_core::{JointSpec, Limits, Real};
 use robot_compiler::Robot;
 use serde::Serialize;
@@ -167,9 +167,7 @@ impl Report {
     /// As a person reads it in a terminal.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED);
-        table.set_header(["group", "cell", "expected", "found", ""]);
+        let mut table = table(["group", "cell", "expected", "found", ""], usize::MAX);
         for cell in &self.cells {
             let mark = if cell.passed { "pass" } else { "FAIL" };
             table.add_row([cell.group, &cell.name, &cell.expected, &cell.found, mark]);

@@ -6,6 +6,9 @@
 //! then followed further. A smooth function ends where no joint alone can improve it; that nothing less exists elsewhere is
 //! likely with so many starts, not proved.
 
+use core::f64::consts::{PI, TAU};
+use dynamics_core::JointKind;
+
 /// Where the search begins: this many points.
 pub const STARTS: usize = 64;
 
@@ -96,6 +99,18 @@ fn downhill<const N: usize>(
 fn golden(n: usize) -> f64 {
     let power = 1.0 / (n as f64 + 1.0);
     (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(power))
+}
+
+/// Where a joint may stand: its limits, one turn where it has none; `None` for a slide without limits.
+#[must_use]
+pub fn positions(kind: JointKind, limits: (f64, f64)) -> Option<(f64, f64)> {
+    match (kind, limits.0.is_finite(), limits.1.is_finite()) {
+        (_, true, true) => Some(limits),
+        (JointKind::Prismatic, ..) => None,
+        (_, true, false) => Some((limits.0, limits.0 + TAU)),
+        (_, false, true) => Some((limits.1 - TAU, limits.1)),
+        (_, false, false) => Some((-PI, PI)),
+    }
 }
 
 #[cfg(test)]

@@ -32,3 +32,21 @@ impl Subject {
 fn names_a_robot(line: &str) -> bool {
     line.trim_start().strip_prefix("robot").is_some_and(|rest| rest.trim_start().starts_with('='))
 }
+
+/// The scene that is asked for, if it is about the robot that is asked for; a sensible one if none is.
+pub(crate) fn scene_about(robot_file: &Path, scene_file: Option<&Path>) -> Result<SceneFile, Failure> {
+    let robot = Robot::load(robot_file).map_err(Failure::input)?;
+    let Some(path) = scene_file else { return Ok(SceneFile::default_for(robot)) };
+    let file = SceneFile::load(path).map_err(Failure::input)?;
+    // By what the files hold: the same file may be reached by many paths.
+    if (Robot { path: file.robot.path.clone(), ..robot.clone() }) == file.robot {
+        return Ok(file);
+    }
+    let (scene, asked) = (path.display(), robot_file.display());
+    Err(Failure::Input(miette::miette!(
+        help = "expected a scene whose `robot` is that file",
+        "{scene} is a scene of another robot, {:?}; {asked} holds {:?}",
+        file.robot.name,
+        robot.name
+    )))
+}

@@ -3,12 +3,14 @@
 //! | module | holds |
 //! |---|---|
 //! | [`choice`] | what can be chosen, and what of a scene file says so |
+//! | [`product`] | which choices are measured |
 //! | [`base`] | the scene that choices are written into |
 //! | [`mod@courses`] | the motions that every choice is measured on |
 //! | [`measure`] | torque error against 31 digits, tracking of the closed loop |
 //! | `store` | what has been measured already |
 //! | [`mod@front`] | which choices nothing beats |
 //! | [`simulator`] | what an integrator and its step are wrong by |
+//! | [`request`] | what is asked of a choice, and the cheapest that meets it |
 //! | [`report`] | tables, CSV, plot, Markdown |
 //!
 //! A choice is a scene file: the desk's simulation, the chip's program and the person who takes it read the same text.
@@ -18,13 +20,14 @@ pub mod choice;
 pub mod courses;
 pub mod front;
 pub mod measure;
+pub mod product;
 pub mod report;
+pub mod request;
 pub mod simulator;
 mod store;
 
 use crate::chip::cost;
-use crate::cli::run::in_file;
-use crate::failure::Failure;
+use crate::failure::{Failure, in_file};
 use base::Base;
 use choice::{Choice, Named};
 use courses::{Course, CourseReport, courses};

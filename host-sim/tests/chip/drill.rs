@@ -2,8 +2,8 @@
 //! the chip is the desk's, to the last bit.
 
 use dynamics_core::{Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware};
-use host_sim::session::drill::{Drill, OnChip, OnDesk, hello, without_cost};
+use host_sim::chip::{Chip, build_firmware, hello};
+use host_sim::session::drill::{Drill, OnChip, OnDesk, without_cost};
 use link::{Actuation, Frame, Lines, Pacing, Point, Request, Status};
 use robot_compiler::SceneFile;
 use std::path::Path;

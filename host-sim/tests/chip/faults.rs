@@ -2,8 +2,7 @@
 //! that ran over. The emulator's program is the real one with the first instructions of its tick replaced.
 
 use dynamics_core::{Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, ChipError, build_firmware};
-use host_sim::session::drill::hello;
+use host_sim::chip::{Chip, ChipError, build_firmware, hello};
 use link::Pacing;
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
 use robot_compiler::SceneFile;

@@ -1,8 +1,7 @@
 //! Outside reference torques (`robots/golden/`) against the firmware's on the emulated chip, in single precision.
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware};
-use host_sim::session::drill::hello;
+use host_sim::chip::{Chip, build_firmware, hello};
 use link::Pacing;
 use robot_compiler::SceneFile;
 use serde_json::Value;

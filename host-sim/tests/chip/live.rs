@@ -1,11 +1,10 @@
 //! Live terms through the chip: gravity, payload, tip wrench and rotors that the link tells, not the firmware's build.
 
 use dynamics_core::{Command, Inertia, Live, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, ChipError, build_firmware};
+use host_sim::chip::{Chip, ChipError, build_firmware, hello};
 use host_sim::run::closed_loop::End;
 use host_sim::run::simulate;
 use host_sim::run::target::{Beside, Parity, Ticked, Torques};
-use host_sim::session::drill::hello;
 use indicatif::ProgressBar;
 use link::{Pacing, Refusal};
 use robot_compiler::SceneFile;

@@ -1,8 +1,7 @@
 //! A kernel that the scene places in static RAM lies and runs there, and gives the same bits.
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware};
-use host_sim::session::drill::hello;
+use host_sim::chip::{Chip, build_firmware, hello};
 use link::Pacing;
 use object::{Object as _, ObjectSymbol as _};
 use robot_compiler::SceneFile;

@@ -1,8 +1,7 @@
 //! A chip that is too slow for its own timer says so and brakes; one that is not drives on.
 
 use dynamics_core::{Command, Fault, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, ChipReply, build_firmware};
-use host_sim::session::drill::hello;
+use host_sim::chip::{Chip, ChipReply, build_firmware, hello};
 use link::Pacing;
 use robot_compiler::SceneFile;
 use std::path::Path;

@@ -4,9 +4,8 @@
 //! compared through one number of the build, so that the four are one.
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware};
+use host_sim::chip::{Chip, build_firmware, hello};
 use host_sim::run::simulate::{self, Desk};
-use host_sim::session::drill::hello;
 use link::Pacing;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};

@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::program::{at_the_top, told};
-use host_sim::session::drill::hello;
+use host_sim::chip::hello;
 use link::{Decoder, Encoder, Frame, Hello, PROTOCOL_VERSION, Pacing, Refusal};
 use robot_compiler::SceneFile;
 use serde_json::Value;

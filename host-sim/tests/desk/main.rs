@@ -24,6 +24,7 @@ mod plant_integrators;
 mod program;
 mod rates;
 mod reference;
+mod rooms;
 mod statics;
 mod terms_command;
 mod trade;

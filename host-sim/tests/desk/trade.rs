@@ -7,14 +7,15 @@
 
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
-use host_sim::cli::{Budget, LevelName, RunScalar, Share};
 use host_sim::failure::Failure;
 use host_sim::study::trade::base::Base;
 use host_sim::study::trade::choice::{Choice, Every, TermSet};
+use host_sim::study::trade::request::{Budget, Share};
 use host_sim::study::trade::{Cost, Point, Trade, Workshop, trade};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
-use robot_compiler::scene::KernelChoice;
+use robot_compiler::kernel::Level;
+use robot_compiler::scene::{KernelChoice, ScalarChoice};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -57,9 +58,9 @@ fn made_up(paths: &[PathBuf]) -> Vec<Cost> {
 
 fn choices(base: &Base) -> Vec<Choice> {
     let mut all = Vec::new();
-    for scalar in [RunScalar::F32, RunScalar::F64] {
+    for scalar in [ScalarChoice::F32, ScalarChoice::F64] {
         for terms in [TermSet::Full, TermSet::NoCoriolis, TermSet::Gravity, TermSet::None] {
-            for kernel in [LevelName::Exact, LevelName::Regrouped] {
+            for kernel in [Level::Exact, Level::Regrouped] {
                 let choice = Choice { scalar, terms, kernel, ..base.own() }.plain();
                 if !all.contains(&choice) {
                     all.push(choice);
@@ -198,7 +199,7 @@ fn a_choice_is_written_into_the_scene_and_nothing_else_is() {
         terms: TermSet::NoCoriolis,
         friction: false,
         rotors: false,
-        kernel: LevelName::Regrouped,
+        kernel: Level::Regrouped,
         rate: 2000.0,
         ..base.own()
     };

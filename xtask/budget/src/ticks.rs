@@ -5,9 +5,9 @@ use crate::swing::Tick;
 use crate::{Failure, drilled, report};
 use chip_image::Program;
 use dynamics_core::Command;
-use host_sim::chip::{Chip, Emulator, Timeouts};
+use host_sim::chip::{self, Chip, Emulator, Timeouts};
 use host_sim::run::simulate;
-use host_sim::session::drill::{self, OnChip};
+use host_sim::session::drill::OnChip;
 use link::{Hello, Pacing};
 use robot_compiler::SceneFile;
 use std::path::Path;
@@ -23,7 +23,7 @@ pub(crate) const PATIENCE: Timeouts = Timeouts { connect: Duration::from_secs(30
 /// What a firmware for this scene says of itself.
 pub(crate) fn hello<const N: usize>(scene: &SceneFile) -> Result<Hello, Failure> {
     let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
-    Ok(drill::hello(scene, &model, Pacing::LockStep))
+    Ok(chip::hello(scene, &model, Pacing::LockStep))
 }
 
 /// Tell the chip what acts on the scene's arm.

@@ -1,7 +1,7 @@
 //! Ticks that the board remembers, as a table.
 
 use super::words;
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::Table;
 use link::{Actuation, Joints, Sensed, Status};
 use std::io;
 use std::path::Path;
@@ -64,14 +64,9 @@ fn texts<T: ToString>(values: &Joints<T>) -> Vec<String> {
 /// The part of it that a person reads: what it did, and the torques.
 #[must_use]
 pub fn table(past: &[Status], names: &[String]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
     let torques =
         names.iter().map(|name| format!("{name} sensed")).chain(names.iter().map(|name| format!("{name} torque")));
-    table.set_header(["tick".to_owned(), "state".to_owned()].into_iter().chain(torques));
-    for column in table.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+    let mut table = crate::table::table(["tick".to_owned(), "state".to_owned()].into_iter().chain(torques), 0);
     for status in past {
         let joints = names.len();
         let all = row(status, joints);

@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use super::{Replay, ReplayError, replay};
-use crate::session::drill::{Uncounted, desk_session, hello};
+use crate::chip::hello;
+use crate::session::drill::{Uncounted, desk_session};
 use crate::session::frame_log::{Entry, Way};
 use dynamics_core::{Model, Sensed};
 use link::codec::Received;

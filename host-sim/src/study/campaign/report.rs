@@ -3,7 +3,7 @@
 use super::Campaign;
 use super::case::{FaultKind, Situation};
 use super::run::{Counterexample, Finished, Outcome};
-use comfy_table::{Table, presets};
+use crate::table::table;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -86,9 +86,7 @@ impl Report {
     /// For a person.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED);
-        table.set_header(self.header());
+        let mut table = table(self.header(), usize::MAX);
         for row in &self.rows {
             table.add_row(row.texts());
         }

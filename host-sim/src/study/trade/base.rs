@@ -1,10 +1,10 @@
 //! The scene that is traded: as its file has it, or made up for a robot.
 
 use super::choice::{Choice, Every, TermSet, put, remove};
-use crate::cli::{LevelName, RunScalar};
 use crate::failure::Failure;
-use crate::study::Subject;
+use crate::study::subject::Subject;
 use robot_compiler::SceneFile;
+use robot_compiler::kernel::Level;
 use robot_compiler::scene::MotionSpec;
 use robot_compiler::scene::terms::ModelTerm;
 use std::fs;
@@ -60,15 +60,15 @@ impl Base {
             Law::ComputedTorque => TermSet::Full,
         };
         Choice {
-            scalar: RunScalar::from(control.scalar),
+            scalar: control.scalar,
             trig: control.trig,
             terms,
             friction: true,
             rotors: true,
             every: Every { ticks: control.model_every, between: control.model_between },
             kernel: match control.kernel {
-                KernelChoice::Regrouped => LevelName::Regrouped,
-                KernelChoice::Exact | KernelChoice::Generic => LevelName::Exact,
+                KernelChoice::Regrouped => Level::Regrouped,
+                KernelChoice::Exact | KernelChoice::Generic => Level::Exact,
             },
             rate: control.rate,
         }

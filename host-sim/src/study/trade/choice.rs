@@ -1,12 +1,12 @@
 //! What can be chosen, and what of a scene file says so.
 
-use crate::cli::{LevelName, RunScalar};
 use clap::ValueEnum;
 use core::fmt;
 use core::str::FromStr;
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
-use robot_compiler::scene::ControlSpec;
+use robot_compiler::kernel::Level;
+use robot_compiler::scene::{ControlSpec, ScalarChoice};
 use serde::Serialize;
 use toml_edit::{DocumentMut, Item, Table, value};
 
@@ -71,7 +71,7 @@ impl fmt::Display for Every {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// Floating-point type.
-    pub scalar: RunScalar,
+    pub scalar: ScalarChoice,
     /// Sine and cosine.
     pub trig: Method,
     /// Terms of the model.
@@ -83,7 +83,7 @@ pub struct Choice {
     /// When the model is evaluated.
     pub every: Every,
     /// Level of the arm's kernel.
-    pub kernel: LevelName,
+    pub kernel: Level,
     /// Control rate, Hz.
     pub rate: f64,
 }
@@ -120,13 +120,13 @@ impl Choice {
     pub fn named(&self) -> Named {
         let switch = |on: bool| if on { "on" } else { "off" };
         Named {
-            scalar: name(self.scalar),
+            scalar: self.scalar.name().to_owned(),
             trig: ControlSpec::trig_name(self.trig).to_owned(),
             terms: name(self.terms),
             friction: switch(self.friction),
             rotors: switch(self.rotors),
             every: self.every.to_string(),
-            kernel: name(self.kernel),
+            kernel: self.kernel.name().to_owned(),
             rate: self.rate,
         }
     }
@@ -135,7 +135,7 @@ impl Choice {
     #[must_use]
     pub fn plain(self) -> Self {
         match self.terms {
-            TermSet::None => Self { trig: Method::Polynomial, every: Every::TICK, kernel: LevelName::Exact, ..self },
+            TermSet::None => Self { trig: Method::Polynomial, every: Every::TICK, kernel: Level::Exact, ..self },
             _ => self,
         }
     }

@@ -2,11 +2,10 @@
 
 use super::choice::{Choice, TermSet, name};
 use super::{Point, Trade};
-use crate::cli::run::in_file;
-use crate::failure::Failure;
+use crate::failure::{Failure, in_file};
 use crate::run::plot::{PlotError, Scatter, ScatterPanel, Spot, write_scatter};
 use crate::run::summary::engineering;
-use comfy_table::{CellAlignment, Table, presets};
+use crate::table::table;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -123,14 +122,9 @@ impl Trade {
     #[must_use]
     pub fn table(&self) -> String {
         let varied = self.varied();
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED);
         let mut head = self.head(&varied);
         head.push("front".to_owned());
-        table.set_header(head);
-        for column in table.column_iter_mut().skip(varied.len()) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        let mut table = table(head, varied.len());
         for point in self.front() {
             let mut row = Self::row(point, &varied);
             row.push(front_name(point).to_owned());

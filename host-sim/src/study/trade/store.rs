@@ -1,7 +1,6 @@
 //! What has been measured already: a file of JSON lines, one a measurement, so that work that was broken off goes on where it was.
 
-use crate::cli::run::in_file;
-use crate::failure::Failure;
+use crate::failure::{Failure, in_file};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;

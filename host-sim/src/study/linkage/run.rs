@@ -1,6 +1,6 @@
 //! A closed loop let run: its one equation of motion under a constant moment on the crank.
 
-use crate::study::linkage_turn::turned;
+use super::turn::{branch_name, turned};
 use dynamics_core::linkage::{Branch, CrankForm, Linkage, LinkageError};
 use robot_compiler::LinkageFile;
 use serde::Serialize;
@@ -186,7 +186,7 @@ impl Run {
         RunSummary {
             linkage: linkage.name.clone(),
             kind: linkage.mechanism.kind(),
-            branch: crate::study::linkage_turn::branch_name(start.branch),
+            branch: branch_name(start.branch),
             moment: start.moment,
             duration: last.time,
             time_step: start.time_step,

@@ -1,0 +1,8 @@
+// Generated from a robot and a scene file. Do not edit: change the files instead.
+
+use dynamics_core::drive::Drives;
+
+/// How the joints are reached.
+pub const fn drives() -> Drives<6> {
+    Drives::Link
+}

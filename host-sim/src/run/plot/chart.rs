@@ -1,0 +1,212 @@
+//! Curves in panels above one another.
+
+use super::PlotError;
+use super::page::{BLUE, GREEN, ORANGE, WIDTH, on_page};
+use plotters::coord::Shift;
+use plotters::prelude::{
+    BLACK, ChartBuilder, Color, DrawingArea, IntoFont, LineSeries, RED, RGBColor, SVGBackend, ShapeStyle, WHITE,
+};
+use std::ops::Range;
+use std::path::Path;
+
+/// Points drawn per curve: two per pixel column hold every peak.
+const COLUMNS: usize = WIDTH as usize;
+
+/// A file of panels above one another, over one abscissa.
+pub struct Chart {
+    /// What stands on top.
+    pub title: String,
+    /// The abscissa and its unit, for example `time / s`.
+    pub abscissa: &'static str,
+    /// Ends of the abscissa; those of the curves where it is not given.
+    pub range: Option<Range<f64>>,
+    /// From top to bottom.
+    pub panels: Vec<Panel>,
+}
+
+/// One panel of a chart.
+pub struct Panel {
+    /// What stands above it.
+    pub caption: String,
+    /// What it shows.
+    pub quantity: &'static str,
+    /// In which unit, without prefix.
+    pub unit: &'static str,
+    /// Curves, each drawn over those before it.
+    pub lines: Vec<Line>,
+    /// A red line across the curves.
+    pub mark: Option<Mark>,
+}
+
+/// One curve of a panel.
+pub struct Line {
+    /// Its name in the legend.
+    pub name: &'static str,
+    /// What it is drawn with; a pen for its place among the panel's curves where it is not given.
+    pub pen: Option<Pen>,
+    /// What it goes through.
+    pub pieces: Pieces,
+}
+
+/// Colour and width of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pen {
+    colour: RGBColor,
+    width: u32,
+}
+
+impl Pen {
+    /// The first curve's.
+    pub const BLUE: Self = Self { colour: BLUE, width: 2 };
+    /// Lies under another curve: where the two agree, both are seen.
+    pub const BROAD: Self = Self { colour: ORANGE, width: 5 };
+    /// Curves that ask for none take these in turn.
+    const TURNS: [Self; 3] = [Self::BLUE, Self { colour: ORANGE, width: 2 }, Self { colour: GREEN, width: 2 }];
+
+    fn style(self) -> ShapeStyle {
+        self.colour.stroke_width(self.width)
+    }
+}
+
+/// Where a red line stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Its name in the legend.
+    pub name: &'static str,
+    /// The abscissa.
+    pub at: f64,
+}
+
+/// The points of a curve, in pieces without a gap.
+pub type Pieces = Vec<Vec<(f64, f64)>>;
+
+/// Draw a chart.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_chart(chart: &Chart, path: &Path) -> Result<(), PlotError> {
+    // The legend is that of the panel with the most curves; the others' are among them.
+    let legend = chart.panels.iter().max_by_key(|panel| panel.lines.len()).map_or(Vec::new(), legend);
+    let range = chart.range.clone().unwrap_or_else(|| range(chart));
+    on_page(path, &chart.title, &legend, chart.panels.len(), 1, |index, area| {
+        draw_panel(area, &chart.panels[index], chart.abscissa, &range)
+    })
+}
+
+/// Names and styles of a panel's curves and mark.
+fn legend(panel: &Panel) -> Vec<(&'static str, ShapeStyle)> {
+    let curves = panel.lines.iter().zip(styles(panel)).map(|(line, style)| (line.name, style));
+    curves.chain(panel.mark.map(|mark| (mark.name, RED.stroke_width(2)))).collect()
+}
+
+fn styles(panel: &Panel) -> impl Iterator<Item = ShapeStyle> {
+    let turns = Pen::TURNS.into_iter().cycle();
+    panel.lines.iter().zip(turns).map(|(line, turn)| line.pen.unwrap_or(turn).style())
+}
+
+/// From the first point of all curves to the last.
+fn range(chart: &Chart) -> Range<f64> {
+    let lines = chart.panels.iter().flat_map(|panel| &panel.lines);
+    let all = lines.flat_map(|line| line.pieces.iter().flatten().map(|point| point.0));
+    let (from, to) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    if from < to { from..to } else { 0.0..1.0 }
+}
+
+/// Axes, curves and the mark.
+fn draw_panel(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    panel: &Panel,
+    abscissa: &str,
+    range: &Range<f64>,
+) -> Result<(), PlotError> {
+    let curves: Vec<(ShapeStyle, Pieces)> = styles(panel)
+        .zip(&panel.lines)
+        .map(|(style, line)| (style, line.pieces.iter().map(|piece| thinned(piece.clone())).collect()))
+        .collect();
+    let all = || curves.iter().flat_map(|(_, pieces)| pieces.iter().flatten());
+    let (scale, prefix) = prefix(all());
+    let (low, high) = span(all());
+    let mut chart = ChartBuilder::on(area)
+        .caption(panel.caption.as_str(), ("sans-serif", 17).into_font().color(&BLACK))
+        .margin_right(20)
+        .margin_left(10)
+        .x_label_area_size(40)
+        .y_label_area_size(80)
+        .build_cartesian_2d(range.clone(), low / scale..high / scale)?;
+    chart
+        .configure_mesh()
+        .x_desc(abscissa)
+        .y_desc(format!("{} / {prefix}{}", panel.quantity, panel.unit))
+        .label_style(("sans-serif", 14))
+        .axis_desc_style(("sans-serif", 15))
+        .y_labels(5)
+        .y_label_formatter(&|y| tick_label(*y))
+        .light_line_style(WHITE)
+        .draw()?;
+    for (style, pieces) in &curves {
+        for piece in pieces {
+            let scaled = piece.iter().map(|(x, y)| (*x, y / scale));
+            chart.draw_series(LineSeries::new(scaled, *style))?;
+        }
+    }
+    if let Some(Mark { at: x, .. }) = panel.mark {
+        chart.draw_series(LineSeries::new([(x, low / scale), (x, high / scale)], RED.stroke_width(2)))?;
+    }
+    Ok(())
+}
+
+/// Where there are many points, the lowest and the highest of each pixel column.
+pub(super) fn thinned(all: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let per_column = all.len().div_ceil(COLUMNS).max(1);
+    if per_column <= 2 {
+        return all;
+    }
+    let extremes = |column: &[(f64, f64)]| {
+        let by_value = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+        let mut ends = [column.iter().min_by(by_value), column.iter().max_by(by_value)];
+        ends.sort_by(|a, b| a.map(|p| p.0).partial_cmp(&b.map(|p| p.0)).unwrap_or(std::cmp::Ordering::Equal));
+        ends.into_iter().flatten().copied().collect::<Vec<_>>()
+    };
+    all.chunks(per_column).flat_map(extremes).collect()
+}
+
+/// Lowest and highest value with some room; never empty.
+fn span<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> (f64, f64) {
+    let (low, high) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.1), h.max(p.1)));
+    if low > high {
+        return (-1.0, 1.0);
+    }
+    // A constant gets a span of its own size, so that rounding is not blown up to the height of the panel.
+    let room = (0.08 * (high - low)).max(1e-6 * low.abs().max(high.abs())).max(1e-12);
+    (low - room, high + room)
+}
+
+/// The power of a thousand that leaves the largest value between 1 and 1000, from pico to one, and its name.
+fn prefix<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> (f64, &'static str) {
+    let most = points.fold(0.0, |most, p| f64::max(most, p.1.abs()));
+    let scales = [(1.0, ""), (1e-3, "m"), (1e-6, "\u{b5}"), (1e-9, "n"), (1e-12, "p")];
+    // Half a unit still reads better as 0.5 than as 500 thousandths.
+    scales.into_iter().find(|(scale, _)| most >= 0.1 * scale).unwrap_or((1.0, ""))
+}
+
+/// A number beside an axis. Ticks are sums of steps, so the one at zero may be a rest of rounding, below zero as likely as not.
+fn tick_label(value: f64) -> String {
+    const STEPS: f64 = 1e6;
+    format!("{}", (value * STEPS).round() / STEPS + 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{prefix, span};
+
+    #[test]
+    fn axes_are_never_empty_and_read_well() {
+        assert_eq!(span([].iter()), (-1.0, 1.0));
+        let (low, high) = span([(0.0, 3.0), (1.0, 3.0)].iter());
+        assert!(low < 3.0 && high > 3.0);
+        assert_eq!(prefix([(0.0, -2e-5)].iter()).1, "\u{b5}");
+        assert_eq!(prefix([(0.0, 0.3)].iter()).1, "");
+        assert_eq!(prefix([(0.0, 0.0)].iter()).1, "");
+        assert_eq!([-1e-17, 0.55, -0.4].map(super::tick_label), ["0", "0.55", "-0.4"]);
+    }
+}

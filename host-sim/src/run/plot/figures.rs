@@ -1,0 +1,142 @@
+//! What a run shows: one file per quantity, one panel per joint.
+
+use super::PlotError;
+use super::chart::{Chart, Line, Mark, Panel, Pen, thinned, write_chart};
+use crate::run::record::{JointLabel, JointSample, Record};
+use std::path::{Path, PathBuf};
+
+/// A curve of a panel: its name, its pen, and what it shows.
+struct Curve {
+    name: &'static str,
+    pen: Pen,
+    value: fn(&JointSample) -> f64,
+}
+
+/// A file: what it shows of every joint.
+struct Figure {
+    file: &'static str,
+    title: &'static str,
+    axis: fn(&JointLabel) -> &'static str,
+    unit: fn(&JointLabel) -> &'static str,
+    curves: &'static [Curve],
+}
+
+const FIGURES: [Figure; 4] = [
+    Figure {
+        file: "position.svg",
+        title: "Joint positions",
+        axis: |_| "position",
+        unit: JointLabel::position_unit,
+        curves: &[
+            Curve { name: "reference", pen: Pen::BROAD, value: |s| s.q_reference },
+            Curve { name: "actual", pen: Pen::BLUE, value: |s| s.q },
+        ],
+    },
+    Figure {
+        file: "velocity.svg",
+        title: "Joint velocities",
+        axis: |_| "velocity",
+        unit: JointLabel::velocity_unit,
+        curves: &[
+            Curve { name: "reference", pen: Pen::BROAD, value: |s| s.qd_reference },
+            Curve { name: "actual", pen: Pen::BLUE, value: |s| s.qd },
+        ],
+    },
+    Figure {
+        file: "error.svg",
+        title: "Tracking error: reference less actual position",
+        axis: |_| "error",
+        unit: JointLabel::position_unit,
+        curves: &[Curve { name: "error", pen: Pen::BLUE, value: |s| s.error() }],
+    },
+    Figure {
+        file: "torque.svg",
+        title: "Commanded torques and forces",
+        axis: JointLabel::effort,
+        unit: JointLabel::torque_unit,
+        curves: &[Curve { name: "torque", pen: Pen::BLUE, value: |s| s.torque }],
+    },
+];
+
+/// What [`write_power`] draws.
+const POWER: Figure = Figure {
+    file: "power.svg",
+    title: "Power of the commanded torques and forces",
+    axis: |_| "power",
+    unit: |_| "W",
+    curves: &[Curve { name: "power", pen: Pen::BLUE, value: |s| s.torque * s.qd }],
+};
+
+/// Draw the power of every joint into the folder; returns the file.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_power(record: &Record, name: &str, folder: &Path) -> Result<PathBuf, PlotError> {
+    write(record, &POWER, name, folder)
+}
+
+/// Draw every figure into the folder; returns the files.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn write_all(record: &Record, name: &str, folder: &Path) -> Result<Vec<PathBuf>, PlotError> {
+    FIGURES.iter().map(|figure| write(record, figure, name, folder)).collect()
+}
+
+fn write(record: &Record, figure: &Figure, name: &str, folder: &Path) -> Result<PathBuf, PlotError> {
+    let path = folder.join(figure.file);
+    write_chart(&chart(record, figure, name), &path)?;
+    Ok(path)
+}
+
+fn chart(record: &Record, figure: &Figure, name: &str) -> Chart {
+    let end = record.time().last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
+    let fault = record.faults().iter().position(Option::is_some).map(|tick| record.time()[tick]);
+    let panel = |(joint, label): (usize, &JointLabel)| Panel {
+        caption: label.name.clone(),
+        quantity: (figure.axis)(label),
+        unit: (figure.unit)(label),
+        lines: figure.curves.iter().map(|curve| line(record, joint, curve)).collect(),
+        mark: fault.map(|at| Mark { name: "fault", at }),
+    };
+    Chart {
+        title: format!("{}: {name}", figure.title),
+        abscissa: "time / s",
+        range: Some(0.0..end),
+        panels: record.joints().iter().enumerate().map(panel).collect(),
+    }
+}
+
+fn line(record: &Record, joint: usize, curve: &Curve) -> Line {
+    Line { name: curve.name, pen: Some(curve.pen), pieces: vec![points(record, joint, curve.value)] }
+}
+
+/// A joint's curve over time, as far as it is finite, thinned.
+fn points(record: &Record, joint: usize, value: fn(&JointSample) -> f64) -> Vec<(f64, f64)> {
+    let finite = record.time().iter().copied().zip(record.joint(joint).map(value)).filter(|(_, y)| y.is_finite());
+    thinned(finite.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::points;
+    use crate::run::record::{JointLabel, JointSample, Record};
+    use dynamics_core::JointKind;
+    use dynamics_core::control::LimitFlags;
+
+    #[test]
+    fn thinning_keeps_every_peak() {
+        let label = JointLabel { name: "swing".to_owned(), kind: JointKind::Revolute };
+        let mut record = Record::new(vec![label], 100_000);
+        for tick in 0..100_000_u32 {
+            let torque = if tick == 54_321 { 7.0 } else { 0.0 };
+            let limits = LimitFlags::NONE;
+            let sample = JointSample { q_reference: 0.0, q: 0.0, qd_reference: 0.0, qd: 0.0, torque, limits };
+            record.push(f64::from(tick), [sample], None);
+        }
+        let thinned = points(&record, 0, |s| s.torque);
+        assert!(thinned.len() <= 2000);
+        assert!(thinned.contains(&(54_321.0, 7.0)));
+        assert!(thinned.is_sorted_by(|a, b| a.0 <= b.0));
+    }
+}

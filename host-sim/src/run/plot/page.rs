@@ -1,0 +1,52 @@
+//! The sheet that panels are drawn on: its title, its legend, its colours.
+
+use super::PlotError;
+use plotters::coord::Shift;
+use plotters::prelude::{DrawingArea, IntoDrawingArea, PathElement, RGBColor, SVGBackend, ShapeStyle, Text, WHITE};
+use std::path::Path;
+
+pub(super) const BLUE: RGBColor = RGBColor(0x1f, 0x4e, 0x9c);
+pub(super) const ORANGE: RGBColor = RGBColor(0xf0, 0x8c, 0x1e);
+pub(super) const GREEN: RGBColor = RGBColor(0x2e, 0x8b, 0x57);
+
+pub(super) const WIDTH: u32 = 1000;
+const PANEL: u32 = 240;
+const TITLE: u32 = 40;
+/// Width of an entry of the legend.
+const LEGEND: i32 = 110;
+
+/// A file with a head and `count` panels, each drawn by `panel` and `taller` times as high as a panel of curves.
+pub(super) fn on_page(
+    path: &Path,
+    title: &str,
+    legend: &[(&str, ShapeStyle)],
+    count: usize,
+    taller: usize,
+    panel: impl Fn(usize, &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), PlotError>,
+) -> Result<(), PlotError> {
+    let height = TITLE + PANEL * u32::try_from(count * taller)?;
+    let area = SVGBackend::new(path, (WIDTH, height)).into_drawing_area();
+    area.fill(&WHITE)?;
+    let (head, body) = area.split_vertically(TITLE);
+    draw_head(&head, title, legend)?;
+    for (index, area) in body.split_evenly((count, 1)).iter().enumerate() {
+        panel(index, area)?;
+    }
+    area.present()?;
+    Ok(())
+}
+
+/// Title on the left, legend on the right: it holds for all panels, and covers no curve up here.
+fn draw_head(
+    head: &DrawingArea<SVGBackend<'_>, Shift>,
+    title: &str,
+    legend: &[(&str, ShapeStyle)],
+) -> Result<(), PlotError> {
+    head.draw(&Text::new(title.to_owned(), (12, 10), ("sans-serif", 22)))?;
+    for (index, (name, style)) in legend.iter().rev().enumerate() {
+        let x = i32::try_from(WIDTH)? - 20 - LEGEND * (1 + i32::try_from(index)?);
+        head.draw(&PathElement::new([(x, 22), (x + 26, 22)], *style))?;
+        head.draw(&Text::new((*name).to_owned(), (x + 34, 15), ("sans-serif", 15)))?;
+    }
+    Ok(())
+}

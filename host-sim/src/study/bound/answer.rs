@@ -1,0 +1,210 @@
+//! What is known of an arm in a scene.
+
+use super::{Effort, Found, Region, State, TorqueError, search};
+use crate::failure::Failure;
+use crate::run::record::JointLabel;
+use crate::study::numbers::numbers;
+use crate::study::posture_search::positions;
+use crate::study::subject::Subject;
+use dynamics_core::trig::Method;
+use dynamics_core::{Limits, Model};
+use indicatif::ProgressBar;
+use robot_compiler::Robot;
+use robot_compiler::kernel::Level;
+use serde::Serialize;
+use std::path::Path;
+
+/// Climbs for every joint, and steps of each.
+const CLIMBS: (usize, usize) = (32, 3000);
+
+/// The bound of one state is looked for with this part of the effort: it is smooth and has few tops.
+const LESS: usize = 10;
+
+/// What is asked of an arm in a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Question {
+    /// How far the operations leave those of the recursion.
+    pub level: Level,
+    /// Random states; a tenth of them again for the bound of one state.
+    pub samples: usize,
+    /// Boxes that are looked at for each joint.
+    pub boxes: usize,
+    /// Of everything random.
+    pub seed: u64,
+    /// Greatest joint speeds, rad/s or m/s; the robot file's otherwise.
+    pub velocity: Option<Vec<f64>>,
+    /// Greatest joint accelerations, rad/s^2 or m/s^2; five times the speed a second otherwise.
+    pub acceleration: Option<Vec<f64>>,
+}
+
+/// What is known of an arm in a scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Answer {
+    /// The robot's name.
+    pub robot: String,
+    /// The scene's name, where one was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<String>,
+    /// `exact` or `regrouped`.
+    pub level: &'static str,
+    /// Random states that were looked at.
+    pub samples: usize,
+    /// Boxes that were looked at for each joint.
+    pub boxes: usize,
+    /// Of everything random.
+    pub seed: u64,
+    /// Every joint, base first.
+    pub joints: Vec<JointAnswer>,
+}
+
+/// What is known of a joint's torque.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JointAnswer {
+    /// Its name.
+    pub name: String,
+    /// `N m` or `N`.
+    pub unit: &'static str,
+    /// Lowest and highest position, rad or m.
+    pub position: (f64, f64),
+    /// Greatest speed, rad/s or m/s.
+    pub velocity: f64,
+    /// Greatest acceleration, rad/s^2 or m/s^2.
+    pub acceleration: f64,
+    /// The actuator's limit, N m or N; not there where it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit: Option<f64>,
+    /// The largest error that was found, N m or N.
+    pub found: f64,
+    /// Where: position, velocity, acceleration.
+    pub found_at: [Vec<f32>; 3],
+    /// The bound for that state alone.
+    pub bound_there: f64,
+    /// The largest bound of a single state that was found.
+    pub one_state: f64,
+    /// The bound for all states in one box.
+    pub one_box: f64,
+    /// No state exceeds it.
+    pub proven: f64,
+}
+
+/// A subject whose sine and cosine have known errors.
+pub(crate) fn load(path: &Path) -> Result<Subject, Failure> {
+    let subject = Subject::load(path)?;
+    if subject.file.control.trig != Method::Polynomial {
+        let (_, trig) = subject.file.control.names();
+        return Err(Failure::Input(miette::miette!(
+            help = "expected trig = \"polynomial\", whose errors over every float the bound starts from",
+            "{}: control.trig: \"{trig}\" has no bound",
+            path.display()
+        )));
+    }
+    Ok(subject)
+}
+
+fn effort(asked: &Question) -> Effort {
+    Effort { samples: asked.samples, climbs: CLIMBS.0, steps: CLIMBS.1, seed: asked.seed }
+}
+
+fn less(effort: &Effort) -> Effort {
+    Effort { samples: effort.samples / LESS, climbs: effort.climbs / 4, ..*effort }
+}
+
+/// States and boxes that are looked at.
+pub(crate) fn work(joints: usize, asked: &Question) -> u64 {
+    let effort = effort(asked);
+    let states: usize =
+        [effort, less(&effort)].iter().map(|effort| effort.samples + joints * effort.climbs * effort.steps).sum();
+    (states + joints * asked.boxes) as u64
+}
+
+/// What is known of an arm in a scene.
+///
+/// # Errors
+/// [`Failure::Input`]: limits that there are not, or within which there is no bound.
+pub(crate) fn answer<const N: usize>(
+    asked: &Question,
+    subject: &Subject,
+    model: &Model<f64, N>,
+    progress: &ProgressBar,
+) -> Result<Answer, Failure> {
+    let file = &subject.file;
+    let limits = model.links().map(|link| link.limits);
+    let region = region(asked, &file.robot, model, &limits)?;
+    let level = asked.level;
+    let arm = TorqueError::new(model, &file.scene(model), &file.live(model), level);
+    let (bounds, effort) = (arm.bounds(), effort(asked));
+    let found = search(&region, &effort, |state| arm.error(state), progress);
+    let at_one = |state: &State<N>| bounds.over(&Region::of(state));
+    let one_state = search(&region, &less(&effort), at_one, progress);
+    let proven = bounds.everywhere(&region, asked.boxes, progress);
+    let one_box = bounds.over(&region);
+    if let Some(i) = proven.iter().position(|x| !x.is_finite()) {
+        return Err(Failure::Input(miette::miette!(
+            help = "expected joint limits within which no torque overflows single precision, and angles up to 8192 rad",
+            "joint {} ({}): there is no bound",
+            i + 1,
+            file.robot.joints[i].name
+        )));
+    }
+    let joints = (0..N).map(|i| {
+        let joint = &file.robot.joints[i];
+        let Found { value, state: at } = found[i];
+        JointAnswer {
+            name: joint.name.clone(),
+            unit: JointLabel { name: joint.name.clone(), kind: joint.spec.kind }.torque_unit(),
+            position: region.inputs[0][i],
+            velocity: region.inputs[1][i].1,
+            acceleration: region.inputs[2][i].1,
+            limit: Some(limits[i].torque).filter(|limit| limit.is_finite()),
+            found: value,
+            found_at: [at.q, at.qd, at.qdd].map(|all| all.to_vec()),
+            bound_there: at_one(&at)[i],
+            one_state: one_state[i].value,
+            one_box: one_box[i],
+            proven: proven[i],
+        }
+    });
+    Ok(Answer {
+        robot: file.robot.name.clone(),
+        scene: subject.scene.clone(),
+        level: level.name(),
+        samples: effort.samples,
+        boxes: asked.boxes,
+        seed: effort.seed,
+        joints: joints.collect(),
+    })
+}
+
+/// Everywhere in the joint limits.
+fn region<const N: usize>(
+    asked: &Question,
+    robot: &Robot,
+    model: &Model<f64, N>,
+    limits: &[Limits<f64>; N],
+) -> Result<Region<N>, Failure> {
+    let given = |option: &str, values: &Option<Vec<f64>>| -> Result<Option<[f64; N]>, Failure> {
+        let Some(values) = values else { return Ok(None) };
+        if let Some(value) = values.iter().find(|x| !(**x >= 0.0 && x.is_finite())) {
+            return Err(wrong(&format!("`--{option}` holds {value}; expected finite numbers of zero or more")));
+        }
+        numbers(option, values, "one for each joint").map(Some).map_err(|problem| wrong(&problem))
+    };
+    let velocity = given("velocity", &asked.velocity)?.unwrap_or(limits.map(|limits| limits.velocity));
+    if let Some(i) = velocity.iter().position(|x| !x.is_finite()) {
+        let name = &robot.joints[i].name;
+        return Err(wrong(&format!("joint {} ({name}) has no limit of velocity: give --velocity", i + 1)));
+    }
+    let acceleration = given("acceleration", &asked.acceleration)?.unwrap_or(velocity.map(|speed| 5.0 * speed));
+    let mut position = [(0.0, 0.0); N];
+    for (i, link) in model.links().iter().enumerate() {
+        let name = &robot.joints[i].name;
+        position[i] = positions(link.kind, link.limits.position).ok_or_else(|| {
+            wrong(&format!("joint {} ({name}) slides without limits: nothing bounds its force", i + 1))
+        })?;
+    }
+    Ok(Region::new(position, velocity, acceleration))
+}
+
+fn wrong(problem: &str) -> Failure {
+    Failure::Input(miette::miette!(help = "see `host-sim bound --help`", "{problem}"))
+}

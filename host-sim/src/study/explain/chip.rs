@@ -1,0 +1,52 @@
+//! What each term takes on the chip.
+
+use super::{ChipSaving, Explanation};
+use crate::failure::{Failure, in_file};
+use crate::run::files::file_name;
+use crate::study::trade::base::Base;
+use crate::study::trade::{Cost, Costs};
+use robot_compiler::scene::terms::ModelTerm;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+impl Explanation {
+    /// Measure the tick of the chip with every term and without each.
+    pub(crate) fn measure(&mut self, scene: &Path, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
+        let base = Base::load(scene)?;
+        let folder = Path::new("out/explain").join(file_name(&self.scene));
+        fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+        let term = |name: &str| ModelTerm::ALL.into_iter().find(|term| term.name() == name);
+        let mut sets: Vec<Vec<ModelTerm>> = vec![Vec::new()];
+        sets.extend(
+            self.terms
+                .iter()
+                .filter(|report| report.dropped.is_some())
+                .map(|report| term(report.term).into_iter().collect()),
+        );
+        sets.push(self.fewest.given_up.iter().filter_map(|name| term(name)).collect());
+        let paths = sets.iter().map(|terms| {
+            let names: Vec<&str> = terms.iter().map(|term| term.key()).collect();
+            let path = folder.join(format!(
+                "without_{}.toml",
+                if names.is_empty() { "nothing".to_owned() } else { names.join("_") }
+            ));
+            fs::write(&path, base.without(terms)).map_err(|error| in_file(&path, &error))?;
+            Ok(path)
+        });
+        let paths: Vec<PathBuf> = paths.collect::<Result<_, Failure>>()?;
+        let found = costs(&paths, stop)?;
+        let Some((full, rest)) = found.split_first() else { return Ok(()) };
+        let saving = |cost: &Cost| ChipSaving {
+            instructions: full.instructions - cost.instructions,
+            cycles: full.cycles - cost.cycles,
+            flash: full.flash as i64 - cost.flash as i64,
+        };
+        let each = self.terms.iter_mut().filter_map(|report| report.dropped.as_mut());
+        for (dropped, cost) in each.chain(core::iter::once(&mut self.fewest.dropped)).zip(rest) {
+            dropped.chip = Some(saving(cost));
+        }
+        self.chip = Some(*full);
+        Ok(())
+    }
+}

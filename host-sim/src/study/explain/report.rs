@@ -1,0 +1,127 @@
+//! An explanation as tables.
+
+use super::{Count, Dropped, Explanation, Fewest, Tracking};
+use crate::run::summary::engineering;
+use crate::study::trade::Cost;
+use crate::table::table;
+use comfy_table::Table;
+use robot_compiler::scene::loop_gain::LoopGain;
+
+impl Explanation {
+    /// The tables, as a person reads them.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let Self { scene, robot, law, level, operations: Count { mul, add, sub }, .. } = self;
+        let mut text = format!("{scene}: {robot}, {law}, kernel {level}: {mul} mul, {add} add, {sub} sub\n");
+        if let Some(Cost { instructions, cycles, flash, ram, .. }) = self.chip {
+            text += &format!(
+                "a tick of the chip: {instructions:.0} instructions, {cycles:.0} cycles (estimate), {flash} bytes of flash, {ram} of RAM\n"
+            );
+        }
+        text += &format!("{}\n", self.cost_table());
+        let torques = self.joint_table(None, |i, dropped| {
+            let (unit, error) = (self.joints[i].torque_unit, &dropped.torque_error);
+            format!("{} ({})", engineering(error.max[i], unit), engineering(error.rms[i], unit))
+        });
+        let most = |i: usize, tracking: &Tracking| match tracking.fault {
+            Some(_) => "fault".to_owned(),
+            None => engineering(tracking.max[i], self.joints[i].position_unit),
+        };
+        let baseline = |i: usize| most(i, &self.tracking);
+        let tracking = self.joint_table(Some(&baseline), |i, dropped| most(i, &dropped.tracking));
+        text += &format!("\nTorque left out without, on the reference motion: most (root mean square)\n{torques}\n");
+        text += &format!("\nGreatest tracking error of the closed loop without, in the scene's world\n{tracking}\n");
+        text + "\n" + &self.fewest_lines()
+    }
+
+    fn cost_table(&self) -> Table {
+        let mut head = vec!["term", "is", "because of", "mul", "add", "sub"];
+        if self.chip.is_some() {
+            head.extend(["instructions", "cycles, est.", "flash"]);
+        }
+        head.extend(["torque error", "of the limit", "joint", "loop gain", "may go"]);
+        let mut table = table(head.clone(), 3);
+        for report in &self.terms {
+            let names = [report.term, report.state, &report.why].map(str::to_owned);
+            let Some(dropped) = &report.dropped else {
+                let empty = core::iter::repeat_n("-".to_owned(), head.len() - 3);
+                table.add_row(names.into_iter().chain(empty).collect::<Vec<_>>());
+                continue;
+            };
+            let Dropped { operations: Count { mul, add, sub }, chip, torque_error, may_go, .. } = dropped;
+            let worst = torque_error.worst();
+            let joint = &self.joints[worst];
+            let share = torque_error.of_limit[worst].map_or_else(|| "no limit".to_owned(), percent);
+            let most = engineering(torque_error.max[worst], joint.torque_unit);
+            let may_go = if *may_go { "yes" } else { "no" };
+            let counts = [mul, add, sub].map(i64::to_string);
+            let on_chip = chip.iter().flat_map(|chip| {
+                [format!("{:.0}", chip.instructions), format!("{:.0}", chip.cycles), chip.flash.to_string()]
+            });
+            let rest = [most, share, joint.name.clone(), self.loop_gain(dropped), may_go.to_owned()];
+            table.add_row(names.into_iter().chain(counts).chain(on_chip).chain(rest).collect::<Vec<_>>());
+        }
+        table
+    }
+
+    /// The least loop gain, and the joint that feels it.
+    fn loop_gain(&self, dropped: &Dropped) -> String {
+        dropped.weakest_joint.map_or_else(
+            || "1".to_owned(),
+            |joint| format!("{} {}", percent(dropped.loop_gain), self.joints[joint].name),
+        )
+    }
+
+    /// A row per joint; a column without anything dropped, where that is given, one per term that is not absent, and one for all
+    /// that can go together.
+    fn joint_table(
+        &self,
+        nothing: Option<&dyn Fn(usize) -> String>,
+        cell: impl Fn(usize, &Dropped) -> String,
+    ) -> Table {
+        let each = self.terms.iter().filter_map(|report| Some((report.term, report.dropped.as_ref()?)));
+        let together = (self.fewest.given_up.len() > 1).then_some(("all that may go", &self.fewest.dropped));
+        let columns: Vec<(&str, &Dropped)> = each.chain(together).collect();
+        let head =
+            core::iter::once("joint").chain(nothing.map(|_| "nothing")).chain(columns.iter().map(|(name, _)| *name));
+        let mut table = table(head.collect::<Vec<_>>(), 1);
+        for (i, joint) in self.joints.iter().enumerate() {
+            let cells = columns.iter().map(|(_, dropped)| cell(i, dropped));
+            let cells = core::iter::once(joint.name.clone()).chain(nothing.map(|cell| cell(i))).chain(cells);
+            table.add_row(cells.collect::<Vec<_>>());
+        }
+        table
+    }
+
+    fn fewest_lines(&self) -> String {
+        let Fewest { chosen, given_up, dropped } = &self.fewest;
+        let share = dropped.torque_error.of_limit[dropped.torque_error.worst()].map_or("nothing".to_owned(), percent);
+        let Count { mul, add, sub } = dropped.operations;
+        let what = if given_up.is_empty() {
+            "nothing".to_owned()
+        } else {
+            let gain = self.loop_gain(dropped);
+            let names = given_up.join(", ");
+            format!("{names}: {share} of a limit at most, loop gain {gain}, {mul} mul, {add} add, {sub} sub less")
+        };
+        let verb = if *chosen { "given up" } else { "could go" };
+        let mut lines = vec![
+            ("tolerance", format!("{} of each joint's torque limit", percent(self.tolerance))),
+            ("least loop gain", format!("{} of the full model's", LoopGain::LEAST)),
+            (verb, what),
+        ];
+        let faults = self.terms.iter().filter_map(|report| {
+            let fault = report.dropped.as_ref()?.tracking.fault.as_ref()?;
+            Some(format!("{}: {fault}", report.term))
+        });
+        lines.extend(faults.map(|fault| ("fault without", fault)));
+        if self.law == "pd" {
+            lines.push(("law", "pd computes no inverse dynamics: in its loop only friction is felt".to_owned()));
+        }
+        lines.iter().fold(String::new(), |text, (name, line)| text + &format!("{name:<20}{line}\n"))
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.3} %", 100.0 * share)
+}

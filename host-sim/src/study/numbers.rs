@@ -1,0 +1,31 @@
+//! Lists of numbers that a person gives.
+
+use dynamics_core::Real;
+
+/// `K` finite numbers.
+pub(crate) fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[S; K], String> {
+    let wrong = |_| {
+        let count = |n: usize| if n == 1 { "1 number".to_owned() } else { format!("{n} numbers") };
+        format!("`{name}` has {}; expected {}: {meaning}", count(values.len()), count(K))
+    };
+    let values: [f64; K] = values.try_into().map_err(wrong)?;
+    let cast = values.map(S::literal);
+    match cast.iter().position(|x| !x.is_finite()) {
+        None => Ok(cast),
+        Some(i) => Err(format!("entry {} of `{name}`, {:e}, is too large for the scalar", i + 1, values[i])),
+    }
+}
+
+/// `K` finite numbers.
+pub(super) fn finite<const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[f64; K], String> {
+    finite_entries(name, values)?;
+    numbers::<f64, K>(name, values, meaning)
+}
+
+/// Whether all are finite.
+pub(super) fn finite_entries(name: &str, values: &[f64]) -> Result<(), String> {
+    match values.iter().position(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(format!("entry {} of `{name}` is {}; expected a finite number", i + 1, values[i])),
+    }
+}

@@ -1,0 +1,97 @@
+//! The choices that are measured.
+
+use super::base::Base;
+use super::choice::{Choice, Every, TermSet};
+use crate::failure::Failure;
+use clap::ValueEnum;
+use dynamics_core::control::Between;
+use dynamics_core::trig::Method;
+use robot_compiler::kernel::Level;
+use robot_compiler::scene::{ControlSpec, ScalarChoice};
+
+/// Values that are combined.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axes {
+    /// Floating-point types.
+    pub scalar: Vec<ScalarChoice>,
+    /// Sines and cosines.
+    pub trig: Vec<Method>,
+    /// Sets of terms.
+    pub terms: Vec<TermSet>,
+    /// Whether friction is fed forward, where the scene does it.
+    pub friction: Vec<bool>,
+    /// Whether the model has rotors, where the scene has them.
+    pub rotors: Vec<bool>,
+    /// When the model is evaluated.
+    pub every: Vec<Every>,
+    /// Levels of the arm's kernel.
+    pub kernel: Vec<Level>,
+    /// Control rates, Hz; the scene's otherwise.
+    pub rate: Vec<f64>,
+    /// The product alone: without the scene's own choice and those that differ from it in one thing.
+    pub alone: bool,
+}
+
+/// Every floating-point type of a controller.
+const SCALARS: [ScalarChoice; 2] = [ScalarChoice::F32, ScalarChoice::F64];
+
+/// When else the model is evaluated, to compare the scene's own choice with.
+const OTHER_TICKS: [Every; 5] = [
+    Every::TICK,
+    Every { ticks: 2, between: Between::Hold },
+    Every { ticks: 4, between: Between::Hold },
+    Every { ticks: 4, between: Between::Extrapolate },
+    Every { ticks: 16, between: Between::Extrapolate },
+];
+
+/// The product of the axes and, unless the product is to be alone, the scene's own choice with each that differs from it in one
+/// thing; each choice once, always at `rate` (Hz) where one is given.
+pub(crate) fn choices(axes: &Axes, base: &Base, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
+    let own = Choice { rate: rate.unwrap_or(base.file.control.rate), ..base.own() };
+    let rates = match rate {
+        None if !axes.rate.is_empty() => axes.rate.clone(),
+        _ => vec![own.rate],
+    };
+    if let Some(rate) = rates.iter().find(|rate| !(**rate >= 16.0 && **rate <= 1e5)) {
+        return Err(Failure::Input(miette::miette!("--rate {rate}: expected a rate in Hz, 16 to 100,000")));
+    }
+    let model = &base.file.model;
+    let (rubs, turns) = (model.friction, !matches!(model.rotor, dynamics_core::Term::Absent));
+    // Without friction or rotors in the scene, leaving them out is no choice.
+    let on = |switches: &[bool], there: bool| if there { switches.to_vec() } else { vec![true] };
+    let mut product = vec![own];
+    spread(&mut product, &rates, |choice, rate| Choice { rate, ..choice });
+    spread(&mut product, &axes.scalar, |choice, scalar| Choice { scalar, ..choice });
+    spread(&mut product, &axes.terms, |choice, terms| Choice { terms, ..choice });
+    spread(&mut product, &on(&axes.friction, rubs), |choice, friction| Choice { friction, ..choice });
+    spread(&mut product, &on(&axes.rotors, turns), |choice, rotors| Choice { rotors, ..choice });
+    spread(&mut product, &axes.kernel, |choice, kernel| Choice { kernel, ..choice });
+    spread(&mut product, &axes.every, |choice, every| Choice { every, ..choice });
+    spread(&mut product, &axes.trig, |choice, trig| Choice { trig, ..choice });
+    if !axes.alone {
+        product.push(own);
+        product.extend(SCALARS.map(|scalar| Choice { scalar, ..own }));
+        let named = ControlSpec::trig_names();
+        product.extend(named.iter().filter_map(|name| Some(Choice { trig: ControlSpec::trig_named(name)?, ..own })));
+        product.extend(TermSet::value_variants().iter().map(|&terms| Choice { terms, ..own }));
+        product.extend(rubs.then_some(Choice { friction: false, ..own }));
+        product.extend(turns.then_some(Choice { rotors: false, ..own }));
+        product.extend(OTHER_TICKS.map(|every| Choice { every, ..own }));
+        product.extend(Level::ALL.map(|kernel| Choice { kernel, ..own }));
+    }
+    let mut all: Vec<Choice> = Vec::new();
+    for choice in product {
+        // What has no effect is at its plainest, except in the scene's own choice.
+        let choice = if choice == own { own } else { choice.plain() };
+        if !all.contains(&choice) {
+            all.push(choice);
+        }
+    }
+    Ok(all)
+}
+
+/// Every choice with each of these.
+fn spread<T: Copy>(choices: &mut Vec<Choice>, values: &[T], with: impl Fn(Choice, T) -> Choice) {
+    let with = &with;
+    *choices = choices.iter().flat_map(|&choice| values.iter().map(move |&value| with(choice, value))).collect();
+}

@@ -1,0 +1,167 @@
+//! What is asked of a choice, and the cheapest that meets it.
+
+use super::report::percent;
+use super::{Point, Trade};
+use crate::run::summary::engineering;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::str::FromStr;
+
+/// A share: `20%` or `0.2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share(pub f64);
+
+impl FromStr for Share {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+        let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
+        let share = share.filter(|share| *share > 0.0 && *share <= 1.0);
+        share.map(Self).ok_or_else(|| format!("{text}: expected a share above 0 and at most 1, such as 20% or 0.2"))
+    }
+}
+
+/// A share of the processor at a control rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    /// Of the processor.
+    pub share: f64,
+    /// Hz.
+    pub rate: f64,
+}
+
+impl FromStr for Budget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("{text}: expected a share and a rate, such as 20%@4kHz or 0.2@1000Hz");
+        let (share, rate) = text.split_once('@').ok_or_else(expected)?;
+        let share: Share = share.parse().map_err(|_| expected())?;
+        let (number, unit) = match (rate.strip_suffix("kHz"), rate.strip_suffix("Hz")) {
+            (Some(number), _) => (number, 1e3),
+            (None, Some(number)) => (number, 1.0),
+            (None, None) => return Err(expected()),
+        };
+        let rate = number.trim().parse::<f64>().map_err(|_| expected())? * unit;
+        if rate > 0.0 && rate.is_finite() { Ok(Self { share: share.0, rate }) } else { Err(expected()) }
+    }
+}
+
+/// What a choice must meet.
+pub(crate) struct Request {
+    /// Greatest torque error, a share of the limit.
+    pub(crate) torque: Option<f64>,
+    /// Greatest tracking error, rad or m.
+    pub(crate) tracking: Option<f64>,
+    /// Greatest share of the processor.
+    pub(crate) share: Option<f64>,
+    /// Cycles in a second.
+    pub(crate) clock: f64,
+}
+
+impl Request {
+    /// Share of the processor that the mean tick takes.
+    pub(crate) fn share_of(&self, point: &Point) -> f64 {
+        point.cost.cycles * point.choice.rate / self.clock
+    }
+
+    /// The mean tick keeps the share, and the longest ends before the next is due.
+    fn fits(&self, point: &Point) -> bool {
+        let longest = point.cost.cycles_max * point.choice.rate / self.clock;
+        self.share.is_none_or(|share| self.share_of(point) <= share) && longest <= 1.0
+    }
+
+    fn accurate(&self, point: &Point) -> bool {
+        let keeps = |most: Option<f64>, found: Option<f64>| most.is_none_or(|most| found.is_some_and(|x| x <= most));
+        point.tracking.is_some() && keeps(self.torque, point.torque_of_limit) && keeps(self.tracking, point.tracking)
+    }
+
+    /// Points come with the fewest cycles first.
+    pub(crate) fn cheapest<'a>(&self, trade: &'a Trade) -> Option<&'a Point> {
+        trade.points.iter().find(|point| self.accurate(point) && self.fits(point))
+    }
+
+    /// What it would take: the cheapest that is accurate enough, and the most accurate that fits.
+    pub(crate) fn nearest(&self, trade: &Trade) -> String {
+        let mut text = String::new();
+        match trade.points.iter().find(|point| self.accurate(point)) {
+            Some(point) => {
+                let _ = writeln!(text, "accurate enough, and cheapest of those: {}", self.line(point));
+            }
+            None => text += "no choice is accurate enough\n",
+        }
+        let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
+        let fitting = trade.points.iter().filter(|point| self.fits(point) && point.tracking.is_some());
+        match fitting.min_by(|a, b| error(a).total_cmp(&error(b))) {
+            Some(point) => {
+                let _ = write!(text, "within the budget, and most accurate of those: {}", self.line(point));
+            }
+            None => text += "no choice is within the budget",
+        }
+        text
+    }
+
+    fn line(&self, point: &Point) -> String {
+        let n = &point.choice;
+        let torque = point.torque_of_limit.map_or("fault".to_owned(), percent);
+        let tracking = point.tracking.map_or("fault".to_owned(), |x| engineering(x, "rad"));
+        format!(
+            "{}, {} trig, terms {}, friction {}, rotors {}, model every {}, {}: {} of the processor at {} Hz, torque error {torque}, tracking error {tracking}",
+            n.scalar,
+            n.trig,
+            n.terms,
+            n.friction,
+            n.rotors,
+            n.every,
+            n.kernel,
+            percent(self.share_of(point)),
+            n.rate
+        )
+    }
+
+    /// The choice, what was given up for it, and how it was measured.
+    pub(crate) fn explain(&self, trade: &Trade, chosen: &Point, path: &Path) -> String {
+        let mut text = format!("chosen              {}\n", self.line(chosen));
+        // The best in accuracy of all, to say what was given up.
+        let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
+        if let Some(best) =
+            trade.points.iter().filter(|point| point.tracking.is_some()).min_by(|a, b| error(a).total_cmp(&error(b)))
+        {
+            let given_up = differences(best, chosen);
+            let what =
+                if given_up.is_empty() { "nothing: it is the most accurate of all".to_owned() } else { given_up };
+            let _ = writeln!(text, "given up            {what}");
+            let _ = writeln!(text, "most accurate       {}", self.line(best));
+        }
+        let _ = writeln!(
+            text,
+            "instructions        {:.0} a tick, {} at most; {:.0} cycles (estimate), flash {}, RAM {}",
+            chosen.cost.instructions,
+            chosen.cost.instructions_max,
+            chosen.cost.cycles,
+            chosen.cost.flash,
+            chosen.cost.ram
+        );
+        let _ = writeln!(text, "measured by         {}", chosen.command);
+        let _ = writeln!(text, "scene               {}", path.display());
+        text
+    }
+}
+
+/// What one point has and the other has otherwise.
+fn differences(best: &Point, chosen: &Point) -> String {
+    let (a, b) = (&best.choice, &chosen.choice);
+    let pairs = [
+        ("scalar", &a.scalar, &b.scalar),
+        ("trig", &a.trig, &b.trig),
+        ("terms", &a.terms, &b.terms),
+        ("model every", &a.every, &b.every),
+        ("kernel", &a.kernel, &b.kernel),
+    ];
+    let mut all: Vec<String> =
+        pairs.iter().filter(|(_, a, b)| a != b).map(|(what, a, b)| format!("{what} {b} in place of {a}")).collect();
+    let switches = [("friction", a.friction, b.friction), ("rotors", a.rotors, b.rotors)];
+    all.extend(switches.iter().filter(|(_, a, b)| a != b).map(|(what, _, b)| format!("{what} {b}")));
+    all.join("; ")
+}
