@@ -123,6 +123,11 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     bounds::verdict(rows.len(), &broken)
 }
 
+/// Whether the chip's programs are built by the compiler that `firmware/budget.toml` is of.
+pub(crate) fn is_of_this_compiler() -> Result<bool> {
+    Ok(Budget::load()?.is_of(&Toolchain::find_or_install()?.rustc()?))
+}
+
 /// The cheap part, in `cargo xtask test`: a few hundred ticks of the hardest scene, with the kernel where the scene has it.
 pub(crate) fn gate() -> Result<()> {
     let row = measure::row(Path::new(HARDEST), measure::Extent::SHORT)?;

@@ -106,6 +106,11 @@ impl Budget {
         Ok(budget)
     }
 
+    /// Whether the ranges are of this compiler.
+    pub(crate) fn is_of(&self, rustc: &str) -> bool {
+        rustc == self.rustc
+    }
+
     /// Make these rows the bounds. Rows of other firmwares go where all were measured, and stay where only some were.
     pub(crate) fn bless(&mut self, rows: &[Row], rustc: &str, all: bool) {
         rustc.clone_into(&mut self.rustc);
@@ -153,7 +158,7 @@ impl Budget {
 
     /// What leaves its range or a target, a line each.
     pub(crate) fn hold(&self, rows: &[Row], rustc: &str, fields: Fields) -> Vec<String> {
-        let slack = if rustc == self.rustc { 0 } else { SLACK_OTHER_COMPILER - SLACK };
+        let slack = if self.is_of(rustc) { 0 } else { SLACK_OTHER_COMPILER - SLACK };
         let mut lines = Vec::new();
         for row in rows {
             let name = row.name();
