@@ -672,7 +672,7 @@ Examples:
   host-sim bound robots/puma560.toml
   host-sim bound scenes/puma560_pick.toml --level regrouped
   host-sim bound robots/ur5.toml --samples 1000000 --boxes 1000000 --json | jq .joints[0].proven
-  host-sim bound robots/planar2r.toml robots/ur5.toml --write docs/numerics.md
+  host-sim bound robots/planar2r.toml robots/ur5.toml --write docs/measured/bound.md
 
 What is bounded: |tau_f32 - tau| of every joint, tau = D qdd + C qd + G - J^T w in exact arithmetic with the numbers of the robot
 file, tau_f32 as the chip computes it: constants rounded, polynomial sine and cosine (their error is measured over every
@@ -755,7 +755,7 @@ pub struct ExtremesArgs {
     #[arg(long, value_name = "HOURS", num_args = 0..=1, default_missing_value = "24")]
     pub long: Option<f64>,
     /// Put the tables into this file.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/numerics.md")]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/extremes.md")]
     pub write: Option<PathBuf>,
     /// Print JSON, and nothing else.
     #[arg(long)]
@@ -804,7 +804,7 @@ pub struct CampaignArgs {
     #[arg(long, value_enum, default_value_t = Target::Desk)]
     pub target: Target,
     /// Put the table into this file.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/campaign.md")]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/campaign.md")]
     pub write: Option<PathBuf>,
     /// Print JSON, and nothing else.
     #[arg(long)]

@@ -138,7 +138,7 @@ impl Budget {
         let mut text = format!(
             "# What every firmware may take, from both sides. `cargo xtask budget` measures and holds; `cargo xtask budget --bless`\n\
              # writes the rows, {SLACK} % around what is measured, and leaves the targets alone. Another compiler than this one may be\n\
-             # {SLACK_OTHER_COMPILER} % off. What each field is: docs/timing.md. Cycles are estimated, never measured.\n\
+             # {SLACK_OTHER_COMPILER} % off. What each field is: docs/performance.md. Cycles are estimated, never measured.\n\
              rustc = {:?}\n\n\
              [target]\nflash = {flash}\nram_with_stack = {ram_with_stack}\nmasked = {masked}\nshare_scene = {share_scene:?}\n\
              share_rate_hz = {share_rate_hz}\nshare_clock_hz = {share_clock_hz}\nshare_percent = {share_percent}\n",
