@@ -1,4 +1,4 @@
-//! Outside reference data: Pinocchio and a 50-digit computation (`golden/README.md`).
+//! Outside reference data: Pinocchio and a 50-digit computation (`robots/golden/README.md`).
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 mod common;

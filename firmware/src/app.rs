@@ -52,13 +52,13 @@ fn hello() -> Hello {
 mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
-    use firmware::black_box::Report;
     use firmware::board::{BoardLines, LinkInput, LinkOutput, Parts, Ticker};
     use firmware::joint_io::JointIo;
-    use firmware::meter::Meter;
-    use firmware::session::{Buffers, Drives, Reaction, Session};
     use heapless::spsc::{Consumer, Producer, Queue};
     use link::{Decoder, Encoder, Frame, Pacing};
+    use session::black_box::Report;
+    use session::meter::Meter;
+    use session::{Buffers, Drives, Reaction, Session};
 
     /// Bytes between `byte` and `serve`: three whole packets, the most that a host sends before it waits for an answer
     /// (live inputs, reference, measurement). A queue holds one less than its size.

@@ -1,8 +1,8 @@
 //! What a board must do. One file per board implements this; nothing else names the chip's registers.
 
 use crate::joint_io::JointIo;
-use crate::meter::Counter;
-use crate::supervisor::Lines;
+use session::meter::Counter;
+use session::readings::Lines;
 
 /// Receiving half of the link.
 pub trait LinkInput {

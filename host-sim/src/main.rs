@@ -1,13 +1,8 @@
 //! The simulator's command line.
 
 use clap::Parser;
-use host_sim::cli::{Cli, Command};
-use host_sim::trade::on_the_chip;
-use host_sim::{
-    bound_command, campaign_command, connect_command, doctor_command, dynamics_command, energy_command,
-    explain_command, extremes_command, info_command, kernel_command, linkage_command, replay_command, run_command,
-    statics_command, terms_command, trade_command,
-};
+use host_sim::cli::{self, Cli, Command};
+use host_sim::study::trade::on_the_chip;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -19,23 +14,23 @@ fn main() -> ExitCode {
         eprintln!("{error}");
     }
     let done = match Cli::parse().command {
-        Command::Run(args) => run_command::run(&args, &stop_on_interrupt()),
-        Command::Dynamics(args) => dynamics_command::run(&args).map(|()| 0),
-        Command::Terms(args) => terms_command::run(&args).map(|()| 0),
-        Command::Statics(args) => statics_command::run(&args).map(|()| 0),
-        Command::Energy(args) => energy_command::run(&args, &stop_on_interrupt()),
-        Command::Explain(args) => explain_command::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
-        Command::Info(args) => info_command::run(&args).map(|()| 0),
-        Command::Kernel(args) => kernel_command::run(&args).map(|()| 0),
-        Command::Linkage(args) => linkage_command::run(&args),
-        Command::Doctor(args) => doctor_command::run(&args),
-        Command::Connect(args) => connect_command::run(&args, presses()),
-        Command::Replay(args) => replay_command::run(&args),
-        Command::Bound(args) => bound_command::run(&args).map(|()| 0),
-        Command::Extremes(args) => extremes_command::run(&args).map(|()| 0),
-        Command::Campaign(args) => campaign_command::run(&args, &stop_on_interrupt()),
-        Command::Trade(args) => trade_command::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
-        Command::Choose(args) => trade_command::choose(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
+        Command::Run(args) => cli::run::run(&args, &stop_on_interrupt()),
+        Command::Dynamics(args) => cli::dynamics::run(&args).map(|()| 0),
+        Command::Terms(args) => cli::terms::run(&args).map(|()| 0),
+        Command::Statics(args) => cli::statics::run(&args).map(|()| 0),
+        Command::Energy(args) => cli::energy::run(&args, &stop_on_interrupt()),
+        Command::Explain(args) => cli::explain::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
+        Command::Info(args) => cli::info::run(&args).map(|()| 0),
+        Command::Kernel(args) => cli::kernel::run(&args).map(|()| 0),
+        Command::Linkage(args) => cli::linkage::run(&args),
+        Command::Doctor(args) => cli::doctor::run(&args),
+        Command::Connect(args) => cli::connect::run(&args, presses()),
+        Command::Replay(args) => cli::replay::run(&args),
+        Command::Bound(args) => cli::bound::run(&args).map(|()| 0),
+        Command::Extremes(args) => cli::extremes::run(&args).map(|()| 0),
+        Command::Campaign(args) => cli::campaign::run(&args, &stop_on_interrupt()),
+        Command::Trade(args) => cli::trade::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
+        Command::Choose(args) => cli::trade::choose(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
     };
     ExitCode::from(done.unwrap_or_else(|failure| {
         let code = failure.code();

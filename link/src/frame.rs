@@ -367,7 +367,7 @@ pub struct Setting {
     pub value: f32,
 }
 
-/// A parameter. See `firmware::parameters` for their numbers and units.
+/// A parameter. See `session::parameters` for their numbers and units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct Value {

@@ -149,7 +149,7 @@ fn golden_model<const N: usize>(data: &Value) -> Model<f64, N> {
 
 /// Largest difference from the golden torques, relative to the largest torque of the state.
 fn golden_error<const N: usize>(name: &str) -> f64 {
-    let text = std::fs::read_to_string(top(&format!("golden/{name}.json"))).unwrap();
+    let text = std::fs::read_to_string(top(&format!("robots/golden/{name}.json"))).unwrap();
     let data: Value = serde_json::from_str(&text).unwrap();
     let model = golden_model::<N>(&data);
     let gravity = numbers::<3>(&data["gravity"]).into();

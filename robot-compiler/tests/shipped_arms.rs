@@ -1,4 +1,4 @@
-//! The arms in `robots/`, read from their files, against Pinocchio (`golden/make.py`).
+//! The arms in `robots/`, read from their files, against Pinocchio (`robots/golden/make.py`).
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 use dynamics_core::forward_dynamics::forward_dynamics;
@@ -60,7 +60,7 @@ fn golden(path: &str) -> Value {
 
 fn agrees(name: &str) {
     let robot = Robot::load(&top(&format!("robots/{name}.toml"))).unwrap();
-    let golden = golden(&format!("golden/shipped/{name}.json"));
+    let golden = golden(&format!("robots/golden/shipped/{name}.json"));
     with_dof!(robot.dof(), N => check::<N>(&robot, &golden));
 }
 
@@ -107,13 +107,13 @@ fn check_with_rotors<const N: usize>(robot: &Robot, golden: &Value) {
     }
 }
 
-/// `golden/shipped` is made from the robot files, so it would follow a wrong number in one. These three arms also stand in
+/// `robots/golden/shipped` is made from the robot files, so it would follow a wrong number in one. These three arms also stand in
 /// the reference data that were made elsewhere, from tables of their own.
 #[test]
 fn arms_that_stand_in_outside_tables_too_are_the_same_arms() {
     for name in ["puma560", "scara", "planar2r"] {
         let robot = Robot::load(&top(&format!("robots/{name}.toml"))).unwrap();
-        with_dof!(robot.dof(), N => check_with_rotors::<N>(&robot, &golden(&format!("golden/{name}.json"))));
+        with_dof!(robot.dof(), N => check_with_rotors::<N>(&robot, &golden(&format!("robots/golden/{name}.json"))));
     }
 }
 
@@ -121,7 +121,7 @@ fn arms_that_stand_in_outside_tables_too_are_the_same_arms() {
 #[test]
 fn every_arm_that_ships_has_reference_data() {
     for path in files(&top("robots"), &["toml"]) {
-        let golden = top("golden/shipped").join(path.with_extension("json").file_name().unwrap());
+        let golden = top("robots/golden/shipped").join(path.with_extension("json").file_name().unwrap());
         assert!(golden.is_file(), "no {}", golden.display());
     }
 }

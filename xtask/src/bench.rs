@@ -6,7 +6,7 @@
 //! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder held to objdump's |
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
-//! | [`baseline`] | the gate: counts held to `bench/baseline.toml` |
+//! | [`baseline`] | the gate: counts held to `xtask/bench/baseline.toml` |
 //! | [`report`] | the tables of `docs/measured/kernels.md` |
 
 mod baseline;

@@ -94,8 +94,8 @@ pub(crate) fn build_cost(scene: &Path) -> Result<PathBuf> {
     let list = folder.join("cost.scenes");
     std::fs::write(&list, format!("{}\n", scene.display()))?;
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--package", "chip-cost"]).env("NEWTAU_SCENES", &list);
-    let built = toolchain::build(&mut cargo, toolchain::product("chip-cost"))
+    cargo.args(["--quiet", "--package", "probe", "--features", "cost"]).env("NEWTAU_SCENES", &list);
+    let built = toolchain::build(&mut cargo, toolchain::product("probe-cost"))
         .with_context(|| format!("the program that measures {}", scene.display()))?;
     let text = std::fs::read(&built)?;
     // Named after what is in it: an emulator or a reader may still need what the same file gave before.

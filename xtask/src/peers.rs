@@ -9,8 +9,8 @@
 //! | [`chip`] | instructions in the emulator |
 //! | [`report`] | targets, tables, JSON, `docs/measured/peers.md` |
 //!
-//! The harness is C and C++ in `bench/peers`, our side of it the crate `bench-peers`. Everybody is the same C function over
-//! the same states; the peers get their model from the robot file by `bench/peers/arm.py`, which shares nothing with our
+//! The harness is C and C++ in `xtask/bench/peers`, our side of it the crate `bench-peers`. Everybody is the same C function over
+//! the same states; the peers get their model from the robot file by `xtask/bench/peers/arm.py`, which shares nothing with our
 //! reader, and a torque that differs ends the run without a figure.
 
 mod build;
@@ -37,7 +37,7 @@ fn folder() -> PathBuf {
 
 /// A file of the harness.
 fn source(name: &str) -> PathBuf {
-    root().join("bench/peers").join(name)
+    root().join("xtask/bench/peers").join(name)
 }
 
 /// What was measured of an arm.

@@ -1,5 +1,5 @@
 //! `budget --port` up to the program that talks to the board, which a scripted cargo stands for: what it is asked, and what becomes of what
-//! it says. The board itself: `chip-budget/tests/board.rs`.
+//! it says. The board itself: `xtask/budget/tests/board.rs`.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 

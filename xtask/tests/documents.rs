@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Pages and comments that speak of what has not been measured: where a reader would look for a claim.
-const FOLDERS: [&str; 9] = [
+const FOLDERS: [&str; 10] = [
     "docs",
     "firmware/src",
+    "link/session/src",
     "host-sim/src",
     "xtask/src",
-    "cycle-estimate/src",
-    "bench/src",
+    "xtask/image/src",
+    "xtask/bench/src",
     "robots",
     "scenes",
     "dynamics-core/src",

@@ -19,14 +19,14 @@ use dynamics_core::{
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use serde_json::Value;
 
-/// One robot's outside reference data; conventions in `golden/README.md`.
+/// One robot's outside reference data; conventions in `robots/golden/README.md`.
 pub struct Golden {
     data: Value,
 }
 
 impl Golden {
     pub fn load(robot: &str) -> Self {
-        let path = format!("{}/../golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../robots/golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(&path).unwrap();
         Self { data: serde_json::from_str(&text).unwrap() }
     }

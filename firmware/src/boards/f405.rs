@@ -4,9 +4,9 @@
 
 use super::pac;
 use firmware::board::{BoardLines, LinkInput, LinkOutput, Ticker};
-use firmware::meter::Counter;
-use firmware::supervisor::Lines;
 use link::Cost;
+use session::meter::Counter;
+use session::readings::Lines;
 use stm32f4xx_hal::gpio::{ErasedPin, Input as InputPin, PA2, PA3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};

@@ -6,11 +6,13 @@
 
 use super::pac;
 use cortex_m_semihosting::debug;
+use dynamics_core::safety::SafeAction;
 use firmware::board::{Board, BoardLines, LinkInput, LinkOutput, Parts, Ticker};
-use firmware::joint_io::{JointIo, Readings, SafeAction};
-use firmware::meter::Counter;
-use firmware::supervisor::Lines;
+use firmware::joint_io::JointIo;
 use link::Cost;
+use session::meter::Counter;
+use session::readings::Lines;
+use session::readings::Readings;
 
 /// With `-icount shift=0` an instruction takes 1 ns, and the emulator counts timers at 1 GHz.
 const TIMER_HZ: f32 = 1e9;

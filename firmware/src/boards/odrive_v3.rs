@@ -11,8 +11,10 @@
 //! Measurements come and commands go over the link; the timer paces the tick.
 
 use super::f405::{self, ControlTimer, CycleCounter, Guards, Input, Output};
+use dynamics_core::safety::SafeAction;
 use firmware::board::{Board, Parts};
-use firmware::joint_io::{JointIo, Readings, SafeAction};
+use firmware::joint_io::JointIo;
+use session::readings::Readings;
 use stm32f4xx_hal::gpio::{Output as OutputPin, PB12, PC4, PinState};
 use stm32f4xx_hal::prelude::*;
 

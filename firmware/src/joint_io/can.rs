@@ -26,12 +26,14 @@
 //! after its first miss, which is counted. Its delay is bounded by the bus: its reply must come before its next one.
 
 use super::mit::{ENTER, EXIT, Reply, Setpoint};
-use super::{JointFaults, JointIo, MISSING_MAX, Readings, SafeAction};
+use super::{JointIo, MISSING_MAX};
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::MitDrive;
+use dynamics_core::safety::SafeAction;
 use embedded_can::nb::Can;
 use embedded_can::{Frame, Id, StandardId};
 use embedded_hal::digital::OutputPin;
+use session::readings::{JointFaults, Readings};
 
 /// Buses.
 pub const BUSES: usize = 2;

@@ -12,12 +12,14 @@
 //! given drives, `(duty supply - k w) / R`.
 
 use super::as5047p::{As5047p, EncoderCounts, Turns};
-use super::{JointFaults, JointIo, MISSING_MAX, Readings, SafeAction};
+use super::{JointIo, MISSING_MAX};
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::PwmDrive;
+use dynamics_core::safety::SafeAction;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use embedded_hal::spi::SpiDevice;
+use session::readings::{JointFaults, Readings};
 
 /// Measures the current of a motor, A, positive as the joint's positive torque makes it; `None` when it cannot.
 pub trait CurrentSensor {

@@ -3,11 +3,13 @@
 use super::encoder::Spi;
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::{Gearing, PwmDrive};
+use dynamics_core::safety::SafeAction;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
+use firmware::joint_io::JointIo;
 use firmware::joint_io::pwm::{Channel, CurrentSensor, Drive, PwmJoints, duty_steps};
-use firmware::joint_io::{JointFaults, JointIo, SafeAction};
 use proptest::prelude::*;
+use session::readings::JointFaults;
 use std::cell::RefCell;
 use std::rc::Rc;
 

@@ -16,7 +16,7 @@ fn scene() -> PathBuf {
 fn hello() -> Hello {
     let file = SceneFile::load(&scene()).unwrap();
     let model = file.robot.model::<2>().unwrap();
-    crate::drill::hello(&file, &model, Pacing::LockStep)
+    crate::session::drill::hello(&file, &model, Pacing::LockStep)
 }
 
 fn emulator() -> Emulator {

@@ -33,7 +33,7 @@ pub fn build_firmware_with<'a>(
 }
 
 /// Build and run the program that measures a tick, for each scene of a list, and give what they say: `program,PATH` and then the lines
-/// that `chip-cost/src/main.rs` documents, for each.
+/// that `firmware/probe/src/bin/probe-cost/main.rs` documents, for each.
 ///
 /// # Errors
 /// As [`build_firmware`]; a program that gives up.

@@ -1,6 +1,6 @@
 //! A few runs of the fault-injection campaign in the emulated chip: no command is unsafe, and every answer is the desk's to the last bit.
 
-use host_sim::campaign::Campaign;
+use host_sim::study::campaign::Campaign;
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! What the tick of each of many scenes costs on the chip: the desk's bits, the firmware's count, and bytes that add up.
 
 use chip_image::Program;
-use host_sim::chip_cost::{Cost, measure};
+use host_sim::chip::cost::{Cost, measure};
 use indicatif::ProgressBar;
 use object::{Object as _, ObjectSection as _};
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 
 use dynamics_core::{Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware};
-use host_sim::drill::{Drill, OnChip, OnDesk, hello, without_cost};
+use host_sim::session::drill::{Drill, OnChip, OnDesk, hello, without_cost};
 use link::{Actuation, Frame, Lines, Pacing, Point, Request, Status};
 use robot_compiler::SceneFile;
 use std::path::Path;

@@ -3,7 +3,7 @@
 
 use dynamics_core::{Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, ChipError, build_firmware};
-use host_sim::drill::hello;
+use host_sim::session::drill::hello;
 use link::Pacing;
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _};
 use robot_compiler::SceneFile;

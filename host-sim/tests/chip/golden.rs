@@ -1,8 +1,8 @@
-//! Outside reference torques (`golden/`) against the firmware's on the emulated chip, in single precision.
+//! Outside reference torques (`robots/golden/`) against the firmware's on the emulated chip, in single precision.
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware};
-use host_sim::drill::hello;
+use host_sim::session::drill::hello;
 use link::Pacing;
 use robot_compiler::SceneFile;
 use serde_json::Value;
@@ -53,7 +53,7 @@ fn robot_file(golden: &Value) -> String {
 
 /// Largest error of the chip's torques relative to the largest torque of each state.
 fn worst<const N: usize>(robot: &str) -> f64 {
-    let path = format!("{}/../golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../robots/golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
     let golden: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     std::fs::write(folder.join(format!("golden_{robot}_robot.toml")), robot_file(&golden)).unwrap();

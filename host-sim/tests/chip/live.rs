@@ -2,10 +2,10 @@
 
 use dynamics_core::{Command, Inertia, Live, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, ChipError, build_firmware};
-use host_sim::closed_loop::End;
-use host_sim::drill::hello;
-use host_sim::simulate;
-use host_sim::target::{Beside, Parity, Ticked, Torques};
+use host_sim::run::closed_loop::End;
+use host_sim::run::simulate;
+use host_sim::run::target::{Beside, Parity, Ticked, Torques};
+use host_sim::session::drill::hello;
 use indicatif::ProgressBar;
 use link::{Pacing, Refusal};
 use robot_compiler::SceneFile;
@@ -35,7 +35,7 @@ fn largest(values: &[f64]) -> f64 {
 #[test]
 fn a_closed_loop_with_every_term_live_has_identical_bits_and_follows_its_reference() {
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
-    let run = host_sim::on_chip::run::<N>(&scene(), &stop, &bar).unwrap();
+    let run = host_sim::chip::on_chip::run::<N>(&scene(), &stop, &bar).unwrap();
     assert_eq!(run.end, End::Complete);
     assert!(run.summary.faults.is_empty());
     assert_eq!(run.summary.parity, Some(Parity { ticks: TICKS, mismatches: 0 }));

@@ -2,7 +2,7 @@
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware};
-use host_sim::drill::hello;
+use host_sim::session::drill::hello;
 use link::Pacing;
 use object::{Object as _, ObjectSymbol as _};
 use robot_compiler::SceneFile;

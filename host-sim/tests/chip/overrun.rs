@@ -2,7 +2,7 @@
 
 use dynamics_core::{Command, Fault, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, ChipReply, build_firmware};
-use host_sim::drill::hello;
+use host_sim::session::drill::hello;
 use link::Pacing;
 use robot_compiler::SceneFile;
 use std::path::Path;

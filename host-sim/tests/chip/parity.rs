@@ -3,7 +3,7 @@
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Command, Controller, Dynamics, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware};
-use host_sim::drill::hello;
+use host_sim::session::drill::hello;
 use link::Pacing;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};

@@ -5,8 +5,8 @@
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware};
-use host_sim::drill::hello;
-use host_sim::simulate::{self, Desk};
+use host_sim::run::simulate::{self, Desk};
+use host_sim::session::drill::hello;
 use link::Pacing;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};

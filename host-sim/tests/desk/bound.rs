@@ -3,7 +3,9 @@
 use crate::program;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{SinCos, Trig};
-use host_sim::torque_error::{Bounds, Effort, Region, TRIG_ERROR, TorqueError, positions, random_states, search};
+use host_sim::study::torque_error::{
+    Bounds, Effort, Region, TRIG_ERROR, TorqueError, positions, random_states, search,
+};
 use indicatif::ProgressBar;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use robot_compiler::kernel::Level;

@@ -3,13 +3,13 @@
 
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
-use firmware::session::Drives;
-use host_sim::campaign::{
+use host_sim::study::campaign::{
     Campaign, Case, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage, Told, Trouble, run,
 };
 use indicatif::ProgressBar;
 use link::{Actuation, Encoder, Frame, Pacing};
 use robot_compiler::SceneFile;
+use session::Drives;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 

@@ -4,10 +4,10 @@
 use crate::reference;
 use crate::reference::relative;
 use dynamics_core::JointSpec;
-use host_sim::closed_loop::End;
-use host_sim::dynamics_command::{Answer, Question, answer};
+use host_sim::cli::dynamics::{Answer, Question, answer};
 use host_sim::plant::{Arm, Diverged};
-use host_sim::simulate::{self, Run};
+use host_sim::run::closed_loop::End;
+use host_sim::run::simulate::{self, Run};
 use indicatif::ProgressBar;
 use nalgebra::{SVector, Vector3};
 use robot_compiler::{Robot, SceneFile, with_dof};

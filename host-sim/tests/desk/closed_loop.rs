@@ -3,11 +3,11 @@
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
 use dynamics_core::{Body, Live, Measurement, Reference, Term};
-use host_sim::closed_loop::End;
-use host_sim::exit::Failure;
-use host_sim::record::Record;
-use host_sim::simulate::{self, Run};
-use host_sim::target::{Ticked, Torques};
+use host_sim::failure::Failure;
+use host_sim::run::closed_loop::End;
+use host_sim::run::record::Record;
+use host_sim::run::simulate::{self, Run};
+use host_sim::run::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::scene::{IntegratorChoice, MeasuredSide, MotionSpec, ScalarChoice};

@@ -2,8 +2,8 @@
 
 use dynamics_core::control::{LimitFlags, Reaction};
 use dynamics_core::{Command, Fault, Live, Measurement, Reference, Wrench};
-use host_sim::simulate::{self, Desk, Run};
-use host_sim::target::{Ticked, Torques};
+use host_sim::run::simulate::{self, Desk, Run};
+use host_sim::run::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;

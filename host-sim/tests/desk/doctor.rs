@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::program::{at_the_top, told};
-use host_sim::drill::hello;
+use host_sim::session::drill::hello;
 use link::{Decoder, Encoder, Frame, Hello, PROTOCOL_VERSION, Pacing, Refusal};
 use robot_compiler::SceneFile;
 use serde_json::Value;
@@ -191,7 +191,7 @@ fn built() -> Hello {
     hello(&scene, &scene.robot.model::<6>().unwrap(), Pacing::LockStep)
 }
 
-/// As `firmware::session` does it: its own hello, and a refusal where they do not agree.
+/// As `session::Session` does it: its own hello, and a refusal where they do not agree.
 fn like_the_session(own: Hello) -> impl FnMut(Hello) -> Vec<u8> {
     let mut encoder = Encoder::new();
     move |theirs| {

@@ -1,9 +1,9 @@
-//! `dynamics` against the outside reference data (`golden/`).
+//! `dynamics` against the outside reference data (`robots/golden/`).
 
 use crate::reference::{Golden, Reference, relative};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Model, Real, Trig};
-use host_sim::dynamics_command::{Answer, Question, answer};
+use host_sim::cli::dynamics::{Answer, Question, answer};
 use host_sim::plant::Arm;
 
 fn model<const N: usize>(arm: &Arm<N>) -> Model<f64, N> {

@@ -2,7 +2,7 @@
 #![allow(clippy::float_cmp, reason = "what is not there is exactly zero")]
 
 use crate::program::{at_its_fixtures, told};
-use host_sim::energy_command::{Account, account};
+use host_sim::cli::energy::{Account, account};
 use nalgebra::Vector3;
 use robot_compiler::scene::IntegratorChoice;
 use robot_compiler::{SceneFile, with_dof};

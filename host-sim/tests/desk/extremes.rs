@@ -2,7 +2,7 @@
 //! failing for its reason until it is taken off the list here.
 
 use crate::program::at_the_top;
-use host_sim::extremes::{Cell, Report, control, inputs, integrators, masses, stability, time};
+use host_sim::study::extremes::{Cell, Report, control, inputs, integrators, masses, stability, time};
 use serde_json::Value;
 use std::process::Output;
 

@@ -3,17 +3,17 @@
 #![allow(unreachable_pub, reason = "a part of a test")]
 
 use dynamics_core::Sensed;
-use firmware::black_box::Report;
-use firmware::joint_io::{JointFaults, Readings};
-use firmware::meter::Meter;
-use firmware::session::{Drives, Reaction};
-use firmware::supervisor::Lines;
-use host_sim::drill::{Uncounted, desk_session};
 use host_sim::plant::sensor::Sample;
-use host_sim::simulate;
+use host_sim::run::simulate;
+use host_sim::session::drill::{Uncounted, desk_session};
 use link::{Decoder, Encoder, Frame};
 use robot_compiler::SceneFile;
 use serialport::{SerialPort as _, TTYPort};
+use session::black_box::Report;
+use session::meter::Meter;
+use session::readings::Lines;
+use session::readings::{JointFaults, Readings};
+use session::{Drives, Reaction};
 use std::io::{Read as _, Write as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

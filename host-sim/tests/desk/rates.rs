@@ -1,9 +1,9 @@
 //! Loops with a model that is cheaper than it could be: a fixed inertia, an evaluation in some ticks only, two precisions.
 
 use dynamics_core::control::{Between, Law};
-use host_sim::closed_loop::End;
-use host_sim::record::Record;
-use host_sim::simulate::{self, Run};
+use host_sim::run::closed_loop::End;
+use host_sim::run::record::Record;
+use host_sim::run::simulate::{self, Run};
 use indicatif::ProgressBar;
 use robot_compiler::scene::{MotionSpec, ScalarChoice};
 use robot_compiler::{SceneFile, with_dof};

@@ -1,4 +1,4 @@
-//! Outside reference data: robots and states, as `golden/*.json` hold them.
+//! Outside reference data: robots and states, as `robots/golden/*.json` hold them.
 
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool, Wrench};
 use host_sim::plant::Arm;
@@ -102,7 +102,7 @@ fn kind(letter: char) -> JointKind {
 
 impl Golden {
     pub(crate) fn load(robot: &str) -> Self {
-        let path = format!("{}/../golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../robots/golden/{robot}.json", env!("CARGO_MANIFEST_DIR"));
         serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
     }
 

@@ -7,8 +7,8 @@ use dynamics_core::Model;
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::trig::{Libm, Trig};
 use host_sim::cli::AxesName;
-use host_sim::dynamics_command;
-use host_sim::statics_command::{Answer, Question, answer};
+use host_sim::cli::dynamics;
+use host_sim::cli::statics::{Answer, Question, answer};
 use nalgebra::Vector3;
 use robot_compiler::{Robot, with_dof};
 use serde_json::Value;
@@ -42,7 +42,7 @@ fn planar(question: &Question) -> Answer {
 
 /// What `dynamics` finds for the same arm, which shares no line with statics but the robot file's reader.
 fn torques(robot: &Robot, question: &Question) -> Vec<f64> {
-    let same = dynamics_command::Question {
+    let same = dynamics::Question {
         q: question.q.clone().unwrap(),
         qd: None,
         qdd: None,
@@ -50,7 +50,7 @@ fn torques(robot: &Robot, question: &Question) -> Vec<f64> {
         wrench_tip: question.tip_wrench.clone(),
         gravity: Some(question.gravity.clone()),
     };
-    with_dof!(robot.dof(), N => dynamics_command::answer::<f64, N>(&robot.model::<N>().unwrap(), &same)).unwrap().tau
+    with_dof!(robot.dof(), N => dynamics::answer::<f64, N>(&robot.model::<N>().unwrap(), &same)).unwrap().tau
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn a_load_is_a_tip_wrench_of_its_weight_and_in_base_axes_the_base_carries_it_all
     let mass: f64 = robot.joints.iter().map(|joint| joint.spec.body.mass).sum::<f64>() + robot.tool.body.mass + 2.0;
     assert!(relative(&base.joints[0].force, &[0.0, 0.0, 9.81 * mass]) < 1e-14, "{:?}", base.joints[0]);
     for (a, b) in base.joints.iter().zip(&ask(&robot, &loaded).joints) {
-        let sizes = |joint: &host_sim::statics_command::JointAnswer| {
+        let sizes = |joint: &host_sim::cli::statics::JointAnswer| {
             [joint.actuator, joint.radial, joint.axial.unwrap_or(0.0), joint.tilting, joint.twisting.unwrap_or(0.0)]
         };
         assert!(relative(&sizes(a), &sizes(b)) < 1e-13, "{a:?} {b:?}");

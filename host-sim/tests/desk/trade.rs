@@ -8,10 +8,10 @@
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
 use host_sim::cli::{Budget, LevelName, RunScalar, Share};
-use host_sim::exit::Failure;
-use host_sim::trade::base::Base;
-use host_sim::trade::choice::{Choice, Every, TermSet};
-use host_sim::trade::{Cost, Point, Trade, Workshop, trade};
+use host_sim::failure::Failure;
+use host_sim::study::trade::base::Base;
+use host_sim::study::trade::choice::{Choice, Every, TermSet};
+use host_sim::study::trade::{Cost, Point, Trade, Workshop, trade};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use robot_compiler::scene::KernelChoice;

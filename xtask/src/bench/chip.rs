@@ -49,8 +49,8 @@ pub(crate) fn count() -> Result<Counted> {
     crate::setup::qemu()?;
     let toolchain = Toolchain::find_or_install()?;
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--locked", "--package", "bench-chip"]);
-    let elf = toolchain::build(&mut cargo, toolchain::product("bench-chip"))?;
+    cargo.args(["--quiet", "--locked", "--package", "probe", "--features", "kernels"]);
+    let elf = toolchain::build(&mut cargo, toolchain::product("probe-kernels"))?;
     let said = crate::qemu::semihosted(&elf)?;
     let bytes = std::fs::read(&elf)?;
     let program = Program::parse(&bytes)?;

@@ -4,7 +4,7 @@ use super::chip::{self, Counted};
 use super::disassembly;
 use super::report::{ARMS, LEVELS, Table, thousands, write_into};
 use anyhow::{Context as _, Result, ensure};
-use cycle_estimate::{Code, Estimate, Estimator, Memory, Placement, timing, trace};
+use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement, timing, trace};
 use std::ops::Range;
 
 /// The kernel whose instructions are listed by class.

@@ -1,8 +1,8 @@
-//! The decoder of `cycle-estimate` held to a disassembler that shares nothing with it: GNU objdump's.
+//! The decoder of `chip-image` held to a disassembler that shares nothing with it: GNU objdump's.
 
 use crate::process::which;
 use anyhow::{Context as _, Result, bail};
-use cycle_estimate::{Class, Code};
+use chip_image::cycles::{Class, Code};
 use std::path::Path;
 use std::process::Command;
 
@@ -168,7 +168,7 @@ fn named(name: &str) -> Option<Class> {
 #[cfg(test)]
 mod tests {
     use super::Listed;
-    use cycle_estimate::Class;
+    use chip_image::cycles::Class;
 
     #[test]
     fn listed_instructions_are_read() {

@@ -26,7 +26,7 @@ pub(crate) struct Clock {
     pub(crate) compile: BTreeMap<String, f64>,
 }
 
-/// States that callgrind's counts are of (`bench/benches/counts.rs`).
+/// States that callgrind's counts are of (`xtask/bench/benches/counts.rs`).
 const COUNTED_STATES: u64 = 64;
 
 pub(super) const ARMS: [(&str, &str); 3] = [("ur5", "UR5"), ("puma560", "Puma 560"), ("stanford", "Stanford")];

@@ -192,7 +192,7 @@ pub(super) fn generate(python: &Path) -> Result<()> {
     for arm in ARMS {
         let file = root().join("robots").join(arm).with_extension("toml");
         let job = Job::new(python, numbers(arm)).with("-B").from(&source("arm.py")).from(&file);
-        jobs.push(job.depends_on(&root().join("golden/make.py")).with(numbers(arm)));
+        jobs.push(job.depends_on(&root().join("robots/golden/make.py")).with(numbers(arm)));
     }
     build::all("generators, Pinocchio, KDL", jobs)?;
 

@@ -1,0 +1,98 @@
+//! The program on the chip.
+
+use crate::scenes::{INPUTS, N, all};
+use core::fmt::{self, Write as _};
+use core::hint::black_box;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::hprint;
+use dynamics_core::control::{Configuration, Controller};
+use dynamics_core::{Command, Fault, InverseDynamics, Measurement, Real, Reference, Sensed, Trig};
+use heapless::String;
+use probe::Counter;
+
+/// A tick's reference, which is where the arm is, and its encoders' counts where there are encoders.
+pub(crate) struct Row {
+    pub(crate) q: [f64; N],
+    pub(crate) qd: [f64; N],
+    pub(crate) qdd: [f64; N],
+    pub(crate) counts: Option<[i32; N]>,
+}
+
+/// What a tick is given, in the scalar of its controller.
+pub(crate) struct Input<S> {
+    pub(crate) reference: Reference<S, N>,
+    pub(crate) measurement: Measurement<S, N>,
+}
+
+impl<S: Real> Input<S> {
+    fn new(row: &Row) -> Self {
+        let Reference { q, qd, qdd } = Reference { q: row.q, qd: row.qd, qdd: row.qdd }.cast::<S>();
+        let sensed = row.counts.map_or(Sensed::State { q, qd }, Sensed::Counts);
+        Self { reference: Reference { q, qd, qdd }, measurement: Measurement { sensed, age_ticks: 0 } }
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    probe::run(all)
+}
+
+/// Run a controller over all ticks from rest, and say what each took and gave.
+///
+/// The count is that of the tick alone: that of a function that does nothing, called the same way, is taken off.
+pub(crate) fn count<S, D, T, C>(
+    scene: u32,
+    counter: &Counter,
+    mut controller: Controller<S, N, D, T, C>,
+    tick: fn(&Input<S>, &mut Controller<S, N, D, T, C>) -> Command<S, N>,
+) where
+    S: Real,
+    D: InverseDynamics<S, N>,
+    T: Trig<S>,
+    C: Configuration<S, N>,
+{
+    let bytes = size_of_val(&controller);
+    say(|line| write!(line, "scene,{scene},{},{bytes}", tick as usize));
+    for (at, row) in INPUTS.iter().enumerate() {
+        let input = Input::new(row);
+        // Not known to the compiler, or it would make another function for the one.
+        let (empty, _) = counter.call(black_box(nothing), &input, &mut controller);
+        let (called, command) = counter.call(black_box(tick), &input, &mut controller);
+        let taken = called.wrapping_sub(empty);
+        say(|line| {
+            write!(line, "tick,{scene},{at},{taken}")?;
+            outcome(line, &command)
+        });
+    }
+}
+
+/// The way of a result back is there too: a fault is its shortest.
+#[inline(never)]
+fn nothing<S, D, T, C>(_: &Input<S>, _: &mut Controller<S, N, D, T, C>) -> Command<S, N> {
+    Command::Brake(Fault::Overrun)
+}
+
+type Line = String<256>;
+
+fn outcome<S: Real>(line: &mut Line, command: &Command<S, N>) -> fmt::Result {
+    match command {
+        Command::Drive { torque, limits } => {
+            line.write_str(",drive")?;
+            torque.iter().try_for_each(|torque| write!(line, ",{:016x}", torque.to_f64().to_bits()))?;
+            limits.iter().try_for_each(|limits| write!(line, ",{}", limits.bits()))
+        }
+        Command::Brake(fault) => {
+            write!(line, ",brake,{},", fault.code())?;
+            fault.joint().map_or(Ok(()), |joint| write!(line, "{joint}"))
+        }
+    }
+}
+
+/// A line in one go: every piece that is handed to the emulator alone takes its time.
+fn say(what: impl FnOnce(&mut Line) -> fmt::Result) {
+    let mut line = Line::new();
+    if what(&mut line).and_then(|()| line.write_char('\n')).is_err() {
+        probe::give_up();
+    }
+    hprint!("{}", line);
+}

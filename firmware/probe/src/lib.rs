@@ -1,0 +1,16 @@
+//! Counts the instructions of calls in the emulated chip, in two programs.
+//!
+//! | program, and the feature that it is built with | counts |
+//! |---|---|
+//! | `probe-kernels`, `kernels` | kernels and the recursion, for `cargo xtask bench` and `cargo xtask cycles` |
+//! | `probe-cost`, `cost` | the control tick of a scene, for `cargo xtask firmware cost` |
+//!
+//! With `-icount shift=0` QEMU runs an instruction in 1 ns of its time, and TIM2 without prescaler counts them (as in
+//! `firmware/src/boards/netduinoplus2.rs`). On anything but the chip there is nothing here.
+#![no_std]
+
+#[cfg(target_os = "none")]
+mod counter;
+
+#[cfg(target_os = "none")]
+pub use counter::{Counter, give_up, run};

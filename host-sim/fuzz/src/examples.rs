@@ -1,0 +1,30 @@
+//! Inputs that the project has: the files that ship, and what fuzzing found.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A folder at the top of the project.
+pub(crate) fn top(folder: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("")).join(folder)
+}
+
+/// The inputs that were findings once: `found/TARGET/*`, with their paths.
+#[must_use]
+pub fn found(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("found").join(target);
+    paths(&folder).into_iter().map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
+}
+
+/// The files of some folders whose names end like this, folder by folder, each sorted.
+pub(crate) fn files(folders: &[&str], ending: &str) -> Vec<Vec<u8>> {
+    let named = |path: &PathBuf| path.extension().is_some_and(|extension| extension == ending);
+    let paths = folders.iter().flat_map(|folder| paths(&top(folder))).filter(named);
+    paths.map(|path| fs::read(path).unwrap()).collect()
+}
+
+fn paths(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(|path| path.is_file()).collect();
+    files.sort();
+    files
+}

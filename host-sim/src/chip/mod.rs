@@ -1,0 +1,251 @@
+//! The chip in the loop: the firmware in an emulated STM32F405, driven in lock step.
+//!
+//! ```text
+//! host                                   chip
+//!                               <------  hello {robot, joints, rate}      when it has started
+//! hello {robot, joints, rate}   ------>
+//!                               <------  hello {robot, joints, rate}      compared on both sides
+//! live inputs (when they changed) ---->
+//! reference (when it changed)   ------>
+//! measurement {tick}            ------>  runs one tick
+//!                               <------  command {tick} | fault {tick} | refusal
+//! ```
+//!
+//! Nothing here can hang: every wait has the time that [`Timeouts`] states, and its end is a [`ChipError`] that says what
+//! was waited for. The emulator dies with its [`Chip`].
+//!
+//! A byte to the emulated serial port costs about 13 us as long as all threads of the emulator share one processor: each
+//! byte wakes its input thread and its processor thread in turn, and waking across processors takes four times as long.
+//! So [`Chip::start`] ties the emulator to one.
+
+pub mod cost;
+mod emulator;
+mod error;
+pub mod on_chip;
+mod program;
+
+#[cfg(test)]
+mod firmware_tests;
+#[cfg(test)]
+mod tests;
+
+pub use emulator::{Carried, Emulator, Timeouts};
+pub use error::ChipError;
+pub(crate) use error::refusal as refusal_in_words;
+pub(crate) use program::run_cost;
+pub use program::{build_firmware, build_firmware_with};
+
+use dynamics_core::{Command, Live, Measurement, Reference};
+use link::codec::{FrameTooLong, Received};
+use link::{Cost, Decoder, Encoder, Frame, Hello, Pacing, Packet};
+use std::path::Path;
+
+/// How far apart [`Chip::push`] numbers ticks: more than the chip's timer can count while a measurement is on its way.
+const PUSH_STRIDE: u32 = 10_000;
+
+/// What the chip answered to one measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChipReply<const N: usize> {
+    /// The command, with the very bits that the chip computed.
+    pub command: Command<f32, N>,
+    /// Instructions that the controller took, if the emulator counts them.
+    pub instructions: Option<u32>,
+}
+
+/// A running chip that has agreed on robot, joint count and rate.
+#[derive(Debug)]
+pub struct Chip {
+    emulator: Emulator,
+    encoder: Encoder,
+    decoder: Decoder,
+    tick: u32,
+    /// What the chip holds on to until it is told otherwise, as it was sent.
+    reference: Option<Frame>,
+    live: Option<Frame>,
+}
+
+impl Chip {
+    /// Start the emulator on a program and exchange hellos in lock step.
+    ///
+    /// # Errors
+    /// No emulator, a program that does not answer in time, or one that was built for something else than `expect`.
+    pub fn start(elf: &Path, expect: Hello) -> Result<Self, ChipError> {
+        Self::over(Emulator::start("qemu-system-arm".as_ref(), elf, Timeouts::default())?, expect)
+    }
+
+    /// Exchange hellos with an emulator that runs already.
+    ///
+    /// # Errors
+    /// As [`Chip::start`].
+    pub fn over(emulator: Emulator, expect: Hello) -> Result<Self, ChipError> {
+        let (encoder, decoder) = (Encoder::new(), Decoder::new());
+        let mut chip = Self { emulator, encoder, decoder, tick: 0, reference: None, live: None };
+        // The first comes by itself: whatever is sent before it may meet a receiver that is not on yet, and is lost.
+        chip.agree("the chip's hello", expect)?;
+        chip.send(&Frame::Hello(expect))?;
+        chip.agree("the chip's answer to a hello", expect)?;
+        Ok(chip)
+    }
+
+    fn agree(&mut self, waiting_for: &'static str, expect: Hello) -> Result<(), ChipError> {
+        match self.receive(waiting_for)? {
+            Frame::Hello(theirs) if theirs == expect => Ok(()),
+            Frame::Hello(theirs) => Err(ChipError::OtherRobot { expected: expect, found: theirs }),
+            frame => Err(ChipError::unexpected("a hello", frame)),
+        }
+    }
+
+    /// What acts on the arm from the next tick on, until this is called again. Costs nothing when it is what it was.
+    ///
+    /// Live inputs that the chip refuses are an error of the next tick.
+    ///
+    /// # Errors
+    /// A payload that a frame cannot carry, or a chip that died.
+    pub fn set_live<const N: usize>(&mut self, live: &Live<f32, N>) -> Result<(), ChipError> {
+        let live = Frame::Live(link::Live::new(live)?);
+        if differs(self.live.as_ref(), &live)? {
+            self.send(&live)?;
+            self.live = Some(live);
+        }
+        Ok(())
+    }
+
+    /// One tick of the chip's controller.
+    ///
+    /// # Errors
+    /// A chip that refuses, is silent, died, or answers another tick. After an error the chip is of no use: drop it.
+    pub fn tick<const N: usize>(
+        &mut self,
+        reference: &Reference<f32, N>,
+        measurement: &Measurement<f32, N>,
+    ) -> Result<ChipReply<N>, ChipError> {
+        // A reference holds until the next: bytes are what a tick's time goes into.
+        let reference = Frame::Reference(link::Reference::new(reference));
+        if differs(self.reference.as_ref(), &reference)? {
+            self.send(&reference)?;
+            self.reference = Some(reference);
+        }
+        self.tick = self.tick.wrapping_add(1);
+        self.send(&Frame::Measurement(link::Measurement::new(self.tick, measurement)))?;
+        let answer = self.receive("the answer to a measurement")?;
+        self.reply(answer, self.tick)
+    }
+
+    /// The next answer of a chip whose own timer paces it, with the number of its tick. See [`Chip::start_timer`].
+    ///
+    /// # Errors
+    /// As [`Chip::tick`].
+    pub fn next_timed<const N: usize>(&mut self) -> Result<(u32, ChipReply<N>), ChipError> {
+        let answer = self.receive("an answer in the timer's pace")?;
+        let tick = match &answer {
+            Frame::Command(command) => command.tick,
+            Frame::Fault(fault) => fault.tick,
+            _ => self.tick,
+        };
+        Ok((tick, self.reply(answer, tick)?))
+    }
+
+    /// Hand the pace to the chip's timer, with one reference and one measurement to start from, and the live inputs there are.
+    ///
+    /// # Errors
+    /// As [`Chip::start`].
+    pub fn start_timer<const N: usize>(
+        &mut self,
+        expect: Hello,
+        reference: &Reference<f32, N>,
+        measurement: &Measurement<f32, N>,
+    ) -> Result<(), ChipError> {
+        let timed = Hello { pacing: Pacing::Timer, ..expect };
+        self.send(&Frame::Hello(timed))?;
+        self.agree("the chip's answer to a hello", timed)?;
+        // A hello has made the chip forget them.
+        if let Some(live) = self.live.clone() {
+            self.send(&live)?;
+        }
+        self.send(&Frame::Reference(link::Reference::new(reference)))?;
+        self.send(&Frame::Measurement(link::Measurement::new(0, measurement)))
+    }
+
+    /// Send all that a host sends before it waits, live inputs, reference and measurement, to a chip whose own timer paces it;
+    /// the answer is the number of the tick that takes them. An answer of that tick or a later one says that all were taken.
+    ///
+    /// # Errors
+    /// A payload that a frame cannot carry, or a chip that died.
+    pub fn push<const N: usize>(
+        &mut self,
+        live: &Live<f32, N>,
+        reference: &Reference<f32, N>,
+        measurement: &Measurement<f32, N>,
+    ) -> Result<u32, ChipError> {
+        // The timer counts on from a measurement's number: the next lies well beyond all that it reaches meanwhile.
+        self.tick = self.tick.wrapping_add(PUSH_STRIDE);
+        self.send(&Frame::Live(link::Live::new(live)?))?;
+        self.send(&Frame::Reference(link::Reference::new(reference)))?;
+        self.send(&Frame::Measurement(link::Measurement::new(self.tick, measurement)))?;
+        Ok(self.tick)
+    }
+
+    /// Bytes that the link has carried since the emulator was started.
+    #[must_use]
+    pub fn carried(&self) -> Carried {
+        self.emulator.carried()
+    }
+
+    fn reply<const N: usize>(&self, frame: Frame, expected: u32) -> Result<ChipReply<N>, ChipError> {
+        let (tick, command, cost) = match frame {
+            Frame::Command(command) => (command.tick, command.to_core()?, command.cost),
+            Frame::Fault(fault) => {
+                let known = fault.to_core().ok_or(ChipError::UnknownFault { code: fault.code })?;
+                (fault.tick, Command::Brake(known), None)
+            }
+            frame => return Err(ChipError::unexpected("a command", frame)),
+        };
+        if tick != expected {
+            return Err(ChipError::OtherTick { expected, found: tick });
+        }
+        let instructions = match cost {
+            Some(Cost::Instructions(count)) => Some(count),
+            Some(Cost::Cycles(_)) | None => None,
+        };
+        Ok(ChipReply { command, instructions })
+    }
+
+    /// Begin anew with another pacing: what the chip was told is forgotten on both sides.
+    ///
+    /// # Errors
+    /// As [`Chip::start`].
+    pub(crate) fn change_pacing(&mut self, hello: Hello) -> Result<(), ChipError> {
+        (self.reference, self.live) = (None, None);
+        self.send(&Frame::Hello(hello))?;
+        self.agree("the chip's answer to a hello", hello)
+    }
+
+    pub(crate) fn send(&mut self, frame: &Frame) -> Result<(), ChipError> {
+        let packet = self.encoder.encode(frame)?;
+        self.write(&packet)
+    }
+
+    /// Send bytes, whatever they are.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
+        self.emulator.write(bytes)
+    }
+
+    pub(crate) fn receive(&mut self, waiting_for: &'static str) -> Result<Frame, ChipError> {
+        loop {
+            let byte = self.emulator.read_byte(waiting_for)?;
+            match self.decoder.push(byte) {
+                None => {}
+                Some(Err(error)) => return Err(ChipError::Undecodable(error)),
+                Some(Ok(Received { missed: missed @ 1.., .. })) => return Err(ChipError::Lost { missed }),
+                Some(Ok(Received { frame, .. })) => return Ok(frame),
+            }
+        }
+    }
+}
+
+/// Whether a frame says anything but what was sent before. By the bits: to `==`, -0 is 0, and NaN never itself.
+fn differs(before: Option<&Frame>, now: &Frame) -> Result<bool, FrameTooLong> {
+    let packet = |frame: &Frame| Encoder::new().encode(frame);
+    let before: Option<Packet> = before.map(packet).transpose()?;
+    Ok(before != Some(packet(now)?))
+}

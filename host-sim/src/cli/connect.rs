@@ -1,0 +1,184 @@
+//! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
+
+use crate::chip::{Chip, build_firmware};
+use crate::cli::Target;
+use crate::cli::run::in_file;
+use crate::failure::{self, Failure};
+use crate::run::simulate;
+use crate::session::drill::{OnChip, OnDesk, hello};
+use crate::session::frame_log::Head;
+use crate::session::operate::command::parse;
+use crate::session::operate::console::{Console, Line};
+use crate::session::operate::in_drill::InDrill;
+use crate::session::operate::on_wire::OnWire;
+use crate::session::operate::report::Report;
+use crate::session::operate::station::{Station, StationError};
+use crate::session::operate::{Operator, Presses, Stop};
+use crate::session::serial::{BAUD, SerialLink};
+use clap::{ArgGroup, Args};
+use link::Pacing;
+use robot_compiler::{SceneFile, with_dof};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim connect scenes/puma560_pick.toml --port /dev/ttyACM0 --record session.log
+  host-sim connect scenes/puma560_pick.toml --target qemu
+  printf 'home\\nconfirm\\narm\\nrun\\nwait\\n' | host-sim connect scenes/planar2r_swing.toml --target desk
+
+Commands, one a line: status, home, confirm, arm, disarm, run, hold, clear, jog, goto, wait, watch, dump, record, help, quit; `help` says what
+each takes. With --target the scene's simulated arm stands in the place of the joints, and time is its own: it passes while a command
+or a motion needs it. Ctrl-C holds the arm, waits until it rests, and disarms; a second one ends the program. The end of the input does
+the same and ends the program too.
+
+A script or a pipe ends with 3 if anything was refused or a fault stands.";
+
+/// Options of `connect`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES, group = ArgGroup::new("board").required(true).args(["port", "target"]))]
+pub struct ConnectArgs {
+    /// The scene file (TOML) that the board's firmware was built from.
+    pub scene: PathBuf,
+    /// The serial port that the board is on.
+    #[arg(long)]
+    pub port: Option<String>,
+    /// Its speed, bits/s.
+    #[arg(long, default_value_t = BAUD, requires = "port")]
+    pub baud: u32,
+    /// A drill in place of a board: the firmware in an emulated STM32F405, or its session in this program.
+    #[arg(long, value_enum)]
+    pub target: Option<Target>,
+    /// Read commands from this file, not from standard input.
+    #[arg(long, value_name = "FILE")]
+    pub script: Option<PathBuf>,
+    /// Keep every frame in this file, for `replay`.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Print a JSON object for everything that happens, one a line.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Operate the arm; returns the exit code.
+///
+/// # Errors
+/// A scene or a command that is wrong, a board that is silent, dies or is another's, a record that cannot be written.
+pub fn run(args: &ConnectArgs, presses: Presses) -> Result<u8, Failure> {
+    let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    let text = std::fs::read_to_string(&args.scene).map_err(|error| bad_file(&args.scene, &error))?;
+    let console = match &args.script {
+        Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,
+        None => Console::standard_input(),
+    };
+    with_dof!(scene.robot.dof(), N => run_arm::<N>(args, &scene, text, console, presses))
+}
+
+fn bad_file(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::Input(miette::miette!("{}: {error}", path.display()))
+}
+
+fn run_arm<const N: usize>(
+    args: &ConnectArgs,
+    scene: &SceneFile,
+    text: String,
+    console: Console,
+    presses: Presses,
+) -> Result<u8, Failure> {
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    let path = std::path::absolute(&args.scene).unwrap_or_else(|_| args.scene.clone());
+    let head = Head { hash: scene.hash(&model), scene: path, text };
+    let report = Report::new(args.json);
+    let world = || simulate::world::<N>(scene);
+    let wrong = |stop| failure(stop, &args.scene.display().to_string());
+    match (&args.port, args.target) {
+        (Some(port), _) => {
+            let station = SerialLink::open(port, args.baud).map(OnWire::new).map_err(StationError::from);
+            let station = station.map_err(|error| failure(error.into(), port))?;
+            operate(args, Operator::new(station, scene, &model, head, report, presses).map_err(wrong)?, console)
+        }
+        (None, Some(Target::Qemu)) => {
+            let bench = hello(scene, &model, Pacing::LockStep);
+            let start = || OnChip::start(Chip::start(&build_firmware(&scene.path)?, bench)?, bench);
+            let target = start().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
+            let station = InDrill::new(target, world()?);
+            operate(args, Operator::new(station, scene, &model, head, report, presses).map_err(wrong)?, console)
+        }
+        (None, _) => {
+            let station = InDrill::new(OnDesk::start(scene, &model), world()?);
+            operate(args, Operator::new(station, scene, &model, head, report, presses).map_err(wrong)?, console)
+        }
+    }
+}
+
+/// Why it ended; `place` is where a wrong command stands.
+fn failure(stop: Stop, place: &str) -> Failure {
+    match stop {
+        Stop::Board(StationError::Record(error)) | Stop::Output(error) => Failure::Output(error),
+        Stop::Board(error) => Failure::Target(miette::miette!("{error}")),
+        Stop::Input(problem) => Failure::Input(miette::miette!("{place}: {problem}")),
+        Stop::Interrupted => Failure::Interrupted,
+    }
+}
+
+fn operate<const N: usize, S: Station>(
+    args: &ConnectArgs,
+    mut operator: Operator<N, S>,
+    mut console: Console,
+) -> Result<u8, Failure> {
+    if let Some(record) = &args.record {
+        operator.keep(record).map_err(|stop| failure(stop, ""))?;
+    }
+    let ended = operator.begin().and_then(|()| converse(&mut operator, &mut console));
+    // A board that is gone cannot be asked to stop; its own heartbeat does that.
+    let ended = match ended {
+        Err(stop @ (Stop::Board(_) | Stop::Output(_))) => Err(stop),
+        other => operator.end().and(other),
+    };
+    let closed = operator.close();
+    let (person, content) = (console.is_a_person(), operator.is_content());
+    match ended {
+        Ok(()) => {}
+        Err(Stop::Interrupted) => return Ok(failure::INTERRUPTED),
+        Err(stop) => return Err(failure(stop, &console.place())),
+    }
+    closed.map_err(|error| match &args.record {
+        Some(record) => in_file(record, &error),
+        None => Failure::Output(error),
+    })?;
+    Ok(if person || content { 0 } else { failure::FAULT })
+}
+
+/// Line by line, until the end.
+fn converse<const N: usize, S: Station>(operator: &mut Operator<N, S>, console: &mut Console) -> Result<(), Stop> {
+    // In a drill time stands still while a pipe is silent: what comes of it does not depend on who writes how fast.
+    const PATIENCE: Duration = Duration::from_millis(20);
+    // Ctrl-C was pressed, and nothing was typed since.
+    let mut pressed = false;
+    loop {
+        let person = console.is_a_person();
+        let passes = operator.is_live() || (person && operator.is_moving());
+        let wait = if passes { Duration::ZERO } else { PATIENCE };
+        let done = match console.next(wait) {
+            Line::End => return Ok(()),
+            Line::None if passes => operator.idle().map(|()| false),
+            Line::None => operator.unless_interrupted().map(|()| false),
+            Line::Text(line) => {
+                pressed = false;
+                operator.report().still();
+                parse(&line, &operator.joint_names()).map_err(Stop::Input).and_then(|command| operator.obey(command))
+            }
+        };
+        match done {
+            Ok(false) => {}
+            Ok(true) => return Ok(()),
+            // Who types reads what was wrong, and goes on.
+            Err(Stop::Input(problem)) if person => operator.complain(&problem)?,
+            Err(Stop::Interrupted) if person && !pressed => {
+                pressed = true;
+                operator.end()?;
+            }
+            Err(stop) => return Err(stop),
+        }
+    }
+}

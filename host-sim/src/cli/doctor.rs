@@ -1,0 +1,100 @@
+//! `doctor`: is everything there, and what to do about what is not.
+
+use crate::failure::{self, Failure};
+use crate::session::doctor::{self, Check, State, Use};
+use crate::session::drill;
+use clap::Args;
+use link::{Hello, Pacing};
+use robot_compiler::{SceneFile, with_dof};
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim doctor
+  host-sim doctor --for emulator,flash
+  host-sim doctor --port /dev/ttyACM0 --scene scenes/examples/mit6_wave.toml
+
+What is missing is a problem for a use that needs it and a warning otherwise:
+  desk       a Rust compiler
+  emulator   and the chip's target, qemu-system-arm
+  flash      and the chip's target, probe-rs, a probe
+  --port     firmware on that port that speaks this protocol; with --scene, built from that scene
+
+Asking the firmware stops it: its ticks end and its brakes engage until a host says hello. Exit code 2 when there is a problem.
+
+--json is an object {for, problems, warnings, checks}, each check {name, state, found, advice}.";
+
+/// Options of `doctor`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct DoctorArgs {
+    /// What you want to do.
+    #[arg(long = "for", value_enum, value_delimiter = ',', value_name = "USE,..", default_value = "desk")]
+    pub uses: Vec<Use>,
+    /// The serial port that the board's link is on; the firmware is asked who it is.
+    #[arg(long)]
+    pub port: Option<String>,
+    /// The scene that the firmware should have been built from.
+    #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// All checks and their count.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    #[serde(rename = "for")]
+    uses: &'a [Use],
+    problems: usize,
+    warnings: usize,
+    checks: Vec<Check>,
+}
+
+/// Look at everything and print it; returns the exit code.
+///
+/// # Errors
+/// A scene that is wrong; output that cannot be written.
+pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
+    let scene = args.scene.as_deref().map(SceneFile::load).transpose().map_err(Failure::input)?;
+    let hello = scene.as_ref().map(hello).transpose()?;
+    let mut checks = doctor::tool_checks(&args.uses);
+    if let (Some(scene), Some(hello)) = (&scene, &hello) {
+        checks.push(doctor::scene_check(scene, hello));
+    }
+    if let Some(port) = &args.port {
+        checks.extend(doctor::board_checks(port, hello.as_ref()));
+    }
+    let count = |state| checks.iter().filter(|check| check.state == state).count();
+    let report = Report { uses: &args.uses, problems: count(State::Problem), warnings: count(State::Warning), checks };
+    match show(args, &report) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
+        Ok(()) | Err(_) => Ok(if report.problems > 0 { failure::INPUT } else { 0 }),
+    }
+}
+
+/// What firmware that was built from this scene says of itself.
+fn hello(scene: &SceneFile) -> Result<Hello, Failure> {
+    Ok(with_dof!(scene.robot.dof(), N => {
+        let model = scene.robot.model::<N>().map_err(Failure::input)?;
+        drill::hello(scene, &model, Pacing::LockStep)
+    }))
+}
+
+fn show(args: &DoctorArgs, report: &Report<'_>) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    if args.json {
+        return writeln!(out, "{}", serde_json::to_string_pretty(report)?);
+    }
+    for Check { name, state, found, advice } in &report.checks {
+        writeln!(out, "{:<9}{name:<14}{found}", state.name())?;
+        if let Some(advice) = advice {
+            writeln!(out, "{:<23}{advice}", "")?;
+        }
+    }
+    let count = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    writeln!(out, "{}, {}", count(report.problems, "problem"), count(report.warnings, "warning"))
+}

@@ -1,0 +1,140 @@
+//! The loop: reference, sensors, whoever computes, actuators, arm; once per control period.
+
+use crate::plant::sensor::{Reading, Sample, Sensors};
+use crate::plant::{Diverged, Plant};
+use crate::run::record::{JointSample, Record};
+use crate::run::target::{Ticked, Torques};
+use dynamics_core::control::LimitFlags;
+use dynamics_core::control::trajectory::Motion;
+use dynamics_core::{Command, Fault, Measurement, Real, Reference, Sensed};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Everything in the loop but the controller.
+#[derive(Clone, Debug)]
+pub struct World<const N: usize> {
+    /// The simulated arm.
+    pub plant: Plant<N>,
+    /// Its sensors.
+    pub sensors: Sensors<N>,
+    /// Where it should be.
+    pub motion: Motion<f64, N>,
+    /// Begin the motion anew whenever it has ended.
+    pub repeat: bool,
+    /// Control period, s.
+    pub period: f64,
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It has run its time.
+    Complete,
+    /// Somebody asked it to stop.
+    Interrupted,
+    /// The simulated arm could not be followed further.
+    Diverged(Diverged),
+    /// The target died or answered nonsense.
+    TargetFailed,
+}
+
+/// How a run went.
+#[derive(Debug)]
+pub struct Closed {
+    /// Why it ended.
+    pub end: End,
+    /// How long it took.
+    pub timing: Timing,
+    /// What the target died of.
+    pub failure: Option<miette::Report>,
+}
+
+/// How long it took.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Timing {
+    /// The whole loop.
+    pub whole: Duration,
+    /// The controller's ticks alone.
+    pub ticks: Duration,
+}
+
+/// Run `ticks` control periods, or until `stop` is set; `after_tick` is called with the number of ticks done.
+///
+/// A fault brakes the arm, and the run goes on to its end: what the arm does then is part of the answer. A target that
+/// fails ends the run; what was recorded until then stays in `record`.
+pub fn run<S: Real, const N: usize>(
+    world: &mut World<N>,
+    controller: &mut impl Torques<S, N>,
+    ticks: u64,
+    stop: &AtomicBool,
+    record: &mut Record,
+    mut after_tick: impl FnMut(u64),
+) -> Closed {
+    let start = Instant::now();
+    let mut timing = Timing::default();
+    let (mut end, mut failure) = (End::Complete, None);
+    for tick in 0..ticks {
+        if stop.load(Ordering::Relaxed) {
+            end = End::Interrupted;
+            break;
+        }
+        let t = tick as f64 * world.period;
+        let reference = world.reference(t);
+        let state = *world.plant.state();
+        let measurement = measurement::<S, N>(&world.sensors.read(world.plant.measured()));
+        let input = reference.cast::<S>();
+        let before = Instant::now();
+        let ticked = controller.tick(&input, &measurement);
+        timing.ticks += before.elapsed();
+        let Ticked { command, .. } = match ticked {
+            Ok(ticked) => ticked,
+            Err(report) => {
+                (end, failure) = (End::TargetFailed, Some(report));
+                break;
+            }
+        };
+        let (torque, limits, fault) = outcome(&command);
+        let sample = |i: usize| JointSample {
+            q_reference: reference.q[i],
+            q: state.q[i],
+            qd_reference: reference.qd[i],
+            qd: state.qd[i],
+            torque: torque[i],
+            limits: limits[i],
+        };
+        record.push::<N>(t, core::array::from_fn(sample), fault);
+        if fault.is_some() {
+            world.plant.brake();
+        } else if let Err(diverged) = world.plant.drive(&torque) {
+            end = End::Diverged(diverged);
+            break;
+        }
+        after_tick(tick + 1);
+    }
+    timing.whole = start.elapsed();
+    Closed { end, timing, failure }
+}
+
+impl<const N: usize> World<N> {
+    /// Where the arm should be at `t` (s).
+    pub(crate) fn reference(&self, t: f64) -> Reference<f64, N> {
+        self.motion.sample(if self.repeat { t % self.motion.duration() } else { t })
+    }
+}
+
+/// The sensors' reading in the controller's scalar.
+pub(crate) fn measurement<S: Real, const N: usize>(reading: &Reading<N>) -> Measurement<S, N> {
+    let sensed = match &reading.sample {
+        Sample::State(state) => Sensed::State { q: state.q.map(S::literal), qd: state.qd.map(S::literal) },
+        Sample::Counts(counts) => Sensed::Counts(*counts),
+    };
+    Measurement { sensed, age_ticks: reading.age_ticks }
+}
+
+/// Torques (N m or N), limits that acted, fault.
+fn outcome<S: Real, const N: usize>(command: &Command<S, N>) -> ([f64; N], [LimitFlags; N], Option<Fault>) {
+    match command {
+        Command::Drive { torque, limits } => (torque.map(|x| x.to_f64()), *limits, None),
+        Command::Brake(fault) => ([0.0; N], [LimitFlags::NONE; N], Some(*fault)),
+    }
+}

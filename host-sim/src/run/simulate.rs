@@ -1,0 +1,355 @@
+//! From a scene to a finished run, in memory.
+
+use crate::failure::Failure;
+use crate::plant::actuator::{ActuatorSettings, Ripple};
+use crate::plant::elasticity::Elasticity;
+use crate::plant::friction::{Breakaway, FrictionLaw};
+use crate::plant::jitter::{Jitter, Moved};
+use crate::plant::sensor::{Counter, SensorSettings, Sensors};
+use crate::plant::{Arm, Clock, Integrator, JointFriction, Plant, Push, Side};
+use crate::run::closed_loop::{self, Closed, End, World};
+use crate::run::record::{JointLabel, Record};
+use crate::run::summary::{ModelTicks, Setting, Summary};
+use crate::run::target::Torques;
+use dynamics_core::control::{CollisionWatch, EveryNth};
+use dynamics_core::mixed::{Narrow, Reduced};
+use dynamics_core::trig::{Chosen, Method};
+use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
+use indicatif::ProgressBar;
+use robot_compiler::SceneFile;
+use robot_compiler::kernel::ArmDynamics;
+use robot_compiler::scene::{ElasticitySpec, IntegratorChoice, MeasuredSide, PushSpec, RippleSpec, ScalarChoice};
+use std::sync::atomic::AtomicBool;
+
+/// A finished run.
+#[derive(Debug)]
+pub struct Run {
+    /// What happened.
+    pub record: Record,
+    /// In a few numbers.
+    pub summary: Summary,
+    /// Why it ended.
+    pub end: End,
+    /// What the target died of; the record then ends there.
+    pub failure: Option<miette::Report>,
+}
+
+/// Samples that fit in memory with ease: ticks times joints.
+const SAMPLES_MAX: f64 = 2e7;
+
+/// Run a scene on the desk, until its end or until `stop` is set.
+///
+/// # Errors
+/// [`Failure::Input`] for a scene that cannot be run.
+pub fn on_desk<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &ProgressBar) -> Result<Run, Failure> {
+    on_desk_in::<N>(&mut world(scene)?, scene, stop, progress)
+}
+
+/// As [`on_desk`], in a world that the caller keeps.
+///
+/// # Errors
+/// As [`on_desk`].
+pub fn on_desk_in<const N: usize>(
+    world: &mut World<N>,
+    scene: &SceneFile,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Run, Failure> {
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    match scene.control.scalar {
+        ScalarChoice::F64 => within::<f64, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
+        ScalarChoice::F32 => within::<f32, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
+        ScalarChoice::Mixed => {
+            within::<f64, N, _>(world, scene, "desk", &mut mixed_desk(scene, &model), stop, progress)
+        }
+    }
+}
+
+/// A controller on the desk that computes in `S`.
+pub type Desk<S, const N: usize> =
+    Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Chosen<S>, ControllerConfig<S, N>, Watch<S, N>>;
+
+/// What watches the arm for collisions, where the scene asks for it.
+pub type Watch<S, const N: usize> = Option<CollisionWatch<S, N, Dynamics<S, N>>>;
+
+/// A controller on the desk that computes in f64, its inverse dynamics, sine and cosine in f32.
+pub type MixedDesk<const N: usize> = Controller<
+    f64,
+    N,
+    EveryNth<Narrow<ArmDynamics<f32, N>>, f64, N>,
+    Reduced<Chosen<f32>>,
+    ControllerConfig<f64, N>,
+    Watch<f64, N>,
+>;
+
+/// The controller that a scene asks for, computing here in `S`; every live input is zero until [`with`] sets it.
+#[must_use]
+pub fn desk<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Desk<S, N>
+where
+    Chosen<S>: Trig<S> + From<Method>,
+{
+    desk_with(scene, model, &scene.controller_config(model))
+}
+
+/// As [`desk`], with another configuration.
+#[must_use]
+pub(crate) fn desk_with<S: Real, const N: usize>(
+    scene: &SceneFile,
+    model: &Model<f64, N>,
+    config: &ControllerConfig<f64, N>,
+) -> Desk<S, N>
+where
+    Chosen<S>: Trig<S> + From<Method>,
+{
+    let config: ControllerConfig<S, N> = config.cast();
+    Controller::new(config, scene.every_nth(scene.dynamics(model), &config), scene.control.trig.into())
+        .with_protection(scene.watch(model))
+}
+
+/// As [`desk`], in both precisions: [`ScalarChoice::Mixed`], whatever the scene says.
+#[must_use]
+pub fn mixed_desk<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> MixedDesk<N> {
+    mixed_desk_with(scene, model, scene.controller_config(model))
+}
+
+/// As [`mixed_desk`], with another configuration.
+#[must_use]
+pub(crate) fn mixed_desk_with<const N: usize>(
+    scene: &SceneFile,
+    model: &Model<f64, N>,
+    config: ControllerConfig<f64, N>,
+) -> MixedDesk<N> {
+    let dynamics = scene.every_nth(Narrow(scene.dynamics(model)), &config);
+    Controller::new(config, dynamics, Reduced(scene.control.trig.into())).with_protection(scene.watch(model))
+}
+
+/// What acts on the scene's simulated arm, as a controller in `S` is told of it.
+#[must_use]
+pub fn live_inputs<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Live<S, N> {
+    scene.live(model).cast()
+}
+
+/// Run a scene with this controller, whoever it is, after telling it what acts on the arm.
+///
+/// # Errors
+/// [`Failure::Input`] for a scene that cannot be run; [`Failure::Target`] when the target cannot be told. A target that
+/// dies in the run is no error here: see [`Run::failure`].
+pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
+    scene: &SceneFile,
+    target: &str,
+    controller: &mut C,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Run, Failure> {
+    within(&mut world::<N>(scene)?, scene, target, controller, stop, progress)
+}
+
+/// As [`with`], in a world that the caller keeps.
+///
+/// # Errors
+/// As [`with`].
+pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
+    world: &mut World<N>,
+    scene: &SceneFile,
+    target: &str,
+    controller: &mut C,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Run, Failure> {
+    let ticks = ticks(scene, world.motion.duration())?;
+    progress.set_length(ticks);
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    controller.set_live(&live_inputs(scene, &model)).map_err(Failure::Target)?;
+    let labels = scene.robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect();
+    let mut record = Record::new(labels, usize::try_from(ticks).unwrap_or(usize::MAX));
+    // The bar itself limits how often it is drawn; asking it less often costs less still.
+    let after_tick = |tick: u64| {
+        if tick.is_multiple_of(64) {
+            progress.set_position(tick);
+        }
+    };
+    let Closed { end, timing, failure } = closed_loop::run(world, controller, ticks, stop, &mut record, after_tick);
+    progress.finish_and_clear();
+    let summary = Summary::new(setting(scene, target), &record, end, timing);
+    Ok(Run { record, summary, end, failure })
+}
+
+/// The arm that a scene simulates, and what acts on it.
+///
+/// # Errors
+/// [`Failure::Input`]: the robot has another number of joints.
+pub fn arm<const N: usize>(scene: &SceneFile) -> Result<Arm<N>, Failure> {
+    let specs: Vec<JointSpec> = scene.robot.joints.iter().map(|joint| joint.spec).collect();
+    let wrong = |_| Failure::Input(miette::miette!("{} does not have {N} joints", scene.robot.path.display()));
+    Ok(Arm {
+        joints: <[JointSpec; N]>::try_from(specs).map_err(wrong)?,
+        tool: scene.robot.tool,
+        payload: scene.plant.payload,
+        gravity: scene.plant.gravity,
+        tip_wrench: scene.plant.tip_wrench,
+    })
+}
+
+/// The simulated world of a scene.
+///
+/// # Errors
+/// [`Failure::Input`]: the robot has another number of joints, or the motion cannot be.
+pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
+    let model = scene.robot.model::<N>().map_err(Failure::input)?;
+    let motion = scene
+        .trajectory(&model)
+        .map_err(|error| Failure::Input(miette::miette!("{}: the motion cannot be: {error}", scene.path.display())))?;
+    let arm = arm::<N>(scene)?;
+    let start: [f64; N] = core::array::from_fn(|i| scene.plant.start.get(i).copied().unwrap_or(0.0));
+    let clock = Clock { period: scene.period(), steps_per_tick: scene.steps_per_tick() };
+    let (integrator, step) = integrator(scene, &clock);
+    let elasticity = scene.plant.elasticity.as_ref().map(springs::<N>);
+    let friction = scene.plant.friction.then(|| match elasticity {
+        None => JointFriction::of_laws(&friction_laws(scene), &arm, &start, step),
+        Some(_) => JointFriction::on_motors(&friction_laws(scene), &arm, step),
+    });
+    // The steepest joint asks for the shortest step.
+    let steepest = friction.iter().flatten().enumerate().max_by(|a, b| a.1.sign_speed.total_cmp(&b.1.sign_speed));
+    steepest.map_or(Ok(()), |(joint, friction)| can_follow(scene, joint, friction))?;
+    let fastest = elasticity.and_then(|springs| springs.fastest(&arm, &start));
+    fastest.map_or(Ok(()), |fastest| can_swing(scene, step, fastest))?;
+    let actuators = ActuatorSettings {
+        delay: scene.actuators.delay as usize,
+        saturation: scene.actuators.saturation,
+        lag: (scene.actuators.lag > 0.0).then_some(scene.actuators.lag),
+        ripple: scene.actuators.ripple.map(|RippleSpec { share, cycles }| Ripple { share, cycles }),
+    };
+    let encoder = scene.controller_config(&model).encoder;
+    let sensors = SensorSettings {
+        position_noise: scene.sensors.position_noise,
+        velocity_noise: scene.sensors.velocity_noise,
+        counters: scene.sensors.encoder.then(|| encoder.map(|e| Counter { zero: e.zero, per_count: e.per_count })),
+        delay: scene.sensors.delay as usize,
+    };
+    let jitter = |most: f64, moved| (most > 0.0).then(|| Jitter::new(most, scene.seed, moved));
+    let plant = Plant::new(&arm, friction, actuators, clock, start)
+        .with_integrator(integrator)
+        .with_push(scene.plant.push.map(|PushSpec { at, duration, wrench }| Push { at, duration, wrench }))
+        .with_jitter(jitter(scene.sensors.jitter, Moved::Sampling), jitter(scene.actuators.jitter, Moved::Acting));
+    let side = match scene.sensors.side {
+        MeasuredSide::Motor => Side::Motor,
+        MeasuredSide::Link => Side::Link,
+    };
+    Ok(World {
+        plant: match elasticity {
+            None => plant,
+            Some(springs) => plant.with_elasticity(springs, side),
+        },
+        sensors: Sensors::new(sensors, scene.seed),
+        motion,
+        repeat: scene.motion.repeats(),
+        period: scene.period(),
+    })
+}
+
+/// The scene's integrator, and the longest step (s) that it takes whatever happens in it: none where the steps follow.
+fn integrator(scene: &SceneFile, clock: &Clock) -> (Integrator, f64) {
+    match scene.plant.integrator {
+        IntegratorChoice::RungeKutta => (Integrator::RungeKutta, clock.step()),
+        IntegratorChoice::SemiImplicitEuler => (Integrator::SemiImplicitEuler, clock.step()),
+        IntegratorChoice::Adaptive { tolerance } => (Integrator::Adaptive { tolerance }, 0.0),
+    }
+}
+
+/// Springs, dampers and play of the simulated joints.
+fn springs<const N: usize>(spec: &ElasticitySpec) -> Elasticity<N> {
+    let joints = |list: &[f64]| core::array::from_fn(|i| list.get(i).copied().unwrap_or(0.0));
+    Elasticity {
+        stiffness: joints(&spec.stiffness),
+        damping: joints(&spec.damping),
+        backlash: spec.backlash.as_deref().map(joints),
+    }
+}
+
+/// A step too long for the fastest oscillation or decay in the joints would make its own of it.
+///
+/// At the start it must be below `1 / (2 rate)`: there a Runge-Kutta step loses 1.1e-4 of an oscillation's amplitude, semi-implicit
+/// Euler is 1 % off in its frequency, and stability (2.8 and 2 in place of 1/2) has room for the inertia to change on the way.
+fn can_swing(scene: &SceneFile, step: f64, fastest: f64) -> Result<(), Failure> {
+    const RATIO: f64 = 0.5;
+    if step * fastest <= RATIO {
+        return Ok(());
+    }
+    let longest = RATIO / fastest;
+    Err(Failure::Input(miette::miette!(
+        help = format!("expected a `step` of at most {longest:.2e} in [plant], or `integrator = \"adaptive\"`"),
+        "{}: a step of {step} s is too long for the springs in the joints, of which the fastest has {fastest:.0} rad/s",
+        scene.path.display(),
+    )))
+}
+
+/// Friction of the simulated joints: the plant's own, or the robot file's.
+fn friction_laws<const N: usize>(scene: &SceneFile) -> [FrictionLaw; N] {
+    let at = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
+    core::array::from_fn(|i| match &scene.plant.friction_law {
+        Some(law) => FrictionLaw {
+            viscous: at(&law.viscous, i),
+            coulomb: at(&law.coulomb, i),
+            breakaway: law.breakaway.as_ref().map(|breakaway| Breakaway {
+                torque: at(&breakaway.torque, i),
+                speed: breakaway.speed,
+                load: breakaway.load,
+            }),
+        },
+        None => {
+            let friction = scene.robot.joints.get(i).and_then(|joint| joint.friction);
+            let (viscous, coulomb) = friction.map_or((0.0, 0.0), |f| (f.viscous, f.coulomb));
+            FrictionLaw { viscous, coulomb, breakaway: None }
+        }
+    })
+}
+
+/// A step too long for the steep friction at rest would smooth the breakaway away without a word.
+fn can_follow(scene: &SceneFile, joint: usize, friction: &JointFriction) -> Result<(), Failure> {
+    const RATIO: f64 = 5.0;
+    let Some(Breakaway { speed, .. }) = friction.breakaway.filter(|b| b.speed < RATIO * friction.sign_speed) else {
+        return Ok(());
+    };
+    let step = scene.plant.step * speed / (RATIO * friction.sign_speed);
+    let least = RATIO * friction.sign_speed;
+    let name = scene.robot.joints.get(joint).map_or("", |joint| &joint.name);
+    Err(Failure::Input(miette::miette!(
+        help = format!(
+            "expected a `step` of at most {step:.2e} in [plant], or a `stribeck_speed` of at least {least:.2e}"
+        ),
+        "{}: joint {} ({name}): a step of {} s is too long for breakaway at a Stribeck velocity of {speed}",
+        scene.path.display(),
+        joint + 1,
+        scene.plant.step
+    )))
+}
+
+/// Number of control periods in the scene's duration.
+fn ticks(scene: &SceneFile, motion: f64) -> Result<u64, Failure> {
+    let duration = scene.duration.unwrap_or(motion);
+    let ticks = (duration / scene.period()).round();
+    let problem = if !(duration.is_finite() && ticks >= 1.0) {
+        format!("a duration of {duration} s; expected at least one control period of {} s", scene.period())
+    } else if ticks * scene.robot.dof() as f64 > SAMPLES_MAX {
+        let most = SAMPLES_MAX / scene.robot.dof() as f64 * scene.period();
+        format!("a duration of {duration} s makes {ticks} ticks; expected at most {most:.0} s, which a log can hold")
+    } else {
+        return Ok(ticks as u64);
+    };
+    Err(Failure::Input(miette::miette!("{}: {problem}", scene.path.display())))
+}
+
+fn setting(scene: &SceneFile, target: &str) -> Setting {
+    let (law, trig) = scene.control.names();
+    let every = scene.control.model_every;
+    Setting {
+        scene: scene.name.clone(),
+        robot: scene.robot.name.clone(),
+        target: target.to_owned(),
+        scalar: scene.control.scalar.name().to_owned(),
+        law: law.to_owned(),
+        trig: trig.to_owned(),
+        model: (every > 1).then(|| ModelTicks { every, between: scene.control.between_name().to_owned() }),
+        period: scene.period(),
+    }
+}

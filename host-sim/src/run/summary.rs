@@ -1,0 +1,296 @@
+//! A run in a few numbers: a table for people, JSON for machines.
+
+use crate::run::closed_loop::{End, Timing};
+use crate::run::record::{JointLabel, Record};
+use crate::run::target::Parity;
+use comfy_table::{CellAlignment, Table, presets};
+use dynamics_core::control::LimitFlags;
+use serde::Serialize;
+
+/// What was run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Setting {
+    /// The scene's name.
+    pub scene: String,
+    /// The robot's name.
+    pub robot: String,
+    /// Who computed: `desk` or `qemu`.
+    pub target: String,
+    /// `f32`, `f64` or `mixed`.
+    pub scalar: String,
+    /// The control law.
+    pub law: String,
+    /// Sine and cosine.
+    pub trig: String,
+    /// In which ticks the model is evaluated; none if in all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<ModelTicks>,
+    /// Control period, s.
+    pub period: f64,
+}
+
+/// The ticks in which a model is evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModelTicks {
+    /// Every so many.
+    pub every: u32,
+    /// What its torque does between: `hold` or `extrapolate`.
+    pub between: String,
+}
+
+/// Ticks in which each limit acted on a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
+pub struct LimitCounts {
+    /// The reference was held at a position limit.
+    pub position: u64,
+    /// The reference was held at the velocity limit.
+    pub velocity: u64,
+    /// The torque was held at its limit.
+    pub torque: u64,
+    /// The change of torque was held at its limit.
+    pub torque_rate: u64,
+    /// The reference was not followed, because this joint had felt a collision.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub collision: u64,
+}
+
+/// Whether there is nothing to say.
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
+/// A fault, when it came.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FaultEvent {
+    /// Tick, counted from 0.
+    pub tick: usize,
+    /// The fault's stable number.
+    pub code: u8,
+    /// Joint, counted from 1, if it is one joint's.
+    pub joint: Option<u8>,
+    /// In words.
+    pub message: String,
+}
+
+/// Fewest and most instructions in a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Instructions {
+    /// Fewest.
+    pub min: u64,
+    /// Most.
+    pub max: u64,
+}
+
+/// A run in numbers. Errors and torques are over the ticks before a fault; an arm on its brakes follows no reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// What was run.
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// Ticks run.
+    pub ticks: usize,
+    /// Simulated time, s.
+    pub duration: f64,
+    /// Whether it ended early: `interrupted`, or why the plant could not go on.
+    pub stopped: Option<String>,
+    /// Per joint, root mean square of reference less actual position, rad or m.
+    pub tracking_rms: Vec<f64>,
+    /// Per joint, greatest magnitude of it.
+    pub tracking_max: Vec<f64>,
+    /// Per joint, root mean square of the commanded torque, N m or N.
+    pub torque_rms: Vec<f64>,
+    /// Per joint, greatest magnitude of it.
+    pub torque_peak: Vec<f64>,
+    /// Per joint, ticks in which each limit acted.
+    pub limits: Vec<LimitCounts>,
+    /// Each fault at the tick in which it came.
+    pub faults: Vec<FaultEvent>,
+    /// Simulated time over the time it took.
+    pub realtime_factor: f64,
+    /// Time of one controller tick, mean, s.
+    pub seconds_per_tick: f64,
+    /// Desk against chip.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parity: Option<Parity>,
+    /// Instructions per tick on the chip.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instructions_per_tick: Option<Instructions>,
+    #[serde(skip)]
+    joints: Vec<JointLabel>,
+}
+
+impl Summary {
+    /// Sum up a run.
+    #[must_use]
+    pub fn new(setting: Setting, record: &Record, end: End, timing: Timing) -> Self {
+        let ticks = record.ticks();
+        let driven = record.faults().iter().take_while(|fault| fault.is_none()).count();
+        let each = |f: &dyn Fn(usize) -> f64| (0..record.joints().len()).map(f).collect::<Vec<f64>>();
+        let errors = |joint| record.joint(joint).take(driven).map(|s| s.error());
+        let torques = |joint| record.joint(joint).take(driven).map(|s| s.torque);
+        let duration = ticks as f64 * setting.period;
+        Self {
+            ticks,
+            duration,
+            stopped: match end {
+                End::Complete => None,
+                End::Interrupted => Some("interrupted".to_owned()),
+                End::Diverged(why) => Some(why.to_string()),
+                End::TargetFailed => Some("the target failed".to_owned()),
+            },
+            tracking_rms: each(&|i| rms(errors(i))),
+            tracking_max: each(&|i| peak(errors(i))),
+            torque_rms: each(&|i| rms(torques(i))),
+            torque_peak: each(&|i| peak(torques(i))),
+            limits: (0..record.joints().len()).map(|i| count_limits(record, i)).collect(),
+            faults: fault_events(record),
+            realtime_factor: ratio(duration, timing.whole.as_secs_f64()),
+            seconds_per_tick: ratio(timing.ticks.as_secs_f64(), ticks as f64),
+            parity: None,
+            instructions_per_tick: None,
+            joints: record.joints().to_vec(),
+            setting,
+        }
+    }
+
+    /// The table and the lines below it, as a person reads them.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut table = Table::new();
+        table.load_style(presets::UTF8_FULL_CONDENSED);
+        table.set_header(["joint", "error rms", "error max", "torque rms", "torque peak", "limits (ticks)"]);
+        for column in table.column_iter_mut().skip(1) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        for (i, joint) in self.joints.iter().enumerate() {
+            let (position, torque) = (joint.position_unit(), joint.torque_unit());
+            table.add_row([
+                joint.name.clone(),
+                engineering(self.tracking_rms[i], position),
+                engineering(self.tracking_max[i], position),
+                engineering(self.torque_rms[i], torque),
+                engineering(self.torque_peak[i], torque),
+                self.limits[i].describe(),
+            ]);
+        }
+        let Setting { scene, robot, target, scalar, law, trig, .. } = &self.setting;
+        format!("{scene}: {robot}, {law}, {target}, {scalar}, {trig} trig\n{table}\n{}", self.lines())
+    }
+
+    /// What concerns the whole arm, a line each.
+    fn lines(&self) -> String {
+        let mut lines = vec![
+            format!(
+                "{:<20}{} of {}: {}",
+                "ticks",
+                self.ticks,
+                engineering(self.setting.period, "s"),
+                engineering(self.duration, "s")
+            ),
+            format!("{:<20}{}", "time per tick", engineering(self.seconds_per_tick, "s")),
+            format!("{:<20}{:.1} times", "faster than real", self.realtime_factor),
+        ];
+        if let Some(ModelTicks { every, between }) = &self.setting.model {
+            lines.push(format!("{:<20}every {every} ticks, {between} between", "model"));
+        }
+        if let Some(Instructions { min, max }) = self.instructions_per_tick {
+            lines.push(format!("{:<20}{min} to {max} per tick", "instructions"));
+        }
+        if let Some(Parity { ticks, mismatches }) = self.parity {
+            lines.push(format!("{:<20}{mismatches} of {ticks} ticks differ from the desk", "parity"));
+        }
+        if self.faults.is_empty() {
+            lines.push(format!("{:<20}none", "faults"));
+        }
+        for fault in &self.faults {
+            let at = engineering(fault.tick as f64 * self.setting.period, "s");
+            lines.push(format!(
+                "{:<20}{} at tick {} ({at}); the brakes held from then on",
+                "faults", fault.message, fault.tick
+            ));
+        }
+        if let Some(why) = &self.stopped {
+            lines.push(format!("{:<20}{why} after {}", "stopped", engineering(self.duration, "s")));
+        }
+        lines.join("\n")
+    }
+}
+
+impl LimitCounts {
+    fn describe(&self) -> String {
+        let named = [
+            ("position", self.position),
+            ("velocity", self.velocity),
+            ("torque", self.torque),
+            ("torque rate", self.torque_rate),
+            ("collision", self.collision),
+        ];
+        let acted: Vec<String> = named.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{name} {n}")).collect();
+        if acted.is_empty() { "none".to_owned() } else { acted.join(", ") }
+    }
+}
+
+fn count_limits(record: &Record, joint: usize) -> LimitCounts {
+    let count = |flag| record.joint(joint).filter(|s| s.limits.contains(flag)).count() as u64;
+    LimitCounts {
+        position: count(LimitFlags::POSITION),
+        velocity: count(LimitFlags::VELOCITY),
+        torque: count(LimitFlags::TORQUE),
+        torque_rate: count(LimitFlags::TORQUE_RATE),
+        collision: count(LimitFlags::COLLISION),
+    }
+}
+
+/// The ticks in which a fault came that was not in force before.
+fn fault_events(record: &Record) -> Vec<FaultEvent> {
+    let mut last = None;
+    let mut events = Vec::new();
+    for (tick, fault) in record.faults().iter().enumerate() {
+        if let Some(new) = fault.filter(|_| *fault != last) {
+            let joint = new.joint().map(|joint| joint + 1);
+            events.push(FaultEvent { tick, code: new.code(), joint, message: new.to_string() });
+        }
+        last = *fault;
+    }
+    events
+}
+
+pub(crate) fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count();
+    libm::sqrt(ratio(values.map(|x| x * x).sum(), count as f64))
+}
+
+fn peak(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most, x| f64::max(most, x.abs()))
+}
+
+/// A quotient that is zero where nothing was counted.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+/// Three digits with a prefix from nano to kilo: `12.3 mrad`.
+#[must_use]
+pub fn engineering(value: f64, unit: &str) -> String {
+    let scales = [(1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\u{b5}"), (1e-9, "n"), (1e-12, "p")];
+    let size = value.abs();
+    // Rounding to three digits comes first: 999.96e-6 is 1.00e-3.
+    let Some((scale, prefix)) = scales.iter().find(|(scale, _)| size >= 0.999_5 * scale) else {
+        return if value == 0.0 { format!("0 {unit}") } else { format!("{value:.2e} {unit}") };
+    };
+    let scaled = value / scale;
+    let digits = if scaled.abs() < 9.995 { 2 } else { usize::from(scaled.abs() < 99.95) };
+    format!("{scaled:.digits$} {prefix}{unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::engineering;
+
+    #[test]
+    fn numbers_read_with_three_digits_and_a_prefix() {
+        let found = [0.0, 1.0, 0.012_34, 0.000_999_96, 56.78, 1234.0, -3.21e-7, 4e-15].map(|x| engineering(x, "m"));
+        let expected = ["0 m", "1.00 m", "12.3 mm", "1.00 mm", "56.8 m", "1.23 km", "-321 nm", "4.00e-15 m"];
+        assert_eq!(found, expected);
+    }
+}

@@ -1,0 +1,19 @@
+//! The firmware's session with its host, on the desk and at a board.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`drill`] | the firmware under its safety state machine, on the desk and in the chip |
+//! | [`states`] | the numbers of that machine's states, and the ways between them |
+//! | [`operate`] | an operator at a board on a serial port, or in a drill |
+//! | [`frame_log`] | all that was said over a link, as a file |
+//! | [`replay`] | such a file through the same session on the desk |
+//! | [`serial`] | a serial port to a board, as whole frames |
+//! | [`doctor`] | is everything there that a use of the project needs |
+
+pub mod doctor;
+pub mod drill;
+pub mod frame_log;
+pub mod operate;
+pub mod replay;
+pub mod serial;
+pub mod states;

@@ -1,0 +1,151 @@
+//! Motions as points of the board's trajectory, as far ahead as it has room.
+
+use dynamics_core::Reference;
+use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, Timing, Waypoint};
+use link::Point;
+use std::collections::VecDeque;
+
+/// Time between two points, s. The board holds [`session::trajectory::WAYS`] of them: 160 ms, longer than a host is away and a scene's
+/// heartbeat. Between points it computes a polynomial of fifth degree that meets position, velocity and acceleration of both.
+pub const STEP: f64 = 0.01;
+
+/// Share of a joint's velocity limit that a motion of no stated duration uses.
+pub const SPEED_SHARE: f64 = 0.5;
+
+/// Motions that are still to be sent, one behind the other.
+#[derive(Clone, Debug)]
+pub struct Feed<const N: usize> {
+    period: f64,
+    step: u64,
+    start: Option<[f64; N]>,
+    legs: VecDeque<Leg<N>>,
+}
+
+/// A motion and how far it has been sent.
+#[derive(Clone, Debug)]
+struct Leg<const N: usize> {
+    motion: Motion<f64, N>,
+    /// Ticks that were sent.
+    sent: u64,
+    /// Ticks that it takes.
+    ticks: u64,
+}
+
+impl<const N: usize> Feed<N> {
+    /// Nothing yet, for a control period in s.
+    #[must_use]
+    pub fn new(period: f64) -> Self {
+        Self {
+            period,
+            step: (STEP / period).round().clamp(1.0, f64::from(u16::MAX)) as u64,
+            start: None,
+            legs: VecDeque::new(),
+        }
+    }
+
+    /// Forget what was not sent.
+    pub fn clear(&mut self) {
+        self.start = None;
+        self.legs.clear();
+    }
+
+    /// Begin a new trajectory here, at rest.
+    pub fn start(&mut self, q: [f64; N]) {
+        self.clear();
+        self.start = Some(q);
+    }
+
+    /// Go on with a motion that starts where the one before ends.
+    pub fn push(&mut self, motion: Motion<f64, N>) {
+        // A motion of a whole number of periods must not become one longer by its rounding.
+        let ticks = (motion.duration() / self.period - 1e-6).ceil().max(1.0) as u64;
+        self.legs.push_back(Leg { motion, sent: 0, ticks });
+    }
+
+    /// Whether there is anything to send.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.start.is_none() && self.legs.is_empty()
+    }
+
+    /// The next point.
+    pub fn next_point(&mut self) -> Option<Point> {
+        if let Some(q) = self.start.take() {
+            return Some(point(0, &Reference::at_rest(q)));
+        }
+        let leg = self.legs.front_mut()?;
+        let ticks = self.step.min(leg.ticks - leg.sent);
+        leg.sent += ticks;
+        let done = leg.sent == leg.ticks;
+        let at = if done { leg.motion.end() } else { leg.motion.sample(leg.sent as f64 * self.period) };
+        if done {
+            self.legs.pop_front();
+        }
+        Some(point(u16::try_from(ticks).unwrap_or(u16::MAX), &at))
+    }
+}
+
+fn point<const N: usize>(ticks: u16, at: &Reference<f64, N>) -> Point {
+    Point { ticks, reference: link::Reference::new(&at.cast::<f32>()) }
+}
+
+/// From rest to rest, by a polynomial of fifth degree: in this time, s, or as fast as the bounds allow.
+///
+/// # Errors
+/// A goal outside the position limits, a time in which a joint would be too fast.
+pub fn way<const N: usize>(
+    from: [f64; N],
+    to: [f64; N],
+    duration: Option<f64>,
+    bounds: &Bounds<f64, N>,
+) -> Result<Motion<f64, N>, MotionError> {
+    let points = [Waypoint::through(from), Waypoint::through(to)];
+    match duration {
+        Some(duration) => Motion::quintic(&points, Timing::Durations(&[duration]), bounds),
+        None => {
+            let slow = bounds.velocity.map(|velocity| SPEED_SHARE * velocity);
+            Motion::quintic(&points, Timing::Fastest, &Bounds { velocity: slow, ..*bounds })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+    use super::{Feed, way};
+    use dynamics_core::control::trajectory::Bounds;
+
+    fn bounds() -> Bounds<f64, 1> {
+        Bounds { position: [(-1.0, 1.0)], velocity: [2.0], acceleration: [10.0] }
+    }
+
+    #[test]
+    fn points_are_10_ms_apart_the_last_one_less_and_end_at_rest_at_the_goal() {
+        let mut feed = Feed::new(0.001);
+        feed.start([0.2]);
+        feed.push(way([0.2], [0.5], Some(0.9955), &bounds()).unwrap());
+        let points: Vec<_> = std::iter::from_fn(|| feed.next_point()).collect();
+        let ticks: Vec<u16> = points.iter().map(|point| point.ticks).collect();
+        assert_eq!((ticks[0], ticks[1], ticks.len()), (0, 10, 101));
+        assert_eq!(ticks.iter().map(|&ticks| u32::from(ticks)).sum::<u32>(), 996);
+        let end = &points[100].reference;
+        assert_eq!((end.q[0], end.qd[0], end.qdd[0]), (0.5, 0.0, 0.0));
+        assert!(feed.is_empty());
+    }
+
+    #[test]
+    fn a_period_of_more_than_10_ms_has_a_point_every_tick() {
+        let mut feed = Feed::new(0.02);
+        feed.push(way([0.0], [0.1], Some(1.0), &bounds()).unwrap());
+        assert_eq!(std::iter::from_fn(|| feed.next_point()).map(|point| point.ticks).collect::<Vec<_>>(), [1; 50]);
+    }
+
+    #[test]
+    fn no_way_leaves_the_limits_or_is_faster_than_a_joint_may_be() {
+        assert!(way([0.0], [1.1], None, &bounds()).unwrap_err().to_string().contains("1.1"));
+        assert!(way([0.0], [0.8], Some(0.5), &bounds()).is_err(), "its peak would be 3 rad/s");
+        let motion = way([-0.8], [0.8], None, &bounds()).unwrap();
+        let peaks = motion.peaks();
+        assert!((0.99..=1.0).contains(&peaks.velocity[0]), "half the limit: {peaks:?}");
+    }
+}

@@ -1,0 +1,99 @@
+//! A drill as a station: the scene's simulated arm in the place of the joints, and this program in the place of the board's lines.
+//!
+//! Time is the arm's: it passes when somebody waits for it, a control period at a time, so that a script does the same on every
+//! machine. The simulated arm is driven where torque acts and braked everywhere else, whatever the safe action is.
+
+use super::station::{Station, StationError, Tap};
+use crate::chip::ChipError;
+use crate::run::closed_loop::{World, measurement};
+use crate::session::drill::Drill;
+use link::convert::array;
+use link::{Actuation, Frame, Pacing, Sensed};
+use std::time::Duration;
+
+/// A drill with a simulated arm.
+#[derive(Debug)]
+pub struct InDrill<const N: usize, D> {
+    target: D,
+    world: World<N>,
+    tick: u32,
+    reading: Option<Sensed>,
+    /// What the black box said before the next tick.
+    past: Vec<Frame>,
+    tap: Tap,
+}
+
+impl<const N: usize, D: Drill> InDrill<N, D> {
+    /// A target that has said hello, and the arm that stands beside it.
+    #[must_use]
+    pub fn new(target: D, world: World<N>) -> Self {
+        Self { target, world, tick: 0, reading: None, past: Vec::new(), tap: Tap::default() }
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_secs_f64(f64::from(self.tick) * self.world.period)
+    }
+
+    /// Let the arm do what the drives do.
+    fn act(&mut self, answers: &[Frame]) -> Result<(), StationError> {
+        let status = answers.iter().rev().find_map(|frame| match frame {
+            Frame::Status(status) => status.actuation.as_ref(),
+            _ => None,
+        });
+        match status {
+            Some(Actuation::Drive { torque, .. }) => {
+                let torque: [f32; N] = array(torque).map_err(ChipError::from)?;
+                self.world.plant.drive(&torque.map(f64::from)).map_err(StationError::Diverged)
+            }
+            _ => {
+                self.world.plant.brake();
+                Ok(())
+            }
+        }
+    }
+}
+
+impl<const N: usize, D: Drill> Station for InDrill<N, D> {
+    fn pacing(&self) -> Pacing {
+        Pacing::Drill
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), StationError> {
+        self.tap.hear_sent(self.now(), frame)?;
+        self.target.send(frame)?;
+        if matches!(frame, Frame::Dump) {
+            self.past = self.target.dumped()?;
+            let now = self.now();
+            for frame in &self.past {
+                self.tap.hear_received(0, now, frame)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn pass(&mut self) -> Result<Vec<Frame>, StationError> {
+        let World { plant, sensors, .. } = &mut self.world;
+        let reading = measurement::<f32, N>(&sensors.read(plant.measured()));
+        self.tick = self.tick.wrapping_add(1);
+        let measurement = link::Measurement::new(self.tick, &reading);
+        self.reading = Some(measurement.sensed.clone());
+        self.tap.hear_sent(self.now(), &Frame::Measurement(measurement.clone()))?;
+        let answers = self.target.tick(&measurement)?;
+        let now = self.now();
+        for frame in &answers {
+            self.tap.hear_received(0, now, frame)?;
+        }
+        self.act(&answers)?;
+        let mut past = core::mem::take(&mut self.past);
+        past.extend(answers);
+        Ok(past)
+    }
+
+    fn reading(&self) -> Option<&Sensed> {
+        self.reading.as_ref()
+    }
+
+    fn tap(&mut self) -> &mut Tap {
+        &mut self.tap
+    }
+}

@@ -1,0 +1,216 @@
+//! Parameters of a board by their names: read back, changed, and a payload told.
+
+use super::{Operator, SILENCE, Stop};
+use crate::chip::{ChipError, refusal_in_words};
+use crate::session::operate::station::{Station, StationError};
+use dynamics_core::Inertia;
+use link::{Frame, Refusal, Setting, Value};
+use nalgebra::{Matrix3, Vector3};
+use session::parameters::{ARM, ARM_NAMES, JOINT_NAMES, name};
+use std::time::Instant;
+
+/// How many are asked for at once: a board takes three packets of the greatest length before it answers, and these are small.
+const AT_ONCE: usize = 8;
+
+/// The numbers of the parameters that these words name: all of them, those of a joint, one of a joint, one of the whole arm.
+///
+/// # Errors
+/// What was found, and what was expected.
+pub fn of_words(command: &str, words: &[&str], joints: &[String]) -> Result<Vec<u8>, String> {
+    let of_joint = |joint: usize| (0..JOINT_NAMES.len()).map(move |number| (16 * joint + number) as u8);
+    let of_arm = (0..ARM_NAMES.len()).map(|number| ARM + number as u8);
+    let Some((first, rest)) = words.split_first() else {
+        return Ok((0..joints.len()).flat_map(of_joint).chain(of_arm).collect());
+    };
+    let Some(joint) = joint(first, joints) else {
+        let found = words.join(" ");
+        let one = of_arm.zip(ARM_NAMES).find(|(_, name)| *name == found);
+        return one.map(|(number, _)| vec![number]).ok_or_else(|| {
+            let (joints, names) = (joints.join(", "), ARM_NAMES.join(", "));
+            format!("{command}: {found}: expected a joint ({joints}) or one of {names}")
+        });
+    };
+    if rest.is_empty() {
+        return Ok(of_joint(joint).collect());
+    }
+    let found = rest.join(" ");
+    let one = of_joint(joint).zip(JOINT_NAMES).find(|(_, name)| *name == found);
+    one.map(|(number, _)| vec![number]).ok_or_else(|| {
+        format!("{command}: {found}: expected a parameter of a joint, one of {}", JOINT_NAMES.join(", "))
+    })
+}
+
+/// A joint by its name, or its number counted from 1; counted from 0.
+pub(super) fn joint(word: &str, joints: &[String]) -> Option<usize> {
+    let by_number = || word.parse::<usize>().ok().filter(|number| (1..=joints.len()).contains(number));
+    joints.iter().position(|name| name == word).or_else(|| by_number().map(|number| number - 1))
+}
+
+/// The unit of a parameter, of a joint whose places and torques have these.
+fn unit(index: u8, place: &str, force: &str) -> String {
+    let per_speed = || format!("{force} s/{place}");
+    match index.checked_sub(ARM) {
+        Some(0) => "kg".into(),
+        Some(1..=3) => "kg m".into(),
+        Some(4..=9) => "kg m^2".into(),
+        Some(_) => "m/s^2".into(),
+        None => match index % 16 {
+            0 => "1/s^2".into(),
+            1 => "1/s".into(),
+            2 => per_speed(),
+            3 | 4 => force.into(),
+            5 => format!("{force} a tick"),
+            6 => format!("{place}/s"),
+            7 | 8 => place.into(),
+            _ => format!("{place} a count"),
+        },
+    }
+}
+
+impl<const N: usize, S: Station> Operator<N, S> {
+    /// Read these back, and say what they are.
+    pub(super) fn get(&mut self, numbers: &[u8]) -> Result<(), Stop> {
+        let mut lines = Vec::new();
+        for some in numbers.chunks(AT_ONCE) {
+            let ask: Vec<_> = some.iter().map(|number| Frame::Get(*number)).collect();
+            for answer in self.answers(&ask)? {
+                lines.push(match answer {
+                    Ok(value) => format!("  {}", self.value_in_words(&value)),
+                    Err(refusal) => self.refusal_of("get", &refusal),
+                });
+            }
+        }
+        let text = match lines.as_slice() {
+            [one] => format!("get: {}", one.trim_start()),
+            all => format!("get: {} parameters\n{}", all.len(), all.join("\n")),
+        };
+        self.say("get", &text)
+    }
+
+    /// Change one, and say what it is then.
+    pub(super) fn set(&mut self, setting: Setting) -> Result<(), Stop> {
+        let text = match self.answers(&[Frame::Set(setting)])?.pop() {
+            Some(Ok(value)) => format!("set: {}", self.value_in_words(&value)),
+            Some(Err(refusal)) => self.refusal_of("set", &refusal),
+            None => String::new(),
+        };
+        self.say("set", &text)
+    }
+
+    /// Tell the board of a payload: a mass at a point of the last link's frame.
+    pub(super) fn payload(&mut self, mass: f64, place: [f64; 3]) -> Result<(), Stop> {
+        if !self.arm.payload_is_live {
+            self.refused = true;
+            return self.say(
+                "payload",
+                "payload: refused: the scene has no live payload; `payload = \"live\"` in its [model]",
+            );
+        }
+        let payload = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
+        let live = dynamics_core::Live { payload, ..self.arm.live };
+        let frame = Frame::Live(link::Live::new(&live).map_err(ChipError::from)?);
+        // Live inputs are answered only where they are refused, and where torque acts by the tick behind the one that took them.
+        self.send(&frame)?;
+        self.expected = Some(Vec::new());
+        let taken = self.until_taken().and_then(|()| self.wait(2.0 * self.arm.period));
+        let refused = self.expected.take().unwrap_or_default().into_iter().find_map(Result::err);
+        taken?;
+        let text = match refused {
+            Some(refusal) => self.refusal_of("payload", &refusal),
+            None => {
+                self.arm.live = live;
+                match self.answers(&[Frame::Get(ARM)])?.pop() {
+                    Some(Ok(value)) => format!("payload: {}", self.value_in_words(&value)),
+                    Some(Err(refusal)) => self.refusal_of("payload", &refusal),
+                    None => String::new(),
+                }
+            }
+        };
+        self.say("payload", &text)
+    }
+
+    /// Send frames that are answered by a value or a refusal each, and wait for as many.
+    fn answers(&mut self, frames: &[Frame]) -> Result<Vec<Result<Value, Refusal>>, Stop> {
+        self.expected = Some(Vec::new());
+        let waited = self.until_answered(frames);
+        let answers = self.expected.take().unwrap_or_default();
+        waited.map(|()| answers)
+    }
+
+    fn until_answered(&mut self, frames: &[Frame]) -> Result<(), Stop> {
+        for frame in frames {
+            self.send(frame)?;
+        }
+        let end = Instant::now() + SILENCE;
+        while self.expected.as_ref().is_some_and(|answers| answers.len() < frames.len()) {
+            if Instant::now() > end {
+                return Err(StationError::Silent { what: "parameter", time: SILENCE }.into());
+            }
+            self.pass()?;
+        }
+        Ok(())
+    }
+
+    fn refusal_of(&mut self, command: &str, refusal: &Refusal) -> String {
+        self.refused = true;
+        format!("{command}: refused: {}", refusal_in_words(refusal))
+    }
+
+    /// `elbow position gain 100 1/s^2 (25 to 400)`
+    fn value_in_words(&self, value: &Value) -> String {
+        let Value { index, value, low, high } = *value;
+        let Some((name, joint)) = name(index) else { return format!("parameter {index}: {value}") };
+        let (joint, place, force) = match joint.and_then(|joint| self.arm.joints.get(usize::from(joint))) {
+            Some((name, place, force)) => (format!("{name} "), *place, *force),
+            None => (String::new(), "", ""),
+        };
+        let bounds = match low.is_nan() {
+            false => format!("{low} to {high}"),
+            true if index < ARM => "fixed".into(),
+            // What is told as a whole.
+            true => "live".into(),
+        };
+        format!("{joint}{name} {value} {} ({bounds})", unit(index, place, force))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ARM, ARM_NAMES, JOINT_NAMES, of_words, unit};
+
+    fn read(words: &[&str]) -> Result<Vec<u8>, String> {
+        of_words("get", words, &["shoulder".into(), "elbow".into()])
+    }
+
+    #[test]
+    fn words_name_all_those_of_a_joint_or_one() {
+        let all = read(&[]).unwrap_or_default();
+        assert_eq!(all.len(), 2 * JOINT_NAMES.len() + ARM_NAMES.len());
+        assert!(all.iter().all(|number| session::parameters::name(*number).is_some()));
+        assert_eq!((read(&["elbow"]), read(&["2"])), (Ok((16..26).collect()), Ok((16..26).collect())));
+        assert_eq!(read(&["elbow", "velocity", "gain"]), Ok(vec![17]));
+        assert_eq!(read(&["payload", "mass"]), Ok(vec![ARM]));
+        assert_eq!(read(&["gravity", "z"]), Ok(vec![ARM + 12]));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_was_expected() {
+        let why = read(&["wrist", "gain"]).unwrap_err();
+        assert!(
+            why.starts_with("get: wrist gain: expected a joint (shoulder, elbow) or one of payload mass, "),
+            "{why}"
+        );
+        let why = read(&["elbow", "gain"]).unwrap_err();
+        assert!(why.starts_with("get: gain: expected a parameter of a joint, one of position gain, "), "{why}");
+        assert!(read(&["3"]).is_err());
+    }
+
+    #[test]
+    fn units_follow_the_joint() {
+        assert_eq!((unit(2, "rad", "N m"), unit(18, "m", "N")), ("N m s/rad".into(), "N s/m".into()));
+        assert_eq!(
+            (unit(ARM, "", ""), unit(ARM + 9, "", ""), unit(ARM + 12, "", "")),
+            ("kg".into(), "kg m^2".into(), "m/s^2".into())
+        );
+    }
+}

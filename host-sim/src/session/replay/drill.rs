@@ -1,0 +1,83 @@
+//! A record of a drill: its frames in their order are all that there is to it.
+
+use super::{Difference, Gap, Replay, ReplayError, bits, difference};
+use crate::session::drill::{Drill, OnDesk, without_cost};
+use crate::session::frame_log::{Entry, LogError, Way};
+use dynamics_core::Model;
+use link::Frame;
+use robot_compiler::SceneFile;
+use std::collections::VecDeque;
+
+/// Answers that wait to be compared. The black box is told beside the rest: between its ticks others may come.
+#[derive(Debug, Default)]
+struct Answers {
+    ticks: VecDeque<Frame>,
+    past: VecDeque<Frame>,
+}
+
+impl Answers {
+    fn of(&mut self, frame: &Frame) -> &mut VecDeque<Frame> {
+        if matches!(frame, Frame::Past(_)) { &mut self.past } else { &mut self.ticks }
+    }
+}
+
+pub(super) fn replay<const N: usize>(
+    scene: &SceneFile,
+    model: &Model<f64, N>,
+    entries: impl Iterator<Item = Result<Entry, LogError>>,
+) -> Result<Replay, ReplayError> {
+    let mut desk = OnDesk::<N>::start(scene, model);
+    let mut expected = Answers::default();
+    let (mut replay, mut tick) = (Replay::default(), 0);
+    for entry in entries {
+        let Entry { way, missed, frame, .. } = entry?;
+        match (way, frame) {
+            (Way::Sent, Frame::Measurement(measurement)) => {
+                tick = measurement.tick;
+                // On the desk nothing fails.
+                for answer in desk.tick(&measurement).unwrap_or_default() {
+                    let answer = without_cost(answer);
+                    expected.of(&answer).push_back(answer);
+                }
+            }
+            (Way::Sent, frame) => {
+                let dumps = matches!(frame, Frame::Dump);
+                desk.send(&frame).ok();
+                // Before the next tick moves it.
+                let past = if dumps { desk.dumped().unwrap_or_default() } else { Vec::new() };
+                expected.past.extend(past.into_iter().map(without_cost));
+            }
+            (Way::Received, Frame::Hello(_)) => {}
+            (Way::Received, _) if missed > 0 => {
+                replay.end = Some(Gap { tick, why: format!("{missed} packets of the board were lost") });
+                break;
+            }
+            (Way::Received, frame) => {
+                let frame = without_cost(frame);
+                replay.ticks += u64::from(matches!(frame, Frame::Status(_)));
+                let desk = expected.of(&frame).pop_front();
+                if let Some(difference) = compare(tick, &frame, desk.as_ref()) {
+                    replay.differs(difference);
+                }
+            }
+        }
+    }
+    Ok(replay)
+}
+
+fn compare(tick: u32, recorded: &Frame, replayed: Option<&Frame>) -> Option<Difference> {
+    let Some(replayed) = replayed else {
+        let recorded = format!("{recorded:?}");
+        return Some(Difference { tick, field: "answer".into(), recorded, replayed: "none".into() });
+    };
+    if bits(recorded) == bits(replayed) {
+        return None;
+    }
+    match (recorded, replayed) {
+        (Frame::Status(a), Frame::Status(b)) | (Frame::Past(Some(a)), Frame::Past(Some(b))) => difference(a, b),
+        _ => {
+            let (recorded, replayed) = (format!("{recorded:?}"), format!("{replayed:?}"));
+            Some(Difference { tick, field: "answer".into(), recorded, replayed })
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Who is put to the test: the firmware's session on the desk, or the emulated chip with the desk beside it.
+
+use crate::chip::{Chip, ChipError};
+use crate::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
+use dynamics_core::safety::SafeAction;
+use dynamics_core::{Model, Sensed};
+use link::{Actuation, Decoder, Frame, Pacing, Status};
+use robot_compiler::SceneFile;
+use session::black_box::Report;
+use session::meter::Meter;
+use session::readings::Lines;
+use session::readings::{JointFaults, Readings};
+use session::{Drives, Reaction};
+
+/// What sensors and lines say in a tick.
+#[derive(Clone, Debug)]
+pub struct Told<const N: usize> {
+    /// The tick's number.
+    pub tick: u32,
+    /// The sensors' reading.
+    pub sensed: Sensed<f32, N>,
+    /// How old it is, joint by joint, ticks.
+    pub age_ticks: [u32; N],
+    /// The emergency stop is pressed.
+    pub emergency_stop: bool,
+    /// The tick before had not ended when this one was due.
+    pub overrun: bool,
+    /// Every joint knows its zero.
+    pub zeroed: bool,
+    /// The joint's drive reports a fault.
+    pub drive_fault: [bool; N],
+    /// Supply voltage, V.
+    pub supply: Option<f32>,
+    /// Temperature, degrees Celsius.
+    pub temperature: Option<f32>,
+}
+
+impl<const N: usize> Told<N> {
+    /// What the lines say, for a drill, where the host plays them.
+    pub(super) fn lines(&self) -> link::Lines {
+        link::Lines {
+            emergency_stop: self.emergency_stop,
+            overrun: self.overrun,
+            zeroed: self.zeroed,
+            drive_fault: self.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault)),
+            supply: self.supply,
+            temperature: self.temperature,
+        }
+    }
+
+    /// The age of the whole reading, ticks.
+    pub(super) fn oldest(&self) -> u32 {
+        self.age_ticks.iter().fold(0, |oldest, age| oldest.max(*age))
+    }
+
+    fn readings(&self) -> Readings<N> {
+        let drive = |fault| if fault { JointFaults::DRIVE } else { JointFaults::NONE };
+        let lost = if self.zeroed { JointFaults::NONE } else { JointFaults::LOST };
+        Readings {
+            sensed: self.sensed,
+            torque: [0.0; N],
+            age_ticks: self.age_ticks,
+            faults: self.drive_fault.map(|fault| drive(fault) | lost),
+        }
+    }
+}
+
+/// What the machine did in a tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Said<const N: usize> {
+    /// What the drives do.
+    pub drives: Drives<N>,
+    /// What it says of itself.
+    pub status: Status,
+}
+
+/// Why a run cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum Trouble {
+    /// The chip is of no use.
+    #[error(transparent)]
+    Chip(#[from] ChipError),
+    /// Chip and desk say different things.
+    #[error("chip and desk differ: {0}")]
+    Differs(String),
+    /// A tick was not reported.
+    #[error("tick {0} was not reported")]
+    Unreported(u32),
+}
+
+/// A machine under test, tick by tick.
+pub trait Machine<const N: usize> {
+    /// Who starts its ticks: [`Pacing::Live`], with the lines and readings of a board, or [`Pacing::Drill`].
+    fn pacing(&self) -> Pacing;
+
+    /// One tick, after these bytes came over the link. In a drill the last of them is the measurement, and `told` is in them.
+    ///
+    /// # Errors
+    /// [`Trouble`].
+    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble>;
+}
+
+/// The firmware's session on the desk.
+pub struct Desk<const N: usize> {
+    session: DeskSession<N>,
+    meter: Meter<Uncounted>,
+    decoder: Decoder,
+    pacing: Pacing,
+    answers: Vec<Frame>,
+}
+
+impl<const N: usize> Desk<N> {
+    /// The session of a scene.
+    #[must_use]
+    pub fn new(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Self {
+        let session = desk_session(scene, model);
+        Self { session, meter: Meter::new(Uncounted), decoder: Decoder::new(), pacing, answers: Vec::new() }
+    }
+
+    /// Take what came over the link.
+    fn receive(&mut self, bytes: &[u8]) {
+        for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
+            match self.session.receive(received) {
+                Reaction::Reply(frame) | Reaction::Start(_, frame) => self.answers.push(frame),
+                Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
+                // A drill's measurement comes last.
+                Reaction::Tick | Reaction::None => {}
+            }
+        }
+    }
+
+    /// All that it says of this tick, and what the drives do.
+    fn answers(&mut self, bytes: &[u8], told: &Told<N>) -> (Vec<Frame>, Drives<N>) {
+        self.receive(bytes);
+        let lines = Lines { emergency_stop: told.emergency_stop, supply: told.supply, temperature: told.temperature };
+        self.session.sense(Some(&told.readings()), &lines);
+        if told.overrun && self.pacing == Pacing::Live {
+            self.session.overrun();
+        }
+        let drives = self.session.tick(&self.meter);
+        self.answers.extend(core::iter::from_fn(|| self.session.say()).map(Report::frame));
+        (core::mem::take(&mut self.answers), drives)
+    }
+}
+
+impl<const N: usize> Machine<N> for Desk<N> {
+    fn pacing(&self) -> Pacing {
+        self.pacing
+    }
+
+    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
+        let (answers, drives) = self.answers(bytes, told);
+        let status = status(answers, told.tick, self.pacing)?;
+        // In a drill no drive is driven: what it would do is in what it says.
+        let drives = if self.pacing == Pacing::Live { drives } else { played(&status) };
+        Ok(Said { drives, status })
+    }
+}
+
+/// The emulated chip in a drill, and the desk beside it on the very same bytes.
+pub struct Both<const N: usize> {
+    chip: Chip,
+    desk: Desk<N>,
+}
+
+impl<const N: usize> Both<N> {
+    /// A chip that runs the scene's firmware.
+    pub fn new(chip: Chip, scene: &SceneFile, model: &Model<f64, N>) -> Self {
+        Self { chip, desk: Desk::new(scene, model, Pacing::Drill) }
+    }
+}
+
+impl<const N: usize> Machine<N> for Both<N> {
+    fn pacing(&self) -> Pacing {
+        Pacing::Drill
+    }
+
+    fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
+        self.chip.write(bytes)?;
+        let (desk, _) = self.desk.answers(bytes, told);
+        let mut chip = Vec::new();
+        loop {
+            let frame = self.chip.receive("the status of a tick")?;
+            let last = matches!(&frame, Frame::Status(status) if status.tick == told.tick);
+            chip.push(without_cost(frame));
+            if last {
+                break;
+            }
+        }
+        // NaN is what it is on both sides, and equal to nothing: by what is printed, which has every digit.
+        let (chip_says, desk_says) = (format!("{chip:?}"), format!("{desk:?}"));
+        if chip_says != desk_says {
+            return Err(Trouble::Differs(format!("tick {}\n  chip {chip_says}\n  desk {desk_says}", told.tick)));
+        }
+        let status = status(chip, told.tick, Pacing::Drill)?;
+        Ok(Said { drives: played(&status), status })
+    }
+}
+
+/// The status of this tick among what was answered.
+fn status(answers: Vec<Frame>, tick: u32, pacing: Pacing) -> Result<Status, Trouble> {
+    let statuses = answers.into_iter().filter_map(|frame| match frame {
+        Frame::Status(status) => Some(status),
+        _ => None,
+    });
+    // Where nobody measures over the link the session counts its ticks itself.
+    let mut statuses = statuses.filter(|status| pacing == Pacing::Live || status.tick == tick);
+    statuses.next_back().ok_or(Trouble::Unreported(tick))
+}
+
+/// What the drives would do.
+fn played<const N: usize>(status: &Status) -> Drives<N> {
+    match &status.actuation {
+        Some(Actuation::Drive { torque, .. }) => {
+            Drives::Drive(core::array::from_fn(|i| torque.get(i).copied().unwrap_or(f32::NAN)))
+        }
+        Some(Actuation::DampedStop) => Drives::Safe(SafeAction::DampedStop),
+        Some(Actuation::Off) => Drives::Safe(SafeAction::Off),
+        Some(Actuation::Brake) | None => Drives::Safe(SafeAction::Brake),
+    }
+}

@@ -1,0 +1,430 @@
+//! One run: a machine is taken to a state, something goes wrong for a while, and every tick is judged.
+
+use super::case::{Case, FaultKind, Situation};
+use super::dice::Dice;
+use super::host::Host;
+use super::injection::{Injection, JointScale};
+use super::judge::{Judge, Law, Unsafe};
+use super::machine::{Machine, Said, Told, Trouble};
+use crate::failure::Failure;
+use crate::plant::{Diverged, Push};
+use crate::run::closed_loop::{World, measurement};
+use crate::run::simulate;
+use crate::session::drill::hello;
+use dynamics_core::safety::{Rules, SafeAction};
+use dynamics_core::{ControllerConfig, Reference};
+use link::codec::FrameTooLong;
+use link::{Frame, Hello, Request, Status};
+use robot_compiler::SceneFile;
+use serde::Serialize;
+use session::Drives;
+use std::path::PathBuf;
+
+/// What all runs of a scene share.
+pub struct Stage<const N: usize> {
+    /// The scene's name, and its file.
+    scene: (String, PathBuf),
+    world: World<N>,
+    hello: Hello,
+    config: ControllerConfig<f64, N>,
+    rules: Rules<f64, N>,
+    live: Frame,
+    scales: [JointScale; N],
+    /// Supply voltage and temperature in order.
+    calm: (Option<f32>, Option<f32>),
+}
+
+impl<const N: usize> Stage<N> {
+    /// That of a scene.
+    ///
+    /// # Errors
+    /// A scene that cannot be run.
+    pub fn new(scene: &SceneFile) -> Result<Self, Failure> {
+        let model = scene.robot.model::<N>().map_err(Failure::input)?;
+        let (config, rules) = (scene.controller_config(&model), scene.safety_rules(&model));
+        let arm = simulate::arm::<N>(scene)?;
+        let scale = |i: usize| {
+            let per_count = if scene.sensors.encoder { config.encoder[i].per_count } else { 0.0 };
+            JointScale::new(&arm.joints[i], rules.joints[i].jump_step, per_count)
+        };
+        let live = link::Live::new(&simulate::live_inputs(scene, &model))
+            .map_err(|error| Failure::Input(miette::miette!("{}: {error}", scene.path.display())))?;
+        let middle = |(low, high): (f64, f64), or: f32| {
+            let middle = (0.5 * (low + high)) as f32;
+            Some(if middle.is_finite() { middle } else { or })
+        };
+        Ok(Self {
+            scene: (scene.name.clone(), scene.path.clone()),
+            world: simulate::world(scene)?,
+            hello: hello(scene, &model, link::Pacing::LockStep),
+            live: Frame::Live(live),
+            scales: core::array::from_fn(scale),
+            calm: (middle(rules.supply, 24.0), middle(rules.temperature, 30.0)),
+            config,
+            rules,
+        })
+    }
+}
+
+/// What came of a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// The machine went into this fault.
+    Fault(u8),
+    /// It held, for this cause.
+    Held(u8),
+    /// It went where it was asked to.
+    Asked,
+    /// It went on.
+    Unaffected,
+}
+
+/// A run in which a command was unsafe, with all that is needed to see why.
+#[derive(Clone, Debug, Serialize)]
+pub struct Counterexample {
+    /// The scene.
+    pub scene: String,
+    /// The campaign's seed.
+    pub seed: u64,
+    /// The run's number.
+    pub run: u64,
+    /// The tick.
+    pub tick: u32,
+    /// Which fault in which state.
+    pub case: Case,
+    /// What is broken; `None` where chip and desk differ.
+    pub law: Option<Law>,
+    /// How.
+    pub what: String,
+    /// What the machine was told and what it did.
+    pub inputs: String,
+}
+
+/// A finished run.
+#[derive(Clone, Debug)]
+pub struct Finished {
+    /// Which fault in which state.
+    pub case: Case,
+    /// What came of it.
+    pub outcome: Outcome,
+    /// Ticks, all of them judged.
+    pub ticks: u32,
+    /// The unsafe command that ended it.
+    pub counterexample: Option<Counterexample>,
+}
+
+/// Why a run ended before its end.
+#[derive(Debug)]
+enum Stop {
+    Unsafe {
+        broken: Option<Unsafe>,
+        what: String,
+        inputs: String,
+    },
+    Trouble(Trouble),
+    /// The machine did not come to the state that the run is about.
+    NotReached(Box<Status>),
+}
+
+impl From<FrameTooLong> for Stop {
+    fn from(error: FrameTooLong) -> Self {
+        Self::Trouble(Trouble::Chip(error.into()))
+    }
+}
+
+/// Which run of which campaign.
+#[derive(Clone, Copy, Debug)]
+pub struct Number {
+    /// The campaign's seed.
+    pub seed: u64,
+    /// The run's number.
+    pub run: u64,
+}
+
+/// Do one run with a machine, whatever it did before: it begins with a hello.
+///
+/// # Errors
+/// [`Failure::Target`] for a chip that is of no use; [`Failure::Input`] for a scene whose machine does not come to the state.
+pub fn run<const N: usize>(
+    stage: &Stage<N>,
+    machine: &mut dyn Machine<N>,
+    case: Case,
+    number: Number,
+) -> Result<Finished, Failure> {
+    let hello = Hello { pacing: machine.pacing(), ..stage.hello };
+    let host = Host::new(hello).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
+    let mut judge = Judge::new(&stage.config, &stage.rules);
+    judge.trusts = case.fault.leaves_the_loop_intact();
+    let mut bench = Bench {
+        stage,
+        machine,
+        host,
+        judge,
+        world: stage.world.clone(),
+        dice: Dice::new(number.seed, number.run),
+        tick: 0,
+        status: None,
+        along: 0,
+        driven: 0,
+    };
+    let Number { seed, run } = number;
+    let (outcome, counterexample) = match bench.play(case) {
+        Ok(outcome) => (outcome, None),
+        Err(Stop::Trouble(trouble)) => return Err(Failure::Target(miette::Report::from_err(trouble))),
+        Err(Stop::NotReached(status)) => {
+            return Err(Failure::Input(miette::miette!(
+                help = "expected a scene whose arm stands at the start of its motion and can be driven from there",
+                "{}: with --seed {seed} --run {run} the machine does not come to the state `{}`: {status:?}",
+                stage.scene.1.display(),
+                case.situation.name()
+            )));
+        }
+        Err(Stop::Unsafe { broken, what, inputs }) => {
+            let law = broken.map(|broken| broken.law);
+            let scene = stage.scene.0.clone();
+            let found = Counterexample { scene, seed, run, tick: bench.tick, case, law, what, inputs };
+            (Outcome::Unaffected, Some(found))
+        }
+    };
+    Ok(Finished { case, outcome, ticks: bench.tick, counterexample })
+}
+
+/// A run under way.
+struct Bench<'a, const N: usize> {
+    stage: &'a Stage<N>,
+    machine: &'a mut dyn Machine<N>,
+    host: Host<N>,
+    judge: Judge<N>,
+    world: World<N>,
+    dice: Dice,
+    tick: u32,
+    status: Option<Status>,
+    /// Ticks along the trajectory.
+    along: u32,
+    /// Ticks that the arm has been driven.
+    driven: u32,
+}
+
+/// What goes wrong in a tick.
+struct Wrong<'a, const N: usize> {
+    kind: FaultKind,
+    injection: &'a mut Injection<N>,
+    /// For how many ticks already.
+    k: u32,
+}
+
+impl<const N: usize> Bench<'_, N> {
+    fn play(&mut self, case: Case) -> Result<Outcome, Stop> {
+        self.approach(case.situation)?;
+        let before = (self.state(), self.cause());
+        if before.0 != case.situation.state() {
+            return Err(self
+                .status
+                .clone()
+                .map_or(Stop::Trouble(Trouble::Unreported(0)), |s| Stop::NotReached(Box::new(s))));
+        }
+        let mut injection = Injection::new(case.fault, &self.stage.scales, &mut self.dice);
+        let (least, most) = case.fault.ticks();
+        let mut ticks = self.dice.whole(least, most);
+        if case.fault == FaultKind::HostSilent {
+            ticks += self.stage.rules.heartbeat_max.saturating_add(self.stage.rules.hold_max).min(5000);
+        }
+        let mut outcome = Outcome::Unaffected;
+        for k in 0..ticks {
+            // Somebody who clears without looking.
+            if case.fault != FaultKind::Nothing && self.dice.chance(0.05) {
+                self.host.ask(Request::Clear)?;
+            }
+            self.pass(Some(Wrong { kind: case.fault, injection: &mut injection, k }))?;
+            outcome = self.came_of(outcome, before);
+        }
+        for _ in 0..self.dice.whole(5, 40) {
+            self.pass(None)?;
+            outcome = self.came_of(outcome, before);
+        }
+        if case.fault != FaultKind::Nothing && self.dice.chance(0.5) {
+            self.recover()?;
+        }
+        Ok(outcome)
+    }
+
+    /// What has come of the fault so far: the first fault counts, or else the first hold.
+    fn came_of(&self, so_far: Outcome, before: (u8, u8)) -> Outcome {
+        let now = (self.state(), self.cause());
+        match (so_far, now) {
+            (Outcome::Fault(_), _) => so_far,
+            (_, (5, code)) if before.0 != 5 => Outcome::Fault(code),
+            (Outcome::Held(_), _) => so_far,
+            (_, (4, cause)) if before.0 != 4 => Outcome::Held(cause),
+            _ if now != before => Outcome::Asked,
+            _ => so_far,
+        }
+    }
+
+    /// Take the machine to a state, and wait there.
+    fn approach(&mut self, situation: Situation) -> Result<(), Stop> {
+        let live = self.stage.live.clone();
+        self.host.send(&live)?;
+        self.wait(3, 10)?;
+        let requests: &[Request] = match situation {
+            Situation::Idle => &[],
+            Situation::Homing => &[Request::Home],
+            Situation::Homed => &[Request::Home, Request::Confirm],
+            Situation::Armed | Situation::Running | Situation::Holding | Situation::Fault => {
+                &[Request::Home, Request::Confirm, Request::Arm]
+            }
+        };
+        for request in requests {
+            self.host.ask(*request)?;
+            self.pass(None)?;
+        }
+        match situation {
+            Situation::Running | Situation::Holding => {
+                self.wait(30, 60)?;
+                let start = self.motion(0);
+                self.host.start(&start)?;
+                self.along = 0;
+                self.feed()?;
+                self.host.ask(Request::Run)?;
+                self.wait(1, 400)?;
+            }
+            Situation::Fault => {
+                self.wait(0, 40)?;
+                self.stop()?;
+            }
+            _ => {}
+        }
+        if situation == Situation::Holding {
+            self.host.ask(Request::Hold)?;
+        }
+        self.wait(1, 60)
+    }
+
+    /// Clear, and on to torque, whether it is granted or not.
+    fn recover(&mut self) -> Result<(), Stop> {
+        for request in [Request::Clear, Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold] {
+            self.host.ask(request)?;
+            self.wait(1, 8)?;
+        }
+        Ok(())
+    }
+
+    fn wait(&mut self, least: u32, most: u32) -> Result<(), Stop> {
+        for _ in 0..self.dice.whole(least, most) {
+            self.pass(None)?;
+        }
+        Ok(())
+    }
+
+    /// A tick with the emergency stop pressed.
+    fn stop(&mut self) -> Result<(), Stop> {
+        let mut press = Injection::new(FaultKind::EmergencyStop, &self.stage.scales, &mut self.dice);
+        self.pass(Some(Wrong { kind: FaultKind::EmergencyStop, injection: &mut press, k: 0 }))
+    }
+
+    /// One tick: sensors, host, machine, judge, arm.
+    fn pass(&mut self, wrong: Option<Wrong<'_, N>>) -> Result<(), Stop> {
+        self.tick += 1;
+        let mut told = self.calm();
+        let (mut mute, mut wire) = (false, None);
+        let mut feeds = self.state() == Situation::Running.state();
+        if let Some(Wrong { kind, injection, k }) = wrong {
+            injection.tell(k, &mut told, &mut self.dice);
+            feeds &= !injection.talk(k, &mut self.host, &mut self.dice)?;
+            mute = kind == FaultKind::HostSilent;
+            wire = kind.is_of_the_link().then_some(kind);
+            if let Some(wrench) = injection.push().filter(|_| k == 0) {
+                let (at, duration) = (f64::from(self.driven) * self.world.period, 40.0 * self.world.period);
+                self.world.plant = self.world.plant.clone().with_push(Some(Push { at, duration, wrench }));
+            }
+        }
+        if self.machine.pacing() == link::Pacing::Drill {
+            told.age_ticks = [told.oldest(); N];
+        }
+        if feeds {
+            self.feed()?;
+        }
+        let sent = self.host.finish(&told, wire.map(|kind| (kind, &mut self.dice)), mute)?;
+        let said = match self.machine.tick(&sent.bytes, &told) {
+            Ok(said) => said,
+            Err(Trouble::Differs(what)) => {
+                return Err(Stop::Unsafe { broken: None, what, inputs: format!("{told:?}\n{sent:?}") });
+            }
+            Err(trouble) => return Err(Stop::Trouble(trouble)),
+        };
+        if let Err(broken) = self.judge.watch(&told, &sent, &said) {
+            let what = format!("{:?}: {}", broken.law, broken.what);
+            let inputs = format!("told {told:?}\nsent {sent:?}\nsaid {said:?}\nbefore {:?}", self.status);
+            return Err(Stop::Unsafe { broken: Some(broken), what, inputs });
+        }
+        self.move_arm(&said).map_err(|diverged| {
+            let broken = Unsafe { law: Law::RanAway, what: diverged.to_string() };
+            let inputs = format!("told {told:?}\nsaid {said:?}");
+            Stop::Unsafe { what: broken.what.clone(), broken: Some(broken), inputs }
+        })?;
+        if said.status.state == Situation::Running.state() {
+            self.along += 1;
+        }
+        self.status = Some(said.status);
+        Ok(())
+    }
+
+    /// What sensors and lines say where nothing is wrong.
+    fn calm(&mut self) -> Told<N> {
+        let measured = measurement::<f32, N>(&self.world.sensors.read(self.world.plant.measured()));
+        Told {
+            tick: self.tick,
+            sensed: measured.sensed,
+            age_ticks: [measured.age_ticks; N],
+            emergency_stop: false,
+            overrun: false,
+            zeroed: true,
+            drive_fault: [false; N],
+            supply: self.stage.calm.0,
+            temperature: self.stage.calm.1,
+        }
+    }
+
+    /// The scene's motion, so many ticks from its start.
+    fn motion(&self, ticks: u32) -> Reference<f64, N> {
+        self.world.reference(f64::from(ticks) * self.world.period)
+    }
+
+    /// Send the points that are due.
+    fn feed(&mut self) -> Result<(), FrameTooLong> {
+        let (world, period) = (&self.world, self.world.period);
+        self.host.feed(self.along, |ticks| world.reference(f64::from(ticks) * period))
+    }
+
+    /// Let the arm do what the drives do.
+    fn move_arm(&mut self, said: &Said<N>) -> Result<(), Diverged> {
+        let plant = &mut self.world.plant;
+        let torque = match &said.drives {
+            Drives::Drive(torque) => torque.map(f64::from),
+            Drives::Safe(SafeAction::Brake) => {
+                plant.brake();
+                return Ok(());
+            }
+            Drives::Safe(SafeAction::DampedStop) => {
+                let qd = plant.measured().qd;
+                let damping = |i: usize| {
+                    let limit = self.stage.config.limits[i].torque;
+                    (-self.stage.rules.joints[i].damping * qd[i]).clamp(-limit, limit)
+                };
+                core::array::from_fn(damping)
+            }
+            Drives::Safe(SafeAction::Off) => [0.0; N],
+        };
+        self.driven += 1;
+        plant.drive(&torque)
+    }
+
+    fn state(&self) -> u8 {
+        self.status.as_ref().map_or(0, |status| status.state)
+    }
+
+    fn cause(&self) -> u8 {
+        self.status.as_ref().map_or(0, |status| status.cause)
+    }
+}

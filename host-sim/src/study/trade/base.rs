@@ -1,0 +1,182 @@
+//! The scene that is traded: as its file has it, or made up for a robot.
+
+use super::choice::{Choice, Every, TermSet, put, remove};
+use crate::cli::{LevelName, RunScalar};
+use crate::failure::Failure;
+use crate::study::Subject;
+use robot_compiler::SceneFile;
+use robot_compiler::scene::MotionSpec;
+use robot_compiler::scene::terms::ModelTerm;
+use std::fs;
+use std::path::Path;
+use toml_edit::{Array, DocumentMut, InlineTable, Value, value};
+
+/// The scene before any choice, as text that choices are written into.
+#[derive(Clone, Debug)]
+pub struct Base {
+    /// As it is read.
+    pub file: SceneFile,
+    text: DocumentMut,
+}
+
+impl Base {
+    /// From a scene file or a robot file.
+    ///
+    /// `terms = "auto"` is written out first, as every term that acts in the scene's world: it is a choice like those made here.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or a scene that cannot be.
+    pub fn load(path: &Path) -> Result<Self, Failure> {
+        let Subject { file, scene } = Subject::load(path)?;
+        let unreadable =
+            |error: &dyn core::fmt::Display| Failure::Input(miette::miette!("{}: {error}", path.display()));
+        let mut text = if scene.is_some() {
+            let text = fs::read_to_string(path).map_err(|error| unreadable(&error))?;
+            text.parse::<DocumentMut>().map_err(|error| unreadable(&error))?
+        } else {
+            made_up(&file)
+        };
+        if file.model.auto.is_some() {
+            write_out_auto(&mut text, &file);
+        }
+        let mut base = Self { file, text };
+        base.text["robot"] = value(absolute(&base.file.robot.path).display().to_string());
+        base.file = base.read(&base.text.to_string(), path)?;
+        Ok(base)
+    }
+
+    /// What the scene has chosen itself.
+    #[must_use]
+    pub fn own(&self) -> Choice {
+        use dynamics_core::Term;
+        use dynamics_core::control::Law;
+        use robot_compiler::scene::KernelChoice;
+        let SceneFile { control, model, .. } = &self.file;
+        let terms = match control.law {
+            Law::Pd => TermSet::None,
+            Law::PdGravity | Law::Feedforward => TermSet::Gravity,
+            Law::DiagonalInertia => TermSet::Diagonal,
+            Law::ComputedTorque if matches!(model.coriolis, Term::Absent) => TermSet::NoCoriolis,
+            Law::ComputedTorque => TermSet::Full,
+        };
+        Choice {
+            scalar: RunScalar::from(control.scalar),
+            trig: control.trig,
+            terms,
+            friction: true,
+            rotors: true,
+            every: Every { ticks: control.model_every, between: control.model_between },
+            kernel: match control.kernel {
+                KernelChoice::Regrouped => LevelName::Regrouped,
+                KernelChoice::Exact | KernelChoice::Generic => LevelName::Exact,
+            },
+            rate: control.rate,
+        }
+    }
+
+    /// The text of the scene with a choice made; the robot's path is absolute.
+    #[must_use]
+    pub fn with(&self, choice: &Choice) -> String {
+        let mut text = self.text.clone();
+        choice.write(&mut text, self.file.control.rate);
+        text.to_string()
+    }
+
+    /// The text of the scene without some terms of its model, its choices as they are; the robot's path is absolute.
+    #[must_use]
+    pub fn without(&self, terms: &[ModelTerm]) -> String {
+        let mut text = self.text.clone();
+        for term in terms {
+            put(&mut text, "model", term.key(), value("absent"));
+        }
+        text.to_string()
+    }
+
+    /// As [`Base::with`], for a file in a folder: the robot's path is relative to it where that can be.
+    #[must_use]
+    pub fn with_in(&self, choice: &Choice, name: &str, folder: &Path) -> String {
+        let mut text = self.text.clone();
+        choice.write(&mut text, self.file.control.rate);
+        text["name"] = value(name);
+        text["robot"] = value(relative(&absolute(&self.file.robot.path), &absolute(folder)).display().to_string());
+        text.to_string()
+    }
+
+    /// Read a text of [`Base::with`].
+    ///
+    /// # Errors
+    /// A choice that the scene cannot have.
+    pub fn read(&self, text: &str, path: &Path) -> Result<SceneFile, Failure> {
+        SceneFile::from_toml_str(text, path).map_err(Failure::input)
+    }
+}
+
+/// The default scene of a robot, as a file.
+fn made_up(file: &SceneFile) -> DocumentMut {
+    let mut text = DocumentMut::new();
+    text["name"] = value(&file.name);
+    text["robot"] = value("");
+    put(&mut text, "motion", "kind", value("quintic"));
+    let mut points = Array::new();
+    if let MotionSpec::Quintic { points: there, .. } = &file.motion {
+        for point in there {
+            let mut table = InlineTable::new();
+            table.insert("q", Value::Array(point.q.iter().copied().collect()));
+            point.duration.map(|duration| table.insert("duration", duration.into()));
+            points.push(table);
+        }
+    }
+    put(&mut text, "motion", "points", value(points));
+    text
+}
+
+/// The model that knows all that `[plant]` says, term by term.
+fn write_out_auto(text: &mut DocumentMut, file: &SceneFile) {
+    remove(text, "model", "terms");
+    remove(text, "model", "tolerance");
+    for key in ["gravity", "payload", "tip_wrench"] {
+        if let Some(there) = text.get("plant").and_then(|plant| plant.get(key)).cloned() {
+            put(text, "model", key, there);
+        }
+    }
+    if !file.model.full().friction {
+        put(text, "model", "friction", value("absent"));
+    }
+}
+
+fn absolute(path: &Path) -> std::path::PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+/// `path` as seen from `folder`; both absolute. Where they share nothing, `path` itself.
+fn relative(path: &Path, folder: &Path) -> std::path::PathBuf {
+    let (mut there, mut here) = (path.components().peekable(), folder.components().peekable());
+    let mut shared = 0;
+    while let (Some(a), Some(b)) = (there.peek(), here.peek()) {
+        if a != b {
+            break;
+        }
+        shared += 1;
+        there.next();
+        here.next();
+    }
+    if shared <= 1 {
+        return path.to_owned();
+    }
+    here.map(|_| std::path::Component::ParentDir).chain(there).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::relative;
+    use std::path::Path;
+
+    #[test]
+    fn a_robot_is_found_from_another_folder() {
+        let from = |path: &str, folder: &str| relative(Path::new(path), Path::new(folder)).display().to_string();
+        assert_eq!(from("/a/robots/x.toml", "/a/scenes"), "../robots/x.toml");
+        assert_eq!(from("/a/robots/x.toml", "/a/out/b/c"), "../../../robots/x.toml");
+        assert_eq!(from("/a/x.toml", "/a"), "x.toml");
+        assert_eq!(from("/b/x.toml", "/a"), "/b/x.toml");
+    }
+}

@@ -1,0 +1,342 @@
+//! A trade-off as tables, CSV, a plot and Markdown.
+
+use super::choice::{Choice, TermSet, name};
+use super::{Point, Trade};
+use crate::cli::run::in_file;
+use crate::failure::Failure;
+use crate::run::plot::{PlotError, Scatter, ScatterPanel, Spot, write_scatter};
+use crate::run::summary::engineering;
+use comfy_table::{CellAlignment, Table, presets};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The command that measures one choice.
+#[must_use]
+pub fn command(scene: &Path, choice: &Choice) -> String {
+    let n = choice.named();
+    format!(
+        "host-sim trade {} --scalar {} --trig {} --terms {} --friction {} --rotors {} --every {} --kernel {} --rate {} --alone",
+        scene.display(),
+        n.scalar,
+        n.trig,
+        n.terms,
+        n.friction,
+        n.rotors,
+        n.every,
+        n.kernel,
+        n.rate
+    )
+}
+
+/// Heads of the columns: what is chosen, then what it costs.
+const CHOICES: [&str; 8] = ["scalar", "trig", "terms", "friction", "rotors", "every", "kernel", "rate"];
+
+fn choices(point: &Point) -> [String; 8] {
+    let n = &point.choice;
+    [
+        n.scalar.clone(),
+        n.trig.clone(),
+        n.terms.clone(),
+        n.friction.to_owned(),
+        n.rotors.to_owned(),
+        n.every.clone(),
+        n.kernel.clone(),
+        format!("{}", n.rate),
+    ]
+}
+
+/// A share, in percent.
+pub(crate) fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent == 0.0 || (0.01..1e4).contains(&percent) {
+        format!("{percent:.3} %")
+    } else {
+        format!("{percent:.1e} %")
+    }
+}
+
+fn or_fault(value: Option<f64>, show: impl Fn(f64) -> String) -> String {
+    value.map_or_else(|| "fault".to_owned(), show)
+}
+
+impl Point {
+    fn tracking_on(&self, course: usize) -> String {
+        let of = &self.courses[course];
+        let most = of.tracking.max.iter().fold(0.0, |most, x| f64::max(most, *x));
+        or_fault(of.fault.is_none().then_some(most), |x| engineering(x, "rad"))
+    }
+
+    /// Greatest torque error of any joint on any course, N m or N.
+    fn torque_max(&self) -> Option<f64> {
+        let of = |course: &super::measure::OnCourse| {
+            Some(course.torque.as_ref()?.max.iter().fold(0.0, |most, x| f64::max(most, *x)))
+        };
+        self.courses.iter().map(of).try_fold(0.0, |most, x| Some(f64::max(most, x?)))
+    }
+
+    fn cells(&self) -> Vec<String> {
+        let cost = &self.cost;
+        let mean_and_most = |mean: f64, most: f64| {
+            if (most - mean).abs() < 0.5 { format!("{mean:.0}") } else { format!("{mean:.0} ({most:.0})") }
+        };
+        let mut cells = vec![
+            mean_and_most(cost.instructions, cost.instructions_max as f64),
+            mean_and_most(cost.cycles, cost.cycles_max),
+            cost.flash.to_string(),
+            cost.ram.to_string(),
+            or_fault(self.torque_of_limit, percent),
+            or_fault(self.torque_max(), |x| engineering(x, "N m")),
+        ];
+        cells.extend((0..self.courses.len()).map(|course| self.tracking_on(course)));
+        cells
+    }
+}
+
+const COSTS: [&str; 6] = ["instructions", "cycles, est.", "flash", "RAM", "torque error", "at most"];
+
+impl Trade {
+    /// Columns of choices in which the points differ.
+    fn varied(&self) -> Vec<usize> {
+        let rows: Vec<[String; 8]> = self.points.iter().map(choices).collect();
+        let varies = |column: &usize| rows.iter().any(|row| row[*column] != rows[0][*column]);
+        let varied: Vec<usize> = (0..CHOICES.len()).filter(varies).collect();
+        if varied.is_empty() { (0..CHOICES.len()).collect() } else { varied }
+    }
+
+    fn head(&self, varied: &[usize]) -> Vec<String> {
+        let courses = self.courses.iter().map(|course| format!("tracking, {}", course.name));
+        let named = varied.iter().map(|&column| CHOICES[column].to_owned()).chain(COSTS.map(str::to_owned));
+        named.chain(courses).collect()
+    }
+
+    fn row(point: &Point, varied: &[usize]) -> Vec<String> {
+        let chosen = choices(point);
+        varied.iter().map(|&column| chosen[column].clone()).chain(point.cells()).collect()
+    }
+
+    /// The points that nothing beats, in torque error or in tracking.
+    pub fn front(&self) -> impl Iterator<Item = &Point> {
+        self.points.iter().filter(|point| point.on_torque_front || point.on_tracking_front)
+    }
+
+    /// As a person reads it in a terminal.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let varied = self.varied();
+        let mut table = Table::new();
+        table.load_style(presets::UTF8_FULL_CONDENSED);
+        let mut head = self.head(&varied);
+        head.push("front".to_owned());
+        table.set_header(head);
+        for column in table.column_iter_mut().skip(varied.len()) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        for point in self.front() {
+            let mut row = Self::row(point, &varied);
+            row.push(front_name(point).to_owned());
+            table.add_row(row);
+        }
+        let mut text = format!(
+            "{}: {}, {} choices; those that nothing beats:\n{table}\n",
+            self.scene,
+            self.robot,
+            self.points.len()
+        );
+        for course in &self.courses {
+            let _ = writeln!(
+                text,
+                "{:<10}{:.2} s, speed to {:.0} % of a limit, least eigenvalue of the scaled mass matrix {:.3}",
+                course.name,
+                course.duration,
+                100.0 * course.speed,
+                course.least_eigenvalue
+            );
+        }
+        text
+    }
+
+    /// Every point with every number.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_csv(&self, path: &Path) -> Result<(), Failure> {
+        let failed = |error: csv::Error| in_file(path, &error);
+        let mut file = csv::Writer::from_path(path).map_err(failed)?;
+        let mut head: Vec<String> = CHOICES.map(str::to_owned).to_vec();
+        head.extend(
+            [
+                "instructions_mean",
+                "instructions_max",
+                "cycles_mean",
+                "cycles_max",
+                "flash",
+                "ram",
+                "matches_desk",
+                "torque_of_limit",
+            ]
+            .map(str::to_owned),
+        );
+        for course in &self.courses {
+            for joint in &self.joints {
+                for what in ["torque_max", "torque_rms", "tracking_max", "tracking_rms"] {
+                    head.push(format!("{}_{joint}_{what}", course.name));
+                }
+            }
+            head.push(format!("{}_fault", course.name));
+        }
+        head.extend(["torque_front", "tracking_front", "command"].map(str::to_owned));
+        file.write_record(&head).map_err(failed)?;
+        for point in &self.points {
+            let cost = &point.cost;
+            let mut row = choices(point).to_vec();
+            row.extend([
+                cost.instructions.to_string(),
+                cost.instructions_max.to_string(),
+                cost.cycles.to_string(),
+                cost.cycles_max.to_string(),
+                cost.flash.to_string(),
+                cost.ram.to_string(),
+                cost.matches_desk.to_string(),
+                point.torque_of_limit.map_or_else(String::new, |x| x.to_string()),
+            ]);
+            for course in &point.courses {
+                let torque = |joint: usize, pick: fn(&super::measure::Errors) -> &Vec<f64>| {
+                    course.torque.as_ref().map_or_else(String::new, |errors| pick(errors)[joint].to_string())
+                };
+                for joint in 0..self.joints.len() {
+                    row.extend([
+                        torque(joint, |errors| &errors.max),
+                        torque(joint, |errors| &errors.rms),
+                        course.tracking.max[joint].to_string(),
+                        course.tracking.rms[joint].to_string(),
+                    ]);
+                }
+                row.push(course.fault.clone().unwrap_or_default());
+            }
+            row.extend([point.on_torque_front.to_string(), point.on_tracking_front.to_string(), point.command.clone()]);
+            file.write_record(&row).map_err(failed)?;
+        }
+        file.flush().map_err(Failure::Output)
+    }
+
+    /// Every point over its cycles: torque error above, tracking error below; a colour for each set of terms, a line through
+    /// those that nothing beats.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_plot(&self, path: &Path) -> Result<(), PlotError> {
+        let sets = [TermSet::Full, TermSet::NoCoriolis, TermSet::Diagonal, TermSet::Gravity, TermSet::None];
+        let panel =
+            |quantity: &'static str, error: &dyn Fn(&Point) -> Option<f64>, on_front: &dyn Fn(&Point) -> bool| {
+                let spots = self.points.iter().filter_map(|point| {
+                    let at = (point.cost.cycles, error(point)?);
+                    let kind = sets.iter().position(|set| *set == point.chosen.terms)?;
+                    (at.1 > 0.0).then_some(Spot { at, kind, on_front: on_front(point) })
+                });
+                ScatterPanel { quantity, spots: spots.collect() }
+            };
+        let scatter = Scatter {
+            title: format!("{}: cost and error", self.scene),
+            abscissa: "cycles of a tick (estimate)",
+            kinds: sets.map(name).to_vec(),
+            panels: vec![
+                panel("torque error / % of the limit", &|p| p.torque_of_limit.map(|x| 100.0 * x), &|p| {
+                    p.on_torque_front
+                }),
+                panel("tracking error / rad", &|p| p.tracking, &|p| p.on_tracking_front),
+            ],
+        };
+        write_scatter(&scatter, path)
+    }
+
+    /// As Markdown: the courses, the front, and what each axis does by itself.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let mut text = String::from(
+            "| course | length | speed, of a limit | least eigenvalue of the scaled mass matrix |\n|---|---|---|---|\n",
+        );
+        for course in &self.courses {
+            let _ = writeln!(
+                text,
+                "| {} | {:.2} s | {:.0} % | {:.3} |",
+                course.name,
+                course.duration,
+                100.0 * course.speed,
+                course.least_eigenvalue
+            );
+        }
+        let varied = self.varied();
+        let mut head = self.head(&varied);
+        head.push("front".to_owned());
+        let _ = write!(text, "\n{} choices. Those that nothing beats:\n\n{}", self.points.len(), markdown_head(&head));
+        for point in self.front() {
+            let mut row = Self::row(point, &varied);
+            row.push(front_name(point).to_owned());
+            let _ = writeln!(text, "| {} |", row.join(" | "));
+        }
+        let simulator = self.simulator_markdown();
+        let own = self.points.iter().find(|point| point.choice == self.own);
+        let Some(own) = own else { return text + &simulator };
+        let _ = write!(
+            text,
+            "\nThe scene's own choice ({}), and each that differs from it in one thing:\n\n",
+            choices(own).join(", ")
+        );
+        let mut head = self.head(&[]);
+        head.insert(0, "instead".to_owned());
+        text += &markdown_head(&head);
+        let here = choices(own);
+        let mut line = |label: &str, point: &Point| {
+            let _ = writeln!(text, "| {label} | {} |", point.cells().join(" | "));
+        };
+        line("(own)", own);
+        for column in 0..CHOICES.len() {
+            for point in &self.points {
+                let there = choices(point);
+                let differ: Vec<usize> = (0..CHOICES.len()).filter(|&k| here[k] != there[k]).collect();
+                if differ == [column] {
+                    line(&format!("{} {}", CHOICES[column], there[column]), point);
+                }
+            }
+        }
+        text + &simulator
+    }
+
+    /// What the simulator's own integrator is wrong by.
+    fn simulator_markdown(&self) -> String {
+        let mut text = String::from(
+            "\nThe simulator, on the scene's own motion: how far a joint is at most from where the adaptive pair has it at a tolerance of 1e-12.\n\n\
+             | integrator | steps a tick | accelerations a tick | off by | greatest tracking error |\n|---|---|---|---|---|\n",
+        );
+        for method in &self.simulator {
+            let steps = match (method.steps_per_tick, method.tolerance) {
+                (Some(steps), _) => steps.to_string(),
+                (None, Some(tolerance)) => format!("its own, tolerance {tolerance:.0e}"),
+                (None, None) => "its own".to_owned(),
+            };
+            let shown = |x: Option<f64>| x.map_or_else(|| "refused".to_owned(), |x| engineering(x, "rad"));
+            let _ = writeln!(
+                text,
+                "| {} | {steps} | {} | {} | {} |",
+                method.integrator,
+                if method.off_by.is_some() { format!("{:.1}", method.accelerations_per_tick) } else { "-".to_owned() },
+                shown(method.off_by),
+                shown(method.tracking)
+            );
+        }
+        text
+    }
+}
+
+fn markdown_head(head: &[String]) -> String {
+    format!("| {} |\n|{}\n", head.join(" | "), "---|".repeat(head.len()))
+}
+
+fn front_name(point: &Point) -> &'static str {
+    match (point.on_torque_front, point.on_tracking_front) {
+        (true, true) => "both",
+        (true, false) => "torque",
+        (false, true) => "tracking",
+        (false, false) => "",
+    }
+}

@@ -1,0 +1,122 @@
+//! The simulator's own trade: what an integrator and its step cost, and what they are wrong by.
+
+use crate::failure::Failure;
+use crate::run::closed_loop::End;
+use crate::run::simulate::{self, Run};
+use indicatif::ProgressBar;
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
+use robot_compiler::scene::IntegratorChoice;
+use robot_compiler::{SceneFile, with_dof};
+use serde::Serialize;
+use std::sync::atomic::AtomicBool;
+
+/// What is compared with: the embedded pair at this tolerance.
+const REFERENCE: f64 = 1e-12;
+
+/// An integrator with its step, on the scene's own run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MethodReport {
+    /// The integrator's name in scene files.
+    pub integrator: &'static str,
+    /// Steps in a control period; none where the method takes its own.
+    pub steps_per_tick: Option<u32>,
+    /// Error that a step may have, where it takes its own.
+    pub tolerance: Option<f64>,
+    /// How often the equations of motion are solved in a control period.
+    pub accelerations_per_tick: f64,
+    /// Greatest distance of a joint from where the reference run has it, rad or m; none where the run ended early.
+    pub off_by: Option<f64>,
+    /// Greatest tracking error of any joint, rad or m.
+    pub tracking: Option<f64>,
+}
+
+/// Compare integrators and steps on the scene's own motion, in its own world.
+///
+/// # Errors
+/// A scene that cannot be run.
+pub fn methods(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<MethodReport>, Failure> {
+    with_dof!(scene.robot.dof(), N => of_arm::<N>(scene, stop))
+}
+
+fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<MethodReport>, Failure> {
+    let (reference, _) = run::<N>(scene, IntegratorChoice::Adaptive { tolerance: REFERENCE }, 1, stop)?;
+    let fixed = |integrator, steps: &[u32]| steps.iter().map(|steps| (integrator, *steps)).collect::<Vec<_>>();
+    let own = [1e-3, 1e-6, 1e-9].map(|tolerance| (IntegratorChoice::Adaptive { tolerance }, 1));
+    let all = [
+        fixed(IntegratorChoice::SemiImplicitEuler, &[1, 4, 16, 64]),
+        fixed(IntegratorChoice::RungeKutta, &[1, 2, 4, 8, 16]),
+        own.to_vec(),
+    ]
+    .concat();
+    let measured = all.par_iter().map(|&(integrator, steps)| {
+        let refused = || MethodReport {
+            integrator: name(integrator),
+            steps_per_tick: steps_of(integrator, steps),
+            tolerance: tolerance_of(integrator),
+            accelerations_per_tick: f64::NAN,
+            off_by: None,
+            tracking: None,
+        };
+        let (run, accelerations) = match run::<N>(scene, integrator, steps, stop) {
+            Ok(done) => done,
+            // A step that friction or a spring cannot follow is refused: that is an answer.
+            Err(Failure::Input(_)) => return Ok(refused()),
+            Err(failure) => return Err(failure),
+        };
+        let ticks = run.record.ticks();
+        let whole = run.end == End::Complete && ticks == reference.record.ticks();
+        Ok(MethodReport {
+            accelerations_per_tick: accelerations as f64 / ticks.max(1) as f64,
+            off_by: whole.then(|| off_by(&run, &reference)),
+            tracking: whole.then(|| run.summary.tracking_max.iter().fold(0.0, |most, x| f64::max(most, *x))),
+            ..refused()
+        })
+    });
+    measured.collect()
+}
+
+fn run<const N: usize>(
+    scene: &SceneFile,
+    integrator: IntegratorChoice,
+    steps: u32,
+    stop: &AtomicBool,
+) -> Result<(Run, u64), Failure> {
+    let mut scene = scene.clone();
+    scene.plant.integrator = integrator;
+    scene.plant.step = scene.period() / f64::from(steps);
+    let mut world = simulate::world::<N>(&scene)?;
+    let run = simulate::on_desk_in::<N>(&mut world, &scene, stop, &ProgressBar::hidden())?;
+    if run.end == End::Interrupted {
+        return Err(Failure::Interrupted);
+    }
+    Ok((run, world.plant.accelerations()))
+}
+
+/// Greatest distance of any joint in any tick.
+fn off_by(run: &Run, reference: &Run) -> f64 {
+    let joints = 0..run.record.joints().len();
+    let distances = joints.flat_map(|joint| {
+        let pairs = run.record.joint(joint).zip(reference.record.joint(joint));
+        pairs.map(|(a, b)| (a.q - b.q).abs())
+    });
+    distances.fold(0.0, f64::max)
+}
+
+fn name(integrator: IntegratorChoice) -> &'static str {
+    match integrator {
+        IntegratorChoice::RungeKutta => "runge-kutta",
+        IntegratorChoice::SemiImplicitEuler => "semi-implicit-euler",
+        IntegratorChoice::Adaptive { .. } => "adaptive",
+    }
+}
+
+fn steps_of(integrator: IntegratorChoice, steps: u32) -> Option<u32> {
+    (!matches!(integrator, IntegratorChoice::Adaptive { .. })).then_some(steps)
+}
+
+fn tolerance_of(integrator: IntegratorChoice) -> Option<f64> {
+    match integrator {
+        IntegratorChoice::Adaptive { tolerance } => Some(tolerance),
+        IntegratorChoice::RungeKutta | IntegratorChoice::SemiImplicitEuler => None,
+    }
+}

@@ -1,0 +1,202 @@
+//! Inputs and outputs of the last ticks: telemetry of this one, and a memory of those around a fault.
+//!
+//! A tick only copies its inputs and its output here. Frames are made of them below the priority of the tick.
+
+use crate::supervisor::silence;
+use dynamics_core::safety::{Actuation, HoldCause, Inputs, Output, SafeAction, State};
+use heapless::Vec;
+use link::convert::joints;
+use link::{Denial, Frame, Parts, SensedLines, Status, TickCost};
+
+/// Ticks that are remembered.
+pub const TICKS: usize = 39;
+
+/// Ticks that are still remembered after the one with a fault; the others are those before it.
+pub const TICKS_AFTER: u8 = 8;
+
+/// A tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record<const N: usize> {
+    /// Its number.
+    pub tick: u32,
+    /// Frames that had been taken before it, modulo 65,536.
+    pub taken: u16,
+    /// All that the machine was told.
+    pub inputs: Inputs<f32, N>,
+    /// All that it said.
+    pub output: Output<f32, N>,
+    /// Its cost.
+    pub cost: Option<TickCost>,
+}
+
+impl<const N: usize> Record<N> {
+    /// No tick.
+    const NONE: Self = Self {
+        tick: 0,
+        taken: 0,
+        inputs: silence(),
+        output: Output {
+            actuation: Actuation::Safe(SafeAction::Brake),
+            state: State::Idle,
+            homed: false,
+            refused: None,
+        },
+        cost: None,
+    };
+
+    /// Status frame with these parts, and with how many points the trajectory has room for.
+    #[must_use]
+    pub fn status(&self, parts: Parts, room: u8) -> Status {
+        let Output { actuation, state, homed, refused } = &self.output;
+        let (cause, joint) = cause(*state);
+        let asked = |part| parts.contains(part);
+        Status {
+            tick: self.tick,
+            taken: self.taken,
+            state: state.code(),
+            cause,
+            joint,
+            homed: *homed,
+            refused: refused.map(Denial::new),
+            room,
+            actuation: asked(Parts::TORQUE).then(|| link::Actuation::new(actuation)),
+            sensed: asked(Parts::SENSED).then(|| sensed(&self.inputs)),
+            reference: self.inputs.reference.as_ref().filter(|_| asked(Parts::REFERENCE)).map(link::Reference::new),
+            cost: self.cost.filter(|_| asked(Parts::COST)),
+        }
+    }
+}
+
+/// Why the machine is in this state, and which joint's doing it is: the number of the fault or of the cause to hold.
+fn cause(state: State) -> (u8, Option<u8>) {
+    match state {
+        State::Fault(fault) => (fault.code(), fault.joint()),
+        State::Holding(cause) => match cause {
+            HoldCause::NoRoom { joint } | HoldCause::OutOfReach { joint } => (cause.code(), Some(joint)),
+            HoldCause::Requested | HoldCause::HeartbeatLost | HoldCause::NoReference => (cause.code(), None),
+        },
+        State::Idle | State::Homing | State::Armed | State::Running => (0, None),
+    }
+}
+
+/// All that a board said.
+fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
+    let drive_fault = inputs.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault));
+    SensedLines {
+        sensed: link::Sensed::new(&inputs.sensed),
+        age_ticks: joints(&inputs.age_ticks.map(|age| u16::try_from(age).unwrap_or(u16::MAX))),
+        lines: link::Lines {
+            emergency_stop: inputs.emergency_stop,
+            overrun: inputs.overrun,
+            zeroed: inputs.zeroed,
+            drive_fault,
+            supply: inputs.supply,
+            temperature: inputs.temperature,
+        },
+    }
+}
+
+/// Report of ticks. Made under the lock of the tick by copying; [`Report::frame`] does the rest.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
+pub enum Report<const N: usize> {
+    /// The answer of a bench tick.
+    Answer(Frame),
+    /// A tick, these parts of it, and how many points the trajectory has room for.
+    Tick(Record<N>, Parts, u8),
+    /// A tick of the black box; `None` behind the last.
+    Past(Option<Record<N>>),
+}
+
+impl<const N: usize> Report<N> {
+    /// Frame of this report.
+    #[must_use]
+    pub fn frame(self) -> Frame {
+        match self {
+            Self::Answer(frame) => frame,
+            Self::Tick(record, parts, room) => Frame::Status(record.status(parts, room)),
+            Self::Past(record) => Frame::Past(record.map(|record| record.status(Parts::ALL, 0))),
+        }
+    }
+}
+
+/// A ring of the last ticks, which stands still a few ticks after a fault until the fault is cleared.
+#[derive(Clone, Debug)]
+pub struct BlackBox<const N: usize> {
+    /// One more than are remembered: where the tick of now goes while the others stand still.
+    ring: Vec<Record<N>, { TICKS + 1 }>,
+    /// The tick of now.
+    now: usize,
+    /// How many there are, that of now too.
+    length: usize,
+    /// Ticks that are still to be remembered, while there is a fault.
+    left: Option<u8>,
+}
+
+impl<const N: usize> BlackBox<N> {
+    /// Empty.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { ring: Vec::new(), now: 0, length: 0, left: None }
+    }
+
+    /// Forget everything.
+    pub fn clear(&mut self) {
+        (self.now, self.length, self.left) = (0, 0, None);
+    }
+
+    /// The tick of now; call [`BlackBox::begin`] first.
+    #[inline]
+    #[must_use]
+    pub fn now(&self) -> &Record<N> {
+        match self.ring.get(self.now) {
+            Some(record) => record,
+            None => const { &Record::NONE },
+        }
+    }
+
+    /// Room for the tick of now. The one before is remembered, unless all stands still.
+    #[inline]
+    pub fn begin(&mut self) -> Option<&mut Record<N>> {
+        let still = match (self.now().output.state, &mut self.left) {
+            (State::Fault(_), Some(0)) => true,
+            (State::Fault(_), Some(left)) => {
+                *left -= 1;
+                *left == 0
+            }
+            (State::Fault(_), left) => {
+                *left = Some(TICKS_AFTER + 1);
+                false
+            }
+            (_, left) => {
+                *left = None;
+                false
+            }
+        };
+        if !still {
+            self.now = if self.length > 0 && self.now < TICKS { self.now + 1 } else { 0 };
+            self.length = (self.length + 1).min(TICKS + 1);
+        }
+        if self.now >= self.ring.len() {
+            // Once around the ring: a chip that starts has better things to do than to fill it.
+            self.ring.push(Record::NONE).ok()?;
+        }
+        self.ring.get_mut(self.now)
+    }
+
+    /// The tick that is remembered at this place, the oldest at 0 and that of now not among them; `None` behind the last.
+    #[must_use]
+    pub fn get(&self, place: usize) -> Option<&Record<N>> {
+        let remembered = self.length.checked_sub(1)?;
+        if place >= remembered {
+            return None;
+        }
+        self.ring.get((self.now + TICKS + 1 - remembered + place) % (TICKS + 1))
+    }
+}
+
+impl<const N: usize> Default for BlackBox<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

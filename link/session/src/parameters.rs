@@ -1,0 +1,186 @@
+//! Parameters that can be read back at run time, and those of them that can be changed.
+//!
+//! A parameter's number is 16 times its joint (counted from 0) plus one of these:
+//!
+//! | number | parameter | unit | bounds, as multiples of what was built in |
+//! |---|---|---|---|
+//! | 0 | position gain | 1/s^2 | 1/4 to 4 |
+//! | 1 | velocity gain | 1/s | 1/2 to 2 |
+//! | 2 | viscous friction that is made up for | N m s/rad, N s/m | 0 to 2 |
+//! | 3 | Coulomb friction that is made up for | N m, N | 0 to 2 |
+//! | 4 | torque limit | N m, N | fixed |
+//! | 5 | most that the torque changes in a tick | N m, N | fixed |
+//! | 6 | velocity limit | rad/s, m/s | fixed |
+//! | 7, 8 | lower and upper position limit | rad, m | fixed |
+//! | 9 | position per encoder count | rad, m | fixed |
+//!
+//! and for the whole arm, from 96 on: payload mass (kg), its first moment (kg m, x y z), its inertia about the last link's origin
+//! (kg m^2: xx yy zz xy xz yz), gravity (m/s^2, x y z). These are live inputs and are set together, by a frame of their own: the
+//! payload one that can be, no heavier and no larger than the rules say ([`InertiaBounds`]); gravity of at most [`GRAVITY_MAX`].
+//!
+//! The first four can be changed where the scene says `tunable = true` under `[control]`: only then are they in RAM.
+
+use dynamics_core::InertiaBounds;
+use dynamics_core::control::ControllerConfig;
+use dynamics_core::scene::Live;
+use link::{Refusal, Setting, Value};
+
+/// The first number of the whole arm.
+pub const ARM: u8 = 96;
+
+/// Most gravity that can be told, m/s^2: twice the earth's, for a base that is accelerated.
+pub const GRAVITY_MAX: f32 = 20.0;
+
+/// The parameters of a joint, by number.
+pub const JOINT_NAMES: [&str; 10] = [
+    "position gain",
+    "velocity gain",
+    "viscous friction",
+    "coulomb friction",
+    "torque limit",
+    "torque step",
+    "velocity limit",
+    "lower limit",
+    "upper limit",
+    "position per count",
+];
+
+/// The parameters of the whole arm, by number less [`ARM`].
+pub const ARM_NAMES: [&str; 13] = [
+    "payload mass",
+    "payload first moment x",
+    "payload first moment y",
+    "payload first moment z",
+    "payload inertia xx",
+    "payload inertia yy",
+    "payload inertia zz",
+    "payload inertia xy",
+    "payload inertia xz",
+    "payload inertia yz",
+    "gravity x",
+    "gravity y",
+    "gravity z",
+];
+
+/// Name of a number, and of which joint (counted from 0) it is.
+#[must_use]
+pub fn name(index: u8) -> Option<(&'static str, Option<u8>)> {
+    match index.checked_sub(ARM) {
+        Some(of_arm) => Some((ARM_NAMES.get(usize::from(of_arm))?, None)),
+        None => Some((JOINT_NAMES.get(usize::from(index % 16))?, Some(index / 16))),
+    }
+}
+
+/// A parameter of a joint that can be changed, out of a configuration; `None` where it is fixed or absent.
+fn changeable<const N: usize>(config: &mut ControllerConfig<f32, N>, index: u8) -> Option<&mut f32> {
+    let joint = usize::from(index / 16);
+    match index % 16 {
+        0 => Some(&mut config.gains.get_mut(joint)?.position),
+        1 => Some(&mut config.gains.get_mut(joint)?.velocity),
+        2 => Some(&mut config.friction.as_mut()?.get_mut(joint)?.viscous),
+        3 => Some(&mut config.friction.as_mut()?.get_mut(joint)?.coulomb),
+        _ => None,
+    }
+}
+
+/// Least and most of what can be changed, as multiples of what was built in.
+const BOUNDS: [(f32, f32); 4] = [(0.25, 4.0), (0.5, 2.0), (0.0, 2.0), (0.0, 2.0)];
+
+/// Value of a parameter, and its bounds where it can be changed. The payload's mass has its own, though it is set by another frame.
+///
+/// # Errors
+/// [`Refusal::NoParameter`].
+pub fn read<const N: usize>(
+    index: u8,
+    config: &ControllerConfig<f32, N>,
+    built_in: &ControllerConfig<f32, N>,
+    live: &Live<f32, N>,
+    payload: &InertiaBounds<f32>,
+    tunable: bool,
+) -> Result<Value, Refusal> {
+    let value = value(index, config, live).ok_or(Refusal::NoParameter)?;
+    let around =
+        |built_in: f32| BOUNDS.get(usize::from(index % 16)).map(|(low, high)| (low * built_in, high * built_in));
+    let nominal = changeable(&mut built_in.clone(), index).map(|nominal| *nominal);
+    let bounds = match index {
+        ARM => Some((0.0, payload.mass)),
+        _ => nominal.filter(|_| tunable && index < ARM).and_then(around),
+    };
+    let (low, high) = bounds.unwrap_or((f32::NAN, f32::NAN));
+    Ok(Value { index, value, low, high })
+}
+
+fn value<const N: usize>(index: u8, config: &ControllerConfig<f32, N>, live: &Live<f32, N>) -> Option<f32> {
+    if let Some(of_arm) = index.checked_sub(ARM) {
+        let (payload, tensor) = (&live.payload, &live.payload.about_origin);
+        let (first, gravity) = (&payload.first_moment, &live.gravity);
+        let all = [
+            payload.mass,
+            first.x,
+            first.y,
+            first.z,
+            tensor.m11,
+            tensor.m22,
+            tensor.m33,
+            tensor.m12,
+            tensor.m13,
+            tensor.m23,
+            gravity.x,
+            gravity.y,
+            gravity.z,
+        ];
+        return all.get(usize::from(of_arm)).copied();
+    }
+    let joint = usize::from(index / 16);
+    let (gains, limits) = (config.gains.get(joint)?, config.limits.get(joint)?);
+    // What is not made up for is made up for by nothing.
+    let friction = config.friction.as_ref().and_then(|all| all.get(joint));
+    Some(match index % 16 {
+        0 => gains.position,
+        1 => gains.velocity,
+        2 => friction.map_or(0.0, |friction| friction.viscous),
+        3 => friction.map_or(0.0, |friction| friction.coulomb),
+        4 => limits.torque,
+        5 => *config.torque_step.get(joint)?,
+        6 => limits.velocity,
+        7 => limits.position.0,
+        8 => limits.position.1,
+        9 => config.encoder.get(joint)?.per_count,
+        _ => return None,
+    })
+}
+
+/// Whether a setting can be made.
+///
+/// # Errors
+/// [`Refusal::NoParameter`], [`Refusal::Fixed`], [`Refusal::OutOfBounds`].
+pub fn check<const N: usize>(
+    setting: Setting,
+    built_in: &ControllerConfig<f32, N>,
+    live: &Live<f32, N>,
+    payload: &InertiaBounds<f32>,
+    tunable: bool,
+) -> Result<(), Refusal> {
+    let Value { low, high, .. } = read(setting.index, built_in, built_in, live, payload, tunable)?;
+    if low.is_nan() || setting.index >= ARM {
+        return Err(Refusal::Fixed);
+    }
+    // False for NaN.
+    if setting.value >= low && setting.value <= high { Ok(()) } else { Err(Refusal::OutOfBounds) }
+}
+
+/// Whether live inputs, all finite, can be taken.
+///
+/// # Errors
+/// [`Refusal::OutOfBounds`].
+pub fn check_live<const N: usize>(live: &Live<f32, N>, payload: &InertiaBounds<f32>) -> Result<(), Refusal> {
+    let pull = live.gravity.dot(&live.gravity) <= GRAVITY_MAX * GRAVITY_MAX;
+    if pull && live.payload.is_within(payload) { Ok(()) } else { Err(Refusal::OutOfBounds) }
+}
+
+/// Make a setting that was checked.
+pub fn set<const N: usize>(setting: Setting, config: &mut ControllerConfig<f32, N>) {
+    if let Some(value) = changeable(config, setting.index) {
+        *value = setting.value;
+    }
+}

@@ -1,0 +1,122 @@
+//! What the joints and the lines of a board say in a tick, whatever reaches them.
+
+use core::ops::{BitOr, BitOrAssign};
+use dynamics_core::control::Sensed;
+
+/// Faults of a joint: a set of bits, stable in telemetry. Any of them stops the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct JointFaults(u8);
+
+impl JointFaults {
+    /// Nothing.
+    pub const NONE: Self = Self(0);
+    /// No measurement for more ticks than the way of reaching it allows, or none ever.
+    pub const MISSING: Self = Self(1);
+    /// The drive reports an error of its own.
+    pub const DRIVE: Self = Self(2);
+    /// The position is at the end of what a reply can carry: the true one may lie beyond.
+    pub const RANGE: Self = Self(4);
+    /// The sensor doubts itself: its magnet is too far or too near.
+    pub const SENSOR: Self = Self(8);
+    /// The sensor moved further than the joint can, and its turn is lost. Stays until the sensor is started anew.
+    pub const LOST: Self = Self(16);
+    /// The bus is off.
+    pub const BUS: Self = Self(32);
+    /// The last torque was NaN or infinite, and none was driven.
+    pub const NON_FINITE: Self = Self(64);
+    /// A pin or a PWM channel refused.
+    pub const OUTPUT: Self = Self(128);
+
+    /// Each single bit with its name.
+    pub const NAMES: [(Self, &'static str); 8] = [
+        (Self::MISSING, "measurement missing"),
+        (Self::DRIVE, "drive error"),
+        (Self::RANGE, "position at the end of its range"),
+        (Self::SENSOR, "sensor doubtful"),
+        (Self::LOST, "turn lost"),
+        (Self::BUS, "bus off"),
+        (Self::NON_FINITE, "torque not finite"),
+        (Self::OUTPUT, "output refused"),
+    ];
+
+    /// The bits.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether every bit of `other` is set.
+    #[must_use]
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Whether any bit of `other` is set.
+    #[inline]
+    #[must_use]
+    pub const fn intersects(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// These bits and those of `other`.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// All but the bits of `other`.
+    #[inline]
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// These bits, where the condition holds.
+    #[inline]
+    #[must_use]
+    pub fn when(self, condition: bool) -> Self {
+        if condition { self } else { Self::NONE }
+    }
+}
+
+impl BitOr for JointFaults {
+    type Output = Self;
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for JointFaults {
+    fn bitor_assign(&mut self, other: Self) {
+        *self = *self | other;
+    }
+}
+
+/// Positions, torques, ages and faults of all joints in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Readings<const N: usize> {
+    /// Positions and velocities, or counts.
+    pub sensed: Sensed<f32, N>,
+    /// Torque or force that each drive reports or is estimated to give, N m or N.
+    pub torque: [f32; N],
+    /// Ticks since each joint's measurement; 0 is fresh, `u32::MAX` is never.
+    pub age_ticks: [u32; N],
+    /// Faults of each joint.
+    pub faults: [JointFaults; N],
+}
+
+/// Lines of a board, beside its joints' readings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lines {
+    /// The emergency stop is pressed, or its wire is broken.
+    pub emergency_stop: bool,
+    /// Supply voltage, V, where the board measures it.
+    pub supply: Option<f32>,
+    /// Highest temperature, degrees Celsius, where the board measures it.
+    pub temperature: Option<f32>,
+}
+
+impl Lines {
+    /// No line, or none that says anything.
+    pub const NONE: Self = Self { emergency_stop: false, supply: None, temperature: None };
+}

@@ -1,0 +1,213 @@
+//! The state machine between frames and ticks: its parts, its states, and what a hello does.
+
+mod change;
+mod receive;
+mod say;
+mod tick;
+
+pub use change::JUMP;
+pub use receive::Reaction;
+pub use tick::Drives;
+
+use crate::black_box::BlackBox;
+use crate::readings::{Lines, Readings};
+use crate::supervisor::Supervisor;
+use crate::trajectory::Trajectory;
+use change::Change;
+use core::borrow::BorrowMut;
+use dynamics_core::control::{
+    Configuration, Controller, ControllerConfig, Fault, Measurement, Protection, Reference, Unprotected,
+};
+use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::safety::{self, SafeAction};
+use dynamics_core::scene::Live;
+use dynamics_core::trig::Trig;
+use link::{Frame, Hello, Pacing, Parts, Refusal, Watch};
+
+/// State of the session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// No hello has agreed yet: the arm is braked and no tick runs.
+    Waiting,
+    /// Ticks run on the bench; the controller brakes where there is a fault.
+    Bench(Pacing, Option<Fault>),
+    /// Ticks run under the safety state machine, which does this.
+    Supervised(Pacing, safety::State),
+}
+
+impl State {
+    /// The origin of ticks, if any run.
+    #[inline]
+    #[must_use]
+    pub const fn pacing(self) -> Option<Pacing> {
+        match self {
+            Self::Waiting => None,
+            Self::Bench(pacing, _) | Self::Supervised(pacing, _) => Some(pacing),
+        }
+    }
+}
+
+/// Large buffers, placed in static RAM on a chip so that they never pass over the stack.
+#[derive(Clone, Debug, Default)]
+pub struct Buffers<const N: usize> {
+    trajectory: Trajectory<N>,
+    black_box: BlackBox<N>,
+}
+
+impl<const N: usize> Buffers<N> {
+    /// Empty.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { trajectory: Trajectory::new(), black_box: BlackBox::new() }
+    }
+}
+
+/// The state machine. `B` has the buffers: they themselves, or a reference to them.
+pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Unprotected, B = Buffers<N>> {
+    own: Hello,
+    pacing: Option<Pacing>,
+    controller: Controller<f32, N, D, T, C, P>,
+    supervisor: Supervisor<N, K>,
+    safety: K,
+    reference: Option<Reference<f32, N>>,
+    measurement: Option<Measurement<f32, N>>,
+    /// The number that the last measurement gave to its tick; the timer counts on from it.
+    tick: u32,
+    /// A measurement has come since the last tick.
+    fresh: bool,
+    /// Frames taken since the hello.
+    taken: u16,
+    /// Answer of the last bench tick, until it is sent.
+    answer: Option<Frame>,
+    /// The last tick under supervision, which the black box has, is still to be sent.
+    unsaid: bool,
+    /// A change that waits for the next tick, while torque acts.
+    change: Option<Change<N>>,
+    /// Whether parameters may be changed where the controller's configuration can be.
+    tunable: bool,
+    watch: Watch,
+    /// Ticks until the next report.
+    until: u16,
+    buffers: B,
+    /// The next tick of the black box to be sent.
+    past: Option<usize>,
+}
+
+impl<const N: usize, D, T, K, C, P> Session<N, D, T, K, C, P>
+where
+    D: InverseDynamics<f32, N> + Clone,
+    T: Trig<f32> + Clone,
+    K: safety::Configuration<f32, N> + Clone,
+    C: Configuration<f32, N> + Clone,
+    P: Protection<f32, N> + Clone,
+{
+    /// A session that waits for a hello like `own`.
+    pub fn new(own: Hello, controller: Controller<f32, N, D, T, C, P>, safety: K) -> Self {
+        Self::with_buffers(own, controller, safety, Buffers::new())
+    }
+}
+
+impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
+where
+    B: BorrowMut<Buffers<N>>,
+    D: InverseDynamics<f32, N> + Clone,
+    T: Trig<f32> + Clone,
+    K: safety::Configuration<f32, N> + Clone,
+    C: Configuration<f32, N> + Clone,
+    P: Protection<f32, N> + Clone,
+{
+    /// A session that waits for a hello like `own`, with its buffers elsewhere.
+    pub fn with_buffers(own: Hello, controller: Controller<f32, N, D, T, C, P>, safety: K, buffers: B) -> Self {
+        Self {
+            own,
+            pacing: None,
+            controller,
+            supervisor: Supervisor::new(safety.clone()),
+            safety,
+            reference: None,
+            measurement: None,
+            tick: 0,
+            fresh: false,
+            taken: 0,
+            answer: None,
+            unsaid: false,
+            change: None,
+            tunable: true,
+            watch: QUIET,
+            until: 0,
+            buffers,
+            past: None,
+        }
+    }
+
+    /// The same, with parameters fixed or not: for a desk, whose configuration can always be changed.
+    #[must_use]
+    pub fn with_tuning(self, tunable: bool) -> Self {
+        Self { tunable, ..self }
+    }
+
+    /// State of the session.
+    pub fn state(&self) -> State {
+        match self.pacing {
+            None => State::Waiting,
+            Some(pacing) if pacing.is_supervised() => State::Supervised(pacing, self.supervisor.state()),
+            Some(pacing) => State::Bench(pacing, self.controller.fault()),
+        }
+    }
+
+    /// Whether the drives are driven.
+    #[inline]
+    pub fn is_live(&self) -> bool {
+        self.pacing == Some(Pacing::Live)
+    }
+
+    /// The safe action: what the drives do when no torque is commanded.
+    #[inline]
+    pub fn safe_action(&self) -> SafeAction {
+        self.safety.rules().safe_action
+    }
+
+    /// The tick had not ended when the next was due: the next one says the fault, and this one must not drive.
+    pub fn overrun(&mut self) {
+        self.controller.overrun();
+        self.supervisor.overrun();
+    }
+
+    /// Take what the board's own lines and joints say. Call it at the start of a tick. On the bench and in a drill the host plays them.
+    #[inline]
+    pub fn sense(&mut self, readings: Option<&Readings<N>>, lines: &Lines) {
+        if !self.is_live() {
+            return;
+        }
+        self.supervisor.lines(lines);
+        if let Some(readings) = readings {
+            self.supervisor.sense(readings);
+        }
+    }
+
+    fn hello(&mut self, theirs: Hello) -> Reaction {
+        self.controller.reset();
+        *self.controller.live_mut() = Live::zero();
+        self.supervisor.reset(self.safety.clone());
+        (self.reference, self.measurement, self.fresh, self.taken, self.tick) = (None, None, false, 0, 0);
+        (self.answer, self.unsaid, self.past, self.until, self.change) = (None, false, None, 0, None);
+        let Buffers { trajectory, black_box } = self.buffers.borrow_mut();
+        trajectory.clear();
+        black_box.clear();
+        let answer = Frame::Hello(Hello { pacing: theirs.pacing, ..self.own });
+        if (Hello { pacing: self.own.pacing, ..theirs }) != self.own {
+            self.pacing = None;
+            return Reaction::Stop(answer, Frame::Refusal(Refusal::OtherRobot));
+        }
+        self.pacing = Some(theirs.pacing);
+        // In a drill every tick is answered, as on the bench.
+        self.watch = if theirs.pacing == Pacing::Drill { EVERYTHING } else { QUIET };
+        Reaction::Start(theirs.pacing, answer)
+    }
+}
+
+/// Report nothing.
+const QUIET: Watch = Watch { every: 0, parts: Parts::NONE };
+
+/// Report what each tick did.
+const EVERYTHING: Watch = Watch { every: 1, parts: Parts::TORQUE.and(Parts::REFERENCE).and(Parts::COST) };

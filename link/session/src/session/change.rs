@@ -1,0 +1,136 @@
+//! Changes of live inputs and parameters: between ticks where no torque acts, else by the tick that has tried them.
+
+use super::{Buffers, Reaction, Session};
+use crate::parameters;
+use core::borrow::BorrowMut;
+use dynamics_core::control::{Command, Configuration, Controller, ControllerConfig, LimitFlags, Protection};
+use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::safety;
+use dynamics_core::scene::Live;
+use dynamics_core::trig::Trig;
+use link::{Frame, Pacing, Refusal, Setting};
+
+/// Share of a joint's torque limit that its torque may change by at once where no torque rate is given.
+pub const JUMP: f32 = 0.02;
+
+/// A change that waits for its tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Change<const N: usize> {
+    Live(Live<f32, N>),
+    Parameter(Setting),
+}
+
+impl<const N: usize> Change<N> {
+    pub(super) fn make<D, T, C, P>(&self, controller: &mut Controller<f32, N, D, T, C, P>)
+    where
+        D: InverseDynamics<f32, N>,
+        T: Trig<f32>,
+        C: Configuration<f32, N>,
+        P: Protection<f32, N>,
+    {
+        match self {
+            Self::Live(live) => *controller.live_mut() = *live,
+            Self::Parameter(setting) => {
+                if let Some(config) = controller.config_mut() {
+                    parameters::set(*setting, config);
+                }
+            }
+        }
+    }
+}
+
+impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
+where
+    B: BorrowMut<Buffers<N>>,
+    D: InverseDynamics<f32, N> + Clone,
+    T: Trig<f32> + Clone,
+    K: safety::Configuration<f32, N> + Clone,
+    C: Configuration<f32, N> + Clone,
+    P: Protection<f32, N> + Clone,
+{
+    pub(super) fn live(&mut self, pacing: Pacing, live: &link::Live) -> Result<Reaction, Refusal> {
+        let values = live.to_core()?;
+        if !live.is_finite() {
+            return Err(Refusal::NonFiniteLive);
+        }
+        parameters::check_live(&values, &self.safety.rules().payload)?;
+        let change = Change::Live(values);
+        if pacing.is_supervised() {
+            self.change(change)?;
+        } else {
+            change.make(&mut self.controller);
+        }
+        Ok(Reaction::None)
+    }
+
+    /// Make a change at once where no torque acts, else in the next tick; whether it is made.
+    fn change(&mut self, change: Change<N>) -> Result<bool, Refusal> {
+        if !self.supervisor.state().drives() {
+            change.make(&mut self.controller);
+            return Ok(true);
+        }
+        if self.change.is_some() {
+            return Err(Refusal::Busy);
+        }
+        self.change = Some(change);
+        Ok(false)
+    }
+
+    pub(super) fn value(&mut self, index: u8) -> Result<Frame, Refusal> {
+        let tunable = self.is_tunable();
+        let (built_in, payload) = (self.safety.get(), &self.safety.rules().payload);
+        let (config, live) = (self.controller.config(), self.controller.live());
+        parameters::read(index, config, built_in, live, payload, tunable).map(Frame::Value)
+    }
+
+    pub(super) fn set(&mut self, setting: Setting) -> Result<Reaction, Refusal> {
+        let tunable = self.is_tunable();
+        let payload = &self.safety.rules().payload;
+        parameters::check(setting, self.safety.get(), self.controller.live(), payload, tunable)?;
+        Ok(match self.change(Change::Parameter(setting))? {
+            true => Reaction::Reply(self.value(setting.index)?),
+            // Answered by the tick that makes it.
+            false => Reaction::None,
+        })
+    }
+
+    fn is_tunable(&mut self) -> bool {
+        self.tunable && self.controller.config_mut().is_some()
+    }
+
+    /// Make a change that waited, or refuse it.
+    #[cold]
+    pub(super) fn settle(&mut self, change: &Change<N>, jumps: Option<u8>) {
+        self.answer = match (jumps, change) {
+            (Some(joint), _) => Some(Frame::Refusal(Refusal::WouldJump { joint })),
+            (None, change) => {
+                change.make(&mut self.controller);
+                match change {
+                    Change::Live(_) => None,
+                    Change::Parameter(setting) => self.value(setting.index).ok(),
+                }
+            }
+        };
+    }
+}
+
+/// The first joint whose torque would change at once by more than it may, if there is one. Where only one of both commands is held by
+/// a limit, the other's torque says nothing of how far apart they are.
+#[cold]
+pub(super) fn jump<const N: usize>(
+    now: &Command<f32, N>,
+    then: &Command<f32, N>,
+    config: &ControllerConfig<f32, N>,
+) -> Option<u8> {
+    let (Command::Drive { torque, limits }, Command::Drive { torque: other, limits: others }) = (now, then) else {
+        return Some(0);
+    };
+    let held = LimitFlags::TORQUE | LimitFlags::TORQUE_RATE;
+    let jumps = |i: usize| {
+        let share = JUMP * config.limits[i].torque;
+        let most = if config.torque_step[i].is_finite() { config.torque_step[i] } else { share };
+        let near = (torque[i] - other[i]).abs() <= most;
+        !near || limits[i].bits() & held.bits() != others[i].bits() & held.bits()
+    };
+    (0..N).find(|&i| jumps(i)).map(|joint| joint as u8)
+}

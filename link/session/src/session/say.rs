@@ -1,0 +1,57 @@
+//! Reports out.
+
+use super::{Buffers, Session};
+use crate::black_box::Report;
+use core::borrow::BorrowMut;
+use dynamics_core::control::{Configuration, Protection};
+use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::safety;
+use dynamics_core::trig::Trig;
+use link::Parts;
+
+impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
+where
+    B: BorrowMut<Buffers<N>>,
+    D: InverseDynamics<f32, N> + Clone,
+    T: Trig<f32> + Clone,
+    K: safety::Configuration<f32, N> + Clone,
+    C: Configuration<f32, N> + Clone,
+    P: Protection<f32, N> + Clone,
+{
+    /// Next report to be sent; `None` when that is all. Only copies: the frame is made outside the lock.
+    ///
+    /// The black box comes behind what else is to be said.
+    pub fn say(&mut self) -> Option<Report<N>> {
+        if let Some(answer) = self.answer.take() {
+            return Some(Report::Answer(answer));
+        }
+        if core::mem::take(&mut self.unsaid)
+            && let Some(parts) = self.is_due()
+        {
+            let room = u8::try_from(self.buffers.borrow().trajectory.room()).unwrap_or(u8::MAX);
+            return Some(Report::Tick(*self.buffers.borrow().black_box.now(), parts, room));
+        }
+        let place = self.past?;
+        let past = self.buffers.borrow().black_box.get(place).copied();
+        self.past = past.is_some().then_some(place + 1);
+        Some(Report::Past(past))
+    }
+
+    /// Whether the black box is being sent: [`Session::say`] has more to say without another tick.
+    #[must_use]
+    pub fn dumps(&self) -> bool {
+        self.past.is_some()
+    }
+
+    /// The parts of the last tick that are to be reported, if any are.
+    fn is_due(&mut self) -> Option<Parts> {
+        match self.watch.every {
+            0 => None,
+            every => {
+                let due = self.until == 0;
+                self.until = if due { every - 1 } else { self.until - 1 };
+                due.then_some(self.watch.parts)
+            }
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! The safety state machine between the controller and the drives, with all that it is told.
+//!
+//! There is no link and no chip in here. What came since the tick before is kept until the tick that takes it: requests and overruns
+//! for one tick, lines and readings until there are others, each reading a tick older every time.
+
+use crate::readings::{JointFaults, Lines, Readings};
+use crate::trajectory::{NotTaken, Trajectory};
+use dynamics_core::control::{Command, Measurement, Reference, Sensed};
+use dynamics_core::safety::{Ask, Configuration, Inputs, Output, Request, Safety, State};
+
+/// Faults that count as a drive's. A missing measurement is none of them: it is known by its age.
+const DRIVE_FAULTS: JointFaults = JointFaults::NONE
+    .and(JointFaults::DRIVE)
+    .and(JointFaults::RANGE)
+    .and(JointFaults::SENSOR)
+    .and(JointFaults::LOST)
+    .and(JointFaults::BUS)
+    .and(JointFaults::NON_FINITE)
+    .and(JointFaults::OUTPUT);
+
+/// The safety state machine and all that it is told. The trajectory is kept elsewhere: it is large.
+#[derive(Clone, Debug)]
+pub struct Supervisor<const N: usize, K> {
+    safety: Safety<f32, N, K>,
+    /// The arm followed the trajectory before this tick.
+    ran: bool,
+    /// Control period, s.
+    period: f32,
+    /// Inputs of the next tick: the reference too, which the trajectory puts there.
+    inputs: Inputs<f32, N>,
+}
+
+impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
+    /// An idle machine that has heard nobody and measured nothing.
+    pub fn new(config: K) -> Self {
+        let period = config.rules().period;
+        Self { safety: Safety::new(config), ran: false, period, inputs: silence() }
+    }
+
+    /// Idle again, as if nobody had been heard and nothing measured.
+    pub fn reset(&mut self, config: K) {
+        (self.safety, self.ran) = (Safety::new(config), false);
+        self.inputs = silence();
+    }
+
+    /// State of the machine.
+    pub fn state(&self) -> State {
+        self.safety.state()
+    }
+
+    /// All that the next tick is told; in [`Supervisor::tick`]'s callback and until [`Supervisor::age`], what this one was.
+    pub fn inputs(&self) -> &Inputs<f32, N> {
+        &self.inputs
+    }
+
+    /// Ask for a change in the next tick. Of several between two ticks the last one counts.
+    pub fn request(&mut self, request: Request) {
+        self.inputs.request = Some(request);
+    }
+
+    /// The host is there.
+    #[inline]
+    pub fn heard(&mut self) {
+        self.inputs.heartbeat_age = 0;
+    }
+
+    /// The tick had not ended when the next was due.
+    pub fn overrun(&mut self) {
+        self.inputs.overrun = true;
+    }
+
+    /// Take a board's lines.
+    #[inline]
+    pub fn lines(&mut self, lines: &Lines) {
+        let Lines { emergency_stop, supply, temperature } = *lines;
+        (self.inputs.emergency_stop, self.inputs.supply, self.inputs.temperature) =
+            (emergency_stop, supply, temperature);
+    }
+
+    /// Take the readings of a board's joints.
+    #[inline]
+    pub fn sense(&mut self, readings: &Readings<N>) {
+        self.inputs.sensed = readings.sensed;
+        self.inputs.age_ticks = readings.age_ticks;
+        self.inputs.drive_fault = readings.faults.map(|faults| faults.intersects(DRIVE_FAULTS));
+        self.inputs.zeroed = !readings.faults.iter().any(|faults| faults.contains(JointFaults::LOST));
+    }
+
+    /// Take one measurement of all joints at once.
+    #[inline]
+    pub fn measured(&mut self, measurement: &Measurement<f32, N>) {
+        self.inputs.sensed = measurement.sensed;
+        self.inputs.age_ticks = [measurement.age_ticks; N];
+    }
+
+    /// Take drive faults, and whether the joints know their zeros: in place of readings that carry it.
+    pub fn drives_say(&mut self, drive_fault: [bool; N], zeroed: bool) {
+        (self.inputs.drive_fault, self.inputs.zeroed) = (drive_fault, zeroed);
+    }
+
+    /// Take a point of the trajectory, so many ticks behind the one before; 0 starts a new one.
+    ///
+    /// # Errors
+    /// [`NotTaken`]; nothing is changed.
+    pub fn point(
+        &mut self,
+        trajectory: &mut Trajectory<N>,
+        ticks: u16,
+        point: &Reference<f32, N>,
+    ) -> Result<(), NotTaken> {
+        match (ticks, self.state()) {
+            (0, State::Running) => Err(NotTaken::Running),
+            (0, _) => trajectory.start(point, &mut self.inputs.reference),
+            _ => trajectory.push(ticks, self.period, point),
+        }
+    }
+
+    /// One tick. `control` is called at most once: where torque may act. Call [`Supervisor::age`] when what it was told was looked at.
+    #[inline]
+    pub fn tick(&mut self, control: impl FnOnce(Ask<'_, f32, N>) -> Command<f32, N>) -> Output<f32, N> {
+        self.ran = self.state() == State::Running;
+        self.safety.tick(&self.inputs, control)
+    }
+
+    /// Age the inputs by a tick: nothing new has come for the next one, and the trajectory goes on where it was followed.
+    #[inline]
+    pub fn age(&mut self, trajectory: &mut Trajectory<N>) {
+        let (runs, inputs) = (self.state() == State::Running, &mut self.inputs);
+        if runs {
+            trajectory.advance(&mut inputs.reference);
+        } else if self.ran {
+            // The arm has left it: what comes next starts where the arm is.
+            trajectory.clear();
+            inputs.reference = None;
+        }
+        (inputs.request, inputs.overrun) = (None, false);
+        inputs.heartbeat_age = inputs.heartbeat_age.saturating_add(1);
+        for age in &mut inputs.age_ticks {
+            *age = age.saturating_add(1);
+        }
+    }
+}
+
+/// Inputs when nothing has been measured or heard yet.
+pub(crate) const fn silence<const N: usize>() -> Inputs<f32, N> {
+    Inputs {
+        request: None,
+        emergency_stop: false,
+        overrun: false,
+        heartbeat_age: u32::MAX,
+        zeroed: false,
+        sensed: Sensed::State { q: [0.0; N], qd: [0.0; N] },
+        age_ticks: [u32::MAX; N],
+        drive_fault: [false; N],
+        supply: None,
+        temperature: None,
+        reference: None,
+    }
+}

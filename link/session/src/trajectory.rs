@@ -1,0 +1,191 @@
+//! Where the arm should be, ahead of time: a bounded buffer of points, and a polynomial of fifth degree between each two.
+//!
+//! The polynomial agrees with both of its points in position, velocity and acceleration, so that the host chooses how far apart
+//! they are. With `s = k / T` in tick `k` of `T`, and `D = T h`:
+//!
+//! ```text
+//! q(s) = c0 + c1 s + c2 s^2 + c3 s^3 + c4 s^4 + c5 s^5,   q' = (dq/ds) / D,   q'' = (d2q/ds2) / D^2
+//! c0 = q0,  c1 = q0' D,  c2 = q0'' D^2 / 2,               d = q1 - q0
+//! c3 =  10 d - 6 q0' D - 4 q1' D - (3 q0'' - q1'') D^2 / 2
+//! c4 = -15 d + 8 q0' D + 7 q1' D + (3 q0'' - 2 q1'') D^2 / 2
+//! c5 =   6 d - 3 q0' D - 3 q1' D - (q0'' - q1'') D^2 / 2
+//! ```
+//!
+//! In the tick of a point itself the reference is the point, to the last bit. In between, f32 costs acceleration most: positions of
+//! 1 rad are rounded to 6e-8 rad, which a way of 10 ms makes up to 0.007 rad/s^2 of (5.8 / D^2 times it), and a way of 1 ms has no
+//! tick in between. Coefficients are computed where a point arrives, below the priority of the tick.
+
+use dynamics_core::control::Reference;
+use heapless::Deque;
+
+/// Ways between points that the buffer holds.
+pub const WAYS: usize = 16;
+
+/// Why a point was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotTaken {
+    /// It, or what the way to it is computed from, is NaN or infinite.
+    NonFinite,
+    /// There is no room.
+    Full,
+    /// It takes time, and there is no point to start from.
+    NoStart,
+    /// It is a start, and the trajectory is being followed.
+    Running,
+}
+
+/// A way between two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Way<const N: usize> {
+    /// Of each power of `s`.
+    coefficients: [[f32; N]; 6],
+    /// `1 / T`.
+    per_tick: f32,
+    /// `1 / D`, 1/s.
+    rate: f32,
+    ticks: u16,
+    end: Reference<f32, N>,
+}
+
+impl<const N: usize> Way<N> {
+    /// `None` where a coefficient is NaN or infinite.
+    fn new(start: &Reference<f32, N>, end: &Reference<f32, N>, ticks: u16, period: f32) -> Option<Self> {
+        let per_tick = 1.0 / f32::from(ticks);
+        let duration = f32::from(ticks) * period;
+        let mut coefficients = [[0.0; N]; 6];
+        let mut sum = 0.0;
+        for i in 0..N {
+            let d = end.q[i] - start.q[i];
+            let (v0, v1) = (start.qd[i] * duration, end.qd[i] * duration);
+            let square = 0.5 * duration * duration;
+            let (a0, a1) = (start.qdd[i] * square, end.qdd[i] * square);
+            let all = [
+                start.q[i],
+                v0,
+                a0,
+                10.0 * d - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1,
+                -15.0 * d + 8.0 * v0 + 7.0 * v1 + 3.0 * a0 - 2.0 * a1,
+                6.0 * d - 3.0 * v0 - 3.0 * v1 - a0 + a1,
+            ];
+            for (power, c) in all.into_iter().enumerate() {
+                coefficients[power][i] = c;
+                // Infinity and NaN outlive every sum.
+                sum += 0.0 * c;
+            }
+            sum += 0.0 * (end.qd[i] + end.qdd[i]);
+        }
+        let rate = 1.0 / duration;
+        (sum == 0.0 && rate.is_finite()).then_some(Self { coefficients, per_tick, rate, ticks, end: *end })
+    }
+
+    /// The reference `k` ticks behind the start.
+    ///
+    /// Cost: `27 N` multiplications and additions.
+    #[inline]
+    fn at(&self, k: u16, reference: &mut Reference<f32, N>) {
+        let [c0, c1, c2, c3, c4, c5] = &self.coefficients;
+        let s = f32::from(k) * self.per_tick;
+        let (rate, square) = (self.rate, self.rate * self.rate);
+        for i in 0..N {
+            reference.q[i] = c0[i] + s * (c1[i] + s * (c2[i] + s * (c3[i] + s * (c4[i] + s * c5[i]))));
+            let qd = c1[i] + s * (2.0 * c2[i] + s * (3.0 * c3[i] + s * (4.0 * c4[i] + s * (5.0 * c5[i]))));
+            reference.qd[i] = rate * qd;
+            let qdd = 2.0 * c2[i] + s * (6.0 * c3[i] + s * (12.0 * c4[i] + s * (20.0 * c5[i])));
+            reference.qdd[i] = square * qdd;
+        }
+    }
+}
+
+/// The buffer. The reference of the tick that comes is kept by whoever uses it, so that no tick copies it: `None` before a start, and
+/// where the last point was reached in motion.
+#[derive(Clone, Debug)]
+pub struct Trajectory<const N: usize> {
+    ways: Deque<Way<N>, WAYS>,
+    /// The point that was taken last: the next way starts there.
+    last: Option<Reference<f32, N>>,
+    /// Ticks on the first way.
+    k: u16,
+}
+
+impl<const N: usize> Trajectory<N> {
+    /// Nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { ways: Deque::new(), last: None, k: 0 }
+    }
+
+    /// Forget everything.
+    #[inline]
+    pub fn clear(&mut self) {
+        self.ways.clear();
+        (self.last, self.k) = (None, 0);
+    }
+
+    /// Points that there is room for.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        WAYS - self.ways.len()
+    }
+
+    /// Take a start.
+    ///
+    /// # Errors
+    /// [`NotTaken::NonFinite`]; nothing is changed.
+    pub fn start(
+        &mut self,
+        point: &Reference<f32, N>,
+        reference: &mut Option<Reference<f32, N>>,
+    ) -> Result<(), NotTaken> {
+        let all = point.q.iter().chain(&point.qd).chain(&point.qdd);
+        if !all.copied().all(f32::is_finite) {
+            return Err(NotTaken::NonFinite);
+        }
+        self.clear();
+        (self.last, *reference) = (Some(*point), Some(*point));
+        Ok(())
+    }
+
+    /// Take the next point, so many ticks behind the one before (0 counts as 1) of a control period in s.
+    ///
+    /// # Errors
+    /// [`NotTaken`]; nothing is changed.
+    pub fn push(&mut self, ticks: u16, period: f32, point: &Reference<f32, N>) -> Result<(), NotTaken> {
+        let last = self.last.as_ref().ok_or(NotTaken::NoStart)?;
+        if self.ways.is_full() {
+            return Err(NotTaken::Full);
+        }
+        let way = Way::new(last, point, ticks.max(1), period).ok_or(NotTaken::NonFinite)?;
+        self.ways.push_back(way).map_err(|_| NotTaken::Full)?;
+        self.last = Some(*point);
+        Ok(())
+    }
+
+    /// Go on by one tick, from the reference of the last to that of the next.
+    ///
+    /// Behind the last point the reference stays there if it is at rest; else there is none any more, and a new start is needed.
+    #[inline]
+    pub fn advance(&mut self, reference: &mut Option<Reference<f32, N>>) {
+        let (Some(way), Some(now)) = (self.ways.front(), &mut *reference) else {
+            let rests = |r: &Reference<f32, N>| (0..N).all(|i| r.qd[i] == 0.0 && r.qdd[i] == 0.0);
+            if !reference.as_ref().is_some_and(rests) {
+                self.clear();
+                *reference = None;
+            }
+            return;
+        };
+        self.k += 1;
+        if self.k < way.ticks {
+            way.at(self.k, now);
+        } else {
+            *now = way.end;
+            self.k = 0;
+            self.ways.pop_front();
+        }
+    }
+}
+
+impl<const N: usize> Default for Trajectory<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,474 @@
+//! The session under supervision: what a host asks for, what the drives do, and what is reported.
+
+use super::{Looks, OWN, UnitMasses, config, protected};
+use dynamics_core::Inertia;
+use dynamics_core::control::{Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
+use dynamics_core::safety::{self, HoldCause, Protected, SafeAction};
+use dynamics_core::trig::Polynomial;
+use link::codec::Received;
+use link::{
+    Actuation, Cost, Denial, Frame, Hello, Pacing, Parts, Point, Refusal, Request, Setting, Status, Value, Watch,
+};
+use session::black_box::{Report, TICKS, TICKS_AFTER};
+use session::meter::Meter;
+use session::readings::Lines;
+use session::readings::{JointFaults, Readings};
+use session::{Drives, Reaction, Session, State};
+use std::cell::Cell;
+
+const SAFE: Drives<2> = Drives::Safe(SafeAction::DampedStop);
+
+/// A session whose host is heard before every tick.
+struct Arm {
+    session: Session<2, UnitMasses, Polynomial, Protected<f32, 2>>,
+    meter: Meter<Looks>,
+    q: [f32; 2],
+    qd: [f32; 2],
+    faults: [JointFaults; 2],
+    age_ticks: [u32; 2],
+    lines: Lines,
+    heard: bool,
+}
+
+impl Arm {
+    fn live() -> Self {
+        Self::with(config(), true)
+    }
+
+    fn with(config: ControllerConfig<f32, 2>, tunable: bool) -> Self {
+        let controller = Controller::new(config, UnitMasses, Polynomial);
+        let protected = Protected { control: config, ..protected() };
+        let mut arm = Self {
+            session: Session::new(OWN, controller, protected).with_tuning(tunable),
+            meter: Meter::new(Looks(Cell::new(0))),
+            q: [0.1, 0.2],
+            qd: [0.0; 2],
+            faults: [JointFaults::NONE; 2],
+            age_ticks: [0; 2],
+            lines: Lines::NONE,
+            heard: true,
+        };
+        let hello = Hello { pacing: Pacing::Live, ..OWN };
+        assert_eq!(arm.receive(Frame::Hello(hello)), Reaction::Start(Pacing::Live, Frame::Hello(hello)));
+        arm
+    }
+
+    /// Homed and holding its place by torque.
+    fn armed() -> Self {
+        Self::live().arm()
+    }
+
+    fn arm(mut self) -> Self {
+        let arm = &mut self;
+        assert_eq!(arm.asked(Request::Home), SAFE);
+        assert_eq!(arm.asked(Request::Confirm), SAFE);
+        assert_eq!(arm.asked(Request::Arm), Drives::Drive([0.0; 2]));
+        assert_eq!(arm.state(), safety::State::Armed);
+        self
+    }
+
+    /// On a way of 100 ticks to 0.1 rad further, and back.
+    fn running() -> Self {
+        let mut arm = Self::armed();
+        arm.point(0, arm.q);
+        arm.point(100, arm.q.map(|q| q + 0.1));
+        arm.point(100, arm.q);
+        assert!(matches!(arm.asked(Request::Run), Drives::Drive(_)));
+        assert_eq!(arm.state(), safety::State::Running);
+        arm
+    }
+
+    fn receive(&mut self, frame: Frame) -> Reaction {
+        self.session.receive(Ok(Received { frame, missed: 0 }))
+    }
+
+    fn point(&mut self, ticks: u16, q: [f32; 2]) -> Reaction {
+        let reference = link::Reference::new(&Reference::at_rest(q));
+        self.receive(Frame::Point(Point { ticks, reference }))
+    }
+
+    fn tick(&mut self) -> Drives<2> {
+        if self.heard {
+            self.receive(Frame::Alive);
+        }
+        let sensed = Sensed::State { q: self.q, qd: self.qd };
+        let readings = Readings { sensed, torque: [0.0; 2], age_ticks: self.age_ticks, faults: self.faults };
+        self.session.sense(Some(&readings), &self.lines);
+        self.session.tick(&self.meter)
+    }
+
+    fn asked(&mut self, request: Request) -> Drives<2> {
+        self.receive(Frame::Request(request));
+        self.tick()
+    }
+
+    /// One tick of an arm that is where the reference is.
+    fn follow(&mut self) -> Drives<2> {
+        let drives = self.tick();
+        if let Drives::Drive(torque) = drives {
+            // Unit masses: what is left of the error is what feedback makes of it.
+            for i in 0..2 {
+                self.qd[i] += torque[i] * 0.002;
+                self.q[i] += self.qd[i] * 0.002;
+            }
+        }
+        drives
+    }
+
+    fn state(&self) -> safety::State {
+        match self.session.state() {
+            State::Supervised(_, state) => state,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn said(&mut self) -> Vec<Frame> {
+        std::iter::from_fn(|| self.session.say()).map(Report::frame).collect()
+    }
+
+    fn watched(&mut self) -> Status {
+        self.receive(Frame::Watch(Watch { every: 1, parts: Parts::ALL }));
+        self.tick();
+        match self.said().as_slice() {
+            [Frame::Status(status)] => status.clone(),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn no_torque_before_home_confirm_and_arm_whatever_is_asked() {
+    for request in [Request::Arm, Request::Run, Request::Hold, Request::Confirm] {
+        let mut arm = Arm::live();
+        arm.point(0, arm.q);
+        assert_eq!(arm.asked(request), SAFE, "{request:?}");
+        assert_eq!(arm.state(), safety::State::Idle);
+    }
+}
+
+#[test]
+fn an_armed_arm_follows_its_trajectory_to_the_end_and_stays() {
+    let mut arm = Arm::running();
+    let furthest = (0..800).map(|_| (arm.follow(), arm.q[0]).1).fold(0.0, f32::max);
+    assert!((furthest - 0.2).abs() < 0.01, "{furthest}");
+    assert!((arm.q[0] - 0.1).abs() < 0.01, "{:?}", arm.q);
+    assert_eq!(arm.state(), safety::State::Running);
+}
+
+#[test]
+fn an_underrun_is_a_stop_that_needs_a_new_trajectory() {
+    let mut arm = Arm::armed();
+    arm.point(0, arm.q);
+    let moving = Reference { q: arm.q.map(|q| q + 0.01), qd: [0.3; 2], qdd: [0.0; 2] };
+    arm.receive(Frame::Point(Point { ticks: 40, reference: link::Reference::new(&moving) }));
+    arm.asked(Request::Run);
+    for _ in 0..41 {
+        arm.follow();
+    }
+    assert_eq!(arm.state(), safety::State::Holding(HoldCause::NoReference));
+    for _ in 0..800 {
+        assert!(matches!(arm.follow(), Drives::Drive(_)));
+    }
+    assert!(arm.qd.iter().all(|qd| qd.abs() < 1e-3), "it came to rest: {:?}", arm.qd);
+    arm.receive(Frame::Watch(Watch { every: 1, parts: Parts::NONE }));
+    arm.asked(Request::Run);
+    assert!(matches!(arm.said().as_slice(), [Frame::Status(Status { refused: Some(Denial { code: 8, .. }), .. })]));
+}
+
+#[test]
+fn whatever_a_line_or_a_joint_says_is_a_fault_in_the_same_tick() {
+    type Case = (&'static str, fn(&mut Arm), Fault);
+    let cases: [Case; 9] = [
+        ("emergency stop", |arm| arm.lines.emergency_stop = true, Fault::EmergencyStop),
+        ("low supply", |arm| arm.lines.supply = Some(19.9), Fault::SupplyOutOfBounds),
+        ("supply no number", |arm| arm.lines.supply = Some(f32::NAN), Fault::SupplyOutOfBounds),
+        ("hot", |arm| arm.lines.temperature = Some(80.1), Fault::TemperatureOutOfBounds),
+        ("a drive's error", |arm| arm.faults[1] = JointFaults::DRIVE, Fault::DriveFault { joint: 1 }),
+        ("an old measurement", |arm| arm.age_ticks[1] = 3, Fault::StaleMeasurement),
+        ("a position that is no number", |arm| arm.q[1] = f32::NAN, Fault::NonFiniteMeasurement { joint: 1 }),
+        ("a jump", |arm| arm.q[0] += 0.2, Fault::ImpossibleJump { joint: 0 }),
+        ("an overrun", |arm| arm.session.overrun(), Fault::Overrun),
+    ];
+    for (name, happens, fault) in cases {
+        for mut arm in [Arm::armed(), Arm::running()] {
+            assert!(matches!(arm.tick(), Drives::Drive(_)), "{name}");
+            happens(&mut arm);
+            assert_eq!(arm.tick(), SAFE, "{name}");
+            assert_eq!(arm.state(), safety::State::Fault(fault), "{name}");
+            assert_eq!(arm.tick(), SAFE, "{name}: it latches");
+        }
+    }
+}
+
+#[test]
+fn every_fault_of_a_joint_but_a_missing_measurement_is_its_drive_s() {
+    for (fault, name) in JointFaults::NAMES {
+        let mut arm = Arm::armed();
+        arm.faults[0] = fault;
+        let drives = arm.tick();
+        if fault == JointFaults::MISSING {
+            assert!(matches!(drives, Drives::Drive(_)), "known by its age: {name}");
+        } else {
+            assert_eq!((drives, arm.state()), (SAFE, safety::State::Fault(Fault::DriveFault { joint: 0 })), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_silent_host_is_a_stop_and_then_the_safe_action() {
+    let mut arm = Arm::running();
+    arm.heard = false;
+    let states: Vec<_> = (0..12).map(|_| (arm.follow(), arm.state()).1).collect();
+    let holds = states.iter().filter(|state| **state == safety::State::Holding(HoldCause::HeartbeatLost)).count();
+    assert_eq!(states.iter().filter(|state| **state == safety::State::Running).count(), 3);
+    assert_eq!(holds, 4);
+    assert_eq!(states.last(), Some(&safety::State::Fault(Fault::HeartbeatLost)));
+}
+
+#[test]
+fn a_fault_is_left_by_clear_alone_and_the_black_box_has_what_was_before_and_behind_it() {
+    let mut arm = Arm::running();
+    for _ in 0..60 {
+        arm.follow();
+    }
+    arm.lines.emergency_stop = true;
+    for _ in 0..50 {
+        assert_eq!(arm.tick(), SAFE);
+    }
+    arm.receive(Frame::Dump);
+    let mut past = Vec::new();
+    for frame in arm.said() {
+        match frame {
+            Frame::Past(Some(status)) => past.push(status),
+            Frame::Past(None) => {}
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!(past.len(), TICKS);
+    assert!(past.windows(2).all(|two| two[1].tick == two[0].tick + 1));
+    let first = past.iter().position(|status| status.state == 5).unwrap();
+    assert_eq!(past.len() - first, usize::from(TICKS_AFTER) + 1);
+    assert!(past[..first].iter().all(|s| s.state == 3 && matches!(s.actuation, Some(Actuation::Drive { .. }))));
+    assert_eq!((past[first].cause, past[first].actuation.clone()), (9, Some(Actuation::DampedStop)));
+
+    arm.asked(Request::Arm);
+    assert_eq!(arm.state(), safety::State::Fault(Fault::EmergencyStop));
+    arm.lines.emergency_stop = false;
+    arm.qd = [0.0; 2];
+    arm.asked(Request::Clear);
+    assert_eq!(arm.state(), safety::State::Idle);
+}
+
+#[test]
+fn a_status_has_the_parts_that_were_asked_for_at_the_rate_that_was_asked_for() {
+    let mut arm = Arm::armed();
+    assert_eq!(arm.said(), []);
+    let status = arm.watched();
+    let Some(Actuation::Drive { torque, .. }) = &status.actuation else { panic!("{status:?}") };
+    assert_eq!((torque.as_slice(), status.state, status.homed), ([0.0; 2].as_slice(), 2, true));
+    assert!(status.sensed.unwrap().lines.zeroed);
+    assert!(matches!(status.cost.unwrap().all, Cost::Instructions(_)));
+    assert_eq!(status.room, 16);
+
+    arm.receive(Frame::Watch(Watch { every: 5, parts: Parts::NONE }));
+    let mut ticks = Vec::new();
+    for _ in 0..20 {
+        arm.tick();
+        ticks.extend(arm.said().into_iter().map(|frame| match frame {
+            Frame::Status(Status { tick, sensed: None, actuation: None, cost: None, .. }) => tick,
+            other => panic!("{other:?}"),
+        }));
+    }
+    assert_eq!(ticks.len(), 4);
+    assert!(ticks.windows(2).all(|two| two[1] - two[0] == 5));
+}
+
+#[test]
+fn frames_of_the_bench_and_the_chip_s_own_are_refused_and_points_by_their_reason() {
+    let mut arm = Arm::running();
+    let refused = |refusal| Reaction::Reply(Frame::Refusal(refusal));
+    let still = Reference { q: [0.0; 2], qd: [0.0; 2], qdd: [0.0; 2] };
+    assert_eq!(arm.receive(Frame::Reference(link::Reference::new(&still))), refused(Refusal::Unexpected));
+    assert_eq!(arm.receive(Frame::Refusal(Refusal::NoHello)), refused(Refusal::Unexpected));
+    let lines = link::Lines::CALM;
+    assert_eq!(arm.receive(Frame::Lines(lines)), refused(Refusal::Unexpected), "the board's own lines count");
+    assert_eq!(arm.point(0, [0.0; 2]), refused(Refusal::Running));
+    assert_eq!(arm.point(1, [f32::NAN; 2]), refused(Refusal::NonFinitePoint));
+    for _ in 0..14 {
+        assert_eq!(arm.point(1, [0.1; 2]), Reaction::None);
+    }
+    assert_eq!(arm.point(1, [0.1; 2]), refused(Refusal::TrajectoryFull));
+    assert_eq!(Arm::armed().point(1, [0.1; 2]), refused(Refusal::NoStart));
+    let wrong = Reference { q: [0.0_f32; 3], qd: [0.0; 3], qdd: [0.0; 3] };
+    let point = Point { ticks: 1, reference: link::Reference::new(&wrong) };
+    assert_eq!(arm.receive(Frame::Point(point)), refused(Refusal::JointCount { expected: 2, found: 3 }));
+}
+
+#[test]
+fn a_stop_is_taken_even_where_frames_were_lost_before_it_and_nothing_else_is() {
+    let mut arm = Arm::running();
+    let lost = |frame| Ok(Received { frame, missed: 3 });
+    let answer = arm.session.receive(lost(Frame::Request(Request::Disarm)));
+    assert_eq!(answer, Reaction::Reply(Frame::Refusal(Refusal::Lost { missed: 3 })));
+    arm.session.receive(lost(Frame::Request(Request::Hold)));
+    arm.tick();
+    assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested));
+}
+
+#[test]
+fn a_drill_is_the_same_with_the_host_in_the_place_of_board_and_joints_and_drives_nothing() {
+    let mut arm = Arm::live();
+    let hello = Hello { pacing: Pacing::Drill, ..OWN };
+    arm.receive(Frame::Hello(hello));
+    let lines = link::Lines::CALM;
+    arm.receive(Frame::Lines(lines));
+    let sensed = Sensed::State { q: [0.1; 2], qd: [0.0; 2] };
+    let mut statuses = Vec::new();
+    for (tick, request) in [Request::Home, Request::Confirm, Request::Arm].into_iter().enumerate() {
+        arm.receive(Frame::Request(request));
+        let measurement = link::Measurement::new(tick as u32 + 1, &Measurement { sensed, age_ticks: 0 });
+        assert_eq!(arm.receive(Frame::Measurement(measurement)), Reaction::Tick);
+        assert_eq!(arm.session.tick(&arm.meter), SAFE);
+        statuses.extend(arm.said());
+    }
+    let Some(Frame::Status(status)) = statuses.last() else { panic!("{statuses:?}") };
+    assert_eq!((statuses.len(), status.state, status.tick), (3, 2, 3));
+    assert!(matches!(status.actuation, Some(Actuation::Drive { .. })));
+}
+
+#[test]
+fn a_hello_takes_everything_away() {
+    let mut arm = Arm::running();
+    arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
+    assert_eq!(arm.tick(), SAFE);
+    assert_eq!(arm.state(), safety::State::Idle);
+    assert_eq!(arm.asked(Request::Arm), SAFE, "not homed any more");
+    assert_eq!(arm.watched().tick, 3, "ticks are counted from 1 again");
+}
+
+/// Answers of the session to a frame, the ones of the next tick too.
+fn answers(arm: &mut Arm, frame: Frame) -> Vec<Frame> {
+    let mut all = match arm.receive(frame) {
+        Reaction::None => Vec::new(),
+        Reaction::Reply(frame) => vec![frame],
+        other => panic!("{other:?}"),
+    };
+    arm.tick();
+    all.extend(arm.said());
+    all
+}
+
+fn set(index: u8, value: f32) -> Frame {
+    Frame::Set(Setting { index, value })
+}
+
+#[test]
+fn every_parameter_is_read_back_with_its_bounds_and_nothing_else_is() {
+    let mut arm = Arm::live();
+    let value = |arm: &mut Arm, index| match answers(arm, Frame::Get(index)).as_slice() {
+        [Frame::Value(value)] => Some(*value),
+        [Frame::Refusal(Refusal::NoParameter)] => None,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(value(&mut arm, 16), Some(Value { index: 16, value: 100.0, low: 25.0, high: 400.0 }));
+    assert_eq!(value(&mut arm, 4).map(|v| (v.value, v.low.is_nan())), Some((50.0, true)));
+    for index in 0..=255 {
+        let named = session::parameters::name(index).filter(|(_, joint)| joint.is_none_or(|joint| joint < 2));
+        assert_eq!(value(&mut arm, index).is_some(), named.is_some(), "{index}: {named:?}");
+    }
+}
+
+#[test]
+fn a_parameter_is_set_within_its_bounds_and_where_the_scene_leaves_it_free() {
+    let refused = |refusal| [Frame::Refusal(refusal)];
+    let mut arm = Arm::live();
+    assert_eq!(
+        answers(&mut arm, set(0, 200.0)),
+        [Frame::Value(Value { index: 0, value: 200.0, low: 25.0, high: 400.0 })]
+    );
+    for value in [24.9, 400.1, f32::NAN, f32::INFINITY, -100.0] {
+        assert_eq!(answers(&mut arm, set(0, value)), refused(Refusal::OutOfBounds), "{value}");
+    }
+    assert_eq!(answers(&mut arm, set(4, 10.0)), refused(Refusal::Fixed));
+    assert_eq!(answers(&mut arm, set(2, 0.0)), refused(Refusal::Fixed), "no friction is made up for");
+    assert_eq!(answers(&mut arm, set(200, 0.0)), refused(Refusal::NoParameter));
+    let mut fixed = Arm::with(config(), false);
+    assert_eq!(answers(&mut fixed, set(0, 200.0)), refused(Refusal::Fixed));
+}
+
+#[test]
+fn a_change_is_made_while_torque_acts_only_where_no_torque_jumps() {
+    let slow = ControllerConfig { torque_step: [f32::INFINITY; 2], ..config() };
+    let gain = |arm: &mut Arm| match answers(arm, Frame::Get(16)).as_slice() {
+        [Frame::Value(value)] => value.value,
+        other => panic!("{other:?}"),
+    };
+    // 2 % of 50 N m may change at once. At rest on the reference no gain matters.
+    let mut arm = Arm::with(slow, true).arm();
+    assert!(matches!(answers(&mut arm, set(16, 200.0)).as_slice(), [Frame::Value(Value { value: 200.0, .. })]));
+    // 0.05 rad off it, 100 more of gain are 5 N m, and 10 are half a newton metre.
+    arm.q[1] += 0.05;
+    arm.tick();
+    assert_eq!(answers(&mut arm, set(16, 300.0)), [Frame::Refusal(Refusal::WouldJump { joint: 1 })]);
+    assert_eq!(gain(&mut arm).to_bits(), 200_f32.to_bits());
+    assert!(matches!(answers(&mut arm, set(16, 210.0)).as_slice(), [Frame::Value(Value { value: 210.0, .. })]));
+    let Drives::Drive([_, torque]) = arm.tick() else { panic!("a torque") };
+    assert!((torque + 210.0 * 0.05).abs() < 1e-5, "{torque}");
+    // One at a time.
+    assert_eq!(arm.receive(set(16, 211.0)), Reaction::None);
+    assert_eq!(arm.receive(set(16, 212.0)), Reaction::Reply(Frame::Refusal(Refusal::Busy)));
+}
+
+#[test]
+fn live_inputs_that_would_jump_are_refused_and_those_from_before_hold_on() {
+    let slow = ControllerConfig { torque_step: [f32::INFINITY; 2], ..config() };
+    let rotor = |rotor: f32| {
+        let live = dynamics_core::Live { rotor: [rotor; 2], ..dynamics_core::Live::<f32, 2>::zero() };
+        Frame::Live(link::Live::new(&live).unwrap())
+    };
+    let mut arm = Arm::with(slow, true).arm();
+    arm.q[0] += 0.05;
+    arm.tick();
+    // Unit masses that want 5 rad/s^2 back: half as much again is 2.5 N m, a tenth is half a newton metre.
+    assert_eq!(answers(&mut arm, rotor(0.5)), [Frame::Refusal(Refusal::WouldJump { joint: 0 })]);
+    assert_eq!(answers(&mut arm, rotor(0.1)), []);
+    let Drives::Drive([torque, _]) = arm.tick() else { panic!("a torque") };
+    assert!((torque + 1.1 * 100.0 * 0.05).abs() < 1e-5, "{torque}");
+}
+
+#[test]
+fn a_payload_is_taken_up_to_its_bounds_and_one_that_cannot_be_is_not() {
+    let told = |live: dynamics_core::Live<f32, 2>| Frame::Live(link::Live::new(&live).unwrap());
+    let zero = dynamics_core::Live::<f32, 2>::zero();
+    // A small ball at (far, 0, 0); 5 kg within 0.5 m may be told.
+    let ball = |mass: f32, far: f32| {
+        let mut body = Inertia { mass, ..Inertia::zero() };
+        body.first_moment.x = mass * far;
+        body.about_origin.fill_diagonal(mass * (0.001 + far * far));
+        body.about_origin.m11 = mass * 0.001;
+        body
+    };
+    let payload = |mass, far| told(dynamics_core::Live { payload: ball(mass, far), ..zero });
+    let gravity = |down: f32| {
+        let mut live = zero;
+        live.gravity.z = down;
+        told(live)
+    };
+    let mut hollow = ball(1.0, 0.2);
+    hollow.first_moment.x = 0.25;
+    let bad = [payload(5.01, 0.1), payload(1.0, 0.51), payload(-1.0, 0.1), gravity(-20.1), gravity(20.1)];
+    let bad = bad.into_iter().chain([told(dynamics_core::Live { payload: hollow, ..zero })]);
+    // Where no torque acts nothing could jump, and the bounds are all there is.
+    let mut arm = Arm::live();
+    for frame in [payload(5.0, 0.1), payload(1.0, 0.49), payload(0.0, 0.0), gravity(-19.9)] {
+        assert_eq!(answers(&mut arm, frame.clone()), [], "{frame:?}");
+    }
+    answers(&mut arm, payload(4.0, 0.1));
+    for frame in bad {
+        assert_eq!(answers(&mut arm, frame.clone()), [Frame::Refusal(Refusal::OutOfBounds)], "{frame:?}");
+    }
+    let mass = Value { index: 96, value: 4.0, low: 0.0, high: 5.0 };
+    assert_eq!(answers(&mut arm, Frame::Get(96)), [Frame::Value(mass)]);
+    // It comes in a frame of its own.
+    assert_eq!(answers(&mut arm, set(96, 1.0)), [Frame::Refusal(Refusal::Fixed)]);
+}

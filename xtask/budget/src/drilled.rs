@@ -1,0 +1,107 @@
+//! The chip under its safety state machine: homed, armed, and run along a trajectory through the arm's range.
+//!
+//! What a tick takes then is what it takes on an arm: trajectory, safety state machine and controller, each in every tick.
+
+use crate::Failure;
+use crate::report::Supervised;
+use crate::swing::{self, Tick};
+use host_sim::run::simulate;
+use host_sim::session::drill::{Drill, OnChip, OnDesk};
+use link::{Actuation, Cost, Frame, Lines, Point, Request, Status, TickCost};
+use robot_compiler::SceneFile;
+
+/// Ticks before the arm runs: home, confirm, arm.
+pub const TICKS_BEFORE: usize = 3;
+
+/// Ticks from one point of the trajectory to the next.
+const WAY: u16 = 4;
+
+/// Points that are sent ahead.
+const AHEAD: usize = 8;
+
+/// So many ticks of the liveliest motion that the desk's own session follows without ever leaving its running state.
+///
+/// # Errors
+/// The scene has another number of joints, or even the gentlest motion makes its machine hold or brake.
+pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -> Result<Vec<Tick<N>>, Failure> {
+    let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
+    let mut why = String::new();
+    for pace in swing::PACES {
+        let motion = swing::smooth::<N>(scene, seed, ticks, pace)?;
+        match drive(&mut OnDesk::start(scene, &model), scene, &motion, |_| ()) {
+            Ok(()) => return Ok(motion),
+            Err(Failure::NotSeen(found)) => why = format!("at pace {pace}: {found}"),
+            Err(other) => return Err(other),
+        }
+    }
+    Err(Failure::NoSwing { scene: scene.name.clone(), why })
+}
+
+/// Home, confirm, arm, and run a target along a motion; every tick of it must drive.
+///
+/// # Errors
+/// [`Failure::NotSeen`] where a tick does not drive; a chip that is of no use.
+pub fn drive<const N: usize>(
+    target: &mut impl Drill,
+    scene: &SceneFile,
+    motion: &[Tick<N>],
+    mut seen: impl FnMut(&Status),
+) -> Result<(), Failure> {
+    let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
+    let Some(first) = motion.first() else { return Err(Failure::NotSeen("a tick: the motion has none".into())) };
+    let lines = Lines::CALM;
+    target.send(&Frame::Lines(lines))?;
+    let live = simulate::live_inputs::<f32, N>(scene, &model);
+    target.send(&Frame::Live(link::Live::new(&live).map_err(|error| Failure::Scene(error.to_string()))?))?;
+    let mut number = 0;
+    let mut tick = |target: &mut dyn Drill, of: &Tick<N>| {
+        number += 1;
+        let answers = target.tick(&link::Measurement::new(number, &of.1))?;
+        match answers.as_slice() {
+            [Frame::Status(status)] if status.refused.is_none() => Ok(status.clone()),
+            other => {
+                Err(Failure::NotSeen(format!("a tick that is granted and answered alone in tick {number}: {other:?}")))
+            }
+        }
+    };
+    for request in [Request::Home, Request::Confirm, Request::Arm] {
+        target.send(&Frame::Request(request))?;
+        tick(target, first)?;
+    }
+    let (last, way) = (motion.len() - 1, usize::from(WAY));
+    let mut sent = None;
+    for (k, of) in motion.iter().enumerate() {
+        while sent.is_none_or(|sent| sent < last.min(k + AHEAD * way)) {
+            let at = sent.map_or(0, |sent| last.min(sent + way));
+            let ticks = u16::try_from(at - sent.unwrap_or(0)).unwrap_or(WAY);
+            target.send(&Frame::Point(Point { ticks, reference: link::Reference::new(&motion[at].0) }))?;
+            sent = Some(at);
+        }
+        if k == 0 {
+            target.send(&Frame::Request(Request::Run))?;
+        }
+        let status = tick(target, of)?;
+        if status.state != 3 || !matches!(status.actuation, Some(Actuation::Drive { .. })) {
+            let Status { state, cause, joint, .. } = status;
+            return Err(Failure::NotSeen(format!("a running tick {k}: state {state}, cause {cause}, joint {joint:?}")));
+        }
+        seen(&status);
+    }
+    Ok(())
+}
+
+/// Instructions of each running tick, as the chip counts them.
+///
+/// # Errors
+/// As [`drive`]; a chip that counts nothing.
+pub fn count<const N: usize>(chip: &mut OnChip, scene: &SceneFile, motion: &[Tick<N>]) -> Result<Supervised, Failure> {
+    let mut all: Option<(u64, u64)> = None;
+    drive(chip, scene, motion, |status| {
+        if let Some(TickCost { all: Cost::Instructions(count), .. }) = status.cost {
+            let (min, max) = all.unwrap_or((u64::MAX, 0));
+            all = Some((min.min(u64::from(count)), max.max(u64::from(count))));
+        }
+    })?;
+    let (min, max) = all.ok_or_else(|| Failure::NotSeen("a count of instructions of a supervised tick".into()))?;
+    Ok(Supervised { ticks: motion.len() as u64, min, max })
+}

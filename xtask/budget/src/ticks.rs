@@ -1,0 +1,74 @@
+//! The chip in lock step: instructions of each tick as the chip itself counts them, and how deep its stack becomes.
+
+use crate::paint::Paint;
+use crate::swing::Tick;
+use crate::{Failure, drilled, report};
+use chip_image::Program;
+use dynamics_core::Command;
+use host_sim::chip::{Chip, Emulator, Timeouts};
+use host_sim::run::simulate;
+use host_sim::session::drill::{self, OnChip};
+use link::{Hello, Pacing};
+use robot_compiler::SceneFile;
+use std::path::Path;
+use std::time::Duration;
+
+/// The emulator of the boards that run in one.
+pub(crate) const QEMU: &str = "qemu-system-arm";
+
+/// How long an answer may take: an emulator that logs every instruction is some hundred times slower than one that runs freely, and
+/// shares the machine with whoever reads its log.
+pub(crate) const PATIENCE: Timeouts = Timeouts { connect: Duration::from_secs(30), answer: Duration::from_secs(120) };
+
+/// What a firmware for this scene says of itself.
+pub(crate) fn hello<const N: usize>(scene: &SceneFile) -> Result<Hello, Failure> {
+    let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
+    Ok(drill::hello(scene, &model, Pacing::LockStep))
+}
+
+/// Tell the chip what acts on the scene's arm.
+pub(crate) fn tell_live<const N: usize>(chip: &mut Chip, scene: &SceneFile) -> Result<(), Failure> {
+    let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
+    Ok(chip.set_live(&simulate::live_inputs::<f32, N>(scene, &model))?)
+}
+
+/// One tick that must drive, and what it took.
+pub(crate) fn drive<const N: usize>(chip: &mut Chip, number: usize, tick: &Tick<N>) -> Result<u64, Failure> {
+    let reply = chip.tick(&tick.0, &tick.1)?;
+    if let Command::Brake(fault) = reply.command {
+        return Err(Failure::NotSeen(format!("a torque in tick {number}: the chip brakes, {fault}")));
+    }
+    let counted = reply.instructions.map(u64::from);
+    counted.ok_or_else(|| Failure::NotSeen("a count of instructions: the chip's counter is not exact".into()))
+}
+
+/// Drive a chip through a motion on the bench and through another under its safety state machine, with painted RAM.
+///
+/// # Errors
+/// A program that cannot be read, a chip that is of no use or brakes, or counts nothing.
+pub fn count<const N: usize>(
+    scene: &SceneFile,
+    elf: &Path,
+    motion: &[Tick<N>],
+    supervised: &[Tick<N>],
+) -> Result<report::Ticks, Failure> {
+    let program = |why: String| Failure::Program { path: elf.to_owned(), why };
+    let bytes = std::fs::read(elf).map_err(|error| program(error.to_string()))?;
+    let room =
+        Program::parse(&bytes).and_then(|parsed| parsed.stack_room()).map_err(|error| program(error.to_string()))?;
+    let paint = Paint::new(room)?;
+    let emulator = Emulator::start_with(QEMU.as_ref(), elf, PATIENCE, &paint.arguments())?;
+    let mut chip = Chip::over(emulator, hello::<N>(scene)?)?;
+    tell_live::<N>(&mut chip, scene)?;
+    let mut range = (u64::MAX, 0);
+    for (number, tick) in motion.iter().enumerate() {
+        let count = drive(&mut chip, number, tick)?;
+        range = (range.0.min(count), range.1.max(count));
+    }
+    if motion.is_empty() {
+        return Err(Failure::NotSeen("a tick: the motion has none".into()));
+    }
+    let mut chip = OnChip::start(chip, hello::<N>(scene)?)?;
+    let supervised = drilled::count(&mut chip, scene, supervised)?;
+    Ok(report::Ticks { ticks: motion.len() as u64, min: range.0, max: range.1, stack: paint.deepest()?, supervised })
+}

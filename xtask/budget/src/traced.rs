@@ -1,0 +1,280 @@
+//! From the emulator's trace of a few ticks under the safety state machine, in lock step: the tick's interrupt and its estimated cycles, how long it is masked,
+//! and what a byte of the link takes.
+
+use crate::interrupts::{BYTE, Mask, SERVE, TICK};
+use crate::report::{Cycles, Traced};
+use crate::swing::Tick;
+use crate::ticks::{PATIENCE, QEMU, hello};
+use crate::{Failure, drilled, flood};
+use chip_image::cycles::steps::{self, Detail, Event, Step};
+use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement};
+use host_sim::chip::{Chip, Emulator};
+use host_sim::session::drill::OnChip;
+use robot_compiler::SceneFile;
+use std::collections::BTreeMap;
+use std::io::BufReader;
+use std::path::Path;
+
+/// Home, arm and run a chip along a motion, and trace it.
+///
+/// # Errors
+/// A program that cannot be read, a chip that is of no use, or a trace in which something is missing.
+pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<Traced, Failure> {
+    let code = flood::code(elf)?;
+    let arguments: Vec<_> = steps::arguments(Detail::Registers)?.into_iter().map(Into::into).collect();
+    let mut emulator = Emulator::start_with(QEMU.as_ref(), elf, PATIENCE, &arguments)?;
+    let log = emulator.take_log().ok_or_else(|| Failure::NotSeen("the emulator's log: it has none".into()))?;
+    let reader = std::thread::spawn(move || {
+        let mut watch = Watch::new(&code);
+        steps::read(BufReader::with_capacity(1 << 16, log), |event| watch.event(event)).map(|()| watch.found)
+    });
+    let expect = hello::<N>(scene)?;
+    let mut chip = OnChip::start(Chip::over(emulator, expect)?, expect)?;
+    drilled::drive(&mut chip, scene, motion, |_| ())?;
+    let carried = chip.chip().carried();
+    // The log ends with the emulator.
+    drop(chip);
+    let found = reader.join().map_err(|_| Failure::NotSeen("the log: its reader stopped".into()))??;
+    found.sum_up(carried.to_chip, carried.from_chip, (drilled::TICKS_BEFORE + motion.len()) as u64)
+}
+
+/// Instructions of one exception.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Served {
+    /// Its first instruction.
+    start: u32,
+    /// Since it last began.
+    now: u64,
+    /// How often it began.
+    times: u64,
+    /// All together.
+    total: u64,
+    /// Most at once.
+    most: u64,
+}
+
+impl Served {
+    fn step(&mut self, step: &Step) {
+        if self.times == 0 {
+            self.start = step.address;
+        }
+        // No instruction of a handler jumps back to its first.
+        if step.address == self.start {
+            self.now = 0;
+            self.times += 1;
+        }
+        self.now += 1;
+        self.total += 1;
+        self.most = self.most.max(self.now);
+    }
+}
+
+/// What a trace has shown.
+#[derive(Clone, Debug, Default)]
+struct Found {
+    byte: Served,
+    tick: Served,
+    serve: Served,
+    masked: u64,
+    /// Of the ticks that have ended.
+    estimates: Vec<Estimate>,
+}
+
+impl Found {
+    /// Hold together what is seen from both ends, and make one report of it.
+    fn sum_up(self, to_chip: u64, from_chip: u64, ticks: u64) -> Result<Traced, Failure> {
+        let missing = |what: String| Err(Failure::NotSeen(what));
+        if self.tick.times != ticks {
+            return missing(format!("{ticks} ticks in the trace: it has {}", self.tick.times));
+        }
+        // Each interrupt of the receiver takes one byte.
+        if self.byte.times != to_chip {
+            return missing(format!("{to_chip} received bytes in the trace: it has {}", self.byte.times));
+        }
+        // The first finds empty caches; in operation there is none before it.
+        let longest = self.estimates.iter().skip(1).max_by_key(|estimate| estimate.cycles.likely);
+        let Some(longest) = longest else { return missing("two ticks in the trace".into()) };
+        if longest.unknown > 0 {
+            return missing(format!("{} instructions that the decoder knows", longest.unknown));
+        }
+        let chip_image::cycles::Range { low, likely, high } = longest.cycles;
+        Ok(Traced {
+            ticks,
+            tick_interrupt: self.tick.most,
+            masked: self.masked,
+            byte_interrupt: self.byte.most,
+            link_byte: (self.byte.total + self.serve.total).div_ceil((to_chip + from_chip).max(1)),
+            cycles_estimate: Cycles { low, likely, high },
+        })
+    }
+}
+
+/// Follows a trace.
+struct Watch<'a> {
+    code: &'a Code,
+    estimator: Estimator<'a>,
+    mask: Mask,
+    priorities: BTreeMap<u16, u8>,
+    /// Instructions since the tick's interrupt is masked.
+    masked: u64,
+    /// The exception of the instruction before.
+    before: u16,
+    /// The tick that is being served, as far as it has come: another interrupt may cut it in pieces.
+    tick: Option<Estimate>,
+    found: Found,
+}
+
+impl<'a> Watch<'a> {
+    fn new(code: &'a Code) -> Self {
+        Self {
+            code,
+            estimator: Estimator::new(code, Memory::new(Placement::ByAddress)),
+            mask: Mask::default(),
+            priorities: BTreeMap::new(),
+            masked: 0,
+            before: 0,
+            tick: None,
+            found: Found::default(),
+        }
+    }
+
+    fn event(&mut self, event: Event) {
+        match event {
+            Event::Priority { exception, priority } => drop(self.priorities.insert(exception, priority)),
+            Event::Pending { .. } => {}
+            Event::Step(step) => self.step(&step),
+        }
+    }
+
+    fn step(&mut self, step: &Step) {
+        match step.exception {
+            BYTE => self.found.byte.step(step),
+            TICK => self.found.tick.step(step),
+            SERVE => self.found.serve.step(step),
+            _ => {}
+        }
+        self.estimate(step);
+        self.hold_off(step);
+        self.before = step.exception;
+    }
+
+    /// Caches and pipeline follow all that is executed; the laps are cut where the tick begins and ends.
+    fn estimate(&mut self, step: &Step) {
+        let begins = step.exception == TICK && step.address == self.found.tick.start;
+        if step.exception != self.before || begins {
+            let lap = self.estimator.finish();
+            if self.before == TICK {
+                add(self.tick.get_or_insert_default(), lap);
+            }
+            let ends = begins || !matches!(step.exception, TICK | BYTE);
+            if ends {
+                self.found.estimates.extend(self.tick.take());
+            }
+        }
+        self.estimator.execute(step.address);
+    }
+
+    /// Count the instructions while the tick must wait for a mask. Not those of the tick itself; nor those of what is more urgent,
+    /// which are counted by themselves; nor those before the first interrupt, when no timer runs.
+    fn hold_off(&mut self, step: &Step) {
+        let priority = |exception| self.priorities.get(&exception).copied();
+        let Some(own) = priority(TICK) else { return };
+        let less_urgent = priority(step.exception).is_some_and(|other| other > own);
+        if less_urgent && self.mask.holds_off(own) {
+            self.masked += 1;
+            self.found.masked = self.found.masked.max(self.masked);
+        }
+        if let Some(halves) = self.code.halves(step.address) {
+            self.mask = self.mask.after(halves, &step.registers);
+        }
+        if !self.mask.holds_off(own) {
+            self.masked = 0;
+        }
+    }
+}
+
+fn add(sum: &mut Estimate, part: Estimate) {
+    sum.instructions += part.instructions;
+    sum.unknown += part.unknown;
+    sum.cycles.low += part.cycles.low;
+    sum.cycles.likely += part.cycles.likely;
+    sum.cycles.high += part.cycles.high;
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+    use super::{BYTE, Found, SERVE, Served, Step, TICK, Watch};
+    use chip_image::cycles::Code;
+    use chip_image::cycles::steps::Event;
+
+    /// `nop` eight times, with `cpsid i` third and `cpsie i` sixth.
+    const HALVES: [u16; 8] = [0xbf00, 0xbf00, 0xb672, 0xbf00, 0xbf00, 0xb662, 0xbf00, 0xbf00];
+
+    fn watched(exceptions: &[(u16, u32)]) -> Found {
+        let code = Code::from_halves(0, &HALVES);
+        let mut watch = Watch::new(&code);
+        for (exception, priority) in [(BYTE, 0xd0), (TICK, 0xe0), (SERVE, 0xf0)] {
+            watch.event(Event::Priority { exception, priority });
+        }
+        for (exception, address) in exceptions {
+            watch.event(Event::Step(Step { address: *address, exception: *exception, ..Step::default() }));
+        }
+        watch.found
+    }
+
+    fn straight(exception: u16) -> Vec<(u16, u32)> {
+        (0..8).map(|at| (exception, 2 * at)).collect()
+    }
+
+    #[test]
+    fn a_mask_counts_from_behind_the_instruction_that_sets_it_to_the_one_that_clears_it() {
+        assert_eq!(watched(&straight(SERVE)).masked, 3);
+    }
+
+    #[test]
+    fn what_is_no_less_urgent_than_the_tick_and_what_is_no_interrupt_is_not_masked_time() {
+        for exception in [TICK, BYTE, 0] {
+            assert_eq!(watched(&straight(exception)).masked, 0, "{exception}");
+        }
+        // A byte in the middle of a masked stretch: the stretch goes on behind it.
+        let mut steps = straight(SERVE);
+        steps.splice(4..4, [(BYTE, 0), (BYTE, 2)]);
+        assert_eq!(watched(&steps).masked, 3);
+    }
+
+    #[test]
+    fn a_tick_that_a_byte_interrupts_is_one_tick_without_the_bytes_cycles() {
+        let mut whole = straight(TICK);
+        whole.push((SERVE, 0));
+        let mut cut = straight(TICK);
+        cut.splice(4..4, [(BYTE, 12), (BYTE, 14)]);
+        cut.push((SERVE, 0));
+        let [whole, cut] = [whole, cut].map(|steps| watched(&steps));
+        assert_eq!((whole.estimates.len(), cut.estimates.len()), (1, 1));
+        assert_eq!((whole.estimates[0].instructions, cut.estimates[0].instructions), (8, 8));
+        assert_eq!((cut.tick.times, cut.tick.most, cut.byte.total), (1, 8, 2));
+    }
+
+    #[test]
+    fn a_trace_that_lacks_a_tick_or_a_byte_is_refused() {
+        let twice = [straight(TICK), vec![(SERVE, 0)], straight(TICK), vec![(SERVE, 2), (BYTE, 0)]].concat();
+        let found = watched(&twice);
+        assert_eq!(found.clone().sum_up(1, 3, 2).unwrap().link_byte, 1);
+        for (bytes, ticks, what) in [(1, 3, "3 ticks"), (2, 2, "2 received bytes")] {
+            let why = found.clone().sum_up(bytes, 3, ticks).unwrap_err().to_string();
+            assert!(why.starts_with(what), "{why}");
+        }
+        assert!(watched(&straight(TICK)).sum_up(0, 0, 1).is_err(), "one tick is the one that is left out");
+    }
+
+    #[test]
+    fn the_longest_of_a_handlers_runs_counts() {
+        let mut served = Served::default();
+        for address in [8, 10, 8, 10, 12, 8] {
+            served.step(&Step { address, ..Step::default() });
+        }
+        assert_eq!((served.times, served.most, served.total), (3, 3, 6));
+    }
+}

@@ -1,0 +1,332 @@
+//! `chip-budget board` against the firmware's own session at the other end of a pseudo-terminal, with a scripted counter.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
+
+use host_sim::session::drill::{Uncounted, desk_session};
+use link::{Cost, Decoder, Encoder, Fault, Frame, Refusal};
+use robot_compiler::SceneFile;
+use serde_json::Value;
+use serialport::{SerialPort as _, TTYPort};
+use session::Reaction;
+use session::black_box::Report;
+use session::meter::{Counter, Meter};
+use std::cell::Cell;
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+const SCENE: &str = "planar2r_swing.toml";
+const TICKS: u32 = 120;
+
+fn path(scene: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(scene)
+}
+
+/// Readings of the firmware's trial of its counter, and what each costs.
+const TRIAL: u32 = 14;
+const READING: u32 = 2;
+
+/// A counter that wraps soon, and counts what the script says for each tick; nothing at all from the first tick without a count.
+struct Scripted<const CYCLES: bool> {
+    count: Cell<u32>,
+    readings: Cell<u32>,
+    work: fn(u32) -> Option<u32>,
+}
+
+impl<const CYCLES: bool> Scripted<CYCLES> {
+    fn new(work: fn(u32) -> Option<u32>) -> Self {
+        Self { count: Cell::new(u32::MAX - 2_000), readings: Cell::new(0), work }
+    }
+}
+
+impl<const CYCLES: bool> Counter for Scripted<CYCLES> {
+    fn now(&self) -> u32 {
+        let before = self.readings.replace(self.readings.get() + 1);
+        let step = match before.checked_sub(TRIAL) {
+            None => Some(READING),
+            // Two readings a tick, the work before the second.
+            Some(in_tick) => (self.work)(in_tick / 2).map(|work| READING + if in_tick % 2 == 1 { work } else { 0 }),
+        };
+        self.count.set(self.count.get().wrapping_add(step.unwrap_or(0)));
+        self.count.get()
+    }
+
+    fn cost(count: u32) -> Cost {
+        if CYCLES { Cost::Cycles(count) } else { Cost::Instructions(count) }
+    }
+
+    fn exercise(&self) {
+        self.count.set(self.count.get().wrapping_add(100));
+    }
+}
+
+/// Unlike in every tick, and more than the emulator's instructions.
+fn as_a_chip(tick: u32) -> Option<u32> {
+    Some(2_000 + tick * 79 % 101)
+}
+
+/// What becomes of the answer to a tick on its way to the host.
+#[allow(clippy::large_enum_variant, reason = "made and taken apart at once")]
+enum Way {
+    Says(Frame),
+    Bytes(Vec<u8>),
+    Silent,
+    Unplugged,
+}
+
+/// Held while a terminal is made, and while a program is started: one that inherited the board's end would keep it open.
+static INHERITING: Mutex<()> = Mutex::new(());
+
+/// The board's end of a terminal, and the name of the other.
+fn terminal() -> (TTYPort, String) {
+    let _alone = INHERITING.lock().unwrap();
+    let (board, host) = TTYPort::pair().unwrap();
+    // Of the copy alone no program that is started inherits anything. The host's own end goes: it holds the lock that keeps others out.
+    (board.try_clone_native().unwrap(), host.name().unwrap())
+}
+
+/// A board; it ends when this is dropped.
+struct Board {
+    port: String,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Board {
+    /// With the firmware of a scene. `way` is given each answer and the number of its tick.
+    fn start<const N: usize, M: Counter + Send + 'static>(
+        scene: &str,
+        counter: M,
+        way: impl FnMut(u32, Frame) -> Way + Send + 'static,
+    ) -> Self {
+        let scene = SceneFile::load(&path(scene)).unwrap();
+        let (mut firmware, port) = terminal();
+        firmware.set_timeout(Duration::from_millis(20)).unwrap();
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let thread = std::thread::spawn(move || run::<N, M>(&scene, firmware, counter, &flag, way));
+        Self { port, stop, thread: Some(thread) }
+    }
+
+    fn counting(work: fn(u32) -> Option<u32>) -> Self {
+        Self::start::<2, _>(SCENE, Scripted::<true>::new(work), |_, frame| Way::Says(frame))
+    }
+
+    fn on_the_way(way: impl FnMut(u32, Frame) -> Way + Send + 'static) -> Self {
+        Self::start::<2, _>(SCENE, Scripted::<true>::new(as_a_chip), way)
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let ended = thread.join();
+            assert!(ended.is_ok() || std::thread::panicking(), "the board failed");
+        }
+    }
+}
+
+/// As the firmware's program joins session, counter and link.
+fn run<const N: usize, M: Counter>(
+    scene: &SceneFile,
+    mut port: TTYPort,
+    counter: M,
+    stop: &AtomicBool,
+    mut way: impl FnMut(u32, Frame) -> Way,
+) {
+    let mut session = desk_session::<N>(scene, &scene.robot.model::<N>().unwrap());
+    let meter = Meter::new(counter);
+    let (mut encoder, mut decoder, mut bytes) = (Encoder::new(), Decoder::new(), [0; 512]);
+    while !stop.load(Ordering::Relaxed) {
+        let Ok(count) = port.read(&mut bytes) else {
+            // Nothing came, or nobody has the other end open: then this comes back at once.
+            std::thread::sleep(Duration::from_millis(1));
+            continue;
+        };
+        for received in bytes[..count].iter().filter_map(|byte| decoder.push(*byte)) {
+            let answers = match session.receive(received) {
+                Reaction::Tick => {
+                    session.tick(&meter);
+                    std::iter::from_fn(|| session.say()).map(Report::frame).collect()
+                }
+                Reaction::Reply(frame) | Reaction::Start(_, frame) => vec![frame],
+                Reaction::Stop(hello, refusal) => vec![hello, refusal],
+                Reaction::None => Vec::new(),
+            };
+            for frame in answers {
+                let said = match frame {
+                    Frame::Command(command) => way(command.tick, Frame::Command(command)),
+                    other => Way::Says(other),
+                };
+                let said = match said {
+                    Way::Says(frame) => encoder.encode(&frame).unwrap().to_vec(),
+                    Way::Bytes(bytes) => bytes,
+                    Way::Silent => Vec::new(),
+                    Way::Unplugged => return,
+                };
+                // A host that has left takes nothing any more.
+                port.write_all(&said).ok();
+            }
+        }
+    }
+}
+
+/// Exit code, report, complaint.
+fn measured(port: &str, scene: &str, more: &[&str]) -> (i32, Value, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_chip-budget"));
+    command.args(["board", "--port", port, "--ticks", &TICKS.to_string(), "--scene"]).arg(path(scene)).args(more);
+    let started = {
+        let _alone = INHERITING.lock().unwrap();
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let output = started.wait_with_output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let (printed, error) = (text(output.stdout), text(output.stderr));
+    let report = if printed.is_empty() { Value::Null } else { serde_json::from_str(&printed).unwrap() };
+    (output.status.code().unwrap(), report, error)
+}
+
+/// What is said where there is no report.
+fn refused(board: &Board, more: &[&str]) -> (i32, String) {
+    let (code, report, error) = measured(&board.port, SCENE, more);
+    assert!(report.is_null(), "{report}");
+    (code, error)
+}
+
+#[test]
+fn every_ticks_cycles_count_in_fewest_most_and_mean() {
+    let board = Board::counting(as_a_chip);
+    let counts: Vec<u32> = (0..TICKS).filter_map(as_a_chip).collect();
+    let (code, report, error) = measured(&board.port, SCENE, &["--instructions", "2000"]);
+    assert_eq!((code, error.as_str()), (0, ""));
+    let cycles = &report["cycles_per_tick"];
+    assert_eq!(cycles["min"].as_u64(), counts.iter().min().map(|min| u64::from(*min)));
+    assert_eq!(cycles["max"].as_u64(), counts.iter().max().map(|max| u64::from(*max)));
+    let mean = f64::from(counts.iter().sum::<u32>()) / f64::from(TICKS);
+    assert!((cycles["mean"].as_f64().unwrap() - mean).abs() < 1e-9, "{cycles} and {mean}");
+    assert_eq!((report["ticks"].as_u64(), report["bits_differ"].as_u64()), (Some(u64::from(TICKS)), Some(0)));
+    let scene = SceneFile::load(&path(SCENE)).unwrap();
+    let hash = format!("{:016x}", scene.hash(&scene.robot.model::<2>().unwrap()));
+    assert_eq!((report["hash"].as_str(), report["rate_hz"].as_f64()), (Some(hash.as_str()), Some(scene.control.rate)));
+}
+
+#[test]
+fn a_port_that_another_program_has_had_gives_the_same() {
+    // Its packets are counted on, and its last answers may still be under way.
+    let board =
+        Board::start::<6, _>("puma560_pick.toml", Scripted::<true>::new(|_| Some(2_805)), |_, frame| Way::Says(frame));
+    let of = |(code, report, error): (i32, Value, String)| {
+        assert_eq!(code, 0, "{error}");
+        (report["cycles_per_tick"]["min"].as_u64(), report["cycles_per_tick"]["max"].as_u64())
+    };
+    for _ in 0..2 {
+        assert_eq!(of(measured(&board.port, "puma560_pick.toml", &[])), (Some(2_805), Some(2_805)));
+    }
+}
+
+#[test]
+fn a_counter_that_counts_no_cycles_is_refused_with_what_to_look_for() {
+    let says = |_, frame| Way::Says(frame);
+    let cases: [(&str, Board, &[&str], [&str; 2]); 5] = [
+        ("never counted", Board::start::<2, _>(SCENE, Uncounted, says), &[], ["tick 1 has no cost", "TRCENA"]),
+        (
+            "stops later",
+            Board::counting(|tick| (tick < 40).then_some(2_000)),
+            &[],
+            ["tick 41 took -2 cycles", "TRCENA"],
+        ),
+        ("zero", Board::counting(|_| Some(0)), &[], ["tick 1 took 0 cycles: the counter stands still", "TRCENA"]),
+        (
+            "one value that cannot be",
+            Board::counting(|_| Some(300)),
+            &["--instructions", "301"],
+            ["tick 1 took 300 cycles, and the emulator counts at least 301 instructions", "TRCENA"],
+        ),
+        (
+            "an emulator",
+            Board::start::<2, _>(SCENE, Scripted::<false>::new(as_a_chip), says),
+            &[],
+            ["tick 1 is counted in instructions, not in cycles", "without --port"],
+        ),
+    ];
+    for (name, board, more, expected) in cases {
+        let (code, error) = refused(&board, more);
+        assert_eq!(code, 2, "{name}: {error}");
+        assert!(expected.iter().all(|part| error.contains(part)), "{name}: {error}");
+    }
+}
+
+#[test]
+fn one_bit_that_is_not_the_desks_is_told_with_its_tick() {
+    let board = Board::on_the_way(|tick, frame| match frame {
+        Frame::Command(mut command) if tick == 17 || tick == 90 => {
+            command.torque[1] = f32::from_bits(command.torque[1].to_bits() ^ 1);
+            Way::Says(Frame::Command(command))
+        }
+        other => Way::Says(other),
+    });
+    let (code, error) = refused(&board, &[]);
+    assert_eq!(code, 1, "{error}");
+    assert!(error.contains(&format!("2 of {TICKS} ticks differ from the desk in some bit, tick 17 first")), "{error}");
+}
+
+#[test]
+fn a_board_that_fails_meanwhile_ends_the_measurement_with_code_1() {
+    type OnItsWay = fn(u32, Frame) -> Way;
+    let cases: [(OnItsWay, &str); 6] = [
+        (|tick, frame| if tick < 9 { Way::Says(frame) } else { Way::Unplugged }, "the other end is gone"),
+        (
+            |tick, frame| if tick < 9 { Way::Says(frame) } else { Way::Silent },
+            "silent: the answer to a measurement did not come within 3s",
+        ),
+        (|tick, frame| if tick < 9 { Way::Says(frame) } else { Way::Bytes(vec![3, 7, 7, 0]) }, "from the board: "),
+        (|_, _| Way::Says(Frame::Refusal(Refusal::NoReference)), "refused: a measurement came before any reference"),
+        (
+            |tick, frame| {
+                if tick < 9 { Way::Says(frame) } else { Way::Says(Frame::Fault(Fault { tick, code: 6, joint: None })) }
+            },
+            "a torque in tick 9: the board brakes, ",
+        ),
+        (
+            |tick, frame| match frame {
+                Frame::Command(command) if tick == 9 => Way::Says(Frame::Command(link::Command { tick: 8, ..command })),
+                other => Way::Says(other),
+            },
+            "answered tick 8, expected 9",
+        ),
+    ];
+    for (way, expected) in cases {
+        let (code, error) = refused(&Board::on_the_way(way), &[]);
+        assert!(code == 1 && error.contains(expected), "{code}: {error}");
+    }
+}
+
+#[test]
+fn a_port_without_this_scenes_firmware_is_refused_before_the_first_tick() {
+    let other = Board::start::<2, _>("planar2r_sine.toml", Uncounted, |_, _| panic!("a tick was asked for"));
+    let (code, error) = refused(&other, &[]);
+    assert_eq!(code, 2, "{error}");
+    assert!(error.contains("the firmware has hash") && error.contains("flash this scene"), "{error}");
+
+    let (silent, port) = terminal();
+    for (port, expected) in [
+        (port.as_str(), ["does not answer", "is the board powered and flashed"]),
+        ("/dev/no-such-port", ["serial port /dev/no-such-port", "is it plugged in"]),
+    ] {
+        let (code, report, error) = measured(port, SCENE, &[]);
+        assert!(code == 2 && report.is_null(), "{code}: {error}");
+        assert!(expected.iter().all(|part| error.contains(part)), "{error}");
+    }
+    drop(silent);
+}
+
+#[test]
+fn a_scene_that_is_not_there_is_named() {
+    let (code, report, error) = measured("/dev/no-such-port", "nowhere.toml", &[]);
+    assert!(code == 2 && report.is_null() && error.contains("nowhere.toml"), "{code}: {error}");
+}

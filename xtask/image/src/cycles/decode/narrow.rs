@@ -1,0 +1,109 @@
+//! Instructions of one half.
+
+use super::{LR, PC, SP};
+use crate::cycles::instruction::{Class, Instruction, Registers};
+
+pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
+    let new = |class| Instruction::new(address, 2, class);
+    // Three bits from a place on: a register of the lower eight.
+    let low = |at: u32| Registers::core((half >> at) & 7);
+    let top = Registers::core((half >> 8) & 7);
+    let sp = Registers::core(SP);
+    Some(match half >> 11 {
+        // LSL, LSR, ASR by a constant.
+        0b00000..=0b00010 => new(Class::Integer).reading(low(3)).writing(low(0)),
+        // ADD, SUB of a register or three bits.
+        0b00011 => {
+            let sum = new(Class::Integer).reading(low(3)).writing(low(0));
+            if half & 0x0400 == 0 { sum.reading(low(6)) } else { sum }
+        }
+        0b00100 => new(Class::Integer).writing(top),
+        0b00101 => new(Class::Integer).reading(top),
+        0b00110 | 0b00111 => new(Class::Integer).reading(top).writing(top),
+        0b01000 if half & 0x0400 == 0 => {
+            let (d, m) = (low(0), low(3));
+            match (half >> 6) & 15 {
+                // TST, CMP, CMN.
+                8 | 10 | 11 => new(Class::Integer).reading(d | m),
+                // RSB, MVN.
+                9 | 15 => new(Class::Integer).reading(m).writing(d),
+                13 => new(Class::Multiply).reading(d | m).writing(d),
+                _ => new(Class::Integer).reading(d | m).writing(d),
+            }
+        }
+        0b01000 => {
+            let number = (half & 7) | ((half >> 4) & 8);
+            let (d, m) = (Registers::core(number), Registers::core((half >> 3) & 15));
+            match (half >> 8) & 3 {
+                0 => new(Class::Integer).reading(d | m).writing(d),
+                1 => new(Class::Integer).reading(d | m),
+                2 => new(Class::Integer).reading(m).writing(d),
+                // BX, BLX.
+                _ => {
+                    let link = if half & 0x80 == 0 { Registers::NONE } else { Registers::core(LR) };
+                    new(Class::Branch).reading(m).writing(link).never_falls_through()
+                }
+            }
+        }
+        0b01001 => new(Class::Load).moving(1).writing(top).of_literal(i64::from(half & 0xff) * 4),
+        // Loads and stores at the sum of two registers: three kinds of store, then five of load.
+        0b01010 | 0b01011 => {
+            let at = low(3) | low(6);
+            if (half >> 9) & 7 < 3 {
+                Instruction { register_offset: true, ..new(Class::Store).moving(1).reading(low(0)).addressed_by(at) }
+            } else {
+                new(Class::Load).moving(1).writing(low(0)).addressed_by(at)
+            }
+        }
+        0b01100 | 0b01110 | 0b10000 => new(Class::Store).moving(1).reading(low(0)).addressed_by(low(3)),
+        0b01101 | 0b01111 | 0b10001 => new(Class::Load).moving(1).writing(low(0)).addressed_by(low(3)),
+        0b10010 => new(Class::Store).moving(1).reading(top).addressed_by(sp),
+        0b10011 => new(Class::Load).moving(1).writing(top).addressed_by(sp),
+        // ADR, ADD of the stack pointer.
+        0b10100 => new(Class::Integer).writing(top),
+        0b10101 => new(Class::Integer).reading(sp).writing(top),
+        0b10110 | 0b10111 => return miscellaneous(address, half),
+        0b11000 => multiple(new(Class::StoreMultiple), top, half & 0xff, false),
+        0b11001 => multiple(new(Class::LoadMultiple), top, half & 0xff, true),
+        0b11010 | 0b11011 => match (half >> 8) & 15 {
+            14 => return None,
+            15 => new(Class::System),
+            _ => new(Class::Branch),
+        },
+        0b11100 => new(Class::Branch).never_falls_through(),
+        _ => return None,
+    })
+}
+
+/// 1011: what belongs nowhere else.
+fn miscellaneous(address: u32, half: u16) -> Option<Instruction> {
+    let new = |class| Instruction::new(address, 2, class);
+    let low = |at: u32| Registers::core((half >> at) & 7);
+    let sp = Registers::core(SP);
+    Some(match (half >> 8) & 15 {
+        0x0 => new(Class::Integer).reading(sp).writing(sp),
+        // CBZ, CBNZ.
+        0x1 | 0x3 | 0x9 | 0xb => new(Class::Branch).reading(low(0)),
+        // Extensions, reversals.
+        0x2 | 0xa => new(Class::Integer).reading(low(3)).writing(low(0)),
+        0x4 | 0x5 => {
+            let link = if half & 0x100 == 0 { 0 } else { 1 << LR };
+            multiple(new(Class::StoreMultiple), sp, (half & 0xff) | link, false)
+        }
+        0xc | 0xd => {
+            let counter = if half & 0x100 == 0 { 0 } else { 1 << PC };
+            multiple(new(Class::LoadMultiple), sp, (half & 0xff) | counter, true)
+        }
+        0x6 | 0xe => new(Class::System),
+        0xf if half & 15 == 0 => new(Class::System),
+        0xf => new(Class::IfThen),
+        _ => return None,
+    })
+}
+
+/// A transfer of a list of core registers that moves its base.
+pub(super) fn multiple(with: Instruction, base: Registers, list: u16, loads: bool) -> Instruction {
+    let registers = Registers::core_list(list);
+    let with = with.moving(list.count_ones()).addressed_by(base).writing(base);
+    if loads { with.writing(registers) } else { with.reading(registers) }
+}

@@ -1,0 +1,194 @@
+//! Instructions of two halves.
+
+use super::{LR, PC, float, narrow};
+use crate::cycles::instruction::{Class, Instruction, Registers};
+
+pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instruction> {
+    match first >> 9 {
+        // 1110100
+        0b111_0100 if first & 0x0040 == 0 => list(address, first, second),
+        0b111_0100 => pair_or_exclusive(address, first, second),
+        0b111_0101 => Some(shifted(address, first, second)),
+        0b111_0110 | 0b111_0111 => float::decode(address, first, second),
+        0b111_1000..=0b111_1011 if second & 0x8000 == 0 => Some(immediate(address, first, second)),
+        0b111_1000..=0b111_1011 => branch_or_control(address, first, second),
+        0b111_1100 => single(address, first, second),
+        0b111_1101 => register(address, first, second),
+        _ => None,
+    }
+}
+
+/// Four bits of a half from a place on: a register.
+fn field(half: u16, at: u32) -> Registers {
+    Registers::core((half >> at) & 15)
+}
+
+/// LDM, STM.
+fn list(address: u32, first: u16, second: u16) -> Option<Instruction> {
+    // Increment after, or decrement before.
+    if !matches!((first >> 7) & 3, 1 | 2) {
+        return None;
+    }
+    let loads = first & 0x10 != 0;
+    let class = if loads { Class::LoadMultiple } else { Class::StoreMultiple };
+    let mut all = narrow::multiple(Instruction::new(address, 4, class), field(first, 0), second, loads);
+    if first & 0x20 == 0 {
+        // The base stays.
+        let base = if loads { field(first, 0).without(Registers::core_list(second)) } else { field(first, 0) };
+        all.writes = all.writes.without(base);
+    }
+    Some(all)
+}
+
+/// LDRD, STRD, the exclusive ones, and branches by a table.
+fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instruction> {
+    let new = |class| Instruction::new(address, 4, class);
+    let (base, one, two) = (field(first, 0), field(second, 12), field(second, 8));
+    let loads = first & 0x10 != 0;
+    if first & 0x0120 == 0 {
+        let exclusive = if loads {
+            new(Class::Load).writing(one)
+        } else {
+            // STREX says in a register whether it stored: in the fourth field, in its byte and half forms in the last.
+            let status = if first & 0x0080 == 0 { two } else { field(second, 0) };
+            new(Class::Store).reading(one).writing(status)
+        };
+        let is_table = first & 0xfff0 == 0xe8d0 && second & 0xffe0 == 0xf000;
+        return Some(if is_table {
+            new(Class::TableBranch).moving(1).addressed_by(base | field(second, 0)).never_falls_through()
+        } else {
+            exclusive.moving(1).addressed_by(base)
+        });
+    }
+    let moved = if first & 0x20 == 0 { Registers::NONE } else { base };
+    let pair = if loads {
+        new(Class::LoadMultiple).writing(one | two | moved)
+    } else {
+        new(Class::StoreMultiple).reading(one | two).writing(moved)
+    };
+    Some(if base == Registers::core(PC) && loads {
+        pair.moving(2).of_literal(offset(first, second & 0xff, 4))
+    } else {
+        pair.moving(2).addressed_by(base)
+    })
+}
+
+/// A constant number of words or bytes, forward or backward by bit 7 of the first half.
+pub(super) fn offset(first: u16, count: u16, bytes: i64) -> i64 {
+    let distance = i64::from(count) * bytes;
+    if first & 0x80 == 0 { -distance } else { distance }
+}
+
+/// Data processing of a shifted register.
+fn shifted(address: u32, first: u16, second: u16) -> Instruction {
+    processed(address, first, second).reading(field(second, 0))
+}
+
+/// Data processing without its second operand.
+fn processed(address: u32, first: u16, second: u16) -> Instruction {
+    let new = Instruction::new(address, 4, Class::Integer);
+    let (operation, n, d) = ((first >> 5) & 15, field(first, 0), field(second, 8));
+    let (no_source, no_result) = (n == Registers::core(PC), d == Registers::core(PC));
+    // MOV and MVN are ORR and ORN of nothing; TST, TEQ, CMN and CMP are AND, EOR, ADD and SUB to nowhere.
+    let new = if no_source && matches!(operation, 2 | 3) { new } else { new.reading(n) };
+    if no_result && first & 0x10 != 0 && matches!(operation, 0 | 4 | 8 | 13) { new } else { new.writing(d) }
+}
+
+/// Data processing of a constant.
+fn immediate(address: u32, first: u16, second: u16) -> Instruction {
+    let new = Instruction::new(address, 4, Class::Integer);
+    let (n, d) = (field(first, 0), field(second, 8));
+    if first & 0x0200 == 0 {
+        return processed(address, first, second);
+    }
+    match (first >> 4) & 0x1f {
+        // MOVW has a part of its constant where others have a register.
+        0b00100 => new.writing(d),
+        0b01100 => new.reading(d).writing(d),
+        // BFI keeps the rest of its register; BFC is BFI of nothing.
+        0b10110 if n == Registers::core(PC) => new.reading(d).writing(d),
+        0b10110 => new.reading(n | d).writing(d),
+        // ADR.
+        0b00000 | 0b01010 if n == Registers::core(PC) => new.writing(d),
+        _ => new.reading(n).writing(d),
+    }
+}
+
+/// Branches, barriers, hints and special registers.
+fn branch_or_control(address: u32, first: u16, second: u16) -> Option<Instruction> {
+    let new = |class| Instruction::new(address, 4, class);
+    Some(match second & 0x5000 {
+        0x1000 => new(Class::Branch).never_falls_through(),
+        0x5000 => {
+            let call = new(Class::Branch).writing(Registers::core(LR)).never_falls_through();
+            Instruction { calls: Some(called(address, first, second)), ..call }
+        }
+        0x0000 if (first >> 7) & 7 != 7 => new(Class::Branch),
+        0x0000 => match (first >> 4) & 0x7f {
+            // MSR; hints; CLREX, DSB, DMB, ISB; MRS.
+            0b011_1000 | 0b011_1001 => new(Class::System).reading(field(first, 0)),
+            0b011_1010 => new(Class::System),
+            0b011_1011 if matches!((second >> 4) & 15, 4..=6) => new(Class::Barrier),
+            0b011_1011 => new(Class::System),
+            0b011_1110 | 0b011_1111 => new(Class::System).writing(field(second, 8)),
+            _ => return None,
+        },
+        _ => return None,
+    })
+}
+
+/// Where BL goes: the offset's sign and its next two bits stand apart, these two inverted where the sign is 0.
+fn called(address: u32, first: u16, second: u16) -> u32 {
+    let bit = |half: u16, at: u32| u32::from(half >> at & 1);
+    let sign = bit(first, 10);
+    let (one, two) = (1 ^ bit(second, 13) ^ sign, 1 ^ bit(second, 11) ^ sign);
+    let low = u32::from(first & 0x3ff) << 12 | u32::from(second & 0x7ff) << 1;
+    let offset = low | two << 22 | one << 23 | 0_u32.wrapping_sub(sign) << 24;
+    address.wrapping_add(4).wrapping_add(offset)
+}
+
+/// Loads and stores of one register.
+fn single(address: u32, first: u16, second: u16) -> Option<Instruction> {
+    let new = |class| Instruction::new(address, 4, class).moving(1);
+    let (base, moved) = (field(first, 0), field(second, 12));
+    let (loads, signed, size) = (first & 0x10 != 0, first & 0x100 != 0, (first >> 5) & 3);
+    if size == 3 || (signed && !loads) {
+        return None;
+    }
+    if loads && size != 2 && moved == Registers::core(PC) {
+        // PLD, PLI: hints.
+        return Some(Instruction::new(address, 4, Class::System));
+    }
+    let with = if loads { new(Class::Load).writing(moved) } else { new(Class::Store).reading(moved) };
+    if base == Registers::core(PC) {
+        return loads.then(|| with.of_literal(offset(first, second & 0xfff, 1)));
+    }
+    let with = with.addressed_by(base);
+    Some(if first & 0x80 != 0 {
+        with
+    } else if second & 0x0800 != 0 {
+        // Written back before or after.
+        if second & 0x0100 != 0 { with.writing(base) } else { with }
+    } else {
+        Instruction { register_offset: !loads, ..with.addressed_by(field(second, 0)) }
+    })
+}
+
+/// Data processing of registers, multiplication, division.
+fn register(address: u32, first: u16, second: u16) -> Option<Instruction> {
+    let new = |class| Instruction::new(address, 4, class);
+    let (n, a, d, m) = (field(first, 0), field(second, 12), field(second, 8), field(second, 0));
+    let none = Registers::core(PC);
+    let given = |register: Registers| if register == none { Registers::NONE } else { register };
+    Some(match (first >> 7) & 3 {
+        // Shifts, extensions, sums of parts, reversals, leading zeros.
+        0 | 1 if second & 0xf000 == 0xf000 => new(Class::Integer).reading(given(n) | m).writing(d),
+        2 => new(Class::Multiply).reading(n | m | given(a)).writing(d),
+        3 => match (first >> 4) & 7 {
+            1 | 3 => new(Class::Divide).reading(n | m).writing(d),
+            0 | 2 => new(Class::Multiply).reading(n | m).writing(a | d),
+            _ => new(Class::Multiply).reading(n | m | a | d).writing(a | d),
+        },
+        _ => return None,
+    })
+}

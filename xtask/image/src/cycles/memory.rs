@@ -1,0 +1,163 @@
+//! Where code is fetched from: flash behind its two caches and its prefetch, or SRAM.
+
+use crate::cycles::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INSTRUCTION_LINES, Reading};
+
+/// Where the code lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placement {
+    /// In flash, whatever its address says.
+    Flash,
+    /// In SRAM, whatever its address says: the same instructions as if they had been linked there.
+    Sram,
+    /// Where each address says: SRAM from 0x2000_0000 on.
+    ByAddress,
+}
+
+/// The memory that code is fetched from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// Where the code lies.
+    pub placement: Placement,
+    /// Wait states of flash.
+    pub wait_states: u64,
+}
+
+impl Memory {
+    /// Code so placed, with the wait states of 168 MHz.
+    #[must_use]
+    pub const fn new(placement: Placement) -> Self {
+        Self { placement, wait_states: FLASH_WAIT_STATES }
+    }
+
+    /// Whether what lies at an address is in flash.
+    pub(crate) fn is_flash(self, address: u32) -> bool {
+        match self.placement {
+            Placement::Flash => true,
+            Placement::Sram => false,
+            Placement::ByAddress => address < 0x2000_0000,
+        }
+    }
+}
+
+/// Lines in the order of their use, the last used at the end.
+#[derive(Clone, Debug)]
+struct Lines {
+    kept: Vec<u32>,
+    room: usize,
+}
+
+impl Lines {
+    fn new(room: usize) -> Self {
+        Self { kept: Vec::with_capacity(room), room }
+    }
+
+    /// Whether a line is there; if so, it is now the last used.
+    fn hit(&mut self, line: u32) -> bool {
+        let found = self.kept.iter().position(|kept| *kept == line);
+        if let Some(at) = found {
+            self.kept.remove(at);
+            self.kept.push(line);
+        }
+        found.is_some()
+    }
+
+    fn has(&self, line: u32) -> bool {
+        self.kept.contains(&line)
+    }
+
+    /// Keep a line; the least recently used one goes where there is no room.
+    fn keep(&mut self, line: u32) {
+        if !self.hit(line) {
+            if self.kept.len() == self.room {
+                self.kept.remove(0);
+            }
+            self.kept.push(line);
+        }
+    }
+}
+
+/// Flash, its caches, and what it is reading.
+///
+/// Time is in cycles since the start. One reading at a time; each gives a line, one cycle and the wait states after it has
+/// begun. Line buffers: the line that is executed, and the next, which is fetched while the present one executes.
+#[derive(Clone, Debug)]
+pub(crate) struct Flash {
+    wait_states: u64,
+    instructions: Lines,
+    data: Lines,
+    present: Option<u32>,
+    /// The line that is being fetched ahead, and when it is there.
+    ahead: Option<(u32, u64)>,
+    /// When the present reading ends.
+    busy_until: u64,
+}
+
+impl Flash {
+    pub(crate) fn new(memory: Memory) -> Self {
+        Self {
+            wait_states: memory.wait_states,
+            instructions: Lines::new(INSTRUCTION_LINES),
+            data: Lines::new(DATA_LINES),
+            present: None,
+            ahead: None,
+            busy_until: 0,
+        }
+    }
+
+    /// Cycles that the core waits for the instruction bytes at an address.
+    pub(crate) fn fetch(&mut self, address: u32, now: u64, reading: &Reading) -> u64 {
+        let line = address / FLASH_LINE_BYTES;
+        if self.present == Some(line) {
+            return 0;
+        }
+        let ahead = self.ahead.filter(|(coming, _)| *coming == line);
+        let stall = if self.instructions.hit(line) {
+            0
+        } else if let Some((_, there)) = ahead {
+            if reading.prefetched_lines_are_kept {
+                self.instructions.keep(line);
+            }
+            // The last of its cycles is the instruction's own.
+            there.saturating_sub(now + 1)
+        } else {
+            self.instructions.keep(line);
+            self.read(now, reading)
+        };
+        self.present = Some(line);
+        let next = line.wrapping_add(1);
+        self.ahead = (!self.instructions.has(next)).then(|| {
+            let begin = self.busy_until.max(now + stall);
+            self.busy_until = begin + 1 + self.wait_states;
+            (next, self.busy_until)
+        });
+        stall
+    }
+
+    /// Cycles that the core waits for a number at an address.
+    pub(crate) fn load(&mut self, address: u32, now: u64, reading: &Reading) -> u64 {
+        let line = address / FLASH_LINE_BYTES;
+        if self.data.hit(line) {
+            return 0;
+        }
+        self.data.keep(line);
+        // What is being fetched ahead is wanted all the same: it ends first, or begins again behind this.
+        let end = self.busy_until;
+        let stall = self.read(now, reading);
+        if let Some((_, there)) = &mut self.ahead
+            && *there > now
+            && end > now
+            && !reading.flash_reads_finish
+        {
+            *there = self.busy_until + 1 + self.wait_states;
+            self.busy_until = *there;
+        }
+        stall
+    }
+
+    /// Read a line that is wanted at once: cycles until it is there, without the one that the instruction takes.
+    fn read(&mut self, now: u64, reading: &Reading) -> u64 {
+        let begin = if reading.flash_reads_finish { self.busy_until.max(now) } else { now };
+        self.busy_until = begin + 1 + self.wait_states;
+        self.busy_until - now - 1
+    }
+}

@@ -1,0 +1,204 @@
+//! Every instruction that an emulator executes, with the core's registers before it and the exception that it belongs to.
+//!
+//! For a program that does not end by itself: whoever talks to it starts the emulator with [`arguments`], and gives its standard
+//! error to [`read`]. The log is long, so this is for a few hundred ticks, not for many.
+
+use crate::cycles::trace::{Error, Line, one_instruction_a_block};
+use std::io::BufRead;
+
+/// What the log is asked for beside instructions, as the emulator names it.
+const PRIORITIES: &str = "nvic_set_prio";
+
+/// An interrupt becomes pending.
+const PENDING: &str = "nvic_set_pending";
+
+/// An instruction about to be executed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Step {
+    /// Where it is.
+    pub address: u32,
+    /// The core's registers before it: 13 is the stack pointer.
+    pub registers: [u32; 16],
+    /// The exception that is being served; 0 outside all.
+    pub exception: u16,
+}
+
+/// What the log says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// An instruction was executed.
+    Step(Step),
+    /// An exception was given a priority, as the core counts: 0 is the most urgent, and the upper bits are used.
+    Priority {
+        /// Its number; the first interrupt is 16.
+        exception: u16,
+        /// Its priority.
+        priority: u8,
+    },
+    /// An exception became pending, before the next instruction that is told of.
+    Pending {
+        /// Its number.
+        exception: u16,
+    },
+}
+
+/// How much the log says of an instruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// Where it is; registers and exception are zero. Some 80 bytes an instruction.
+    Addresses,
+    /// All of a [`Step`]: some 350 bytes.
+    Registers,
+}
+
+/// What the emulator must be started with.
+///
+/// # Errors
+/// It cannot be started, or does not say its version.
+pub fn arguments(detail: Detail) -> Result<Vec<&'static str>, Error> {
+    let mut all = one_instruction_a_block()?.to_vec();
+    let log = match detail {
+        Detail::Addresses => "exec,nochain",
+        Detail::Registers => "exec,cpu,nochain",
+    };
+    // The standard error itself is written a word at a time; opened again as a file, a line at a time, which is more than twice as fast.
+    all.extend(["-d", log, "-trace", PRIORITIES, "-trace", PENDING, "-D", "/dev/stderr"]);
+    Ok(all)
+}
+
+/// Read the log to its end, and call back for each event in their order.
+///
+/// An instruction that the emulator begins again comes once.
+///
+/// # Errors
+/// The pipe breaks.
+pub fn read(mut log: impl BufRead, mut on_event: impl FnMut(Event)) -> Result<(), Error> {
+    let mut reader = Reader::default();
+    let mut line = Vec::new();
+    while log.read_until(b'\n', &mut line).map_err(Error::Log)? > 0 {
+        reader.line(&line, &mut on_event);
+        line.clear();
+    }
+    reader.flush(&mut on_event);
+    Ok(())
+}
+
+/// Puts lines together, one instruction late: it may yet be undone.
+#[derive(Default)]
+struct Reader {
+    last: Option<Step>,
+    /// Told of after the last instruction.
+    after: Vec<Event>,
+}
+
+impl Reader {
+    fn line(&mut self, line: &[u8], on_event: &mut impl FnMut(Event)) {
+        match Line::of(line) {
+            Line::Executed(address) => {
+                self.flush(on_event);
+                self.last = Some(Step { address, ..Step::default() });
+            }
+            Line::Undone => {
+                let text = String::from_utf8_lossy(line);
+                self.last = self.last.filter(|last| !text.contains(&format!("{:08x}", last.address)));
+            }
+            Line::Other => self.other(&String::from_utf8_lossy(line)),
+        }
+    }
+
+    fn other(&mut self, line: &str) {
+        if let Some(step) = &mut self.last {
+            for (number, value) in registers(line) {
+                if let Some(register) = step.registers.get_mut(number) {
+                    *register = value;
+                }
+            }
+            if let Some(status) = line.strip_prefix("XPSR=").and_then(|rest| hex(rest.get(..8)?)) {
+                // The lowest nine bits of the program status are the exception's number.
+                step.exception = (status & 0x1ff) as u16;
+            }
+        }
+        self.after.extend(event(line));
+    }
+
+    fn flush(&mut self, on_event: &mut impl FnMut(Event)) {
+        if let Some(step) = self.last.take() {
+            on_event(Event::Step(step));
+        }
+        self.after.drain(..).for_each(on_event);
+    }
+}
+
+fn hex(text: &str) -> Option<u32> {
+    u32::from_str_radix(text, 16).ok()
+}
+
+/// `R00=00000000 R01=..`
+fn registers(line: &str) -> impl Iterator<Item = (usize, u32)> + '_ {
+    line.split_ascii_whitespace().filter_map(|part| {
+        let (number, value) = part.strip_prefix('R')?.split_once('=')?;
+        Some((number.parse().ok()?, hex(value)?))
+    })
+}
+
+/// `nvic_set_prio NVIC set irq 45 secure-bank 0 priority 224`, `nvic_set_pending NVIC set pending irq 45 secure-bank 0 ..`, with or
+/// without a time before them.
+fn event(line: &str) -> Option<Event> {
+    let words: Vec<&str> = line.split_ascii_whitespace().collect();
+    let behind =
+        |word: &str| words.iter().position(|w| *w == word).and_then(|at| words.get(at + 1)?.parse::<u16>().ok());
+    let exception = behind("irq")?;
+    if line.contains(PRIORITIES) {
+        Some(Event::Priority { exception, priority: u8::try_from(behind("priority")?).ok()? })
+    } else {
+        line.contains(PENDING).then_some(Event::Pending { exception })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Event, Step, read};
+
+    const LOG: &str = "\
+Trace 0: 0x7ff824000100 [00800408/08000188/00000110/ff020201] Reset
+R00=00000000 R01=00000001 R02=00000002 R03=00000003
+R04=00000000 R05=00000000 R06=00000000 R07=00000000
+R08=00000000 R09=00000000 R10=00000000 R11=00000000
+R12=00000000 R13=20020000 R14=ffffffff R15=08000188
+XPSR=41000000 -Z-- T priv-thread
+nvic_set_prio NVIC set irq 45 secure-bank 0 priority 224
+Trace 0: 0x7ff824000200 [00800408/0800018a/00000110/ff020201] Reset
+R12=00000000 R13=2001fff8 R14=ffffffff R15=0800018a
+XPSR=4100002d -Z-- T handler
+cpu_io_recompile: rewound execution of TB to 0800018a
+nvic_set_pending NVIC set pending irq 54 secure-bank 0 targets_secure 0 derived 0 (enabled: 1, prio 208)
+Trace 0: 0x7ff824000200 [00800408/0800018a/00000110/ff020201] Reset
+R12=00000000 R13=2001fff8 R14=ffffffff R15=0800018a
+XPSR=4100002d -Z-- T handler
+";
+
+    #[test]
+    fn each_instruction_comes_once_with_its_registers_and_exception_and_what_happened_between() {
+        let mut events = Vec::new();
+        assert!(read(LOG.as_bytes(), |event| events.push(event)).is_ok());
+        let mut first =
+            Step { address: 0x0800_0188, registers: [0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], exception: 0 };
+        first.registers[13..].copy_from_slice(&[0x2002_0000, 0xffff_ffff, 0x0800_0188]);
+        let mut second = Step { address: 0x0800_018a, exception: 45, ..Step::default() };
+        second.registers[13..].copy_from_slice(&[0x2001_fff8, 0xffff_ffff, 0x0800_018a]);
+        let expected = [
+            Event::Step(first),
+            Event::Priority { exception: 45, priority: 224 },
+            Event::Pending { exception: 54 },
+            Event::Step(second),
+        ];
+        assert_eq!(events, expected);
+    }
+
+    #[test]
+    fn other_lines_say_nothing() {
+        let mut events = Vec::new();
+        assert!(read("qemu-system-arm: warning: irq\nR00=zz\nXPSR=4\n".as_bytes(), |event| events.push(event)).is_ok());
+        assert_eq!(events, []);
+    }
+}

@@ -1,0 +1,212 @@
+//! Cycles worked out by hand, a rule at a time.
+
+use chip_image::cycles::timing::{FLASH_WAIT_STATES, INSTRUCTION_LINES};
+use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement, Range};
+
+const SRAM: u32 = 0x2000_0000;
+const FLASH: u32 = 0x0800_0000;
+
+const NOP: u16 = 0xbf00;
+const ADDS_R0_R0_R1: u16 = 0x1840;
+const LDR_R5_R4: u16 = 0x6865;
+const LDR_R6_R5: u16 = 0x682e;
+const STR_R5_R4: u16 = 0x6065;
+const STR_R5_R4_R1: u16 = 0x5065;
+/// A wide one of one cycle: add.w r8, r1, r2, lsl #2.
+const ADD_WIDE: [u16; 2] = [0xeb01, 0x0882];
+const VADD_S0_S1_S2: [u16; 2] = [0xee30, 0x0a81];
+/// vadd.f32 s3, s0, s2
+const VADD_S3_S0_S2: [u16; 2] = [0xee70, 0x1a01];
+/// vadd.f32 s3, s4, s5
+const VADD_S3_S4_S5: [u16; 2] = [0xee72, 0x1a22];
+/// vmla.f32 s0, s4, s5
+const VMLA_S0_S4_S5: [u16; 2] = [0xee02, 0x0a22];
+const VDIV_S0_S1_S2: [u16; 2] = [0xee80, 0x0a81];
+
+/// One after the other, from a core at rest and a cache that has them all.
+fn straight(halves: &[u16]) -> Estimate {
+    // What follows lets the float unit end and the pipeline forget.
+    let with_rest = [halves, &[NOP; 32]].concat();
+    let code = Code::from_halves(SRAM, &with_rest);
+    let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
+    run(&code, &mut estimator, SRAM, with_rest.len());
+    estimator.finish();
+    run(&code, &mut estimator, SRAM, halves.len());
+    estimator.finish()
+}
+
+fn run(code: &Code, estimator: &mut Estimator<'_>, start: u32, halves: usize) {
+    let mut at = start;
+    while at < start + 2 * halves as u32 {
+        estimator.execute(at);
+        at += code.decode(at).map_or(2, |instruction| instruction.width);
+    }
+}
+
+fn likely(halves: &[u16]) -> u64 {
+    straight(halves).cycles.likely
+}
+
+fn together(parts: &[&[u16]]) -> Vec<u16> {
+    parts.concat()
+}
+
+#[test]
+fn integers_take_a_cycle_each() {
+    assert_eq!(straight(&[ADDS_R0_R0_R1; 4]).cycles, Range { low: 4, likely: 4, high: 4 });
+    assert_eq!(likely(&[0x4348, 0x4348]), 2, "muls");
+    assert_eq!(straight(&[0xfb91, 0xf0f2]).cycles, Range { low: 2, likely: 7, high: 12 }, "sdiv");
+}
+
+#[test]
+fn loads_are_pipelined_behind_loads() {
+    assert_eq!(likely(&[LDR_R5_R4]), 2);
+    // Arm's own example: three loads, four cycles.
+    assert_eq!(likely(&[LDR_R5_R4, LDR_R5_R4, LDR_R5_R4]), 4);
+    assert_eq!(likely(&[LDR_R5_R4, NOP, LDR_R5_R4]), 5);
+    assert_eq!(likely(&[LDR_R5_R4, LDR_R6_R5]), 4, "the second waits for its address");
+    assert_eq!(likely(&[LDR_R5_R4, STR_R5_R4]), 3);
+    assert_eq!(likely(&[STR_R5_R4, LDR_R5_R4]), 3, "nothing is pipelined behind a store");
+    assert_eq!(likely(&[STR_R5_R4_R1]), 2);
+    assert_eq!(likely(&[0xb5b0]), 5, "push of four");
+    // adds r5, r0, r1; ldr r6, [r5]: an address from a sum waits a cycle.
+    assert_eq!(likely(&[0x1845, LDR_R6_R5]), 4);
+}
+
+#[test]
+fn float_results_are_a_cycle_late_but_for_an_addend() {
+    assert_eq!(likely(&together(&[&VADD_S0_S1_S2, &VADD_S3_S4_S5])), 2);
+    assert_eq!(likely(&together(&[&VADD_S0_S1_S2, &VADD_S3_S0_S2])), 3);
+    assert_eq!(likely(&together(&[&VADD_S0_S1_S2, &[NOP], &VADD_S3_S0_S2])), 3, "something between hides it");
+    // The multiply-add takes 3, and what comes after waits for the unit; its addend is in time.
+    let after = together(&[&VADD_S0_S1_S2, &VMLA_S0_S4_S5, &VADD_S3_S4_S5]);
+    assert_eq!(likely(&after), 1 + 3 + 1);
+    assert_eq!(likely(&together(&[&VMLA_S0_S4_S5, &VMLA_S0_S4_S5, &VADD_S3_S4_S5])), 3 + 3 + 1);
+    assert_eq!(likely(&together(&[&VMLA_S0_S4_S5, &VADD_S3_S0_S2])), 3 + 1 + 1, "its result is a cycle late");
+}
+
+#[test]
+fn integers_go_on_beside_a_division_in_all_but_the_high_reading() {
+    let divide = straight(&together(&[&VDIV_S0_S1_S2, &[NOP; 5], &VADD_S3_S4_S5]));
+    assert_eq!(divide.cycles, Range { low: 14 + 1, likely: 14 + 1, high: 14 + 5 + 1 });
+    assert_eq!(divide.stalls.unit, 14 - 1 - 5);
+    assert_eq!(likely(&together(&[&VDIV_S0_S1_S2, &VADD_S3_S0_S2])), 14 + 1 + 1);
+}
+
+#[test]
+fn float_loads_are_pipelined_in_all_but_the_high_reading() {
+    // vldr s1, [r0, #4]; vldr s1, [r0, #4]; vstr s1, [sp, #8]
+    let cycles = straight(&[0xedd0, 0x0a01, 0xedd0, 0x0a01, 0xedcd, 0x0a02]).cycles;
+    assert_eq!(cycles, Range { low: 4, likely: 4, high: 6 });
+    assert_eq!(likely(&[0xed2d, 0x8b08]), 9, "vpush of eight singles");
+}
+
+#[test]
+fn transfers_and_it_are_ranges() {
+    assert_eq!(straight(&[0xee00, 0x1a10]).cycles, Range { low: 1, likely: 2, high: 2 });
+    // A narrow instruction, IT, and what it rules.
+    assert_eq!(straight(&[NOP, 0xbf08, NOP]).cycles, Range { low: 2, likely: 2, high: 3 });
+    assert_eq!(straight(&[0xeb01, 0x0882, 0xbf08, NOP]).cycles, Range { low: 2, likely: 3, high: 3 });
+}
+
+#[test]
+fn a_branch_refills_the_pipeline_when_it_is_taken() {
+    // b +0 to a narrow instruction; beq not taken; b to a wide one across two words.
+    let code = Code::from_halves(SRAM, &[0xe7ff, NOP, 0xd0ff, NOP, 0xe7ff, ADD_WIDE[0], ADD_WIDE[1], NOP]);
+    let cycles = |addresses: &[u32]| {
+        let mut estimator = Estimator::new(&code, Memory::new(Placement::Sram));
+        addresses.iter().for_each(|at| estimator.execute(SRAM + at));
+        estimator.finish().cycles
+    };
+    // To 12, a narrow one.
+    assert_eq!(cycles(&[0, 14]), Range { low: 1 + 1 + 1, likely: 1 + 2 + 1, high: 1 + 3 + 1 });
+    assert_eq!(cycles(&[4, 6]), Range { low: 2, likely: 2, high: 2 });
+    assert_eq!(cycles(&[4, 10]).likely, 1 + 3 + 1, "two fetches");
+}
+
+#[test]
+fn data_and_code_meet_on_the_bus_of_sram() {
+    let code = Code::from_halves(SRAM, &[LDR_R5_R4, NOP, 0xb5b0]);
+    let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));
+    run(&code, &mut estimator, SRAM, 3);
+    let estimate = estimator.finish();
+    assert_eq!(estimate.cycles, Range { low: 2 + 1 + 5, likely: 3 + 1 + 6, high: 3 + 1 + 9 });
+    assert_eq!((estimate.stalls.bus, estimate.stalls.fetch), (2, 0));
+}
+
+#[test]
+fn a_straight_line_of_16_kib_runs_at_the_pace_of_flash() {
+    // 4,096 wide instructions, four a line: each line takes 6 cycles to read and 4 to execute.
+    let halves = ADD_WIDE.repeat(4096);
+    let code = Code::from_halves(FLASH, &halves);
+    let (lines, a_line) = (1024, 1 + FLASH_WAIT_STATES);
+    for repeated in [0, 1] {
+        let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
+        for _ in 0..repeated {
+            run(&code, &mut estimator, FLASH, halves.len());
+            estimator.finish();
+        }
+        run(&code, &mut estimator, FLASH, halves.len());
+        let estimate = estimator.finish();
+        assert_eq!(estimate.instructions, 4096);
+        // A reading for each line, and the last line's own instructions; the cache of 64 lines helps nobody.
+        let expected = lines * a_line + 4;
+        assert!(estimate.cycles.likely.abs_diff(expected) <= 2 * a_line, "{} for {expected}", estimate.cycles.likely);
+        assert_eq!(estimate.cycles.likely, 4096 + estimate.stalls.fetch);
+    }
+    // Of narrow instructions, eight a line, the prefetch is always in time: only the first line is waited for.
+    let halves = [NOP; 8192];
+    let code = Code::from_halves(FLASH, &halves);
+    let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
+    run(&code, &mut estimator, FLASH, halves.len());
+    assert_eq!(estimator.finish().cycles.likely, 8192 + FLASH_WAIT_STATES);
+}
+
+#[test]
+fn code_that_fits_the_cache_waits_once_and_a_line_more_does_not_fit() {
+    let of_lines = |lines: usize| {
+        let halves = ADD_WIDE.repeat(4 * lines);
+        let code = Code::from_halves(FLASH, &halves);
+        let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
+        [0; 3].map(|_| {
+            run(&code, &mut estimator, FLASH, halves.len());
+            // The last instruction is not known to branch back: none of these is a branch.
+            estimator.finish().stalls.fetch
+        })
+    };
+    let fits = of_lines(INSTRUCTION_LINES);
+    assert!(fits[0] > 0, "{fits:?}");
+    assert_eq!(fits[1..], [0, 0]);
+    let one_more = of_lines(INSTRUCTION_LINES + 1);
+    assert!(one_more[2] > 64, "the least recently used line is always the next one: {one_more:?}");
+}
+
+#[test]
+fn a_literal_waits_for_flash_once_a_line() {
+    // vldr s0, [pc, #16], four times: the literals are in one line, the code in another.
+    let mut halves = [0xed9f, 0x0a04].repeat(4);
+    halves.extend([0; 16]);
+    let code = Code::from_halves(FLASH, &halves);
+    let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
+    run(&code, &mut estimator, FLASH, 8);
+    let first = estimator.finish();
+    run(&code, &mut estimator, FLASH, 8);
+    let again = estimator.finish();
+    assert!(first.stalls.literal >= FLASH_WAIT_STATES, "{first:?}");
+    assert_eq!(again.stalls.literal, 0);
+    // From SRAM, literals come from SRAM too: no wait, but the bus, once for each.
+    let mut estimator = Estimator::new(&code, Memory::new(Placement::Sram));
+    run(&code, &mut estimator, FLASH, 8);
+    let stalls = estimator.finish().stalls;
+    assert_eq!((stalls.literal, stalls.bus), (0, 4));
+}
+
+#[test]
+fn readings_are_in_order_and_what_is_not_known_is_said() {
+    let code = Code::from_halves(SRAM, &[0xde00, NOP]);
+    let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));
+    run(&code, &mut estimator, SRAM, 2);
+    let estimate = estimator.finish();
+    assert_eq!((estimate.instructions, estimate.unknown, estimate.cycles.likely), (2, 1, 2));
+    assert_eq!(estimator.finish(), Estimate::default(), "nothing since");
+}
