@@ -65,7 +65,7 @@
 //! Six share the loads of the constants. The default tuning uses VMLA, which rounds the product as a separate VMUL does
 //! (same bits, fewer instructions, not fewer cycles); tuned for the M4 the compiler keeps VMUL and VADD apart.
 //!
-//! What six pairs take on the desk stands in `docs/numerics.md`, measured beside libm's and glibc's.
+//! What six pairs take on the desk stands in `docs/measured/batch.md`, measured beside libm's and glibc's.
 //!
 //! In f32 the sine is `r (1 + z S)`, not the more accurate `r + r z S` (1.5 instead of 2 ulp): that one turns the sine
 //! of -0 into +0, and repairing the sign cost three instructions a pair.

@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: what the code costs, on the desk and on the chip, and `docs/performance.md` from it.
+//! `cargo xtask bench`: what the code costs, on the desk and on the chip, and `docs/measured/kernels.md` from it.
 //!
 //! | module | holds |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
 //! | [`baseline`] | the gate: counts held to `xtask/bench/baseline.toml` |
-//! | [`report`] | the tables of `docs/performance.md` |
+//! | [`report`] | the tables of `docs/measured/kernels.md` |
 
 mod baseline;
 mod chip;

@@ -9,7 +9,7 @@
 //! | [`board`] | cycles of a flashed board, over its serial port |
 //! | [`variant`] | a scene with one setting changed |
 //! | [`bounds`] | `firmware/budget.toml`: bounds, targets, and what leaves them |
-//! | [`table`] | the table of the README, and JSON |
+//! | [`table`] | the table of docs/measured/budget.md, its rows in the README, and JSON |
 
 mod board;
 mod bounds;
@@ -47,7 +47,7 @@ firmware/budget.toml, null where it has none.";
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
 pub(crate) struct Options {
-    /// Write the table of README.md
+    /// Write the table of docs/measured/budget.md, and three rows of it into README.md
     #[arg(long)]
     write: bool,
     /// Make what is measured now the bounds of firmware/budget.toml, 2 % to both sides
@@ -104,7 +104,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         budget.save()?;
     }
     if options.write {
-        write_into("README.md", &[("budget", table::markdown(&rows))])?;
+        write_into("docs/measured/budget.md", &[("budget", table::markdown(&rows))])?;
+        if all {
+            write_into("README.md", &[("budget", table::teaser(&rows))])?;
+        }
     }
     // Behind the rest: what took minutes to measure is not to be lost with it.
     let late = options.flood.then(|| measure::flood(Path::new(HARDEST))).transpose()?;
@@ -115,12 +118,17 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         late.iter().for_each(|late| println!("{}", table::late(late)));
     }
     if let (true, Some(late)) = (options.write, &late) {
-        write_into("docs/timing.md", &[("tick start", table::late(late))])?;
+        write_into("docs/measured/budget.md", &[("tick start", table::late(late))])?;
     }
     let fields = if all { bounds::Fields::All } else { bounds::Fields::Measured };
     let mut broken = budget.hold(&rows, &rustc, fields);
     broken.extend(late.iter().flat_map(|late| budget.hold_late(late)));
     bounds::verdict(rows.len(), &broken)
+}
+
+/// Whether the chip's programs are built by the compiler that `firmware/budget.toml` is of.
+pub(crate) fn is_of_this_compiler() -> Result<bool> {
+    Ok(Budget::load()?.is_of(&Toolchain::find_or_install()?.rustc()?))
 }
 
 /// The cheap part, in `cargo xtask test`: a few hundred ticks of the hardest scene, with the kernel where the scene has it.

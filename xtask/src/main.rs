@@ -44,7 +44,7 @@ enum Task {
         #[command(subcommand)]
         task: FirmwareTask,
     },
-    /// Measure speed, instruction counts and code size; write docs/performance.md
+    /// Measure speed, instruction counts and code size; write docs/measured/kernels.md
     Bench {
         #[command(flatten)]
         options: bench::Options,
@@ -57,7 +57,7 @@ enum Task {
     },
     /// Estimate the cycles of kernels on the chip from the emulator's trace, from flash and from SRAM
     Cycles {
-        /// Write the tables of docs/timing.md
+        /// Write the tables of docs/measured/cycles.md
         #[arg(long)]
         write: bool,
     },

@@ -7,7 +7,7 @@
 //! | [`contestants`] | who is measured, and how each is built |
 //! | [`desk`] | times, and the check that all torques agree |
 //! | [`chip`] | instructions in the emulator |
-//! | [`report`] | targets, tables, JSON, `docs/performance.md` |
+//! | [`report`] | targets, tables, JSON, `docs/measured/peers.md` |
 //!
 //! The harness is C and C++ in `xtask/bench/peers`, our side of it the crate `bench-peers`. Everybody is the same C function over
 //! the same states; the peers get their model from the robot file by `xtask/bench/peers/arm.py`, which shares nothing with our

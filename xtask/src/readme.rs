@@ -1,52 +1,59 @@
-//! The README's own commands, run as they stand there.
+//! The README's own commands: run as they stand there, and held to the output that stands below them.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`blocks`] | commands of a page, and the output that it shows of them |
+//! | [`compare`] | shown output against printed output, times masked |
 
-use crate::process::{root, run};
-use anyhow::{Context as _, Result, bail};
-use std::process::Command;
+mod blocks;
+mod compare;
 
-/// Run every `cargo` line of the README's `console` blocks, but for those that would start this again.
+use crate::budget;
+use crate::process::root;
+use anyhow::{Context as _, Result, bail, ensure};
+use blocks::Block;
+use compare::Masked;
+use std::process::{Command, Stdio};
+
+/// Run every `cargo` line of the README's `console` blocks, but for those that would start this again, and compare what they
+/// print with the `text` block that follows.
 pub(crate) fn run_commands() -> Result<()> {
     let path = root().join("README.md");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let commands = commands(&text);
-    if commands.is_empty() {
+    let blocks = blocks::of(&text);
+    if blocks.iter().all(|block| block.commands.is_empty()) {
         bail!("README.md has no command in a ```console block");
     }
-    for line in commands {
-        eprintln!("$ {line}");
-        let mut words = line.split_whitespace();
-        let program = words.next().unwrap_or_default();
-        run(Command::new(program).args(words).current_dir(root()))?;
+    let masked = if budget::is_of_this_compiler()? { Masked::Times } else { Masked::TimesAndInstructions };
+    let mut wrong = Vec::new();
+    for Block { commands, shown } in &blocks {
+        let mut printed = String::new();
+        for line in commands {
+            printed += &stdout(line)?;
+        }
+        if let (Some(shown), false) = (shown, commands.is_empty()) {
+            wrong.extend(
+                compare::difference(shown, &printed, masked).map(|at| format!("{}:\n{at}", commands.join("\n"))),
+            );
+        }
     }
+    ensure!(wrong.is_empty(), "README.md shows something else than its commands print\n{}", wrong.join("\n"));
     Ok(())
 }
 
-/// Lines that begin with `$ cargo`, without their comments.
-fn commands(readme: &str) -> Vec<String> {
-    let mut inside = false;
-    let mut commands = Vec::new();
-    for line in readme.lines() {
-        if line.starts_with("```") {
-            inside = line == "```console";
-        } else if inside && let Some(command) = line.strip_prefix("$ ") {
-            let command = command.split(" #").next().unwrap_or_default().trim();
-            let again = command.starts_with("cargo xtask test");
-            let needs_a_board = command.contains("flash");
-            if command.starts_with("cargo ") && !again && !needs_a_board {
-                commands.push(command.to_owned());
-            }
-        }
-    }
-    commands
-}
-
-#[cfg(test)]
-mod tests {
-    use super::commands;
-
-    #[test]
-    fn commands_are_taken_from_console_blocks_only() {
-        let readme = "```console\n$ cargo sim run x   # a comment\noutput\n$ cargo xtask test\n```\n$ cargo outside\n";
-        assert_eq!(commands(readme), ["cargo sim run x"]);
-    }
+/// Output of a command that must succeed, shown as well.
+fn stdout(line: &str) -> Result<String> {
+    eprintln!("$ {line}");
+    let mut words = line.split_whitespace();
+    let program = words.next().unwrap_or_default();
+    let output = Command::new(program)
+        .args(words)
+        .current_dir(root())
+        .stderr(Stdio::inherit())
+        .output()
+        .with_context(|| format!("cannot start {line}"))?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    eprint!("{text}");
+    ensure!(output.status.success(), "{line} failed: {}", output.status);
+    Ok(text)
 }

@@ -1,7 +1,7 @@
 //! The pages for people with a board, held to the board files and to what the project claims.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Pages and comments that speak of what has not been measured: where a reader would look for a claim.
@@ -56,7 +56,7 @@ fn every_file_that_says_it_was_not_on_silicon_is_in_the_checklist() {
     let mut all = Vec::new();
     FOLDERS.iter().for_each(|folder| files(&root().join(folder), &mut all));
     let claiming: BTreeSet<_> = all.into_iter().filter(|file| file != CHECKLIST && says_so(&text(file))).collect();
-    assert!(claiming.contains("docs/timing.md"), "{claiming:?}");
+    assert!(claiming.contains("docs/performance.md"), "{claiming:?}");
     let checklist = text(CHECKLIST);
     let missing: Vec<_> = claiming.iter().filter(|file| !checklist.contains(&format!("`{file}`"))).collect();
     assert!(missing.is_empty(), "{CHECKLIST} names none of {missing:?}");
@@ -82,7 +82,7 @@ fn every_row_of_the_checklist_has_five_cells_and_a_state() {
         assert_eq!(cells.len(), 5, "{row}");
         assert!(cells.iter().all(|cell| !cell.is_empty()), "{row}");
         let open = cells[0] == "[ ]";
-        assert_eq!(open, cells[4] == "not yet measured on silicon", "{row}");
+        assert_eq!(open, cells[4] == "open", "{row}");
         assert!(open || cells[0] == "[x]", "{row}");
     }
 }
@@ -122,4 +122,85 @@ fn claims_are_found_across_broken_lines_and_comments() {
     assert!(says_so("//! compiled; **not yet run on\n//! silicon**."));
     assert!(says_so("Nothing has been measured on silicon."));
     assert!(!says_so("measured in the emulator"));
+}
+
+/// Pages of prose: the README and those of `docs` that no command writes, without the records of decisions.
+fn prose() -> Vec<String> {
+    let mut pages = Vec::new();
+    files(&root().join("docs"), &mut pages);
+    pages.retain(|page| !page.starts_with("docs/measured/") && !page.starts_with("docs/decisions/"));
+    pages.push("README.md".to_owned());
+    pages
+}
+
+#[test]
+fn a_person_with_ten_minutes_can_read_the_readme_and_the_prose_stays_short() {
+    let lines = text("README.md").lines().count();
+    assert!(lines <= 130, "README.md has {lines} lines");
+    let words: usize = prose().iter().map(|page| text(page).split_whitespace().count()).sum();
+    assert!((15_000..25_000).contains(&words), "{words} words of prose");
+}
+
+#[test]
+fn what_commands_write_stands_in_its_folder_alone() {
+    for page in prose().iter().filter(|page| *page != "README.md") {
+        assert!(!text(page).contains("<!-- measured: "), "{page}");
+    }
+}
+
+/// Rows of the table between the markers of `budget`, by the title of the column.
+fn budget_rows(page: &str) -> Vec<BTreeMap<String, String>> {
+    let text = text(page);
+    let block = text.split("<!-- measured: budget -->").nth(1).unwrap_or_else(|| panic!("{page}"));
+    let table = first_table(block);
+    let cells = |line: &str| line.trim_matches('|').split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+    let head = cells(table.lines().next().unwrap());
+    table.lines().skip(2).map(|line| head.iter().cloned().zip(cells(line)).collect()).collect()
+}
+
+#[test]
+fn the_readme_s_rows_of_the_budget_are_those_that_were_measured() {
+    let measured = budget_rows("docs/measured/budget.md");
+    let shown = budget_rows("README.md");
+    assert_eq!(shown.len(), 3);
+    for row in shown {
+        let same = |other: &BTreeMap<_, _>| row.iter().all(|(column, cell)| other.get(column) == Some(cell));
+        assert!(measured.iter().any(same), "docs/measured/budget.md has no row {row:?}");
+    }
+}
+
+/// The name that a heading is linked by.
+fn anchor(heading: &str) -> String {
+    let kept = heading
+        .to_lowercase()
+        .chars()
+        .filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'))
+        .collect::<String>();
+    kept.trim().replace(' ', "-")
+}
+
+#[test]
+fn every_link_of_a_page_leads_somewhere() {
+    let mut pages: Vec<_> = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(str::to_owned).into();
+    ["docs", "robots", "scenes"].iter().for_each(|folder| files(&root().join(folder), &mut pages));
+    let mut broken = Vec::new();
+    for page in &pages {
+        let here = root().join(page);
+        let text = text(page);
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split([')', ' ']).next()) {
+            let (path, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = if path.is_empty() { here.clone() } else { here.parent().unwrap().join(path) };
+            let found = link.contains("://")
+                || target.exists()
+                    && (heading.is_empty()
+                        || std::fs::read_to_string(&target)
+                            .unwrap()
+                            .lines()
+                            .any(|line| line.starts_with('#') && anchor(line.trim_start_matches('#')) == heading));
+            if !found {
+                broken.push(format!("{page}: {link}"));
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{broken:#?}");
 }

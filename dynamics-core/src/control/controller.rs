@@ -79,7 +79,7 @@ where
     /// One tick: from what should be and what is to what to do. Total: it neither panics nor fails.
     ///
     /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 600 instructions of a Cortex-M4F
-    /// beside them (`docs/timing.md`).
+    /// beside them (`docs/performance.md`).
     #[inline]
     pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
         let fault = match self.memory.fault {

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! For six joints this takes more operations than factoring the inertia matrix ([`crate::forward_dynamics`]), traced or
-//! not (`docs/kernel.md`); the two share nothing but the bodies' frames, and each is the other's check. A massless link
+//! not (`docs/performance.md`); the two share nothing but the bodies' frames, and each is the other's check. A massless link
 //! with a rotor is no special case: the rotor is in its pivot.
 
 use crate::forward_dynamics::{Acceleration, Singular};

@@ -16,7 +16,7 @@ Examples:
   host-sim bound robots/puma560.toml
   host-sim bound scenes/puma560_pick.toml --level regrouped
   host-sim bound robots/ur5.toml --samples 1000000 --boxes 1000000 --json | jq .joints[0].proven
-  host-sim bound robots/planar2r.toml robots/ur5.toml --write docs/numerics.md
+  host-sim bound robots/planar2r.toml robots/ur5.toml --write docs/measured/bound.md
 
 What is bounded: |tau_f32 - tau| of every joint, tau = D qdd + C qd + G - J^T w in exact arithmetic with the numbers of the robot
 file, tau_f32 as the chip computes it: constants rounded, polynomial sine and cosine (their error is measured over every

@@ -54,7 +54,7 @@ pub struct CampaignArgs {
     #[arg(long, value_enum, default_value_t = Target::Desk)]
     pub target: Target,
     /// Put the table into this file.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/campaign.md")]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/campaign.md")]
     pub write: Option<PathBuf>,
     /// Print JSON, and nothing else.
     #[arg(long)]

@@ -39,7 +39,7 @@ pub struct ExtremesArgs {
     #[arg(long, value_name = "HOURS", num_args = 0..=1, default_missing_value = "24")]
     pub long: Option<f64>,
     /// Put the tables into this file.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/numerics.md")]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/extremes.md")]
     pub write: Option<PathBuf>,
     /// Print JSON, and nothing else.
     #[arg(long)]

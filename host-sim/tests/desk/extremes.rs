@@ -45,10 +45,10 @@ fn hold(group: &str, count: usize, cells: Vec<Cell>) {
     names.dedup();
     assert_eq!(names.len(), count);
     // The page says what was measured: every row of the group's table, and nothing else under its heading.
-    let page = include_str!("../../../docs/numerics.md");
+    let page = include_str!("../../../docs/measured/extremes.md");
     let table = report.markdown();
     let table = &table[table.find("### ").unwrap()..];
-    assert!(page.contains(table), "docs/numerics.md is not what `host-sim extremes --write` writes:\n{table}");
+    assert!(page.contains(table), "docs/measured/extremes.md is not what `host-sim extremes --write` writes:\n{table}");
 }
 
 /// The program, run in the folder at the top of the project.
@@ -76,7 +76,7 @@ fn json_counts_the_cells_and_the_page_has_the_count() {
     assert_eq!((count, failed), (326, FAILING.len() as u64));
     assert_eq!(count, passed + failed);
     assert_eq!(report["cells"].as_array().unwrap().len() as u64, count);
-    let page = include_str!("../../../docs/numerics.md");
+    let page = include_str!("../../../docs/measured/extremes.md");
     assert!(page.contains(&format!("{count} cells: {passed} passed, {failed} failed")));
 }
 

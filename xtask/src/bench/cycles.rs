@@ -1,4 +1,4 @@
-//! `cargo xtask cycles`: the cycles of kernels, estimated from the emulator's trace, and the tables of `docs/timing.md`.
+//! `cargo xtask cycles`: the cycles of kernels, estimated from the emulator's trace, and the tables of `docs/measured/cycles.md`.
 
 use super::chip::{self, Counted};
 use super::disassembly;
@@ -45,7 +45,7 @@ pub(crate) fn run(write: bool) -> Result<()> {
     }
     let tables = [("cycles", cycle_table(kernels)), ("cycles by class", class_table(kernels)?)];
     if write {
-        return write_into("docs/timing.md", &tables);
+        return write_into("docs/measured/cycles.md", &tables);
     }
     for (name, table) in tables {
         println!("{name}\n{table}");

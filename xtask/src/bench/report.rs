@@ -1,4 +1,4 @@
-//! The tables of `docs/performance.md`, between markers; the words around them are written by hand.
+//! The tables of `docs/measured/kernels.md`, between markers; the words around them are written by hand.
 
 use super::baseline;
 use super::chip::{Counted, Row};
@@ -32,9 +32,9 @@ const COUNTED_STATES: u64 = 64;
 pub(super) const ARMS: [(&str, &str); 3] = [("ur5", "UR5"), ("puma560", "Puma 560"), ("stanford", "Stanford")];
 pub(super) const LEVELS: [&str; 2] = ["exact", "regrouped"];
 
-/// Put tables into `docs/performance.md`, each by the name of its markers.
+/// Put tables into `docs/measured/kernels.md`, each by the name of its markers.
 pub(crate) fn write(tables: &[(&str, String)]) -> Result<()> {
-    write_into("docs/performance.md", tables)
+    write_into("docs/measured/kernels.md", tables)
 }
 
 /// Put tables into a document, each by the name of its markers.

@@ -106,6 +106,11 @@ impl Budget {
         Ok(budget)
     }
 
+    /// Whether the ranges are of this compiler.
+    pub(crate) fn is_of(&self, rustc: &str) -> bool {
+        rustc == self.rustc
+    }
+
     /// Make these rows the bounds. Rows of other firmwares go where all were measured, and stay where only some were.
     pub(crate) fn bless(&mut self, rows: &[Row], rustc: &str, all: bool) {
         rustc.clone_into(&mut self.rustc);
@@ -133,7 +138,7 @@ impl Budget {
         let mut text = format!(
             "# What every firmware may take, from both sides. `cargo xtask budget` measures and holds; `cargo xtask budget --bless`\n\
              # writes the rows, {SLACK} % around what is measured, and leaves the targets alone. Another compiler than this one may be\n\
-             # {SLACK_OTHER_COMPILER} % off. What each field is: docs/timing.md. Cycles are estimated, never measured.\n\
+             # {SLACK_OTHER_COMPILER} % off. What each field is: docs/performance.md. Cycles are estimated, never measured.\n\
              rustc = {:?}\n\n\
              [target]\nflash = {flash}\nram_with_stack = {ram_with_stack}\nmasked = {masked}\nshare_scene = {share_scene:?}\n\
              share_rate_hz = {share_rate_hz}\nshare_clock_hz = {share_clock_hz}\nshare_percent = {share_percent}\n",
@@ -153,7 +158,7 @@ impl Budget {
 
     /// What leaves its range or a target, a line each.
     pub(crate) fn hold(&self, rows: &[Row], rustc: &str, fields: Fields) -> Vec<String> {
-        let slack = if rustc == self.rustc { 0 } else { SLACK_OTHER_COMPILER - SLACK };
+        let slack = if self.is_of(rustc) { 0 } else { SLACK_OTHER_COMPILER - SLACK };
         let mut lines = Vec::new();
         for row in rows {
             let name = row.name();

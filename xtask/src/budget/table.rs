@@ -1,4 +1,4 @@
-//! The table of the README, and JSON.
+//! The table of `docs/measured/budget.md`, its rows in the README, and JSON.
 
 use super::measure::Late;
 use super::row::{Field, Row};
@@ -39,6 +39,35 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
             format!("{} / {}", cell(Field::CyclesEstimate), cell(Field::CyclesEstimateSram)),
             row.number(Field::CyclesEstimate).map_or_else(|| "-".into(), share),
         ]);
+    }
+    table.0
+}
+
+/// Scenes of the README: the smallest arm, six joints, and six joints that watch for collisions.
+const SHOWN: [&str; 3] = ["planar2r_sine", "puma560_pick", "puma560_collision"];
+
+/// Three rows of the emulated board, for the README.
+pub(crate) fn teaser(rows: &[Row]) -> String {
+    let mut table = Table::new(&[
+        "scene",
+        "instructions of the controller",
+        "supervised tick",
+        "flash",
+        "RAM",
+        "share of 168 MHz at 4 kHz, estimated",
+    ]);
+    for scene in SHOWN {
+        for row in rows.iter().filter(|row| row.scene == scene && row.number(Field::Instructions).is_some()) {
+            let cell = |field| row.number(field).map_or_else(|| "-".into(), thousands);
+            table.row(&[
+                format!("`{}`", row.scene),
+                between(row, Field::Instructions, Field::InstructionsSpread),
+                between(row, Field::Supervised, Field::SupervisedSpread),
+                cell(Field::Flash),
+                cell(Field::Ram),
+                row.number(Field::CyclesEstimate).map_or_else(|| "-".into(), share),
+            ]);
+        }
     }
     table.0
 }
@@ -94,7 +123,7 @@ fn of_row(row: &Row) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::{json, markdown};
+    use super::{json, markdown, teaser};
     use crate::budget::row::{Field, Row};
     use serde_json::{Value, json as value};
 
@@ -127,6 +156,14 @@ mod tests {
             "| `puma560_pick` | netduinoplus2 | 1,322 | - | 36,716 | - | - / - | - | - | 4,200 / - | 10.0 % |"
         );
         assert!(lines[1].contains("| 588 to 1,340 | - | - |"), "{}", lines[1]);
+    }
+
+    #[test]
+    fn the_readme_shows_three_scenes_of_the_emulated_board_alone() {
+        let sizes_only = Row { numbers: [(Field::Flash, 52_520)].into(), ..row() };
+        let other = Row { scene: "ur5_wave".into(), ..row() };
+        let table = teaser(&[other, row(), sizes_only]);
+        assert_eq!(table.lines().skip(2).collect::<Vec<_>>(), ["| `puma560_pick` | 1,322 | - | 36,716 | - | 10.0 % |"]);
     }
 
     #[test]

@@ -257,7 +257,7 @@ impl Machine {
     }
 }
 
-/// `docs/performance.md`, read before anything is measured so that a run does not end without a place for its tables.
+/// `docs/measured/peers.md`, read before anything is measured so that a run does not end without a place for its tables.
 pub(super) struct Document {
     path: PathBuf,
     text: String,
@@ -265,7 +265,7 @@ pub(super) struct Document {
 
 impl Document {
     pub(super) fn open() -> Result<Self> {
-        let path = root().join("docs/performance.md");
+        let path = root().join("docs/measured/peers.md");
         let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
         between_markers(&text, MARKER, "")?;
         Ok(Self { path, text })
