@@ -89,24 +89,20 @@ fn run_arm<const N: usize>(
     let report = Report::new(args.json);
     let world = || simulate::world::<N>(scene);
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
-    match (&args.port, args.target) {
+    let station: Box<dyn Station> = match (&args.port, args.target) {
         (Some(port), _) => {
             let station = SerialLink::open(port, args.baud).map(OnWire::new).map_err(StationError::from);
-            let station = station.map_err(|error| failure(error.into(), port))?;
-            operate(args, Operator::new(station, scene, &model, head, report, presses).map_err(wrong)?, console)
+            Box::new(station.map_err(|error| failure(error.into(), port))?)
         }
         (None, Some(Target::Qemu)) => {
             let bench = hello(scene, &model, Pacing::LockStep);
             let start = || OnChip::start(Chip::start(&build_firmware(&scene.path)?, bench)?, bench);
             let target = start().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
-            let station = InDrill::new(target, world()?);
-            operate(args, Operator::new(station, scene, &model, head, report, presses).map_err(wrong)?, console)
+            Box::new(InDrill::new(target, world()?))
         }
-        (None, _) => {
-            let station = InDrill::new(OnDesk::start(scene, &model), world()?);
-            operate(args, Operator::new(station, scene, &model, head, report, presses).map_err(wrong)?, console)
-        }
-    }
+        (None, _) => Box::new(InDrill::new(OnDesk::start(scene, &model), world()?)),
+    };
+    operate(args, Operator::new(station, scene, &model, head, report, presses).map_err(wrong)?, console)
 }
 
 /// Why it ended; `place` is where a wrong command stands.
@@ -119,11 +115,7 @@ fn failure(stop: Stop, place: &str) -> Failure {
     }
 }
 
-fn operate<const N: usize, S: Station>(
-    args: &ConnectArgs,
-    mut operator: Operator<N, S>,
-    mut console: Console,
-) -> Result<u8, Failure> {
+fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> Result<u8, Failure> {
     if let Some(record) = &args.record {
         operator.keep(record).map_err(|stop| failure(stop, ""))?;
     }

@@ -16,6 +16,7 @@
 //! | [`command`] | what an operator types |
 //! | [`console`] | where that comes from |
 //! | `converse` | every line of it obeyed |
+//! | `arm` | what depends on the arm, and on the number of its joints |
 //! | [`feed`] | motions as points |
 //! | [`parameters`] | what can be read back and changed, by name |
 //! | [`words`] | the numbers of the protocol in words |
@@ -33,6 +34,7 @@ pub mod station;
 pub mod table;
 pub mod words;
 
+mod arm;
 mod moves;
 mod session;
 
@@ -40,12 +42,10 @@ use crate::chip::ChipError;
 use crate::session::frame_log::Head;
 use crate::session::states::{ARMED, FAULT, HOLDING, RUNNING};
 use ::session::trajectory::WAYS;
-use dynamics_core::control::trajectory::{Bounds, Motion};
-use dynamics_core::control::{ControllerConfig, Encoder};
-use dynamics_core::{JointKind, Live, Model, Term};
+use arm::Arm;
+use dynamics_core::Model;
 use feed::Feed;
-use link::convert::array;
-use link::{Denial, Frame, Hello, Lines, Pacing, Refusal, Sensed, Status, Value};
+use link::{Denial, Frame, Lines, Pacing, Refusal, Status, Value};
 use report::{Report, Seen};
 use robot_compiler::SceneFile;
 use station::{Station, StationError};
@@ -84,82 +84,22 @@ impl From<ChipError> for Stop {
 /// How often somebody has pressed Ctrl-C.
 pub type Presses = Arc<AtomicU32>;
 
-/// What an operator knows of a scene's arm.
-#[derive(Debug)]
-struct Arm<const N: usize> {
-    head: Head,
-    hello: Hello,
-    /// What acts on the arm, as the board is told.
-    live: Live<f32, N>,
-    /// Whether the board's model makes use of the payload in it.
-    payload_is_live: bool,
-    motion: Motion<f64, N>,
-    /// How often the motion is repeated.
-    times: u32,
-    /// What a motion of an operator's own must not exceed.
-    bounds: Bounds<f64, N>,
-    encoder: [Encoder<f64>; N],
-    joints: Vec<(String, &'static str, &'static str)>,
-    period: f64,
-}
-
-impl<const N: usize> Arm<N> {
-    fn new(scene: &SceneFile, model: &Model<f64, N>, head: Head, hello: Hello) -> Result<Self, Stop> {
-        let motion = scene.trajectory(model).map_err(|error| Stop::Input(format!("the motion cannot be: {error}")))?;
-        let whole = |duration: f64| (duration / motion.duration() + 1e-9).floor().clamp(1.0, 1e6) as u32;
-        let times = if scene.motion.repeats() { scene.duration.map_or(1, whole) } else { 1 };
-        let ControllerConfig { encoder, limits, .. } = scene.controller_config(model);
-        let deceleration = scene.safety_rules(model).joints.map(|joint| joint.deceleration);
-        let units = |kind| match kind {
-            JointKind::Revolute => ("rad", "N m"),
-            JointKind::Prismatic => ("m", "N"),
-        };
-        let named = scene.robot.joints.iter().map(|joint| {
-            let (place, force) = units(joint.spec.kind);
-            (joint.name.clone(), place, force)
-        });
-        Ok(Self {
-            head,
-            hello,
-            live: scene.live(model).cast(),
-            payload_is_live: matches!(scene.model.payload, Term::Live),
-            motion,
-            times,
-            bounds: Bounds::from_limits(&limits).with_acceleration(deceleration),
-            encoder,
-            joints: named.collect(),
-            period: scene.period(),
-        })
-    }
-
-    /// Positions in rad or m.
-    fn positions(&self, sensed: &Sensed) -> Option<[f64; N]> {
-        match sensed {
-            Sensed::State { q, .. } => array::<f32, N>(q).ok().map(|q| q.map(f64::from)),
-            Sensed::Counts(counts) => {
-                let counts = array::<i32, N>(counts).ok()?;
-                Some(core::array::from_fn(|i| self.encoder[i].position(counts[i])))
-            }
-        }
-    }
-}
-
 /// An operator at a board.
-pub struct Operator<const N: usize, S> {
-    station: S,
-    arm: Arm<N>,
+pub struct Operator {
+    station: Box<dyn Station>,
+    arm: Arm,
     report: Report,
     presses: Presses,
     /// Presses that were seen to.
     seen: u32,
     status: Option<Status>,
     heard: Instant,
-    q: Option<[f64; N]>,
-    feed: Feed<N>,
+    q: Option<Vec<f64>>,
+    feed: Feed,
     /// Points on their way, as the number of frames that had been sent with each.
     under_way: VecDeque<u16>,
     /// Where the arm is to be when all that was asked for is done.
-    goal: Option<[f64; N]>,
+    goal: Option<Vec<f64>>,
     /// What the board reports now, in ticks.
     watched: u16,
     /// Print a status every so many ticks, and the tick of the last one.
@@ -181,13 +121,13 @@ pub struct Operator<const N: usize, S> {
     agreed: bool,
 }
 
-impl<const N: usize, S: Station> Operator<N, S> {
+impl Operator {
     /// An operator who has said nothing yet.
     ///
     /// # Errors
     /// A scene whose motion or payload cannot be.
-    pub fn new(
-        station: S,
+    pub fn new<const N: usize>(
+        station: Box<dyn Station>,
         scene: &SceneFile,
         model: &Model<f64, N>,
         head: Head,
@@ -284,7 +224,7 @@ impl<const N: usize, S: Station> Operator<N, S> {
     /// What the last status says.
     fn seen_now(&self) -> Option<Seen<'_>> {
         let status = self.status.as_ref()?;
-        let q = self.q.as_ref().map(<[f64; N]>::as_slice);
+        let q = self.q.as_deref();
         Some(Seen { status, q, joints: &self.arm.joints, period: self.arm.period })
     }
 
@@ -319,7 +259,7 @@ impl<const N: usize, S: Station> Operator<N, S> {
             self.under_way.pop_front();
         }
         let sensed = status.sensed.as_ref().map(|sensed| &sensed.sensed).or(self.station.reading());
-        if let Some(q) = sensed.and_then(|sensed| self.arm.positions(sensed)) {
+        if let Some(q) = sensed.and_then(|sensed| self.arm.limbs.positions(sensed)) {
             self.q = Some(q);
         }
         self.denial = status.refused.filter(|_| self.asking).or(self.denial.take());

@@ -2,15 +2,11 @@
 
 use super::command::parse;
 use super::console::{Console, Line};
-use super::station::Station;
 use super::{Operator, Stop};
 use std::time::Duration;
 
 /// Line by line, until the end.
-pub(crate) fn converse<const N: usize, S: Station>(
-    operator: &mut Operator<N, S>,
-    console: &mut Console,
-) -> Result<(), Stop> {
+pub(crate) fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
     // In a drill time stands still while a pipe is silent: what comes of it does not depend on who writes how fast.
     const PATIENCE: Duration = Duration::from_millis(20);
     // Ctrl-C was pressed, and nothing was typed since.

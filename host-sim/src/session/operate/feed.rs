@@ -1,9 +1,10 @@
 //! Motions as points of the board's trajectory, as far ahead as it has room.
 
-use dynamics_core::Reference;
+use super::arm::Course;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, Timing, Waypoint};
 use link::Point;
 use std::collections::VecDeque;
+use std::rc::Rc;
 
 /// Time between two points, s. The board holds [`session::trajectory::WAYS`] of them: 160 ms, longer than a host is away and a scene's
 /// heartbeat. Between points it computes a polynomial of fifth degree that meets position, velocity and acceleration of both.
@@ -14,24 +15,24 @@ pub const SPEED_SHARE: f64 = 0.5;
 
 /// Motions that are still to be sent, one behind the other.
 #[derive(Clone, Debug)]
-pub struct Feed<const N: usize> {
+pub struct Feed {
     period: f64,
     step: u64,
-    start: Option<[f64; N]>,
-    legs: VecDeque<Leg<N>>,
+    start: Option<link::Reference>,
+    legs: VecDeque<Leg>,
 }
 
 /// A motion and how far it has been sent.
 #[derive(Clone, Debug)]
-struct Leg<const N: usize> {
-    motion: Motion<f64, N>,
+struct Leg {
+    motion: Rc<dyn Course>,
     /// Ticks that were sent.
     sent: u64,
     /// Ticks that it takes.
     ticks: u64,
 }
 
-impl<const N: usize> Feed<N> {
+impl Feed {
     /// Nothing yet, for a control period in s.
     #[must_use]
     pub fn new(period: f64) -> Self {
@@ -50,13 +51,13 @@ impl<const N: usize> Feed<N> {
     }
 
     /// Begin a new trajectory here, at rest.
-    pub fn start(&mut self, q: [f64; N]) {
+    pub fn start(&mut self, at_rest: link::Reference) {
         self.clear();
-        self.start = Some(q);
+        self.start = Some(at_rest);
     }
 
     /// Go on with a motion that starts where the one before ends.
-    pub fn push(&mut self, motion: Motion<f64, N>) {
+    pub fn push(&mut self, motion: Rc<dyn Course>) {
         // A motion of a whole number of periods must not become one longer by its rounding.
         let ticks = (motion.duration() / self.period - 1e-6).ceil().max(1.0) as u64;
         self.legs.push_back(Leg { motion, sent: 0, ticks });
@@ -70,23 +71,19 @@ impl<const N: usize> Feed<N> {
 
     /// The next point.
     pub fn next_point(&mut self) -> Option<Point> {
-        if let Some(q) = self.start.take() {
-            return Some(point(0, &Reference::at_rest(q)));
+        if let Some(reference) = self.start.take() {
+            return Some(Point { ticks: 0, reference });
         }
         let leg = self.legs.front_mut()?;
         let ticks = self.step.min(leg.ticks - leg.sent);
         leg.sent += ticks;
         let done = leg.sent == leg.ticks;
-        let at = if done { leg.motion.end() } else { leg.motion.sample(leg.sent as f64 * self.period) };
+        let reference = if done { leg.motion.end() } else { leg.motion.at(leg.sent as f64 * self.period) };
         if done {
             self.legs.pop_front();
         }
-        Some(point(u16::try_from(ticks).unwrap_or(u16::MAX), &at))
+        Some(Point { ticks: u16::try_from(ticks).unwrap_or(u16::MAX), reference })
     }
-}
-
-fn point<const N: usize>(ticks: u16, at: &Reference<f64, N>) -> Point {
-    Point { ticks, reference: link::Reference::new(&at.cast::<f32>()) }
 }
 
 /// From rest to rest, by a polynomial of fifth degree: in this time, s, or as fast as the bounds allow.
@@ -113,7 +110,9 @@ pub fn way<const N: usize>(
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
     use super::{Feed, way};
+    use dynamics_core::Reference;
     use dynamics_core::control::trajectory::Bounds;
+    use std::rc::Rc;
 
     fn bounds() -> Bounds<f64, 1> {
         Bounds { position: [(-1.0, 1.0)], velocity: [2.0], acceleration: [10.0] }
@@ -122,8 +121,8 @@ mod tests {
     #[test]
     fn points_are_10_ms_apart_the_last_one_less_and_end_at_rest_at_the_goal() {
         let mut feed = Feed::new(0.001);
-        feed.start([0.2]);
-        feed.push(way([0.2], [0.5], Some(0.9955), &bounds()).unwrap());
+        feed.start(link::Reference::new(&Reference::at_rest([0.2])));
+        feed.push(Rc::new(way([0.2], [0.5], Some(0.9955), &bounds()).unwrap()));
         let points: Vec<_> = std::iter::from_fn(|| feed.next_point()).collect();
         let ticks: Vec<u16> = points.iter().map(|point| point.ticks).collect();
         assert_eq!((ticks[0], ticks[1], ticks.len()), (0, 10, 101));
@@ -136,7 +135,7 @@ mod tests {
     #[test]
     fn a_period_of_more_than_10_ms_has_a_point_every_tick() {
         let mut feed = Feed::new(0.02);
-        feed.push(way([0.0], [0.1], Some(1.0), &bounds()).unwrap());
+        feed.push(Rc::new(way([0.0], [0.1], Some(1.0), &bounds()).unwrap()));
         assert_eq!(std::iter::from_fn(|| feed.next_point()).map(|point| point.ticks).collect::<Vec<_>>(), [1; 50]);
     }
 

@@ -1,13 +1,13 @@
 //! Motions: from where the arm is, kept ahead of it.
 
-use super::feed::way;
-use super::station::Station;
+use super::arm::Course;
 use super::{Operator, Stop};
 use crate::session::states::RUNNING;
-use dynamics_core::control::trajectory::{Motion, MotionError};
+use dynamics_core::control::trajectory::MotionError;
 use link::{Frame, Request};
+use std::rc::Rc;
 
-impl<const N: usize, S: Station> Operator<N, S> {
+impl Operator {
     /// Send points while there is room for them.
     pub(super) fn fill(&mut self) -> Result<(), Stop> {
         if self.state() == Some(RUNNING) { self.send_points() } else { Ok(()) }
@@ -24,53 +24,57 @@ impl<const N: usize, S: Station> Operator<N, S> {
     }
 
     /// Where the next motion starts: where the one before ends, or where the arm is.
-    fn here(&self) -> Result<[f64; N], Stop> {
-        let running = self.goal.filter(|_| self.state() == Some(RUNNING));
-        running.or(self.q).ok_or_else(|| Stop::Input("the board has not said where the arm is".into()))
+    fn here(&self) -> Result<Vec<f64>, Stop> {
+        let running = self.goal.as_ref().filter(|_| self.state() == Some(RUNNING));
+        running
+            .or(self.q.as_ref())
+            .cloned()
+            .ok_or_else(|| Stop::Input("the board has not said where the arm is".into()))
     }
 
     /// The scene's motion, and the way to its start.
     pub(super) fn run(&mut self) -> Result<(), Stop> {
-        let (here, start) = (self.here()?, self.arm.motion.start().q);
-        let (motion, times) = (self.arm.motion.clone(), self.arm.times);
-        let lead = if same(&here, &start) { None } else { Some(self.way("run", here, start, None)?) };
+        let (motion, times) = (Rc::clone(&self.arm.motion), self.arm.times);
+        let (here, [start, goal]) = (self.here()?, motion.ends());
+        let lead = if same(&here, &start) { None } else { Some(self.way("run", &here, &start, None)?) };
         let motions = format!("{:.2} s of motion", f64::from(times) * motion.duration());
-        let text = match lead.as_ref().map_or(0.0, Motion::duration) {
+        let text = match lead.as_ref().map_or(0.0, |lead| lead.duration()) {
             // What a reading is off by.
             way if way < self.arm.period => format!("; {motions}"),
             way => format!("; {way:.2} s to its start, then {motions}"),
         };
-        let goal = motion.end().q;
-        let legs = lead.into_iter().chain((0..times).map(|_| motion.clone()));
-        self.go("run", legs, here, goal, &text)
+        let legs = lead.into_iter().chain((0..times).map(|_| Rc::clone(&motion))).collect();
+        self.go("run", legs, &here, goal, &text)
     }
 
     pub(super) fn jog(&mut self, joint: usize, delta: f64, time: Option<f64>) -> Result<(), Stop> {
         let here = self.here()?;
-        let mut goal = here;
+        let mut goal = here.clone();
         if let Some(q) = goal.get_mut(joint) {
             *q += delta;
         }
-        self.one_way("jog", here, goal, time)
+        self.one_way("jog", &here, goal, time)
     }
 
     pub(super) fn go_to(&mut self, q: &[f64], time: Option<f64>) -> Result<(), Stop> {
-        let goal =
-            <[f64; N]>::try_from(q).map_err(|_| Stop::Input(format!("goto: {} positions, expected {N}", q.len())))?;
-        self.one_way("goto", self.here()?, goal, time)
+        let expected = self.arm.joints.len();
+        if q.len() != expected {
+            return Err(Stop::Input(format!("goto: {} positions, expected {expected}", q.len())));
+        }
+        self.one_way("goto", &self.here()?, q.to_vec(), time)
     }
 
-    fn one_way(&mut self, name: &str, here: [f64; N], goal: [f64; N], time: Option<f64>) -> Result<(), Stop> {
-        if same(&here, &goal) {
+    fn one_way(&mut self, name: &str, here: &[f64], goal: Vec<f64>, time: Option<f64>) -> Result<(), Stop> {
+        if same(here, &goal) {
             return self.say(name, &format!("{name}: the arm is there"));
         }
-        let motion = self.way(name, here, goal, time)?;
+        let motion = self.way(name, here, &goal, time)?;
         let text = format!("; {:.2} s", motion.duration());
-        self.go(name, [motion], here, goal, &text)
+        self.go(name, vec![motion], here, goal, &text)
     }
 
-    fn way(&self, name: &str, from: [f64; N], to: [f64; N], time: Option<f64>) -> Result<Motion<f64, N>, Stop> {
-        way(from, to, time, &self.arm.bounds).map_err(|error| {
+    fn way(&self, name: &str, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, Stop> {
+        self.arm.limbs.way(from, to, time).map_err(|error| {
             let what_to_do = match (error, time) {
                 (MotionError::TooFast { .. } | MotionError::TooSteep { .. }, Some(_)) => {
                     "; leave SECONDS away for a time that does"
@@ -86,15 +90,15 @@ impl<const N: usize, S: Station> Operator<N, S> {
     fn go(
         &mut self,
         name: &str,
-        legs: impl IntoIterator<Item = Motion<f64, N>>,
-        here: [f64; N],
-        goal: [f64; N],
+        legs: Vec<Rc<dyn Course>>,
+        here: &[f64],
+        goal: Vec<f64>,
         text: &str,
     ) -> Result<(), Stop> {
         let running = self.state() == Some(RUNNING);
         if !running {
             self.under_way.clear();
-            self.feed.start(here);
+            self.feed.start(self.arm.limbs.at_rest(here));
             if let Some(start) = self.feed.next_point() {
                 self.send(&Frame::Point(start))?;
                 // It makes all the room there is.
@@ -115,6 +119,6 @@ impl<const N: usize, S: Station> Operator<N, S> {
 }
 
 /// The very same place.
-fn same<const N: usize>(a: &[f64; N], b: &[f64; N]) -> bool {
-    a.map(f64::to_bits) == b.map(f64::to_bits)
+fn same(a: &[f64], b: &[f64]) -> bool {
+    a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
 }

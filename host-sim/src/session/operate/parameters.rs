@@ -2,7 +2,7 @@
 
 use super::{Operator, SILENCE, Stop};
 use crate::chip::{ChipError, refusal_in_words};
-use crate::session::operate::station::{Station, StationError};
+use crate::session::operate::station::StationError;
 use dynamics_core::Inertia;
 use link::{Frame, Refusal, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
@@ -67,7 +67,7 @@ fn unit(index: u8, place: &str, force: &str) -> String {
     }
 }
 
-impl<const N: usize, S: Station> Operator<N, S> {
+impl Operator {
     /// Read these back, and say what they are.
     pub(super) fn get(&mut self, numbers: &[u8]) -> Result<(), Stop> {
         let mut lines = Vec::new();
@@ -107,8 +107,7 @@ impl<const N: usize, S: Station> Operator<N, S> {
             );
         }
         let payload = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
-        let live = dynamics_core::Live { payload, ..self.arm.live };
-        let frame = Frame::Live(link::Live::new(&live).map_err(ChipError::from)?);
+        let frame = Frame::Live(self.arm.limbs.live(Some(payload)).map_err(ChipError::from)?);
         // Live inputs are answered only where they are refused, and where torque acts by the tick behind the one that took them.
         self.send(&frame)?;
         self.expected = Some(Vec::new());
@@ -118,7 +117,7 @@ impl<const N: usize, S: Station> Operator<N, S> {
         let text = match refused {
             Some(refusal) => self.refusal_of("payload", &refusal),
             None => {
-                self.arm.live = live;
+                self.arm.payload = Some(payload);
                 match self.answers(&[Frame::Get(ARM)])?.pop() {
                     Some(Ok(value)) => format!("payload: {}", self.value_in_words(&value)),
                     Some(Err(refusal)) => self.refusal_of("payload", &refusal),

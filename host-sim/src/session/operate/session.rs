@@ -1,7 +1,7 @@
 //! What is said to a board beside motions: hellos, requests, what to report, and how a session ends.
 
 use super::command::{Command, HELP};
-use super::station::{Station, StationError};
+use super::station::StationError;
 use super::{Operator, SILENCE, Stop, has_taken, table, words};
 use crate::chip::ChipError;
 use crate::session::frame_log::Writer;
@@ -29,7 +29,7 @@ const PARTS: Parts = Parts::SENSED.and(Parts::TORQUE);
 /// [`dynamics_core::safety::Refusal::NotAtRest`].
 const NOT_AT_REST: u8 = 6;
 
-impl<const N: usize, S: Station> Operator<N, S> {
+impl Operator {
     /// Say hello: the board idles from then on, and both sides know that they speak of the same robot.
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl<const N: usize, S: Station> Operator<N, S> {
         } else {
             self.send(&Frame::Lines(self.lines))?;
         }
-        let live = link::Live::new(&self.arm.live).map_err(ChipError::from)?;
+        let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
         self.send(&Frame::Live(live))
     }
 
@@ -190,9 +190,10 @@ impl<const N: usize, S: Station> Operator<N, S> {
         while self.is_moving() {
             self.step()?;
         }
-        let text = match (self.goal, self.q) {
+        let text = match (&self.goal, &self.q) {
             (Some(goal), Some(q)) => {
-                let off = (0..N).map(|i| (q[i] - goal[i]).abs()).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+                let off =
+                    q.iter().zip(goal).map(|(q, goal)| (q - goal).abs()).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
                 let (joint, off) = off.unwrap_or((0, 0.0));
                 let (name, unit) = self.arm.joints.get(joint).map_or(("", ""), |(name, unit, _)| (name, unit));
                 format!("wait: arrived; furthest off: {name}, by {off:.2e} {unit}")
@@ -301,7 +302,7 @@ impl<const N: usize, S: Station> Operator<N, S> {
         let text = match file {
             None => format!("dump: {} ticks\n{}", past.len(), table::table(&past, &self.joint_names())),
             Some(file) => {
-                table::write_csv(&past, N, file).map_err(|error| in_file(file, &error))?;
+                table::write_csv(&past, self.arm.joints.len(), file).map_err(|error| in_file(file, &error))?;
                 format!("dump: {} ticks, {}", past.len(), file.display())
             }
         };

@@ -1,0 +1,155 @@
+//! What an operator knows of a scene's arm.
+//!
+//! An operator does the same for every arm: only what is in [`Joints`] and [`Course`] depends on the number of joints, and is compiled
+//! for each of them.
+
+use super::Stop;
+use super::feed::way;
+use crate::session::frame_log::Head;
+use dynamics_core::control::trajectory::{Bounds, Motion, MotionError};
+use dynamics_core::control::{ControllerConfig, Encoder};
+use dynamics_core::{Inertia, JointKind, Live, Model, Reference, Term};
+use link::convert::{AsymmetricInertia, array};
+use link::{Hello, Sensed};
+use robot_compiler::SceneFile;
+use std::fmt;
+use std::rc::Rc;
+
+/// A motion of an arm with any number of joints.
+pub trait Course: fmt::Debug {
+    /// How long it takes, s.
+    fn duration(&self) -> f64;
+
+    /// Where the arm is to be `t` (s) after its start.
+    fn at(&self, t: f64) -> link::Reference;
+
+    /// The same at its end, to the last bit.
+    fn end(&self) -> link::Reference;
+
+    /// Positions at its start and at its end, rad or m.
+    fn ends(&self) -> [Vec<f64>; 2];
+}
+
+impl<const N: usize> Course for Motion<f64, N> {
+    fn duration(&self) -> f64 {
+        Motion::duration(self)
+    }
+
+    fn at(&self, t: f64) -> link::Reference {
+        link::Reference::new(&self.sample(t).cast::<f32>())
+    }
+
+    fn end(&self) -> link::Reference {
+        link::Reference::new(&Motion::end(self).cast::<f32>())
+    }
+
+    fn ends(&self) -> [Vec<f64>; 2] {
+        [self.start().q.to_vec(), Motion::end(self).q.to_vec()]
+    }
+}
+
+/// What depends on the number of joints.
+pub(super) trait Joints: fmt::Debug {
+    /// Positions in rad or m; `None` for another number of joints.
+    fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>>;
+
+    /// At rest here.
+    fn at_rest(&self, q: &[f64]) -> link::Reference;
+
+    /// From rest to rest: in this time, s, or as fast as the bounds allow.
+    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError>;
+
+    /// What acts on the arm, with another payload where one is given.
+    fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia>;
+}
+
+#[derive(Debug)]
+struct OfScene<const N: usize> {
+    /// What acts on the arm, as the board is told.
+    live: Live<f32, N>,
+    /// What a motion of an operator's own must not exceed.
+    bounds: Bounds<f64, N>,
+    encoder: [Encoder<f64>; N],
+}
+
+/// One number for each joint; zero where the list is short.
+fn joints<const N: usize>(list: &[f64]) -> [f64; N] {
+    core::array::from_fn(|i| list.get(i).copied().unwrap_or(0.0))
+}
+
+impl<const N: usize> Joints for OfScene<N> {
+    fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>> {
+        match sensed {
+            Sensed::State { q, .. } => array::<f32, N>(q).ok().map(|q| q.map(f64::from).to_vec()),
+            Sensed::Counts(counts) => {
+                let counts = array::<i32, N>(counts).ok()?;
+                Some(counts.iter().zip(&self.encoder).map(|(count, encoder)| encoder.position(*count)).collect())
+            }
+        }
+    }
+
+    fn at_rest(&self, q: &[f64]) -> link::Reference {
+        link::Reference::new(&Reference::<f64, N>::at_rest(joints(q)).cast::<f32>())
+    }
+
+    fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError> {
+        Ok(Rc::new(way::<N>(joints(from), joints(to), time, &self.bounds)?))
+    }
+
+    fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia> {
+        link::Live::new(&Live { payload: payload.unwrap_or(self.live.payload), ..self.live })
+    }
+}
+
+/// What an operator knows of a scene's arm.
+#[derive(Debug)]
+pub(super) struct Arm {
+    pub(super) head: Head,
+    pub(super) hello: Hello,
+    /// The payload that the board was last told of, where it was another than the scene's.
+    pub(super) payload: Option<Inertia<f32>>,
+    /// Whether the board's model makes use of a payload.
+    pub(super) payload_is_live: bool,
+    pub(super) motion: Rc<dyn Course>,
+    /// How often the motion is repeated.
+    pub(super) times: u32,
+    pub(super) limbs: Box<dyn Joints>,
+    /// Names of the joints, and the units of place and force.
+    pub(super) joints: Vec<(String, &'static str, &'static str)>,
+    pub(super) period: f64,
+}
+
+impl Arm {
+    pub(super) fn new<const N: usize>(
+        scene: &SceneFile,
+        model: &Model<f64, N>,
+        head: Head,
+        hello: Hello,
+    ) -> Result<Self, Stop> {
+        let motion = scene.trajectory(model).map_err(|error| Stop::Input(format!("the motion cannot be: {error}")))?;
+        let whole = |duration: f64| (duration / motion.duration() + 1e-9).floor().clamp(1.0, 1e6) as u32;
+        let times = if scene.motion.repeats() { scene.duration.map_or(1, whole) } else { 1 };
+        let ControllerConfig { encoder, limits, .. } = scene.controller_config(model);
+        let deceleration = scene.safety_rules(model).joints.map(|joint| joint.deceleration);
+        let units = |kind| match kind {
+            JointKind::Revolute => ("rad", "N m"),
+            JointKind::Prismatic => ("m", "N"),
+        };
+        let named = scene.robot.joints.iter().map(|joint| {
+            let (place, force) = units(joint.spec.kind);
+            (joint.name.clone(), place, force)
+        });
+        let bounds = Bounds::from_limits(&limits).with_acceleration(deceleration);
+        Ok(Self {
+            head,
+            hello,
+            payload: None,
+            payload_is_live: matches!(scene.model.payload, Term::Live),
+            motion: Rc::new(motion),
+            times,
+            limbs: Box::new(OfScene { live: scene.live(model).cast(), bounds, encoder }),
+            joints: named.collect(),
+            period: scene.period(),
+        })
+    }
+}
