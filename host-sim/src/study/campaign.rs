@@ -40,9 +40,9 @@ pub use run::{Counterexample, Finished, Number, Outcome, Stage, run};
 
 use crate::chip::{Chip, build_firmware, hello};
 use crate::failure::Failure;
+use crate::study::parallel::try_in_parallel;
 use indicatif::ProgressBar;
 use link::Pacing;
-use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use robot_compiler::{SceneFile, with_dof};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -110,7 +110,8 @@ impl Campaign {
         }
         // A session takes longer to make than to run: those that are free are kept.
         let free = Mutex::new(vec![(stage, Desk::new(scene, &model, Pacing::Live))]);
-        let on_desk = |number| {
+        let on_desk = |index: usize| {
+            let number = numbers[index];
             let kept = free.lock().ok().and_then(|mut free| free.pop());
             let (stage, mut desk) = match kept {
                 Some(kept) => kept,
@@ -122,6 +123,6 @@ impl Campaign {
             }
             done
         };
-        numbers.into_par_iter().map(on_desk).collect()
+        try_in_parallel(numbers.len(), on_desk)
     }
 }

@@ -24,6 +24,7 @@ pub mod extremes;
 pub mod kernel;
 pub mod linkage;
 mod numbers;
+mod parallel;
 pub mod posture_search;
 pub mod statics;
 pub(crate) mod subject;

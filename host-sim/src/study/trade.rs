@@ -28,12 +28,12 @@ mod store;
 
 use crate::chip::cost;
 use crate::failure::{Failure, in_file};
+use crate::study::parallel::try_in_parallel;
 use base::Base;
 use choice::{Choice, Named};
 use courses::{Course, CourseReport, courses};
 use indicatif::ProgressBar;
 use measure::{Exact, OnCourse, on_course};
-use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 use robot_compiler::{SceneFile, with_dof};
 use serde::{Deserialize, Serialize};
 use simulator::MethodReport;
@@ -248,7 +248,8 @@ fn on_desk<const N: usize>(
             .entry(period.to_bits())
             .or_insert_with(|| courses.iter().map(|course| Exact::new(base, model, course, period)).collect());
     }
-    let measured = candidates.par_iter().map(|candidate| {
+    try_in_parallel(candidates.len(), |number| {
+        let candidate = &candidates[number];
         let key = key("desk", &candidate.text);
         if shop.stop.load(Ordering::Relaxed) {
             return Err(Failure::Interrupted);
@@ -267,8 +268,7 @@ fn on_desk<const N: usize>(
         };
         shop.progress.inc(1);
         Ok(done)
-    });
-    measured.collect()
+    })
 }
 
 /// Costs of every candidate, those that are not known measured together.

@@ -109,7 +109,7 @@ fn no_climb_on_the_error_passes_the_bound_of_its_own_state() {
         search(
             &region,
             &Effort { climbs: 2, ..EFFORT },
-            |state| {
+            &|state| {
                 let (error, bound) = (arm.error(state), bounds.over(&Region::of(state)));
                 for i in 0..6 {
                     assert!(error[i] <= bound[i] && bound[i] <= everywhere[i], "{state:?}: {error:?}, {bound:?}");
@@ -125,7 +125,7 @@ fn no_climb_on_the_error_passes_the_bound_of_its_own_state() {
 #[track_caller]
 fn assert_pinned<const N: usize>(name: &str, found: [f64; N], bound: [f64; N]) {
     let (arm, region) = arm::<N>(name, Level::Exact);
-    let largest = search(&region, &EFFORT, |state| arm.error(state), &ProgressBar::hidden()).map(|found| found.value);
+    let largest = search(&region, &EFFORT, &|state| arm.error(state), &ProgressBar::hidden()).map(|found| found.value);
     let everywhere = proven(&arm.bounds(), &region, 500);
     println!("{name}: {largest:?} {everywhere:?}");
     assert_below(&largest, &everywhere);
@@ -212,7 +212,7 @@ fn the_errors_of_sine_and_cosine_are_those_of_the_polynomials() {
 fn threads_do_not_change_what_is_found() {
     let (arm, region) = arm::<3>("planar3r", Level::Exact);
     let effort = Effort { samples: 5000, steps: 100, ..EFFORT };
-    let look = || search(&region, &effort, |state| arm.error(state), &ProgressBar::hidden());
+    let look = || search(&region, &effort, &|state| arm.error(state), &ProgressBar::hidden());
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(look);
     let three = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap().install(look);
     assert_eq!(alone, three);

@@ -133,9 +133,9 @@ pub(crate) fn answer<const N: usize>(
     let level = asked.level;
     let arm = TorqueError::new(model, &file.scene(model), &file.live(model), level);
     let (bounds, effort) = (arm.bounds(), effort(asked));
-    let found = search(&region, &effort, |state| arm.error(state), progress);
+    let found = search(&region, &effort, &|state| arm.error(state), progress);
     let at_one = |state: &State<N>| bounds.over(&Region::of(state));
-    let one_state = search(&region, &less(&effort), at_one, progress);
+    let one_state = search(&region, &less(&effort), &at_one, progress);
     let proven = bounds.everywhere(&region, asked.boxes, progress);
     let one_box = bounds.over(&region);
     if let Some(i) = proven.iter().position(|x| !x.is_finite()) {

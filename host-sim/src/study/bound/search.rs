@@ -1,10 +1,10 @@
 //! The states in which something is largest: random ones, then uphill from the worst.
 
 use super::region::{Region, State, clamped};
+use crate::study::parallel::in_parallel;
 use indicatif::ProgressBar;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 
 /// How hard to look for a large error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +61,7 @@ fn share(random: &mut ChaCha8Rng) -> f64 {
 pub fn search<const N: usize>(
     region: &Region<N>,
     effort: &Effort,
-    what: impl Fn(&State<N>) -> [f64; N] + Sync,
+    what: &(dyn Fn(&State<N>) -> [f64; N] + Sync),
     progress: &ProgressBar,
 ) -> [Found<N>; N] {
     let lots = effort.samples.div_ceil(LOT).max(1);
@@ -79,22 +79,18 @@ pub fn search<const N: usize>(
         progress.inc(LOT as u64);
         worst
     };
-    let lots: Vec<[Found<N>; N]> = (0..lots).into_par_iter().filter_map(worst_of_lot).collect();
+    let lots: Vec<[Found<N>; N]> = in_parallel(lots, worst_of_lot).into_iter().flatten().collect();
     core::array::from_fn(|joint| {
         let mut starts: Vec<Found<N>> = lots.iter().map(|lot| lot[joint]).collect();
         starts.sort_by(|a, b| b.value.total_cmp(&a.value));
         let first = starts[0];
-        let climbs: Vec<Found<N>> = (0..effort.climbs)
-            .into_par_iter()
-            .map(|k| {
-                let stream = (1 << 40) + (joint * effort.climbs + k) as u64;
-                let start = starts[k % starts.len()];
-                let top =
-                    climb(region, start, effort.steps, generator(effort.seed, stream), |state| what(state)[joint]);
-                progress.inc(effort.steps as u64);
-                top
-            })
-            .collect();
+        let climbs: Vec<Found<N>> = in_parallel(effort.climbs, |k| {
+            let stream = (1 << 40) + (joint * effort.climbs + k) as u64;
+            let start = starts[k % starts.len()];
+            let top = climb(region, start, effort.steps, generator(effort.seed, stream), |state| what(state)[joint]);
+            progress.inc(effort.steps as u64);
+            top
+        });
         climbs.into_iter().fold(first, |best, next| if next.value > best.value { next } else { best })
     })
 }

@@ -1,12 +1,12 @@
 //! The error of single precision in a state, and bounds on it.
 
 use super::region::{Region, State};
+use crate::study::parallel::in_parallel;
 use core::cmp::Ordering;
 use core::f64::consts::{FRAC_PI_4, TAU};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Dynamics, Field, InverseDynamics, JointKind, Live, Model, Scalar, Scene, SinCos, Trig};
 use indicatif::ProgressBar;
-use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use robot_compiler::kernel::functions::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::precision::{Bounded, Double, DoubleDouble, Rounding, Single};
@@ -164,8 +164,7 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
     where
         Self: Sync,
     {
-        let found: Vec<f64> =
-            (0..N).into_par_iter().map(|joint| self.for_joint(joint, region, boxes, progress)).collect();
+        let found: Vec<f64> = in_parallel(N, |joint| self.for_joint(joint, region, boxes, progress));
         core::array::from_fn(|i| found[i])
     }
 

@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use crate::run::closed_loop::End;
 use crate::run::simulate::{self, Run};
+use crate::study::parallel::try_in_parallel;
 use indicatif::ProgressBar;
-use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 use robot_compiler::scene::IntegratorChoice;
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
@@ -48,7 +48,8 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
         own.to_vec(),
     ]
     .concat();
-    let measured = all.par_iter().map(|&(integrator, steps)| {
+    try_in_parallel(all.len(), |number| {
+        let (integrator, steps) = all[number];
         let refused = || MethodReport {
             integrator: name(integrator),
             steps_per_tick: steps_of(integrator, steps),
@@ -71,8 +72,7 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
             tracking: whole.then(|| run.summary.tracking_max.iter().fold(0.0, |most, x| f64::max(most, *x))),
             ..refused()
         })
-    });
-    measured.collect()
+    })
 }
 
 fn run<const N: usize>(
