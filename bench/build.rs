@@ -5,7 +5,7 @@
 mod plain;
 
 use robot_compiler::emit::arm_module;
-use robot_compiler::kernel::modules::Modules;
+use robot_compiler::emit::modules::Modules;
 use robot_compiler::kernel::{Function, Level, Precision};
 use std::error::Error;
 use std::path::PathBuf;

@@ -21,7 +21,7 @@ use firmware::session::{Reaction, Session};
 use link::codec::Received;
 use link::{Cost, Frame, Hello, Pacing};
 use robot_compiler::SceneFile;
-use robot_compiler::kernel::ArmDynamics;
+use robot_compiler::choose::ArmDynamics;
 
 /// A target of a drill.
 pub trait Drill {

@@ -4,8 +4,8 @@ use crate::cli::KernelArgs;
 use crate::exit::{self, Failure};
 use comfy_table::{CellAlignment, Table, presets};
 use dynamics_core::{Model, Scene, Term};
+use robot_compiler::emit::kernel::{Title, module};
 use robot_compiler::kernel::functions::{Springs, live_inputs};
-use robot_compiler::kernel::source::{Title, module};
 use robot_compiler::kernel::{
     Function, Level, Precision, Program, Rule, RuleSet, Step, compile, compile_with, compile_without,
 };

@@ -4,11 +4,9 @@
 //! same number, so the chip computes with the very bits that the desk hashed. A firmware computes in single precision, whatever
 //! the scene says of the desk; what only measures costs ([`cost`]) computes in the scene's own scalar.
 
-use crate::drive::UNREAD_MAX;
-use crate::kernel::source::Title;
-use crate::kernel::{self, Function, Level, Precision};
-use crate::robot::Robot;
-use crate::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
+use crate::describe::robot::Robot;
+use crate::describe::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile, UNREAD_MAX};
+use crate::kernel::{Function, Level, Precision};
 use crate::with_dof;
 use dynamics_core::control::{CollisionConfig, Encoder, Friction, Gains, Guard};
 use dynamics_core::model::{Link, Placement};
@@ -20,11 +18,14 @@ use std::path::Path;
 
 pub mod cost;
 mod drives;
-pub(crate) mod source;
+mod expression;
+pub mod kernel;
+pub mod modules;
 
 pub use drives::drives_module;
 
-use source::{Float, Item, call, integer, list, number, record, word};
+use expression::{Float, Item, call, integer, list, number, record, word};
+use kernel::Title;
 
 /// Rust source of a module with the arm, its scene and its controller, for a crate without std.
 ///
@@ -90,7 +91,7 @@ fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>, m
         ("The scene.", "NAME", "&str", format!("{:?}", file.name)),
         ("The robot.", "ROBOT", "&str", format!("{:?}", file.robot.name)),
         ("Hash of everything that decides the bits of a tick.", "HASH", "u64", hexadecimal(file.hash(model))),
-        ("Control rate, Hz.", "RATE_HZ", real, source::literal(S::literal(file.control.rate))),
+        ("Control rate, Hz.", "RATE_HZ", real, expression::literal(S::literal(file.control.rate))),
     ];
     for (doc, name, kind, value) in constants {
         text += &format!("\n/// {doc}\npub const {name}: {kind} = {value};\n");
@@ -141,7 +142,7 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
         Some(level) => {
             let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
             let (function, scene) = (Function::InverseDynamics, file.scene(model));
-            let kernel = kernel::source::module(function, model, &scene, level, precision, &title);
+            let kernel = kernel::module(function, model, &scene, level, precision, &title);
             let constant = |name: &str| Inner { kind: name.to_owned(), value: name.to_owned(), constant: true };
             match file.control.kernel_memory {
                 KernelMemory::Flash => (kernel, constant("Kernel")),
@@ -185,7 +186,7 @@ pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>
         Some(_) => {
             let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
             let (scene, precision) = (file.scene(model), Precision::Single);
-            let kernel = kernel::source::module(Function::Momentum, model, &scene, Level::Exact, precision, &title);
+            let kernel = kernel::module(Function::Momentum, model, &scene, Level::Exact, precision, &title);
             (kernel, "Kernel".to_owned(), "Kernel")
         }
     };

@@ -15,26 +15,20 @@
 //! | [`functions`] | what can be traced, and the names of inputs |
 //! | [`interpreter`] | a program run fast where there is no compiler |
 //! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
-//! | [`source`] | the Rust text |
-//! | [`modules`] | the texts as modules, for build scripts |
 
 mod algebra;
-mod arm;
 pub mod frames;
 pub mod functions;
 mod identities;
 pub mod interpreter;
-pub mod modules;
 #[cfg(test)]
 mod mutants;
 pub mod program;
 pub mod regroup;
 pub mod rules;
 mod schedule;
-pub mod source;
 pub mod tape;
 
-pub use arm::ArmDynamics;
 pub use frames::Frames;
 pub use functions::Function;
 pub use program::{Operations, Program};

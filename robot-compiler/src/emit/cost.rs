@@ -2,10 +2,10 @@
 //!
 //! All of them get the same ticks: [`inputs`], which the desk computes too, so that both can be compared bit by bit.
 
-use super::source::{Float, Item, integer, list, number, record, word};
+use super::expression::{Float, Item, integer, list, number, record, word};
+use super::modules::Modules;
 use super::{arm_module_in, dynamics_module_in, inertia_item, numbers, vector, wrench_item};
-use crate::kernel::modules::Modules;
-use crate::scene::{ScalarChoice, SceneFile};
+use crate::describe::scene::{ScalarChoice, SceneFile};
 use crate::with_dof;
 use dynamics_core::control::trajectory::{Motion, MotionError};
 use dynamics_core::inertia::cast_vector;
