@@ -12,9 +12,9 @@
 //! Each move makes others possible or impossible. They are made greedily, the one that saves most first; what to prefer
 //! among equals is tried out in every order, and the cheapest end is taken.
 
+use super::arena::{Arena, Expr, Node, Precision};
 use super::program::{Program, needed};
 use super::rules::RuleSet;
-use super::tape::{Arena, Expr, Node, Precision};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A sum, a product, or what both are made of.

@@ -1,8 +1,9 @@
 //! The statements of a program as Rust.
 
+use crate::kernel::Precision;
 use crate::kernel::functions::input_name;
 use crate::kernel::program::Program;
-use crate::kernel::tape::{Expr, Node, Precision};
+use crate::kernel::tape::{Expr, Node};
 use std::collections::{HashMap, HashSet};
 
 /// Names for the values of a program.
