@@ -1,8 +1,8 @@
 //! Writes kernels of every shipped scene as modules, and the list of them as a macro.
 
 use dynamics_core::Term;
+use robot_compiler::emit::modules::Modules;
 use robot_compiler::kernel::functions::Springs;
-use robot_compiler::kernel::modules::Modules;
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::{SceneFile, with_dof};
 use std::error::Error;

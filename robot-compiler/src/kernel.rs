@@ -10,39 +10,35 @@
 //! | module | holds |
 //! |---|---|
 //! | [`tape`] | the scalar and its arena |
-//! | [`rules`] | level `exact`: rewrites that keep every result equal |
+//! | [`rules`], `rewrites` | level `exact`: what keeps every result equal |
 //! | [`regroup`], [`frames`], `identities`, `algebra` | level `regrouped`: fewer operations, other rounding |
 //! | [`functions`] | what can be traced, and the names of inputs |
 //! | [`interpreter`] | a program run fast where there is no compiler |
 //! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
-//! | [`source`] | the Rust text |
-//! | [`modules`] | the texts as modules, for build scripts |
 
 mod algebra;
-mod arm;
+mod arena;
 pub mod frames;
 pub mod functions;
 mod identities;
 pub mod interpreter;
-pub mod modules;
 #[cfg(test)]
 mod mutants;
 pub mod program;
 pub mod regroup;
+mod rewrites;
 pub mod rules;
 mod schedule;
-pub mod source;
 pub mod tape;
 
-pub use arm::ArmDynamics;
+pub use arena::Precision;
 pub use frames::Frames;
 pub use functions::Function;
 pub use program::{Operations, Program};
 pub use rules::{Rule, RuleSet};
-pub use tape::Precision;
 
+use arena::{Arena, Expr};
 use dynamics_core::{Inertia, Model, Scene, Term};
-use tape::Arena;
 
 /// How far the operations may leave those of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -211,7 +207,7 @@ impl Regrouping {
         scene: &Scene<f64, N>,
         frames: &Frames<N>,
         precision: Precision,
-    ) -> (Arena, Vec<tape::Expr>) {
+    ) -> (Arena, Vec<Expr>) {
         let arm = regroup::moved_inward(&frames.shifted(model), &frames.across, self.unfelt);
         let tape = Arena::new(RuleSet::ALL, precision);
         let (arena, outputs) = functions::record(function, &arm, scene, Some((frames, &self.turning)), tape);

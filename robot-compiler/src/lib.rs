@@ -2,13 +2,11 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`robot`] | what an arm is: joints, links, motors, sensors, tool |
-//! | [`linkage`] | what a planar closed loop is: four-bar or slider-crank |
-//! | [`scene`] | what acts on an arm, how it is controlled, what is simulated |
-//! | [`drive`] | what drives a joint, in a file's units and in the chip's |
-//! | [`diagnostics`] | errors that point at file, line and field |
-//! | [`emit`] | a checked arm and its controller as Rust source for the chip |
-//! | [`hash`] | one number for everything that decides the bits of a tick |
+//! | `describe` | what an arm, a linkage and a scene are, and the core's numbers for them; in public [`scene`], [`drive`] |
+//! | `read` | TOML and URDF files: `load` of [`Robot`], [`LinkageFile`] and [`SceneFile`]; errors point at file, line and field |
+//! | [`choose`] | what a scene needs: the fewest terms, the loop gain that is left, the dynamics that it asks for |
+//! | [`kernel`] | from a model and a scene to a straight-line program |
+//! | [`emit`] | a checked arm, its controller and its kernels as Rust source for the chip |
 //! | [`precision`] | what rounding costs: a reference with 31 digits, and a bound on the error for a whole box of states |
 //!
 //! ```
@@ -31,25 +29,15 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod body_fields;
-pub mod diagnostics;
-mod dof;
-pub mod drive;
-mod drive_file;
+pub mod choose;
+mod describe;
 pub mod emit;
-pub mod hash;
 pub mod kernel;
-pub mod linkage;
-mod linkage_file;
 pub mod precision;
-mod reader;
-pub mod robot;
-mod robot_file;
-pub mod scene;
-mod scene_file;
-mod urdf;
+mod read;
 
-pub use diagnostics::FileError;
-pub use linkage::{LinkageFile, Mechanism};
-pub use robot::{JointEncoder, JointFriction, Robot, RobotJoint};
-pub use scene::SceneFile;
+pub use describe::diagnostics::FileError;
+pub use describe::linkage::{LinkageFile, Mechanism};
+pub use describe::robot::{JointEncoder, JointFriction, Robot, RobotJoint};
+pub use describe::scene::SceneFile;
+pub use describe::{drive, scene};

@@ -2,11 +2,13 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`double_double`] | a reference with about 31 digits: what is left out cannot be seen beside the error of `f64` |
-//! | [`error_bound`] | a value's interval and a proven bound on its rounding error, for every state of a box at once |
+//! | [`DoubleDouble`] | a reference with about 31 digits: what is left out cannot be seen beside the error of `f64` |
+//! | [`Bounded`] | a value's interval and a proven bound on its rounding error, for every state of a box at once |
 
-pub mod double_double;
-pub mod error_bound;
+mod double_double;
+mod error_bound;
+mod rounding;
 
 pub use double_double::DoubleDouble;
-pub use error_bound::{Bounded, Double, Rounding, Single};
+pub use error_bound::Bounded;
+pub use rounding::{Double, Rounding, Single};

@@ -7,8 +7,8 @@ use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Term, Trig};
 use nalgebra::Vector3;
-use robot_compiler::scene::loop_gain::LoopGain;
-use robot_compiler::scene::terms::{Along, ModelTerm};
+use robot_compiler::choose::{Along, LoopGain};
+use robot_compiler::scene::ModelTerm;
 use robot_compiler::{SceneFile, emit, with_dof};
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use dynamics_core::Term;
-use robot_compiler::kernel::source::{Title, generic_module, module};
+use robot_compiler::emit::kernel::{Title, generic_module, module};
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::{Robot, SceneFile, with_dof};
 

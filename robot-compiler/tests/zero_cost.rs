@@ -4,9 +4,9 @@
 use dynamics_core::joint::Rotor;
 use dynamics_core::{Body, Term, Wrench};
 use nalgebra::Vector3;
-use robot_compiler::kernel::source::{Title, module};
+use robot_compiler::emit::kernel::{Title, module};
 use robot_compiler::kernel::{Function, Level, Precision};
-use robot_compiler::scene::terms::ModelTerm;
+use robot_compiler::scene::ModelTerm;
 use robot_compiler::{Robot, SceneFile, emit, with_dof};
 
 mod common;

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 mod kernels {
     use super::plain;
     use robot_compiler::emit::arm_module;
-    use robot_compiler::kernel::modules::Modules;
+    use robot_compiler::emit::modules::Modules;
     use robot_compiler::kernel::{Function, Level, Precision};
     use std::error::Error;
     use std::path::PathBuf;

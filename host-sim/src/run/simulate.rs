@@ -16,7 +16,7 @@ use dynamics_core::trig::Method;
 use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
-use robot_compiler::kernel::ArmDynamics;
+use robot_compiler::choose::ArmDynamics;
 use robot_compiler::scene::{ElasticitySpec, IntegratorChoice, MeasuredSide, PushSpec, RippleSpec, ScalarChoice};
 use std::sync::atomic::AtomicBool;
 

@@ -18,7 +18,7 @@ use dynamics_core::{ControllerConfig, Model};
 use link::codec::Received;
 use link::{Cost, Frame, Hello, Pacing};
 use robot_compiler::SceneFile;
-use robot_compiler::kernel::ArmDynamics;
+use robot_compiler::choose::ArmDynamics;
 use session::black_box::Report;
 use session::meter::{Counter, Meter};
 use session::{Reaction, Session};

@@ -2,10 +2,12 @@
 //!
 //! All of them get the same ticks: [`inputs`], which the desk computes too, so that both can be compared bit by bit.
 
-use super::source::{Float, Item, integer, list, number, record, word};
-use super::{arm_module_in, dynamics_module_in, inertia_item, numbers, vector, wrench_item};
-use crate::kernel::modules::Modules;
-use crate::scene::{ScalarChoice, SceneFile};
+use super::arm::arm_module_in;
+use super::dynamics::dynamics_module_in;
+use super::expression::{Float, Item, call, integer, list, number, record, word};
+use super::items::{inertia_item, numbers, vector, wrench_item};
+use super::modules::Modules;
+use crate::describe::scene::{ScalarChoice, SceneFile};
 use crate::with_dof;
 use dynamics_core::control::trajectory::{Motion, MotionError};
 use dynamics_core::inertia::cast_vector;
@@ -160,7 +162,7 @@ fn table<const N: usize>(rows: &[Input<N>]) -> String {
     let row = |Input { reference: Reference { q, qd, qdd }, counts }: &Input<N>| {
         let counts = counts.map_or_else(
             || word("None"),
-            |counts| super::call("Some", vec![list(counts.iter().map(|&c| integer(i64::from(c))).collect())]),
+            |counts| call("Some", vec![list(counts.iter().map(|&c| integer(i64::from(c))).collect())]),
         );
         record("Row", vec![("q", numbers(q)), ("qd", numbers(qd)), ("qdd", numbers(qdd)), ("counts", counts)])
     };

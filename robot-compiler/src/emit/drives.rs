@@ -1,6 +1,6 @@
 //! How the joints are reached, as Rust source.
 
-use super::source::{Item, call, integer, list, number, record, word};
+use super::expression::{Item, call, integer, list, number, record, word};
 use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
 
 /// Rust source of a module with one function, `drives() -> Drives<N>`, for use beside [`super::arm_module`].

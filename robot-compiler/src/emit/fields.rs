@@ -1,6 +1,6 @@
 //! Configurations as Rust source.
 
-use super::source::{Float, Item, call, integer, list, number, word};
+use super::expression::{Float, Item, call, integer, list, number, word};
 use dynamics_core::fields::{Fields, Group, Visitor};
 
 /// A configuration, or a part of one, as an expression.

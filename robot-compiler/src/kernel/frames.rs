@@ -11,8 +11,8 @@
 //!
 //! Which choice is cheapest depends on every zero of the arm, so it is searched, by counting what the kernel would cost.
 
+use super::arena::Expr;
 use super::regroup::{Across, without_dust};
-use super::tape::Expr;
 use dynamics_core::geometry::{apply, compose};
 use dynamics_core::model::{Link, Model, Placement};
 use dynamics_core::{Inertia, JointKind, Scalar, SinCos};

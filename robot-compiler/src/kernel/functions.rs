@@ -199,7 +199,7 @@ pub fn forward_input_values<S: Scalar, const N: usize>(
 }
 
 /// The same for either, into a list that is used again and again: `joints` are `q`, `qd`, `qdd` and `tau`.
-pub(super) fn write_input_values<S: Scalar, const N: usize>(
+pub(crate) fn write_input_values<S: Scalar, const N: usize>(
     values: &mut Vec<S>,
     turn: &[SinCos<S>; N],
     joints: [&[S; N]; 4],
@@ -221,7 +221,7 @@ pub(super) fn write_input_values<S: Scalar, const N: usize>(
 }
 
 /// How many there are; the reference's follow.
-pub(super) const fn input_count(joints: usize) -> usize {
+pub(crate) const fn input_count(joints: usize) -> usize {
     (PER_JOINT.len() + 1) * joints + LIVE.len()
 }
 

@@ -9,9 +9,9 @@
 //! The identities are those of the arm with its constants as they are written: what is equal but for the rounding of a
 //! constant (of the sine of a twist of 30 degrees, say) counts as different.
 
+use super::arena::{Arena, Expr, Node, Precision};
 use super::program::needed;
 use super::rules::RuleSet;
-use super::tape::{Arena, Expr, Node, Precision};
 use rustc_hash::FxHashMap;
 
 /// Sine and cosine, in the field, of a random angle. A test puts a wrong one in.

@@ -5,8 +5,8 @@
 //! not once a statement; their values stand in slots that are used again when a value has been read for the last time.
 //! The operations, and so the bits, are those of the program: only their order differs.
 
+use super::arena::{Expr, Node};
 use super::program::Program;
-use super::tape::{Expr, Node};
 use dynamics_core::Real;
 use std::collections::{BTreeSet, HashMap};
 

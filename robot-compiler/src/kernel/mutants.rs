@@ -3,10 +3,11 @@
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
 use super::algebra::fewest_operations;
+use super::arena::{Arena, Expr, Node, Rewrite};
 use super::functions::{forward_input_values, input_values, record};
 use super::regroup::unfelt;
-use super::rules::{Rewrite, Rule, RuleSet, TABLE};
-use super::tape::{Arena, Expr, Node};
+use super::rewrites::TABLE;
+use super::rules::{Rule, RuleSet};
 use super::{Function, Precision, Program, REGROUPING, Regrouping, holding};
 use crate::{SceneFile, with_dof};
 use dynamics_core::trig::Libm;
@@ -153,7 +154,7 @@ impl Case {
 
     /// Whether the kernel made with these rules differs from the recursion in any state.
     fn differs(&self, table: &'static [(Rule, Rewrite)]) -> bool {
-        let tape = Arena::new(RuleSet::ALL, Precision::Double).with_table(table);
+        let tape = Arena::with_table(RuleSet::ALL, table, Precision::Double);
         let program = with_dof!(self.file.robot.dof(), N => program::<N>(&self.file, self.function, tape));
         self.states.iter().any(|(inputs, wanted)| program.evaluate(inputs) != *wanted)
     }

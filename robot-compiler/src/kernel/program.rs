@@ -1,7 +1,7 @@
 //! What is left of a tape when only the outputs count: a list of statements.
 
+use super::arena::{Arena, Expr, Node};
 use super::schedule;
-use super::tape::{Arena, Expr, Node};
 use dynamics_core::scalar::Label;
 
 /// A straight-line program: statements in order, each made of numbers, inputs and earlier statements.
@@ -42,7 +42,7 @@ impl Program {
     pub fn new(mut arena: Arena, outputs: &[Expr]) -> Self {
         let outputs: Vec<Expr> = outputs.iter().map(|&output| turn_over(&mut arena, output)).collect();
         let needed = needed(&arena, &outputs);
-        let traced: Vec<Expr> = needed.iter().copied().filter(|&e| is_statement(arena.node(e))).collect();
+        let traced: Vec<Expr> = needed.iter().copied().filter(|&e| arena.node(e).is_statement()).collect();
         let order = schedule::few_alive(&arena, &traced, &outputs);
         let live_max = schedule::live_max(&arena, &order, &outputs);
         Self { arena, order, outputs, live_max }
@@ -170,11 +170,6 @@ impl Program {
 pub(super) fn operations(arena: &Arena, outputs: &[Expr]) -> usize {
     let counts = |e: &&Expr| matches!(arena.node(**e), Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..));
     needed(arena, outputs).iter().filter(counts).count()
-}
-
-/// Whether it is computed, and not a number or an input.
-pub(super) fn is_statement(node: Node) -> bool {
-    !matches!(node, Node::Constant(_) | Node::Input(_))
 }
 
 /// An output `-(a - b)` is `b - a`: the sign that floated out of the last difference goes back in.

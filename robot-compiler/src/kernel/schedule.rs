@@ -1,7 +1,6 @@
 //! The order of statements: few values alive at once, because every one beyond the registers costs a store and a load.
 
-use super::program::is_statement;
-use super::tape::{Arena, Expr};
+use super::arena::{Arena, Expr};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// The best of three orders: as traced, depth first from the outputs, and greedily by what frees most.
@@ -13,7 +12,7 @@ pub(super) fn few_alive(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec
 
 /// What a statement takes from earlier ones. Numbers and inputs do not count: they can be loaded when they are used.
 fn computed_operands(arena: &Arena, expr: Expr) -> impl Iterator<Item = Expr> {
-    arena.node(expr).operands().filter(|&e| is_statement(arena.node(e)))
+    arena.node(expr).operands().filter(|&e| arena.node(e).is_statement())
 }
 
 /// Single-precision registers of a Cortex-M4F, less two for the inputs and numbers of a statement.
@@ -67,7 +66,7 @@ pub(super) fn live_max(arena: &Arena, order: &[Expr], outputs: &[Expr]) -> usize
             last_use.insert(operand, place);
         }
     }
-    for &output in outputs.iter().filter(|&&e| is_statement(arena.node(e))) {
+    for &output in outputs.iter().filter(|&&e| arena.node(e).is_statement()) {
         last_use.insert(output, order.len());
     }
     let mut dying = vec![0_usize; order.len() + 1];
@@ -94,7 +93,7 @@ fn depth_first(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
     for &output in outputs {
         let mut stack = vec![(output, false)];
         while let Some((expr, ready)) = stack.pop() {
-            if done.contains(&expr) || !is_statement(arena.node(expr)) {
+            if done.contains(&expr) || !arena.node(expr).is_statement() {
                 continue;
             }
             if ready {
@@ -124,7 +123,7 @@ fn greedy(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
             users.entry(operand).or_default().push(expr);
         }
     }
-    for &output in outputs.iter().filter(|&&e| is_statement(arena.node(e))) {
+    for &output in outputs.iter().filter(|&&e| arena.node(e).is_statement()) {
         *uses.entry(output).or_default() += 1;
     }
     let mut ready: BTreeSet<Expr> = waits.iter().filter(|(_, n)| **n == 0).map(|(e, _)| *e).collect();

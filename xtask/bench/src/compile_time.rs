@@ -2,7 +2,7 @@
 //! the least of some runs.
 
 use bench::general;
-use robot_compiler::kernel::source::{Title, module};
+use robot_compiler::emit::kernel::{Title, module};
 use robot_compiler::kernel::{Function, Level, Precision};
 use std::error::Error;
 use std::hint::black_box;

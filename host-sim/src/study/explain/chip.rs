@@ -5,7 +5,7 @@ use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
 use crate::study::trade::base::Base;
 use crate::study::trade::{Cost, Costs};
-use robot_compiler::scene::terms::ModelTerm;
+use robot_compiler::scene::ModelTerm;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -2,8 +2,8 @@
 
 use crate::study::trade::Cost;
 use dynamics_core::JointKind;
+use robot_compiler::choose::TorqueError;
 use robot_compiler::kernel::Operations;
-use robot_compiler::scene::terms::TorqueError;
 use serde::Serialize;
 
 /// What a scene's model computes, and why.

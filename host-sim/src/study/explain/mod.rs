@@ -12,8 +12,9 @@ use crate::run::simulate;
 use dynamics_core::Term;
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
+use robot_compiler::choose::Along;
 use robot_compiler::kernel::Operations;
-use robot_compiler::scene::terms::{Along, ModelTerm};
+use robot_compiler::scene::ModelTerm;
 use std::sync::atomic::AtomicBool;
 
 /// The tolerance where neither scene nor command line gives one: a share of each joint's torque limit.

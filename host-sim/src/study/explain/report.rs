@@ -5,7 +5,7 @@ use crate::run::summary::engineering;
 use crate::study::trade::Cost;
 use crate::table::table;
 use comfy_table::Table;
-use robot_compiler::scene::loop_gain::LoopGain;
+use robot_compiler::choose::LoopGain;
 
 impl Explanation {
     /// The tables, as a person reads them.

@@ -4,8 +4,8 @@ mod tables;
 
 use dynamics_core::{Model, Scene};
 use robot_compiler::SceneFile;
+use robot_compiler::emit::kernel::{Title, module};
 use robot_compiler::kernel::functions::{Springs, live_inputs};
-use robot_compiler::kernel::source::{Title, module};
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::scene::ScalarChoice;
 use serde::Serialize;

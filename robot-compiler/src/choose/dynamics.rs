@@ -1,0 +1,99 @@
+//! The inverse dynamics that a scene asks for, on the desk.
+
+use crate::describe::scene::{KernelChoice, SceneFile};
+use crate::kernel::functions::{input_count, input_values, write_input_values};
+use crate::kernel::interpreter::Interpreter;
+use crate::kernel::{Function, Level, Precision, Program, compile};
+use core::cell::RefCell;
+use dynamics_core::control::CollisionWatch;
+use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Real, SinCos};
+
+/// The recursion, or a kernel run by an interpreter: the same operations, and so the same bits, as its source on the chip.
+#[derive(Clone, Debug)]
+pub enum ArmDynamics<S, const N: usize> {
+    /// The recursion. It stands for the exact kernel too, to which it is equal.
+    Recursion(Dynamics<S, N>),
+    /// A regrouped kernel.
+    Kernel(RefCell<Ready<S>>),
+    /// A regrouped kernel that is too large for the fast interpreter.
+    Program(Program),
+}
+
+/// An interpreter, and room for its inputs: nothing is allocated in a tick.
+#[derive(Clone, Debug)]
+pub struct Ready<S> {
+    interpreter: Interpreter<S>,
+    inputs: Vec<S>,
+}
+
+impl KernelChoice {
+    /// The compiler's level, if a kernel is made.
+    #[must_use]
+    pub const fn level(self) -> Option<Level> {
+        match self {
+            Self::Generic => None,
+            Self::Exact => Some(Level::Exact),
+            Self::Regrouped => Some(Level::Regrouped),
+        }
+    }
+}
+
+impl SceneFile {
+    /// What watches the arm for collisions, if the scene asks for it. The chip's kernel of the momentum is always an exact one, to
+    /// which the recursion is equal.
+    #[must_use]
+    pub fn watch<S: Real, const N: usize>(
+        &self,
+        model: &Model<f64, N>,
+    ) -> Option<CollisionWatch<S, N, Dynamics<S, N>>> {
+        let config = self.collision_config::<N>()?;
+        let dynamics = Dynamics::new(model.cast(), self.scene(model).cast());
+        Some(CollisionWatch::new(config.cast(), dynamics))
+    }
+
+    /// The inverse dynamics that the scene asks for.
+    #[must_use]
+    pub fn dynamics<S: Real, const N: usize>(&self, model: &Model<f64, N>) -> ArmDynamics<S, N> {
+        let scene = self.scene(model);
+        match self.control.kernel.level() {
+            Some(Level::Regrouped) => {
+                let function = Function::InverseDynamics;
+                let program = compile(function, model, &scene, Level::Regrouped, Precision::of::<S>());
+                match Interpreter::new(&program, input_count(N)) {
+                    Some(interpreter) => ArmDynamics::Kernel(RefCell::new(Ready {
+                        interpreter,
+                        inputs: Vec::with_capacity(input_count(N)),
+                    })),
+                    None => ArmDynamics::Program(program),
+                }
+            }
+            None | Some(Level::Exact) => ArmDynamics::Recursion(Dynamics::new(model.cast(), scene.cast())),
+        }
+    }
+}
+
+impl<S: Real, const N: usize> InverseDynamics<S, N> for ArmDynamics<S, N> {
+    fn inverse_dynamics(
+        &self,
+        turn: &[SinCos<S>; N],
+        q: &[S; N],
+        qd: &[S; N],
+        qdd: &[S; N],
+        live: &Live<S, N>,
+    ) -> [S; N] {
+        match self {
+            Self::Recursion(dynamics) => dynamics.inverse_dynamics(turn, q, qd, qdd, live),
+            Self::Kernel(ready) => {
+                let Ready { interpreter, inputs } = &mut *ready.borrow_mut();
+                write_input_values(inputs, turn, [q, qd, qdd, &[S::zero(); N]], live);
+                let mut found = [S::zero(); N];
+                interpreter.run(inputs, &mut found);
+                found
+            }
+            Self::Program(program) => {
+                let found = program.evaluate(&input_values(turn, q, qd, qdd, live));
+                core::array::from_fn(|i| found.get(i).copied().unwrap_or_else(S::zero))
+            }
+        }
+    }
+}

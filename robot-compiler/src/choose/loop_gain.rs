@@ -1,0 +1,100 @@
+//! How strong the feedback of a loop is with a lesser model, against the same loop with the full one.
+//!
+//! What feedback wants is an acceleration, `Kd e' + Kp e`; a matrix `B(q)` makes it a torque, and the arm's inertia `M(q)` makes
+//! an acceleration of that again. About the reference, with weight and velocity terms set aside,
+//!
+//! ```text
+//! M e'' + B (Kd e' + Kp e) = 0
+//! ```
+//!
+//! In computed torque `B` is the model's inertia matrix, `M` itself where the model is full; in the other laws it is the diagonal of
+//! fixed inertias. Without a term that has inertia `B` is less. With like gains on every joint, each eigenvalue `g` of
+//! `B_full^-1 B_less` is the loop gain of a mode: it has `g` times the stiffness, so a steady torque pushes it `1 / g` times as far,
+//! and `sqrt(g)` times the natural frequency and damping ratio. Both matrices are symmetric and nothing that is left out has
+//! negative inertia, so `g` lies between 0 and 1.
+
+use crate::describe::scene::{ModelSpec, SceneFile};
+use dynamics_core::control::Law;
+use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::{Dynamics, Live, Model, SinCos};
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// The least loop gain of a model with less than all of its terms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopGain {
+    /// Least eigenvalue of `B_full^-1 B_less`, 0 to 1.
+    pub least: f64,
+    /// The joint with the most kinetic energy in that mode, counted from 0; the first where the loop gain is 1.
+    pub joint: usize,
+}
+
+impl LoopGain {
+    /// That of the full model.
+    pub const FULL: Self = Self { least: 1.0, joint: 0 };
+
+    /// Least loop gain with which a term may go: a mode that was asked to be critically damped then has a damping ratio of 0.71,
+    /// overshoots by 4 %, and a steady torque pushes it twice as far.
+    pub const LEAST: f64 = 0.5;
+
+    /// Whether a model with this loop gain has too weak a feedback. A NaN is too weak.
+    #[must_use]
+    pub fn is_too_weak(&self) -> bool {
+        self.least.is_nan() || self.least < Self::LEAST
+    }
+
+    /// The weaker of two.
+    #[must_use]
+    pub(super) fn weaker(self, other: Self) -> Self {
+        if other.least < self.least { other } else { self }
+    }
+
+    /// At one posture, from what turns accelerations into torques with the full model and with less of it. Zero where the full
+    /// model's matrix is singular: nothing is known of such a loop.
+    pub(super) fn of<const N: usize>(full: &SMatrix<f64, N, N>, less: &SMatrix<f64, N, N>) -> Self {
+        let [full, less] = [full, less].map(|matrix| DMatrix::from_fn(N, N, |i, j| matrix[(i, j)]));
+        let scale: Vec<f64> = (0..N).map(|i| full[(i, i)]).collect();
+        let weak = Self { least: 0.0, joint: 0 };
+        let Some(factor) = full.cholesky() else { return weak };
+        // L^-1 B L^-T has the eigenvalues of the pair, and is symmetric.
+        let Some(half) = factor.l().solve_lower_triangular(&less) else { return weak };
+        let Some(whole) = factor.l().solve_lower_triangular(&half.transpose()) else { return weak };
+        let modes = whole.symmetric_eigen();
+        let (mode, least) = modes
+            .eigenvalues
+            .iter()
+            .copied()
+            .enumerate()
+            .fold((0, f64::INFINITY), |weakest, (i, g)| if g < weakest.1 { (i, g) } else { weakest });
+        let column = modes.eigenvectors.column(mode).into_owned();
+        let Some(motion) = factor.l().transpose().solve_upper_triangular(&column) else { return weak };
+        let energy = |i: usize| scale[i] * motion[i] * motion[i];
+        let joint = (0..N).max_by(|&a, &b| energy(a).total_cmp(&energy(b))).unwrap_or(0);
+        Self { least, joint }
+    }
+}
+
+/// What turns the wanted acceleration into torques.
+pub(super) enum Feedback<const N: usize> {
+    /// The model's inertia matrix.
+    Model(Box<Dynamics<f64, N>>),
+    /// Fixed inertias.
+    Fixed(SVector<f64, N>),
+}
+
+impl<const N: usize> Feedback<N> {
+    /// That of a scene's law with this model.
+    pub(super) fn new(file: &SceneFile, model: &Model<f64, N>, spec: &ModelSpec) -> Self {
+        match file.control.law {
+            Law::ComputedTorque => Self::Model(Box::new(Dynamics::new(*model, spec.scene(model)))),
+            _ => Self::Fixed(file.fixed_inertia(model, spec)),
+        }
+    }
+
+    /// `B`.
+    pub(super) fn matrix(&self, turn: &[SinCos<f64>; N], q: &[f64; N], live: &Live<f64, N>) -> SMatrix<f64, N, N> {
+        match self {
+            Self::Model(dynamics) => mass_matrix(dynamics, turn, q, live),
+            Self::Fixed(inertia) => SMatrix::from_diagonal(inertia),
+        }
+    }
+}

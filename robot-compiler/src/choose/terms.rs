@@ -1,0 +1,199 @@
+//! What dropping terms of a scene's model costs in torque, and the fewest that a tolerance allows.
+
+use super::loop_gain::{Feedback, LoopGain};
+use crate::describe::scene::{ModelSpec, ModelTerm, SceneFile};
+use crate::kernel::{Function, Level, Operations, Precision, compile};
+use dynamics_core::control::trajectory::MotionError;
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Reference, SinCos, Trig};
+
+/// What friction feedforward takes of one joint: `tau += b qd + x (1.5 c - 0.5 c x^2)` with `x = qd / v`, the constants folded;
+/// holding `x` inside `[-1, 1]` comes on top.
+pub const FRICTION_OPERATIONS: Operations = Operations { mul: 5, add: 2, sub: 1, div: 0, neg: 0 };
+
+/// Torque that a model leaves out along a reference motion. Each list holds a number per joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TorqueError {
+    /// Greatest magnitude, N m or N.
+    pub max: Vec<f64>,
+    /// Root mean square, N m or N.
+    pub rms: Vec<f64>,
+    /// Greatest magnitude over the joint's torque limit; `None` where it has none.
+    pub of_limit: Vec<Option<f64>>,
+}
+
+impl TorqueError {
+    /// Greatest of the shares of torque limits; zero where no joint has a limit.
+    #[must_use]
+    pub fn worst_of_limit(&self) -> f64 {
+        self.of_limit.iter().flatten().fold(0.0, |worst, share| f64::max(worst, *share))
+    }
+}
+
+/// The fewest terms that keep a tolerance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FewestTerms {
+    /// What goes, in the order of [`ModelTerm::ALL`].
+    pub given_up: Vec<ModelTerm>,
+    /// What that leaves out, all together.
+    pub error: TorqueError,
+    /// How strong the feedback still is.
+    pub loop_gain: LoopGain,
+}
+
+/// The scene's reference motion, to compare models along.
+///
+/// One instant per control period, at most [`Along::INSTANTS_MAX`] of them, evenly spaced from start to end.
+#[derive(Clone, Debug)]
+pub struct Along<'a, const N: usize> {
+    file: &'a SceneFile,
+    model: &'a Model<f64, N>,
+    live: Live<f64, N>,
+    instants: Vec<(Reference<f64, N>, [SinCos<f64>; N])>,
+    /// Torques of the full model at each.
+    full: Vec<[f64; N]>,
+}
+
+impl<'a, const N: usize> Along<'a, N> {
+    /// Most instants at which models are compared.
+    pub const INSTANTS_MAX: u32 = 4000;
+
+    /// Most instants at which loop gains are compared: inertia follows the posture, which changes slowly.
+    pub const POSTURES_MAX: usize = 400;
+
+    /// Along the scene's own motion.
+    ///
+    /// # Errors
+    /// A motion that cannot be.
+    pub fn new(file: &'a SceneFile, model: &'a Model<f64, N>) -> Result<Self, MotionError> {
+        let motion = file.trajectory(model)?;
+        let steps = (motion.duration() / file.period()).ceil().clamp(1.0, f64::from(Self::INSTANTS_MAX)) as u32;
+        let at = |step: u32| motion.sample(motion.duration() * f64::from(step) / f64::from(steps));
+        let instants = (0..=steps).map(at).map(|reference| (reference, Libm.sin_cos_all(&reference.q))).collect();
+        let mut along = Self { file, model, live: file.live(model), instants, full: Vec::new() };
+        along.full = along.torques(file.model.full()).collect();
+        Ok(along)
+    }
+
+    /// Torques of a model at every instant, N m or N.
+    fn torques(&self, spec: &ModelSpec) -> impl Iterator<Item = [f64; N]> + use<'_, N> {
+        let dynamics = Dynamics::new(*self.model, spec.scene(self.model));
+        let friction = spec.friction.then(|| core::array::from_fn::<_, N, _>(|i| self.file.friction(i)));
+        self.instants.iter().map(move |(Reference { q, qd, qdd }, turn)| {
+            let mut torque = dynamics.inverse_dynamics(turn, q, qd, qdd, &self.live);
+            for (i, friction) in friction.iter().flatten().enumerate() {
+                torque[i] += friction.torque(qd[i]);
+            }
+            torque
+        })
+    }
+
+    /// How strong the feedback is without these terms, where it is weakest along the motion: at one instant per control period,
+    /// at most [`Along::POSTURES_MAX`] of them.
+    #[must_use]
+    pub fn loop_gain_without(&self, terms: &[ModelTerm]) -> LoopGain {
+        if !terms.iter().any(|term| term.is_inertia()) {
+            return LoopGain::FULL;
+        }
+        let full = self.file.model.full();
+        let less = full.without(terms);
+        let [full, less] = [full, &less].map(|spec| Feedback::new(self.file, self.model, spec));
+        let stride = self.instants.len().div_ceil(Self::POSTURES_MAX).max(1);
+        let at = |(Reference { q, .. }, turn): &(Reference<f64, N>, [SinCos<f64>; N])| {
+            LoopGain::of(&full.matrix(turn, q, &self.live), &less.matrix(turn, q, &self.live))
+        };
+        self.instants.iter().step_by(stride).map(at).fold(LoopGain::FULL, LoopGain::weaker)
+    }
+
+    /// Torques that the full model has and the model without these terms has not.
+    fn missing(&self, terms: &[ModelTerm]) -> impl Iterator<Item = [f64; N]> + use<'_, N> {
+        let without = self.torques(&self.file.model.full().without(terms));
+        self.full.iter().zip(without).map(|(full, less)| core::array::from_fn(|i| full[i] - less[i]))
+    }
+
+    /// What the full model without these terms leaves out.
+    #[must_use]
+    pub fn error_without(&self, terms: &[ModelTerm]) -> TorqueError {
+        let (mut max, mut squares) = ([0.0; N], [0.0; N]);
+        for missing in self.missing(terms) {
+            for i in 0..N {
+                max[i] = f64::max(max[i], missing[i].abs());
+                squares[i] += missing[i] * missing[i];
+            }
+        }
+        let count = self.instants.len() as f64;
+        let limits = self.model.links().map(|link| link.limits.torque);
+        TorqueError {
+            max: max.to_vec(),
+            rms: squares.iter().map(|sum| libm::sqrt(sum / count)).collect(),
+            of_limit: max.iter().zip(limits).map(|(max, limit)| limit.is_finite().then(|| max / limit)).collect(),
+        }
+    }
+
+    /// Whether the full model without these terms stays within a share of every torque limit. A joint without a limit has no
+    /// say.
+    fn keeps(&self, tolerance: f64, terms: &[ModelTerm]) -> bool {
+        let limits = self.model.links().map(|link| link.limits.torque);
+        let allowed = |i: usize| if limits[i].is_finite() { tolerance * limits[i] } else { f64::INFINITY };
+        let allowed: [f64; N] = core::array::from_fn(allowed);
+        // A NaN is not kept.
+        self.missing(terms).all(|missing| (0..N).all(|i| missing[i].abs() <= allowed[i]))
+    }
+
+    /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit, and the loop gain at
+    /// [`LoopGain::LEAST`], everywhere on the motion.
+    ///
+    /// A set of terms may go if its error is within the tolerance, its loop gain suffices and every smaller set may go too: that two errors cancel on
+    /// this motion is no reason to make both. Of the sets to which nothing can be added the one goes that leaves the fewest
+    /// operations; of equals the one that takes more terms, then the one that keeps the earlier of [`ModelTerm::ALL`].
+    #[must_use]
+    pub fn fewest_terms(&self, tolerance: f64) -> FewestTerms {
+        let present = self.file.model.full().terms();
+        let terms = |set: usize| -> Vec<ModelTerm> {
+            present.iter().enumerate().filter(|(bit, _)| set & (1 << bit) != 0).map(|(_, term)| *term).collect()
+        };
+        let sets = 1_usize << present.len();
+        let bits = |set: usize| (0..present.len()).map(|bit| 1 << bit).filter(move |bit| set & bit != 0);
+        let mut may_go = vec![false; sets];
+        may_go[0] = true;
+        // A set comes after all of its parts.
+        for set in 1..sets {
+            may_go[set] = bits(set).all(|bit| may_go[set & !bit]) && {
+                let terms = terms(set);
+                // What else goes leaves the loop gain as it is, and the part that bears on it may go.
+                let felt = terms.iter().all(|term| term.is_inertia());
+                self.keeps(tolerance, &terms) && !(felt && self.loop_gain_without(&terms).is_too_weak())
+            };
+        }
+        let full = |set: usize| bits(!set & (sets - 1)).all(|bit| !may_go[set | bit]);
+        let largest: Vec<usize> = (0..sets).filter(|&set| may_go[set] && full(set)).collect();
+        let goes = match largest[..] {
+            [only] => only,
+            _ => {
+                let rank = |set: &usize| {
+                    let kept = present.len() - set.count_ones() as usize;
+                    (self.operations_without(&terms(*set)).total(), kept, sets - set)
+                };
+                largest.iter().copied().min_by_key(rank).unwrap_or(0)
+            }
+        };
+        let given_up = terms(goes);
+        FewestTerms { error: self.error_without(&given_up), loop_gain: self.loop_gain_without(&given_up), given_up }
+    }
+
+    /// Operations of a tick's inverse dynamics and friction feedforward, in the full model without these terms: of the
+    /// kernel at the scene's level (exact for the recursion), in single precision.
+    #[must_use]
+    pub fn operations_without(&self, terms: &[ModelTerm]) -> Operations {
+        let spec = self.file.model.full().without(terms);
+        let level = self.file.control.kernel.level().unwrap_or(Level::Exact);
+        let scene = spec.scene(self.model);
+        let mut count = compile(Function::InverseDynamics, self.model, &scene, level, Precision::Single).operations();
+        if spec.friction {
+            count.mul += N * FRICTION_OPERATIONS.mul;
+            count.add += N * FRICTION_OPERATIONS.add;
+            count.sub += N * FRICTION_OPERATIONS.sub;
+        }
+        count
+    }
+}

@@ -1,0 +1,74 @@
+//! What drives a joint, as a robot file says it: in the units of data sheets.
+
+/// Counts a turn of the magnetic encoder.
+pub(crate) const ENCODER_COUNTS: u16 = 1 << 14;
+
+/// What drives a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JointDrive {
+    /// An actuator on CAN that takes MIT-mode frames.
+    Mit(MitSpec),
+    /// An H-bridge and a magnetic encoder.
+    Pwm(PwmSpec),
+}
+
+impl JointDrive {
+    /// As a robot file calls it.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Mit(_) => "mit",
+            Self::Pwm(_) => "pwm",
+        }
+    }
+}
+
+/// An actuator on CAN that takes MIT-mode frames. Ranges are `(lowest, highest)`, at its shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MitSpec {
+    /// The bus, 1 or 2.
+    pub bus: u8,
+    /// Identifier of its commands.
+    pub id: u8,
+    /// Identifier of its replies.
+    pub reply_id: u16,
+    /// Bytes of a reply, 6 to 8.
+    pub reply_bytes: u8,
+    /// Shaft radians per joint radian or metre, negative where they turn against each other.
+    pub ratio: f64,
+    /// Position of the shaft at `q = 0`, rad.
+    pub zero: f64,
+    /// Position, rad.
+    pub position: (f64, f64),
+    /// Velocity, rad/s.
+    pub velocity: (f64, f64),
+    /// Stiffness, N m/rad.
+    pub kp: (f64, f64),
+    /// Damping, N m s/rad.
+    pub kd: (f64, f64),
+    /// Torque, N m.
+    pub torque: (f64, f64),
+    /// Damping of a damped stop, N m s/rad.
+    pub damping: f64,
+}
+
+/// An H-bridge, its motor, and a magnetic encoder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PwmSpec {
+    /// The board's channel, counted from 1.
+    pub channel: u8,
+    /// Motor radians per joint radian or metre, negative where they turn against each other.
+    pub ratio: f64,
+    /// What the encoder shows at `q = 0`, counts.
+    pub encoder_zero: u16,
+    /// The encoder counts down as the joint moves up.
+    pub encoder_reversed: bool,
+    /// Torque constant, N m/A; also the back-EMF constant, V s/rad.
+    pub torque_constant: f64,
+    /// Resistance, ohm.
+    pub resistance: f64,
+    /// Supply voltage, V.
+    pub supply: f64,
+    /// Greatest current, A.
+    pub current_max: f64,
+}

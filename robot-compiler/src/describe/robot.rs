@@ -1,0 +1,204 @@
+//! What an arm is, as a robot file says it.
+
+use crate::describe::diagnostics::FileError;
+use crate::describe::drive::JointDrive;
+use crate::with_dof;
+use dynamics_core::model::{Impossible, Place};
+use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Model, ModelError, Rotor, Tool};
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+/// Fewest and most joints of an arm.
+pub(crate) const DOF: std::ops::RangeInclusive<usize> = 1..=6;
+
+/// An arm: a serial chain of one to six joints.
+///
+/// Whatever [`Robot::load`] returns has been checked: [`Robot::model`] with the right `N` then succeeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    /// Short name.
+    pub name: String,
+    /// Where the numbers come from.
+    pub source: String,
+    /// Why bodies that no mass distribution could have are accepted; `None` refuses them.
+    pub allow_unphysical: Option<String>,
+    /// The joints and their links, base first.
+    pub joints: Vec<RobotJoint>,
+    /// What is mounted on the last link.
+    pub tool: Tool,
+    /// The file it came from.
+    pub path: PathBuf,
+}
+
+/// One joint, its link, its motor and its sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotJoint {
+    /// Name, unique in the arm.
+    pub name: String,
+    /// Kinematics, mass properties, rotor and limits.
+    pub spec: JointSpec,
+    /// Friction at the joint, where it is known.
+    pub friction: Option<JointFriction>,
+    /// The encoder, where there is one.
+    pub encoder: Option<JointEncoder>,
+    /// What drives it, where the file says so: every joint of an arm has one, or none has.
+    pub drive: Option<JointDrive>,
+}
+
+impl RobotJoint {
+    /// Joint position per count of the encoder, rad or m, where there is one.
+    pub(crate) fn per_count(&self) -> Option<f64> {
+        let counts = self.encoder?.counts_per_turn;
+        Some(match self.spec.kind {
+            JointKind::Revolute => TAU / counts,
+            JointKind::Prismatic => 1.0 / counts,
+        })
+    }
+}
+
+/// Friction of a joint, on the joint's side of the gear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointFriction {
+    /// Viscous coefficient, N m s/rad or N s/m.
+    pub viscous: f64,
+    /// Coulomb torque or force, N m or N, the same in both directions.
+    pub coulomb: f64,
+}
+
+/// Encoder of a joint, on the joint's side of the gear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointEncoder {
+    /// Counts per turn of a revolute joint, per metre of a prismatic one.
+    pub counts_per_turn: f64,
+}
+
+/// Why a description makes no arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum BuildError {
+    /// The core refused it.
+    Impossible(ModelError),
+    /// A link's number is beyond what single precision, and so the chip, can hold; the joint counted from 0.
+    TooLarge(usize),
+}
+
+impl Robot {
+    /// Number of joints.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The checked model.
+    ///
+    /// # Errors
+    /// `N` is not the robot's number of joints, or a field was changed after loading to something impossible.
+    pub fn model<const N: usize>(&self) -> Result<Model<f64, N>, FileError> {
+        let specs: Vec<JointSpec> = self.joints.iter().map(|joint| joint.spec).collect();
+        let specs: [JointSpec; N] = specs.try_into().map_err(|specs: Vec<_>| {
+            let problem = format!("the robot has {} joints", specs.len());
+            FileError::whole_file(&self.path, "joint", problem, format!("{N} joints"))
+        })?;
+        build(&specs, &self.tool, self.allow_unphysical.is_some()).map_err(|error| {
+            let (place, problem, expected) = error.describe(self);
+            FileError::whole_file(&self.path, place, problem, expected)
+        })
+    }
+
+    /// What is impossible about the arm, if anything is.
+    pub(crate) fn check(&self) -> Result<(), BuildError> {
+        let specs: Vec<JointSpec> = self.joints.iter().map(|joint| joint.spec).collect();
+        with_dof!(specs.len(), N => {
+            // A count outside 1..=6 has been refused before, with its place in the file.
+            let Ok(specs) = <[JointSpec; N]>::try_from(specs) else { return Ok(()) };
+            build(&specs, &self.tool, self.allow_unphysical.is_some()).map(|_| ())
+        })
+    }
+
+    /// How errors call a joint: by number, counted from 1, and name.
+    pub(crate) fn joint_label(index: usize, name: &str) -> String {
+        format!("joint {} ({name})", index + 1)
+    }
+}
+
+impl BuildError {
+    /// The part at fault, what was found and what was expected.
+    pub(crate) fn describe(&self, robot: &Robot) -> (String, String, &'static str) {
+        let label = |index: usize| {
+            let name = robot.joints.get(index).map_or("?", |joint| joint.name.as_str());
+            Robot::joint_label(index, name)
+        };
+        match self {
+            Self::Impossible(ModelError { place: Place::Joint(index), what }) => {
+                (label(*index), what.to_string(), expectation(what))
+            }
+            Self::Impossible(ModelError { place: Place::Tool, what }) => {
+                ("tool".to_owned(), what.to_string(), expectation(what))
+            }
+            Self::TooLarge(index) => {
+                (label(*index), "a mass, length or inertia of the link is too large".to_owned(), SINGLE)
+            }
+        }
+    }
+}
+
+const SINGLE: &str = "numbers in SI units that fit single precision, below 3e38";
+
+fn build<const N: usize>(specs: &[JointSpec; N], tool: &Tool, unphysical: bool) -> Result<Model<f64, N>, BuildError> {
+    let model = if unphysical { Model::new_unphysical(specs, tool) } else { Model::new(specs, tool) };
+    let model = model.map_err(BuildError::Impossible)?;
+    let single = model.cast::<f32>();
+    for (index, link) in single.links().iter().enumerate() {
+        let body = &link.inertia;
+        let numbers = [link.rotor, body.mass];
+        let all = numbers
+            .iter()
+            .chain(&link.rotation)
+            .chain(&link.translation)
+            .chain(&body.first_moment)
+            .chain(&body.about_origin);
+        if !all.into_iter().all(|x| x.is_finite()) {
+            return Err(BuildError::TooLarge(index));
+        }
+    }
+    let tip = single.tip();
+    if tip.rotation.iter().chain(&tip.translation).all(|x| x.is_finite()) {
+        Ok(model)
+    } else {
+        Err(BuildError::TooLarge(N - 1))
+    }
+}
+
+/// Whether some mass distribution could have this body; else what was found and what was expected.
+pub(crate) fn physical_body(body: &Body) -> Result<(), (String, &'static str)> {
+    let joint = JointSpec {
+        kind: JointKind::Revolute,
+        frame: Frame::ClassicalDh(Dh::default()),
+        body: Body::massless(),
+        rotor: Rotor::default(),
+        limits: Limits::none(),
+    };
+    let tool = Tool { body: *body, ..Tool::default() };
+    build(&[joint], &tool, false).map(|_| ()).map_err(|error| match error {
+        BuildError::Impossible(ModelError { what, .. }) => (what.to_string(), expectation(&what)),
+        BuildError::TooLarge(_) => ("a mass, length or inertia is too large".to_owned(), SINGLE),
+    })
+}
+
+/// What would have been possible.
+pub(crate) fn expectation(what: &Impossible) -> &'static str {
+    match what {
+        Impossible::NotFinite(_) => "a finite number",
+        Impossible::NegativeMass(_) => "a mass of zero or more, kg",
+        Impossible::InertiaWithoutMass(_) => "a mass above zero where an inertia tensor is given",
+        Impossible::AsymmetricInertia(_) => "a symmetric inertia tensor",
+        Impossible::NegativePrincipalMoment(_) => {
+            "an inertia tensor about the centre of mass with no negative principal moment"
+        }
+        Impossible::TriangleInequality(_) => "principal moments of which any two add up to at least the third",
+        Impossible::NonUnitAxis(_) => "an axis of length 1",
+        Impossible::NotARotation(_) => "an orthonormal, right-handed rotation",
+        Impossible::PositionLimitsReversed(..) => "[lowest, highest] with lowest < highest",
+        Impossible::LimitNotPositive(..) => "a limit above zero",
+        Impossible::NegativeRotorInertia(_) => "a rotor inertia of zero or more, kg m^2",
+    }
+}

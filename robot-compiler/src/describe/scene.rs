@@ -1,0 +1,206 @@
+//! What acts on an arm, how it is controlled and what is simulated, as a scene file says it.
+
+use crate::describe::robot::{Robot, RobotJoint};
+use dynamics_core::control::{
+    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, MomentumFilter, TrackingObserver,
+};
+use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::safety::{JointRules, Rules};
+use dynamics_core::trig::Libm;
+use dynamics_core::{ControllerConfig, Dynamics, Inertia, Live, Model, Real, Scene, Trig, Wrench};
+use lists::joints;
+use model::inertia;
+use nalgebra::SVector;
+use std::path::PathBuf;
+
+mod control;
+mod default;
+mod drives;
+mod lists;
+mod model;
+mod motion;
+mod names;
+mod plant;
+mod safety;
+mod trajectory;
+
+pub use control::{CollisionSpec, ControlSpec, KernelChoice, KernelMemory, ScalarChoice};
+pub(crate) use drives::UNREAD_MAX;
+pub use model::{AutoTerms, ModelSpec, ModelTerm};
+pub use motion::{MotionSpec, ViaPoint};
+pub(crate) use names::{BETWEENS, LAWS, METHODS, SCALARS};
+pub use plant::{
+    ActuatorSpec, BreakawaySpec, ElasticitySpec, FrictionSpec, IntegratorChoice, MeasuredSide, PlantSpec, PushSpec,
+    RippleSpec, SensorSpec,
+};
+pub use safety::SafetySpec;
+
+/// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.
+///
+/// Plain data, free to change after loading (a command line may replace the law or the scalar). Whatever
+/// [`SceneFile::load`] returns has been checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFile {
+    /// Short name.
+    pub name: String,
+    /// The arm.
+    pub robot: Robot,
+    /// The file it came from; empty for [`SceneFile::default_for`].
+    pub path: PathBuf,
+    /// How long to run, s; `None`: as long as the motion.
+    pub duration: Option<f64>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// What the controller's inverse dynamics computes.
+    pub model: ModelSpec,
+    /// How it is controlled.
+    pub control: ControlSpec,
+    /// When torque acts, and what happens instead.
+    pub safety: SafetySpec,
+    /// What counts as a collision; `None`: nothing is looked for.
+    pub collision: Option<CollisionSpec>,
+    /// What it should do.
+    pub motion: MotionSpec,
+    /// What is simulated.
+    pub plant: PlantSpec,
+    /// What the sensors do.
+    pub sensors: SensorSpec,
+    /// What the actuators do.
+    pub actuators: ActuatorSpec,
+}
+
+impl SceneFile {
+    /// Control period, s.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        1.0 / self.control.rate
+    }
+
+    /// What acts on the arm, as the controller sees it.
+    #[must_use]
+    pub fn scene<const N: usize>(&self, model: &Model<f64, N>) -> Scene<f64, N> {
+        self.model.scene(model)
+    }
+
+    /// Values for what the scene calls live, taken from the simulated world; the payload in the last link's frame.
+    #[must_use]
+    pub fn live<const N: usize>(&self, model: &Model<f64, N>) -> Live<f64, N> {
+        let tip = model.tip();
+        let payload = self.plant.payload.map_or(Inertia::zero(), |body| inertia(&body));
+        Live {
+            gravity: self.plant.gravity,
+            // Symmetric to the bit: kernels and the link carry six entries of the tensor, the recursion reads nine.
+            payload: payload.in_parent(&tip.rotation, &tip.translation).symmetric(),
+            tip_wrench: self.plant.tip_wrench.unwrap_or_else(Wrench::zero),
+            rotor: model.links().map(|link| link.rotor),
+        }
+    }
+
+    /// The controller's configuration.
+    ///
+    /// The fixed inertia of [`Gains`] is the diagonal of the mass matrix where the motion starts.
+    #[must_use]
+    pub fn controller_config<const N: usize>(&self, model: &Model<f64, N>) -> ControllerConfig<f64, N> {
+        let period = self.period();
+        let inertia = self.fixed_inertia(model, &self.model);
+        let frequency: [f64; N] = joints(&self.control.natural_frequency);
+        let damping: [f64; N] = joints(&self.control.damping);
+        let limits = model.links().map(|link| link.limits);
+        ControllerConfig {
+            law: self.control.law,
+            gains: std::array::from_fn(|i| Gains::new(frequency[i], damping[i], inertia[i])),
+            friction: self.model.friction.then(|| std::array::from_fn(|i| self.friction(i))),
+            limits,
+            torque_step: limits.map(|limits| limits.torque_rate * period),
+            guard: limits.map(|limits| Guard {
+                position_margin: self.control.position_margin,
+                velocity_max: self.control.velocity_factor * limits.velocity,
+            }),
+            age_max: self.control.age_max,
+            encoder: std::array::from_fn(|i| self.encoder(i)),
+            observer: TrackingObserver::new(self.control.observer_bandwidth, period),
+        }
+    }
+
+    /// When something has been hit, and what is done then; `None` where the scene does not look for it.
+    #[must_use]
+    pub fn collision_config<const N: usize>(&self) -> Option<CollisionConfig<f64, N>> {
+        let spec = self.collision.as_ref()?;
+        let threshold: [f64; N] = joints(&spec.threshold);
+        Some(CollisionConfig {
+            filter: MomentumFilter::new(spec.bandwidth, self.period()),
+            threshold,
+            released: threshold.map(|threshold| 0.5 * threshold),
+            ticks: spec.ticks,
+            release_ticks: (spec.release * self.control.rate).ceil() as u32,
+            reaction: spec.reaction,
+        })
+    }
+
+    /// These inverse dynamics, evaluated in the ticks in which the scene asks for it, with the fixed inertia of `config` between.
+    #[must_use]
+    pub fn every_nth<D, S: Real, const N: usize>(
+        &self,
+        inner: D,
+        config: &ControllerConfig<S, N>,
+    ) -> EveryNth<D, S, N> {
+        EveryNth::new(inner, self.control.model_every, self.control.model_between, &config.gains)
+    }
+
+    /// Diagonal of the inertia matrix that a model of this scene has where the motion starts, kg m^2 or kg.
+    pub(crate) fn fixed_inertia<const N: usize>(&self, model: &Model<f64, N>, spec: &ModelSpec) -> SVector<f64, N> {
+        let start: [f64; N] = joints(self.motion.start());
+        let dynamics = Dynamics::new(*model, spec.scene(model));
+        mass_matrix(&dynamics, &Libm.sin_cos_all(&start), &start, &self.live(model)).diagonal()
+    }
+
+    /// The numbers of the safety state machine; times in whole ticks, rounded up.
+    #[must_use]
+    pub fn safety_rules<const N: usize>(&self, model: &Model<f64, N>) -> Rules<f64, N> {
+        let (safety, period) = (&self.safety, self.period());
+        // A number too large for the type is its largest.
+        let ticks = |time: f64| (time * self.control.rate - 1e-6).ceil() as u32;
+        let list = |list: &[f64]| joints::<N>(list);
+        let (rest_speed, resolution) = (list(&safety.rest_speed), list(&safety.resolution));
+        let (reach, reach_speed) = (list(&safety.reach), list(&safety.reach_speed));
+        let (deceleration, damping) = (list(&safety.deceleration), list(&safety.damping));
+        Rules {
+            safe_action: safety.safe_action,
+            heartbeat_max: ticks(safety.heartbeat),
+            hold_max: ticks(safety.hold),
+            supply: safety.supply,
+            temperature: safety.temperature,
+            period,
+            rate: self.control.rate,
+            latency: safety.latency,
+            payload: safety.payload,
+            joints: std::array::from_fn(|i| JointRules {
+                rest_speed: rest_speed[i],
+                jump_step: safety.jump_factor * model.links()[i].limits.velocity * period,
+                resolution: resolution[i],
+                deceleration: deceleration[i],
+                reach: reach[i],
+                reach_speed: reach_speed[i],
+                damping: damping[i],
+            }),
+        }
+    }
+
+    /// How many steps of the plant make one control period.
+    #[must_use]
+    pub fn steps_per_tick(&self) -> u32 {
+        let ratio = (self.period() / self.plant.step).round();
+        if ratio.is_finite() && ratio >= 1.0 { ratio.min(f64::from(u32::MAX)) as u32 } else { 1 }
+    }
+
+    pub(crate) fn friction(&self, index: usize) -> Friction<f64> {
+        let friction = self.robot.joints.get(index).and_then(|joint| joint.friction);
+        let (viscous, coulomb) = friction.map_or((0.0, 0.0), |friction| (friction.viscous, friction.coulomb));
+        Friction { viscous, coulomb, per_smoothing_speed: 1.0 / self.model.friction_smoothing }
+    }
+
+    fn encoder(&self, index: usize) -> Encoder<f64> {
+        let per_count = self.robot.joints.get(index).and_then(RobotJoint::per_count);
+        Encoder { zero: 0, per_count: per_count.unwrap_or(0.0) }
+    }
+}

@@ -1,0 +1,110 @@
+//! How an arm is controlled: the tables `[control]` and `[collision]`.
+
+use crate::describe::robot::Robot;
+use dynamics_core::control::{Between, Law, Reaction};
+use dynamics_core::trig::Method;
+
+/// How the arm is controlled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlSpec {
+    /// Control rate, Hz.
+    pub rate: f64,
+    /// The law.
+    pub law: Law,
+    /// The model is evaluated in every tick of this number's multiples; 1: in every tick.
+    pub model_every: u32,
+    /// What its torque does in the ticks between.
+    pub model_between: Between,
+    /// Natural frequency of the error, per joint, rad/s.
+    pub natural_frequency: Vec<f64>,
+    /// Damping ratio of the error, per joint.
+    pub damping: Vec<f64>,
+    /// Which sine and cosine.
+    pub trig: Method,
+    /// Which floating-point type.
+    pub scalar: ScalarChoice,
+    /// Which inverse dynamics the chip runs.
+    pub kernel: KernelChoice,
+    /// What the chip runs the arm's kernel from.
+    pub kernel_memory: KernelMemory,
+    /// Bandwidth of the velocity observer, rad/s.
+    pub observer_bandwidth: f64,
+    /// Gains and friction are kept in RAM on the chip, where a host can change them while it runs.
+    pub tunable: bool,
+    /// Oldest measurement that is believed, ticks.
+    pub age_max: u32,
+    /// How far beyond a position limit is a fault, rad or m.
+    pub position_margin: f64,
+    /// How many times the velocity limit is a fault.
+    pub velocity_factor: f64,
+}
+
+/// What counts as a collision, and what is done about one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CollisionSpec {
+    /// Bandwidth of the estimated external torque, rad/s.
+    pub bandwidth: f64,
+    /// External torque of a collision, per joint, N m or N.
+    pub threshold: Vec<f64>,
+    /// Ticks in a row above the threshold.
+    pub ticks: u32,
+    /// How long every joint must feel less than half its threshold until nothing pushes any more, s.
+    pub release: f64,
+    /// What is done.
+    pub reaction: Reaction,
+}
+
+/// Which inverse dynamics the chip runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KernelChoice {
+    /// The recursion itself, with the model at run time: a payload can be set between ticks.
+    Generic,
+    /// The arm's own kernel, equal to the recursion.
+    #[default]
+    Exact,
+    /// The arm's own kernel with cheaper frames, base parameters and what is common taken out: the fewest operations, other
+    /// rounding.
+    Regrouped,
+}
+
+/// What the chip runs the arm's kernel from. No bit of a result depends on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KernelMemory {
+    /// Flash, as part of the tick: at 168 MHz with 5 wait states for each line of 16 bytes that its cache does not hold.
+    #[default]
+    Flash,
+    /// Static RAM, without wait states, as a function of its own that the start-up code copies there.
+    Sram,
+}
+
+/// Which floating-point type the controller uses on the desk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScalarChoice {
+    /// Single precision, as on the chip.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+impl ControlSpec {
+    /// Computed torque at 1 kHz, in single precision as on the chip.
+    pub(crate) fn default_for(robot: &Robot) -> Self {
+        Self {
+            rate: 1000.0,
+            law: Law::ComputedTorque,
+            model_every: 1,
+            model_between: Between::Hold,
+            natural_frequency: vec![30.0; robot.dof()],
+            damping: vec![1.0; robot.dof()],
+            trig: Method::Polynomial,
+            scalar: ScalarChoice::F32,
+            kernel: KernelChoice::Exact,
+            kernel_memory: KernelMemory::Flash,
+            observer_bandwidth: 500.0,
+            tunable: false,
+            age_max: 2,
+            position_margin: 0.05,
+            velocity_factor: 1.5,
+        }
+    }
+}

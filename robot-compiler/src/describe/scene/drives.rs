@@ -1,0 +1,108 @@
+//! What the chip is given of what drives the joints.
+//!
+//! A file speaks the units of data sheets; [`SceneFile::drives`] converts once, in double precision, and rounds each number
+//! once to single precision.
+
+use super::SceneFile;
+use crate::describe::drive::{ENCODER_COUNTS, JointDrive, MitSpec, PwmSpec};
+use crate::describe::robot::RobotJoint;
+use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
+use std::f64::consts::TAU;
+
+/// The most ticks over which an encoder may go unread: it must not have moved half a turn by then.
+pub(crate) const UNREAD_MAX: u16 = 4;
+
+impl SceneFile {
+    /// How the arm's joints are reached, in the chip's numbers; [`Drives::Link`] where the robot file does not say.
+    #[must_use]
+    pub fn drives<const N: usize>(&self) -> Drives<N> {
+        let joints = &self.robot.joints;
+        // Loading has seen to it that all joints have a drive of one kind, or none has.
+        if let Some(drives) = all(joints, |joint| match joint.drive? {
+            JointDrive::Mit(spec) => Some(mit(&spec)),
+            JointDrive::Pwm(_) => None,
+        }) {
+            return Drives::Mit(drives);
+        }
+        let pwm = all(joints, |joint| match joint.drive? {
+            JointDrive::Pwm(spec) => Some(self.pwm(joint, &spec)),
+            JointDrive::Mit(_) => None,
+        });
+        pwm.map_or(Drives::Link, Drives::Pwm)
+    }
+
+    fn pwm(&self, joint: &RobotJoint, spec: &PwmSpec) -> PwmDrive {
+        let per_turn = joint.encoder.map_or(f64::from(ENCODER_COUNTS), |encoder| encoder.counts_per_turn);
+        let PwmSpec {
+            channel,
+            ratio,
+            encoder_zero,
+            encoder_reversed,
+            torque_constant,
+            resistance,
+            supply,
+            current_max,
+        } = *spec;
+        PwmDrive {
+            channel: channel.saturating_sub(1),
+            gearing: gearing(ratio, 0.0),
+            encoder_zero,
+            encoder_reversed,
+            jump_max: self.jump_max(joint, per_turn),
+            speed_per_count: (ratio * TAU / per_turn * self.control.rate) as f32,
+            torque_constant: torque_constant as f32,
+            per_torque_constant: (1.0 / torque_constant) as f32,
+            resistance: resistance as f32,
+            per_resistance: (1.0 / resistance) as f32,
+            supply: supply as f32,
+            per_supply: (1.0 / supply) as f32,
+            current_max: current_max as f32,
+        }
+    }
+
+    /// Counts that the encoder moves in a tick at the speed that the guard calls a fault, and one for its noise.
+    fn jump_max(&self, joint: &RobotJoint, per_turn: f64) -> u16 {
+        let speed = self.control.velocity_factor * joint.spec.limits.velocity;
+        // The cast saturates.
+        ((speed * per_turn / TAU / self.control.rate).ceil() + 1.0) as u16
+    }
+
+    /// The first joint, counted from 0, whose encoder may move half a turn while it is not read for a few ticks: its turns
+    /// cannot be counted at this rate. With it, the counts that it moves in a tick.
+    #[must_use]
+    pub fn too_fast_for_its_encoder(&self) -> Option<(usize, u16)> {
+        self.robot.joints.iter().enumerate().find_map(|(index, joint)| {
+            let Some(JointDrive::Pwm(_)) = joint.drive else { return None };
+            let jump = self.jump_max(joint, joint.encoder?.counts_per_turn);
+            (jump >= ENCODER_COUNTS / 2 / UNREAD_MAX).then_some((index, jump))
+        })
+    }
+}
+
+fn all<T, const N: usize>(joints: &[RobotJoint], one: impl Fn(&RobotJoint) -> Option<T>) -> Option<[T; N]> {
+    joints.iter().map(one).collect::<Option<Vec<T>>>()?.try_into().ok()
+}
+
+fn gearing(ratio: f64, zero: f64) -> Gearing {
+    Gearing { ratio: ratio as f32, per_ratio: (1.0 / ratio) as f32, zero: zero as f32 }
+}
+
+fn mit(spec: &MitSpec) -> MitDrive {
+    let range = |(min, max): (f64, f64)| Range { min: min as f32, max: max as f32 };
+    let MitSpec { bus, id, reply_id, reply_bytes, ratio, zero, position, velocity, kp, kd, torque, damping } = *spec;
+    MitDrive {
+        bus: bus.saturating_sub(1),
+        id,
+        reply_id,
+        reply_bytes,
+        ranges: MitRanges {
+            position: range(position),
+            velocity: range(velocity),
+            kp: range(kp),
+            kd: range(kd),
+            torque: range(torque),
+        },
+        gearing: gearing(ratio, zero),
+        damping: damping as f32,
+    }
+}

@@ -1,0 +1,81 @@
+//! The reference motion: the table `[motion]`.
+
+/// The reference motion.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MotionSpec {
+    /// Stand still.
+    Hold {
+        /// Where, rad or m.
+        q: Vec<f64>,
+        /// How long, s.
+        duration: f64,
+    },
+    /// Quintic polynomials through points. Either every segment has a duration or none has: then the motion is as fast
+    /// as velocity, acceleration and torque limits allow.
+    Quintic {
+        /// The points, start first.
+        points: Vec<ViaPoint>,
+        /// Acceleration bounds per joint, rad/s^2 or m/s^2.
+        acceleration: Option<Vec<f64>>,
+        /// Start again at the end.
+        repeat: bool,
+    },
+    /// Trapezoidal speed along a straight line.
+    Trapezoid {
+        /// Start, rad or m.
+        start: Vec<f64>,
+        /// Goal, rad or m.
+        goal: Vec<f64>,
+        /// Acceleration bounds per joint, rad/s^2 or m/s^2; given when the duration is not.
+        acceleration: Option<Vec<f64>>,
+        /// Duration, s; given when the acceleration is not.
+        duration: Option<f64>,
+        /// Share of the duration spent on speeding up, and as much again on slowing down.
+        ramp_share: f64,
+    },
+    /// A sine of changing frequency.
+    Sine {
+        /// Centre, rad or m.
+        centre: Vec<f64>,
+        /// Amplitude, rad or m.
+        amplitude: Vec<f64>,
+        /// Frequency at the start, Hz.
+        frequency_start: f64,
+        /// Frequency at the end, Hz.
+        frequency_end: f64,
+        /// Duration, s.
+        duration: f64,
+        /// Time in which the amplitude grows at the start and vanishes at the end, s.
+        ramp: f64,
+    },
+}
+
+/// A point of a quintic motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViaPoint {
+    /// Joint position, rad or m.
+    pub q: Vec<f64>,
+    /// Duration of the segment that ends here, s.
+    pub duration: Option<f64>,
+    /// How long to stand still here, s.
+    pub dwell: f64,
+}
+
+impl MotionSpec {
+    /// Where the motion starts, rad or m.
+    #[must_use]
+    pub fn start(&self) -> &[f64] {
+        match self {
+            Self::Hold { q, .. } => q,
+            Self::Quintic { points, .. } => points.first().map_or(&[], |point| &point.q),
+            Self::Trapezoid { start, .. } => start,
+            Self::Sine { centre, .. } => centre,
+        }
+    }
+
+    /// Whether it starts again at its end.
+    #[must_use]
+    pub fn repeats(&self) -> bool {
+        matches!(self, Self::Quintic { repeat: true, .. })
+    }
+}

@@ -1,0 +1,80 @@
+//! When torque acts, and what happens instead: the table `[safety]`.
+
+use super::control::ControlSpec;
+use crate::describe::robot::{Robot, RobotJoint};
+use dynamics_core::safety::SafeAction;
+use dynamics_core::{InertiaBounds, JointKind};
+
+/// When torque acts, and what happens instead. Lists hold a number per joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SafetySpec {
+    /// What the drives do when no torque is commanded.
+    pub safe_action: SafeAction,
+    /// Longest silence of the host, s.
+    pub heartbeat: f64,
+    /// How long the arm holds without the host before the safe action, s.
+    pub hold: f64,
+    /// From a measurement to the torque that it leads to, s.
+    pub latency: f64,
+    /// What a payload that is told at run time is held to.
+    pub payload: InertiaBounds<f64>,
+    /// Lowest and highest supply voltage, V.
+    pub supply: (f64, f64),
+    /// Lowest and highest temperature, degrees Celsius.
+    pub temperature: (f64, f64),
+    /// How many times its velocity limit a joint can move at.
+    pub jump_factor: f64,
+    /// Deceleration that each joint is sure to have, rad/s^2 or m/s^2.
+    pub deceleration: Vec<f64>,
+    /// What a position may be wrong by, rad or m.
+    pub resolution: Vec<f64>,
+    /// Speed up to which a joint is at rest, rad/s or m/s.
+    pub rest_speed: Vec<f64>,
+    /// How far the reference may be from the joint, rad or m.
+    pub reach: Vec<f64>,
+    /// How far the speed of the first reference may be from the joint's, rad/s or m/s.
+    pub reach_speed: Vec<f64>,
+    /// Velocity gain of a damped stop, N m s/rad or N s/m.
+    pub damping: Vec<f64>,
+}
+
+impl SafetySpec {
+    /// From the joints' limits.
+    ///
+    /// | what | default |
+    /// |---|---|
+    /// | deceleration | the velocity limit in a quarter of a second; 5 where there is none |
+    /// | payload | as heavy as the arm's links together, within 1 m of the last link's origin |
+    /// | resolution | two counts of the encoder; 1e-3 where there is none |
+    /// | reach | 0.2 rad, 0.05 m |
+    /// | speed of the first reference | a tenth of the velocity limit; 0.1 where there is none |
+    /// | damping | the whole torque at the velocity limit; none where either has no limit |
+    pub(crate) fn default_for(robot: &Robot, control: &ControlSpec) -> Self {
+        const STOP_TIME: f64 = 0.25;
+        let or = |x: f64, otherwise: f64| if x.is_finite() { x } else { otherwise };
+        let velocity = |joint: &RobotJoint| joint.spec.limits.velocity;
+        let list = |one: &dyn Fn(&RobotJoint) -> f64| robot.joints.iter().map(one).collect::<Vec<f64>>();
+        Self {
+            safe_action: SafeAction::Brake,
+            heartbeat: 0.1,
+            hold: 0.5,
+            latency: 2.0 / control.rate,
+            payload: InertiaBounds { mass: robot.joints.iter().map(|joint| joint.spec.body.mass).sum(), radius: 1.0 },
+            supply: (f64::NEG_INFINITY, f64::INFINITY),
+            temperature: (f64::NEG_INFINITY, f64::INFINITY),
+            jump_factor: 2.0,
+            deceleration: list(&|joint| or(velocity(joint) / STOP_TIME, 5.0)),
+            resolution: list(&|joint| joint.per_count().map_or(1e-3, |count| 2.0 * count)),
+            rest_speed: vec![0.05; robot.dof()],
+            reach: list(&|joint| match joint.spec.kind {
+                JointKind::Revolute => 0.2,
+                JointKind::Prismatic => 0.05,
+            }),
+            reach_speed: list(&|joint| or(0.1 * velocity(joint), 0.1)),
+            damping: list(&|joint| {
+                let damping = joint.spec.limits.torque / velocity(joint);
+                if velocity(joint).is_finite() { or(damping, 0.0) } else { 0.0 }
+            }),
+        }
+    }
+}

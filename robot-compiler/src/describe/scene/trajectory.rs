@@ -1,0 +1,80 @@
+//! The motion that a scene describes.
+
+use super::SceneFile;
+use super::lists::joints;
+use super::motion::MotionSpec;
+use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec, Timing, TorqueLimits, Waypoint};
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, Model};
+
+impl SceneFile {
+    /// The reference motion, checked against the joint limits and slowed where that makes it fit.
+    ///
+    /// # Errors
+    /// A motion that cannot be: outside the position limits, too fast, or of a shape that does not exist.
+    pub fn trajectory<const N: usize>(&self, model: &Model<f64, N>) -> Result<Motion<f64, N>, MotionError> {
+        let bounds = Bounds::from_limits(&model.links().map(|link| link.limits));
+        match &self.motion {
+            MotionSpec::Hold { q, duration } => Motion::hold(joints(q), *duration, &bounds),
+            MotionSpec::Quintic { points, acceleration, .. } => {
+                let waypoints: Vec<Waypoint<f64, N>> =
+                    points.iter().map(|point| Waypoint { q: joints(&point.q), dwell: point.dwell }).collect();
+                let durations: Option<Vec<f64>> = points.iter().skip(1).map(|point| point.duration).collect();
+                match durations {
+                    Some(durations) => Motion::quintic(&waypoints, Timing::Durations(&durations), &bounds),
+                    None => {
+                        let bounds = with_acceleration(bounds, acceleration.as_deref());
+                        self.within_torque(model, Motion::quintic(&waypoints, Timing::Fastest, &bounds)?)
+                    }
+                }
+            }
+            MotionSpec::Trapezoid { start, goal, acceleration, duration, ramp_share } => {
+                let (start, goal) = (joints(start), joints(goal));
+                match duration {
+                    Some(duration) => Motion::trapezoid_in(start, goal, *duration, *ramp_share, &bounds),
+                    None => {
+                        let bounds = with_acceleration(bounds, acceleration.as_deref());
+                        self.within_torque(model, Motion::trapezoid(start, goal, &bounds)?)
+                    }
+                }
+            }
+            MotionSpec::Sine { centre, amplitude, frequency_start, frequency_end, duration, ramp } => {
+                let spec = SweepSpec {
+                    centre: joints(centre),
+                    amplitude: joints(amplitude),
+                    from: *frequency_start,
+                    to: *frequency_end,
+                    duration: *duration,
+                    ramp: *ramp,
+                };
+                Motion::sweep(&spec, &bounds)
+            }
+        }
+    }
+
+    /// Slow a motion of no stated duration until the torques leave a tenth of the limit to friction and feedback.
+    fn within_torque<const N: usize>(
+        &self,
+        model: &Model<f64, N>,
+        motion: Motion<f64, N>,
+    ) -> Result<Motion<f64, N>, MotionError> {
+        const SHARE: f64 = 0.9;
+        const STEPS: u32 = 500;
+        // Whatever of the model `terms = "auto"` took away: the choice is made along the motion, not the motion by the choice.
+        let dynamics = Dynamics::new(*model, self.model.full().scene(model));
+        let torque = std::array::from_fn(|i| {
+            let coulomb = self.robot.joints.get(i).and_then(|joint| joint.friction).map_or(0.0, |f| f.coulomb);
+            let limit = model.links()[i].limits.torque;
+            // A drive that friction alone could hold is the plant's trouble, not a reason to refuse the motion.
+            (SHARE * limit - coulomb).max(0.1 * limit)
+        });
+        motion.scale_to_torque(&dynamics, &Libm, &self.live(model), &TorqueLimits { torque, steps: STEPS })
+    }
+}
+
+fn with_acceleration<const N: usize>(bounds: Bounds<f64, N>, acceleration: Option<&[f64]>) -> Bounds<f64, N> {
+    match acceleration {
+        Some(acceleration) => bounds.with_acceleration(joints(acceleration)),
+        None => bounds,
+    }
+}

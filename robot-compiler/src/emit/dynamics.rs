@@ -1,0 +1,91 @@
+//! The arm's inverse dynamics.
+
+use super::kernel::{Title, module};
+use crate::describe::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
+use crate::kernel::{Function, Precision};
+use dynamics_core::Model;
+
+/// Rust source of a module with the arm's inverse dynamics, for use beside [`arm_module`].
+///
+/// | item | what |
+/// |---|---|
+/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the kernel that the scene asks for, where it asks for it, or the recursion, in the ticks in which it is asked for |
+/// | `arm()` | its value |
+#[must_use]
+pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
+    dynamics_module_in(file, model, ScalarChoice::F32)
+}
+
+/// As [`dynamics_module`], in a scalar of choice in place of `f32`.
+#[must_use]
+pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
+    let precision = match scalar {
+        ScalarChoice::F32 => Precision::Single,
+        ScalarChoice::F64 => Precision::Double,
+    };
+    let (text, inner) = match file.control.kernel.level() {
+        None => (
+            "//! The recursion itself, with the model at run time.\n\nuse dynamics_core::Dynamics;\n".to_owned(),
+            Inner {
+                kind: format!("Dynamics<{}, {N}>", precision.name()),
+                value: "Dynamics::new(super::arm::model(), super::arm::scene())".to_owned(),
+                constant: false,
+            },
+        ),
+        Some(level) => {
+            let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
+            let (function, scene) = (Function::InverseDynamics, file.scene(model));
+            let kernel = module(function, model, &scene, level, precision, &title);
+            let constant = |name: &str| Inner { kind: name.to_owned(), value: name.to_owned(), constant: true };
+            match file.control.kernel_memory {
+                KernelMemory::Flash => (kernel, constant("Kernel")),
+                KernelMemory::Sram => (format!("{kernel}\n{}", in_sram(N, precision.name())), constant("InSram")),
+            }
+        }
+    };
+    text + "\n" + &arm_items::<N>(file, inner, precision.name())
+}
+
+/// The dynamics of an emitted module: its type, its value, and whether that is one that a `const fn` can give.
+struct Inner {
+    kind: String,
+    value: String,
+    constant: bool,
+}
+
+/// `Arm` and `arm()`: the inner dynamics themselves or, where the scene evaluates its model in some ticks only, those in
+/// [`dynamics_core::control::EveryNth`].
+fn arm_items<const N: usize>(file: &SceneFile, inner: Inner, real: &str) -> String {
+    let Inner { kind, value, constant } = inner;
+    let ControlSpec { model_every, model_between, .. } = &file.control;
+    if *model_every > 1 {
+        return format!(
+            "use dynamics_core::control::{{Between, EveryNth}};\n\n\
+             /// The arm's inverse dynamics, evaluated once in {model_every} ticks.\n\
+             pub type Arm = EveryNth<{kind}, {real}, {N}>;\n\n\
+             /// The arm's inverse dynamics.\npub fn arm() -> Arm {{\n    let inner = {value};\n    \
+             EveryNth::new(inner, {model_every}, Between::{model_between:?}, &const {{ super::arm::config().gains }})\n}}\n"
+        );
+    }
+    let prefix = if constant { "const " } else { "" };
+    format!(
+        "/// The arm's inverse dynamics.\npub type Arm = {kind};\n\n\
+         /// The arm's inverse dynamics.\npub {prefix}fn arm() -> Arm {{\n    {value}\n}}\n"
+    )
+}
+
+/// The type `InSram`, whose one function holds the kernel and lies in static RAM.
+fn in_sram(joints: usize, real: &str) -> String {
+    format!(
+        "/// The arm's inverse dynamics, run from static RAM.\n\
+         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]\npub struct InSram;\n\n\
+         impl InverseDynamics<{real}, {joints}> for InSram {{\n    \
+         #[allow(unsafe_code, reason = \"a function is placed where variables lie\")]\n    \
+         // SAFETY: the start-up code copies the section to RAM before anything runs, and nothing writes to it.\n    \
+         #[cfg_attr(target_os = \"none\", unsafe(link_section = \".data.kernel\"))]\n    \
+         #[inline(never)]\n    fn inverse_dynamics(\n        &self,\n        \
+         turn: &[SinCos<{real}>; {joints}],\n        q: &[{real}; {joints}],\n        qd: &[{real}; {joints}],\n        \
+         qdd: &[{real}; {joints}],\n        live: &Live<{real}, {joints}>,\n    ) -> [{real}; {joints}] {{\n        \
+         Kernel.inverse_dynamics(turn, q, qd, qdd, live)\n    }}\n}}\n"
+    )
+}

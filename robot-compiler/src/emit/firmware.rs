@@ -1,0 +1,69 @@
+//! All that a firmware is built from, written into a folder.
+
+use super::arm::arm_module;
+use super::drives::drives_module;
+use super::dynamics::dynamics_module;
+use super::protection::protection_module;
+use crate::describe::robot::Robot;
+use crate::describe::scene::{SceneFile, UNREAD_MAX};
+use crate::with_dof;
+use std::path::Path;
+
+/// Variables of the environment that stand for a scene's own law, and sine and cosine, when a firmware is built.
+pub const CHOICES: [&str; 2] = ["NEWTAU_LAW", "NEWTAU_TRIG"];
+
+/// Slowest rate of the boards' timers, Hz: the emulated one has 16 bits at 1 MHz.
+const RATE_MIN: f64 = 16.0;
+
+/// Write `arm.rs`, `dynamics.rs`, `protection.rs` and `drives.rs` for a scene into a folder: the whole of a firmware's build script.
+///
+/// # Errors
+/// A scene that cannot be read, a rate that the boards' timers do not have, or a folder that cannot be written to.
+pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let mut file = SceneFile::load(scene)?;
+    let chosen = CHOICES.map(|name| std::env::var(name).ok());
+    file.control.choose(chosen[0].as_deref(), chosen[1].as_deref())?;
+    let rate = file.control.rate;
+    if rate.fract() != 0.0 || rate < RATE_MIN {
+        let name = scene.display();
+        return Err(
+            format!("{name}: control.rate: {rate} Hz; expected whole hertz, {RATE_MIN} or more, for a chip").into()
+        );
+    }
+    if let Some((joint, jump)) = file.too_fast_for_its_encoder() {
+        let (name, label) = (scene.display(), Robot::joint_label(joint, &file.robot.joints[joint].name));
+        return Err(format!(
+            "{name}: control.rate: {rate} Hz, at which the encoder of {label} moves up to {jump} counts in a tick; \
+             expected a rate at which it moves less than half a turn in {UNREAD_MAX} ticks, or a lower velocity limit"
+        )
+        .into());
+    }
+    let (arm, dynamics, protection, drives) = with_dof!(file.robot.dof(), N => {
+        let model = file.robot.model::<N>()?;
+        (
+            arm_module(&file, &model),
+            dynamics_module(&file, &model),
+            protection_module(&file, &model),
+            drives_module(&file.drives::<N>()),
+        )
+    });
+    // A module's own documentation cannot stand in an included file.
+    std::fs::write(folder.join("arm.rs"), arm.replace("//!", "//"))?;
+    std::fs::write(folder.join("dynamics.rs"), dynamics.replace("//!", "//"))?;
+    std::fs::write(folder.join("drives.rs"), drives.replace("//!", "//"))?;
+    std::fs::write(folder.join("protection.rs"), protection.replace("//!", "//"))?;
+    std::fs::write(folder.join("tuning.rs"), tuning_module(file.control.tunable))?;
+    Ok(())
+}
+
+/// Where the controller finds its configuration: in RAM where it can be changed, else in the program.
+fn tuning_module(tunable: bool) -> String {
+    let (kind, value) = if tunable {
+        ("dynamics_core::control::ControllerConfig<f32, { super::arm::N }>", "super::arm::config()")
+    } else {
+        ("crate::Settings", "crate::Settings")
+    };
+    format!(
+        "/// Where the controller finds its configuration.\npub type Tuning = {kind};\n\n/// Its value.\npub const fn tuning() -> Tuning {{\n    {value}\n}}\n"
+    )
+}

@@ -1,0 +1,95 @@
+//! A program as Rust that a person can read: `no_std`, without `unsafe`, as rustfmt leaves it.
+
+use crate::kernel::{Function, Level, Precision, Program, compile};
+use dynamics_core::{Model, Scene};
+use text::{INVERSE_DYNAMICS, MOMENTUM, Scalars, Text};
+
+mod text;
+mod title;
+mod words;
+mod writer;
+
+pub use title::Title;
+
+/// Rust source of a module that computes a function of an arm in a scene.
+///
+/// | function | item |
+/// |---|---|
+/// | inverse dynamics | `Kernel`, a type that implements `InverseDynamics<S, N>` |
+/// | momentum | `Kernel`, a type that implements `GeneralizedMomentum<S, N>` |
+/// | any other | `fn NAME(turn, q, qd, qdd, live) -> [S; M]`, with the arguments that it reads |
+///
+/// `S` is `f32` or `f64`; the module depends on `dynamics-core` alone.
+#[must_use]
+pub fn module<const N: usize>(
+    function: Function,
+    model: &Model<f64, N>,
+    scene: &Scene<f64, N>,
+    level: Level,
+    precision: Precision,
+    title: &Title<'_>,
+) -> String {
+    module_of(&compile(function, model, scene, level, precision), function, scene, level, precision, title)
+}
+
+/// As [`module`], of a program that was compiled from these before.
+#[must_use]
+pub fn module_of<const N: usize>(
+    program: &Program,
+    function: Function,
+    scene: &Scene<f64, N>,
+    level: Level,
+    precision: Precision,
+    title: &Title<'_>,
+) -> String {
+    text(program, function, scene, level, precision, title, Scalars::One)
+}
+
+/// As [`module`], for every scalar: one text runs on `f64` and on lanes of them, with the same bits in every lane.
+///
+/// | function | item |
+/// |---|---|
+/// | inverse dynamics | `Kernel`, a type that implements `InverseDynamics<S, N>` for every `S: Scalar` |
+/// | momentum | `Kernel`, a type that implements `GeneralizedMomentum<S, N>` for every `S: Scalar` |
+/// | any other | `fn NAME<S: Scalar>(turn, q, qd, qdd, live) -> [S; M]`, with the arguments that it reads |
+///
+/// What divides asks for `S: Field`.
+///
+/// Numbers are folded in `precision` and read through `Scalar::literal`: the bits are the recursion's where the scalar
+/// computes in that precision.
+#[must_use]
+pub fn generic_module<const N: usize>(
+    function: Function,
+    model: &Model<f64, N>,
+    scene: &Scene<f64, N>,
+    level: Level,
+    precision: Precision,
+    title: &Title<'_>,
+) -> String {
+    let program = compile(function, model, scene, level, precision);
+    text(&program, function, scene, level, precision, title, Scalars::Every)
+}
+
+fn text<const N: usize>(
+    program: &Program,
+    function: Function,
+    scene: &Scene<f64, N>,
+    level: Level,
+    precision: Precision,
+    title: &Title<'_>,
+    scalars: Scalars,
+) -> String {
+    let text = Text { function, program, joints: N, precision, title, scalars };
+    let head = text.head(&function.sees(scene), level);
+    let item = match function {
+        Function::InverseDynamics => text.kernel(&INVERSE_DYNAMICS),
+        Function::Momentum => text.kernel(&MOMENTUM),
+        Function::Gravity
+        | Function::Coriolis
+        | Function::MassMatrix
+        | Function::JointWrenches
+        | Function::ForwardDynamics
+        | Function::ComputedTorque(_) => text.function(),
+    };
+    head + &item
+}

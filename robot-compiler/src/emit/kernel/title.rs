@@ -1,0 +1,12 @@
+//! Whose kernel a text is.
+
+/// What the head of the text says.
+#[derive(Clone, Copy, Debug)]
+pub struct Title<'a> {
+    /// The robot.
+    pub robot: &'a str,
+    /// The scene.
+    pub scene: &'a str,
+    /// Hash of everything that decides the bits of a tick; see [`crate::SceneFile::hash`].
+    pub hash: u64,
+}

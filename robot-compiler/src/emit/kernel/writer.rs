@@ -1,0 +1,113 @@
+//! The statements of a program as Rust.
+
+use crate::kernel::Precision;
+use crate::kernel::functions::input_name;
+use crate::kernel::program::Program;
+use crate::kernel::tape::{Expr, Node};
+use std::collections::{HashMap, HashSet};
+
+/// Names for the values of a program.
+pub(super) struct Writer<'a> {
+    program: &'a Program,
+    names: HashMap<Expr, String>,
+    /// Numbers that are declared ahead, in order of their first use.
+    hoisted: Vec<Expr>,
+    joints: usize,
+    precision: Precision,
+}
+
+impl<'a> Writer<'a> {
+    /// A labelled value is called by its label, `w3_z`; another by the order in which it comes, `t17`.
+    ///
+    /// With `hoist`, numbers are declared ahead, `c3`, through `S::literal`, and the statements stay readable.
+    pub(super) fn new(program: &'a Program, joints: usize, precision: Precision, hoist: bool) -> Self {
+        let mut names = HashMap::new();
+        let mut taken: HashMap<String, usize> = HashMap::new();
+        let mut plain = 0;
+        for &expr in program.order() {
+            let name = program.label(expr).map_or_else(
+                || {
+                    plain += 1;
+                    format!("t{plain}")
+                },
+                |label| format!("{}{}_{}", label.symbol, label.link, label.axis),
+            );
+            // A quantity may be computed more than once, for one column of a matrix after the other.
+            let times = taken.entry(name.clone()).and_modify(|n| *n += 1).or_insert(1);
+            let name = if *times == 1 { name } else { format!("{name}{times}") };
+            names.insert(expr, name);
+        }
+        let mut hoisted = Vec::new();
+        if hoist {
+            let operands = program.order().iter().flat_map(|&expr| program.node(expr).operands());
+            for number in operands.chain(program.outputs().iter().copied()).filter(|&e| program.number(e).is_some()) {
+                names.entry(number).or_insert_with(|| {
+                    hoisted.push(number);
+                    format!("c{}", hoisted.len())
+                });
+            }
+        }
+        Self { program, names, hoisted, joints, precision }
+    }
+
+    pub(super) fn statements(&self, pad: &str) -> String {
+        let mut text = String::new();
+        for &number in &self.hoisted {
+            let value = self.program.number(number).map_or_else(String::new, |x| self.argument(x));
+            text += &format!("{pad}let {} = S::literal({value});\n", self.value(number));
+        }
+        let mut announced = HashSet::new();
+        for &expr in self.program.order() {
+            if let Some(label) = self.program.label(expr) {
+                let pass = if matches!(label.symbol, "f" | "n") { "Inward" } else { "Outward" };
+                if announced.insert((pass, label.link)) {
+                    text += &format!("{pad}// {pass}: link {}.\n", label.link);
+                }
+            }
+            let (a, b, operator) = match self.program.node(expr) {
+                Node::Add(a, b) => (a, b, "+"),
+                Node::Sub(a, b) => (a, b, "-"),
+                Node::Mul(a, b) => (a, b, "*"),
+                Node::Div(a, b) => (a, b, "/"),
+                Node::Neg(a) => {
+                    text += &format!("{pad}let {} = -{};\n", self.value(expr), self.value(a));
+                    continue;
+                }
+                Node::Constant(_) | Node::Input(_) => continue,
+            };
+            text += &format!("{pad}let {} = {} {operator} {};\n", self.value(expr), self.value(a), self.value(b));
+        }
+        text
+    }
+
+    pub(super) fn value(&self, expr: Expr) -> String {
+        if let Some(name) = self.names.get(&expr) {
+            return name.clone();
+        }
+        match self.program.node(expr) {
+            Node::Constant(bits) => self.literal(f64::from_bits(bits)),
+            Node::Input(number) => input_name(number, self.joints),
+            // Every statement has a name.
+            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Div(..) | Node::Neg(_) => String::new(),
+        }
+    }
+
+    /// The shortest decimal that reads back as the same number.
+    fn literal(&self, x: f64) -> String {
+        match self.precision {
+            Precision::Single => format!("{:?}", x as f32),
+            Precision::Double => format!("{x:?}"),
+        }
+    }
+
+    /// The same as an argument of `S::literal`. That takes an f64: a short decimal of an f32 which would be rounded to
+    /// another f32 on that way is written in full.
+    fn argument(&self, x: f64) -> String {
+        let short = self.literal(x);
+        let read = short.parse::<f64>().unwrap_or(x);
+        match self.precision {
+            Precision::Single if (read as f32).to_bits() != (x as f32).to_bits() => format!("{x:?}"),
+            Precision::Single | Precision::Double => short,
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Sums and products as sets of signed parts and of factors.
+
+use crate::kernel::arena::{Expr, Precision};
+use std::collections::HashMap;
+
+/// A sum, a product, or what both are made of.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Item {
+    /// An input.
+    Leaf(Expr),
+    /// A number, by its bits.
+    Number(u64),
+    /// The first by the second.
+    Quotient(Id, Id),
+    /// Signed parts; one part alone stands for what it names.
+    Sum(Vec<Part>),
+    /// Factors, one number at most.
+    Product(Vec<Id>),
+}
+
+/// The place of an item.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(in crate::kernel) struct Id(pub(super) usize);
+
+/// A term of a sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::kernel) struct Part {
+    /// Whether it is subtracted.
+    pub(in crate::kernel) minus: bool,
+    /// What.
+    pub(in crate::kernel) id: Id,
+}
+
+/// Sums and products that lead to the outputs.
+#[derive(Clone, Debug)]
+pub(super) struct Algebra {
+    pub(super) items: Vec<Item>,
+    pub(super) outputs: Vec<Id>,
+    pub(super) names: HashMap<Id, Expr>,
+    pub(super) precision: Precision,
+}
+
+impl Algebra {
+    pub(super) fn push(&mut self, item: Item) -> Id {
+        self.items.push(item);
+        Id(self.items.len() - 1)
+    }
+
+    /// What an item is made of.
+    pub(super) fn operands(&self, id: Id) -> Vec<Id> {
+        match &self.items[id.0] {
+            Item::Leaf(_) | Item::Number(_) => Vec::new(),
+            Item::Quotient(a, b) => vec![*a, *b],
+            Item::Sum(parts) => parts.iter().map(|part| part.id).collect(),
+            Item::Product(factors) => factors.clone(),
+        }
+    }
+
+    /// How often every item is needed, counting from the outputs; nought for what is no longer needed.
+    pub(super) fn uses(&self) -> Vec<usize> {
+        let mut uses = vec![0; self.items.len()];
+        let mut pending = self.outputs.clone();
+        while let Some(id) = pending.pop() {
+            uses[id.0] += 1;
+            if uses[id.0] == 1 {
+                pending.extend(self.operands(id));
+            }
+        }
+        uses
+    }
+}
+
+/// Each two of them, once.
+pub(super) fn pairs<T: Copy>(all: &[T]) -> impl Iterator<Item = (T, T)> + '_ {
+    pairs_of_places(all.len()).map(|(i, j)| (all[i], all[j]))
+}
+
+/// Each two places out of so many, the first before the second.
+pub(super) fn pairs_of_places(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)))
+}

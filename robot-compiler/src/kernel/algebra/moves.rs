@@ -1,0 +1,151 @@
+//! The three moves, and which is made next.
+
+use super::items::{Algebra, Id, Item, Part, pairs};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A way to save operations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Move {
+    /// The sum of the two, the second subtracted if so said.
+    ShareSum(Id, Id, bool),
+    /// The product of the two.
+    ShareProduct(Id, Id),
+    /// The factor, out of the sum.
+    TakeOut(Id, Id),
+}
+
+/// What each move does. A test puts wrong ones in.
+#[derive(Clone, Copy)]
+pub(in crate::kernel) struct Moves {
+    /// Whether the shared sum is subtracted, from the sign of its first part in a sum.
+    pub(in crate::kernel) shared_sum: fn(Part) -> bool,
+    /// What is left of a product without a factor.
+    pub(in crate::kernel) without: fn(&[Id], Id) -> Vec<Id>,
+    /// The sign inside the bracket.
+    pub(in crate::kernel) inside: fn(Part) -> bool,
+}
+
+/// The right ones.
+pub(in crate::kernel) const MOVES: Moves = Moves {
+    shared_sum: |first| first.minus,
+    without: |factors, taken| {
+        let mut left = factors.to_vec();
+        if let Some(place) = left.iter().position(|&f| f == taken) {
+            left.remove(place);
+        }
+        left
+    },
+    inside: |part| part.minus,
+};
+
+impl Algebra {
+    /// Move after move, until none saves anything. Among equal savings the kinds of moves go by `rank`, then the first or
+    /// the last place.
+    pub(super) fn reduced(mut self, moves: Moves, rank: [u8; 3], late: bool) -> Self {
+        while let Some(best) = self.best_move(rank, late) {
+            self.make(best, moves);
+            self.flatten();
+        }
+        self
+    }
+
+    fn best_move(&self, rank: [u8; 3], late: bool) -> Option<Move> {
+        let uses = self.uses();
+        let mut times: BTreeMap<Move, usize> = BTreeMap::new();
+        // Twice in the same sum or product counts once: it could be shared with itself only.
+        let mut count = |found: Vec<Move>| {
+            for m in BTreeSet::from_iter(found) {
+                *times.entry(m).or_default() += 1;
+            }
+        };
+        for i in (0..self.items.len()).filter(|&i| uses[i] > 0) {
+            match &self.items[i] {
+                Item::Leaf(_) | Item::Number(_) | Item::Quotient(..) => {}
+                Item::Product(factors) => {
+                    count(pairs(factors).map(|(a, b)| Move::ShareProduct(a.min(b), a.max(b))).collect());
+                }
+                Item::Sum(parts) => {
+                    let two = pairs(parts).filter(|(a, b)| a.id != b.id).map(|(a, b)| {
+                        let (first, second) = if a.id < b.id { (a, b) } else { (b, a) };
+                        Move::ShareSum(first.id, second.id, a.minus != b.minus)
+                    });
+                    count(two.collect());
+                    for part in parts.iter().filter(|part| uses[part.id.0] == 1) {
+                        if let Item::Product(factors) = &self.items[part.id.0] {
+                            count(factors.iter().map(|&factor| Move::TakeOut(factor, Id(i))).collect());
+                        }
+                    }
+                }
+            }
+        }
+        let kind = |m: &Move| match m {
+            Move::ShareSum(..) => rank[0],
+            Move::ShareProduct(..) => rank[1],
+            Move::TakeOut(..) => rank[2],
+        };
+        let saving = times.into_iter().filter(|(_, times)| *times > 1);
+        let best = if late {
+            saving.max_by_key(|(m, times)| (*times, kind(m), *m))
+        } else {
+            saving.max_by_key(|(m, times)| (*times, kind(m), core::cmp::Reverse(*m)))
+        };
+        best.map(|(m, _)| m)
+    }
+
+    fn make(&mut self, chosen: Move, moves: Moves) {
+        match chosen {
+            Move::ShareSum(a, b, differ) => self.share_sum(a, b, differ, moves),
+            Move::ShareProduct(a, b) => self.share_product(a, b, moves),
+            Move::TakeOut(factor, sum) => self.take_out(factor, sum, moves),
+        }
+    }
+
+    fn share_sum(&mut self, a: Id, b: Id, differ: bool, moves: Moves) {
+        let shared = vec![Part { minus: false, id: a }, Part { minus: differ, id: b }];
+        let shared = self.push(Item::Sum(shared));
+        for i in 0..shared.0 {
+            let Item::Sum(parts) = &mut self.items[i] else { continue };
+            let find = |id: Id| parts.iter().position(|part| part.id == id);
+            let (Some(at), Some(other)) = (find(a), find(b)) else { continue };
+            if (parts[at].minus != parts[other].minus) == differ {
+                parts[at] = Part { minus: (moves.shared_sum)(parts[at]), id: shared };
+                parts.remove(other);
+            }
+        }
+    }
+
+    fn share_product(&mut self, a: Id, b: Id, moves: Moves) {
+        let shared = self.push(Item::Product(vec![a, b]));
+        for i in 0..shared.0 {
+            let Item::Product(factors) = &mut self.items[i] else { continue };
+            let without = |from: &[Id], id| from.contains(&id).then(|| (moves.without)(from, id));
+            // A square needs its factor twice.
+            if let Some(mut left) = without(factors, a).and_then(|left| without(&left, b)) {
+                left.push(shared);
+                *factors = left;
+            }
+        }
+    }
+
+    fn take_out(&mut self, factor: Id, sum: Id, moves: Moves) {
+        let uses = self.uses();
+        let Item::Sum(parts) = self.items[sum.0].clone() else { return };
+        let (mut inside, mut outside) = (Vec::new(), Vec::new());
+        for part in parts {
+            match &self.items[part.id.0] {
+                Item::Product(factors) if uses[part.id.0] == 1 && factors.contains(&factor) => {
+                    let left = Item::Product((moves.without)(factors, factor));
+                    inside.push(Part { minus: (moves.inside)(part), id: self.push(left) });
+                }
+                _ => outside.push(part),
+            }
+        }
+        // A bracket of subtracted terms is subtracted as a whole.
+        let minus = inside.iter().all(|part| part.minus);
+        inside.iter_mut().for_each(|part| part.minus &= !minus);
+        let bracket = self.push(Item::Sum(inside));
+        let product = self.push(Item::Product(vec![factor, bracket]));
+        outside.push(Part { minus, id: product });
+        self.items[sum.0] = Item::Sum(outside);
+    }
+}

@@ -1,0 +1,244 @@
+//! The `[joint.drive]` tables of a robot file.
+
+use crate::describe::diagnostics::FileError;
+use crate::describe::drive::{ENCODER_COUNTS, JointDrive, MitSpec, PwmSpec};
+use crate::describe::robot::{JointEncoder, RobotJoint};
+use crate::read::table::{Table, counted};
+use dynamics_core::{Limits, Rotor};
+
+/// Most actuators on a bus: a bxCAN has three mailboxes to send from, and a receiver holds three replies.
+const PER_BUS: usize = 3;
+
+/// One joint's drive.
+pub(super) fn read(
+    table: &Table<'_>,
+    limits: &Limits<f64>,
+    rotor: &Rotor,
+    encoder: Option<&JointEncoder>,
+) -> Result<JointDrive, FileError> {
+    #[derive(Clone)]
+    enum Kind {
+        Mit,
+        Pwm,
+    }
+    let kind = table.require("kind", "mit or pwm")?.choice(&[("mit", Kind::Mit), ("pwm", Kind::Pwm)])?;
+    match kind {
+        Kind::Mit => mit(table, limits).map(JointDrive::Mit),
+        Kind::Pwm => pwm(table, limits, rotor, encoder).map(JointDrive::Pwm),
+    }
+}
+
+fn mit(table: &Table<'_>, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
+    table.only(&[
+        "kind",
+        "bus",
+        "id",
+        "reply_id",
+        "reply_bytes",
+        "direction",
+        "gear",
+        "zero",
+        "position",
+        "velocity",
+        "kp",
+        "kd",
+        "torque",
+        "damping",
+    ])?;
+    let whole = |key, lo: u64, hi: u64, default: Option<u64>, expected: &str| {
+        let value = match (table.get(key), default) {
+            (None, Some(default)) => return Ok(default),
+            _ => table.require(key, expected)?,
+        };
+        let number = value.whole(hi, expected)?;
+        if number < lo { Err(value.error(format!("found {number}"), expected)) } else { Ok(number) }
+    };
+    let ratio = ratio(table, 1.0)?;
+    const ZERO: &str = "the actuator's position where the joint's is 0, rad";
+    let spec = MitSpec {
+        bus: whole("bus", 1, 2, None, "the bus, 1 or 2")? as u8,
+        id: whole("id", 0, 255, None, "the identifier of its commands, 0 to 255")? as u8,
+        reply_id: whole("reply_id", 0, 0x7ff, Some(0), "the identifier of its replies, 0 to 2047")? as u16,
+        reply_bytes: whole(
+            "reply_bytes",
+            6,
+            8,
+            Some(6),
+            "bytes of a reply: 6, 7 with a temperature, 8 with an error too",
+        )? as u8,
+        ratio,
+        zero: table.get("zero").map_or(Ok(0.0), |value| value.finite(ZERO))?,
+        position: span(table, "position", "[lowest, highest] in rad, with 0 inside", |lo, hi| lo < 0.0 && hi > 0.0)?,
+        velocity: span(table, "velocity", "[lowest, highest] in rad/s, with 0 inside", |lo, hi| lo < 0.0 && hi > 0.0)?,
+        kp: span(table, "kp", "[0, highest] in N m/rad", |lo, hi| lo == 0.0 && hi > 0.0)?,
+        kd: span(table, "kd", "[0, highest] in N m s/rad", |lo, hi| lo == 0.0 && hi > 0.0)?,
+        torque: span(table, "torque", "[lowest, highest] in N m, with 0 inside", |lo, hi| lo < 0.0 && hi > 0.0)?,
+        damping: {
+            const EXPECTED: &str =
+                "damping of a damped stop at the actuator's shaft, N m s/rad, inside the range of kd";
+            table.require("damping", EXPECTED)?.not_negative(EXPECTED)?
+        },
+    };
+    if spec.damping > spec.kd.1 {
+        let problem = format!("found {}, the range of kd ends at {}", spec.damping, spec.kd.1);
+        return Err(table.error("damping", problem, "damping inside the range of kd"));
+    }
+    covers(table, limits, &spec)?;
+    Ok(spec)
+}
+
+/// What the joint may do must fit into the frames: a value beyond a range would be cut off without a word.
+fn covers(table: &Table<'_>, limits: &Limits<f64>, spec: &MitSpec) -> Result<(), FileError> {
+    let within = |key: &str, x: f64, (lo, hi): (f64, f64), unit: &str, expected: &str| {
+        if lo <= x && x <= hi {
+            return Ok(());
+        }
+        let problem = format!("the joint's limit is {x} {unit} at the actuator, the range is [{lo}, {hi}]");
+        Err(table.error(key, problem, expected))
+    };
+    for q in [limits.position.0, limits.position.1] {
+        let expected = "a range with both position limits of the joint inside";
+        within("position", spec.ratio * q + spec.zero, spec.position, "rad", expected)?;
+    }
+    for sign in [-1.0, 1.0] {
+        let expected = "a range with the joint's velocity limit inside";
+        within("velocity", sign * spec.ratio.abs() * limits.velocity, spec.velocity, "rad/s", expected)?;
+        let expected = "a range with the joint's torque limit inside";
+        within("torque", sign * limits.torque / spec.ratio.abs(), spec.torque, "N m", expected)?;
+    }
+    Ok(())
+}
+
+fn span(
+    table: &Table<'_>,
+    key: &str,
+    expected: &str,
+    holds: impl Fn(f64, f64) -> bool,
+) -> Result<(f64, f64), FileError> {
+    let value = table.require(key, expected)?;
+    let ends = value.numbers(2, expected)?;
+    match ends.as_slice() {
+        [lo, hi] if holds(*lo, *hi) => Ok((*lo, *hi)),
+        _ => Err(value.error(format!("found {ends:?}"), expected)),
+    }
+}
+
+/// `direction` times `gear`.
+fn ratio(table: &Table<'_>, gear: f64) -> Result<f64, FileError> {
+    const GEAR: &str = "shaft turns per joint turn (rad per m on a prismatic joint), above zero";
+    let gear = table.get("gear").map_or(Ok(gear), |value| value.positive(GEAR))?;
+    Ok(gear * direction(table, "direction", 1.0)?)
+}
+
+fn direction(table: &Table<'_>, key: &str, default: f64) -> Result<f64, FileError> {
+    const EXPECTED: &str = "1 or -1";
+    let Some(value) = table.get(key) else { return Ok(default) };
+    let number = value.number(EXPECTED)?;
+    if [1.0, -1.0].contains(&number) { Ok(number) } else { Err(value.error(format!("found {number}"), EXPECTED)) }
+}
+
+fn pwm(
+    table: &Table<'_>,
+    limits: &Limits<f64>,
+    rotor: &Rotor,
+    encoder: Option<&JointEncoder>,
+) -> Result<PwmSpec, FileError> {
+    table.only(&[
+        "kind",
+        "channel",
+        "direction",
+        "gear",
+        "encoder_zero",
+        "encoder_direction",
+        "torque_constant",
+        "resistance",
+        "supply",
+        "current_max",
+    ])?;
+    if encoder.is_none() {
+        return Err(table.error("kind", "the joint has no `encoder`", "`encoder` beside a drive of the kind pwm"));
+    }
+    if !limits.velocity.is_finite() {
+        let expected =
+            "`limits.velocity` beside a drive of the kind pwm: it bounds how far the encoder moves in a tick";
+        return Err(table.error("kind", "the joint has no velocity limit", expected));
+    }
+    // The motor is the rotor: its gear is known where the rotor is.
+    let geared = rotor.inertia > 0.0;
+    let ratio = ratio(table, if geared { rotor.gear.abs() } else { 1.0 })?;
+    if geared && (ratio.abs() / rotor.gear.abs() - 1.0).abs() > 1e-9 {
+        let problem = format!("found {}, the rotor's is {}", ratio.abs(), rotor.gear.abs());
+        return Err(table.error("gear", problem, "the rotor's gear, or no key"));
+    }
+    const CHANNEL: &str = "the board's channel, 1 to 6";
+    let channel = table.require("channel", CHANNEL)?;
+    let number = channel.whole(6, CHANNEL)?;
+    if number == 0 {
+        return Err(channel.error("found 0", CHANNEL));
+    }
+    const COUNTS: &str = "what the encoder shows where the joint is at 0, 0 to 16383 counts";
+    let positive = |key, expected: &str| table.require(key, expected)?.positive(expected);
+    Ok(PwmSpec {
+        channel: number as u8,
+        ratio,
+        encoder_zero: table
+            .get("encoder_zero")
+            .map_or(Ok(0), |value| value.whole(u64::from(ENCODER_COUNTS - 1), COUNTS))? as u16,
+        encoder_reversed: direction(table, "encoder_direction", ratio.signum())? < 0.0,
+        torque_constant: positive("torque_constant", "torque constant of the motor, N m/A, above zero")?,
+        resistance: positive("resistance", "resistance of winding and bridge, ohm, above zero")?,
+        supply: positive("supply", "supply voltage, V, above zero")?,
+        current_max: positive("current_max", "greatest current, A, above zero")?,
+    })
+}
+
+/// Drives of all joints together: all or none, of one kind, told apart on their buses.
+pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), FileError> {
+    let Some((first, kind)) = joints.iter().find_map(|joint| Some((joint, joint.drive?.kind()))) else { return Ok(()) };
+    for (index, (joint, table)) in joints.iter().zip(tables).enumerate() {
+        let Some(drive) = joint.drive else {
+            let problem = format!("missing, while {:?} has one", first.name);
+            return Err(table.error("drive", problem, "a drive for every joint, or for none"));
+        };
+        if drive.kind() != kind {
+            let problem = format!("of the kind {}, while {:?} has one of the kind {kind}", drive.kind(), first.name);
+            return Err(table.error("drive", problem, "drives of one kind"));
+        }
+        let before = joints.iter().take(index).filter_map(|other| Some((&other.name, other.drive?)));
+        match drive {
+            JointDrive::Mit(spec) => {
+                let beside: Vec<_> =
+                    before.filter(|(_, other)| matches!(other, JointDrive::Mit(o) if o.bus == spec.bus)).collect();
+                if let Some((name, _)) =
+                    beside.iter().find(|(_, other)| matches!(other, JointDrive::Mit(o) if o.id == spec.id))
+                {
+                    let problem = format!("identifier {} on bus {} is that of {name:?}", spec.id, spec.bus);
+                    return Err(table.error("drive", problem, "an identifier of its own on the bus"));
+                }
+                if beside.len() >= PER_BUS {
+                    let problem =
+                        format!("bus {} has {} already", spec.bus, counted(beside.len(), "actuator", "actuators"));
+                    return Err(table.error("drive", problem, "at most three actuators on a bus"));
+                }
+                let on_bus = |id: u16| {
+                    joints.iter().any(|other| matches!(other.drive, Some(JointDrive::Mit(o)) if o.bus == spec.bus && u16::from(o.id) == id))
+                };
+                if on_bus(spec.reply_id) {
+                    let problem =
+                        format!("replies with identifier {}, which is a command's on bus {}", spec.reply_id, spec.bus);
+                    return Err(table.error("drive", problem, "an identifier for replies that no command has"));
+                }
+            }
+            JointDrive::Pwm(spec) => {
+                let mut before = before;
+                if let Some((name, _)) =
+                    before.find(|(_, other)| matches!(other, JointDrive::Pwm(o) if o.channel == spec.channel))
+                {
+                    let problem = format!("channel {} is that of {name:?}", spec.channel);
+                    return Err(table.error("drive", problem, "a channel of its own"));
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,124 @@
+//! The TOML form of a scene file.
+
+use super::linkage::refuse;
+use super::table::{Table, parse};
+use super::text::read_text;
+use crate::describe::diagnostics::{FileError, Source};
+use crate::describe::robot::Robot;
+use crate::describe::scene::{ActuatorSpec, ControlSpec, ModelSpec, SceneFile, SensorSpec};
+use std::path::Path;
+
+mod auto;
+mod collision;
+mod control;
+mod model;
+mod motion;
+mod safety;
+mod values;
+mod world;
+
+const SCENE_KEYS: [&str; 13] = [
+    "name",
+    "robot",
+    "tip",
+    "duration",
+    "seed",
+    "model",
+    "control",
+    "safety",
+    "collision",
+    "motion",
+    "plant",
+    "sensors",
+    "actuators",
+];
+impl SceneFile {
+    /// Read a scene file and the robot file that it names.
+    ///
+    /// # Errors
+    /// A file that cannot be read or parsed, or that asks for what cannot be.
+    pub fn load(path: &Path) -> Result<Self, FileError> {
+        let source = read_text(path)?;
+        let mut scene = read(&source, path.parent().unwrap_or(Path::new("")))?;
+        path.clone_into(&mut scene.path);
+        Ok(scene)
+    }
+
+    /// From the text of a scene file; `path` stands for the file in errors, and the robot's path is relative to it.
+    ///
+    /// # Errors
+    /// As [`SceneFile::load`].
+    pub fn from_toml_str(text: &str, path: &Path) -> Result<Self, FileError> {
+        let source = Source { file: path.display().to_string(), text: text.to_owned() };
+        read(&source, path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// The line of a key of a table, counted from 1, as the scene's file has it now; `None` where the file does not say it.
+    #[must_use]
+    pub fn line_of(&self, table: &str, key: &str) -> Option<usize> {
+        let source = read_text(&self.path).ok()?;
+        let document = parse(&source).ok()?;
+        let value = Table::root(&source, &document).table(table).ok()??.get(key)?;
+        value.error("", "").line_column().map(|(line, _)| line)
+    }
+}
+
+/// `folder` is what the path of the robot file is relative to.
+fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
+    let document = parse(source)?;
+    let root = Table::root(source, &document);
+    refuse(&root, "a scene that names a robot file")?;
+    root.only(&SCENE_KEYS)?;
+    let name = root.require("name", "the scene's name")?;
+    let robot = robot(&root, folder)?;
+    let model = root.table("model")?.map_or_else(|| Ok(ModelSpec::default_for(&robot)), |t| model::read(&t, &robot))?;
+    let control =
+        root.table("control")?.map_or_else(|| Ok(ControlSpec::default_for(&robot)), |t| control::read(&t, &robot))?;
+    let safety = safety::read(&root.table("safety")?.unwrap_or(root.empty("safety")), &robot, &control)?;
+    let motion_table = root.require("motion", "a [motion] table")?.table()?;
+    let motion = motion::read(&motion_table, &robot)?;
+    let empty = root.empty("plant");
+    let plant = world::plant(&root.table("plant")?.unwrap_or(empty), &robot, &model, &control, motion.start())?;
+    let auto = root.table("model")?.map_or(Ok(None), |table| auto::read(&table, &robot))?;
+    let mut scene = SceneFile {
+        name: name.string("the scene's name")?.to_owned(),
+        path: Path::new(&source.file).to_path_buf(),
+        duration: root.get("duration").map(|value| value.positive_up_to(1e5, "a time in s, above zero")).transpose()?,
+        seed: root.get("seed").map_or(Ok(0), |value| value.whole(i64::MAX as u64, "a whole number of zero or more"))?,
+        sensors: root
+            .table("sensors")?
+            .map_or(Ok(SensorSpec::default()), |t| world::sensors(&t, &robot, &plant, &control))?,
+        actuators: root.table("actuators")?.map_or(Ok(ActuatorSpec::default()), |t| world::actuators(&t, &control))?,
+        collision: root.table("collision")?.map(|t| collision::read(&t, &robot, &control)).transpose()?,
+        model,
+        control,
+        safety,
+        motion,
+        plant,
+        robot,
+    };
+    if let Some(auto) = &auto {
+        auto.know(&mut scene);
+    }
+    motion::check(&scene, &motion_table)?;
+    if let Some(auto) = &auto {
+        auto.choose(&mut scene)?;
+    }
+    Ok(scene)
+}
+
+fn robot(root: &Table<'_>, folder: &Path) -> Result<Robot, FileError> {
+    let named = root.require("robot", "the path of a robot file, relative to this file")?;
+    let path = folder.join(named.string("the path of a robot file, relative to this file")?);
+    if !path.is_file() {
+        let problem = format!("there is no file {}", path.display());
+        return Err(named.error(problem, "the path of a robot file, relative to this file"));
+    }
+    let Some(tip) = root.get("tip") else {
+        return Robot::load(&path);
+    };
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        return Err(tip.error("given for a TOML robot, which has one chain only", "`tip` only with a URDF robot"));
+    }
+    Robot::from_urdf(&path, Some(tip.string("the name of the link that the chain ends at")?))
+}

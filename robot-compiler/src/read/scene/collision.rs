@@ -1,0 +1,24 @@
+//! The table `[collision]`: when something has been hit, and what is done then.
+
+use super::values::per_joint;
+use crate::describe::diagnostics::FileError;
+use crate::describe::robot::Robot;
+use crate::describe::scene::{CollisionSpec, ControlSpec};
+use crate::read::table::Table;
+use dynamics_core::control::Reaction;
+
+pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<CollisionSpec, FileError> {
+    const THRESHOLD: &str = "an external torque above zero, N m or N";
+    table.only(&["bandwidth", "threshold", "ticks", "release", "reaction"])?;
+    // Beyond this the residual follows within a tick, and no bandwidth makes it faster.
+    let most = 5.0 * control.rate;
+    let expected = format!("a bandwidth in rad/s, above zero and at most {most}, 5 times the rate");
+    let bandwidth = table.get("bandwidth").map_or(Ok(50.0), |value| value.positive_up_to(most, &expected))?;
+    let threshold = table.require("threshold", THRESHOLD)?;
+    let threshold = per_joint(&threshold, robot, THRESHOLD, |value| value.positive(THRESHOLD))?;
+    let ticks = table.get("ticks").map_or(Ok(3), |value| value.count(1000, "a whole number of ticks, 1 to 1,000"))?;
+    let release = table.get("release").map_or(Ok(0.2), |value| value.positive_up_to(60.0, "a time in s, up to 60"))?;
+    let reactions = [("stop", Reaction::Stop), ("hold", Reaction::Hold), ("comply", Reaction::Comply)];
+    let reaction = table.get("reaction").map_or(Ok(Reaction::Stop), |value| value.choice(&reactions))?;
+    Ok(CollisionSpec { bandwidth, threshold, ticks, release, reaction })
+}

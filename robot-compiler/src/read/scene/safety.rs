@@ -1,0 +1,83 @@
+//! The table `[safety]`: when torque acts, and what happens instead.
+
+use super::values::per_joint;
+use crate::describe::diagnostics::FileError;
+use crate::describe::robot::Robot;
+use crate::describe::scene::{ControlSpec, SafetySpec};
+use crate::read::table::{Table, Value};
+use dynamics_core::safety::SafeAction;
+
+/// Longest time that can be asked for, ms.
+const TIME_MAX: f64 = 60_000.0;
+
+pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<SafetySpec, FileError> {
+    table.only(&[
+        "safe_action",
+        "heartbeat_ms",
+        "hold_ms",
+        "latency_ms",
+        "payload_mass",
+        "payload_radius",
+        "supply",
+        "temperature",
+        "jump_factor",
+        "deceleration",
+        "resolution",
+        "rest_speed",
+        "reach",
+        "reach_speed",
+        "damping",
+    ])?;
+    let mut safety = SafetySpec::default_for(robot, control);
+    if let Some(value) = table.get("safe_action") {
+        safety.safe_action = value.choice(&[
+            ("brake", SafeAction::Brake),
+            ("damped-stop", SafeAction::DampedStop),
+            ("off", SafeAction::Off),
+        ])?;
+    }
+    if let Some(value) = table.get("heartbeat_ms") {
+        safety.heartbeat = 1e-3 * value.positive_up_to(TIME_MAX, "a time in ms, above zero and at most 60,000")?;
+    }
+    if let Some(value) = table.get("hold_ms") {
+        safety.hold = 1e-3 * value.within(0.0, TIME_MAX, "a time in ms, 0 to 60,000")?;
+    }
+    if let Some(value) = table.get("latency_ms") {
+        safety.latency = 1e-3 * value.within(0.0, TIME_MAX, "a time in ms, 0 to 60,000")?;
+    }
+    if let Some(value) = table.get("payload_mass") {
+        safety.payload.mass = value.not_negative("a mass in kg, zero or more")?;
+    }
+    if let Some(value) = table.get("payload_radius") {
+        safety.payload.radius = value.within(1e-3, 100.0, "a distance in m, 0.001 to 100")?;
+    }
+    safety.supply = bounds(table, "supply", "V", safety.supply)?;
+    safety.temperature = bounds(table, "temperature", "degrees Celsius", safety.temperature)?;
+    if let Some(value) = table.get("jump_factor") {
+        safety.jump_factor = value.within(1.0, 1e3, "a factor of 1 to 1000 on the velocity limit")?;
+    }
+    let list = |key, what: &str, default: Vec<f64>, one: fn(&Value<'_>, &str) -> Result<f64, FileError>| {
+        table.get(key).map_or(Ok(default), |value| per_joint(&value, robot, what, |value| one(value, what)))
+    };
+    let above = |value: &Value<'_>, what: &str| value.positive(what);
+    let zero_or_more = |value: &Value<'_>, what: &str| value.not_negative(what);
+    safety.deceleration =
+        list("deceleration", "a deceleration in rad/s^2 or m/s^2, above zero", safety.deceleration, above)?;
+    safety.resolution = list("resolution", "a resolution in rad or m, zero or more", safety.resolution, zero_or_more)?;
+    safety.rest_speed = list("rest_speed", "a speed in rad/s or m/s, above zero", safety.rest_speed, above)?;
+    safety.reach = list("reach", "a distance in rad or m, above zero", safety.reach, above)?;
+    safety.reach_speed = list("reach_speed", "a speed in rad/s or m/s, above zero", safety.reach_speed, above)?;
+    safety.damping = list("damping", "a damping of zero or more, N m s/rad or N s/m", safety.damping, zero_or_more)?;
+    Ok(safety)
+}
+
+/// `[lo, hi]`, in that order.
+fn bounds(table: &Table<'_>, key: &str, unit: &str, default: (f64, f64)) -> Result<(f64, f64), FileError> {
+    let Some(value) = table.get(key) else { return Ok(default) };
+    let expected = format!("[lowest, highest] in {unit}, the lower one first");
+    match value.numbers(2, &expected)?[..] {
+        [lo, hi] if lo < hi => Ok((lo, hi)),
+        [lo, hi] => Err(value.error(format!("found {lo} to {hi}"), expected)),
+        _ => Err(value.error("not two numbers", expected)),
+    }
+}

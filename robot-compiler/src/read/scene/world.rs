@@ -1,0 +1,267 @@
+//! The tables `[plant]`, `[sensors]` and `[actuators]`: the simulated world.
+
+use super::values::{BODY, GRAVITY, WRENCH, payload, per_joint, per_joint_text};
+use crate::describe::diagnostics::FileError;
+use crate::describe::robot::{JointFriction, Robot};
+use crate::describe::scene::{
+    ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, IntegratorChoice, MeasuredSide, ModelSpec,
+    PlantSpec, PushSpec, RippleSpec, SensorSpec,
+};
+use crate::read::fields::wrench;
+use crate::read::table::{Table, Value};
+use nalgebra::Vector3;
+
+/// The adaptive integrator's error of a step where the scene does not say one.
+const TOLERANCE: f64 = 1e-9;
+
+pub(super) fn plant(
+    table: &Table<'_>,
+    robot: &Robot,
+    model: &ModelSpec,
+    control: &ControlSpec,
+    start: &[f64],
+) -> Result<PlantSpec, FileError> {
+    table.only(&[
+        "integrator",
+        "step",
+        "tolerance",
+        "payload",
+        "tip_wrench",
+        "push",
+        "friction",
+        "elasticity",
+        "backlash",
+        "gravity",
+        "start",
+    ])?;
+    let mut plant = PlantSpec::default_for(robot, model, control, start);
+    plant.integrator = integrator(table)?;
+    if let Some(value) = table.get("step") {
+        plant.step = step(&value, 1.0 / control.rate)?;
+    }
+    if let Some(value) = table.get("payload") {
+        plant.payload = absent_or(&value, BODY, payload)?;
+    }
+    if let Some(value) = table.get("tip_wrench") {
+        plant.tip_wrench = absent_or(&value, WRENCH, |value| wrench(&value.table()?))?;
+    }
+    plant.push = table.table("push")?.map(|table| push(&table)).transpose()?;
+    if let Some(value) = table.get("friction").filter(Value::is_table) {
+        plant.friction = true;
+        plant.friction_law = Some(friction(&value.table()?, robot)?);
+    } else if let Some(value) = table.get("friction") {
+        plant.friction = value.boolean()?;
+        if plant.friction && robot.joints.iter().all(|joint| joint.friction.is_none()) {
+            return Err(value.error("no joint of the robot has friction", "`friction` in the robot file, or false"));
+        }
+    }
+    plant.elasticity = elasticity(table, robot)?;
+    if let Some(value) = table.get("gravity") {
+        plant.gravity = absent_or(&value, GRAVITY, |value| value.vector(GRAVITY))?.unwrap_or(Vector3::zeros());
+    }
+    if let Some(value) = table.get("start") {
+        plant.start = value.numbers(robot.dof(), &per_joint_text(robot, "a position"))?;
+        for (index, (item, q)) in value.array("")?.iter().zip(&plant.start).enumerate() {
+            let (lo, hi) = robot.joints[index].spec.limits.position;
+            if *q < lo || *q > hi {
+                let label = Robot::joint_label(index, &robot.joints[index].name);
+                return Err(item.error(format!("{q} is outside the limits of {label}"), format!("{lo} to {hi}")));
+            }
+        }
+    }
+    Ok(plant)
+}
+
+/// A wrench for a while.
+fn push(table: &Table<'_>) -> Result<PushSpec, FileError> {
+    table.only(&["at", "duration", "wrench"])?;
+    Ok(PushSpec {
+        at: table.require("at", "a time in s, zero or more")?.not_negative("a time in s, zero or more")?,
+        duration: table.require("duration", "a time in s, above zero")?.positive("a time in s, above zero")?,
+        wrench: wrench(&table.require("wrench", WRENCH)?.table()?)?,
+    })
+}
+
+/// The method, and what only one of them has.
+fn integrator(table: &Table<'_>) -> Result<IntegratorChoice, FileError> {
+    let adaptive = IntegratorChoice::Adaptive { tolerance: TOLERANCE };
+    let choices = [
+        ("runge-kutta", IntegratorChoice::RungeKutta),
+        ("semi-implicit-euler", IntegratorChoice::SemiImplicitEuler),
+        ("adaptive", adaptive),
+    ];
+    let chosen = table.get("integrator").map_or(Ok(IntegratorChoice::default()), |value| value.choice(&choices))?;
+    let (step, tolerance) = (table.get("step"), table.get("tolerance"));
+    if chosen != adaptive {
+        return match tolerance {
+            Some(value) => Err(value.error("given without the adaptive integrator", "`integrator = \"adaptive\"`")),
+            None => Ok(chosen),
+        };
+    }
+    if let Some(value) = step {
+        let problem = "given with the adaptive integrator, which chooses its own";
+        return Err(value.error(problem, "`tolerance` instead, or another `integrator`"));
+    }
+    const EXPECTED: &str = "an error of a step, absolute and relative, 1e-12 to 1e-2";
+    let tolerance = tolerance.map_or(Ok(TOLERANCE), |value| value.within(1e-12, 1e-2, EXPECTED))?;
+    Ok(IntegratorChoice::Adaptive { tolerance })
+}
+
+/// Springs in the joints, and the play beside them.
+fn elasticity(table: &Table<'_>, robot: &Robot) -> Result<Option<ElasticitySpec>, FileError> {
+    const STIFFNESS: &str = "a stiffness above zero, N m/rad or N/m";
+    const DAMPING: &str = "a damping of zero or more, N m s/rad or N s/m";
+    const BACKLASH: &str = "a play of zero or more, rad or m";
+    let backlash = table.get("backlash");
+    let Some(value) = table.get("elasticity") else {
+        return match backlash {
+            // Rigid flanks would meet in a shock, which no step can follow.
+            Some(value) => {
+                Err(value.error("given without `elasticity`", "`elasticity`, the springs that the flanks meet"))
+            }
+            None => Ok(None),
+        };
+    };
+    let springs = value.table()?;
+    springs.only(&["stiffness", "damping"])?;
+    if let Some(index) = robot.joints.iter().position(|joint| joint.spec.rotor.reflected() <= 0.0) {
+        let label = Robot::joint_label(index, &robot.joints[index].name);
+        let problem = format!("{label} has no rotor, so its motor side has no inertia");
+        return Err(value.error(problem, "`rotor = { inertia = ..., gear = ... }` on every joint of the robot"));
+    }
+    let stiffness = springs.require("stiffness", STIFFNESS)?;
+    let stiffness = per_joint(&stiffness, robot, STIFFNESS, |value| value.positive(STIFFNESS))?;
+    let list = |value: Option<Value<'_>>, what: &str| {
+        value.map(|value| per_joint(&value, robot, what, |value| value.not_negative(what))).transpose()
+    };
+    let damping = list(springs.get("damping"), DAMPING)?.unwrap_or_else(|| vec![0.0; robot.dof()]);
+    Ok(Some(ElasticitySpec { stiffness, damping, backlash: list(backlash, BACKLASH)? }))
+}
+
+/// A part of the control period.
+fn jitter(table: &Table<'_>, control: &ControlSpec) -> Result<f64, FileError> {
+    const EXPECTED: &str = "a time of zero or more and below the control period, s";
+    let Some(value) = table.get("jitter") else {
+        return Ok(0.0);
+    };
+    let (jitter, period) = (value.not_negative(EXPECTED)?, 1.0 / control.rate);
+    if jitter < period {
+        Ok(jitter)
+    } else {
+        Err(value.error(format!("found {jitter}, and the control period is {period} s"), EXPECTED))
+    }
+}
+
+/// Friction of the simulated joints; what is not said of Coulomb and viscous friction is the robot file's.
+fn friction(table: &Table<'_>, robot: &Robot) -> Result<FrictionSpec, FileError> {
+    table.only(&["viscous", "coulomb", "breakaway", "stribeck_speed", "load"])?;
+    const LEVEL: &str = "a torque (N m) or force (N) of zero or more";
+    const VISCOUS: &str = "a viscous coefficient of zero or more, N m s/rad or N s/m";
+    const SPEED: &str = "a Stribeck velocity in rad/s or m/s, 5e-3 or more";
+    const LOAD: &str = "a share of the actuator's torque, 0 to 1";
+    let list = |key, what: &str| {
+        let read = |value: Value<'_>| per_joint(&value, robot, what, |value| value.not_negative(what));
+        table.get(key).map(read).transpose()
+    };
+    let of_robot = |one: fn(&JointFriction) -> f64| -> Vec<f64> {
+        robot.joints.iter().map(|joint| joint.friction.as_ref().map_or(0.0, one)).collect()
+    };
+    let viscous = list("viscous", VISCOUS)?.unwrap_or_else(|| of_robot(|friction| friction.viscous));
+    let coulomb = list("coulomb", LEVEL)?.unwrap_or_else(|| of_robot(|friction| friction.coulomb));
+    let Some(torque) = list("breakaway", LEVEL)? else {
+        if let Some(value) = table.get("stribeck_speed").or_else(|| table.get("load")) {
+            return Err(
+                value.error("given without `breakaway`", "`breakaway`, the friction that a motion starts against")
+            );
+        }
+        return Ok(FrictionSpec { viscous, coulomb, breakaway: None });
+    };
+    if let Some(index) = (0..robot.dof()).find(|&i| torque[i] < coulomb[i]) {
+        let label = Robot::joint_label(index, &robot.joints[index].name);
+        let problem = format!("{} is below the Coulomb friction of {label}", torque[index]);
+        return Err(table.error("breakaway", problem, format!("{} or more", coulomb[index])));
+    }
+    let speed = table.require("stribeck_speed", SPEED)?.at_least(5e-3, SPEED)?;
+    let load = table.get("load").map_or(Ok(0.0), |value| value.within(0.0, 1.0, LOAD))?;
+    Ok(FrictionSpec { viscous, coulomb, breakaway: Some(BreakawaySpec { torque, speed, load }) })
+}
+
+fn ripple(table: &Table<'_>) -> Result<RippleSpec, FileError> {
+    table.only(&["share", "cycles"])?;
+    const SHARE: &str = "an amplitude as a share of the torque, 0 to 1";
+    const CYCLES: &str = "cycles per turn of the joint or per metre, above zero and at most 1e4";
+    Ok(RippleSpec {
+        share: table.require("share", SHARE)?.within(0.0, 1.0, SHARE)?,
+        cycles: table.require("cycles", CYCLES)?.positive_up_to(1e4, CYCLES)?,
+    })
+}
+
+/// The control period must be a whole multiple of the plant's step.
+fn step(value: &Value<'_>, period: f64) -> Result<f64, FileError> {
+    let step = value.positive_up_to(period * (1.0 + 1e-9), "a step in s, at most the control period")?;
+    let ratio = period / step;
+    let expected = "a step that the control period is a whole multiple of, 1 to 10,000 times";
+    if ratio > 10_000.5 || (ratio - ratio.round()).abs() > 1e-6 * ratio {
+        return Err(value.error(format!("the control period {period} s is {ratio} times this"), expected));
+    }
+    Ok(step)
+}
+
+fn absent_or<T>(
+    value: &Value<'_>,
+    what: &str,
+    present: impl FnOnce(&Value<'_>) -> Result<T, FileError>,
+) -> Result<Option<T>, FileError> {
+    if value.is_string() {
+        value.choice_or(&[("absent", ())], what)?;
+        return Ok(None);
+    }
+    present(value).map(Some)
+}
+
+pub(super) fn sensors(
+    table: &Table<'_>,
+    robot: &Robot,
+    plant: &PlantSpec,
+    control: &ControlSpec,
+) -> Result<SensorSpec, FileError> {
+    table.only(&["encoder", "position_noise", "velocity_noise", "delay", "side", "jitter"])?;
+    let mut sensors = SensorSpec::default();
+    if let Some(value) = table.get("encoder") {
+        sensors.encoder = value.boolean()?;
+        let without = robot.joints.iter().position(|joint| joint.encoder.is_none());
+        if let (true, Some(index)) = (sensors.encoder, without) {
+            let label = Robot::joint_label(index, &robot.joints[index].name);
+            let problem = format!("{label} has no encoder");
+            return Err(value.error(problem, "`encoder = { counts_per_turn = ... }` on every joint of the robot"));
+        }
+    }
+    let noise = |key, expected| table.get(key).map_or(Ok(0.0), |value| value.not_negative(expected));
+    sensors.position_noise = noise("position_noise", "a noise of zero or more, rms in rad or m")?;
+    sensors.velocity_noise = noise("velocity_noise", "a noise of zero or more, rms in rad/s or m/s")?;
+    sensors.delay = delay(table)?;
+    sensors.jitter = jitter(table, control)?;
+    if let Some(value) = table.get("side") {
+        sensors.side = value.choice(&[("motor", MeasuredSide::Motor), ("link", MeasuredSide::Link)])?;
+        if plant.elasticity.is_none() {
+            return Err(value.error("the joints are rigid: both sides are one", "`elasticity` in [plant]"));
+        }
+    }
+    Ok(sensors)
+}
+
+pub(super) fn actuators(table: &Table<'_>, control: &ControlSpec) -> Result<ActuatorSpec, FileError> {
+    table.only(&["saturation", "lag", "delay", "ripple", "jitter"])?;
+    Ok(ActuatorSpec {
+        saturation: table.get("saturation").map_or(Ok(false), |value| value.boolean())?,
+        lag: table.get("lag").map_or(Ok(0.0), |value| value.not_negative("a time constant of zero or more, s"))?,
+        delay: delay(table)?,
+        ripple: table.table("ripple")?.map(|table| ripple(&table)).transpose()?,
+        jitter: jitter(table, control)?,
+    })
+}
+
+fn delay(table: &Table<'_>) -> Result<u32, FileError> {
+    let ticks = table.get("delay").map_or(Ok(0), |value| value.whole(1000, "a whole number of ticks, at most 1000"))?;
+    Ok(ticks as u32)
+}

@@ -1,0 +1,201 @@
+//! Which joints of the tree form the arm.
+
+use super::markup::{Markup, child};
+use crate::describe::diagnostics::FileError;
+use std::collections::HashMap;
+use urdf_rs::JointType;
+
+/// The arm inside a tree of links. Links and joints are indices in the order of the file.
+pub(super) struct Chain {
+    /// Moving joints, base first.
+    pub(super) moving: Vec<usize>,
+    /// Every joint's parent link.
+    pub(super) parent: Vec<usize>,
+    /// Every joint's child link.
+    pub(super) child: Vec<usize>,
+    /// The joint above a link; `None` for the root.
+    pub(super) above: Vec<Option<usize>>,
+    /// Joints below a link, in the order of the file.
+    pub(super) below: Vec<Vec<usize>>,
+    /// The link whose frame is the tip.
+    pub(super) tip: usize,
+    /// Moving joints beside the chain, held at zero.
+    pub(super) held: Vec<usize>,
+}
+
+impl Chain {
+    pub(super) fn new(markup: &Markup<'_>, urdf: &urdf_rs::Robot, tip: Option<&str>) -> Result<Self, FileError> {
+        let mut chain = Self::tree(markup, urdf)?;
+        let root = chain.root(markup, urdf)?;
+        chain.tip = match tip {
+            Some(name) => {
+                let names: Vec<&str> = urdf.links.iter().map(|link| link.name.as_str()).collect();
+                let index = names.iter().position(|link| *link == name);
+                index.ok_or_else(|| markup.unknown_link(&markup.robot, "tip", name, &names))?
+            }
+            None => chain.only_tip(markup, urdf, root)?,
+        };
+        let mut path: Vec<usize> =
+            std::iter::successors(chain.above[chain.tip], |&joint| chain.above[chain.parent[joint]])
+                .take(urdf.joints.len())
+                .collect();
+        path.reverse();
+        chain.moving = path.iter().copied().filter(|&joint| moves(urdf, joint)).collect();
+        for &joint in &chain.moving {
+            supported(markup, urdf, joint)?;
+        }
+        // Whatever else moves is out of the arm, but what moves with the arm is still carried by it.
+        let base = chain.moving.first().map_or(root, |&joint| chain.child[joint]);
+        let carried = (0..urdf.joints.len()).filter(|&joint| moves(urdf, joint) && !chain.moving.contains(&joint));
+        chain.held = carried.filter(|&joint| chain.is_below(joint, base)).collect();
+        Ok(chain)
+    }
+
+    /// Links by name, and who hangs on whom.
+    fn tree(markup: &Markup<'_>, urdf: &urdf_rs::Robot) -> Result<Self, FileError> {
+        let mut links: HashMap<&str, usize> = HashMap::new();
+        for (index, link) in urdf.links.iter().enumerate() {
+            if links.insert(&link.name, index).is_some() {
+                let problem = format!("{:?} names two links", link.name);
+                return Err(markup.error(
+                    &markup.links[index],
+                    "link.name",
+                    problem,
+                    "a name of its own for every link",
+                ));
+            }
+        }
+        let names: Vec<&str> = urdf.links.iter().map(|link| link.name.as_str()).collect();
+        let count = urdf.links.len();
+        let mut chain = Self {
+            moving: Vec::new(),
+            parent: Vec::new(),
+            child: Vec::new(),
+            above: vec![None; count],
+            below: vec![Vec::new(); count],
+            tip: 0,
+            held: Vec::new(),
+        };
+        for (index, joint) in urdf.joints.iter().enumerate() {
+            let node = &markup.joints[index];
+            if urdf.joints.iter().take(index).any(|before| before.name == joint.name) {
+                let problem = format!("{:?} names two joints", joint.name);
+                return Err(markup.error(node, "joint.name", problem, "a name of its own for every joint"));
+            }
+            let find = |end: &str, name: &str| {
+                let field = format!("joint {}.{end}", joint.name);
+                links.get(name).copied().ok_or_else(|| {
+                    let element = child(node, end).unwrap_or(*node);
+                    markup.unknown_link(&element, field, name, &names)
+                })
+            };
+            let (parent, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
+            if let Some(other) = chain.above[below] {
+                let problem = format!("{:?} already hangs on joint {:?}", joint.child.link, urdf.joints[other].name);
+                let field = format!("joint {}.child", joint.name);
+                return Err(markup.error_in(node, "child", field, problem, "one joint above every link"));
+            }
+            chain.parent.push(parent);
+            chain.child.push(below);
+            chain.above[below] = Some(index);
+            chain.below[parent].push(index);
+        }
+        Ok(chain)
+    }
+
+    /// The one link that hangs on no joint, from which every other can be reached.
+    fn root(&self, markup: &Markup<'_>, urdf: &urdf_rs::Robot) -> Result<usize, FileError> {
+        let roots: Vec<usize> = (0..urdf.links.len()).filter(|&link| self.above[link].is_none()).collect();
+        let expected = "a tree: exactly one link without a joint above it";
+        let root = match roots.as_slice() {
+            [] => {
+                let problem = if urdf.links.is_empty() { "there is no link" } else { "the joints form a loop" };
+                return Err(markup.error(&markup.robot, "robot", problem, expected));
+            }
+            [root] => *root,
+            [_, second, ..] => {
+                let problem = format!("{} links hang on no joint, this one among them", roots.len());
+                return Err(markup.error(&markup.links[*second], "link", problem, expected));
+            }
+        };
+        let looped = (0..urdf.links.len()).find(|&link| link != root && !self.reaches(link, root));
+        match looped {
+            None => Ok(root),
+            Some(link) => Err(markup.error(&markup.links[link], "link", "the joints above form a loop", expected)),
+        }
+    }
+
+    fn reaches(&self, link: usize, root: usize) -> bool {
+        let mut upwards = std::iter::successors(Some(link), |&link| self.above[link].map(|joint| self.parent[joint]));
+        upwards.by_ref().take(self.above.len() + 1).any(|link| link == root)
+    }
+
+    /// Whether a joint hangs, however far down, on a link.
+    fn is_below(&self, joint: usize, link: usize) -> bool {
+        self.reaches(self.parent[joint], link)
+    }
+
+    /// The tip when none is named: down the only way that moves, then to the first fixed leaf.
+    fn only_tip(&self, markup: &Markup<'_>, urdf: &urdf_rs::Robot, root: usize) -> Result<usize, FileError> {
+        let mut link = root;
+        for _ in 0..=urdf.links.len() {
+            let ways: Vec<usize> = self.below[link].iter().copied().filter(|&j| self.carries_motion(urdf, j)).collect();
+            match ways.as_slice() {
+                [] => break,
+                [only] => link = self.child[*only],
+                [first, second, ..] => {
+                    let (a, b) = (&urdf.joints[*first].name, &urdf.joints[*second].name);
+                    let problem =
+                        format!("the tree branches at link {:?}: joints {a:?} and {b:?}", urdf.links[link].name);
+                    let expected = "one chain, or the name of the tip link of one";
+                    return Err(markup.error(&markup.joints[*second], "joint", problem, expected));
+                }
+            }
+        }
+        for _ in 0..=urdf.links.len() {
+            match self.below[link].first() {
+                Some(&joint) => link = self.child[joint],
+                None => break,
+            }
+        }
+        Ok(link)
+    }
+
+    /// Whether a joint or anything below it moves.
+    fn carries_motion(&self, urdf: &urdf_rs::Robot, joint: usize) -> bool {
+        let mut open = vec![joint];
+        while let Some(joint) = open.pop() {
+            if moves(urdf, joint) {
+                return true;
+            }
+            open.extend(&self.below[self.child[joint]]);
+        }
+        false
+    }
+}
+
+fn moves(urdf: &urdf_rs::Robot, joint: usize) -> bool {
+    urdf.joints[joint].joint_type != JointType::Fixed
+}
+
+/// Only joints with one free variable of their own can be part of the arm.
+fn supported(markup: &Markup<'_>, urdf: &urdf_rs::Robot, index: usize) -> Result<(), FileError> {
+    let joint = &urdf.joints[index];
+    let node = &markup.joints[index];
+    let kind = match joint.joint_type {
+        JointType::Revolute | JointType::Continuous | JointType::Prismatic | JointType::Fixed => {
+            if joint.mimic.is_none() {
+                return Ok(());
+            }
+            let field = format!("joint {}.mimic", joint.name);
+            let problem = "the joint follows another one";
+            return Err(markup.error_in(node, "mimic", field, problem, "joints that move on their own"));
+        }
+        JointType::Floating => "floating",
+        JointType::Planar => "planar",
+        JointType::Spherical => "spherical",
+    };
+    let field = format!("joint {}.type", joint.name);
+    let problem = format!("a {kind} joint is in the chain");
+    Err(markup.error(node, field, problem, "revolute, continuous, prismatic or fixed"))
+}
