@@ -8,20 +8,22 @@
 //! numbered [`Fault`] that stays in force until [`Controller::reset`]; a limit that acts is reported, and is no fault.
 
 mod collision;
+mod config;
 mod controller;
 mod every_nth;
 mod fault;
 mod friction;
 mod law;
 mod limits;
+mod momentum_observer;
 mod observer;
 pub mod trajectory;
 
 pub use collision::{
-    CollisionConfig, CollisionConfiguration, CollisionWatch, MomentumFilter, MomentumObserver, Protection, Reaction,
-    Seen, Unprotected, Verdict,
+    CollisionConfig, CollisionConfiguration, CollisionWatch, Protection, Reaction, Seen, Unprotected, Verdict,
 };
-pub use controller::{Configuration, Controller, ControllerConfig, Guard};
+pub use config::{Configuration, ControllerConfig, Guard};
+pub use controller::Controller;
 pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
@@ -29,6 +31,7 @@ pub use friction::Friction;
 pub use law::{Gains, Law, computed_torque};
 pub use limits::LimitFlags;
 pub(crate) use limits::hold_torques;
+pub use momentum_observer::{MomentumFilter, MomentumObserver};
 pub use observer::{Encoder, TrackingObserver};
 
 /// What the arm should be doing now.

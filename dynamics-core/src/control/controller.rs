@@ -1,79 +1,15 @@
 //! The tick.
 
 use super::collision::{Protection, Seen, Unprotected, Verdict};
-use super::friction::Friction;
-use super::law::{Gains, Law, State, torques};
+use super::config::{Configuration, ControllerConfig, Guard};
+use super::law::{State, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
-use super::observer::{Encoder, TrackingObserver};
+use super::observer::TrackingObserver;
 use super::{Command, Fault, Measurement, Reference, Sensed};
-use crate::fields::record;
-use crate::joint::Limits;
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::Trig;
-
-record! {
-    /// When a measurement is no longer believed.
-    #[derive(Clone, Copy, Debug, PartialEq)]
-    pub struct Guard<S> {
-        /// How far beyond a position limit a joint may be before it is a fault, rad or m.
-        pub position_margin: S,
-        /// Speed at which it is a fault, rad/s or m/s.
-        pub velocity_max: S,
-    }
-}
-
-record! {
-    /// Everything about the controller that does not change while it runs.
-    #[derive(Clone, Copy, Debug, PartialEq)]
-    pub struct ControllerConfig<S, const N: usize> {
-        /// The control law.
-        pub law: Law,
-        /// Gains per joint.
-        pub gains: [Gains<S>; N],
-        /// Friction to make up for, per joint; `None` leaves it to the feedback.
-        pub friction: Option<[Friction<S>; N]>,
-        /// Limits per joint.
-        pub limits: [Limits<S>; N],
-        /// Greatest change of torque in one tick, N m or N: the torque-rate limit times the period.
-        pub torque_step: [S; N],
-        /// When a measurement is a fault, per joint.
-        pub guard: [Guard<S>; N],
-        /// Oldest measurement that is believed, in ticks.
-        pub age_max: u32,
-        /// Encoder scale per joint.
-        pub encoder: [Encoder<S>; N],
-        /// Velocity from counts.
-        pub observer: TrackingObserver<S>,
-    }
-}
-
-/// Where a controller finds its configuration.
-///
-/// On the desk that is the configuration itself. A firmware, whose configuration is known when it is built, implements this
-/// for a type without a size: the compiler then folds every number into the code of the tick, leaves out what does nothing
-/// (a limit that is infinite, an offset of zero), and no RAM holds it.
-pub trait Configuration<S, const N: usize> {
-    /// The configuration; the same until it is changed through [`Configuration::get_mut`].
-    fn get(&self) -> &ControllerConfig<S, N>;
-
-    /// The configuration, to be changed between ticks; `None` where it is part of the program.
-    fn get_mut(&mut self) -> Option<&mut ControllerConfig<S, N>> {
-        None
-    }
-}
-
-impl<S, const N: usize> Configuration<S, N> for ControllerConfig<S, N> {
-    #[inline]
-    fn get(&self) -> &Self {
-        self
-    }
-
-    fn get_mut(&mut self) -> Option<&mut Self> {
-        Some(self)
-    }
-}
 
 /// What changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
