@@ -13,7 +13,6 @@ mod controller;
 mod every_nth;
 mod fault;
 mod friction;
-mod guard;
 mod law;
 mod limits;
 mod momentum_observer;
@@ -23,14 +22,12 @@ pub mod trajectory;
 pub use collision::{
     CollisionConfig, CollisionConfiguration, CollisionWatch, Protection, Reaction, Seen, Unprotected, Verdict,
 };
-pub use config::{Configuration, ControllerConfig};
+pub use config::{Configuration, ControllerConfig, Guard};
 pub use controller::Controller;
-pub(crate) use controller::Observed;
+pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::Friction;
-pub use guard::Guard;
-pub(crate) use guard::{believed, name_reference};
 pub use law::{Gains, Law, computed_torque};
 pub use limits::LimitFlags;
 pub(crate) use limits::hold_torques;

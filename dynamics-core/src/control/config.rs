@@ -1,11 +1,21 @@
 //! Everything about a controller that does not change while it runs, and where it is kept.
 
 use super::friction::Friction;
-use super::guard::Guard;
 use super::law::{Gains, Law};
 use super::observer::{Encoder, TrackingObserver};
 use crate::fields::record;
 use crate::joint::Limits;
+
+record! {
+    /// When a measurement is no longer believed.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Guard<S> {
+        /// How far beyond a position limit a joint may be before it is a fault, rad or m.
+        pub position_margin: S,
+        /// Speed at which it is a fault, rad/s or m/s.
+        pub velocity_max: S,
+    }
+}
 
 record! {
     /// Everything about the controller that does not change while it runs.

@@ -1,8 +1,7 @@
 //! The tick.
 
 use super::collision::{Protection, Seen, Unprotected, Verdict};
-use super::config::{Configuration, ControllerConfig};
-use super::guard::{name_fault, name_reference, state_is_inside};
+use super::config::{Configuration, ControllerConfig, Guard};
 use super::law::{State, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
 use super::observer::TrackingObserver;
@@ -79,7 +78,7 @@ where
     /// One tick: from what should be and what is to what to do. Total: it neither panics nor fails.
     ///
     /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 600 instructions of a Cortex-M4F
-    /// beside them (`docs/performance.md`).
+    /// beside them (`docs/timing.md`).
     #[inline]
     pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
         let fault = match self.memory.fault {
@@ -278,4 +277,62 @@ impl<S: Real, const N: usize> Observed<S, N> {
         (self.observer, self.started) = (config.observer, true);
         (&self.position, &self.velocity)
     }
+}
+
+/// Where position and velocity of a joint are believed: between the first two, and no faster than the third. Infinite where there is no
+/// limit.
+#[inline]
+pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>, i: usize) -> (S, S, S) {
+    let Guard { position_margin, velocity_max } = config.guard[i];
+    let (lo, hi) = config.limits[i].position;
+    (lo - position_margin, hi + position_margin, velocity_max)
+}
+
+/// Whether a state is believed. False where a value is NaN or infinite.
+#[inline]
+fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &ControllerConfig<S, N>) -> bool {
+    // Worked out when the program is built: no infinity is inside a finite bound, so the values need no second look.
+    let finite = |x: S| x.clamp_symmetric(S::MAX);
+    for i in 0..N {
+        let (lo, hi, velocity_max) = believed(config, i);
+        if !(q[i] >= finite(lo) && q[i] <= finite(hi) && qd[i].abs() <= finite(velocity_max)) {
+            return false;
+        }
+    }
+    true
+}
+
+/// What is wrong where a state is not believed, on the first joint where something is: with the reference before the state.
+#[cold]
+fn name_fault<S: Real, const N: usize>(
+    reference: &Reference<S, N>,
+    q: &[S; N],
+    qd: &[S; N],
+    config: &ControllerConfig<S, N>,
+) -> Fault {
+    if let Some(fault) = name_reference(reference) {
+        return fault;
+    }
+    for i in 0..N {
+        let joint = i as u8;
+        let (lo, hi, velocity_max) = believed(config, i);
+        if !(q[i].is_finite() && qd[i].is_finite()) {
+            return Fault::NonFiniteMeasurement { joint };
+        }
+        if q[i] < lo || q[i] > hi {
+            return Fault::PositionOutOfBounds { joint };
+        }
+        if qd[i].abs() > velocity_max {
+            return Fault::VelocityOutOfBounds { joint };
+        }
+    }
+    // Only a bound that is NaN brings us here: a configuration that no number can meet.
+    Fault::NonFiniteMeasurement { joint: 0 }
+}
+
+/// The first joint whose reference is not a finite number, if there is one.
+#[cold]
+pub(crate) fn name_reference<S: Real, const N: usize>(reference: &Reference<S, N>) -> Option<Fault> {
+    let finite = |i: usize| reference.q[i].is_finite() && reference.qd[i].is_finite() && reference.qdd[i].is_finite();
+    (0..N).find(|&i| !finite(i)).map(|joint| Fault::NonFiniteReference { joint: joint as u8 })
 }
