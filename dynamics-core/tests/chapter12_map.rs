@@ -121,7 +121,8 @@ fn exists(entry: &str) -> bool {
     let folders = CRATES.iter().filter(|(name, _)| *name == named).map(|(_, folder)| root().join(folder));
     folders.into_iter().any(|mut at| {
         let mut items = path.split("::").peekable();
-        while let Some(inner) = items.next_if(|part| at.join(part).with_extension("rs").is_file()) {
+        let is_module = |at: &Path| at.with_extension("rs").is_file() || at.join("mod.rs").is_file();
+        while let Some(inner) = items.next_if(|part| is_module(&at.join(part))) {
             at.push(inner);
         }
         let Some(text) = module(&at) else { return false };
