@@ -155,6 +155,52 @@ fn shapes_that_cannot_be_read_do_not_matter() {
 }
 
 #[test]
+fn what_neither_moves_nor_weighs_anything_is_not_read() {
+    let odd = "<limit lower=\"-2\"><blob/></limit><calibration rising=\"?\"/><safety_controller/>";
+    let held =
+        "<link name=\"lid\"/><joint name=\"hinge\" type=\"revolute\"><parent link=\"base\"/><child link=\"lid\"/>";
+    let text = TWO.replace("</robot>", &format!("{held}{odd}<mimic multiplier=\"?\"/></joint></robot>"));
+    assert_eq!(Robot::from_urdf_str(&text, "test.urdf", Some("fore")).unwrap().joints, load(TWO).joints);
+}
+
+#[test]
+fn a_quaternion_turns_an_origin_from_version_1_1_on() {
+    let turned = |version: &str, turn: &str| {
+        let text = TWO.replacen("<robot ", &format!("<robot version=\"{version}\" "), 1);
+        let (old, new) = ("xyz=\"0 0 0.2\" rpy=\"0 0 0\"", format!("xyz=\"0 0 0.2\" {turn}"));
+        assert!(text.contains(old));
+        load(&text.replacen(old, &new, 1)).joints[0].spec.body.inertia
+    };
+    // Of any length.
+    let (half, quarter) = ("quat_xyzw=\"2 0 0 2\"", std::f64::consts::FRAC_PI_2);
+    let (found, known) = (turned("1.1", half), turned("1.1", &format!("rpy=\"{quarter:?} 0 0\"")));
+    assert!((found - known).amax() < 1e-15 && (found.m22 - 0.002).abs() < 1e-15, "{found}");
+    // Straight up, roll and yaw are one.
+    let down = turned("1.2", "quat_xyzw=\"0 1 0 1\"");
+    assert!((down - Matrix3::from_diagonal(&Vector3::new(0.002, 0.03, 0.03))).amax() < 1e-15, "{down}");
+    for version in ["1.0", "one", "1"] {
+        assert_eq!(turned(version, half), load(TWO).joints[0].spec.body.inertia, "{version}");
+    }
+}
+
+#[test]
+fn limits_may_be_left_out_from_version_1_2_on() {
+    let limited = |version: &str, limit: &str| {
+        let text = TWO.replacen("<robot ", &format!("<robot version=\"{version}\" "), 1);
+        let old = "<limit lower=\"-2\" upper=\"2\" effort=\"50\" velocity=\"3\"/>";
+        assert!(text.contains(old));
+        Robot::from_urdf_str(&text.replacen(old, limit, 1), "test.urdf", None)
+    };
+    let limits = limited("1.2", "<limit lower=\"-2\"/>").unwrap().joints[0].spec.limits;
+    assert_eq!((limits.position, limits.torque), ((-2.0, f64::INFINITY), f64::INFINITY));
+    assert_eq!(limits.velocity, f64::INFINITY);
+    assert_eq!(limited("1.1", "<limit lower=\"-2\"/>").unwrap_err().problem(), "missing");
+    // Of the travel, what is missing was zero.
+    let limits = limited("1.0", "<limit lower=\"-2\" effort=\"50\" velocity=\"3\"/>").unwrap().joints[0].spec.limits;
+    assert_eq!(limits.position, (-2.0, 0.0));
+}
+
+#[test]
 fn the_extension_decides_how_a_file_is_read() {
     assert_eq!(Robot::load(Path::new("tests/data/two.urdf")).unwrap().joints, load(TWO).joints);
 }

@@ -1,42 +1,31 @@
 //! URDF files: the serial chain of a robot, with what is fixed merged into what moves.
 //!
-//! `urdf-rs` gives the values; the XML tree beside it gives places, and what the values cannot tell, such as whether an
-//! `<inertial>` was there at all.
+//! The XML is parsed once: what is read from it keeps its element, and so its place, until the robot is checked.
 
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::robot::{BuildError, DOF, JointFriction, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
-use nalgebra::Vector3;
 use std::path::PathBuf;
-use urdf_rs::JointType;
 
 mod chain;
+mod description;
 mod markup;
 mod merge;
+mod pose;
 
 use chain::Chain;
-use markup::Markup;
+use description::{Description, Joint, Kind};
+use markup::{Markup, child};
 
 /// `tip` names the link that the chain ends at; `None` takes the only chain there is.
 pub(super) fn read(source: &Source, tip: Option<&str>) -> Result<Robot, FileError> {
     let document = markup::parse(source)?;
     let markup = Markup::new(source, &document)?;
-    markup.check_numbers()?;
-    let urdf = urdf_rs::read_from_string(&markup.essentials()).map_err(|error| {
-        markup.error(&markup.robot, "robot", format!("not a URDF: {error}"), "a URDF robot description")
-    })?;
-    if urdf.links.len() != markup.links.len() || urdf.joints.len() != markup.joints.len() {
-        return Err(markup.error(
-            &markup.robot,
-            "robot",
-            "links or joints that cannot be read",
-            "a URDF robot description",
-        ));
-    }
+    let urdf = Description::read(&markup)?;
     let chain = Chain::new(&markup, &urdf, tip)?;
     if !DOF.contains(&chain.moving.len()) {
-        let names: Vec<&str> = chain.moving.iter().map(|&index| urdf.joints[index].name.as_str()).collect();
+        let names: Vec<&str> = chain.moving.iter().map(|&index| urdf.joints[index].name).collect();
         let problem = match names.as_slice() {
             [] => "the chain has no moving joint".to_owned(),
             _ => format!("the chain has {} moving joints: {}", names.len(), names.join(", ")),
@@ -51,124 +40,103 @@ pub(super) fn read(source: &Source, tip: Option<&str>) -> Result<Robot, FileErro
     let joints = (0..chain.moving.len()).map(|i| joint(&markup, &urdf, &chain, i)).collect::<Result<Vec<_>, _>>()?;
     let tip = merge::tip_placement(&urdf, &chain);
     let robot = Robot {
-        name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.clone() },
+        name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.to_owned() },
         source: describe(&source.file, &urdf, &chain),
         allow_unphysical: None,
         joints,
         tool: Tool { rotation: tip.rotation, translation: tip.translation, ..Tool::default() },
         path: PathBuf::from(&source.file),
     };
-    robot.check().map_err(|error| placed(&error, &robot, &markup, &chain))?;
+    robot.check().map_err(|error| placed(&error, &robot, &markup, &urdf, &chain))?;
     Ok(robot)
 }
 
 /// Which file and chain, and what was held still on the way.
-fn describe(file: &str, urdf: &urdf_rs::Robot, chain: &Chain) -> String {
+fn describe(file: &str, urdf: &Description<'_>, chain: &Chain) -> String {
     let mut text = format!("{file}, chain to {}", urdf.links[chain.tip].name);
     if !chain.held.is_empty() {
-        let names: Vec<&str> = chain.held.iter().map(|&index| urdf.joints[index].name.as_str()).collect();
+        let names: Vec<&str> = chain.held.iter().map(|&index| urdf.joints[index].name).collect();
         text += &format!("; held at zero: {}", names.join(", "));
     }
     text
 }
 
 /// The `i`-th moving joint of the chain, and the link that moves with it.
-fn joint(markup: &Markup<'_>, urdf: &urdf_rs::Robot, chain: &Chain, i: usize) -> Result<RobotJoint, FileError> {
+fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> Result<RobotJoint, FileError> {
     let index = chain.moving[i];
     let joint = &urdf.joints[index];
-    let label = Robot::joint_label(i, &joint.name);
-    let child = chain.child[index];
-    if !markup.has(child, "inertial") {
-        let field = format!("link {}.inertial", urdf.links[child].name);
+    let label = Robot::joint_label(i, joint.name);
+    let link = &urdf.links[chain.child[index]];
+    if child(&link.node, "inertial").is_none() {
+        let field = format!("link {}.inertial", link.name);
         let problem = format!("missing, but the link moves with {label}");
-        return Err(markup.error(&markup.links[child], field, problem, "an <inertial> with mass and inertia"));
+        return Err(markup.error(&link.node, field, problem, "an <inertial> with mass and inertia"));
     }
     let place = merge::joint_placement(urdf, chain, i);
-    let axis = Vector3::from(joint.axis.xyz.0);
-    let largest = axis.amax();
+    let largest = joint.axis.amax();
     if largest == 0.0 {
-        let field = format!("{label}.axis");
-        return Err(markup.error_in(
-            &markup.joints[index],
-            "axis",
-            field,
-            "the axis has no direction",
-            "a vector that is not zero",
-        ));
+        let (field, problem) = (format!("{label}.axis"), "the axis has no direction");
+        return Err(markup.error_in(&joint.node, "axis", field, problem, "a vector that is not zero"));
     }
     // Scaled first, so that the square of a tiny or huge axis neither vanishes nor overflows.
-    let axis = (axis / largest).normalize();
+    let axis = (joint.axis / largest).normalize();
     Ok(RobotJoint {
-        name: joint.name.clone(),
+        name: joint.name.to_owned(),
         spec: JointSpec {
-            kind: if joint.joint_type == JointType::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },
+            kind: if joint.kind == Kind::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },
             frame: Frame::Placement { rotation: place.rotation, translation: place.translation, axis },
             body: merge::body(urdf, chain, i),
             rotor: Rotor::default(),
-            limits: limits(markup, joint, index, &label)?,
+            limits: limits(markup, joint, &label)?,
         },
-        friction: friction(markup, joint, index, &label)?,
+        friction: friction(markup, joint, &label)?,
         encoder: None,
         drive: None,
     })
 }
 
-fn limits(markup: &Markup<'_>, joint: &urdf_rs::Joint, index: usize, label: &str) -> Result<Limits<f64>, FileError> {
-    let node = &markup.joints[index];
-    let continuous = joint.joint_type == JointType::Continuous;
-    let Some(limit) = markup::child(node, "limit") else {
+/// Version 1.2 made every limit optional; before, what is missing of the travel is zero, and the others must be there.
+fn limits(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Limits<f64>, FileError> {
+    let optional = markup.version >= (1, 2);
+    let continuous = joint.kind == Kind::Continuous;
+    let Some(limit) = &joint.limit else {
         if continuous {
             return Ok(Limits::none());
         }
-        let problem = "missing on a joint with limited travel";
-        return Err(markup.error(
-            node,
-            format!("{label}.limit"),
-            problem,
-            "a <limit> with lower, upper, effort, velocity",
-        ));
+        let (field, problem) = (format!("{label}.limit"), "missing on a joint with limited travel");
+        return Err(markup.error(&joint.node, field, problem, "a <limit> with lower, upper, effort, velocity"));
     };
-    // Version 1.2 made every limit optional; before, urdf-rs reads what is missing as zero.
-    for key in ["effort", "velocity"] {
-        if limit.attribute(key).is_none() && joint_limit(&joint.limit, key) == 0.0 {
-            return Err(markup.error(&limit, format!("{label}.limit.{key}"), "missing", "a limit above zero"));
+    let must_be = |key: &str, value: Option<f64>| match value {
+        Some(value) => Ok(value),
+        None if optional => Ok(f64::INFINITY),
+        None => {
+            Err(markup.error_in(&joint.node, "limit", format!("{label}.limit.{key}"), "missing", "a limit above zero"))
         }
-    }
-    let free = (f64::NEG_INFINITY, f64::INFINITY);
+    };
+    let (torque, velocity) = (must_be("effort", limit.effort)?, must_be("velocity", limit.velocity)?);
+    let end = |value: Option<f64>, free: f64| value.unwrap_or(if optional { free } else { 0.0 });
+    let (lowest, highest) = (f64::NEG_INFINITY, f64::INFINITY);
     Ok(Limits {
-        position: if continuous { free } else { (joint.limit.lower, joint.limit.upper) },
-        velocity: joint.limit.velocity,
-        torque: joint.limit.effort,
+        position: if continuous { (lowest, highest) } else { (end(limit.lower, lowest), end(limit.upper, highest)) },
+        velocity,
+        torque,
         torque_rate: f64::INFINITY,
     })
 }
 
-fn joint_limit(limit: &urdf_rs::JointLimit, key: &str) -> f64 {
-    if key == "effort" { limit.effort } else { limit.velocity }
-}
-
-fn friction(
-    markup: &Markup<'_>,
-    joint: &urdf_rs::Joint,
-    index: usize,
-    label: &str,
-) -> Result<Option<JointFriction>, FileError> {
-    let Some(dynamics) = &joint.dynamics else {
-        return Ok(None);
-    };
-    for (key, value) in [("damping", dynamics.damping), ("friction", dynamics.friction)] {
+fn friction(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Option<JointFriction>, FileError> {
+    for (key, value) in [("damping", joint.damping), ("friction", joint.friction)] {
         if value < 0.0 {
-            let field = format!("{label}.dynamics.{key}");
-            let problem = format!("found {value}");
-            return Err(markup.error_in(&markup.joints[index], "dynamics", field, problem, "zero or more"));
+            let (field, problem) = (format!("{label}.dynamics.{key}"), format!("found {value}"));
+            return Err(markup.error_in(&joint.node, "dynamics", field, problem, "zero or more"));
         }
     }
-    let given = dynamics.damping > 0.0 || dynamics.friction > 0.0;
-    Ok(given.then_some(JointFriction { viscous: dynamics.damping, coulomb: dynamics.friction }))
+    let given = joint.damping > 0.0 || joint.friction > 0.0;
+    Ok(given.then_some(JointFriction { viscous: joint.damping, coulomb: joint.friction }))
 }
 
 /// The core's refusal, moved to the element that caused it.
-fn placed(error: &BuildError, robot: &Robot, markup: &Markup<'_>, chain: &Chain) -> FileError {
+fn placed(error: &BuildError, robot: &Robot, markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain) -> FileError {
     let (label, problem, expected) = error.describe(robot);
     let (index, what) = match error {
         BuildError::Impossible(ModelError { place: Place::Joint(index), what }) => (*index, Some(what)),
@@ -180,9 +148,9 @@ fn placed(error: &BuildError, robot: &Robot, markup: &Markup<'_>, chain: &Chain)
         Some(Impossible::PositionLimitsReversed(..) | Impossible::LimitNotPositive(..)) => "limit",
         Some(Impossible::NonUnitAxis(_)) => "axis",
         Some(Impossible::NotARotation(_)) => "origin",
-        _ => return placed_in_inertial(&label, what, problem, expected, markup, &markup.links[chain.child[joint]]),
+        _ => return placed_in_inertial(&label, what, problem, expected, markup, &urdf.links[chain.child[joint]].node),
     };
-    markup.error_in(&markup.joints[joint], element, format!("{label}.{element}"), problem, expected)
+    markup.error_in(&urdf.joints[joint].node, element, format!("{label}.{element}"), problem, expected)
 }
 
 fn placed_in_inertial(
@@ -197,6 +165,6 @@ fn placed_in_inertial(
         Some(Impossible::NegativeMass(_) | Impossible::InertiaWithoutMass(_)) => "mass",
         _ => "inertia",
     };
-    let inertial = markup::child(link, "inertial").unwrap_or(*link);
+    let inertial = child(link, "inertial").unwrap_or(*link);
     markup.error_in(&inertial, part, format!("{label}.inertial.{part}"), problem, expected)
 }

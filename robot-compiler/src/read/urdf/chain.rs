@@ -1,9 +1,9 @@
 //! Which joints of the tree form the arm.
 
+use super::description::{Description, Kind};
 use super::markup::{Markup, child};
 use crate::describe::diagnostics::FileError;
 use std::collections::HashMap;
-use urdf_rs::JointType;
 
 /// The arm inside a tree of links. Links and joints are indices in the order of the file.
 pub(super) struct Chain {
@@ -24,12 +24,12 @@ pub(super) struct Chain {
 }
 
 impl Chain {
-    pub(super) fn new(markup: &Markup<'_>, urdf: &urdf_rs::Robot, tip: Option<&str>) -> Result<Self, FileError> {
+    pub(super) fn new(markup: &Markup<'_>, urdf: &Description<'_>, tip: Option<&str>) -> Result<Self, FileError> {
         let mut chain = Self::tree(markup, urdf)?;
         let root = chain.root(markup, urdf)?;
         chain.tip = match tip {
             Some(name) => {
-                let names: Vec<&str> = urdf.links.iter().map(|link| link.name.as_str()).collect();
+                let names: Vec<&str> = urdf.links.iter().map(|link| link.name).collect();
                 let index = names.iter().position(|link| *link == name);
                 index.ok_or_else(|| markup.unknown_link(&markup.robot, "tip", name, &names))?
             }
@@ -52,20 +52,20 @@ impl Chain {
     }
 
     /// Links by name, and who hangs on whom.
-    fn tree(markup: &Markup<'_>, urdf: &urdf_rs::Robot) -> Result<Self, FileError> {
+    fn tree(markup: &Markup<'_>, urdf: &Description<'_>) -> Result<Self, FileError> {
         let mut links: HashMap<&str, usize> = HashMap::new();
         for (index, link) in urdf.links.iter().enumerate() {
-            if links.insert(&link.name, index).is_some() {
+            if links.insert(link.name, index).is_some() {
                 let problem = format!("{:?} names two links", link.name);
                 return Err(markup.error(
-                    &markup.links[index],
+                    &urdf.links[index].node,
                     "link.name",
                     problem,
                     "a name of its own for every link",
                 ));
             }
         }
-        let names: Vec<&str> = urdf.links.iter().map(|link| link.name.as_str()).collect();
+        let names: Vec<&str> = urdf.links.iter().map(|link| link.name).collect();
         let count = urdf.links.len();
         let mut chain = Self {
             moving: Vec::new(),
@@ -77,7 +77,7 @@ impl Chain {
             held: Vec::new(),
         };
         for (index, joint) in urdf.joints.iter().enumerate() {
-            let node = &markup.joints[index];
+            let node = &urdf.joints[index].node;
             if urdf.joints.iter().take(index).any(|before| before.name == joint.name) {
                 let problem = format!("{:?} names two joints", joint.name);
                 return Err(markup.error(node, "joint.name", problem, "a name of its own for every joint"));
@@ -89,9 +89,9 @@ impl Chain {
                     markup.unknown_link(&element, field, name, &names)
                 })
             };
-            let (parent, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
+            let (parent, below) = (find("parent", joint.parent)?, find("child", joint.child)?);
             if let Some(other) = chain.above[below] {
-                let problem = format!("{:?} already hangs on joint {:?}", joint.child.link, urdf.joints[other].name);
+                let problem = format!("{:?} already hangs on joint {:?}", joint.child, urdf.joints[other].name);
                 let field = format!("joint {}.child", joint.name);
                 return Err(markup.error_in(node, "child", field, problem, "one joint above every link"));
             }
@@ -104,7 +104,7 @@ impl Chain {
     }
 
     /// The one link that hangs on no joint, from which every other can be reached.
-    fn root(&self, markup: &Markup<'_>, urdf: &urdf_rs::Robot) -> Result<usize, FileError> {
+    fn root(&self, markup: &Markup<'_>, urdf: &Description<'_>) -> Result<usize, FileError> {
         let roots: Vec<usize> = (0..urdf.links.len()).filter(|&link| self.above[link].is_none()).collect();
         let expected = "a tree: exactly one link without a joint above it";
         let root = match roots.as_slice() {
@@ -115,13 +115,13 @@ impl Chain {
             [root] => *root,
             [_, second, ..] => {
                 let problem = format!("{} links hang on no joint, this one among them", roots.len());
-                return Err(markup.error(&markup.links[*second], "link", problem, expected));
+                return Err(markup.error(&urdf.links[*second].node, "link", problem, expected));
             }
         };
         let looped = (0..urdf.links.len()).find(|&link| link != root && !self.reaches(link, root));
         match looped {
             None => Ok(root),
-            Some(link) => Err(markup.error(&markup.links[link], "link", "the joints above form a loop", expected)),
+            Some(link) => Err(markup.error(&urdf.links[link].node, "link", "the joints above form a loop", expected)),
         }
     }
 
@@ -136,7 +136,7 @@ impl Chain {
     }
 
     /// The tip when none is named: down the only way that moves, then to the first fixed leaf.
-    fn only_tip(&self, markup: &Markup<'_>, urdf: &urdf_rs::Robot, root: usize) -> Result<usize, FileError> {
+    fn only_tip(&self, markup: &Markup<'_>, urdf: &Description<'_>, root: usize) -> Result<usize, FileError> {
         let mut link = root;
         for _ in 0..=urdf.links.len() {
             let ways: Vec<usize> = self.below[link].iter().copied().filter(|&j| self.carries_motion(urdf, j)).collect();
@@ -148,7 +148,7 @@ impl Chain {
                     let problem =
                         format!("the tree branches at link {:?}: joints {a:?} and {b:?}", urdf.links[link].name);
                     let expected = "one chain, or the name of the tip link of one";
-                    return Err(markup.error(&markup.joints[*second], "joint", problem, expected));
+                    return Err(markup.error(&urdf.joints[*second].node, "joint", problem, expected));
                 }
             }
         }
@@ -162,7 +162,7 @@ impl Chain {
     }
 
     /// Whether a joint or anything below it moves.
-    fn carries_motion(&self, urdf: &urdf_rs::Robot, joint: usize) -> bool {
+    fn carries_motion(&self, urdf: &Description<'_>, joint: usize) -> bool {
         let mut open = vec![joint];
         while let Some(joint) = open.pop() {
             if moves(urdf, joint) {
@@ -174,26 +174,26 @@ impl Chain {
     }
 }
 
-fn moves(urdf: &urdf_rs::Robot, joint: usize) -> bool {
-    urdf.joints[joint].joint_type != JointType::Fixed
+fn moves(urdf: &Description<'_>, joint: usize) -> bool {
+    urdf.joints[joint].kind != Kind::Fixed
 }
 
 /// Only joints with one free variable of their own can be part of the arm.
-fn supported(markup: &Markup<'_>, urdf: &urdf_rs::Robot, index: usize) -> Result<(), FileError> {
+fn supported(markup: &Markup<'_>, urdf: &Description<'_>, index: usize) -> Result<(), FileError> {
     let joint = &urdf.joints[index];
-    let node = &markup.joints[index];
-    let kind = match joint.joint_type {
-        JointType::Revolute | JointType::Continuous | JointType::Prismatic | JointType::Fixed => {
-            if joint.mimic.is_none() {
+    let node = &urdf.joints[index].node;
+    let kind = match joint.kind {
+        Kind::Revolute | Kind::Continuous | Kind::Prismatic | Kind::Fixed => {
+            if child(node, "mimic").is_none() {
                 return Ok(());
             }
             let field = format!("joint {}.mimic", joint.name);
             let problem = "the joint follows another one";
             return Err(markup.error_in(node, "mimic", field, problem, "joints that move on their own"));
         }
-        JointType::Floating => "floating",
-        JointType::Planar => "planar",
-        JointType::Spherical => "spherical",
+        Kind::Floating => "floating",
+        Kind::Planar => "planar",
+        Kind::Spherical => "spherical",
     };
     let field = format!("joint {}.type", joint.name);
     let problem = format!("a {kind} joint is in the chain");

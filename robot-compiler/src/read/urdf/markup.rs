@@ -1,9 +1,10 @@
-//! The XML of a URDF file, for places and for what must be there.
+//! The XML of a URDF file: its numbers, and the places that errors point at.
 
 use crate::describe::diagnostics::{FileError, Source, one_of};
 use roxmltree::{Document, Node};
+use std::ops::Range;
 
-/// Deepest nesting: a URDF needs six levels, and the readers behind are recursive.
+/// Deepest nesting: a URDF needs six levels.
 const DEPTH_MAX: usize = 32;
 
 pub(super) fn parse(source: &Source) -> Result<Document<'_>, FileError> {
@@ -24,59 +25,22 @@ fn offset(text: &str, row: u32, column: u32) -> usize {
     line_start + line.chars().take(column.saturating_sub(1) as usize).map(char::len_utf8).sum::<usize>()
 }
 
-/// The parts of the document that matter, in its order.
+/// A document, and the text that it was read from.
 pub(super) struct Markup<'a> {
     source: &'a Source,
     pub(super) robot: Node<'a, 'a>,
-    pub(super) links: Vec<Node<'a, 'a>>,
-    pub(super) joints: Vec<Node<'a, 'a>>,
+    /// Major and minor; 1.0 where the file does not say, or says what is no version.
+    pub(super) version: (u32, u32),
 }
-
-/// The numbers in an attribute: how many, and whether infinity is one.
-struct Numbers {
-    element: &'static str,
-    attribute: &'static str,
-    count: usize,
-    infinite: bool,
-    required: bool,
-}
-
-const fn numbers(
-    element: &'static str,
-    attribute: &'static str,
-    count: usize,
-    infinite: bool,
-    required: bool,
-) -> Numbers {
-    Numbers { element, attribute, count, infinite, required }
-}
-
-const NUMBERS: [Numbers; 18] = [
-    numbers("origin", "xyz", 3, false, false),
-    numbers("origin", "rpy", 3, false, false),
-    numbers("axis", "xyz", 3, false, true),
-    numbers("limit", "lower", 1, true, false),
-    numbers("limit", "upper", 1, true, false),
-    numbers("limit", "effort", 1, true, false),
-    numbers("limit", "velocity", 1, true, false),
-    numbers("dynamics", "damping", 1, false, false),
-    numbers("dynamics", "friction", 1, false, false),
-    numbers("mass", "value", 1, false, true),
-    numbers("inertia", "ixx", 1, false, true),
-    numbers("inertia", "iyy", 1, false, true),
-    numbers("inertia", "izz", 1, false, true),
-    numbers("inertia", "ixy", 1, false, true),
-    numbers("inertia", "ixz", 1, false, true),
-    numbers("inertia", "iyz", 1, false, true),
-    numbers("mimic", "multiplier", 1, false, false),
-    numbers("mimic", "offset", 1, false, false),
-];
 
 impl<'a> Markup<'a> {
     pub(super) fn new(source: &'a Source, document: &'a Document<'a>) -> Result<Self, FileError> {
         let robot = document.root_element();
-        let named = |name: &'static str| robot.children().filter(move |node| node.has_tag_name(name)).collect();
-        let markup = Self { source, robot, links: named("link"), joints: named("joint") };
+        let version = robot.attribute("version").and_then(|version| {
+            let (major, minor) = version.trim().split_once('.')?;
+            Some((major.parse().ok()?, minor.parse().ok()?))
+        });
+        let markup = Self { source, robot, version: version.unwrap_or((1, 0)) };
         if !robot.has_tag_name("robot") {
             let problem = format!("the outermost element is <{}>", robot.tag_name().name());
             return Err(markup.error(&robot, "robot", problem, "<robot>"));
@@ -87,115 +51,82 @@ impl<'a> Markup<'a> {
         Ok(markup)
     }
 
-    /// Every attribute that dynamics or kinematics is read from holds as many numbers as it should.
-    ///
-    /// `urdf-rs` skips words that are no numbers in a vector, and knows no place.
-    pub(super) fn check_numbers(&self) -> Result<(), FileError> {
-        for (kind, nodes) in [("link", &self.links), ("joint", &self.joints)] {
-            for node in nodes {
-                let name = self.name(node, kind)?;
-                if kind == "joint" {
-                    self.check_joint(node, &format!("joint {name}"))?;
-                }
-                let inertial = child(node, "inertial");
-                self.check_inertial(inertial.as_ref(), &format!("link {name}"))?;
-                // A link's own children, and those of its inertial; shapes are nobody's business here.
-                for element in node.children().chain(inertial.iter().flat_map(|inertial| inertial.children())) {
-                    self.check_element(&element, &format!("{kind} {name}"))?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// A joint has a type that URDF knows, and two ends.
-    fn check_joint(&self, node: &Node<'a, 'a>, label: &str) -> Result<(), FileError> {
-        const TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
-        let kind = node.attribute_node("type");
-        let Some(kind) = kind else {
-            return Err(self.error(node, format!("{label}.type"), "missing", one_of("", &TYPES)));
-        };
-        if !TYPES.contains(&kind.value()) {
-            let problem = format!("found {:?}", kind.value());
-            return Err(self.source.error(
-                kind.range(),
-                format!("{label}.type"),
-                problem,
-                one_of(kind.value(), &TYPES),
-            ));
-        }
-        for end in ["parent", "child"] {
-            if child(node, end).is_none_or(|end| end.attribute("link").is_none()) {
-                let expected = format!("<{end} link=\"...\"/>");
-                return Err(self.error_in(node, end, format!("{label}.{end}"), "missing", expected));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_inertial(&self, inertial: Option<&Node<'a, 'a>>, label: &str) -> Result<(), FileError> {
-        let Some(inertial) = inertial else {
-            return Ok(());
-        };
-        for part in ["mass", "inertia"] {
-            if child(inertial, part).is_none() {
-                return Err(self.error(inertial, format!("{label}.inertial.{part}"), "missing", format!("<{part}>")));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_element(&self, element: &Node<'a, 'a>, label: &str) -> Result<(), FileError> {
-        let tag = element.tag_name().name();
-        for Numbers { attribute, count, infinite, required, .. } in NUMBERS.iter().filter(|rule| rule.element == tag) {
-            let field = || format!("{label}.{tag}.{attribute}");
-            let expected = if *count == 1 { "one finite number".to_owned() } else { format!("{count} finite numbers") };
-            let Some(found) = element.attribute_node(*attribute) else {
-                if *required {
-                    return Err(self.error(element, field(), "missing", expected));
-                }
-                continue;
-            };
-            let good = |word: &str| {
-                let number: Result<f64, _> = word.parse();
-                number.is_ok_and(|x| if *infinite { !x.is_nan() } else { (x as f32).is_finite() })
-            };
-            let words: Vec<&str> = found.value().split_whitespace().collect();
-            if words.len() != *count || !words.iter().all(|word| good(word)) {
-                let problem = format!("found {:?}", found.value().chars().take(60).collect::<String>());
-                return Err(self.source.error(found.range(), field(), problem, expected));
-            }
-        }
-        Ok(())
-    }
-
-    /// The document without shapes, colours and what simulators add: nothing in them bears on dynamics, and a texture that
-    /// `urdf-rs` cannot read should not keep an arm from loading.
-    pub(super) fn essentials(&self) -> String {
-        let beside = self.robot.children().filter(|node| !node.has_tag_name("link") && !node.has_tag_name("joint"));
-        let within = self.links.iter().flat_map(|link| link.children().filter(|node| !node.has_tag_name("inertial")));
-        let mut left_out: Vec<_> = beside.chain(within).filter(Node::is_element).map(|node| node.range()).collect();
-        left_out.sort_unstable_by_key(|range| range.start);
-        let mut text = String::new();
-        let mut from = 0;
-        for range in left_out {
-            text.push_str(self.source.text.get(from..range.start).unwrap_or_default());
-            from = range.end;
-        }
-        text.push_str(self.source.text.get(from..).unwrap_or_default());
-        text
-    }
-
     /// The `name` of a link or joint.
-    fn name(&self, node: &Node<'a, 'a>, kind: &str) -> Result<&'a str, FileError> {
+    pub(super) fn name(&self, node: &Node<'a, 'a>, kind: &str) -> Result<&'a str, FileError> {
         node.attribute("name")
             .filter(|name| !name.is_empty())
             .ok_or_else(|| self.error(node, format!("{kind}.name"), "missing", format!("a name for the {kind}")))
     }
 
-    /// Whether a link has a child element of this name.
-    pub(super) fn has(&self, link: usize, name: &str) -> bool {
-        child(&self.links[link], name).is_some()
+    /// A child element that may be there once.
+    pub(super) fn only_child(
+        &self,
+        node: &Node<'a, 'a>,
+        name: &str,
+        label: &str,
+    ) -> Result<Option<Node<'a, 'a>>, FileError> {
+        let mut all = node.children().filter(|child| child.has_tag_name(name));
+        match (all.next(), all.next()) {
+            (_, Some(second)) => {
+                Err(self.error(&second, format!("{label}.{name}"), "given twice", format!("one <{name}>")))
+            }
+            (first, None) => Ok(first),
+        }
+    }
+
+    /// The finite numbers in an attribute, if it is there.
+    pub(super) fn finite<const N: usize>(
+        &self,
+        element: &Node<'a, 'a>,
+        attribute: &str,
+        label: &str,
+    ) -> Result<Option<[f64; N]>, FileError> {
+        self.numbers(element, attribute, label, |x| (x as f32).is_finite())
+    }
+
+    /// The finite numbers in an attribute that must be there.
+    pub(super) fn required<const N: usize>(
+        &self,
+        element: &Node<'a, 'a>,
+        attribute: &str,
+        label: &str,
+    ) -> Result<[f64; N], FileError> {
+        self.finite(element, attribute, label)?
+            .ok_or_else(|| self.error(element, field(element, attribute, label), "missing", finite_numbers(N)))
+    }
+
+    /// The number in an attribute, if it is there; it may be infinite.
+    pub(super) fn bound(&self, element: &Node<'a, 'a>, attribute: &str, label: &str) -> Result<Option<f64>, FileError> {
+        let number = self.numbers(element, attribute, label, |x| !x.is_nan())?;
+        Ok(number.map(|[x]| x))
+    }
+
+    fn numbers<const N: usize>(
+        &self,
+        element: &Node<'a, 'a>,
+        attribute: &str,
+        label: &str,
+        good: fn(f64) -> bool,
+    ) -> Result<Option<[f64; N]>, FileError> {
+        let Some(found) = element.attribute_node(attribute) else { return Ok(None) };
+        let words = found.value().split_whitespace();
+        let numbers = words.map(|word| word.parse().ok().filter(|x| good(*x))).collect::<Option<Vec<f64>>>();
+        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+        numbers.map(Some).ok_or_else(|| {
+            let problem = format!("found {:?}", found.value().chars().take(60).collect::<String>());
+            self.error_at(found.range(), field(element, attribute, label), problem, finite_numbers(N))
+        })
+    }
+
+    /// An error at a place in the text.
+    pub(super) fn error_at(
+        &self,
+        place: Range<usize>,
+        field: impl Into<String>,
+        problem: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> FileError {
+        self.source.error(place, field, problem, expected)
     }
 
     /// An error at the opening tag of an element.
@@ -239,4 +170,13 @@ impl<'a> Markup<'a> {
 /// The first child element of this name.
 pub(super) fn child<'a>(node: &Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
     node.children().find(|child| child.has_tag_name(name))
+}
+
+/// What errors call an attribute of an element of a link or joint.
+fn field(element: &Node<'_, '_>, attribute: &str, label: &str) -> String {
+    format!("{label}.{}.{attribute}", element.tag_name().name())
+}
+
+fn finite_numbers(count: usize) -> String {
+    if count == 1 { "one finite number".to_owned() } else { format!("{count} finite numbers") }
 }

@@ -1,0 +1,155 @@
+//! What a URDF file says of links and joints, as far as dynamics and kinematics go.
+//!
+//! Shapes, colours and what simulators add are not read: an arm with a texture that nobody understands is still an arm.
+
+use super::markup::Markup;
+use super::pose::origin;
+use crate::describe::diagnostics::{FileError, one_of};
+use dynamics_core::Body;
+use dynamics_core::model::Placement;
+use nalgebra::{Matrix3, Vector3};
+use roxmltree::Node;
+
+/// Links and joints in the order of the file.
+pub(super) struct Description<'a> {
+    pub(super) name: &'a str,
+    pub(super) links: Vec<Link<'a>>,
+    pub(super) joints: Vec<Joint<'a>>,
+}
+
+pub(super) struct Link<'a> {
+    pub(super) node: Node<'a, 'a>,
+    pub(super) name: &'a str,
+    /// In the link's frame; massless without an `<inertial>`.
+    pub(super) body: Body,
+}
+
+pub(super) struct Joint<'a> {
+    pub(super) node: Node<'a, 'a>,
+    pub(super) name: &'a str,
+    pub(super) kind: Kind,
+    /// `parent_from_joint` at `q = 0`.
+    pub(super) origin: Placement<f64>,
+    pub(super) parent: &'a str,
+    pub(super) child: &'a str,
+    /// Of any length.
+    pub(super) axis: Vector3<f64>,
+    pub(super) limit: Option<Limit>,
+    /// Viscous and Coulomb friction; zero where the file says nothing.
+    pub(super) damping: f64,
+    pub(super) friction: f64,
+}
+
+/// A `<limit>`; `None`: nothing stands there.
+pub(super) struct Limit {
+    pub(super) lower: Option<f64>,
+    pub(super) upper: Option<f64>,
+    pub(super) effort: Option<f64>,
+    pub(super) velocity: Option<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Revolute,
+    Continuous,
+    Prismatic,
+    Fixed,
+    Floating,
+    Planar,
+    Spherical,
+}
+
+const KINDS: [(&str, Kind); 7] = [
+    ("revolute", Kind::Revolute),
+    ("continuous", Kind::Continuous),
+    ("prismatic", Kind::Prismatic),
+    ("fixed", Kind::Fixed),
+    ("floating", Kind::Floating),
+    ("planar", Kind::Planar),
+    ("spherical", Kind::Spherical),
+];
+
+impl<'a> Description<'a> {
+    pub(super) fn read(markup: &Markup<'a>) -> Result<Self, FileError> {
+        let named = |name: &'static str| markup.robot.children().filter(move |node| node.has_tag_name(name));
+        Ok(Self {
+            name: markup.robot.attribute("name").unwrap_or_default(),
+            links: named("link").map(|node| link(markup, node)).collect::<Result<_, _>>()?,
+            joints: named("joint").map(|node| joint(markup, node)).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+fn link<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Link<'a>, FileError> {
+    let name = markup.name(&node, "link")?;
+    let label = format!("link {name}");
+    let inertial = markup.only_child(&node, "inertial", &label)?;
+    let body = inertial.map_or(Ok(Body::massless()), |inertial| body(markup, &inertial, &label))?;
+    Ok(Link { node, name, body })
+}
+
+/// An `<inertial>` in the link's frame: its own origin has a position and an orientation.
+fn body<'a>(markup: &Markup<'a>, inertial: &Node<'a, 'a>, link: &str) -> Result<Body, FileError> {
+    let label = format!("{link}.inertial");
+    let part = |name: &str| {
+        markup
+            .only_child(inertial, name, &label)?
+            .ok_or_else(|| markup.error(inertial, format!("{label}.{name}"), "missing", format!("<{name}>")))
+    };
+    let (mass, tensor) = (part("mass")?, part("inertia")?);
+    let place = origin(markup, markup.only_child(inertial, "origin", &label)?.as_ref(), link)?;
+    let [mass] = markup.required(&mass, "value", link)?;
+    let moment = |key| markup.required(&tensor, key, link).map(|[x]| x);
+    let (xx, yy, zz) = (moment("ixx")?, moment("iyy")?, moment("izz")?);
+    let (xy, xz, yz) = (moment("ixy")?, moment("ixz")?, moment("iyz")?);
+    let about_com = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    if mass == 0.0 && about_com.amax() == 0.0 {
+        return Ok(Body::massless());
+    }
+    let turned = place.rotation * about_com * place.rotation.transpose();
+    Ok(Body { mass, com: place.translation, inertia: (turned + turned.transpose()) * 0.5 })
+}
+
+fn joint<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Joint<'a>, FileError> {
+    let name = markup.name(&node, "joint")?;
+    let label = format!("joint {name}");
+    let part = |name: &str| markup.only_child(&node, name, &label);
+    let kind = kind(markup, &node, &label)?;
+    let end = |name: &str| {
+        part(name)?.and_then(|end| end.attribute("link")).ok_or_else(|| {
+            let expected = format!("<{name} link=\"...\"/>");
+            markup.error_in(&node, name, format!("{label}.{name}"), "missing", expected)
+        })
+    };
+    let (parent, child) = (end("parent")?, end("child")?);
+    let axis = part("axis")?.map(|axis| markup.required(&axis, "xyz", &label)).transpose()?;
+    let limit = part("limit")?.map(|element| limit(markup, &element, &label)).transpose()?;
+    let (mut damping, mut friction) = (0.0, 0.0);
+    if let Some(dynamics) = part("dynamics")? {
+        let coefficient = |key| Ok::<f64, FileError>(markup.finite(&dynamics, key, &label)?.map_or(0.0, |[x]| x));
+        (damping, friction) = (coefficient("damping")?, coefficient("friction")?);
+    }
+    // What follows another joint is held, so by how much it follows does not matter.
+    part("mimic")?;
+    let origin = origin(markup, part("origin")?.as_ref(), &label)?;
+    let axis = Vector3::from(axis.unwrap_or([1.0, 0.0, 0.0]));
+    Ok(Joint { node, name, kind, origin, parent, child, axis, limit, damping, friction })
+}
+
+fn kind<'a>(markup: &Markup<'a>, node: &Node<'a, 'a>, label: &str) -> Result<Kind, FileError> {
+    let words = KINDS.map(|(word, _)| word);
+    let Some(found) = node.attribute_node("type") else {
+        return Err(markup.error(node, format!("{label}.type"), "missing", one_of("", &words)));
+    };
+    let known = KINDS.iter().find(|(word, _)| *word == found.value());
+    known.map(|(_, kind)| *kind).ok_or_else(|| {
+        let problem = format!("found {:?}", found.value());
+        markup.error_at(found.range(), format!("{label}.type"), problem, one_of(found.value(), &words))
+    })
+}
+
+fn limit<'a>(markup: &Markup<'a>, element: &Node<'a, 'a>, label: &str) -> Result<Limit, FileError> {
+    let bound = |key| markup.bound(element, key, label);
+    let (lower, upper) = (bound("lower")?, bound("upper")?);
+    Ok(Limit { lower, upper, effort: bound("effort")?, velocity: bound("velocity")? })
+}
