@@ -1,5 +1,7 @@
 //! Building the firmware for a scene and a board.
 
+pub(crate) mod cost;
+
 use crate::emitted;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result};
@@ -88,34 +90,6 @@ pub(crate) fn program(scene: &Path, board: Board) -> Result<PathBuf> {
 pub(crate) fn scene_hash(scene: &Path) -> String {
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
     format!("{stem}-{:08x}", short_hash(scene, &robot_compiler::emit::CHOICES))
-}
-
-/// Build the program that measures a scene's tick; the answer is a copy that later builds leave alone.
-pub(crate) fn build_cost(scene: &Path) -> Result<PathBuf> {
-    let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
-    let toolchain = Toolchain::find_or_install()?;
-    let folder = toolchain::target_directory();
-    let _lock = lock(&folder)?;
-    let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--package", "probe", "--features", "cost"]).env("NEWTAU_COST", emitted::cost(&scene)?);
-    let built = toolchain::build(&mut cargo, toolchain::product("probe-cost"))
-        .with_context(|| format!("the program that measures {}", scene.display()))?;
-    let text = std::fs::read(&built)?;
-    // Named after what is in it: an emulator or a reader may still need what the same file gave before.
-    let copy = folder.join(format!("cost-{:08x}.elf", fnv1a(0x811c_9dc5, &text)));
-    keep(&text, copy)
-}
-
-/// Measure the tick of each scene of a list, a path a line, and print `program,PATH` and what the program says for each.
-pub(crate) fn cost(list: &Path) -> Result<()> {
-    crate::setup::qemu()?;
-    let text = std::fs::read_to_string(list).with_context(|| format!("no list of scene files {}", list.display()))?;
-    for scene in text.lines().filter(|line| !line.trim().is_empty()) {
-        let elf = build_cost(Path::new(scene))?;
-        println!("program,{}", elf.display());
-        print!("{}", crate::qemu::semihosted(&elf).with_context(|| format!("the ticks of {scene}"))?);
-    }
-    Ok(())
 }
 
 /// Between build and copy nobody else may build: two test processes may ask for two scenes at once.

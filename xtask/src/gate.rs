@@ -6,7 +6,7 @@ use crate::emitted;
 use crate::process::run;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
-use object::{Object as _, ObjectSymbol as _};
+use chip_image::Program;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -52,9 +52,9 @@ pub(crate) fn check(scene: &Path) -> Result<()> {
 fn offences(scene: &Path, feature: Option<&str>) -> Result<Vec<String>> {
     let linked = link(scene, feature)?;
     let bytes = std::fs::read(&linked)?;
-    let file = object::File::parse(&*bytes)?;
-    let names: Vec<String> = file.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned)).collect();
-    if let Some(missing) = [ENTRY, SAFETY].into_iter().find(|entry| !names.iter().any(|name| name == entry)) {
+    let program = Program::parse(&bytes)?;
+    let names: Vec<&str> = program.symbols().map(|(name, _)| name).collect();
+    if let Some(missing) = [ENTRY, SAFETY].into_iter().find(|entry| !names.contains(entry)) {
         bail!("{} has no {missing}: the gate would look at nothing", linked.display());
     }
     let mut found = Vec::new();

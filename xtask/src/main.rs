@@ -115,7 +115,7 @@ enum FirmwareTask {
         #[command(flatten)]
         what: What,
     },
-    /// Measure a control tick of each of many scenes in the emulated chip
+    /// Measure a control tick of each of many scenes in the emulated chip; print a JSON object for each
     Cost {
         /// A text with the path of a scene file on each line
         #[arg(long)]
@@ -160,7 +160,7 @@ fn run(task: Task) -> anyhow::Result<()> {
             }
             FirmwareTask::Run { what, seconds } => qemu::run(&what.build()?, seconds.map(Duration::from_secs)),
             FirmwareTask::Size { what } => budget::sizes(&what.build()?, &what.scene(), what.board),
-            FirmwareTask::Cost { scenes } => firmware::cost(&scenes),
+            FirmwareTask::Cost { scenes } => firmware::cost::print(&scenes),
             FirmwareTask::Flash { options } => flash::flash(&options),
         },
     }

@@ -11,23 +11,18 @@ use crate::chip::run_cost;
 use crate::failure::Failure;
 use crate::run::simulate;
 use crate::run::target::Torques;
-use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement, trace};
-use chip_image::{Program, Reached};
 use dynamics_core::{Command, Fault, Model, Real};
 use indicatif::ProgressBar;
 use miette::IntoDiagnostic as _;
 use robot_compiler::emit::cost::{Input, RUN_UP, difference, inputs};
 use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{SceneFile, with_dof};
-use serde::Serialize;
-use std::path::{Path, PathBuf};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Scenes that are handed over to be built and run at once; `stop` and the progress are looked at in between.
 const BATCH: usize = 8;
-
-/// The tick's symbol in the program that measures it.
-pub const TICK: &str = "tick_0";
 
 /// Instructions of the ticks that drive; all zero where none does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -40,7 +35,7 @@ pub struct Instructions {
     pub mean: f64,
 }
 
-/// Cycles of the ticks that drive, as `chip_image::cycles` finds them likely, with the core's caches as the ticks before left them.
+/// Cycles of the ticks that drive, as `cargo xtask firmware cost` finds them likely, with the core's caches as the ticks before left them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cycles {
     /// Most in a tick.
@@ -69,7 +64,7 @@ impl Braked {
 }
 
 /// Where the tick lies in the measuring program.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tick {
     /// The function's symbol. A tick begins at its first instruction and ends where it returns to: behind the instruction that called it.
     pub symbol: String,
@@ -166,12 +161,13 @@ fn measure_batch(scenes: &[SceneFile]) -> Result<Vec<Cost>, Failure> {
         scenes.iter().map(|scene| with_dof!(scene.robot.dof(), N => commands::<N>(scene))).collect::<Result<_, _>>()?;
     let list = List::new(scenes).map_err(Failure::Output)?;
     let said = run_cost(&list.0).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
-    let programs: Vec<&str> = said.split("program,").skip(1).collect();
-    if programs.len() != desk.len() {
-        let count = programs.len();
+    let measured: Vec<Measured> =
+        said.lines().map(serde_json::from_str).collect::<Result<_, _>>().into_diagnostic().map_err(Failure::Target)?;
+    if measured.len() != desk.len() {
+        let count = measured.len();
         return Err(Failure::Target(miette::miette!("{count} programs were measured; expected {}", desk.len())));
     }
-    programs.iter().zip(&desk).map(|(said, desk)| cost(said, desk).map_err(Failure::Target)).collect()
+    measured.into_iter().zip(&desk).map(|(measured, desk)| cost(measured, desk).map_err(Failure::Target)).collect()
 }
 
 /// The desk's commands in the words of the chip, tick by tick.
@@ -216,142 +212,80 @@ fn words<S: Real, const N: usize>(command: &Command<S, N>) -> String {
     }
 }
 
-/// The cost from the program's path and what it said.
-fn cost(said: &str, desk: &[String]) -> miette::Result<Cost> {
-    let path = PathBuf::from(said.lines().next().unwrap_or_default());
-    let bytes = std::fs::read(&path).into_diagnostic()?;
-    let program = Program::parse(&bytes).into_diagnostic()?;
-    let ran = ran(said, 0, desk)?;
-    let reached = program.reached_from(ran.address).into_diagnostic()?;
-    Ok(Cost {
-        instructions: ran.instructions,
-        cycles: cycles(&path, &bytes, &ran, &reached)?,
-        flash_bytes: reached.flash_bytes(),
-        ram_bytes: ran.controller_bytes + reached.sram_bytes(),
-        matches_desk: ran.matches_desk,
-        fault: ran.fault,
-        tick: Tick {
-            symbol: TICK.to_owned(),
-            address: ran.address & !1,
-            bytes: program.function(ran.address).into_diagnostic()?.bytes,
-            program: path,
-        },
-    })
-}
-
-/// Trace the program once more, instruction by instruction; every instruction that was counted must be in the trace.
-fn cycles(path: &Path, bytes: &[u8], ran: &Ran, reached: &Reached) -> miette::Result<Cycles> {
-    let code = Code::parse(bytes).into_diagnostic()?;
-    let whole = |x: u64| u32::try_from(x).into_diagnostic();
-    let start = whole(ran.address & !1)?;
-    let Some(back) = code.behind_call_in("Counter4call") else {
-        return Err(miette::miette!("{}: nothing in it counts calls", path.display()));
-    };
-    let all = reached.functions.iter().map(|function| {
-        let first = function.address & !1;
-        Ok(whole(first)?..whole(first + function.bytes)?)
-    });
-    // Where the call goes on ends each stretch.
-    let ranges: Vec<_> = all.chain(core::iter::once(Ok(back..back + 2))).collect::<miette::Result<_>>()?;
-    let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));
-    let mut ticks: Vec<Estimate> = Vec::new();
-    let mut begun = false;
-    trace::run_within(path, &[(start, back)], &ranges, |_, address| {
-        // No instruction inside jumps back to the function's start.
-        if address == start && core::mem::replace(&mut begun, true) {
-            ticks.push(estimator.finish());
-        }
-        estimator.execute(address);
-    })
-    .into_diagnostic()?;
-    ticks.push(estimator.finish());
-    let counted = ticks.get(RUN_UP..).unwrap_or_default();
-    let traced = counted.iter().map(|tick| tick.instructions).sum::<u64>() as f64 / counted.len().max(1) as f64;
-    // The program leaves out what a call that does nothing takes.
-    let empty = traced - ran.instructions.mean;
-    if ran.fault.is_none() && !(0.0..=EMPTY_MAX).contains(&empty) {
-        return Err(miette::miette!(
-            "{}: {traced} instructions of a tick were traced, {} counted",
-            path.display(),
-            ran.instructions.mean
-        ));
-    }
-    let likely = counted.iter().map(|tick| tick.cycles.likely as f64);
-    Ok(Cycles { max: likely.clone().fold(0.0, f64::max), mean: likely.sum::<f64>() / counted.len().max(1) as f64 })
-}
-
-/// Most instructions of a function that gives a fault back and does nothing else.
-const EMPTY_MAX: f64 = 16.0;
-
-/// What the program said of a scene.
-#[derive(Debug, PartialEq)]
-struct Ran {
-    address: u64,
+/// The answer of `cargo xtask firmware cost` for a scene.
+#[derive(Debug, Deserialize)]
+struct Measured {
+    tick: Tick,
     controller_bytes: u64,
-    instructions: Instructions,
-    matches_desk: bool,
-    fault: Option<Braked>,
+    flash_bytes: u64,
+    sram_bytes: u64,
+    ticks: Vec<Ticked>,
 }
 
-/// What the program said of the scene with this number; `desk` has the desk's commands.
-fn ran(said: &str, scene: usize, desk: &[String]) -> miette::Result<Ran> {
-    let (head, tick) = (format!("scene,{scene},"), format!("tick,{scene},"));
-    let broken = |line: &str| {
-        miette::miette!(
-            "the measuring program says {line:?} of scene {scene}; expected its address and {} ticks",
-            desk.len()
-        )
-    };
-    let head = said.lines().find_map(|line| line.strip_prefix(head.as_str())).ok_or_else(|| broken(""))?;
-    let (address, controller_bytes) = head.split_once(',').ok_or_else(|| broken(head))?;
-    let number = |text: &str| text.parse::<u64>().map_err(|_| broken(text));
-    let ticks: Vec<&str> = said.lines().filter_map(|line| line.strip_prefix(tick.as_str())).collect();
+/// One call of the tick.
+#[derive(Debug, Deserialize)]
+struct Ticked {
+    instructions: u64,
+    cycles: u64,
+    command: String,
+}
+
+/// The cost from what was measured; `desk` has the desk's commands.
+fn cost(measured: Measured, desk: &[String]) -> miette::Result<Cost> {
+    let Measured { tick, controller_bytes, flash_bytes, sram_bytes, ticks } = measured;
     if ticks.len() != desk.len() {
-        return Err(broken(&format!("{} ticks", ticks.len())));
+        return Err(miette::miette!("{} ticks were measured; expected {}", ticks.len(), desk.len()));
     }
     let mut counts = Vec::new();
-    let (mut fault, mut matches_desk) = (None, true);
-    for (at, (line, desk)) in ticks.iter().zip(desk).enumerate() {
-        let fields: Vec<&str> = line.splitn(3, ',').collect();
-        let &[_, count, command] = fields.as_slice() else { return Err(broken(line)) };
-        let count = number(count)?;
-        matches_desk &= command == desk;
-        if let Some(reason) = command.strip_prefix("brake,") {
-            let (code, joint) = reason.split_once(',').ok_or_else(|| broken(line))?;
-            let code = code.parse().map_err(|_| broken(line))?;
-            fault = fault.or(Some(Braked { tick: at, code, joint: joint.parse().ok() }));
+    let mut fault = None;
+    for (at, ticked) in ticks.iter().enumerate() {
+        if let Some(reason) = ticked.command.strip_prefix("brake,") {
+            fault = fault.or(Some(braked(at, reason)?));
         } else if at >= RUN_UP {
-            counts.push(count);
+            counts.push(ticked.instructions);
         }
     }
-    let instructions = Instructions {
-        min: counts.iter().copied().min().unwrap_or_default(),
-        max: counts.iter().copied().max().unwrap_or_default(),
-        mean: counts.iter().sum::<u64>() as f64 / counts.len().max(1) as f64,
-    };
-    Ok(Ran {
-        address: number(address)?,
-        controller_bytes: number(controller_bytes)?,
-        instructions,
-        matches_desk,
+    let mean = |all: &[u64]| all.iter().sum::<u64>() as f64 / all.len().max(1) as f64;
+    let cycles: Vec<u64> = ticks.iter().skip(RUN_UP).map(|ticked| ticked.cycles).collect();
+    Ok(Cost {
+        instructions: Instructions {
+            min: counts.iter().copied().min().unwrap_or_default(),
+            max: counts.iter().copied().max().unwrap_or_default(),
+            mean: mean(&counts),
+        },
+        cycles: Cycles { max: cycles.iter().copied().max().unwrap_or_default() as f64, mean: mean(&cycles) },
+        flash_bytes,
+        ram_bytes: controller_bytes + sram_bytes,
+        matches_desk: ticks.iter().zip(desk).all(|(ticked, desk)| ticked.command == *desk),
         fault,
+        tick,
     })
+}
+
+/// `CODE,JOINT`
+fn braked(tick: usize, reason: &str) -> miette::Result<Braked> {
+    let fields = reason.split_once(',').and_then(|(code, joint)| Some((code.parse().ok()?, joint)));
+    let (code, joint) = fields.ok_or_else(|| miette::miette!("tick {tick} braked for {reason:?}"))?;
+    Ok(Braked { tick, code, joint: joint.parse().ok() })
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test that fails should stop there; halves are exact")]
 mod tests {
     use super::*;
+    use std::path::Path;
 
-    /// What a program says whose first tick braked, whose run-up took 9 and whose two counted ticks took 10 and 13.
-    fn said(first: &str, count: usize) -> String {
-        let tick = |at: usize| match at {
-            0 => format!("tick,0,0,7,{first}\n"),
-            at if at < RUN_UP => format!("tick,0,{at},9,drive,1,0\n"),
-            at => format!("tick,0,{at},{},drive,1,0\n", 10 + 3 * (at - RUN_UP)),
-        };
-        let ticks: String = (0..count).map(tick).collect();
-        format!("scene,1,5,6\nscene,0,134217729,200\n{ticks}tick,1,0,1,drive,1,0\n")
+    /// A scene whose first tick gave this command, whose run-up took 9 and whose counted ticks took 10, 13 ..
+    fn measured(first: &str, count: usize) -> Measured {
+        let instructions = |at: usize| if at < RUN_UP { 9 } else { 10 + 3 * (at - RUN_UP) };
+        let command = |at: usize| if at == 0 { first } else { "drive,1,0" };
+        let tick = |at| serde_json::json!({ "instructions": instructions(at), "cycles": at, "command": command(at) });
+        let ticks: Vec<_> = (0..count).map(tick).collect();
+        let tick = serde_json::json!({ "symbol": "tick_0", "address": 0x0800_0000, "bytes": 8, "program": "cost.elf" });
+        serde_json::from_value(serde_json::json!({
+            "tick": tick, "controller_bytes": 200, "flash_bytes": 300, "sram_bytes": 40, "ticks": ticks
+        }))
+        .unwrap()
     }
 
     fn desk() -> Vec<String> {
@@ -360,28 +294,28 @@ mod tests {
 
     #[test]
     fn ticks_after_the_run_up_are_counted_and_compared() {
-        let ran = ran(&said("drive,1,0", RUN_UP + 2), 0, &desk()).unwrap();
-        let instructions = Instructions { min: 10, max: 13, mean: 11.5 };
-        let address = 0x0800_0001;
-        assert_eq!(ran, Ran { address, controller_bytes: 200, instructions, matches_desk: true, fault: None });
+        let cost = cost(measured("drive,1,0", RUN_UP + 2), &desk()).unwrap();
+        assert_eq!(cost.instructions, Instructions { min: 10, max: 13, mean: 11.5 });
+        assert_eq!(cost.cycles, Cycles { max: RUN_UP as f64 + 1.0, mean: RUN_UP as f64 + 0.5 });
+        assert_eq!((cost.flash_bytes, cost.ram_bytes), (300, 240));
+        assert!(cost.matches_desk && cost.fault.is_none());
     }
 
     #[test]
     fn a_tick_that_differs_or_brakes_is_told() {
-        let count = RUN_UP + 2;
-        assert!(!ran(&said("drive,2,0", count), 0, &desk()).unwrap().matches_desk);
-        let braked = ran(&said("brake,5,2", count), 0, &desk()).unwrap();
+        let first = |command: &str| cost(measured(command, RUN_UP + 2), &desk()).unwrap();
+        assert!(!first("drive,2,0").matches_desk);
+        let braked = first("brake,5,2");
         assert_eq!(braked.fault, Some(Braked { tick: 0, code: 5, joint: Some(2) }));
         assert_eq!(braked.fault.unwrap().fault(), Some(Fault::VelocityOutOfBounds { joint: 2 }));
         assert!(!braked.matches_desk);
-        assert_eq!(ran(&said("brake,3,", count), 0, &desk()).unwrap().fault.unwrap().joint, None);
+        assert_eq!(first("brake,3,").fault.unwrap().joint, None);
     }
 
     #[test]
     fn a_program_that_stops_early_or_says_nonsense_is_an_error() {
-        assert!(ran(&said("drive,1,0", RUN_UP), 0, &desk()).is_err());
-        assert!(ran(&said("drive,1,0", RUN_UP + 2), 2, &desk()).is_err());
-        assert!(ran(&said("drive,1,0", RUN_UP + 2).replace("7,drive", "x,drive"), 0, &desk()).is_err());
+        assert!(cost(measured("drive,1,0", RUN_UP), &desk()).is_err());
+        assert!(cost(measured("brake,x,", RUN_UP + 2), &desk()).is_err());
     }
 
     #[test]

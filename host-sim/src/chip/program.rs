@@ -32,8 +32,8 @@ pub fn build_firmware_with<'a>(
     }
 }
 
-/// Build and run the program that measures a tick, for each scene of a list, and give what they say: `program,PATH` and then the lines
-/// that `firmware/probe/src/bin/probe-cost/main.rs` documents, for each.
+/// Build and run the program that measures a tick, for each scene of a list, and give what `cargo xtask firmware cost` says: a JSON object
+/// a line for each.
 ///
 /// # Errors
 /// As [`build_firmware`]; a program that gives up.

@@ -1,12 +1,8 @@
-//! What the tick of each of many scenes costs on the chip: the desk's bits, the firmware's count, and bytes that add up.
+//! What the tick of each of many scenes costs on the chip: the desk's bits, and the firmware's count.
 
-use chip_image::Program;
 use host_sim::chip::cost::{Cost, measure};
 use indicatif::ProgressBar;
-use object::{Object as _, ObjectSection as _};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 fn top() -> PathBuf {
@@ -79,37 +75,6 @@ fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
     assert!(double.ram_bytes > exact.ram_bytes && generic.ram_bytes > exact.ram_bytes + 1_000);
     assert!(regrouped.flash_bytes < exact.flash_bytes && exact.flash_bytes < libm.flash_bytes);
     assert!(planar.flash_bytes < regrouped.flash_bytes && double.flash_bytes > 2 * exact.flash_bytes);
-}
-
-#[test]
-fn the_bytes_of_a_tick_are_those_that_the_linker_keeps_of_it() {
-    let scene = top().join("scenes/puma560_pick.toml");
-    let cost = measured(std::slice::from_ref(&scene)).remove(0);
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut gate = Command::new(cargo);
-    gate.current_dir(top()).args(["run", "--quiet", "--package", "xtask", "--", "gate", "--scene"]).arg(&scene);
-    assert!(gate.status().unwrap().success());
-    // Beside the measuring program's folder: the tick alone, with everything else collected.
-    let linked = cost.tick.program.with_file_name("thumbv7em-none-eabihf/firmware/tick-gate-tick.elf");
-    let bytes = std::fs::read(linked).unwrap();
-    let file = object::File::parse(&*bytes).unwrap();
-    let kept: u64 =
-        [".text", ".rodata"].into_iter().filter_map(|name| file.section_by_name(name)).map(|s| s.size()).sum();
-    let program = Program::parse(&bytes).unwrap();
-    // The gate links the tick twice: bare, and inside the safety machine.
-    let [tick, safe] = ["newtau_gate_tick", "newtau_gate_safety"]
-        .map(|entry| program.reached_from(program.address_of(entry).unwrap()).unwrap());
-    assert_eq!((tick.indirect, safe.indirect), (0, 0));
-    let parts = [&tick, &safe].into_iter().flat_map(|reached| reached.functions.iter().chain(&reached.tables));
-    let all: BTreeMap<u64, u64> = parts.map(|part| (part.address & !1, part.bytes)).collect();
-    let (both, bare) = (all.values().sum::<u64>(), tick.flash_bytes());
-    println!(
-        "{both} reached of {kept} kept; {bare} by the bare tick, {} in the program that measures it",
-        cost.flash_bytes
-    );
-    let share = |part: u64, whole: u64| part as f64 / whole as f64;
-    assert!((0.97..=1.0).contains(&share(both, kept)), "{all:#?}");
-    assert!((0.95..1.05).contains(&share(cost.flash_bytes, bare)));
 }
 
 #[test]

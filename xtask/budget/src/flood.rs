@@ -7,11 +7,10 @@
 
 use crate::Failure;
 use crate::interrupts::TICK;
+use crate::program;
 use crate::report::Late;
 use crate::swing::Tick;
 use crate::ticks::{PATIENCE, QEMU, hello, tell_live};
-use chip_image::Program;
-use chip_image::cycles::Code;
 use chip_image::cycles::steps::{self, Detail, Event, Step};
 use dynamics_core::Command;
 use host_sim::chip::{Chip, Emulator};
@@ -66,20 +65,11 @@ pub fn flood<const N: usize>(scene: &SceneFile, elf: &Path, ticks: u64, still: &
     })
 }
 
-/// The code of a program.
-pub(crate) fn code(elf: &Path) -> Result<Code, Failure> {
-    let program = |why: String| Failure::Program { path: elf.to_owned(), why };
-    let bytes = std::fs::read(elf).map_err(|error| program(error.to_string()))?;
-    Code::parse(&bytes).map_err(|error| program(error.to_string()))
-}
-
 /// Where the tick's interrupt begins.
 fn tick_handler(elf: &Path) -> Result<u32, Failure> {
-    let program = |why: String| Failure::Program { path: elf.to_owned(), why };
-    let bytes = std::fs::read(elf).map_err(|error| program(error.to_string()))?;
-    let parsed = Program::parse(&bytes).map_err(|error| program(error.to_string()))?;
-    let found = parsed.handler(usize::from(TICK)).and_then(|at| u32::try_from(at).ok());
-    found.ok_or_else(|| program(format!("its vector table has no handler of exception {TICK}, the control timer's")))
+    let found = program::read(elf)?.handler(usize::from(TICK));
+    let why = || format!("its vector table has no handler of exception {TICK}, the control timer's");
+    found.ok_or_else(|| Failure::Program { path: elf.to_owned(), why: why() })
 }
 
 /// Counts from the interrupt to its handler.

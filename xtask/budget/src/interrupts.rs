@@ -1,5 +1,7 @@
 //! Numbers of the exceptions of the emulated board, and how the core holds them off.
 
+use chip_image::{Effect, Instruction};
+
 /// The link's receiver, USART2.
 pub const BYTE: u16 = 16 + 38;
 
@@ -35,14 +37,13 @@ enum Change {
 }
 
 impl Change {
-    fn of([first, second]: [u16; 2]) -> Option<Self> {
-        let by = usize::from(first & 15);
-        match (first, second) {
-            (0xb672, _) => Some(Self::All(true)),
-            (0xb662, _) => Some(Self::All(false)),
-            (0xf380..=0xf38f, 0x8810) => Some(Self::AllBy(by)),
-            (0xf380..=0xf38f, 0x8811) => Some(Self::FromBy(by)),
-            (0xf380..=0xf38f, 0x8812) => Some(Self::RaiseBy(by)),
+    fn of(instruction: &Instruction) -> Option<Self> {
+        let by = instruction.reads.numbers().next();
+        match instruction.effect {
+            Effect::Mask(all) => Some(Self::All(all)),
+            Effect::ToSpecial(16) => by.map(Self::AllBy),
+            Effect::ToSpecial(17) => by.map(Self::FromBy),
+            Effect::ToSpecial(18) => by.map(Self::RaiseBy),
             _ => None,
         }
     }
@@ -51,10 +52,10 @@ impl Change {
 impl Mask {
     /// The mask behind an instruction, given with the registers before it.
     #[must_use]
-    pub fn after(self, halves: [u16; 2], registers: &[u32; 16]) -> Self {
+    pub fn after(self, instruction: &Instruction, registers: &[u32; 16]) -> Self {
         // Eight bits are the register's, and the lowest bit alone is PRIMASK's.
         let byte = |by: usize| registers[by] as u8;
-        match Change::of(halves) {
+        match Change::of(instruction) {
             None => self,
             Some(Change::All(all)) => Self { all, ..self },
             Some(Change::AllBy(by)) => Self { all: registers[by] & 1 == 1, ..self },
@@ -75,7 +76,10 @@ impl Mask {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
     use super::Mask;
+    use chip_image::{Instruction, Program};
 
     /// As the assembler gives them: `cpsid i`, `cpsie i`, `msr BASEPRI, r4`, `msr BASEPRI_MAX, r4`, `msr PRIMASK, r4`.
     const CPSID: [u16; 2] = [0xb672, 0];
@@ -84,39 +88,43 @@ mod tests {
     const TO_BASEPRI_MAX: [u16; 2] = [0xf384, 0x8812];
     const TO_PRIMASK: [u16; 2] = [0xf384, 0x8810];
 
+    fn decoded(halves: [u16; 2]) -> Instruction {
+        Program::from_halves(0, &halves).decode(0).unwrap()
+    }
+
     fn r4(value: u32) -> [u32; 16] {
         std::array::from_fn(|i| if i == 4 { value } else { 0xffff_ffff })
     }
 
     #[test]
     fn primask_holds_off_everything_until_it_is_cleared() {
-        let mask = Mask::default().after(CPSID, &r4(0));
+        let mask = Mask::default().after(&decoded(CPSID), &r4(0));
         assert!(mask.holds_off(0) && mask.holds_off(0xf0));
-        assert!(!mask.after(CPSIE, &r4(0)).holds_off(0xf0));
-        assert!(!mask.after(TO_PRIMASK, &r4(0)).holds_off(0));
-        assert!(Mask::default().after(TO_PRIMASK, &r4(1)).holds_off(0));
+        assert!(!mask.after(&decoded(CPSIE), &r4(0)).holds_off(0xf0));
+        assert!(!mask.after(&decoded(TO_PRIMASK), &r4(0)).holds_off(0));
+        assert!(Mask::default().after(&decoded(TO_PRIMASK), &r4(1)).holds_off(0));
     }
 
     #[test]
     fn basepri_holds_off_what_is_not_more_urgent_and_zero_nothing() {
-        let mask = Mask::default().after(TO_BASEPRI, &r4(0xe0));
+        let mask = Mask::default().after(&decoded(TO_BASEPRI), &r4(0xe0));
         assert!(mask.holds_off(0xe0) && mask.holds_off(0xf0) && !mask.holds_off(0xd0));
-        assert!(!mask.after(TO_BASEPRI, &r4(0)).holds_off(0xff));
+        assert!(!mask.after(&decoded(TO_BASEPRI), &r4(0)).holds_off(0xff));
     }
 
     #[test]
     fn basepri_max_only_raises() {
-        let mask = Mask::default().after(TO_BASEPRI_MAX, &r4(0xd0));
-        assert_eq!(mask.after(TO_BASEPRI_MAX, &r4(0xe0)), mask);
-        assert_eq!(mask.after(TO_BASEPRI_MAX, &r4(0)), mask);
-        assert!(mask.after(TO_BASEPRI_MAX, &r4(0xc0)).holds_off(0xc0));
+        let mask = Mask::default().after(&decoded(TO_BASEPRI_MAX), &r4(0xd0));
+        assert_eq!(mask.after(&decoded(TO_BASEPRI_MAX), &r4(0xe0)), mask);
+        assert_eq!(mask.after(&decoded(TO_BASEPRI_MAX), &r4(0)), mask);
+        assert!(mask.after(&decoded(TO_BASEPRI_MAX), &r4(0xc0)).holds_off(0xc0));
     }
 
     #[test]
     fn other_instructions_leave_it() {
         // msr CONTROL, r4; nop; mrs r4, BASEPRI
         for halves in [[0xf384, 0x8814], [0xbf00, 0], [0xf3ef, 0x8411]] {
-            assert_eq!(Mask::default().after(halves, &r4(1)), Mask::default());
+            assert_eq!(Mask::default().after(&decoded(halves), &r4(1)), Mask::default());
         }
     }
 }

@@ -19,6 +19,7 @@ pub mod drilled;
 pub mod flood;
 pub mod interrupts;
 pub mod paint;
+mod program;
 pub mod report;
 pub mod swing;
 pub mod ticks;

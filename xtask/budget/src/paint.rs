@@ -18,7 +18,7 @@ const PAINT: u8 = 0xa5;
 /// Paint for the room that the stack may fill, and the files that it takes; they go with it.
 #[derive(Debug)]
 pub struct Paint {
-    room: Range<u64>,
+    room: Range<u32>,
     paint: PathBuf,
     monitor: PathBuf,
     read_back: PathBuf,
@@ -29,7 +29,7 @@ impl Paint {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn new(room: Range<u64>) -> Result<Self, Failure> {
+    pub fn new(room: Range<u32>) -> Result<Self, Failure> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let file =

@@ -2,8 +2,8 @@
 
 use crate::paint::Paint;
 use crate::swing::Tick;
-use crate::{Failure, drilled, report};
-use chip_image::Program;
+use crate::{Failure, drilled, program, report};
+use chip_image::ImageError;
 use dynamics_core::Command;
 use host_sim::chip::{self, Chip, Emulator, Timeouts};
 use host_sim::run::simulate;
@@ -52,10 +52,8 @@ pub fn count<const N: usize>(
     motion: &[Tick<N>],
     supervised: &[Tick<N>],
 ) -> Result<report::Ticks, Failure> {
-    let program = |why: String| Failure::Program { path: elf.to_owned(), why };
-    let bytes = std::fs::read(elf).map_err(|error| program(error.to_string()))?;
-    let room =
-        Program::parse(&bytes).and_then(|parsed| parsed.stack_room()).map_err(|error| program(error.to_string()))?;
+    let broken = |error: ImageError| Failure::Program { path: elf.to_owned(), why: error.to_string() };
+    let room = program::read(elf)?.stack_room().map_err(broken)?;
     let paint = Paint::new(room)?;
     let emulator = Emulator::start_with(QEMU.as_ref(), elf, PATIENCE, &paint.arguments())?;
     let mut chip = Chip::over(emulator, hello::<N>(scene)?)?;

@@ -5,9 +5,10 @@ use crate::interrupts::{BYTE, Mask, SERVE, TICK};
 use crate::report::{Cycles, Traced};
 use crate::swing::Tick;
 use crate::ticks::{PATIENCE, QEMU, hello};
-use crate::{Failure, drilled, flood};
+use crate::{Failure, drilled, program};
+use chip_image::Program;
 use chip_image::cycles::steps::{self, Detail, Event, Step};
-use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement};
+use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
 use host_sim::chip::{Chip, Emulator};
 use host_sim::session::drill::OnChip;
 use robot_compiler::SceneFile;
@@ -20,12 +21,12 @@ use std::path::Path;
 /// # Errors
 /// A program that cannot be read, a chip that is of no use, or a trace in which something is missing.
 pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<Traced, Failure> {
-    let code = flood::code(elf)?;
+    let program = program::read(elf)?;
     let arguments: Vec<_> = steps::arguments(Detail::Registers)?.into_iter().map(Into::into).collect();
     let mut emulator = Emulator::start_with(QEMU.as_ref(), elf, PATIENCE, &arguments)?;
     let log = emulator.take_log().ok_or_else(|| Failure::NotSeen("the emulator's log: it has none".into()))?;
     let reader = std::thread::spawn(move || {
-        let mut watch = Watch::new(&code);
+        let mut watch = Watch::new(&program);
         steps::read(BufReader::with_capacity(1 << 16, log), |event| watch.event(event)).map(|()| watch.found)
     });
     let expect = hello::<N>(scene)?;
@@ -111,7 +112,7 @@ impl Found {
 
 /// Follows a trace.
 struct Watch<'a> {
-    code: &'a Code,
+    program: &'a Program,
     estimator: Estimator<'a>,
     mask: Mask,
     priorities: BTreeMap<u16, u8>,
@@ -125,10 +126,10 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(code: &'a Code) -> Self {
+    fn new(program: &'a Program) -> Self {
         Self {
-            code,
-            estimator: Estimator::new(code, Memory::new(Placement::ByAddress)),
+            program,
+            estimator: Estimator::new(program, Memory::new(Placement::ByAddress)),
             mask: Mask::default(),
             priorities: BTreeMap::new(),
             masked: 0,
@@ -184,8 +185,8 @@ impl<'a> Watch<'a> {
             self.masked += 1;
             self.found.masked = self.found.masked.max(self.masked);
         }
-        if let Some(halves) = self.code.halves(step.address) {
-            self.mask = self.mask.after(halves, &step.registers);
+        if let Some(instruction) = self.program.decode(step.address) {
+            self.mask = self.mask.after(&instruction, &step.registers);
         }
         if !self.mask.holds_off(own) {
             self.masked = 0;
@@ -206,15 +207,15 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
     use super::{BYTE, Found, SERVE, Served, Step, TICK, Watch};
-    use chip_image::cycles::Code;
+    use chip_image::Program;
     use chip_image::cycles::steps::Event;
 
     /// `nop` eight times, with `cpsid i` third and `cpsie i` sixth.
     const HALVES: [u16; 8] = [0xbf00, 0xbf00, 0xb672, 0xbf00, 0xbf00, 0xb662, 0xbf00, 0xbf00];
 
     fn watched(exceptions: &[(u16, u32)]) -> Found {
-        let code = Code::from_halves(0, &HALVES);
-        let mut watch = Watch::new(&code);
+        let program = Program::from_halves(0, &HALVES);
+        let mut watch = Watch::new(&program);
         for (exception, priority) in [(BYTE, 0xd0), (TICK, 0xe0), (SERVE, 0xf0)] {
             watch.event(Event::Priority { exception, priority });
         }

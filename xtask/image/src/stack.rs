@@ -6,8 +6,10 @@
 //! elsewhere that they do no more, and gets their names. Each interrupt handler can lie on all others, with what the core saves on its
 //! entry: an interrupt waits while it is served. A hard fault is no part of the sum: nothing runs behind it.
 
-use crate::{ImageError, Program, instructions};
+use crate::decode::Effect;
+use crate::elf::{ImageError, Program};
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// What the core puts on the stack when an interrupt comes, bytes: 26 words with the float unit's registers, and one to align
 /// (Arm v7-M Architecture Reference Manual, B1.5.7).
@@ -43,23 +45,32 @@ impl Stack {
     }
 }
 
+/// What a function takes off the stack pointer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Taken {
+    /// The sum over its instructions, bytes.
+    bytes: u64,
+    /// Whether one of them gives the stack pointer what is in a register, or takes a register off it.
+    unknown: bool,
+}
+
 /// A function as a place in the graph of calls.
 #[derive(Default)]
 struct Node {
     frame: u64,
-    calls: BTreeSet<u64>,
+    calls: BTreeSet<u32>,
 }
 
 /// The graph of calls, as far as the entries reach.
 #[derive(Default)]
 struct Graph {
-    nodes: BTreeMap<u64, Node>,
-    depths: BTreeMap<u64, u64>,
+    nodes: BTreeMap<u32, Node>,
+    depths: BTreeMap<u32, u64>,
 }
 
 impl Graph {
     /// All that a function leads to; itself only where it can come back.
-    fn reached(&self, from: u64) -> BTreeSet<u64> {
+    fn reached(&self, from: u32) -> BTreeSet<u32> {
         let mut found = BTreeSet::new();
         let mut open = vec![from];
         while let Some(node) = open.pop().and_then(|at| self.nodes.get(&at)) {
@@ -69,22 +80,22 @@ impl Graph {
     }
 
     /// A function and those that it can come back to itself through.
-    fn circle(&self, of: u64) -> BTreeSet<u64> {
-        let mut circle: BTreeSet<u64> =
+    fn circle(&self, of: u32) -> BTreeSet<u32> {
+        let mut circle: BTreeSet<u32> =
             self.reached(of).into_iter().filter(|other| self.reached(*other).contains(&of)).collect();
         circle.insert(of);
         circle
     }
 
     /// The deepest that the stack becomes below a function, its own frame included.
-    fn depth(&mut self, of: u64) -> u64 {
+    fn depth(&mut self, of: u32) -> u64 {
         if let Some(known) = self.depths.get(&of) {
             return *known;
         }
         let circle = self.circle(of);
-        let inside = |at: &u64| self.nodes.get(at);
+        let inside = |at: &u32| self.nodes.get(at);
         let own: u64 = circle.iter().filter_map(inside).map(|node| node.frame).sum();
-        let out: BTreeSet<u64> = circle
+        let out: BTreeSet<u32> = circle
             .iter()
             .filter_map(inside)
             .flat_map(|node| &node.calls)
@@ -99,7 +110,7 @@ impl Graph {
     }
 }
 
-impl Program<'_> {
+impl Program {
     /// How deep the stack of this program can become: from its start, with each handler of its vector table on top.
     ///
     /// # Errors
@@ -109,13 +120,13 @@ impl Program<'_> {
         let [_, start, unmaskable, _hard_fault, handlers @ ..] = self.vectors.as_slice() else {
             return Err(ImageError::NoVectors);
         };
-        let handlers: BTreeSet<u64> =
+        let handlers: BTreeSet<u32> =
             handlers.iter().chain([unmaskable]).filter(|at| **at != 0).map(|at| at & !1).collect();
         let start = start & !1;
         let mut stack = Stack::default();
         let mut graph = Graph::default();
         let addresses = self.addresses_taken()?;
-        let mut open: Vec<u64> = std::iter::once(start).chain(handlers.iter().copied()).collect();
+        let mut open: Vec<u32> = std::iter::once(start).chain(handlers.iter().copied()).collect();
         while let Some(at) = open.pop() {
             if graph.nodes.contains_key(&at) {
                 continue;
@@ -134,17 +145,16 @@ impl Program<'_> {
         Ok(stack)
     }
 
-    fn node(&self, at: u64, addresses: &BTreeSet<u64>, stack: &mut Stack) -> Result<Node, ImageError> {
-        let code = self.code(at)?;
-        let is_data = |address| self.is_data(address, at);
-        let taken = instructions::stack_taken(code, |offset| is_data(at + offset));
-        let found = instructions::references(code, at, is_data);
+    fn node(&self, at: u32, addresses: &BTreeSet<u32>, stack: &mut Stack) -> Result<Node, ImageError> {
+        let range = self.range(at)?;
+        let taken = self.taken(range.clone());
+        let found = self.references(range);
         let mut calls = BTreeSet::new();
         for goal in found.jumps {
             calls.insert(self.containing(goal).ok_or(ImageError::NoFunction(goal))?);
         }
         // The linker's steps from flash to RAM hold their goal as a number, and jump there through a register.
-        let own: Vec<u64> = found.numbers.iter().filter_map(|number| self.function_at(*number)).collect();
+        let own: Vec<u32> = found.numbers.iter().filter_map(|number| self.function_at(*number)).collect();
         if found.indirect > 0 || (found.onward > 0 && own.is_empty()) {
             calls.extend(addresses);
             stack.indirect.push(self.name_of(at));
@@ -156,36 +166,43 @@ impl Program<'_> {
         Ok(Node { frame: taken.bytes, calls })
     }
 
+    /// What the instructions in a range together take off the stack pointer; what they give back is not counted against it.
+    fn taken(&self, range: Range<u32>) -> Taken {
+        let mut all = Taken::default();
+        for instruction in self.instructions(range) {
+            if let Effect::Push(bytes) = instruction.effect {
+                all.bytes += u64::from(bytes);
+            }
+            all.unknown |= instruction.moves_stack_freely();
+        }
+        all
+    }
+
     /// Every function whose address stands in the program as a number, but for those of the vector table.
-    fn addresses_taken(&self) -> Result<BTreeSet<u64>, ImageError> {
+    fn addresses_taken(&self) -> Result<BTreeSet<u32>, ImageError> {
         let mut taken = BTreeSet::new();
         for start in self.functions.keys() {
-            let found = instructions::references(self.code(*start)?, *start, |address| self.is_data(address, *start));
+            let found = self.references(self.range(*start)?);
             taken.extend(found.numbers.iter().filter_map(|number| self.function_at(*number)));
         }
-        for memory in self.memory.iter().filter(|memory| !memory.executable && memory.address != self.vectors_at) {
-            taken.extend(memory.words().filter_map(|word| self.function_at(word)));
+        for section in self.sections.iter().filter(|section| !section.executable && section.address != self.vectors_at)
+        {
+            taken.extend(section.words().filter_map(|word| self.function_at(word)));
         }
         Ok(taken)
     }
 
-    /// The function that a number is the address of: with the lowest bit set, as the core jumps to it.
-    fn function_at(&self, number: u64) -> Option<u64> {
-        let at = number & !1;
-        (number & 1 == 1 && self.functions.contains_key(&at)).then_some(at)
-    }
-
-    fn name_of(&self, at: u64) -> String {
+    fn name_of(&self, at: u32) -> String {
         self.functions.get(&at).map_or_else(|| format!("{at:#x}"), |(name, _)| name.clone())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Graph, Node};
+    use super::{Graph, Node, Program, Taken};
 
-    fn graph(nodes: &[(u64, u64, &[u64])]) -> Graph {
-        let node = |(at, frame, calls): &(u64, u64, &[u64])| {
+    fn graph(nodes: &[(u32, u64, &[u32])]) -> Graph {
+        let node = |(at, frame, calls): &(u32, u64, &[u32])| {
             (*at, Node { frame: *frame, calls: calls.iter().copied().collect() })
         };
         Graph { nodes: nodes.iter().map(node).collect(), ..Graph::default() }
@@ -203,7 +220,34 @@ mod tests {
         let mut graph = graph(&[(1, 8, &[2]), (2, 16, &[3]), (3, 32, &[2, 4]), (4, 64, &[4])]);
         assert_eq!(graph.depth(1), 8 + 16 + 32 + 64);
         assert_eq!(graph.depth(3), 16 + 32 + 64);
-        let seen: Vec<u64> = graph.nodes.keys().copied().filter(|at| graph.reached(*at).contains(at)).collect();
+        let seen: Vec<u32> = graph.nodes.keys().copied().filter(|at| graph.reached(*at).contains(at)).collect();
         assert_eq!(seen, [2, 3, 4]);
+    }
+
+    #[test]
+    fn what_is_taken_off_the_stack_pointer_is_added_up_in_every_encoding() {
+        let taken = |code: &[u16]| Program::from_halves(0, code).taken(0..2 * code.len() as u32);
+        for (code, expected) in [
+            (&[0xb5f0][..], 20),                      // push {r4, r5, r6, r7, lr}
+            (&[0xe92d, 0x4ff0], 36),                  // push.w {r4-r11, lr}
+            (&[0xf84d, 0xbd04], 4),                   // str r11, [sp, #-4]!
+            (&[0xe96d, 0x4504], 16),                  // strd r4, r5, [sp, #-16]!
+            (&[0xed2d, 0x8b10], 64),                  // vpush {d8-d15}
+            (&[0xed6d, 0x8a01], 4),                   // vpush {s17}
+            (&[0xb0a4], 144),                         // sub sp, #144
+            (&[0xf5ad, 0x7d12], 584),                 // sub.w sp, sp, #584
+            (&[0xf1ad, 0x0d08], 8),                   // sub.w sp, sp, #8
+            (&[0xf2ad, 0x4d04], 1028),                // subw sp, sp, #1028
+            (&[0xb5f0, 0xb0a4, 0xb024, 0xbdf0], 164), // push, sub, add, pop
+        ] {
+            assert_eq!(taken(code), Taken { bytes: expected, unknown: false }, "{code:x?}");
+        }
+        // add sp, #144; pop; sub.w r4, sp, #8; str r0, [sp, #4]; ldr r11, [sp], #4.
+        let nothing = [0xb024, 0xbdf0, 0xf1ad, 0x0408, 0x9001, 0xf85d, 0xbb04];
+        assert_eq!(taken(&nothing), Taken::default());
+        // sub.w sp, sp, r0; mov sp, r4; msr msp, r0.
+        for code in [&[0xebad, 0x0d00][..], &[0x46a5], &[0xf380, 0x8808]] {
+            assert_eq!(taken(code), Taken { bytes: 0, unknown: true }, "{code:x?}");
+        }
     }
 }

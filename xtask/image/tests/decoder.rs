@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends at the first thing that is not there")]
 
-use chip_image::cycles::{Class, Code, Instruction, Registers};
+use chip_image::{Class, Instruction, Program, Registers};
 
 const START: u32 = 0x0800_0000;
 
 fn decode(halves: &[u16]) -> Instruction {
-    Code::from_halves(START, halves).decode(START).unwrap()
+    Program::from_halves(START, halves).decode(START).unwrap()
 }
 
 /// As GNU as encodes them: halves, class, words moved.
@@ -95,7 +95,7 @@ fn classes_widths_and_words_are_those_of_the_assembler() {
 fn what_is_no_instruction_of_the_core_is_not_decoded() {
     // A permanently undefined one; VADD.F64, which the single-precision unit has not; a vector sum; a half without its other.
     for halves in [&[0xde00][..], &[0xee30, 0x0b01], &[0xef00, 0x0d00], &[0xee30]] {
-        assert_eq!(Code::from_halves(START, halves).decode(START), None, "{halves:x?}");
+        assert_eq!(Program::from_halves(START, halves).decode(START), None, "{halves:x?}");
     }
 }
 
@@ -129,12 +129,18 @@ fn registers_are_those_of_the_text() {
 #[test]
 fn literals_have_their_address_and_branches_without_condition_do_not_fall_through() {
     // From the program counter, 4 ahead, rounded down to a word.
-    let code = Code::from_halves(START, &[0xbf00, 0x4802, 0xed9f, 0x0a04]);
-    assert_eq!(code.decode(START + 2).unwrap().literal, Some(START + 4 + 8));
-    assert_eq!(code.decode(START + 4).unwrap().literal, Some(START + 8 + 16));
+    let program = Program::from_halves(START, &[0xbf00, 0x4802, 0xed9f, 0x0a04]);
+    assert_eq!(program.decode(START + 2).unwrap().literal, Some(START + 4 + 8));
+    assert_eq!(program.decode(START + 4).unwrap().literal, Some(START + 8 + 16));
     // From 4 ahead: forward, and 4 back, to itself.
-    assert_eq!(decode(&[0xf000, 0xf830]).calls, Some(START + 4 + 0x60));
-    assert_eq!(decode(&[0xf7ff, 0xfffe]).calls, Some(START));
+    assert_eq!(decode(&[0xf000, 0xf830]).jumps_to(), Some(START + 4 + 0x60));
+    assert_eq!(decode(&[0xf7ff, 0xfffe]).jumps_to(), Some(START));
+    // cbz r0, +8; beq +8; b.w +5000; bne.w +5000; bx lr
+    let goals = [&[0xb110][..], &[0xd002], &[0xf001, 0xb9c2], &[0xf041, 0x81c2], &[0x4770]];
+    assert_eq!(
+        goals.map(|halves| decode(halves).jumps_to().map(|goal| goal - START)),
+        [Some(8), Some(8), Some(5000), Some(5000), None]
+    );
     for (halves, through) in [
         (&[0xe002][..], false),
         (&[0xd002], true),

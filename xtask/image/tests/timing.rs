@@ -1,7 +1,8 @@
 //! Cycles worked out by hand, a rule at a time.
 
+use chip_image::Program;
 use chip_image::cycles::timing::{FLASH_WAIT_STATES, INSTRUCTION_LINES};
-use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement, Range};
+use chip_image::cycles::{Estimate, Estimator, Memory, Placement, Range};
 
 const SRAM: u32 = 0x2000_0000;
 const FLASH: u32 = 0x0800_0000;
@@ -27,19 +28,19 @@ const VDIV_S0_S1_S2: [u16; 2] = [0xee80, 0x0a81];
 fn straight(halves: &[u16]) -> Estimate {
     // What follows lets the float unit end and the pipeline forget.
     let with_rest = [halves, &[NOP; 32]].concat();
-    let code = Code::from_halves(SRAM, &with_rest);
-    let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
-    run(&code, &mut estimator, SRAM, with_rest.len());
+    let program = Program::from_halves(SRAM, &with_rest);
+    let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
+    run(&program, &mut estimator, SRAM, with_rest.len());
     estimator.finish();
-    run(&code, &mut estimator, SRAM, halves.len());
+    run(&program, &mut estimator, SRAM, halves.len());
     estimator.finish()
 }
 
-fn run(code: &Code, estimator: &mut Estimator<'_>, start: u32, halves: usize) {
+fn run(program: &Program, estimator: &mut Estimator<'_>, start: u32, halves: usize) {
     let mut at = start;
     while at < start + 2 * halves as u32 {
         estimator.execute(at);
-        at += code.decode(at).map_or(2, |instruction| instruction.width);
+        at += program.decode(at).map_or(2, |instruction| instruction.width);
     }
 }
 
@@ -112,9 +113,9 @@ fn transfers_and_it_are_ranges() {
 #[test]
 fn a_branch_refills_the_pipeline_when_it_is_taken() {
     // b +0 to a narrow instruction; beq not taken; b to a wide one across two words.
-    let code = Code::from_halves(SRAM, &[0xe7ff, NOP, 0xd0ff, NOP, 0xe7ff, ADD_WIDE[0], ADD_WIDE[1], NOP]);
+    let program = Program::from_halves(SRAM, &[0xe7ff, NOP, 0xd0ff, NOP, 0xe7ff, ADD_WIDE[0], ADD_WIDE[1], NOP]);
     let cycles = |addresses: &[u32]| {
-        let mut estimator = Estimator::new(&code, Memory::new(Placement::Sram));
+        let mut estimator = Estimator::new(&program, Memory::new(Placement::Sram));
         addresses.iter().for_each(|at| estimator.execute(SRAM + at));
         estimator.finish().cycles
     };
@@ -126,9 +127,9 @@ fn a_branch_refills_the_pipeline_when_it_is_taken() {
 
 #[test]
 fn data_and_code_meet_on_the_bus_of_sram() {
-    let code = Code::from_halves(SRAM, &[LDR_R5_R4, NOP, 0xb5b0]);
-    let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));
-    run(&code, &mut estimator, SRAM, 3);
+    let program = Program::from_halves(SRAM, &[LDR_R5_R4, NOP, 0xb5b0]);
+    let mut estimator = Estimator::new(&program, Memory::new(Placement::ByAddress));
+    run(&program, &mut estimator, SRAM, 3);
     let estimate = estimator.finish();
     assert_eq!(estimate.cycles, Range { low: 2 + 1 + 5, likely: 3 + 1 + 6, high: 3 + 1 + 9 });
     assert_eq!((estimate.stalls.bus, estimate.stalls.fetch), (2, 0));
@@ -138,15 +139,15 @@ fn data_and_code_meet_on_the_bus_of_sram() {
 fn a_straight_line_of_16_kib_runs_at_the_pace_of_flash() {
     // 4,096 wide instructions, four a line: each line takes 6 cycles to read and 4 to execute.
     let halves = ADD_WIDE.repeat(4096);
-    let code = Code::from_halves(FLASH, &halves);
+    let program = Program::from_halves(FLASH, &halves);
     let (lines, a_line) = (1024, 1 + FLASH_WAIT_STATES);
     for repeated in [0, 1] {
-        let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
+        let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
         for _ in 0..repeated {
-            run(&code, &mut estimator, FLASH, halves.len());
+            run(&program, &mut estimator, FLASH, halves.len());
             estimator.finish();
         }
-        run(&code, &mut estimator, FLASH, halves.len());
+        run(&program, &mut estimator, FLASH, halves.len());
         let estimate = estimator.finish();
         assert_eq!(estimate.instructions, 4096);
         // A reading for each line, and the last line's own instructions; the cache of 64 lines helps nobody.
@@ -156,9 +157,9 @@ fn a_straight_line_of_16_kib_runs_at_the_pace_of_flash() {
     }
     // Of narrow instructions, eight a line, the prefetch is always in time: only the first line is waited for.
     let halves = [NOP; 8192];
-    let code = Code::from_halves(FLASH, &halves);
-    let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
-    run(&code, &mut estimator, FLASH, halves.len());
+    let program = Program::from_halves(FLASH, &halves);
+    let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
+    run(&program, &mut estimator, FLASH, halves.len());
     assert_eq!(estimator.finish().cycles.likely, 8192 + FLASH_WAIT_STATES);
 }
 
@@ -166,10 +167,10 @@ fn a_straight_line_of_16_kib_runs_at_the_pace_of_flash() {
 fn code_that_fits_the_cache_waits_once_and_a_line_more_does_not_fit() {
     let of_lines = |lines: usize| {
         let halves = ADD_WIDE.repeat(4 * lines);
-        let code = Code::from_halves(FLASH, &halves);
-        let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
+        let program = Program::from_halves(FLASH, &halves);
+        let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
         [0; 3].map(|_| {
-            run(&code, &mut estimator, FLASH, halves.len());
+            run(&program, &mut estimator, FLASH, halves.len());
             // The last instruction is not known to branch back: none of these is a branch.
             estimator.finish().stalls.fetch
         })
@@ -186,26 +187,26 @@ fn a_literal_waits_for_flash_once_a_line() {
     // vldr s0, [pc, #16], four times: the literals are in one line, the code in another.
     let mut halves = [0xed9f, 0x0a04].repeat(4);
     halves.extend([0; 16]);
-    let code = Code::from_halves(FLASH, &halves);
-    let mut estimator = Estimator::new(&code, Memory::new(Placement::Flash));
-    run(&code, &mut estimator, FLASH, 8);
+    let program = Program::from_halves(FLASH, &halves);
+    let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
+    run(&program, &mut estimator, FLASH, 8);
     let first = estimator.finish();
-    run(&code, &mut estimator, FLASH, 8);
+    run(&program, &mut estimator, FLASH, 8);
     let again = estimator.finish();
     assert!(first.stalls.literal >= FLASH_WAIT_STATES, "{first:?}");
     assert_eq!(again.stalls.literal, 0);
     // From SRAM, literals come from SRAM too: no wait, but the bus, once for each.
-    let mut estimator = Estimator::new(&code, Memory::new(Placement::Sram));
-    run(&code, &mut estimator, FLASH, 8);
+    let mut estimator = Estimator::new(&program, Memory::new(Placement::Sram));
+    run(&program, &mut estimator, FLASH, 8);
     let stalls = estimator.finish().stalls;
     assert_eq!((stalls.literal, stalls.bus), (0, 4));
 }
 
 #[test]
 fn readings_are_in_order_and_what_is_not_known_is_said() {
-    let code = Code::from_halves(SRAM, &[0xde00, NOP]);
-    let mut estimator = Estimator::new(&code, Memory::new(Placement::ByAddress));
-    run(&code, &mut estimator, SRAM, 2);
+    let program = Program::from_halves(SRAM, &[0xde00, NOP]);
+    let mut estimator = Estimator::new(&program, Memory::new(Placement::ByAddress));
+    run(&program, &mut estimator, SRAM, 2);
     let estimate = estimator.finish();
     assert_eq!((estimate.instructions, estimate.unknown, estimate.cycles.likely), (2, 1, 2));
     assert_eq!(estimator.finish(), Estimate::default(), "nothing since");

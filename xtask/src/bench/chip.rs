@@ -4,7 +4,7 @@ use super::baseline::Counts;
 use crate::emitted;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail};
-use chip_image::{Code, Program};
+use chip_image::{Function, Program};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -22,13 +22,14 @@ pub(crate) struct Row {
     /// Computed values alive at once, at most.
     pub(crate) alive: u64,
     /// What it is in the linked program.
-    pub(crate) code: Code,
+    pub(crate) code: Function,
 }
 
 /// Everything that was counted, by name, the program, and the compiler that built it.
 #[derive(Debug)]
 pub(crate) struct Counted {
     pub(crate) elf: PathBuf,
+    pub(crate) program: Program,
     pub(crate) rows: BTreeMap<String, Row>,
     pub(crate) rustc: String,
 }
@@ -61,15 +62,15 @@ pub(crate) fn count() -> Result<Counted> {
     if rows.is_empty() {
         bail!("the counting program said nothing");
     }
-    Ok(Counted { elf, rows, rustc: toolchain.rustc()? })
+    Ok(Counted { elf, program, rows, rustc: toolchain.rustc()? })
 }
 
 /// `name,address,least,most,operations,negations,live inputs,alive`
-fn row(line: &str, program: &Program<'_>) -> Result<(String, Row)> {
+fn row(line: &str, program: &Program) -> Result<(String, Row)> {
     let mut fields = line.split(',');
     let name = fields.next().unwrap_or_default().to_owned();
     let numbers: Vec<u64> = fields.map(str::parse).collect::<Result<_, _>>().with_context(|| line.to_owned())?;
     let [address, least, most, operations, _, _, alive] = numbers[..] else { bail!("not seven numbers: {line}") };
-    let start = u32::try_from(address & !1).with_context(|| line.to_owned())?;
-    Ok((name, Row { address: start, least, most, operations, alive, code: program.function(address)? }))
+    let address = u32::try_from(address & !1).with_context(|| line.to_owned())?;
+    Ok((name, Row { address, least, most, operations, alive, code: program.function(address)? }))
 }

@@ -4,7 +4,7 @@ use super::chip::{self, Counted};
 use super::disassembly;
 use super::report::{ARMS, LEVELS, Table, thousands, write_into};
 use anyhow::{Context as _, Result, ensure};
-use chip_image::cycles::{Code, Estimate, Estimator, Memory, Placement, timing, trace};
+use chip_image::cycles::{Estimate, Estimator, Memory, Placement, timing, trace};
 use std::ops::Range;
 
 /// The kernel whose instructions are listed by class.
@@ -31,13 +31,11 @@ struct Traced {
 /// Trace, hold to what the program counts itself and to the bounds, and print the tables, or write them.
 pub(crate) fn run(write: bool) -> Result<()> {
     let counted = chip::count()?;
-    let bytes = std::fs::read(&counted.elf).with_context(|| counted.elf.display().to_string())?;
-    let code = Code::parse(&bytes)?;
-    match disassembly::compare(&counted.elf, &code)? {
+    match disassembly::compare(&counted.elf, &counted.program)? {
         Some(compared) => println!("decoder: {compared} instructions as objdump lists them"),
         None => println!("decoder: SKIPPED, there is no arm-none-eabi-objdump to compare with"),
     }
-    let all = traced(&counted, &code)?;
+    let all = traced(&counted)?;
     let (kernels, empty) = all.split_at(all.len() - 1);
     let empty = empty.first().map_or(0, |empty| empty.most);
     for function in kernels {
@@ -58,8 +56,10 @@ const EMPTY: &str = "cases7nothing";
 
 /// The recursion's kernels, alone and with sine and cosine, in every state that the program counts them in; last the
 /// function that does nothing.
-fn traced(counted: &Counted, code: &Code) -> Result<Vec<Traced>> {
-    let back = code.behind_call_in("Counter4call").context("the counting program has no Counter::call that calls")?;
+fn traced(counted: &Counted) -> Result<Vec<Traced>> {
+    let program = &counted.program;
+    let back =
+        program.behind_call_in("Counter4call").context("the counting program has no Counter::call that calls")?;
     let mut names = Vec::new();
     for (arm, _) in ARMS {
         for level in LEVELS {
@@ -71,19 +71,18 @@ fn traced(counted: &Counted, code: &Code) -> Result<Vec<Traced>> {
     for name in &names {
         let start = counted.row(name)?.address;
         between.push((start, back));
-        ranges.extend(code.reached_from(start));
+        ranges.extend(program.reached_from(start)?.ranges());
     }
-    let (_, start, _) =
-        code.functions().find(|(name, ..)| name.contains(EMPTY)).with_context(|| format!("no function {EMPTY}"))?;
+    let start = program.address_of(|name| name.contains(EMPTY)).with_context(|| format!("no function {EMPTY}"))?;
     between.push((start, back));
-    ranges.extend(code.reached_from(start));
+    ranges.extend(program.reached_from(start)?.ranges());
     ranges.push(back..back + 2);
     names.push(EMPTY.to_owned());
-    let fresh = |placement| Estimator::new(code, Memory::new(placement));
+    let fresh = |placement| Estimator::new(program, Memory::new(placement));
     let mut estimators: Vec<_> = names.iter().map(|_| (fresh(Placement::Flash), fresh(Placement::Sram))).collect();
     let mut begun = vec![false; names.len()];
     let mut calls: Vec<Vec<(Estimate, Estimate)>> = vec![Vec::new(); names.len()];
-    trace::run_within(&counted.elf, &between, &ranges, |stretch, address| {
+    trace::run(&counted.elf, &between, &ranges, |stretch, address| {
         let (flash, sram) = &mut estimators[stretch];
         // Each call begins at the function's start, which no instruction inside jumps back to.
         if address == between[stretch].0 && std::mem::replace(&mut begun[stretch], true) {

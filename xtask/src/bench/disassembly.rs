@@ -2,15 +2,15 @@
 
 use crate::process::which;
 use anyhow::{Context as _, Result, bail};
-use chip_image::cycles::{Class, Code};
+use chip_image::{Class, Program};
 use std::path::Path;
 use std::process::Command;
 
 const OBJDUMP: &str = "arm-none-eabi-objdump";
 
-/// Compare width, class, words, literal and called function of every instruction of a program; how many there were, or none where there is no
+/// Compare width, class, words, literal and goal of every instruction of a program; how many there were, or none where there is no
 /// objdump.
-pub(super) fn compare(elf: &Path, code: &Code) -> Result<Option<usize>> {
+pub(super) fn compare(elf: &Path, program: &Program) -> Result<Option<usize>> {
     if which(OBJDUMP).is_none() {
         return Ok(None);
     }
@@ -23,7 +23,7 @@ pub(super) fn compare(elf: &Path, code: &Code) -> Result<Option<usize>> {
     let mut wrong = Vec::new();
     for line in &lines {
         let expected = line.expected().with_context(|| format!("no class for {:?}", line.text));
-        let found = code.decode(line.address).map(|i| (i.width, i.class, i.words, i.literal.or(i.calls)));
+        let found = program.decode(line.address).map(|i| (i.width, i.class, i.words, i.literal.or(i.jumps_to())));
         match expected {
             Ok(expected) if found == Some(expected) => {}
             Ok(expected) => wrong.push(format!("{:x} {}: {found:?}, expected {expected:?}", line.address, line.text)),
@@ -74,10 +74,10 @@ impl<'a> Listed<'a> {
         };
         let loads = matches!(class, Class::Load | Class::LoadMultiple | Class::FloatLoad);
         let literal = (loads && self.operands.contains("[pc")).then(|| self.commented()).flatten();
-        // `800ffbc <function>`
-        let called = || u32::from_str_radix(self.operands.split(' ').next()?, 16).ok();
-        let called = (self.mnemonic == "bl").then(called).flatten();
-        Some((self.width, class, words, literal.or(called)))
+        // `800ffbc <function>`, behind a register in CBZ and CBNZ; that of a jump through a register is no number.
+        let goal = || u32::from_str_radix(self.operands.split(", ").last()?.split(' ').next()?, 16).ok();
+        let goal = (class == Class::Branch).then(goal).flatten();
+        Some((self.width, class, words, literal.or(goal)))
     }
 
     /// `@ 80007b4 <...>` or `@ (80007b4 <...>)`
@@ -168,7 +168,7 @@ fn named(name: &str) -> Option<Class> {
 #[cfg(test)]
 mod tests {
     use super::Listed;
-    use chip_image::cycles::Class;
+    use chip_image::Class;
 
     #[test]
     fn listed_instructions_are_read() {

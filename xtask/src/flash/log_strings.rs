@@ -1,8 +1,8 @@
 //! Whether what a program logs can be read by whoever holds its file.
 
 use anyhow::{Context as _, Result, bail};
+use chip_image::Program;
 use defmt_decoder::Table;
-use object::{Object as _, ObjectSymbol as _};
 use std::path::Path;
 
 /// What a probe looks for in the chip's memory to find the log.
@@ -21,8 +21,7 @@ pub(crate) fn check(elf: &Path) -> Result<usize> {
     if strings == 0 {
         bail!("{}: found no log strings, expected a program that was linked with defmt.x", elf.display());
     }
-    let file = object::File::parse(&*program)?;
-    if !file.symbols().any(|symbol| symbol.name() == Ok(RTT_CONTROL_BLOCK)) {
+    if !Program::parse(&program)?.symbols().any(|(name, _)| name == RTT_CONTROL_BLOCK) {
         bail!("{}: found no {RTT_CONTROL_BLOCK}, expected a program that logs over RTT", elf.display());
     }
     Ok(strings)

@@ -7,7 +7,7 @@ use super::{folder, source};
 use crate::process::root;
 use crate::qemu;
 use anyhow::{Context as _, Result, bail};
-use object::{Object as _, ObjectSymbol as _};
+use chip_image::Program;
 use std::path::PathBuf;
 
 /// Instructions and bytes of a contestant.
@@ -60,7 +60,7 @@ pub(super) fn measure(arm: &str, ours: &Ours, reference: &[Torques]) -> Result<V
     let (entries, elf) = build(arm, ours)?;
     let said = qemu::semihosted(&elf)?;
     let bytes = std::fs::read(&elf)?;
-    let program = object::File::parse(&*bytes)?;
+    let program = Program::parse(&bytes)?;
     let mut counts = Vec::new();
     for entry in entries {
         let line = said.lines().find_map(|line| line.strip_prefix(&entry.symbol)?.strip_prefix(' '));
@@ -77,7 +77,7 @@ pub(super) fn measure(arm: &str, ours: &Ours, reference: &[Torques]) -> Result<V
 
 impl Entry {
     /// `INSTRUCTIONS... / TORQUES...`
-    fn read(&self, line: &str, program: &object::File<'_>, reference: &[Torques]) -> Result<Count> {
+    fn read(&self, line: &str, program: &Program, reference: &[Torques]) -> Result<Count> {
         let (instructions, torques) = line.split_once(" / ").with_context(|| format!("no torques: {line}"))?;
         let instructions: Vec<u32> = instructions.split(' ').map(str::parse).collect::<Result<_, _>>()?;
         let torques: Vec<f64> = torques
@@ -99,11 +99,11 @@ impl Entry {
 
 impl Entry {
     /// Of the function, and of the kernel where that is one of its own.
-    fn code_bytes(&self, program: &object::File<'_>) -> Result<u64> {
-        let own = program.symbol_by_name(&self.symbol).with_context(|| format!("no symbol {}", self.symbol))?;
-        let is_kernel = |name: &str| self.kernel.as_ref().is_some_and(|kernel| name.contains(kernel));
-        let kernel = program.symbols().find(|symbol| symbol.name().is_ok_and(is_kernel));
-        Ok(own.size() + kernel.map_or(0, |symbol| symbol.size()))
+    fn code_bytes(&self, program: &Program) -> Result<u64> {
+        let size = |is_it: &dyn Fn(&str) -> bool| program.symbols().find(|(name, _)| is_it(name)).map(|(_, size)| size);
+        let own = size(&|name| name == self.symbol).with_context(|| format!("no symbol {}", self.symbol))?;
+        let kernel = size(&|name| self.kernel.as_ref().is_some_and(|kernel| name.contains(kernel)));
+        Ok(u64::from(own) + u64::from(kernel.unwrap_or_default()))
     }
 }
 

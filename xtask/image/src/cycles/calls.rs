@@ -1,6 +1,6 @@
 //! What each call of a function takes in a program that counts its calls one after another.
 
-use crate::cycles::code::Code;
+use crate::Program;
 use crate::cycles::estimator::{Estimate, Estimator};
 use crate::cycles::memory::Memory;
 use crate::cycles::trace::{self, Error};
@@ -10,28 +10,26 @@ use std::path::Path;
 /// Letters in the linker's name of the function that counts a call.
 const COUNTER: &str = "Counter4call";
 
-/// The calls of a function in one run of a program.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Calls {
-    /// What the program printed over semihosting.
-    pub printed: String,
-    /// Each call, in the order of execution; the caches are as the calls before left them.
-    pub estimates: Vec<Estimate>,
-}
-
-/// Run a program that counts its calls with `probe::Counter`, and estimate each call of the function that begins at `start`: from its first
-/// instruction to where it returns to, with all of it that lies in the ranges `within`.
+/// Run a program that counts its calls with `probe::Counter`, and estimate each call of the function that begins at `start`, in the
+/// order of execution: from its first instruction to where it returns to, with all of it that lies in the ranges `within`. The caches
+/// are as the calls before left them.
 ///
 /// # Errors
 /// Nothing in the program counts calls; else as [`trace::run`].
-pub fn calls(elf: &Path, code: &Code, start: u32, within: &[Range<u32>], memory: Memory) -> Result<Calls, Error> {
-    let back = code.behind_call_in(COUNTER).ok_or(Error::CountsNothing)?;
+pub fn calls(
+    elf: &Path,
+    program: &Program,
+    start: u32,
+    within: &[Range<u32>],
+    memory: Memory,
+) -> Result<Vec<Estimate>, Error> {
+    let back = program.behind_call_in(COUNTER).ok_or(Error::CountsNothing)?;
     let mut ranges = within.to_vec();
     ranges.push(back..back + 2);
-    let mut estimator = Estimator::new(code, memory);
+    let mut estimator = Estimator::new(program, memory);
     let mut estimates = Vec::new();
     let mut begun = false;
-    let run = trace::run_within(elf, &[(start, back)], &ranges, |_, address| {
+    trace::run(elf, &[(start, back)], &ranges, |_, address| {
         // No instruction inside jumps back to the function's start.
         if address == start && std::mem::replace(&mut begun, true) {
             estimates.push(estimator.finish());
@@ -41,5 +39,5 @@ pub fn calls(elf: &Path, code: &Code, start: u32, within: &[Range<u32>], memory:
     if begun {
         estimates.push(estimator.finish());
     }
-    Ok(Calls { printed: run.printed, estimates })
+    Ok(estimates)
 }

@@ -3,7 +3,7 @@
 //! QEMU runs blocks of instructions and can log each block that it executes; with one instruction in a block, that is each
 //! instruction. The log goes through a pipe and is never kept: it is some 80 bytes an instruction.
 
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::{BufRead as _, BufReader};
 use std::ops::Range;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -36,20 +36,11 @@ pub enum Error {
     },
 }
 
-/// A run of a program.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Run {
-    /// What it printed over semihosting.
-    pub printed: String,
-    /// Instructions executed between the addresses.
-    pub traced: u64,
-}
-
 /// How the installed emulator is told to put one instruction into a block.
 ///
 /// # Errors
 /// It cannot be started, or does not say its version.
-pub fn one_instruction_a_block() -> Result<&'static [&'static str], Error> {
+pub(crate) fn one_instruction_a_block() -> Result<&'static [&'static str], Error> {
     let output = Command::new(QEMU).arg("--version").output().map_err(Error::CannotStart)?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     option_for(&text).ok_or(Error::Version(text))
@@ -67,49 +58,31 @@ fn option_for(version: &str) -> Option<&'static [&'static str]> {
 /// A stretch `(start, end)` begins with the instruction at `start` and ends before the one at `end`. While one lasts, no
 /// other begins. The numbers in the call are the stretch's place in `between` and the instruction's address.
 ///
+/// The ranges must hold starts and ends, and all code between that is to be seen: some ten times faster than all of a program, for
+/// the emulator does not log the rest.
+///
 /// # Errors
 /// The emulator cannot be started, or the program fails.
-pub fn run(elf: &Path, between: &[(u32, u32)], on_instruction: impl FnMut(usize, u32)) -> Result<Run, Error> {
-    run_within(elf, between, &[], on_instruction)
-}
-
-/// The same, with only those instructions that lie in these addresses: some ten times faster, for the emulator does not
-/// log the rest.
-///
-/// The ranges must hold starts and ends, and all code between that is to be seen. Without any, everything is.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_within(
+pub fn run(
     elf: &Path,
     between: &[(u32, u32)],
     ranges: &[Range<u32>],
     mut on_instruction: impl FnMut(usize, u32),
-) -> Result<Run, Error> {
+) -> Result<(), Error> {
     let ranges: Vec<String> = ranges.iter().map(|range| format!("{:#x}+{:#x}", range.start, range.len())).collect();
-    let filter = if ranges.is_empty() { Vec::new() } else { vec!["-dfilter".to_owned(), ranges.join(",")] };
     let child = Command::new(QEMU)
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-semihosting-config", "enable=on,target=native"])
         .args(one_instruction_a_block()?)
-        .args(["-d", "exec,nochain"])
-        .args(filter)
+        .args(["-d", "exec,nochain", "-dfilter", &ranges.join(",")])
         .arg("-kernel")
         .arg(elf)
         .stdin(Stdio::null())
-        .stdout(Stdio::piped())
+        .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
         .map_err(Error::CannotStart)?;
     let mut child = Ended(child);
-    let printed = child.0.stdout.take().map(|mut pipe| {
-        std::thread::spawn(move || {
-            let mut bytes = Vec::new();
-            // Cut short, it is shorter; whoever reads it sees what is missing.
-            pipe.read_to_end(&mut bytes).ok();
-            String::from_utf8_lossy(&bytes).into_owned()
-        })
-    });
     let mut sorter = Sorter::new(between);
     let mut said = String::new();
     if let Some(log) = child.0.stderr.take() {
@@ -126,11 +99,10 @@ pub fn run_within(
     }
     sorter.flush(&mut on_instruction);
     let status = child.0.wait().map_err(Error::Log)?;
-    let printed = printed.and_then(|thread| thread.join().ok()).unwrap_or_default();
     if !status.success() {
         return Err(Error::GaveUp { status, said });
     }
-    Ok(Run { printed, traced: sorter.traced })
+    Ok(())
 }
 
 /// The emulator, ended however the run goes.
@@ -174,12 +146,11 @@ struct Sorter<'a> {
     between: &'a [(u32, u32)],
     last: Option<u32>,
     inside: Option<usize>,
-    traced: u64,
 }
 
 impl<'a> Sorter<'a> {
     fn new(between: &'a [(u32, u32)]) -> Self {
-        Self { between, last: None, inside: None, traced: 0 }
+        Self { between, last: None, inside: None }
     }
 
     fn executed(&mut self, address: u32, on_instruction: &mut impl FnMut(usize, u32)) {
@@ -209,7 +180,6 @@ impl<'a> Sorter<'a> {
             self.inside = self.between.iter().position(|(start, _)| *start == address);
         }
         if let Some(inside) = self.inside {
-            self.traced += 1;
             on_instruction(inside, address);
         }
     }
@@ -252,7 +222,6 @@ mod tests {
             sorter.executed(address, &mut note);
         }
         sorter.flush(&mut note);
-        assert_eq!(sorter.traced, 5);
         assert_eq!(seen, [(0, 10), (0, 12), (0, 40), (1, 40), (0, 10)]);
     }
 }

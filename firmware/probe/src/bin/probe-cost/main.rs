@@ -1,5 +1,5 @@
-//! Counts the instructions of a scene's control tick in the emulated chip; `host_sim::chip::cost` builds it, once for each scene, and reads
-//! what it says.
+//! Counts the instructions of a scene's control tick in the emulated chip; `cargo xtask firmware cost` builds it, once for each scene,
+//! and reads its lines.
 //!
 //! The list of scenes may hold several, but functions that ticks share are then no longer compiled into each of them with its numbers:
 //! for the cost of a tick as its firmware has it, build for one scene.
@@ -20,5 +20,5 @@ mod scenes;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("ticks are counted in the emulated chip: host-sim");
+    println!("ticks are counted in the emulated chip: cargo xtask firmware cost");
 }

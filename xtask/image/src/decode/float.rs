@@ -1,8 +1,7 @@
 //! Instructions of the float unit, FPv4-SP.
 
-use super::PC;
 use super::wide::offset;
-use crate::cycles::instruction::{Class, Instruction, Registers};
+use super::{Class, Effect, Instruction, PC, Registers};
 
 pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instruction> {
     // Coprocessors 10 and 11: singles and doubles. 0xef: the vector unit that the core has not.
@@ -121,6 +120,8 @@ fn memory(address: u32, first: u16, second: u16) -> Option<Instruction> {
         (false, false) => new(Class::FloatStoreMultiple).reading(float),
     };
     let with = if back { with.writing(base) } else { with }.moving(words);
+    // VPUSH.
+    let with = if first & 0xffbf == 0xed2d { with.with(Effect::Push(4 * words)) } else { with };
     let is_literal = loads && before && !back && base == Registers::core(PC);
     Some(if is_literal { with.of_literal(offset(first, second & 0xff, 4)) } else { with.addressed_by(base) })
 }

@@ -1,7 +1,6 @@
 //! Instructions of one half.
 
-use super::{LR, PC, SP};
-use crate::cycles::instruction::{Class, Instruction, Registers};
+use super::{Class, Effect, Instruction, LR, PC, Registers, SP, goal};
 
 pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 2, class);
@@ -68,9 +67,9 @@ pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
         0b11010 | 0b11011 => match (half >> 8) & 15 {
             14 => return None,
             15 => new(Class::System),
-            _ => new(Class::Branch),
+            _ => new(Class::Branch).with(goal(address, u32::from(half & 0xff) << 1, 9)),
         },
-        0b11100 => new(Class::Branch).never_falls_through(),
+        0b11100 => new(Class::Branch).never_falls_through().with(goal(address, u32::from(half & 0x7ff) << 1, 12)),
         _ => return None,
     })
 }
@@ -81,19 +80,26 @@ fn miscellaneous(address: u32, half: u16) -> Option<Instruction> {
     let low = |at: u32| Registers::core((half >> at) & 7);
     let sp = Registers::core(SP);
     Some(match (half >> 8) & 15 {
-        0x0 => new(Class::Integer).reading(sp).writing(sp),
-        // CBZ, CBNZ.
-        0x1 | 0x3 | 0x9 | 0xb => new(Class::Branch).reading(low(0)),
+        // ADD and SUB of a constant number of words.
+        0x0 if half & 0x80 == 0 => new(Class::Integer).reading(sp).writing(sp),
+        0x0 => new(Class::Integer).reading(sp).writing(sp).with(Effect::Push(4 * u32::from(half & 0x7f))),
+        // CBZ, CBNZ: forward alone.
+        0x1 | 0x3 | 0x9 | 0xb => {
+            let offset = u32::from(half >> 9 & 1) << 6 | u32::from(half >> 3 & 0x1f) << 1;
+            new(Class::Branch).reading(low(0)).with(goal(address, offset, 8))
+        }
         // Extensions, reversals.
         0x2 | 0xa => new(Class::Integer).reading(low(3)).writing(low(0)),
         0x4 | 0x5 => {
             let link = if half & 0x100 == 0 { 0 } else { 1 << LR };
-            multiple(new(Class::StoreMultiple), sp, (half & 0xff) | link, false)
+            let push = multiple(new(Class::StoreMultiple), sp, (half & 0xff) | link, false);
+            push.with(Effect::Push(4 * push.words))
         }
         0xc | 0xd => {
             let counter = if half & 0x100 == 0 { 0 } else { 1 << PC };
             multiple(new(Class::LoadMultiple), sp, (half & 0xff) | counter, true)
         }
+        0x6 if half & 0xffef == 0xb662 => new(Class::System).with(Effect::Mask(half & 0x10 != 0)),
         0x6 | 0xe => new(Class::System),
         0xf if half & 15 == 0 => new(Class::System),
         0xf => new(Class::IfThen),

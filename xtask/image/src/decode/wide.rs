@@ -1,7 +1,6 @@
 //! Instructions of two halves.
 
-use super::{LR, PC, float, narrow};
-use crate::cycles::instruction::{Class, Instruction, Registers};
+use super::{Class, Effect, Instruction, LR, PC, Registers, SP, float, goal, narrow};
 
 pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instruction> {
     match first >> 9 {
@@ -37,7 +36,8 @@ fn list(address: u32, first: u16, second: u16) -> Option<Instruction> {
         let base = if loads { field(first, 0).without(Registers::core_list(second)) } else { field(first, 0) };
         all.writes = all.writes.without(base);
     }
-    Some(all)
+    // STMDB that moves the stack pointer: PUSH.
+    Some(if first == 0xe92d { all.with(Effect::Push(4 * all.words)) } else { all })
 }
 
 /// LDRD, STRD, the exclusive ones, and branches by a table.
@@ -66,6 +66,8 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
     } else {
         new(Class::StoreMultiple).reading(one | two).writing(moved)
     };
+    // Before a stack pointer that moves down with it.
+    let pair = if first == 0xe96d { pair.with(Effect::Push(4 * u32::from(second & 0xff))) } else { pair };
     Some(if base == Registers::core(PC) && loads {
         pair.moving(2).of_literal(offset(first, second & 0xff, 4))
     } else {
@@ -98,13 +100,19 @@ fn processed(address: u32, first: u16, second: u16) -> Instruction {
 fn immediate(address: u32, first: u16, second: u16) -> Instruction {
     let new = Instruction::new(address, 4, Class::Integer);
     let (n, d) = (field(first, 0), field(second, 8));
+    let constant = (first >> 10 & 1) << 11 | (second >> 12 & 7) << 8 | second & 0xff;
+    let from_stack = n == Registers::core(SP) && d == n;
     if first & 0x0200 == 0 {
-        return processed(address, first, second);
+        let with = processed(address, first, second);
+        let is_push = from_stack && first & 0x01f0 == 0x01a0;
+        return if is_push { with.with(Effect::Push(expanded(constant))) } else { with };
     }
+    // MOVW and MOVT have a part of their constant where others have a register.
+    let half = (first & 15) << 12 | constant;
     match (first >> 4) & 0x1f {
-        // MOVW has a part of its constant where others have a register.
-        0b00100 => new.writing(d),
-        0b01100 => new.reading(d).writing(d),
+        0b00100 => new.writing(d).with(Effect::LowerHalf(half)),
+        0b01100 => new.reading(d).writing(d).with(Effect::UpperHalf(half)),
+        0b01010 if from_stack => new.reading(n).writing(d).with(Effect::Push(constant.into())),
         // BFI keeps the rest of its register; BFC is BFI of nothing.
         0b10110 if n == Registers::core(PC) => new.reading(d).writing(d),
         0b10110 => new.reading(n | d).writing(d),
@@ -118,15 +126,17 @@ fn immediate(address: u32, first: u16, second: u16) -> Instruction {
 fn branch_or_control(address: u32, first: u16, second: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 4, class);
     Some(match second & 0x5000 {
-        0x1000 => new(Class::Branch).never_falls_through(),
+        0x1000 => new(Class::Branch).never_falls_through().with(far(address, first, second)),
         0x5000 => {
             let call = new(Class::Branch).writing(Registers::core(LR)).never_falls_through();
-            Instruction { calls: Some(called(address, first, second)), ..call }
+            call.with(far(address, first, second))
         }
-        0x0000 if (first >> 7) & 7 != 7 => new(Class::Branch),
+        0x0000 if (first >> 7) & 7 != 7 => new(Class::Branch).with(near(address, first, second)),
         0x0000 => match (first >> 4) & 0x7f {
             // MSR; hints; CLREX, DSB, DMB, ISB; MRS.
-            0b011_1000 | 0b011_1001 => new(Class::System).reading(field(first, 0)),
+            0b011_1000 | 0b011_1001 => {
+                new(Class::System).reading(field(first, 0)).with(Effect::ToSpecial(second & 0xff))
+            }
             0b011_1010 => new(Class::System),
             0b011_1011 if matches!((second >> 4) & 15, 4..=6) => new(Class::Barrier),
             0b011_1011 => new(Class::System),
@@ -137,14 +147,32 @@ fn branch_or_control(address: u32, first: u16, second: u16) -> Option<Instructio
     })
 }
 
-/// Where BL goes: the offset's sign and its next two bits stand apart, these two inverted where the sign is 0.
-fn called(address: u32, first: u16, second: u16) -> u32 {
+/// Where B and BL go: the offset's sign and its next two bits stand apart, these two inverted where the sign is 0.
+fn far(address: u32, first: u16, second: u16) -> Effect {
     let bit = |half: u16, at: u32| u32::from(half >> at & 1);
     let sign = bit(first, 10);
     let (one, two) = (1 ^ bit(second, 13) ^ sign, 1 ^ bit(second, 11) ^ sign);
     let low = u32::from(first & 0x3ff) << 12 | u32::from(second & 0x7ff) << 1;
-    let offset = low | two << 22 | one << 23 | 0_u32.wrapping_sub(sign) << 24;
-    address.wrapping_add(4).wrapping_add(offset)
+    goal(address, low | two << 22 | one << 23 | sign << 24, 25)
+}
+
+/// Where B with a condition goes.
+fn near(address: u32, first: u16, second: u16) -> Effect {
+    let bit = |half: u16, at: u32| u32::from(half >> at & 1);
+    let low = u32::from(first & 0x3f) << 12 | u32::from(second & 0x7ff) << 1;
+    goal(address, low | bit(second, 13) << 18 | bit(second, 11) << 19 | bit(first, 10) << 20, 21)
+}
+
+/// A constant of 12 bits as the core expands it (A5.3.2): a byte in one of four patterns, or eight bits with the first set, rotated.
+fn expanded(bits: u16) -> u32 {
+    let byte = u32::from(bits & 0xff);
+    match bits >> 8 {
+        0 => byte,
+        1 => byte << 16 | byte,
+        2 => byte << 24 | byte << 8,
+        3 => byte << 24 | byte << 16 | byte << 8 | byte,
+        _ => (0x80 | u32::from(bits & 0x7f)).rotate_right(u32::from(bits >> 7 & 0x1f)),
+    }
 }
 
 /// Loads and stores of one register.
@@ -160,6 +188,9 @@ fn single(address: u32, first: u16, second: u16) -> Option<Instruction> {
         return Some(Instruction::new(address, 4, Class::System));
     }
     let with = if loads { new(Class::Load).writing(moved) } else { new(Class::Store).reading(moved) };
+    // Before a stack pointer that moves down with it: PUSH of one register.
+    let is_push = first == 0xf84d && second & 0x0f00 == 0x0d00;
+    let with = if is_push { with.with(Effect::Push(u32::from(second & 0xff))) } else { with };
     if base == Registers::core(PC) {
         return loads.then(|| with.of_literal(offset(first, second & 0xfff, 1)));
     }

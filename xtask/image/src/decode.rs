@@ -1,0 +1,39 @@
+//! Instructions of Thumb-2 with FPv4-SP: class, registers, words, and where they go or what they do to the stack.
+//!
+//! From the encodings of the ARMv7-M Architecture Reference Manual, chapters A5 to A7. Own code: the decoders on the crates
+//! registry leave out the float unit's instructions in Thumb, and these are most of a kernel.
+
+mod class;
+mod float;
+mod instruction;
+mod narrow;
+mod registers;
+mod wide;
+
+pub use class::Class;
+pub use instruction::{Effect, Instruction};
+pub use registers::Registers;
+
+/// The stack pointer.
+const SP: u16 = 13;
+/// The link register.
+const LR: u16 = 14;
+/// The program counter.
+const PC: u16 = 15;
+
+/// Bytes of the instruction that begins with this half.
+pub(crate) const fn width(first: u16) -> u32 {
+    // 11101, 11110 and 11111 begin an instruction of two halves.
+    if first < 0xe800 { 2 } else { 4 }
+}
+
+/// The instruction that begins with this half; a wide one has a second.
+pub(crate) fn decode(address: u32, first: u16, second: Option<u16>) -> Option<Instruction> {
+    if width(first) == 2 { narrow::decode(address, first) } else { wide::decode(address, first, second?) }
+}
+
+/// The goal of a jump that counts from the program counter, which is 4 ahead; the offset has so many bits, the highest for its sign.
+fn goal(address: u32, offset: u32, bits: u32) -> Effect {
+    let signed = (offset << (32 - bits)) as i32 >> (32 - bits);
+    Effect::Jump(address.wrapping_add(4).wrapping_add_signed(signed))
+}

@@ -1,0 +1,70 @@
+//! Sets of registers.
+
+use std::ops::BitOr;
+
+/// A set of registers: the core's r0 to r15 and the float unit's s0 to s31.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Registers(u64);
+
+impl Registers {
+    /// None.
+    pub const NONE: Self = Self(0);
+    /// How many there are, and so how many numbers [`Registers::numbers`] may give.
+    pub const COUNT: usize = 48;
+
+    /// Core register, the lowest four bits of `number`.
+    #[must_use]
+    pub const fn core(number: u16) -> Self {
+        Self(1 << (number & 15))
+    }
+
+    /// Core registers, a bit for each.
+    #[must_use]
+    pub const fn core_list(bits: u16) -> Self {
+        Self(bits as u64)
+    }
+
+    /// `count` float registers from `first` on; those past s31 do not exist.
+    #[must_use]
+    pub fn float(first: u16, count: u16) -> Self {
+        (first..first.saturating_add(count))
+            .filter(|number| *number < 32)
+            .fold(Self::NONE, |all, s| all | Self(1 << (16 + s)))
+    }
+
+    /// Whether the two sets share a register.
+    #[must_use]
+    pub const fn meets(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// Those of this set that are not in the other.
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// How many are in the set.
+    #[must_use]
+    pub const fn count(self) -> u32 {
+        self.0.count_ones()
+    }
+
+    /// Their numbers: 0 to 15 for the core's, 16 to 47 for the float unit's.
+    pub fn numbers(self) -> impl Iterator<Item = usize> {
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            let number = left.trailing_zeros() as usize;
+            left &= left.wrapping_sub(1);
+            (number < Self::COUNT).then_some(number)
+        })
+    }
+}
+
+impl BitOr for Registers {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}

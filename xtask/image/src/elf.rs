@@ -1,0 +1,257 @@
+//! The reader of ELF files.
+
+use crate::decode::{self, Instruction};
+use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, SectionKind, SymbolKind, elf};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Static RAM of the chip, where a kernel lies that does not run from flash.
+pub const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
+
+/// The section that holds the vector table, as the start-up code names it.
+const VECTORS: &str = ".vector_table";
+
+/// Why a program cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// Not the file of a program, or a broken one.
+    #[error("cannot be read as a program: {0}")]
+    Unreadable(#[from] object::Error),
+    /// For another processor.
+    #[error("a program for {0:?}; expected one for 32-bit Arm")]
+    OtherProcessor(object::Architecture),
+    /// No code in it.
+    #[error("a program without code; expected a linked one with a text section")]
+    NoCode,
+    /// There is no function where one is asked for.
+    #[error("no function at {0:#x}")]
+    NoFunction(u32),
+    /// Nothing says where the program starts.
+    #[error("no vector table: expected a section .vector_table")]
+    NoVectors,
+    /// Nothing is free below where the stack begins.
+    #[error("no room for a stack below {0:#x}: expected RAM without variables")]
+    NoStack(u32),
+}
+
+/// A section that lies in the chip's memory.
+#[derive(Clone, Debug)]
+pub(crate) struct Section {
+    name: String,
+    pub(crate) address: u32,
+    /// None for zeroed variables.
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) executable: bool,
+}
+
+impl Section {
+    /// Whole words, as the core reads them.
+    pub(crate) fn words(&self) -> impl Iterator<Item = u32> {
+        self.bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+    }
+
+    pub(crate) fn end(&self) -> u32 {
+        self.address.saturating_add(self.bytes.len() as u32)
+    }
+
+    pub(crate) fn contains(&self, address: u32) -> bool {
+        (self.address..self.end()).contains(&address)
+    }
+}
+
+/// A symbol's name and size.
+pub(crate) type Named = (String, u32);
+
+/// A linked program.
+#[derive(Clone, Debug, Default)]
+pub struct Program {
+    /// Code first: most questions are about it.
+    pub(crate) sections: Vec<Section>,
+    /// All symbols, in the file's order.
+    symbols: Vec<Named>,
+    /// Functions by address.
+    pub(crate) functions: BTreeMap<u32, Named>,
+    /// Variables and constants with a symbol, by address.
+    pub(crate) objects: BTreeMap<u32, Named>,
+    /// Where numbers begin, `true`, and where instructions do: the mapping symbols `$d` and `$t`.
+    pub(crate) marks: BTreeMap<u32, bool>,
+    /// Words of the vector table: the stack's top, the start, the handlers; none where there is no such table.
+    pub(crate) vectors: Vec<u32>,
+    /// Where the vector table lies.
+    pub(crate) vectors_at: u32,
+    /// What lies in static RAM by section: variables, zeroed or not, and code that is copied there.
+    variables: Vec<Range<u32>>,
+    flash_bytes: u64,
+    ram_bytes: u64,
+}
+
+impl Program {
+    /// A program from the bytes of its ELF file.
+    ///
+    /// # Errors
+    /// Not an ELF file for Arm, a broken one, or one without code.
+    pub fn parse(bytes: &[u8]) -> Result<Self, ImageError> {
+        let file = object::File::parse(bytes)?;
+        if file.architecture() != object::Architecture::Arm {
+            return Err(ImageError::OtherProcessor(file.architecture()));
+        }
+        let mut program = Self::default();
+        for section in file.sections() {
+            let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
+            if sh_flags & u64::from(elf::SHF_ALLOC) != 0 && section.size() > 0 {
+                program.section(&section, sh_flags)?;
+            }
+        }
+        if !program.sections.iter().any(|section| section.executable) {
+            return Err(ImageError::NoCode);
+        }
+        program.sections.sort_by_key(|section| !section.executable);
+        for symbol in file.symbols() {
+            program.symbol(&symbol);
+        }
+        Ok(program)
+    }
+
+    fn section(&mut self, section: &object::Section<'_, '_>, flags: u64) -> Result<(), ImageError> {
+        let has = |flag: u32| flags & u64::from(flag) != 0;
+        // The chip's addresses have 32 bits.
+        let address = section.address() as u32;
+        let (name, bytes) = (section.name()?.to_owned(), section.data()?.to_vec());
+        let part = Section { name, address, bytes, executable: has(elf::SHF_EXECINSTR) };
+        if part.name == VECTORS {
+            (self.vectors, self.vectors_at) = (part.words().collect(), address);
+        }
+        // Zeroed variables have no bytes in the file, and an address all the same.
+        if SRAM.contains(&address) {
+            self.variables.push(address..address.saturating_add(section.size() as u32));
+        }
+        let zeroed = matches!(section.kind(), SectionKind::UninitializedData);
+        // Initial values of variables lie in flash, and are copied to RAM.
+        self.flash_bytes += if zeroed { 0 } else { section.size() };
+        self.ram_bytes += if zeroed || has(elf::SHF_WRITE) { section.size() } else { 0 };
+        self.sections.push(part);
+        Ok(())
+    }
+
+    fn symbol(&mut self, symbol: &object::Symbol<'_, '_>) {
+        let Ok(name) = symbol.name() else { return };
+        let (address, named) = (symbol.address() as u32, (name.to_owned(), symbol.size() as u32));
+        self.symbols.push(named.clone());
+        match symbol.kind() {
+            _ if name.starts_with("$d") => drop(self.marks.insert(address & !1, true)),
+            _ if name.starts_with("$t") => drop(self.marks.insert(address & !1, false)),
+            SymbolKind::Text if symbol.size() > 0 => drop(self.functions.insert(address & !1, named)),
+            SymbolKind::Data if symbol.size() > 0 => drop(self.objects.insert(address, named)),
+            _ => {}
+        }
+    }
+
+    /// Code without a file: its halves from an address on.
+    #[must_use]
+    pub fn from_halves(address: u32, halves: &[u16]) -> Self {
+        let bytes = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+        let code = Section { name: ".text".to_owned(), address, bytes, executable: true };
+        Self { sections: vec![code], ..Self::default() }
+    }
+
+    /// Every symbol's name and size, in the order of the file.
+    pub fn symbols(&self) -> impl Iterator<Item = (&str, u32)> {
+        self.symbols.iter().map(|(name, size)| (name.as_str(), *size))
+    }
+
+    /// Bytes in the file of the section of this name; none where there is no such section.
+    #[must_use]
+    pub fn section_bytes(&self, name: &str) -> Option<u64> {
+        self.sections.iter().find(|section| section.name == name).map(|section| section.bytes.len() as u64)
+    }
+
+    /// Code, constants, and what variables start with, bytes.
+    #[must_use]
+    pub const fn flash_bytes(&self) -> u64 {
+        self.flash_bytes
+    }
+
+    /// Variables, and code that runs from RAM, bytes; the stack is not among it.
+    #[must_use]
+    pub const fn ram_bytes(&self) -> u64 {
+        self.ram_bytes
+    }
+
+    /// Where the function that serves an exception begins: 1 is reset, 16 the first interrupt. None where nothing does.
+    #[must_use]
+    pub fn handler(&self, exception: usize) -> Option<u32> {
+        self.vectors.get(exception).filter(|at| **at != 0).map(|at| at & !1)
+    }
+
+    /// RAM that the stack may fill, from where it begins down to what lies below it: variables, or the beginning of RAM where the
+    /// variables lie above the stack.
+    ///
+    /// # Errors
+    /// No vector table, whose first word says where the stack begins; or no room below that.
+    pub fn stack_room(&self) -> Result<Range<u32>, ImageError> {
+        let top = *self.vectors.first().ok_or(ImageError::NoVectors)?;
+        room_below(top, &self.variables).ok_or(ImageError::NoStack(top))
+    }
+
+    /// The instruction at an address; none where there is no code, or what stands there is no instruction of the core.
+    #[must_use]
+    pub fn decode(&self, address: u32) -> Option<Instruction> {
+        decode::decode(address, self.half(address)?, self.half(address.wrapping_add(2)))
+    }
+
+    /// The instructions in a range, in order; numbers among them and what is no instruction are left out.
+    pub(crate) fn instructions(&self, range: Range<u32>) -> impl Iterator<Item = Instruction> {
+        let mut at = range.start;
+        std::iter::from_fn(move || {
+            while at < range.end {
+                let here = at;
+                let first = if self.is_data(here) { None } else { self.half(here) };
+                at += first.map_or(2, decode::width);
+                if let Some(found) = first.and_then(|_| self.decode(here)) {
+                    return Some(found);
+                }
+            }
+            None
+        })
+    }
+
+    /// Whether an address lies in numbers rather than instructions, by the linker's mapping symbols.
+    pub(crate) fn is_data(&self, address: u32) -> bool {
+        self.marks.range(..=address).next_back().is_some_and(|(_, data)| *data)
+    }
+
+    /// The half word at an address; none where nothing is.
+    fn half(&self, address: u32) -> Option<u16> {
+        self.sections.iter().find_map(|section| {
+            let at = address.checked_sub(section.address)? as usize;
+            Some(u16::from_le_bytes([*section.bytes.get(at)?, *section.bytes.get(at + 1)?]))
+        })
+    }
+
+    /// The word at an address; none where nothing is.
+    pub(crate) fn word(&self, address: u32) -> Option<u32> {
+        let [low, high] = [self.half(address)?, self.half(address.wrapping_add(2))?].map(u32::from);
+        Some(high << 16 | low)
+    }
+}
+
+/// From the top down to the nearest variables; none where these reach the top.
+fn room_below(top: u32, variables: &[Range<u32>]) -> Option<Range<u32>> {
+    let below = variables.iter().filter(|range| range.start < top).map(|range| range.end);
+    let bottom = below.fold(SRAM.start, u32::max);
+    (bottom < top).then_some(bottom..top)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::room_below;
+
+    #[test]
+    fn the_stack_has_what_is_free_below_it_wherever_the_variables_lie() {
+        let below = [0x2000_0000..0x2000_0400, 0x2000_0400..0x2000_0500];
+        assert_eq!(room_below(0x2002_0000, &below), Some(0x2000_0500..0x2002_0000));
+        let above = [0x2000_4000..0x2000_4418, 0x2000_4418..0x2000_8000];
+        assert_eq!(room_below(0x2000_4000, &above), Some(0x2000_0000..0x2000_4000));
+        assert_eq!(room_below(0x2000_0450, &below), None, "variables reach beyond the top");
+    }
+}

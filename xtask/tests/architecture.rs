@@ -1,0 +1,239 @@
+//! The house: nine folders, and who may know whom (`docs/architecture.md`), held to what cargo says.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Folders at the top.
+const ROOMS: [&str; 9] =
+    ["dynamics-core", "robot-compiler", "link", "firmware", "host-sim", "xtask", "robots", "scenes", "docs"];
+
+/// Folders at the top that git does not keep.
+const MADE: [&str; 2] = ["target", "out"];
+
+/// A package, its folder, and the packages of the workspace that it may know, when it is built and, beside these, when it is tested.
+struct Row {
+    package: &'static str,
+    folder: &'static str,
+    knows: &'static [&'static str],
+    in_tests: &'static [&'static str],
+}
+
+const fn row(
+    package: &'static str,
+    folder: &'static str,
+    knows: &'static [&'static str],
+    in_tests: &'static [&'static str],
+) -> Row {
+    Row { package, folder, knows, in_tests }
+}
+
+/// Every package but `xtask` itself: what is in that room may know all others.
+const ALL: &[&str] = &[
+    "dynamics-core",
+    "robot-compiler",
+    "kernel-tests",
+    "link",
+    "session",
+    "arm",
+    "tick-gate",
+    "probe",
+    "firmware",
+    "actuator-model",
+    "host-sim",
+    "fuzz",
+    "chip-image",
+    "chip-budget",
+    "bench",
+    "dynamics-batch",
+    "bench-peers",
+];
+
+const ROWS: [Row; 18] = [
+    row("dynamics-core", "dynamics-core", &[], &[]),
+    row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
+    row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
+    row("link", "link", &["dynamics-core"], &[]),
+    row("session", "link/session", &["dynamics-core", "link"], &["robot-compiler"]),
+    row("arm", "firmware/arm", &["dynamics-core", "robot-compiler"], &[]),
+    row("tick-gate", "firmware/tick-gate", &["arm", "dynamics-core"], &[]),
+    // A program that `cargo xtask bench` runs: the states and the arms are those of its other measurements.
+    row("probe", "firmware/probe", &["bench", "dynamics-core", "robot-compiler"], &[]),
+    row("firmware", "firmware", &["arm", "dynamics-core", "link", "session"], &["actuator-model"]),
+    row("actuator-model", "firmware/tests/actuators", &[], &[]),
+    row("host-sim", "host-sim", &["dynamics-core", "link", "robot-compiler", "session"], &[]),
+    row("fuzz", "host-sim/fuzz", &["dynamics-core", "host-sim", "link", "robot-compiler", "session"], &[]),
+    row("chip-image", "xtask/image", &[], &[]),
+    row("chip-budget", "xtask/budget", ALL, ALL),
+    row("bench", "xtask/bench", &["dynamics-core", "robot-compiler"], &["dynamics-batch"]),
+    row("dynamics-batch", "xtask/bench/batch", &["dynamics-core"], &["kernel-tests", "robot-compiler"]),
+    row("bench-peers", "xtask/bench/peers/ours", ALL, ALL),
+    row("xtask", "xtask", ALL, ALL),
+];
+
+/// Pairs of which the first may not come to know the second through others either.
+const NEVER: [(&str, &str); 6] = [
+    ("host-sim", "firmware"),
+    ("host-sim", "arm"),
+    ("firmware", "host-sim"),
+    ("fuzz", "firmware"),
+    ("session", "robot-compiler"),
+    ("dynamics-core", "link"),
+];
+
+fn top() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+}
+
+fn metadata() -> Value {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.current_dir(top()).args(["metadata", "--no-deps", "--format-version", "1", "--locked"]);
+    let output = cargo.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// What one package knows of the others of the workspace.
+#[derive(Default)]
+struct Known {
+    folder: String,
+    built: BTreeSet<String>,
+    tested: BTreeSet<String>,
+}
+
+fn packages(metadata: &Value) -> BTreeMap<String, Known> {
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let root = PathBuf::from(text(&metadata["workspace_root"]));
+    let all = metadata["packages"].as_array().cloned().unwrap_or_default();
+    let names: BTreeSet<String> = all.iter().map(|package| text(&package["name"])).collect();
+    let known = |package: &Value| {
+        let manifest = PathBuf::from(text(&package["manifest_path"]));
+        let folder = manifest.parent().and_then(|folder| folder.strip_prefix(&root).ok()).unwrap_or(Path::new(""));
+        let mut known = Known { folder: folder.display().to_string(), ..Known::default() };
+        for dependency in package["dependencies"].as_array().into_iter().flatten() {
+            let name = text(&dependency["name"]);
+            if names.contains(&name) {
+                if dependency["kind"] == "dev" {
+                    known.tested.insert(name)
+                } else {
+                    known.built.insert(name)
+                };
+            }
+        }
+        known
+    };
+    all.iter().map(|package| (text(&package["name"]), known(package))).collect()
+}
+
+/// Everything that a package comes to know when it is built.
+fn reached<'a>(from: &'a str, packages: &'a BTreeMap<String, Known>) -> BTreeSet<&'a str> {
+    let mut found = BTreeSet::new();
+    let mut open = vec![from];
+    while let Some(known) = open.pop().and_then(|name| packages.get(name)) {
+        open.extend(known.built.iter().map(String::as_str).filter(|name| found.insert(*name)));
+    }
+    found
+}
+
+/// What is not as the tables say, a line each.
+fn violations(metadata: &Value) -> Vec<String> {
+    let packages = packages(metadata);
+    let mut found = Vec::new();
+    for name in packages.keys().filter(|name| ROWS.iter().all(|row| row.package != **name)) {
+        found.push(format!("{name} has no row in the table"));
+    }
+    for Row { package, folder, knows, in_tests } in &ROWS {
+        let Some(known) = packages.get(*package) else {
+            found.push(format!("there is no package {package}"));
+            continue;
+        };
+        if known.folder != *folder {
+            found.push(format!("{package} is in {}, not in {folder}", known.folder));
+        }
+        for name in known.built.iter().filter(|name| !knows.contains(&name.as_str())) {
+            found.push(format!("{package} knows {name}"));
+        }
+        let may = |name: &&String| knows.contains(&name.as_str()) || in_tests.contains(&name.as_str());
+        for name in known.tested.iter().filter(|name| !may(name)) {
+            found.push(format!("{package} knows {name} in its tests"));
+        }
+    }
+    for (from, to) in NEVER.into_iter().filter(|(from, to)| reached(from, &packages).contains(to)) {
+        found.push(format!("{from} comes to know {to}"));
+    }
+    found
+}
+
+#[test]
+fn every_package_is_in_its_room_and_knows_only_whom_it_may() {
+    let found = violations(&metadata());
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+#[test]
+fn the_top_level_has_the_nine_rooms_and_no_other_folder() {
+    let entries = std::fs::read_dir(top()).unwrap().map(|entry| entry.unwrap());
+    let folders = entries.filter(|entry| entry.file_type().unwrap().is_dir());
+    let names: BTreeSet<String> = folders.map(|folder| folder.file_name().into_string().unwrap()).collect();
+    let kept = names.iter().map(String::as_str).filter(|name| !name.starts_with('.') && !MADE.contains(name));
+    assert_eq!(kept.collect::<BTreeSet<_>>(), BTreeSet::from(ROOMS));
+}
+
+#[test]
+fn every_row_names_a_package_once_and_nobody_may_know_xtask() {
+    let names: BTreeSet<&str> = ROWS.iter().map(|row| row.package).collect();
+    assert_eq!(names.len(), ROWS.len());
+    let named = || ROWS.iter().flat_map(|row| row.knows.iter().chain(row.in_tests));
+    assert!(named().all(|name| names.contains(name)));
+    assert!(named().all(|name| *name != "xtask"));
+}
+
+/// Made-up packages in their right places, with the arrows that are given: who, whom, `dev` or what it is built with.
+fn made_up(arrows: &[(&str, &str, &str)]) -> Value {
+    let package = |row: &Row| {
+        let of_it = arrows.iter().filter(|(from, ..)| *from == row.package);
+        let dependencies: Vec<Value> = of_it.map(|(_, to, kind)| json!({ "name": to, "kind": kind })).collect();
+        let manifest = format!("/house/{}/Cargo.toml", row.folder);
+        json!({ "name": row.package, "manifest_path": manifest, "dependencies": dependencies })
+    };
+    json!({ "workspace_root": "/house", "packages": ROWS.iter().map(package).collect::<Vec<_>>() })
+}
+
+#[test]
+fn a_house_as_it_should_be_is_left_in_peace() {
+    let right = [("link", "dynamics-core", ""), ("firmware", "actuator-model", "dev"), ("xtask", "host-sim", "")];
+    assert_eq!(violations(&made_up(&right)), [""; 0]);
+    assert_eq!(violations(&made_up(&[("link", "serde", "")])), [""; 0], "crates of others are nobody's room");
+}
+
+#[test]
+fn arrows_that_must_not_be_are_seen() {
+    for (arrow, said) in [
+        (("host-sim", "firmware", ""), "host-sim knows firmware"),
+        (("firmware", "host-sim", "build"), "firmware knows host-sim"),
+        (("dynamics-core", "link", "dev"), "dynamics-core knows link in its tests"),
+        (("session", "robot-compiler", ""), "session knows robot-compiler"),
+        (("link", "xtask", ""), "link knows xtask"),
+        (("chip-budget", "xtask", "dev"), "chip-budget knows xtask in its tests"),
+    ] {
+        let found = violations(&made_up(&[arrow]));
+        assert!(found.iter().any(|line| line == said), "{arrow:?}: {found:?}");
+    }
+    let round = violations(&made_up(&[("host-sim", "session", ""), ("session", "firmware", "")]));
+    assert!(round.contains(&"host-sim comes to know firmware".to_owned()), "{round:?}");
+}
+
+#[test]
+fn a_package_that_is_new_gone_or_elsewhere_is_seen() {
+    let mut house = made_up(&[]);
+    house["packages"][0]["name"] = json!("attic");
+    house["packages"][1]["manifest_path"] = json!("/house/elsewhere/Cargo.toml");
+    let expected = [
+        "attic has no row in the table",
+        "there is no package dynamics-core",
+        "robot-compiler is in elsewhere, not in robot-compiler",
+    ];
+    assert_eq!(violations(&house), expected);
+}
