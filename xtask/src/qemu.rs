@@ -1,18 +1,20 @@
 //! The firmware in the emulator, its log decoded.
 
-use anyhow::{Context as _, Result, bail};
-use defmt_decoder::{DecodeError, Table};
-use std::io::Read as _;
+use crate::process::cargo_run;
+use anyhow::{Context as _, Result, bail, ensure};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::mpsc;
 use std::time::{Duration, Instant};
+
+/// The package that puts logs into words.
+pub(crate) const LOG: &str = "chip-log";
 
 /// Start the emulator on a program, print its log, and stop after `limit` or when the program ends.
 pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
     crate::setup::qemu()?;
-    let program = std::fs::read(elf)?;
-    let table = Table::parse(&program)?.context("the program has no log strings: is it the firmware?")?;
+    // Built before the emulator starts: its log waits for nobody.
+    let strings = log_strings(elf)?;
+    ensure!(strings > 0, "the program has no log strings: is it the firmware?");
     let mut child = Command::new("qemu-system-arm")
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
@@ -21,26 +23,36 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
         .stdout(Stdio::piped())
         .spawn()
         .context("cannot start qemu-system-arm")?;
-    let mut log = child.stdout.take().context("the emulator's output is piped")?;
-    let (send, receive) = mpsc::channel();
-    std::thread::spawn(move || {
-        let mut buffer = [0; 4096];
-        while let Ok(count @ 1..) = log.read(&mut buffer) {
-            if send.send(buffer[..count].to_vec()).is_err() {
-                return;
-            }
+    let log = child.stdout.take().context("the emulator's output is piped")?;
+    let mut words = cargo_run(LOG).arg("print").arg(elf).stdin(log).spawn().context("cannot start cargo")?;
+    let end = limit.map(|limit| Instant::now() + limit);
+    let printed = loop {
+        if let Some(status) = words.try_wait()? {
+            break status.success();
         }
-    });
-    let printed = print_log(&table, &receive, limit);
+        if end.is_some_and(|end| Instant::now() >= end) {
+            break true;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
     // Ended by itself: the firmware gave up, and its log says why.
     let ended = child.try_wait()?;
     child.kill().ok();
     child.wait()?;
-    printed?;
+    // What the pipe still holds is printed.
+    words.wait()?;
+    ensure!(printed, "the log cannot be decoded");
     match ended {
         Some(status) if !status.success() => bail!("the program stopped by itself: {status}"),
         _ => Ok(()),
     }
+}
+
+/// How many strings a program can log.
+pub(crate) fn log_strings(elf: &Path) -> Result<usize> {
+    let said = cargo_run(LOG).arg("strings").arg(elf).stderr(Stdio::inherit()).output().context("cannot start cargo")?;
+    let text = String::from_utf8_lossy(&said.stdout);
+    text.trim().parse().with_context(|| format!("{LOG} does not count the log strings of {}", elf.display()))
 }
 
 /// Run a program that prints over semihosting and ends by itself; an instruction takes 1 ns of its time.
@@ -58,25 +70,4 @@ pub(crate) fn semihosted(elf: &Path) -> Result<String> {
         bail!("{} gave up in the emulator: {}\n{said}", elf.display(), output.status);
     }
     Ok(said)
-}
-
-fn print_log(table: &Table, receive: &mpsc::Receiver<Vec<u8>>, limit: Option<Duration>) -> Result<()> {
-    let end = limit.map(|limit| Instant::now() + limit);
-    let mut decoder = table.new_stream_decoder();
-    loop {
-        let left = end.map_or(Duration::from_secs(3600), |end| end.saturating_duration_since(Instant::now()));
-        match receive.recv_timeout(left) {
-            Ok(bytes) => decoder.received(&bytes),
-            Err(mpsc::RecvTimeoutError::Timeout) if end.is_none() => {}
-            Err(_) => return Ok(()),
-        }
-        loop {
-            match decoder.decode() {
-                Ok(frame) => println!("{}", frame.display(false)),
-                Err(DecodeError::UnexpectedEof) => break,
-                Err(DecodeError::Malformed) if table.encoding().can_recover() => {}
-                Err(DecodeError::Malformed) => bail!("the log cannot be decoded"),
-            }
-        }
-    }
 }

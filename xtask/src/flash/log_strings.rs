@@ -1,8 +1,8 @@
 //! Whether what a program logs can be read by whoever holds its file.
 
+use crate::qemu::log_strings;
 use anyhow::{Context as _, Result, bail};
 use chip_image::Program;
-use defmt_decoder::Table;
 use std::path::Path;
 
 /// What a probe looks for in the chip's memory to find the log.
@@ -17,7 +17,7 @@ const RTT_CONTROL_BLOCK: &str = "_SEGGER_RTT";
 /// A file that cannot be read, one without strings, or one without the control block.
 pub(crate) fn check(elf: &Path) -> Result<usize> {
     let program = std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
-    let strings = Table::parse(&program)?.map_or(0, |table| table.indices().count());
+    let strings = log_strings(elf)?;
     if strings == 0 {
         bail!("{}: found no log strings, expected a program that was linked with defmt.x", elf.display());
     }

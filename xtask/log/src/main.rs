@@ -1,0 +1,46 @@
+//! Logs of the chip's programs, in words. A program of its own: the decoder takes longer to compile than all other tasks, and few need it.
+//!
+//! | arguments | prints |
+//! |---|---|
+//! | `strings ELF` | how many strings the program can log |
+//! | `print ELF` | the log that comes on standard input, line by line |
+
+use anyhow::{Context as _, Result, bail};
+use defmt_decoder::{DecodeError, Table};
+use std::io::Read as _;
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [what, elf] = arguments.as_slice() else { bail!("expected two arguments: strings or print, and a program") };
+    let program = std::fs::read(elf).with_context(|| format!("cannot read {elf}"))?;
+    let table = Table::parse(&program)?;
+    match what.as_str() {
+        "strings" => {
+            println!("{}", table.map_or(0, |table| table.indices().count()));
+            Ok(())
+        }
+        "print" => print(&table.context("the program has no log strings: is it the firmware?")?),
+        other => bail!("{other}: expected strings or print"),
+    }
+}
+
+fn print(table: &Table) -> Result<()> {
+    let mut log = std::io::stdin().lock();
+    let mut decoder = table.new_stream_decoder();
+    let mut buffer = [0; 4096];
+    loop {
+        let count = log.read(&mut buffer)?;
+        if count == 0 {
+            return Ok(());
+        }
+        decoder.received(&buffer[..count]);
+        loop {
+            match decoder.decode() {
+                Ok(frame) => println!("{}", frame.display(false)),
+                Err(DecodeError::UnexpectedEof) => break,
+                Err(DecodeError::Malformed) if table.encoding().can_recover() => {}
+                Err(DecodeError::Malformed) => bail!("the log cannot be decoded"),
+            }
+        }
+    }
+}
