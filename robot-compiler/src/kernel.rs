@@ -10,35 +10,35 @@
 //! | module | holds |
 //! |---|---|
 //! | [`tape`] | the scalar and its arena |
-//! | [`rules`], `rewrites` | level `exact`: what keeps every result equal |
-//! | [`regroup`], [`frames`], `identities`, `algebra` | level `regrouped`: fewer operations, other rounding |
+//! | `rules`, `rewrites` | level `exact`: what keeps every result equal |
+//! | `regroup`, `frames`, `identities`, `algebra` | level `regrouped`: fewer operations, other rounding |
 //! | [`functions`] | what can be traced, and the names of inputs |
 //! | [`interpreter`] | a program run fast where there is no compiler |
-//! | [`program`], `schedule` | what the outputs need, in an order that keeps few values alive |
+//! | `program`, `schedule` | what the outputs need, in an order that keeps few values alive |
 
 mod algebra;
 mod arena;
-pub mod frames;
+mod frames;
 pub mod functions;
 mod identities;
 pub mod interpreter;
 #[cfg(test)]
 mod mutants;
-pub mod program;
-pub mod regroup;
+mod program;
+mod regroup;
 mod rewrites;
-pub mod rules;
+mod rules;
 mod schedule;
 pub mod tape;
 
 pub use arena::Precision;
-pub use frames::Frames;
 pub use functions::Function;
 pub use program::{Operations, Program};
 pub use rules::{Rule, RuleSet};
 
 use arena::{Arena, Expr};
 use dynamics_core::{Inertia, Model, Scene, Term};
+use frames::Frames;
 
 /// How far the operations may leave those of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

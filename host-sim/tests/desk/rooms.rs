@@ -57,8 +57,11 @@ fn no_room_names_a_later_one_and_so_none_names_the_command_line() {
         sources(&src().join(room), &mut files);
         assert!(!files.is_empty(), "{room} is empty");
         for file in files {
+            // A test may borrow a scene's world from a later room; the command line no file may.
+            let first = if file.to_str().unwrap().ends_with("tests.rs") { ROOMS.len() - 1 } else { place + 1 };
             let named = named(&fs::read_to_string(&file).unwrap());
-            let later: Vec<_> = ROOMS[place + 1..].iter().filter(|later| named.contains(*later)).collect();
+            let later: Vec<_> =
+                ROOMS.iter().skip(first.max(place + 1)).filter(|later| named.contains(*later)).collect();
             assert!(later.is_empty(), "{} names {later:?}", file.display());
         }
     }

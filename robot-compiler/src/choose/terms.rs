@@ -9,7 +9,7 @@ use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Reference, SinCos, T
 
 /// What friction feedforward takes of one joint: `tau += b qd + x (1.5 c - 0.5 c x^2)` with `x = qd / v`, the constants folded;
 /// holding `x` inside `[-1, 1]` comes on top.
-pub const FRICTION_OPERATIONS: Operations = Operations { mul: 5, add: 2, sub: 1, div: 0, neg: 0 };
+const FRICTION_OPERATIONS: Operations = Operations { mul: 5, add: 2, sub: 1, div: 0, neg: 0 };
 
 /// Torque that a model leaves out along a reference motion. Each list holds a number per joint.
 #[derive(Clone, Debug, PartialEq)]

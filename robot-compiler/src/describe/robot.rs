@@ -185,7 +185,7 @@ pub(crate) fn physical_body(body: &Body) -> Result<(), (String, &'static str)> {
 }
 
 /// What would have been possible.
-pub(crate) fn expectation(what: &Impossible) -> &'static str {
+fn expectation(what: &Impossible) -> &'static str {
     match what {
         Impossible::NotFinite(_) => "a finite number",
         Impossible::NegativeMass(_) => "a mass of zero or more, kg",

@@ -156,12 +156,6 @@ impl Arena {
         &self.nodes
     }
 
-    /// The rules in force.
-    #[must_use]
-    pub fn rules(&self) -> RuleSet {
-        self.rules
-    }
-
     /// A number, rounded to the tape's precision; -0 becomes +0, which `==` cannot tell apart.
     pub fn constant(&mut self, x: f64) -> Expr {
         let x = self.precision.round(x);

@@ -21,25 +21,25 @@ use num_traits::{One, Zero};
 
 /// The choice for every link.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frames<const N: usize> {
+pub(super) struct Frames<const N: usize> {
     /// By how much the origin moves from where the model has it, in the link's frame, m; along z for a revolute joint.
-    pub shift: [Vector3<f64>; N],
+    pub(super) shift: [Vector3<f64>; N],
     /// Whether the frame stands still while its joint turns.
-    pub still: [bool; N],
+    pub(super) still: [bool; N],
     /// What each link gives away of its inertia across its axis.
-    pub across: [Across; N],
+    pub(super) across: [Across; N],
 }
 
 impl<const N: usize> Frames<N> {
     /// As the model has them.
     #[must_use]
-    pub fn of_the_model() -> Self {
+    pub(super) fn of_the_model() -> Self {
         Self { shift: [Vector3::zeros(); N], still: [false; N], across: [Across::Iyy; N] }
     }
 
     /// The same arm with its origins moved. Torques stay as they are in exact arithmetic; wrenches are about other points.
     #[must_use]
-    pub fn shifted(&self, model: &Model<f64, N>) -> Model<f64, N> {
+    pub(super) fn shifted(&self, model: &Model<f64, N>) -> Model<f64, N> {
         let mut before = Vector3::zeros();
         let links = core::array::from_fn(|i| {
             let link = &model.links()[i];
@@ -107,7 +107,7 @@ impl<const N: usize> Frames<N> {
     /// None beyond the arm's own reach: axes that nearly meet, or are nearly parallel, would send the origin far away, where
     /// moments of inertia are large and cancel.
     #[must_use]
-    pub(super) fn worth_trying(&self, model: &Model<f64, N>, i: usize) -> Vec<Vector3<f64>> {
+    fn worth_trying(&self, model: &Model<f64, N>, i: usize) -> Vec<Vector3<f64>> {
         let links = model.links();
         let (here, before) = (&links[i], if i == 0 { Vector3::zeros() } else { self.shift[i - 1] });
         // The steps to this link, in its own axes, and from it, as they would be without a shift of this one.

@@ -134,7 +134,7 @@ const LIVE: [&str; 19] = [
 /// The Rust expression of an input in the arguments of `InverseDynamics::inverse_dynamics`, of forward dynamics, and of
 /// `computed_torque`.
 #[must_use]
-pub fn input_name(number: u32, joints: usize) -> String {
+pub(crate) fn input_name(number: u32, joints: usize) -> String {
     let per_joint = |names: &[&str], number: usize| {
         names.get(number / joints).map(|name| name.replace("[]", &format!("[{}]", number % joints)))
     };

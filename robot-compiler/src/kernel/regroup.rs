@@ -18,7 +18,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Which moment of inertia across a revolute axis a link gives away: what then vanishes from its moments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Across {
+pub(super) enum Across {
     /// `Iyy = 0`
     Iyy,
     /// `Ixx = 0`
@@ -31,7 +31,7 @@ pub enum Across {
 
 impl Across {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Iyy, Self::Ixx, Self::IyyToIzz, Self::IxxToIzz];
+    pub(super) const ALL: [Self; 4] = [Self::Iyy, Self::Ixx, Self::IyyToIzz, Self::IxxToIzz];
 
     /// `t`, kg m^2.
     fn given_away(self, inertia: &Matrix3<f64>) -> f64 {

@@ -1,8 +1,8 @@
 //! The statements of a program as Rust.
 
-use crate::kernel::Precision;
 use crate::kernel::functions::input_name;
-use crate::kernel::program::Program;
+use crate::kernel::{Precision, Program};
+
 use crate::kernel::tape::{Expr, Node};
 use std::collections::{HashMap, HashSet};
 
