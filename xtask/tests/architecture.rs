@@ -45,27 +45,29 @@ const ALL: &[&str] = &[
     "host-sim",
     "fuzz",
     "chip-image",
+    "chip-log",
     "chip-budget",
     "bench",
     "dynamics-batch",
     "bench-peers",
 ];
 
-const ROWS: [Row; 18] = [
+const ROWS: [Row; 19] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
     row("link", "link", &["dynamics-core"], &[]),
     row("session", "link/session", &["dynamics-core", "link"], &["robot-compiler"]),
-    row("arm", "firmware/arm", &["dynamics-core", "robot-compiler"], &[]),
+    row("arm", "firmware/arm", &["dynamics-core"], &[]),
     row("tick-gate", "firmware/tick-gate", &["arm", "dynamics-core"], &[]),
     // A program that `cargo xtask bench` runs: the states and the arms are those of its other measurements.
-    row("probe", "firmware/probe", &["bench", "dynamics-core", "robot-compiler"], &[]),
+    row("probe", "firmware/probe", &["bench", "dynamics-core"], &[]),
     row("firmware", "firmware", &["arm", "dynamics-core", "link", "session"], &["actuator-model"]),
     row("actuator-model", "firmware/tests/actuators", &[], &[]),
     row("host-sim", "host-sim", &["dynamics-core", "link", "robot-compiler", "session"], &[]),
     row("fuzz", "host-sim/fuzz", &["dynamics-core", "host-sim", "link", "robot-compiler", "session"], &[]),
     row("chip-image", "xtask/image", &[], &[]),
+    row("chip-log", "xtask/log", &[], &[]),
     row("chip-budget", "xtask/budget", ALL, ALL),
     row("bench", "xtask/bench", &["dynamics-core", "robot-compiler"], &["dynamics-batch"]),
     row("dynamics-batch", "xtask/bench/batch", &["dynamics-core"], &["kernel-tests", "robot-compiler"]),
