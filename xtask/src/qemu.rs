@@ -50,7 +50,8 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
 
 /// How many strings a program can log.
 pub(crate) fn log_strings(elf: &Path) -> Result<usize> {
-    let said = cargo_run(LOG).arg("strings").arg(elf).stderr(Stdio::inherit()).output().context("cannot start cargo")?;
+    let said =
+        cargo_run(LOG).arg("strings").arg(elf).stderr(Stdio::inherit()).output().context("cannot start cargo")?;
     let text = String::from_utf8_lossy(&said.stdout);
     text.trim().parse().with_context(|| format!("{LOG} does not count the log strings of {}", elf.display()))
 }

@@ -106,7 +106,16 @@ fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
 /// `chip-budget`, to measure something of a scene.
 pub(super) fn chip_budget(what: &str, scene: &Path) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root()).args(["run", "--quiet", "--locked", "--release", "--package", "chip-budget", "--", what]);
+    command.current_dir(root()).args([
+        "run",
+        "--quiet",
+        "--locked",
+        "--release",
+        "--package",
+        "chip-budget",
+        "--",
+        what,
+    ]);
     command.arg("--scene").arg(scene);
     command
 }
