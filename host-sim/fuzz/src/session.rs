@@ -1,10 +1,8 @@
 //! Any packets, damage, readings and ticks into the firmware's session, on the bench, in a drill and live.
 //!
 //! Beside the session that hears the wire runs a second one, which hears only what must be taken and reports every tick.
-//! Whatever is refused must leave no trace: both must do the same to the last bit. What they do is held to `docs/safety.md` by a
-//! judge.
-
-mod judge;
+//! Whatever is refused must leave no trace: both must do the same to the last bit. What they do is held to `docs/safety.md` by the
+//! judge of the campaigns.
 
 use crate::Target;
 use crate::examples::top;
@@ -13,7 +11,8 @@ use dynamics_core::control::Sensed;
 use dynamics_core::{ControllerConfig, Model, Reference};
 use host_sim::chip::hello;
 use host_sim::session::drill::{DeskSession, Uncounted, desk_session};
-use judge::{Judge, Told};
+use host_sim::study::campaign::judge::{Heard, Judge, Trust};
+use host_sim::study::campaign::{Said, Told};
 use link::{
     DecodeError, Decoder, Encoder, Frame, Hello, Measurement, Pacing, Packet, Parts, Point, Received, Refusal, Request,
     Setting, Status, Watch,
@@ -100,6 +99,10 @@ struct Bench<const N: usize> {
     meter: Meter<Uncounted>,
     judge: Judge<N>,
     told: Told<N>,
+    /// The last of the requests since the tick before.
+    asked: Option<Request>,
+    /// A frame was taken since the tick before.
+    spoke: bool,
 
     encoder: Encoder,
     decoder: Decoder,
@@ -137,16 +140,18 @@ const EVERYTHING: Frame = Frame::Watch(Watch { every: 1, parts: Parts::ALL });
 impl<const N: usize> Bench<N> {
     fn new(scene: &SceneFile) -> Self {
         let model: Model<f64, N> = scene.robot.model().unwrap();
-        let config = scene.controller_config(&model).cast::<f32>();
+        let config = scene.controller_config(&model);
         let q = scene.trajectory(&model).unwrap().start().cast::<f32>().q;
         Self {
             own: hello(scene, &model, Pacing::LockStep),
             session: desk_session(scene, &model),
             twin: desk_session(scene, &model),
             meter: Meter::new(Uncounted),
-            judge: Judge::new(&config, &scene.safety_rules(&model).cast()),
-            told: Told::nothing(),
-            config,
+            judge: Judge::new(&config, &scene.safety_rules(&model), Trust::Nothing),
+            told: nothing(),
+            asked: None,
+            spoke: false,
+            config: config.cast(),
             encoder: Encoder::new(),
             decoder: Decoder::new(),
             wire: Vec::new(),
@@ -399,12 +404,12 @@ impl<const N: usize> Bench<N> {
 
     /// What a frame tells the machine.
     fn tell(&mut self, pacing: Pacing, frame: &Frame, reaction: &Reaction) {
-        self.told.silent = 0;
+        self.spoke = true;
         if matches!(reaction, Reaction::Reply(Frame::Refusal(_))) {
             return;
         }
         match frame {
-            Frame::Request(request) => self.told.asked = Some(*request),
+            Frame::Request(request) => self.asked = Some(*request),
             Frame::Measurement(measurement) => {
                 self.told.sensed = measurement.sensed.to_core().unwrap();
                 self.told.age_ticks = [measurement.age_ticks; N];
@@ -445,7 +450,7 @@ impl<const N: usize> Bench<N> {
         let other = self.twin.receive(Ok(Received { frame: Frame::Hello(theirs), missed: 0 }));
         assert_eq!(*reaction, other);
         self.judge.reset();
-        self.told = Told::nothing();
+        (self.told, self.asked, self.spoke) = (nothing(), None, false);
         (self.taken, self.changes) = (0, false);
         if own == theirs && theirs.pacing.is_supervised() {
             self.twin.receive(Ok(Received { frame: EVERYTHING, missed: 0 }));
@@ -513,7 +518,7 @@ impl<const N: usize> Bench<N> {
                 if let Some(status) = status {
                     self.agree(&status, &complete);
                 }
-                self.judge.watch(pacing, &self.told, &complete, &drives);
+                self.judge(pacing, &drives, &complete);
                 self.states[usize::from(complete.state)] += 1;
                 self.move_arm(&complete);
             }
@@ -523,8 +528,21 @@ impl<const N: usize> Bench<N> {
                 answers.iter().for_each(|answer| self.keeps_limits(answer));
             }
         }
-        self.told.age();
-        self.changes = false;
+        // A tick has passed, and nothing new has come.
+        (self.asked, self.spoke, self.changes, self.told.overrun) = (None, false, false, false);
+        self.told.age_ticks = self.told.age_ticks.map(|age| age.saturating_add(1));
+    }
+
+    /// Hold a tick under supervision to the laws of safety.
+    fn judge(&mut self, pacing: Pacing, drives: &Drives<N>, status: &Status) {
+        let heard = Heard { requests: self.asked.as_slice(), spoke: self.spoke, exact: true };
+        self.told.tick = self.ticks;
+        let acts = self.judge.acts(pacing, drives, status);
+        let judged =
+            acts.and_then(|drives| self.judge.watch(&self.told, &heard, &Said { drives, status: status.clone() }));
+        if let Err(broken) = judged {
+            panic!("{broken:?}: told {:?}, heard {heard:?}, {drives:?}, {status:?}", self.told);
+        }
     }
 
     /// A report is what happened, as far as it goes.
@@ -557,6 +575,21 @@ impl<const N: usize> Bench<N> {
             Some(Reference { q, qd, .. }) => (self.q, self.qd) = (q, qd),
             None => self.qd = [0.0; N],
         }
+    }
+}
+
+/// Inputs of a tick when nobody has said anything.
+const fn nothing<const N: usize>() -> Told<N> {
+    Told {
+        tick: 0,
+        sensed: Sensed::State { q: [0.0; N], qd: [0.0; N] },
+        age_ticks: [u32::MAX; N],
+        emergency_stop: false,
+        overrun: false,
+        zeroed: false,
+        drive_fault: [false; N],
+        supply: None,
+        temperature: None,
     }
 }
 

@@ -13,7 +13,7 @@
 //! | `injection` | one fault with its numbers: what it does to readings, lines, frames and the arm |
 //! | `host` | what the host sends, and what becomes of it on the link |
 //! | `machine` | who is put to the test: the session on the desk, or the chip with the desk beside it |
-//! | `judge` | whether a command was safe: from docs/safety.md, and nothing of the machine |
+//! | [`judge`] | whether a command was safe: from docs/safety.md, and nothing of the machine |
 //! | `run` | one run, from the first tick to the last |
 //! | `report` | what came of all of them |
 //!
@@ -27,7 +27,7 @@ mod case;
 mod dice;
 mod host;
 mod injection;
-mod judge;
+pub mod judge;
 mod machine;
 mod report;
 mod run;

@@ -13,9 +13,9 @@ use session::Drives;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-const N: usize = 6;
+pub(super) const N: usize = 6;
 
-fn scene(name: &str) -> SceneFile {
+pub(super) fn scene(name: &str) -> SceneFile {
     SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/campaign").join(name)).unwrap()
 }
 
@@ -27,7 +27,7 @@ struct Broken<F> {
 }
 
 /// How a machine is broken: before it is told, and before it says. `Before` is what it said the tick before.
-enum Moment<'a> {
+pub(super) enum Moment<'a> {
     Told(&'a mut Told<N>, &'a mut Vec<u8>),
     Said(&'a mut Said<N>, Option<&'a Said<N>>),
 }
@@ -48,7 +48,7 @@ impl<F: FnMut(Moment<'_>)> Machine<N> for Broken<F> {
 }
 
 /// The law that the judge finds broken in some of these runs of a broken machine; panics where none is.
-fn found(scene_name: &str, fault: FaultKind, situation: Situation, breaks: impl FnMut(Moment<'_>)) -> Law {
+pub(super) fn found(scene_name: &str, fault: FaultKind, situation: Situation, breaks: impl FnMut(Moment<'_>)) -> Law {
     let scene = scene(scene_name);
     let stage = Stage::<N>::new(&scene).unwrap();
     let model = scene.robot.model::<N>().unwrap();
@@ -73,7 +73,7 @@ fn drive(said: &mut Said<N>, torque: [f32; N]) {
 }
 
 /// Let the brake hold, and be reported.
-fn brake(said: &mut Said<N>) {
+pub(super) fn brake(said: &mut Said<N>) {
     said.drives = Drives::Safe(SafeAction::Brake);
     said.status.actuation = Some(Actuation::Brake);
 }

@@ -13,6 +13,7 @@ mod dynamics;
 mod energy;
 mod explain_command;
 mod extremes;
+mod judge;
 mod kernel_command;
 mod linkage;
 mod live_board;

@@ -208,8 +208,8 @@ fn status(answers: Vec<Frame>, tick: u32, pacing: Pacing) -> Result<Status, Trou
     statuses.next_back().ok_or(Trouble::Unreported(tick))
 }
 
-/// What the drives would do.
-fn played<const N: usize>(status: &Status) -> Drives<N> {
+/// Drives as they would be driven if this were no drill.
+pub(super) fn played<const N: usize>(status: &Status) -> Drives<N> {
     match &status.actuation {
         Some(Actuation::Drive { torque, .. }) => {
             Drives::Drive(core::array::from_fn(|i| torque.get(i).copied().unwrap_or(f32::NAN)))

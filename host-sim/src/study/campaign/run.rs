@@ -4,7 +4,7 @@ use super::case::{Case, FaultKind, Situation};
 use super::dice::Dice;
 use super::host::Host;
 use super::injection::{Injection, JointScale};
-use super::judge::{Judge, Law, Unsafe};
+use super::judge::{Heard, Judge, Law, Trust, Unsafe};
 use super::machine::{Machine, Said, Told, Trouble};
 use crate::chip::hello;
 use crate::failure::Failure;
@@ -154,8 +154,8 @@ pub fn run<const N: usize>(
 ) -> Result<Finished, Failure> {
     let hello = Hello { pacing: machine.pacing(), ..stage.hello };
     let host = Host::new(hello).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
-    let mut judge = Judge::new(&stage.config, &stage.rules);
-    judge.trusts = case.fault.leaves_the_loop_intact();
+    let trust = if case.fault.leaves_the_loop_intact() { Trust::Loop } else { Trust::Arm };
+    let judge = Judge::new(&stage.config, &stage.rules, trust);
     let mut bench = Bench {
         stage,
         machine,
@@ -353,7 +353,8 @@ impl<const N: usize> Bench<'_, N> {
             }
             Err(trouble) => return Err(Stop::Trouble(trouble)),
         };
-        if let Err(broken) = self.judge.watch(&told, &sent, &said) {
+        let heard = Heard { requests: &sent.requests, spoke: sent.spoke, exact: false };
+        if let Err(broken) = self.judge.watch(&told, &heard, &said) {
             let what = format!("{:?}: {}", broken.law, broken.what);
             let inputs = format!("told {told:?}\nsent {sent:?}\nsaid {said:?}\nbefore {:?}", self.status);
             return Err(Stop::Unsafe { broken: Some(broken), what, inputs });

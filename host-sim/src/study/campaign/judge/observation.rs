@@ -1,4 +1,4 @@
-//! What the judge makes of the readings: its own arithmetic in f64, and only what is beyond doubt.
+//! Readings as the judge takes them: its own arithmetic in f64, and only what is beyond doubt.
 //!
 //! The machine rounds to f32 and the judge does not, so that something exactly on a bound may be seen by one of them alone. The judge
 //! calls out what is beyond the bound by more than such rounding ([`beyond`]).
@@ -11,34 +11,39 @@ use std::collections::VecDeque;
 /// Share by which a number must be beyond a bound, and a part of a unit for bounds near zero: 80 times the rounding of f32.
 const DOUBT: f64 = 1e-5;
 
+/// The same of a difference of large numbers: 16 times the rounding of f32.
+const ROUNDING: f64 = 1e-6;
+
 /// Beyond a bound, whatever was rounded on the way.
 pub(super) fn beyond(value: f64, bound: f64) -> bool {
     value > bound + DOUBT * (1.0 + bound.abs())
 }
 
-/// What is wrong with the readings of a tick, by the codes of docs/safety.md, the first joint's first.
-#[derive(Clone, Debug, Default)]
+/// Faults of the readings of a tick, by the codes of docs/safety.md, the first joint's first.
+#[derive(Clone, Debug)]
 pub(super) struct Seen<const N: usize> {
     /// All that is beyond doubt.
     pub(super) faults: Vec<u8>,
     /// A joint has moved all the time that it takes to be sure.
     pub(super) moves: bool,
-    /// Positions, where all of them are numbers.
-    pub(super) position: Option<[f64; N]>,
+    /// Positions as read, NaN and infinity too.
+    pub(super) position: [f64; N],
+    /// Encoders measure them.
+    pub(super) counted: bool,
 }
 
-/// What is remembered of the readings.
+/// Memory of the readings.
 #[derive(Clone, Debug)]
-pub(super) struct Eyes<const N: usize> {
+pub(super) struct Observation<const N: usize> {
     /// Per joint, when its last good reading was taken, and what it was.
     last: [Option<(i64, f64)>; N],
-    /// Positions of the last ticks, the newest last; emptied by one that is no number.
+    /// Positions of the last ticks, the newest last; emptied by one with a NaN.
     track: VecDeque<[f64; N]>,
     /// Ticks that a speed is judged over: so many times what the machine's observer takes.
     pub(super) window: usize,
 }
 
-impl<const N: usize> Eyes<N> {
+impl<const N: usize> Observation<N> {
     pub(super) fn new(config: &ControllerConfig<f64, N>) -> Self {
         // g = 1 - exp(-2 bandwidth h): eight times 1 / bandwidth on each side of the middle.
         let [_, _, g, _] = config.observer.gains();
@@ -47,14 +52,14 @@ impl<const N: usize> Eyes<N> {
         Self { last: [None; N], track: VecDeque::new(), window: window.clamp(10, 1000) }
     }
 
-    /// Look at a tick; `acted` is for how many ticks torque has acted.
+    /// Look at a tick; `acted` is for how many ticks torque has acted, `None` where means of readings say nothing.
     pub(super) fn look(
         &mut self,
         now: i64,
         told: &Told<N>,
         config: &ControllerConfig<f64, N>,
         rules: &Rules<f64, N>,
-        acted: usize,
+        acted: Option<usize>,
     ) -> Seen<N> {
         let (q, qd) = match &told.sensed {
             Sensed::State { q, qd } => (q.map(f64::from), Some(qd.map(f64::from))),
@@ -64,10 +69,9 @@ impl<const N: usize> Eyes<N> {
                 (core::array::from_fn(at), None)
             }
         };
-        let mut seen = Seen { faults: Vec::new(), moves: false, position: None };
+        let mut seen = Seen { faults: Vec::new(), moves: false, position: q, counted: qd.is_none() };
         if q.iter().all(|x| x.is_finite()) {
             self.track.push_back(q);
-            seen.position = Some(q);
         } else {
             self.track.clear();
         }
@@ -88,7 +92,7 @@ impl<const N: usize> Eyes<N> {
                 let ticks = (taken - before).max(0) as f64;
                 let way = rules.joints[i].jump_step * ticks + rules.joints[i].resolution;
                 // Differences of large numbers are rounded as those are.
-                if beyond((q[i] - place).abs(), way + DOUBT * (q[i].abs() + place.abs())) {
+                if beyond((q[i] - place).abs(), way + ROUNDING * (q[i].abs() + place.abs())) {
                     seen.faults.push(8);
                 }
             }
@@ -103,7 +107,8 @@ impl<const N: usize> Eyes<N> {
                 Some(speed) => beyond(speed, guard),
                 // A mean over a window that torque has acted in is some instant's speed; the margin is for the observer's lag.
                 None => {
-                    acted > self.window && self.mean(i, 0, rules.period).is_some_and(|v| beyond(v.abs(), 1.25 * guard))
+                    acted.is_some_and(|ticks| ticks > self.window)
+                        && self.mean(i, 0, rules.period).is_some_and(|v| beyond(v.abs(), 1.25 * guard))
                 }
             };
             if too_fast {
@@ -111,7 +116,7 @@ impl<const N: usize> Eyes<N> {
             }
             seen.moves |= match speed {
                 Some(speed) => beyond(speed, rules.joints[i].rest_speed),
-                None => self.moves_on(i, 3.0 * rules.joints[i].rest_speed, rules.period),
+                None => acted.is_some() && self.moves_on(i, 3.0 * rules.joints[i].rest_speed, rules.period),
             };
         }
         seen

@@ -1,0 +1,73 @@
+//! Laws of the faults: none is driven over, each is named, and what stands is not cleared.
+
+use super::law::{Law, Unsafe, broken};
+use super::observation::Seen;
+use super::torque::torque;
+use super::{Judge, Said, Told};
+use crate::session::states::{ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
+
+/// Faults that a board raises in every state, in the order in which they are named.
+const BOARD: [u8; 5] = [9, 6, 11, 12, 13];
+
+impl<const N: usize> Judge<N> {
+    /// Faults of the board, by code, in the order in which they are named.
+    pub(super) fn board(&self, told: &Told<N>) -> Vec<u8> {
+        let outside = |value: Option<f32>, (low, high): (f64, f64)| {
+            value.map(f64::from).is_some_and(|x| x.is_nan() || x < low || x > high)
+        };
+        [
+            (9, told.emergency_stop),
+            (6, told.overrun),
+            (11, told.drive_fault.contains(&true)),
+            (12, outside(told.supply, self.rules.supply)),
+            (13, outside(told.temperature, self.rules.temperature)),
+        ]
+        .into_iter()
+        .filter_map(|(code, wrong)| wrong.then_some(code))
+        .collect()
+    }
+
+    /// Laws of the faults: none is driven over, each is named, and what stands is not cleared.
+    pub(super) fn faults(&self, board: &[u8], seen: &Seen<N>, said: &Said<N>) -> Result<(), Unsafe> {
+        let status = &said.status;
+        let (before, now) = (self.before.0, status.state);
+        let drove = matches!(before, ARMED | RUNNING | HOLDING);
+        let all = || board.iter().chain(&seen.faults);
+        if let Some(code) = all().next()
+            && (torque(&said.drives).is_some() || (drove && now != FAULT))
+        {
+            return broken(Law::Fault, format!("state {now} in spite of fault {code}"));
+        }
+        if let Some(first) = board.first() {
+            if now != FAULT {
+                return broken(Law::Fault, format!("state {now} in spite of fault {first}"));
+            }
+            if before != FAULT && status.cause != *first {
+                return broken(Law::Named, format!("fault {} in place of {first}", status.cause));
+            }
+        }
+        if before != FAULT && now == FAULT {
+            let cause = status.cause;
+            let there = match cause {
+                1 | 3 => seen.faults.contains(&cause),
+                cause => !BOARD.contains(&cause) || board.contains(&cause),
+            };
+            if !there {
+                return broken(Law::Named, format!("fault {cause} out of nothing"));
+            }
+        }
+        let starts = (before, now) == (IDLE, ARMED) || (before == HOMING && now == IDLE && status.homed);
+        let cleared = (before, now) == (FAULT, IDLE);
+        // Where zero is not known no position says anything.
+        let stands = seen.faults.iter().find(|code| !cleared || **code != 4 || status.homed);
+        if (cleared || starts)
+            && let Some(code) = stands
+        {
+            return broken(Law::Latched, format!("state {before} to {now} while fault {code} stands"));
+        }
+        if seen.moves && (cleared || starts || (drove && now == IDLE)) {
+            return broken(Law::Transition, format!("state {before} to {now} in motion"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,63 @@
+//! Laws of the reference that is followed, and of the rest that a stop ends in.
+
+use super::law::{Law, Unsafe, broken};
+use super::observation::{Seen, beyond};
+use super::{Judge, Trust};
+use crate::session::states::{HOLDING, RUNNING};
+use link::{Actuation, Status};
+
+impl<const N: usize> Judge<N> {
+    /// Laws of the reference that is followed.
+    pub(super) fn reference(&self, seen: &Seen<N>, status: &Status) -> Result<(), Unsafe> {
+        if status.state != RUNNING {
+            return Ok(());
+        }
+        let (Some(reference), Some(Actuation::Drive { limits, .. })) = (&status.reference, &status.actuation) else {
+            return broken(Law::Reference, "it runs without a reference");
+        };
+        for i in 0..N {
+            let at = |list: &link::Joints<f32>| list.get(i).map_or(f64::NAN, |x| f64::from(*x));
+            let (q, qd, qdd) = (at(&reference.q), at(&reference.qd), at(&reference.qdd));
+            if !(q.is_finite() && qd.is_finite() && qdd.is_finite()) {
+                return broken(Law::Reference, format!("joint {}: reference {q}, {qd}, {qdd}", i + 1));
+            }
+            let joint = &self.rules.joints[i];
+            // With encoders the machine measures the way from its observer's estimate, which may be behind by what is no jump yet.
+            let lag = if seen.counted { 2.0 * joint.jump_step.min(1.0) + joint.resolution } else { 0.0 };
+            let place = seen.position[i];
+            if (!seen.counted || self.trust >= Trust::Arm) && beyond((q - place).abs(), joint.reach + lag) {
+                return broken(Law::Reference, format!("joint {}: reference {q}, the arm at {place}", i + 1));
+            }
+            let (low, high) = self.config.limits[i].position;
+            let room = if qd > 0.0 { high - q } else { q - low };
+            let way = qd.abs() * self.rules.latency + qd * qd / (2.0 * joint.deceleration);
+            if qd.abs() > 1e-4 && beyond(way, room) {
+                return broken(Law::Reference, format!("joint {}: needs {way} to stop, has {room}", i + 1));
+            }
+            let flags = limits.get(i).copied().unwrap_or(0);
+            let outside = beyond(q, high) || beyond(low, q);
+            let fast = beyond(qd.abs(), self.config.limits[i].velocity);
+            if (outside && flags & 1 == 0) || (fast && flags & 2 == 0) {
+                return broken(Law::Held, format!("joint {}: reference {q}, {qd} is followed, flags {flags}", i + 1));
+            }
+        }
+        Ok(())
+    }
+
+    /// Law of rest.
+    pub(super) fn rest(&mut self, status: &Status) -> Result<(), Unsafe> {
+        self.held = if status.state == HOLDING { self.held + 1 } else { 0 };
+        if self.trust < Trust::Loop || self.held < self.rest_after + self.observation.window as u32 {
+            return Ok(());
+        }
+        for i in 0..N {
+            let rest = self.rules.joints[i].rest_speed;
+            if let Some(speed) = self.observation.mean(i, 0, self.rules.period)
+                && speed.abs() > rest
+            {
+                return broken(Law::Rest, format!("joint {}: {speed} after {} ticks of holding", i + 1, self.held));
+            }
+        }
+        Ok(())
+    }
+}

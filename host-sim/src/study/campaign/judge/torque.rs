@@ -1,0 +1,86 @@
+//! Laws of the torque by itself, and of its report.
+
+use super::law::{Law, Unsafe, broken};
+use super::observation::beyond;
+use super::{Judge, Said};
+use crate::session::states::{ARMED, HOLDING, RUNNING};
+use crate::study::campaign::machine::played;
+use dynamics_core::safety::SafeAction;
+use link::{Actuation, Pacing, Status};
+use session::Drives;
+
+impl<const N: usize> Judge<N> {
+    /// Drives as they act, or in a drill would: there nothing is driven, and the status has what would be.
+    ///
+    /// # Errors
+    /// [`Law::SafeAction`] for drives that a drill drives.
+    pub fn acts(&self, pacing: Pacing, drives: &Drives<N>, status: &Status) -> Result<Drives<N>, Unsafe> {
+        match drives {
+            drives if pacing == Pacing::Live => Ok(*drives),
+            Drives::Safe(action) if *action == self.rules.safe_action => Ok(played(status)),
+            drives => Err(Unsafe { law: Law::SafeAction, what: format!("{drives:?} in {pacing:?}") }),
+        }
+    }
+
+    /// Law of the report.
+    pub(super) fn reported(&self, said: &Said<N>) -> Result<(), Unsafe> {
+        let same = match (&said.drives, &said.status.actuation) {
+            (Drives::Drive(torque), Some(Actuation::Drive { torque: reported, .. })) => {
+                reported.len() == N && torque.iter().zip(reported).all(|(a, b)| a.to_bits() == b.to_bits())
+            }
+            (Drives::Safe(SafeAction::Brake), Some(Actuation::Brake))
+            | (Drives::Safe(SafeAction::DampedStop), Some(Actuation::DampedStop))
+            | (Drives::Safe(SafeAction::Off), Some(Actuation::Off)) => true,
+            _ => false,
+        };
+        if same {
+            return Ok(());
+        }
+        broken(Law::Reported, format!("the drives do {:?}, reported is {:?}", said.drives, said.status.actuation))
+    }
+
+    /// Laws of the torque by itself.
+    pub(super) fn torque(&self, said: &Said<N>) -> Result<(), Unsafe> {
+        let state = said.status.state;
+        let Some(torque) = torque(&said.drives) else {
+            if matches!(state, ARMED | RUNNING | HOLDING) {
+                return broken(Law::SafeAction, format!("no torque in state {state}"));
+            }
+            return match said.drives {
+                Drives::Safe(action) if action != self.rules.safe_action => {
+                    broken(Law::SafeAction, format!("{action:?} in place of {:?}", self.rules.safe_action))
+                }
+                _ => Ok(()),
+            };
+        };
+        if !matches!(state, ARMED | RUNNING | HOLDING) {
+            return broken(Law::SafeAction, format!("torque in state {state}"));
+        }
+        if !self.homed {
+            return broken(Law::Homed, "torque, and the arm is not homed");
+        }
+        for i in 0..N {
+            // The machine's own, to the bit: nothing is computed on the way.
+            let (tau, limit) = (torque[i], f64::from(self.config.limits[i].torque as f32));
+            let (last, step) = (self.torque.map_or(0.0, |torque| torque[i]), self.config.torque_step[i]);
+            if !tau.is_finite() {
+                return broken(Law::Finite, format!("joint {}: torque {tau}", i + 1));
+            }
+            if tau.abs() > limit {
+                return broken(Law::Limit, format!("joint {}: torque {tau}, limit {limit}", i + 1));
+            }
+            if beyond((tau - last).abs(), step) {
+                return broken(Law::Rate, format!("joint {}: torque {tau} after {last}, step {step}", i + 1));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Torque that acts, in f64.
+pub(super) fn torque<const N: usize>(drives: &Drives<N>) -> Option<[f64; N]> {
+    match drives {
+        Drives::Drive(torque) => Some(torque.map(f64::from)),
+        Drives::Safe(_) => None,
+    }
+}

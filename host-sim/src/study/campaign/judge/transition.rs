@@ -1,0 +1,72 @@
+//! Laws of the states: how one leads to another, and what the host has to do with it.
+
+use super::law::{Law, Unsafe, broken};
+use super::torque::torque;
+use super::{Heard, Judge, Said, Told};
+use crate::session::states::{self, ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
+use dynamics_core::safety::Rules;
+use link::{Request, Status};
+
+impl<const N: usize> Judge<N> {
+    /// Laws of the states: how one leads to another, and what of it takes a homing.
+    pub(super) fn moved(&mut self, told: &Told<N>, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
+        let asked = |request| heard.requests.contains(&request);
+        let (before, now) = (self.before.0, status.state);
+        if before == FAULT && now == FAULT && status.cause != self.before.1 {
+            return broken(Law::Latched, format!("fault {} became fault {}", self.before.1, status.cause));
+        }
+        let allowed = states::may_lead(self.before, status, asked);
+        if !allowed && before == FAULT {
+            return broken(Law::Latched, format!("fault {} was left for state {now}", self.before.1));
+        }
+        if !allowed {
+            return broken(
+                Law::Transition,
+                format!("state {before} to {now}, cause {}, asked for {:?}", status.cause, heard.requests),
+            );
+        }
+        match (before, now) {
+            (IDLE, HOMING) => self.homed = false,
+            (HOMING, IDLE) if status.homed => self.homed = asked(Request::Confirm) && told.zeroed,
+            _ => {}
+        }
+        if status.homed && !self.homed {
+            return broken(Law::Homed, "it takes itself for homed, and is not");
+        }
+        // What it gave up by itself it must not take back.
+        self.homed = status.homed;
+        if heard.exact { self.answered(heard, status) } else { Ok(()) }
+    }
+
+    /// Law of the answer: a request is granted or refused.
+    fn answered(&self, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
+        let (before, now) = (self.before.0, status.state);
+        match (heard.requests.last(), &status.refused) {
+            (None, Some(refused)) => broken(Law::Answered, format!("nothing was asked for: {refused:?}")),
+            (Some(request), None) if before == now => {
+                broken(Law::Answered, format!("{request:?} in state {before} did nothing"))
+            }
+            (Some(request), Some(_)) if now != before && now != FAULT && now != HOLDING => {
+                broken(Law::Answered, format!("{request:?} was refused, and led from {before} to {now}"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Law of the host's silence.
+    pub(super) fn silence(&self, heard: &Heard<'_>, said: &Said<N>) -> Result<(), Unsafe> {
+        let Rules { heartbeat_max, hold_max, .. } = self.rules;
+        let (state, silent) = (said.status.state, self.silent);
+        if silent > heartbeat_max && matches!(state, ARMED | RUNNING) {
+            return broken(Law::Silence, format!("state {state} after {silent} ticks without the host"));
+        }
+        if silent > heartbeat_max.saturating_add(hold_max) && torque(&said.drives).is_some() {
+            return broken(Law::Silence, format!("torque after {silent} ticks without the host"));
+        }
+        let lost = self.before.0 != FAULT && state == FAULT && said.status.cause == 10;
+        if heard.exact && lost && silent <= heartbeat_max {
+            return broken(Law::Silence, format!("fault 10 after {silent} ticks without the host"));
+        }
+        Ok(())
+    }
+}
