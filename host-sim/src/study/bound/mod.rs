@@ -7,7 +7,7 @@
 //!
 //! - **Found.** Random states and corners of the box, then a climb on the error from the worst of them, both against the same
 //!   computation in double-double arithmetic. One seed gives one answer, however many threads there are.
-//! - **Proven.** The same computation on [`Bounded`], for boxes of states that together are all of them. The worst box is cut
+//! - **Proven.** The same computation on [`Bounded`](robot_compiler::precision::Bounded), for boxes of states that together are all of them. The worst box is cut
 //!   in two, along the input that helps most, until a number of boxes has been looked at: the bound holds after any number,
 //!   and falls with it.
 
