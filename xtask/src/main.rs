@@ -3,6 +3,7 @@
 mod bad_input;
 mod bench;
 mod budget;
+mod check;
 mod emitted;
 mod firmware;
 mod flash;
@@ -39,6 +40,8 @@ enum Task {
     Setup,
     /// Run everything that proves the project; sets up what is missing
     Test,
+    /// The quick loop while working: format, and lints and unit tests of the packages that have changed
+    Check,
     /// Build, run, measure or flash the firmware
     Firmware {
         #[command(subcommand)]
@@ -142,6 +145,7 @@ fn run(task: Task) -> anyhow::Result<()> {
     match task {
         Task::Setup => setup::all(),
         Task::Test => test::all(),
+        Task::Check => check::changed(),
         Task::Bench { options } => bench::run(options),
         Task::Budget { options } => budget::run(&options),
         Task::Cycles { write } => bench::cycles::run(write),
