@@ -11,7 +11,8 @@ use std::process::Command;
 /// Check what differs from the last commit; where nothing does, what the last commit changed.
 pub(crate) fn changed() -> Result<()> {
     run(cargo().args(["fmt", "--all", "--check"]))?;
-    let packages = packages_of(&changed_files()?, &folders()?);
+    let (files, folders) = (changed_files()?, folders()?);
+    let packages = packages_of(&files, &folders);
     if packages.is_empty() {
         println!("check: the format is right; no package has changed");
         return Ok(());
@@ -74,7 +75,8 @@ mod tests {
         let folders = [("xtask", "xtask"), ("chip-image", "xtask/image"), ("link", "link")];
         let folders = folders.map(|(name, folder)| (name.to_owned(), PathBuf::from(folder)));
         let of = |files: &[&str]| {
-            packages_of(&files.iter().map(PathBuf::from).collect::<Vec<_>>(), &folders).into_iter().collect::<Vec<_>>()
+            let files: Vec<PathBuf> = files.iter().map(PathBuf::from).collect();
+            packages_of(&files, &folders).into_iter().collect::<Vec<_>>()
         };
         assert_eq!(of(&["xtask/image/src/elf.rs", "docs/link.md", "README.md"]), ["chip-image"]);
         assert_eq!(of(&["xtask/src/main.rs", "xtask/Cargo.toml", "link/src/lib.rs"]), ["link", "xtask"]);
