@@ -5,6 +5,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use robot_compiler::names::{self, Named};
 
 /// Parser of a type by its list of names, which help shows.
+#[must_use]
 pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
     let values = T::NAMES.iter().map(|&(name, about, _)| match about {
         "" => PossibleValue::new(name),
