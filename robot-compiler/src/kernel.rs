@@ -36,6 +36,7 @@ pub use functions::Function;
 pub use program::{Operations, Program};
 pub use rules::{Rule, RuleSet};
 
+use crate::names::{self, Named};
 use arena::{Arena, Expr};
 use dynamics_core::{Inertia, Model, Scene, Term};
 use frames::Frames;
@@ -55,12 +56,16 @@ impl Level {
 
     /// Its name in files and on the command line.
     #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Regrouped => "regrouped",
-        }
+    pub fn name(self) -> &'static str {
+        names::name(self)
     }
+}
+
+impl Named for Level {
+    const NAMES: &'static [(&'static str, &'static str, Self)] = &[
+        ("exact", "Every result equal", Self::Exact),
+        ("regrouped", "Fewer operations, other rounding", Self::Regrouped),
+    ];
 }
 
 /// Trace a function of the arm in the scene, and simplify it.

@@ -7,6 +7,7 @@
 //! | [`choose`] | what a scene needs: the fewest terms, the loop gain that is left, the dynamics that it asks for |
 //! | [`kernel`] | from a model and a scene to a straight-line program |
 //! | [`emit`] | a checked arm, its controller and its kernels as Rust source for the chip |
+//! | [`names`] | what is chosen by name: laws, scalars, sines and cosines, levels, functions |
 //! | [`precision`] | what rounding costs: a reference with 31 digits, and a bound on the error for a whole box of states |
 //!
 //! ```
@@ -33,6 +34,7 @@ pub mod choose;
 mod describe;
 pub mod emit;
 pub mod kernel;
+pub mod names;
 pub mod precision;
 mod read;
 

@@ -23,6 +23,26 @@ pub enum Law {
     Feedforward,
 }
 
+impl Law {
+    /// Whether the model's inertia turns what feedback wants into torques; the fixed `M0` does otherwise.
+    #[must_use]
+    pub const fn feeds_back_through_model(self) -> bool {
+        match self {
+            Self::ComputedTorque => true,
+            Self::Pd | Self::PdGravity | Self::DiagonalInertia | Self::Feedforward => false,
+        }
+    }
+
+    /// Whether the arm's weight is carried where the arm is, `ID(q, 0, 0)` or as part of more.
+    #[must_use]
+    pub const fn carries_weight(self) -> bool {
+        match self {
+            Self::ComputedTorque | Self::PdGravity | Self::DiagonalInertia => true,
+            Self::Pd | Self::Feedforward => false,
+        }
+    }
+}
+
 words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4 });
 
 record! {

@@ -1,13 +1,14 @@
 //! `bound`: between what was found and what is proven, how wrong the torques of single precision are.
 
 use crate::cli::document::Document;
-use crate::cli::names::LevelName;
+use crate::cli::names::named;
 use crate::cli::output::print;
 use crate::cli::progress::progress_bar;
 use crate::failure::Failure;
 use crate::study::bound::{Question, answer, load, markdown, work};
 use crate::study::subject::Subject;
 use clap::Args;
+use robot_compiler::kernel::Level;
 use robot_compiler::with_dof;
 use std::path::PathBuf;
 
@@ -42,8 +43,8 @@ pub struct BoundArgs {
     #[arg(required = true, value_name = "ROBOT|SCENE")]
     pub files: Vec<PathBuf>,
     /// How far the operations leave those of the recursion.
-    #[arg(long, value_enum, default_value_t = LevelName::Exact)]
-    pub level: LevelName,
+    #[arg(long, value_parser = named::<Level>(), default_value = Level::Exact.name())]
+    pub level: Level,
     /// Random states; a tenth of them again for the bound of one state.
     #[arg(long, value_name = "COUNT", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub samples: u32,
@@ -74,7 +75,7 @@ pub struct BoundArgs {
 pub fn run(args: &BoundArgs) -> Result<(), Failure> {
     let files: Vec<Subject> = args.files.iter().map(|path| load(path)).collect::<Result<_, _>>()?;
     let question = Question {
-        level: args.level.into(),
+        level: args.level,
         samples: args.samples as usize,
         boxes: args.boxes as usize,
         seed: args.seed,

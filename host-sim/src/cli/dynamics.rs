@@ -1,10 +1,12 @@
 //! `dynamics`: inverse and forward dynamics of states given as JSON lines.
 
-use crate::cli::names::{Presence, Scalar as ScalarName};
+use crate::cli::names::{Presence, named};
 use crate::failure::Failure;
 use crate::study::dynamics::answer_all;
 use clap::Args;
 use dynamics_core::Model;
+use robot_compiler::names::name;
+use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{Robot, with_dof};
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Write, stdin, stdout};
@@ -39,8 +41,8 @@ pub struct DynamicsArgs {
     #[arg(long, value_name = "FILE")]
     pub input: PathBuf,
     /// Floating-point type to compute in.
-    #[arg(long, value_enum, default_value_t = ScalarName::F64)]
-    pub scalar: ScalarName,
+    #[arg(long, value_parser = named::<ScalarChoice>(), default_value = name(ScalarChoice::F64))]
+    pub scalar: ScalarChoice,
     /// Whether the rotors of the robot file count.
     #[arg(long, value_enum, default_value_t = Presence::Present)]
     pub rotor: Presence,
@@ -67,8 +69,8 @@ pub fn run(args: &DynamicsArgs) -> Result<(), Failure> {
             model = Model::from_checked(model.links().map(|link| dynamics_core::model::Link { rotor: 0.0, ..link }), *model.tip());
         }
         match args.scalar {
-            ScalarName::F64 => answer_all(&model, &source, input, &mut output),
-            ScalarName::F32 => answer_all(&model.cast::<f32>(), &source, input, &mut output),
+            ScalarChoice::F64 => answer_all(&model, &source, input, &mut output),
+            ScalarChoice::F32 => answer_all(&model.cast::<f32>(), &source, input, &mut output),
         }
     });
     match (done, output.flush()) {

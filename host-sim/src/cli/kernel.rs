@@ -1,13 +1,14 @@
 //! `kernel`: the arm's dynamics as straight-line Rust, and what each rewrite and each term of the scene is worth.
 
-use crate::cli::names::{FunctionName, LevelName, Scalar};
+use crate::cli::names::named;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
 use crate::study::kernel::{Asked, Kernels};
 use crate::study::subject::scene_about;
 use clap::Args;
 use robot_compiler::kernel::functions::Springs;
-use robot_compiler::kernel::{Level, Precision};
+use robot_compiler::kernel::{Function, Level};
+use robot_compiler::scene::ScalarChoice;
 use robot_compiler::with_dof;
 use std::path::PathBuf;
 
@@ -36,14 +37,14 @@ pub struct KernelArgs {
     #[arg(long)]
     pub scene: Option<PathBuf>,
     /// How far the operations may leave those of the recursion; exact if nothing is said.
-    #[arg(long, value_enum)]
-    pub level: Option<LevelName>,
+    #[arg(long, value_parser = named::<Level>())]
+    pub level: Option<Level>,
     /// What it computes; inverse-dynamics if nothing is said.
-    #[arg(long, value_enum)]
-    pub function: Option<FunctionName>,
+    #[arg(long, value_parser = named::<Function>())]
+    pub function: Option<Function>,
     /// Floating-point type; the scene's otherwise.
-    #[arg(long, value_enum)]
-    pub scalar: Option<Scalar>,
+    #[arg(long, value_parser = named::<ScalarChoice>())]
+    pub scalar: Option<ScalarChoice>,
     /// Print operation counts as JSON instead of the source.
     #[arg(long, conflicts_with = "table")]
     pub json: bool,
@@ -62,9 +63,9 @@ pub fn run(args: &KernelArgs) -> Result<(), Failure> {
         let model = file.robot.model::<N>().map_err(Failure::input)?;
         let springs = Springs::new(&file.controller_config(&model).gains);
         let asked = Asked {
-            precision: args.scalar.map(Precision::from),
-            function: args.function.map(|name| name.function(springs)),
-            level: args.level.map(Level::from),
+            precision: args.scalar.map(ScalarChoice::precision),
+            function: args.function.map(|function| function.with(springs)),
+            level: args.level,
         };
         let kernels = Kernels::new(&asked, &file, &model);
         if args.json {

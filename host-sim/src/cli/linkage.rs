@@ -1,15 +1,17 @@
 //! `linkage`: a closed loop driven round, or let run.
 
+use crate::cli::names::named;
 use crate::cli::output::{files, json, print};
 use crate::failure::{self, Failure};
 use crate::run::files::file_name;
 use crate::study::linkage::files::{write_run, write_turn};
 use crate::study::linkage::report::{describe_range, run_table, turn_table};
 use crate::study::linkage::run::{self as free, Start};
-use crate::study::linkage::turn::{self, Range, branch_name};
-use clap::{Args, ValueEnum};
+use crate::study::linkage::turn::{self, Range};
+use clap::Args;
 use dynamics_core::linkage::{Branch, Linkage, LinkageError};
 use robot_compiler::LinkageFile;
+use robot_compiler::names::name;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
@@ -46,8 +48,8 @@ pub struct LinkageArgs {
     #[arg(long, default_value_t = 360, value_parser = clap::value_parser!(u32).range(8..=100_000), conflicts_with = "simulate")]
     pub steps: u32,
     /// Which way the loop is assembled.
-    #[arg(long, value_enum, default_value_t = BranchName::Open)]
-    pub branch: BranchName,
+    #[arg(long, value_parser = named::<Branch>(), default_value = name(Branch::Open))]
+    pub branch: Branch,
     /// Let it run under this moment on the crank, N m, instead of driving it.
     #[arg(long, value_name = "MOMENT", allow_negative_numbers = true)]
     pub simulate: Option<f64>,
@@ -66,24 +68,6 @@ pub struct LinkageArgs {
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
-}
-
-/// Which of two ways a loop is assembled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BranchName {
-    /// Joint 2 to the left of the line from the crank pin to the follower's pivot; the slider ahead of the crank pin.
-    Open,
-    /// The mirror image about that line; the slider behind the crank pin.
-    Crossed,
-}
-
-impl From<BranchName> for Branch {
-    fn from(branch: BranchName) -> Self {
-        match branch {
-            BranchName::Open => Self::Open,
-            BranchName::Crossed => Self::Crossed,
-        }
-    }
 }
 
 /// Steps that a simulation may have: each is a line of the log.
@@ -113,7 +97,7 @@ pub fn run(args: &LinkageArgs) -> Result<u8, Failure> {
 }
 
 fn drive(args: &LinkageArgs, linkage: &LinkageFile, folder: &Path) -> Result<u8, Failure> {
-    let (branch, speed) = (args.branch.into(), args.speed.unwrap_or(SPEED));
+    let (branch, speed) = (args.branch, args.speed.unwrap_or(SPEED));
     let turn = turn::turn(linkage, branch, speed, args.steps);
     let summary = turn.summary(linkage, branch, speed);
     if turn.steps.is_empty() {
@@ -138,7 +122,7 @@ fn simulate(args: &LinkageArgs, linkage: &LinkageFile, moment: f64, folder: &Pat
             "--duration {duration} --time-step {step}: expected times in s above zero that make at most {STEPS_MAX} steps"
         )));
     }
-    let branch = args.branch.into();
+    let branch = args.branch;
     let range = turn::range(&linkage.mechanism.crank_range());
     let start = Start {
         branch,
@@ -158,7 +142,7 @@ fn simulate(args: &LinkageArgs, linkage: &LinkageFile, moment: f64, folder: &Pat
 
 /// What keeps the linkage from starting, and where it could.
 fn no_start(args: &LinkageArgs, start: &Start, range: &Range, error: LinkageError<f64>) -> Failure {
-    let (file, angle, branch) = (args.linkage.display(), start.angle, branch_name(start.branch));
+    let (file, angle, branch) = (args.linkage.display(), start.angle, name(start.branch));
     let help = describe_range(range);
     Failure::Input(miette::miette!(
         help = help,

@@ -1,6 +1,6 @@
 //! `run`: close the loop of a scene, show and write what came of it.
 
-use crate::cli::names::{LawName, RunScalar, Target};
+use crate::cli::names::{Target, named};
 use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure, in_file};
@@ -8,9 +8,10 @@ use crate::run::closed_loop::End;
 use crate::run::files::{file_name, write};
 use crate::run::simulate::{self, Run};
 use clap::Args;
-use clap::builder::PossibleValuesParser;
+use dynamics_core::control::Law;
+use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
-use robot_compiler::scene::ControlSpec;
+use robot_compiler::names::name;
 use robot_compiler::scene::ScalarChoice;
 use robot_compiler::{SceneFile, with_dof};
 use std::fs;
@@ -43,14 +44,14 @@ pub struct RunArgs {
     #[arg(long, value_enum, default_value_t = Target::Desk)]
     pub target: Target,
     /// Floating-point type of the controller; the scene's otherwise. The chip has f32 only.
-    #[arg(long, value_enum)]
-    pub scalar: Option<RunScalar>,
+    #[arg(long, value_parser = named::<ScalarChoice>())]
+    pub scalar: Option<ScalarChoice>,
     /// Sine and cosine of the controller; the scene's otherwise.
-    #[arg(long, value_parser = PossibleValuesParser::new(ControlSpec::trig_names()))]
-    pub trig: Option<String>,
+    #[arg(long, value_parser = named::<Method>())]
+    pub trig: Option<Method>,
     /// The control law; the scene's otherwise.
-    #[arg(long, value_enum)]
-    pub law: Option<LawName>,
+    #[arg(long, value_parser = named::<Law>())]
+    pub law: Option<Law>,
     /// Simulated time, s; the scene's otherwise.
     #[arg(long, value_name = "SECONDS")]
     pub duration: Option<f64>,
@@ -91,25 +92,23 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
 /// The scene with what the command line changes.
 fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
     if args.target == Target::Qemu
-        && let Some(scalar) = args.scalar.map(ScalarChoice::from).filter(|scalar| *scalar != ScalarChoice::F32)
+        && let Some(scalar) = args.scalar.filter(|scalar| *scalar != ScalarChoice::F32)
     {
         return Err(Failure::Input(miette::miette!(
             "--scalar {} with --target qemu: expected f32, which the chip has",
-            scalar.name()
+            name(scalar)
         )));
     }
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
     set_duration(&mut scene, args.duration)?;
     if let Some(law) = args.law {
-        scene.control.law = law.into();
+        scene.control.law = law;
     }
-    // The command line takes no name that is none.
-    scene
-        .control
-        .choose(None, args.trig.as_deref())
-        .map_err(|problem| Failure::Input(miette::miette!("--trig {problem}")))?;
+    if let Some(trig) = args.trig {
+        scene.control.trig = trig;
+    }
     if let Some(scalar) = args.scalar {
-        scene.control.scalar = scalar.into();
+        scene.control.scalar = scalar;
     }
     Ok(scene)
 }

@@ -1,7 +1,7 @@
 //! `trade`: what every choice of accuracy costs.
 
 use crate::cli::document::Document;
-use crate::cli::names::{LevelName, RunScalar};
+use crate::cli::names::named;
 use crate::cli::output::{json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{Failure, in_file};
@@ -10,9 +10,10 @@ use crate::study::trade::base::Base;
 use crate::study::trade::choice::{Choice, Every, TermSet};
 use crate::study::trade::product::{Axes, choices};
 use crate::study::trade::{Costs, Trade, Workshop, trade};
-use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
-use robot_compiler::scene::ControlSpec;
+use dynamics_core::trig::Method;
+use robot_compiler::kernel::Level;
+use robot_compiler::scene::ScalarChoice;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -75,16 +76,16 @@ pub struct TradeArgs {
 #[derive(Clone, Debug, Args)]
 pub struct AxisArgs {
     /// Floating-point types.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["f32"])]
-    pub scalar: Vec<RunScalar>,
+    #[arg(long, value_parser = named::<ScalarChoice>(), value_delimiter = ',', default_values = ["f32"])]
+    pub scalar: Vec<ScalarChoice>,
     /// Sines and cosines.
     #[arg(
         long,
-        value_parser = PossibleValuesParser::new(ControlSpec::trig_names()),
+        value_parser = named::<Method>(),
         value_delimiter = ',',
         default_values = ["polynomial", "polynomial-3", "table"]
     )]
-    pub trig: Vec<String>,
+    pub trig: Vec<Method>,
     /// Sets of terms.
     #[arg(long, value_enum, value_delimiter = ',', default_values = ["full", "no-coriolis", "diagonal", "gravity", "none"])]
     pub terms: Vec<TermSet>,
@@ -98,8 +99,8 @@ pub struct AxisArgs {
     #[arg(long, value_delimiter = ',', default_values = ["1", "4:extrapolate"], value_name = "TICKS[:BETWEEN]")]
     pub every: Vec<Every>,
     /// Levels of the arm's kernel.
-    #[arg(long, value_enum, value_delimiter = ',', default_values = ["regrouped"])]
-    pub kernel: Vec<LevelName>,
+    #[arg(long, value_parser = named::<Level>(), value_delimiter = ',', default_values = ["regrouped"])]
+    pub kernel: Vec<Level>,
     /// Control rates, Hz; the scene's otherwise.
     #[arg(long, value_delimiter = ',', value_name = "HZ")]
     pub rate: Vec<f64>,
@@ -122,13 +123,13 @@ impl AxisArgs {
     pub(super) fn axes(&self) -> Axes {
         let on = |switches: &[Switch]| switches.iter().map(|switch| *switch == Switch::On).collect();
         Axes {
-            scalar: self.scalar.iter().copied().map(Into::into).collect(),
-            trig: self.trig.iter().filter_map(|name| ControlSpec::trig_named(name)).collect(),
+            scalar: self.scalar.clone(),
+            trig: self.trig.clone(),
             terms: self.terms.clone(),
             friction: on(&self.friction),
             rotors: on(&self.rotors),
             every: self.every.clone(),
-            kernel: self.kernel.iter().copied().map(Into::into).collect(),
+            kernel: self.kernel.clone(),
             rate: self.rate.clone(),
             alone: self.alone,
         }

@@ -17,6 +17,7 @@ use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Mod
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use robot_compiler::choose::ArmDynamics;
+use robot_compiler::names::name;
 use robot_compiler::scene::{ElasticitySpec, IntegratorChoice, MeasuredSide, PushSpec, RippleSpec, ScalarChoice};
 use std::sync::atomic::AtomicBool;
 
@@ -315,10 +316,10 @@ fn setting(scene: &SceneFile, target: &str) -> Setting {
         scene: scene.name.clone(),
         robot: scene.robot.name.clone(),
         target: target.to_owned(),
-        scalar: scene.control.scalar.name().to_owned(),
+        scalar: name(scene.control.scalar).to_owned(),
         law: law.to_owned(),
         trig: trig.to_owned(),
-        model: (every > 1).then(|| ModelTicks { every, between: scene.control.between_name().to_owned() }),
+        model: (every > 1).then(|| ModelTicks { every, between: name(scene.control.model_between).to_owned() }),
         period: scene.period(),
     }
 }

@@ -10,6 +10,7 @@ use host_sim::run::simulate::{self, Run};
 use host_sim::run::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
+use robot_compiler::names::Named as _;
 use robot_compiler::scene::{IntegratorChoice, MeasuredSide, MotionSpec, ScalarChoice};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
@@ -115,7 +116,7 @@ fn every_law_drives_every_robot_without_a_fault() {
     assert!(robots.len() >= 6, "{robots:?}");
     for path in robots {
         let robot = Robot::load(&path).unwrap();
-        for law in [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward] {
+        for &(.., law) in Law::NAMES {
             let mut scene = SceneFile::default_for(robot.clone());
             scene.control.law = law;
             scene.duration = Some(0.25);
@@ -125,10 +126,8 @@ fn every_law_drives_every_robot_without_a_fault() {
             assert_eq!(done.summary.ticks, 250, "{name}");
             // Measured: at most 7.8e-4 (Puma, by the friction model's smoothing) with a model of the motion, at most 0.032
             // with none in the loop, where an arm sags under its weight by G / (M0 omega^2).
-            let bound = match law {
-                Law::ComputedTorque | Law::Feedforward => 1e-3,
-                Law::Pd | Law::PdGravity | Law::DiagonalInertia => 0.05,
-            };
+            let models_the_motion = [Law::ComputedTorque, Law::Feedforward].contains(&law);
+            let bound = if models_the_motion { 1e-3 } else { 0.05 };
             assert!(largest(&done.summary.tracking_max) < bound, "{name}: {:?}", done.summary.tracking_max);
         }
     }

@@ -14,7 +14,6 @@
 //! negative inertia, so `g` lies between 0 and 1.
 
 use crate::describe::scene::{ModelSpec, SceneFile};
-use dynamics_core::control::Law;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::{Dynamics, Live, Model, SinCos};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -84,9 +83,10 @@ pub(super) enum Feedback<const N: usize> {
 impl<const N: usize> Feedback<N> {
     /// That of a scene's law with this model.
     pub(super) fn new(file: &SceneFile, model: &Model<f64, N>, spec: &ModelSpec) -> Self {
-        match file.control.law {
-            Law::ComputedTorque => Self::Model(Box::new(Dynamics::new(*model, spec.scene(model)))),
-            _ => Self::Fixed(file.fixed_inertia(model, spec)),
+        if file.control.law.feeds_back_through_model() {
+            Self::Model(Box::new(Dynamics::new(*model, spec.scene(model))))
+        } else {
+            Self::Fixed(file.fixed_inertia(model, spec))
         }
     }
 

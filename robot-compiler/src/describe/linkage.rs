@@ -1,5 +1,6 @@
 //! What a planar closed loop is, as a linkage file says it.
 
+use crate::names::Named;
 use dynamics_core::SinCos;
 use dynamics_core::linkage::{
     Branch, CrankRange, FourBar, Linkage, LinkageError, LinkagePosture, PlanarBody, SliderCrank,
@@ -23,6 +24,17 @@ pub struct LinkageFile {
     pub mechanism: Mechanism,
     /// The file it came from.
     pub path: PathBuf,
+}
+
+impl Named for Branch {
+    const NAMES: &'static [(&'static str, &'static str, Self)] = &[
+        (
+            "open",
+            "Joint 2 to the left of the line from the crank pin to the follower's pivot; the slider ahead of the crank pin",
+            Self::Open,
+        ),
+        ("crossed", "The mirror image about that line; the slider behind the crank pin", Self::Crossed),
+    ];
 }
 
 /// One of the loops that there are.

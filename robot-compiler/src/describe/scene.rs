@@ -28,7 +28,6 @@ pub use control::{CollisionSpec, ControlSpec, KernelChoice, KernelMemory, Scalar
 pub(crate) use drives::UNREAD_MAX;
 pub use model::{AutoTerms, ModelSpec, ModelTerm};
 pub use motion::{MotionSpec, ViaPoint};
-pub(crate) use names::{BETWEENS, LAWS, METHODS, SCALARS};
 pub use plant::{
     ActuatorSpec, BreakawaySpec, ElasticitySpec, FrictionSpec, IntegratorChoice, MeasuredSide, PlantSpec, PushSpec,
     RippleSpec, SensorSpec,

@@ -5,6 +5,17 @@ use crate::describe::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile}
 use crate::kernel::{Function, Precision};
 use dynamics_core::Model;
 
+impl ScalarChoice {
+    /// The precision of kernels for it.
+    #[must_use]
+    pub const fn precision(self) -> Precision {
+        match self {
+            Self::F32 => Precision::Single,
+            Self::F64 => Precision::Double,
+        }
+    }
+}
+
 /// Rust source of a module with the arm's inverse dynamics, for use beside [`arm_module`].
 ///
 /// | item | what |
@@ -19,10 +30,7 @@ pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) 
 /// As [`dynamics_module`], in a scalar of choice in place of `f32`.
 #[must_use]
 pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N>, scalar: ScalarChoice) -> String {
-    let precision = match scalar {
-        ScalarChoice::F32 => Precision::Single,
-        ScalarChoice::F64 => Precision::Double,
-    };
+    let precision = scalar.precision();
     let (text, inner) = match file.control.kernel.level() {
         None => (
             "//! The recursion itself, with the model at run time.\n\nuse dynamics_core::Dynamics;\n".to_owned(),

@@ -3,6 +3,7 @@
 use super::frames::{Frames, Turning};
 use super::program::Program;
 use super::tape::{Arena, Expr, input, trace};
+use crate::names::{self, Named};
 use dynamics_core::control::{Gains, computed_torque};
 use dynamics_core::forward_dynamics;
 use dynamics_core::mass_matrix::mass_matrix;
@@ -39,6 +40,9 @@ pub enum Function {
 pub struct Springs([[f64; 2]; 6]);
 
 impl Springs {
+    /// No feedback.
+    pub const NONE: Self = Self([[0.0; 2]; 6]);
+
     /// From a controller's gains.
     #[must_use]
     pub fn new<const N: usize>(gains: &[Gains<f64>; N]) -> Self {
@@ -71,16 +75,16 @@ impl Function {
 
     /// Its name on the command line.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
+        names::name(self)
+    }
+
+    /// The same with these gains, if it is a law.
+    #[must_use]
+    pub const fn with(self, springs: Springs) -> Self {
         match self {
-            Self::InverseDynamics => "inverse-dynamics",
-            Self::Gravity => "gravity",
-            Self::Coriolis => "coriolis",
-            Self::MassMatrix => "mass-matrix",
-            Self::JointWrenches => "joint-wrenches",
-            Self::Momentum => "momentum",
-            Self::ForwardDynamics => "forward-dynamics",
-            Self::ComputedTorque(_) => "computed-torque",
+            Self::ComputedTorque(_) => Self::ComputedTorque(springs),
+            other => other,
         }
     }
 
@@ -100,6 +104,24 @@ impl Function {
             Self::JointWrenches => Scene { rotor: Term::Absent, ..*scene },
         }
     }
+}
+
+/// The law has no gains before [`Function::with`] gives it some.
+impl Named for Function {
+    const NAMES: &'static [(&'static str, &'static str, Self)] = &[
+        ("inverse-dynamics", "D qdd + C qd + G - J^T w", Self::InverseDynamics),
+        ("gravity", "G(q)", Self::Gravity),
+        ("coriolis", "C(q, qd) qd", Self::Coriolis),
+        ("mass-matrix", "D(q), the upper triangle row by row", Self::MassMatrix),
+        ("joint-wrenches", "Force and moment at every joint, base first", Self::JointWrenches),
+        ("momentum", "Generalised momentum, then what changes it beside the actuators", Self::Momentum),
+        ("forward-dynamics", "Accelerations from torques, then the pivots", Self::ForwardDynamics),
+        (
+            "computed-torque",
+            "The law, ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)), with the scene's gains folded in",
+            Self::ComputedTorque(Springs::NONE),
+        ),
+    ];
 }
 
 /// Inputs that come once per joint, in this order; the live ones follow, and then those of [`REFERENCE`].

@@ -5,6 +5,7 @@
 //! later, still have the place at hand.
 
 use crate::describe::diagnostics::{FileError, Source, one_of};
+use crate::names::Named;
 use nalgebra::Vector3;
 use std::ops::Range;
 use toml::Spanned;
@@ -219,6 +220,12 @@ impl<'a> Value<'a> {
     /// One of a list of words, each with its meaning.
     pub(crate) fn choice<T: Clone>(&self, choices: &[(&str, T)]) -> Result<T, FileError> {
         self.choice_or(choices, "")
+    }
+
+    /// One of the names of a type.
+    pub(crate) fn named<T: Named>(&self) -> Result<T, FileError> {
+        let choices: Vec<(&str, T)> = T::NAMES.iter().map(|(name, _, value)| (*name, *value)).collect();
+        self.choice(&choices)
     }
 
     /// One of a list of words; `otherwise` says what may stand there instead of a word.

@@ -28,8 +28,8 @@ pub struct SampledLoop<const N: usize> {
     pub model: Dynamics<f64, N>,
     /// Where it is held, rad or m.
     pub posture: [f64; N],
-    /// [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]; feedforward holds as PD does, a diagonal inertia as PD
-    /// with gravity.
+    /// Taken for [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]: feedforward holds as PD does, a diagonal inertia as
+    /// PD with gravity.
     pub law: Law,
     /// Gains of each joint.
     pub gains: [Gains<f64>; N],
@@ -148,17 +148,16 @@ impl<const N: usize> SampledLoop<N> {
         let dynamics = dual(&self.model);
         for j in 0..2 * N {
             let (turn, q, qd) = self.towards(j);
-            let held = match self.law {
-                Law::ComputedTorque => {
-                    computed_torque(&gains, &dynamics, || turn, &reference, (&q, &qd), &Live::zero())
-                }
-                Law::PdGravity | Law::DiagonalInertia => {
-                    dynamics.inverse_dynamics(&turn, &q, &zero, &zero, &Live::zero())
-                }
-                Law::Pd | Law::Feedforward => zero,
+            let through_model = self.law.feeds_back_through_model();
+            let held = if through_model {
+                computed_torque(&gains, &dynamics, || turn, &reference, (&q, &qd), &Live::zero())
+            } else if self.law.carries_weight() {
+                dynamics.inverse_dynamics(&turn, &q, &zero, &zero, &Live::zero())
+            } else {
+                zero
             };
             for i in 0..N {
-                let weighted = if matches!(self.law, Law::ComputedTorque) {
+                let weighted = if through_model {
                     zero[i]
                 } else {
                     gains[i].inertia * (gains[i].position * (at[i] - q[i]) - gains[i].velocity * qd[i])

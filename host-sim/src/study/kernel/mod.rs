@@ -7,7 +7,7 @@ use robot_compiler::SceneFile;
 use robot_compiler::emit::kernel::{Title, module};
 use robot_compiler::kernel::functions::{Springs, live_inputs};
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
-use robot_compiler::scene::ScalarChoice;
+use robot_compiler::names::Named as _;
 use serde::Serialize;
 
 /// What is asked for.
@@ -73,16 +73,12 @@ pub(crate) struct Kernels<'a, const N: usize> {
 impl<'a, const N: usize> Kernels<'a, N> {
     /// What is asked for of an arm in a scene; everything where nothing is.
     pub(crate) fn new(asked: &Asked, file: &SceneFile, model: &'a Model<f64, N>) -> Self {
-        let of_scene = match file.control.scalar {
-            ScalarChoice::F32 => Precision::Single,
-            ScalarChoice::F64 => Precision::Double,
-        };
         let springs = Springs::new(&file.controller_config(model).gains);
-        let every = || Function::ALL.into_iter().chain([Function::ComputedTorque(springs)]).collect();
+        let every = || Function::NAMES.iter().map(|(.., function)| function.with(springs)).collect();
         Self {
             model,
             scene: file.scene(model),
-            precision: asked.precision.unwrap_or(of_scene),
+            precision: asked.precision.unwrap_or(file.control.scalar.precision()),
             functions: asked.function.map_or_else(every, |function| vec![function]),
             levels: asked.level.map_or_else(|| Level::ALL.to_vec(), |level| vec![level]),
         }

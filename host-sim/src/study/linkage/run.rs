@@ -1,8 +1,9 @@
 //! A closed loop let run: its one equation of motion under a constant moment on the crank.
 
-use super::turn::{branch_name, turned};
+use super::turn::turned;
 use dynamics_core::linkage::{Branch, CrankForm, Linkage, LinkageError};
 use robot_compiler::LinkageFile;
+use robot_compiler::names::name;
 use serde::Serialize;
 
 /// Sine of the angle between coupler and follower (rod and the guide's normal) below which the crank's angle is no longer followed:
@@ -186,7 +187,7 @@ impl Run {
         RunSummary {
             linkage: linkage.name.clone(),
             kind: linkage.mechanism.kind(),
-            branch: branch_name(start.branch),
+            branch: name(start.branch),
             moment: start.moment,
             duration: last.time,
             time_step: start.time_step,

@@ -7,6 +7,7 @@ use dynamics_core::linkage::{
     Branch, CrankRange, GroundJoint, Linkage, LinkageError, LinkageForces, LinkagePosture, PlanarMotion,
 };
 use nalgebra::Vector2;
+use robot_compiler::names::name;
 use robot_compiler::{LinkageFile, Mechanism};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
@@ -196,7 +197,7 @@ impl Turn {
                 Mechanism::FourBar(four_bar) => Some(four_bar.class().to_string()),
                 Mechanism::SliderCrank(_) => None,
             },
-            branch: branch_name(branch),
+            branch: name(branch),
             speed,
             steps: self.steps.len() + self.open + self.dead,
             steps_open: self.open,
@@ -213,15 +214,6 @@ impl Turn {
             slider_position: (!pin).then_some(output),
             transmission_angle_min: libm::asin(sine),
         }
-    }
-}
-
-/// The word for a branch.
-#[must_use]
-pub const fn branch_name(branch: Branch) -> &'static str {
-    match branch {
-        Branch::Open => "open",
-        Branch::Crossed => "crossed",
     }
 }
 

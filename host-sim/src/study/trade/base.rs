@@ -48,15 +48,11 @@ impl Base {
     #[must_use]
     pub fn own(&self) -> Choice {
         use dynamics_core::Term;
-        use dynamics_core::control::Law;
         use robot_compiler::scene::KernelChoice;
         let SceneFile { control, model, .. } = &self.file;
-        let terms = match control.law {
-            Law::Pd => TermSet::None,
-            Law::PdGravity | Law::Feedforward => TermSet::Gravity,
-            Law::DiagonalInertia => TermSet::Diagonal,
-            Law::ComputedTorque if matches!(model.coriolis, Term::Absent) => TermSet::NoCoriolis,
-            Law::ComputedTorque => TermSet::Full,
+        let terms = match TermSet::of(control.law) {
+            TermSet::Full if matches!(model.coriolis, Term::Absent) => TermSet::NoCoriolis,
+            terms => terms,
         };
         Choice {
             scalar: control.scalar,

@@ -3,10 +3,11 @@
 use clap::ValueEnum;
 use core::fmt;
 use core::str::FromStr;
-use dynamics_core::control::Between;
+use dynamics_core::control::{Between, Law};
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
-use robot_compiler::scene::{ControlSpec, ScalarChoice};
+use robot_compiler::names;
+use robot_compiler::scene::ScalarChoice;
 use serde::Serialize;
 use toml_edit::{DocumentMut, Item, Table, value};
 
@@ -25,6 +26,23 @@ pub enum TermSet {
     None,
 }
 
+impl TermSet {
+    /// The law that uses these terms and no others.
+    pub(super) const fn law(self) -> Law {
+        match self {
+            Self::Full | Self::NoCoriolis => Law::ComputedTorque,
+            Self::Diagonal => Law::DiagonalInertia,
+            Self::Gravity => Law::PdGravity,
+            Self::None => Law::Pd,
+        }
+    }
+
+    /// The largest set whose law this is; gravity for a law of none.
+    pub(super) fn of(law: Law) -> Self {
+        Self::value_variants().iter().copied().find(|terms| terms.law() == law).unwrap_or(Self::Gravity)
+    }
+}
+
 /// When the model is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Every {
@@ -34,15 +52,9 @@ pub struct Every {
     pub between: Between,
 }
 
-const BETWEEN: [(&str, Between); 2] = [("hold", Between::Hold), ("extrapolate", Between::Extrapolate)];
-
 impl Every {
     /// In every tick.
     pub const TICK: Self = Self { ticks: 1, between: Between::Hold };
-
-    fn between(self) -> &'static str {
-        BETWEEN.iter().find(|(_, known)| *known == self.between).map_or("", |(name, _)| name)
-    }
 }
 
 impl FromStr for Every {
@@ -53,7 +65,7 @@ impl FromStr for Every {
         let expected = || format!("{text}: expected ticks, 1 to 1000, such as 1, 4:hold or 4:extrapolate");
         let (ticks, between) = text.split_once(':').unwrap_or((text, "hold"));
         let ticks: u32 = ticks.parse().ok().filter(|ticks| (1..=1000).contains(ticks)).ok_or_else(expected)?;
-        let (_, between) = BETWEEN.into_iter().find(|(known, _)| *known == between).ok_or_else(expected)?;
+        let between = names::named(between).map_err(|_| expected())?;
         Ok(if ticks == 1 { Self::TICK } else { Self { ticks, between } })
     }
 }
@@ -62,7 +74,7 @@ impl fmt::Display for Every {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.ticks {
             1 => f.write_str("1"),
-            ticks => write!(f, "{ticks}:{}", self.between()),
+            ticks => write!(f, "{ticks}:{}", names::name(self.between)),
         }
     }
 }
@@ -120,8 +132,8 @@ impl Choice {
     pub fn named(&self) -> Named {
         let switch = |on: bool| if on { "on" } else { "off" };
         Named {
-            scalar: self.scalar.name().to_owned(),
-            trig: ControlSpec::trig_name(self.trig).to_owned(),
+            scalar: names::name(self.scalar).to_owned(),
+            trig: names::name(self.trig).to_owned(),
             terms: name(self.terms),
             friction: switch(self.friction),
             rotors: switch(self.rotors),
@@ -143,12 +155,7 @@ impl Choice {
     /// Write the choice into a scene file whose rate is `rate` (Hz).
     pub(crate) fn write(&self, scene: &mut DocumentMut, rate: f64) {
         let named = self.named();
-        let law = match self.terms {
-            TermSet::Full | TermSet::NoCoriolis => "computed-torque",
-            TermSet::Diagonal => "diagonal-inertia",
-            TermSet::Gravity => "pd-gravity",
-            TermSet::None => "pd",
-        };
+        let law = names::name(self.terms.law());
         for (key, choice) in [("law", law), ("scalar", &named.scalar), ("trig", &named.trig), ("kernel", &named.kernel)]
         {
             put(scene, "control", key, value(choice));
@@ -163,7 +170,7 @@ impl Choice {
         remove(scene, "control", "model_between");
         if self.every != Every::TICK {
             put(scene, "control", "model_every", value(i64::from(self.every.ticks)));
-            put(scene, "control", "model_between", value(self.every.between()));
+            put(scene, "control", "model_between", value(names::name(self.every.between)));
         }
         let absent =
             [(self.terms == TermSet::NoCoriolis, "coriolis"), (!self.friction, "friction"), (!self.rotors, "rotor")];

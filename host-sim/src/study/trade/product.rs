@@ -7,7 +7,8 @@ use clap::ValueEnum;
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
-use robot_compiler::scene::{ControlSpec, ScalarChoice};
+use robot_compiler::names::Named as _;
+use robot_compiler::scene::ScalarChoice;
 
 /// Values that are combined.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +34,6 @@ pub struct Axes {
 }
 
 /// Every floating-point type of a controller.
-const SCALARS: [ScalarChoice; 2] = [ScalarChoice::F32, ScalarChoice::F64];
 
 /// When else the model is evaluated, to compare the scene's own choice with.
 const OTHER_TICKS: [Every; 5] = [
@@ -70,9 +70,8 @@ pub(crate) fn choices(axes: &Axes, base: &Base, rate: Option<f64>) -> Result<Vec
     spread(&mut product, &axes.trig, |choice, trig| Choice { trig, ..choice });
     if !axes.alone {
         product.push(own);
-        product.extend(SCALARS.map(|scalar| Choice { scalar, ..own }));
-        let named = ControlSpec::trig_names();
-        product.extend(named.iter().filter_map(|name| Some(Choice { trig: ControlSpec::trig_named(name)?, ..own })));
+        product.extend(ScalarChoice::NAMES.iter().map(|&(.., scalar)| Choice { scalar, ..own }));
+        product.extend(Method::NAMES.iter().map(|&(.., trig)| Choice { trig, ..own }));
         product.extend(TermSet::value_variants().iter().map(|&terms| Choice { terms, ..own }));
         product.extend(rubs.then_some(Choice { friction: false, ..own }));
         product.extend(turns.then_some(Choice { rotors: false, ..own }));

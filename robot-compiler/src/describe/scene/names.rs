@@ -1,70 +1,63 @@
-//! What can be chosen by name: in a scene file, on a command line, when a firmware is built.
+//! What a scene's controller is chosen from, by name.
 
-use super::control::{ControlSpec, ScalarChoice};
+use super::control::{ControlSpec, KernelChoice, KernelMemory, ScalarChoice};
+use crate::names::{Named, name, named};
 use dynamics_core::control::{Between, Law};
 use dynamics_core::trig::Method;
 
-/// The laws by the names that files give them.
-pub(crate) const LAWS: [(&str, Law); 5] = [
-    ("computed-torque", Law::ComputedTorque),
-    ("pd", Law::Pd),
-    ("pd-gravity", Law::PdGravity),
-    ("diagonal-inertia", Law::DiagonalInertia),
-    ("feedforward", Law::Feedforward),
-];
+impl Named for Law {
+    const NAMES: &'static [(&'static str, &'static str, Self)] = &[
+        (
+            "computed-torque",
+            "Inverse dynamics of the measured state and a corrected acceleration",
+            Self::ComputedTorque,
+        ),
+        ("pd", "Spring and damper per joint", Self::Pd),
+        ("pd-gravity", "Spring and damper, and the torque that holds the arm", Self::PdGravity),
+        (
+            "diagonal-inertia",
+            "A fixed inertia per joint for what is asked for, and the torque that holds the arm",
+            Self::DiagonalInertia,
+        ),
+        ("feedforward", "Spring and damper, and the torque of the reference motion", Self::Feedforward),
+    ];
+}
 
-/// The choices of sine and cosine by the names that files give them.
-pub(crate) const METHODS: [(&str, Method); 5] = [
-    ("polynomial", Method::Polynomial),
-    ("polynomial-5", Method::Polynomial5),
-    ("polynomial-3", Method::Polynomial3),
-    ("table", Method::Table),
-    ("libm", Method::Libm),
-];
+impl Named for Method {
+    const NAMES: &'static [(&'static str, &'static str, Self)] = &[
+        ("polynomial", "", Self::Polynomial),
+        ("polynomial-5", "", Self::Polynomial5),
+        ("polynomial-3", "", Self::Polynomial3),
+        ("table", "", Self::Table),
+        ("libm", "", Self::Libm),
+    ];
+}
 
-/// The floating-point types by the names that files give them.
-pub(crate) const SCALARS: [(&str, ScalarChoice); 2] = [("f32", ScalarChoice::F32), ("f64", ScalarChoice::F64)];
+impl Named for ScalarChoice {
+    const NAMES: &'static [(&'static str, &'static str, Self)] =
+        &[("f32", "Single precision, as on the chip", Self::F32), ("f64", "Double precision", Self::F64)];
+}
 
-/// What the model's torque does between two evaluations, by the names that files give it.
-pub(crate) const BETWEENS: [(&str, Between); 2] = [("hold", Between::Hold), ("extrapolate", Between::Extrapolate)];
+impl Named for Between {
+    const NAMES: &'static [(&'static str, &'static str, Self)] =
+        &[("hold", "", Self::Hold), ("extrapolate", "", Self::Extrapolate)];
+}
 
-impl ScalarChoice {
-    /// Its name in a scene file.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        name_in(&SCALARS, self)
-    }
+impl Named for KernelChoice {
+    const NAMES: &'static [(&'static str, &'static str, Self)] =
+        &[("generic", "", Self::Generic), ("exact", "", Self::Exact), ("regrouped", "", Self::Regrouped)];
+}
+
+impl Named for KernelMemory {
+    const NAMES: &'static [(&'static str, &'static str, Self)] =
+        &[("flash", "", Self::Flash), ("sram", "", Self::Sram)];
 }
 
 impl ControlSpec {
-    /// The names that sine and cosine can be chosen by.
-    #[must_use]
-    pub fn trig_names() -> [&'static str; METHODS.len()] {
-        METHODS.map(|(name, _)| name)
-    }
-
-    /// The sine and cosine of a name.
-    #[must_use]
-    pub fn trig_named(name: &str) -> Option<Method> {
-        METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method)
-    }
-
-    /// The name of a sine and cosine.
-    #[must_use]
-    pub fn trig_name(method: Method) -> &'static str {
-        name_in(&METHODS, method)
-    }
-
     /// The names of law, and of sine and cosine, in a scene file.
     #[must_use]
     pub fn names(&self) -> (&'static str, &'static str) {
-        (name_in(&LAWS, self.law), name_in(&METHODS, self.trig))
-    }
-
-    /// The name, in a scene file, of what the model's torque does between two evaluations.
-    #[must_use]
-    pub fn between_name(&self) -> &'static str {
-        name_in(&BETWEENS, self.model_between)
+        (name(self.law), name(self.trig))
     }
 
     /// Take another law, or another sine and cosine, by name.
@@ -72,23 +65,12 @@ impl ControlSpec {
     /// # Errors
     /// A name that is none.
     pub fn choose(&mut self, law: Option<&str>, trig: Option<&str>) -> Result<(), String> {
-        if let Some(name) = law {
-            self.law = by_name(&LAWS, name)?;
+        if let Some(law) = law {
+            self.law = named(law)?;
         }
-        if let Some(name) = trig {
-            self.trig = by_name(&METHODS, name)?;
+        if let Some(trig) = trig {
+            self.trig = named(trig)?;
         }
         Ok(())
     }
-}
-
-fn name_in<T: Copy + PartialEq>(table: &[(&'static str, T)], wanted: T) -> &'static str {
-    table.iter().find(|(_, value)| *value == wanted).map_or("", |(name, _)| name)
-}
-
-fn by_name<T: Copy>(table: &[(&str, T)], name: &str) -> Result<T, String> {
-    table.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
-        let known: Vec<&str> = table.iter().map(|(known, _)| *known).collect();
-        format!("{name}: expected one of {}", known.join(", "))
-    })
 }

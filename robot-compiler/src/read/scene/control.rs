@@ -3,7 +3,7 @@
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::Robot;
-use crate::describe::scene::{BETWEENS, ControlSpec, KernelChoice, KernelMemory, LAWS, METHODS, SCALARS};
+use crate::describe::scene::{ControlSpec, KernelChoice, KernelMemory};
 use crate::read::table::{Table, Value};
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
@@ -32,33 +32,29 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         control.tunable = value.boolean()?;
     }
     if let Some(value) = table.get("law") {
-        control.law = value.choice(&LAWS)?;
+        control.law = value.named()?;
     }
     if let Some(value) = table.get("model_every") {
         control.model_every = value.count(1000, "a whole number of ticks, 1 to 1,000")?;
     }
     if let Some(value) = table.get("model_between") {
-        control.model_between = value.choice(&BETWEENS)?;
+        control.model_between = value.named()?;
         if table.get("model_every").is_none() {
             let problem = "the model is evaluated in every tick, and nothing is between";
             return Err(value.error(problem, "`model_every` beside it, the ticks from one evaluation to the next"));
         }
     }
     if let Some(value) = table.get("trig") {
-        control.trig = value.choice(&METHODS)?;
+        control.trig = value.named()?;
     }
     if let Some(value) = table.get("scalar") {
-        control.scalar = value.choice(&SCALARS)?;
+        control.scalar = value.named()?;
     }
     if let Some(value) = table.get("kernel") {
-        control.kernel = value.choice(&[
-            ("generic", KernelChoice::Generic),
-            ("exact", KernelChoice::Exact),
-            ("regrouped", KernelChoice::Regrouped),
-        ])?;
+        control.kernel = value.named()?;
     }
     if let Some(value) = table.get("kernel_memory") {
-        control.kernel_memory = value.choice(&[("flash", KernelMemory::Flash), ("sram", KernelMemory::Sram)])?;
+        control.kernel_memory = value.named()?;
         if control.kernel_memory == KernelMemory::Sram && control.kernel == KernelChoice::Generic {
             return Err(value.error("the recursion is not placed in SRAM", "`kernel` exact or regrouped, or \"flash\""));
         }

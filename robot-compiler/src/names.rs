@@ -1,0 +1,27 @@
+//! What is chosen by name: one list for each type, which files, command lines, tables and the build of a firmware read.
+
+use core::mem::discriminant;
+
+/// A type whose values are chosen by name.
+pub trait Named: Copy + Send + Sync + 'static {
+    /// Name, meaning and value of each, in the order in which help shows them; the meaning is empty where the name says it.
+    const NAMES: &'static [(&'static str, &'static str, Self)];
+}
+
+/// The name of a value. Numbers that the value holds have no part in it.
+#[must_use]
+pub fn name<T: Named>(value: T) -> &'static str {
+    let same = |known: &T| discriminant(known) == discriminant(&value);
+    T::NAMES.iter().find(|(_, _, known)| same(known)).map_or("", |(name, ..)| name)
+}
+
+/// The value of a name.
+///
+/// # Errors
+/// A name that is none; the message lists those that are.
+pub fn named<T: Named>(name: &str) -> Result<T, String> {
+    T::NAMES.iter().find(|(known, ..)| *known == name).map(|(_, _, value)| *value).ok_or_else(|| {
+        let known: Vec<&str> = T::NAMES.iter().map(|(known, ..)| *known).collect();
+        format!("{name}: expected one of {}", known.join(", "))
+    })
+}
