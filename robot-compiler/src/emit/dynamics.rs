@@ -16,7 +16,7 @@ impl ScalarChoice {
     }
 }
 
-/// Rust source of a module with the arm's inverse dynamics, for use beside [`arm_module`].
+/// Rust source of a module with the arm's inverse dynamics, for use beside [`arm_module`](super::arm_module).
 ///
 /// | item | what |
 /// |---|---|

@@ -6,7 +6,7 @@ use crate::describe::scene::SceneFile;
 use crate::kernel::{Function, Level, Precision};
 use dynamics_core::Model;
 
-/// Rust source of a module with what watches the arm, for use beside [`arm_module`].
+/// Rust source of a module with what watches the arm, for use beside [`arm_module`](super::arm_module).
 ///
 /// | item | what |
 /// |---|---|

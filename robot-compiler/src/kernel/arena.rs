@@ -70,7 +70,7 @@ pub enum Node {
     Sub(Expr, Expr),
     /// Product.
     Mul(Expr, Expr),
-    /// Quotient. The recursions cannot write one down: only a function on [`Field`] can.
+    /// Quotient. The recursions cannot write one down: only a function on [`Field`](dynamics_core::Field) can.
     Div(Expr, Expr),
     /// The opposite.
     Neg(Expr),

@@ -33,8 +33,6 @@ pub struct Axes {
     pub alone: bool,
 }
 
-/// Every floating-point type of a controller.
-
 /// When else the model is evaluated, to compare the scene's own choice with.
 const OTHER_TICKS: [Every; 5] = [
     Every::TICK,
