@@ -17,7 +17,7 @@ use std::time::Instant;
 const SHOWN: f64 = 50.0;
 
 /// How often a hello is said to a board that does not answer, or whose first tick was missed.
-const HELLOS: u32 = 3;
+const HELLOS: u32 = 8;
 
 /// How long the arm may take to come to rest before it is disarmed, s, and how often it is looked at.
 const REST: f64 = 10.0;
