@@ -1,8 +1,9 @@
-//! Where the chip's memory is: for the build script of every program that runs on it.
+//! Location of the chip's memory, for the build script of every program that runs on it.
 
 use std::path::Path;
 
-/// Tell the linker, with more scripts beside the start-up code's; nothing where the program is not built for the chip.
+/// Give the linker its scripts, in addition to the start-up code's. Does nothing unless the program is built for the
+/// chip.
 ///
 /// `memory.x` stands in `root`, at the top of the workspace.
 pub(crate) fn write(root: &Path, scripts: &[&str]) {

@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{:.1} s: off by {:.2} mrad", f64::from(tick) * PERIOD, 1e3 * error);
         }
     }
-    // What the model does not know of the weight, over the stiffness: no more.
+    // At most the weight missing from the model, over the stiffness.
     assert!((1e-4..0.02).contains(&error), "at rest it is off by {error} rad");
     Ok(())
 }

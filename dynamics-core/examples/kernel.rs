@@ -1,7 +1,8 @@
 //! An arm's straight-line kernel beside the recursion that it was traced from: the same bits.
 //!
-//! `kernel/planar2r.rs` is what `cargo sim kernel robots/planar2r.toml` prints. It needs this crate and nothing else, no `std` and no
-//! allocation: a crate for a microcontroller includes it as a module, as here, and calls `Kernel` in its control tick.
+//! `kernel/planar2r.rs` is the output of `cargo sim kernel robots/planar2r.toml`. It needs this crate and nothing else,
+//! no `std` and no allocation: a crate for a microcontroller includes it as a module, as here, and calls `Kernel` in
+//! its control tick.
 //!
 //! ```console
 //! $ cargo run -p dynamics-core --example kernel

@@ -1,5 +1,5 @@
-//! The textbook's other methods: the same arms and the same numbers by ways that cost more, to be read beside the chapter and to
-//! check the recursions against. No controller needs them.
+//! The textbook's other methods: the same numbers for the same arms at a higher cost. Read them beside the chapter, or
+//! check the recursions against them. No controller needs them.
 //!
 //! | module | holds |
 //! |---|---|
@@ -9,8 +9,8 @@
 //! | [`global`] | every link's Newton and Euler equation in the base frame, and all of them as one linear system |
 //! | [`statics`] | joint wrenches and torques at rest, inward and outward, in the base frame and in the links' |
 //! | [`contact`] | the wrench at the tip from the one that the base measures |
-//! | [`reactions`] | what of a joint's wrench its actuator carries, and what its bearings |
-//! | [`rotor_coupling`] | what reflected rotor inertia leaves out |
+//! | [`reactions`] | the split of a joint's wrench between its actuator and its bearings |
+//! | [`rotor_coupling`] | torques that reflected rotor inertia leaves out |
 //! | [`work`] | work done by the actuators along a motion |
 
 pub mod contact;

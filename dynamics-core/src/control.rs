@@ -34,7 +34,7 @@ pub(crate) use limits::hold_torques;
 pub use momentum_observer::{MomentumFilter, MomentumObserver};
 pub use observer::{Encoder, TrackingObserver};
 
-/// What the arm should be doing now.
+/// Desired joint positions, velocities and accelerations of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference<S, const N: usize> {
     /// Joint position, rad or m.
@@ -45,7 +45,7 @@ pub struct Reference<S, const N: usize> {
     pub qdd: [S; N],
 }
 
-/// What the sensors say.
+/// Reading of the joint sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 // A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
 #[repr(u32)]
@@ -61,7 +61,7 @@ pub enum Sensed<S, const N: usize> {
     Counts([i32; N]),
 }
 
-/// What the sensors say, and how old it is.
+/// Sensor reading and its age.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement<S, const N: usize> {
     /// The reading.
@@ -70,7 +70,7 @@ pub struct Measurement<S, const N: usize> {
     pub age_ticks: u32,
 }
 
-/// What the actuators should do.
+/// Command to the actuators: torques, or a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 // A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
 #[repr(u32)]

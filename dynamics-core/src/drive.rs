@@ -1,4 +1,4 @@
-//! What lies between a joint and the wire to its drive: scales, offsets, ranges.
+//! Scales, offsets and ranges between a joint and the wire to its drive.
 //!
 //! A robot file gives these in the units of a data sheet; they are converted once, on the desk, and rounded to single
 //! precision. Everything here works in the drive's own units on one side and in the joint's SI units on the other.
@@ -17,8 +17,8 @@ impl Range {
     ///
     /// `code = floor((x - min) (2^bits - 1) / (max - min) + 1/2)`
     ///
-    /// Inside the range [`Range::value`] of it is at most half of [`Range::step`] from `x`, and f32's rounding of the ends.
-    /// (The mini-cheetah's own firmware cuts off instead of rounding, and is a whole step away at worst.)
+    /// Inside the range, [`Range::value`] of the code is at most half of [`Range::step`] from `x`, plus f32's rounding
+    /// of the ends. (The mini-cheetah's own firmware truncates instead of rounding, and is a whole step away at worst.)
     #[inline]
     #[must_use]
     pub fn code(&self, x: f32, bits: u32) -> Option<u16> {
@@ -108,7 +108,7 @@ impl Gearing {
     }
 }
 
-/// What the fields of a MIT-mode frame span, in the drive's units.
+/// Ranges of the fields of a MIT-mode frame, in the drive's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MitRanges {
     /// Position, rad.
@@ -134,7 +134,7 @@ pub struct MitDrive {
     pub reply_id: u16,
     /// Bytes of a reply: 6, 7 with a temperature, 8 with temperature and error.
     pub reply_bytes: u8,
-    /// What its frames span.
+    /// Ranges of the fields of its frames.
     pub ranges: MitRanges,
     /// Joint and shaft.
     pub gearing: Gearing,
@@ -149,7 +149,7 @@ pub struct PwmDrive {
     pub channel: u8,
     /// Joint and motor: `zero` is unused, the encoder has its own.
     pub gearing: Gearing,
-    /// What the encoder shows at `q = 0`, counts.
+    /// Reading of the encoder at `q = 0`, counts.
     pub encoder_zero: u16,
     /// The encoder counts down as the joint moves up.
     pub encoder_reversed: bool,

@@ -1,4 +1,4 @@
-//! Dual numbers: derivatives of whatever is written on [`Scalar`], without differencing.
+//! Dual numbers: derivatives of any code written on [`Scalar`], without finite differences.
 
 use crate::scalar::Scalar;
 use core::ops::{Add, Mul, Neg, Sub};

@@ -1,8 +1,8 @@
 //! Records of numbers whose fields are listed once, where they are declared.
 //!
-//! `record!` declares a structure over a scalar and gives it `cast` and [`Fields`]; whatever else goes through all its fields (a hash,
-//! source for a firmware) is a [`Visitor`]. A field that is added is cast, hashed and written out from then on. Nothing of this is in
-//! a tick.
+//! `record!` declares a structure over a scalar and gives it `cast` and [`Fields`]; every other pass over its fields (a
+//! hash, source for a firmware) is a [`Visitor`]. A new field is cast, hashed and written out without further work. No
+//! tick uses any of this.
 
 use crate::scalar::Scalar;
 
@@ -12,7 +12,7 @@ pub trait Fields<S> {
     fn visit(&self, visitor: &mut impl Visitor<S>);
 }
 
-/// What is done with each part of a [`Fields`].
+/// Operation on each part of a [`Fields`].
 pub trait Visitor<S> {
     /// A number that is cast with its record.
     fn number(&mut self, x: S);
@@ -45,7 +45,7 @@ pub trait Visitor<S> {
 pub enum Group {
     /// A structure of this name, of named fields.
     Record(&'static str),
-    /// What this function makes of its arguments.
+    /// The result of a call of this function with the parts as arguments.
     Call(&'static str),
     /// A tuple.
     Tuple,

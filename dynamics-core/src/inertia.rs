@@ -21,10 +21,10 @@ pub struct Inertia<S> {
 }
 
 record! {
-    /// How much of a body there may be, and how far out: what a payload that is told at run time is held to.
+    /// Bounds on a payload that is set at run time: its mass and its size.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct InertiaBounds<S> {
-        /// Most mass, kg.
+        /// Greatest mass, kg.
         pub mass: S,
         /// No part of it is farther from the frame's origin than this, m.
         pub radius: S,
@@ -99,7 +99,7 @@ impl<S: Scalar> Sub for Wrench<S> {
 }
 
 impl<S: Scalar> Inertia<S> {
-    /// Nothing: no mass.
+    /// No body: no mass.
     #[must_use]
     pub fn zero() -> Self {
         Self { mass: S::zero(), first_moment: Vector3::zeros(), about_origin: Matrix3::zeros() }
@@ -132,8 +132,8 @@ impl<S: Scalar> Inertia<S> {
 
     /// The same body with the entries of its tensor above the diagonal copied below it.
     ///
-    /// Rounding after a rotation leaves the two halves different in their last bits; whoever is told six entries instead
-    /// of nine would compute other torques.
+    /// Rounding after a rotation leaves the two halves different in their last bits; a peer that receives six entries
+    /// instead of nine would compute other torques.
     #[must_use]
     pub fn symmetric(&self) -> Self {
         let i = &self.about_origin;
@@ -174,7 +174,8 @@ impl<S: Real> Inertia<S> {
         let (per_mass, per_square) = (one / m, one / (bounds.radius * bounds.radius));
         let c = h * (per_mass / bounds.radius);
         let i = i * per_mass * per_square;
-        // Everything from here on is in units of the body's mass and of the radius: between -1 and 1 in a body that can be.
+        // Everything from here on is in units of the body's mass and of the radius: between -1 and 1 in a possible
+        // body.
         let trace = (i.m11 + i.m22 + i.m33) * S::literal(0.5);
         let slack = S::literal(1e-5);
         let diagonal = |moment: S, c: S| trace - moment - c * c + slack;
@@ -203,7 +204,7 @@ impl<S: Scalar> Add for Inertia<S> {
     }
 }
 
-/// `(u.v) 1 - u v^T`: what a first moment `u` at `v` adds to an inertia tensor.
+/// `(u.v) 1 - u v^T`: the contribution of a first moment `u` at `v` to an inertia tensor.
 fn steiner<S: Scalar>(u: &Vector3<S>, v: &Vector3<S>) -> Matrix3<S> {
     let (xx, yy, zz) = (u.x * v.x, u.y * v.y, u.z * v.z);
     Matrix3::new(

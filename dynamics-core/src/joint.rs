@@ -3,7 +3,7 @@
 use crate::fields::record;
 use nalgebra::{Matrix3, Vector3};
 
-/// What a joint lets its link do.
+/// Motion that a joint allows its link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
     /// Turns about its axis; the joint variable is an angle in rad.
@@ -86,7 +86,7 @@ impl Rotor {
 }
 
 record! {
-    /// What a joint must not exceed. Infinity means "no limit".
+    /// Limits of a joint. Infinity means "no limit".
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Limits<S> {
         /// Lowest and highest position, rad or m.
@@ -112,19 +112,19 @@ impl Limits<f64> {
 /// One joint and the link that moves with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointSpec {
-    /// What it lets the link do.
+    /// Motion that the joint allows.
     pub kind: JointKind,
-    /// Where it sits.
+    /// Place of the joint on its parent link.
     pub frame: Frame,
     /// The link's mass properties.
     pub body: Body,
     /// The motor's rotor.
     pub rotor: Rotor,
-    /// What it must not exceed.
+    /// Limits of the joint.
     pub limits: Limits<f64>,
 }
 
-/// What is mounted on the last link: a fixed body, and the tip frame that wrenches and payloads refer to.
+/// A tool on the last link: a fixed body, and the tip frame that wrenches and payloads refer to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tool {
     /// `link_from_tip`, with the link's frame as in [`Frame`].

@@ -4,7 +4,7 @@
 //! nalgebra's fixed-size vectors and matrices. The same source gives the same bits on every machine with IEEE-754
 //! arithmetic: nothing here fuses a multiplication with an addition or calls a platform's mathematics library.
 //!
-//! What a controller needs:
+//! For a controller:
 //!
 //! | module | holds |
 //! |---|---|
@@ -14,8 +14,8 @@
 //! | [`joint`] | how a person describes a joint: frame convention, body, rotor, limits |
 //! | [`geometry`] | small products, written out; right angles exact |
 //! | [`inertia`] | mass, first moment and inertia about an origin; wrenches |
-//! | [`model`] | what the arm is: checked, immutable, every joint about its own z |
-//! | [`scene`] | what acts on the arm and which terms are worth computing |
+//! | [`model`] | the arm: checked, immutable, every joint about its own z |
+//! | [`scene`] | loads on the arm, and the choice of terms to compute |
 //! | [`newton_euler`] | joint torques and joint wrenches from the motion |
 //! | [`mass_matrix`] | the joint-space inertia matrix |
 //! | [`momentum`] | generalised momentum and its rate, for observers of external torques |
@@ -23,10 +23,10 @@
 //! | [`kinematics`] | the poses of the links and the tip |
 //! | [`energy`] | kinetic and potential energy |
 //! | [`linkage`] | planar closed loops: four-bar and slider-crank |
-//! | [`drive`] | between a joint and its drive: scales, offsets, ranges |
+//! | [`drive`] | scales, offsets and ranges between a joint and its drive |
 //! | [`fields`] | records whose fields are listed once: for casting, hashing, writing out |
 //! | [`control`] | laws, models evaluated every few ticks, limits, observers, collisions, reference motions, the controller and its faults |
-//! | [`safety`] | the state machine around the controller: when torque acts at all, and what happens instead |
+//! | [`safety`] | the state machine around the controller: when torque acts, and the safe action otherwise |
 //!
 //! The textbook's other methods, for checks and for reading, are in [`chapter`]: Lagrange's equations, traces, free bodies in the base
 //! frame, statics, reactions, rotors, work.

@@ -1,8 +1,9 @@
 //! Planar closed loops with one degree of freedom: the four-bar linkage of Example 324 and the slider-crank of Exercise 7.
 //!
-//! An arm's links hang one from the other; here the last one is held by the ground again. The crank's angle says where all
-//! links are ([`Linkage::posture`]), the loop's closure how they move ([`LinkagePosture::coefficients`]), and nine equations
-//! of Newton and Euler, solved together, what the joints and the motor bear ([`LinkagePosture::forces`]).
+//! An arm's links hang one from the other; here the ground also holds the last one. The crank's angle gives the poses
+//! of all links ([`Linkage::posture`]). The closure of the loop gives their motion ([`LinkagePosture::coefficients`]).
+//! Nine equations of Newton and Euler, solved together, give the forces in the joints and the moment of the motor
+//! ([`LinkagePosture::forces`]).
 //!
 //! ```text
 //!                  2                                              1
@@ -13,8 +14,9 @@
 //!       0 ------------- 3   ground
 //! ```
 //!
-//! Everything lies in one plane. Its origin is the crank's ground pivot, joint 0; x points to the follower's ground pivot, or
-//! along the guide; angles count from x towards y. A linkage that is mounted otherwise has its gravity turned instead.
+//! Everything lies in one plane. Its origin is the crank's ground pivot, joint 0; x points to the follower's ground
+//! pivot, or along the guide; angles count from x towards y. For a linkage that is mounted otherwise, turn the gravity
+//! vector instead.
 //!
 //! | link | its own frame: origin, x |
 //! |---|---|
@@ -23,7 +25,8 @@
 //! | follower | joint 3, to joint 2 |
 //! | slider | joint 2, along the guide; it does not turn |
 //!
-//! No angle is ever taken from a direction: links are unit vectors, so square roots are all that this needs beside a field.
+//! No angle is ever computed from a direction: links are unit vectors. Beside the operations of a field only square
+//! roots are needed.
 
 use crate::dynamics::solve::rounding;
 use crate::scalar::Real;
@@ -85,7 +88,7 @@ pub enum Member {
     Offset,
 }
 
-/// Which links lie so that the loop cannot be followed from the crank.
+/// Positions of the links in which the crank does not determine the motion of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeadPoint {
     /// Coupler and follower in line: the crank is at an end of its range.
@@ -110,7 +113,7 @@ pub enum LinkageError<S> {
     },
     /// At this crank angle the links do not reach each other.
     TooFar {
-        /// What is missing, m.
+        /// Distance between them, m.
         gap: S,
     },
     /// At this crank angle the longer of coupler and follower reaches past the end of the shorter.
@@ -118,7 +121,7 @@ pub enum LinkageError<S> {
         /// By how much, m.
         gap: S,
     },
-    /// The loop equations are singular: nothing can be said of velocities, and no finite moment drives the crank.
+    /// The loop equations are singular: velocities are undetermined, and no finite moment drives the crank.
     Dead(DeadPoint),
     /// Nothing that moves with the crank has mass.
     NoInertia,
@@ -144,7 +147,7 @@ pub trait Linkage<S: Real> {
     fn dead_centres(&self, branch: Branch) -> [Option<SinCos<S>>; 2];
 }
 
-/// What of the crank's angle is bounded.
+/// Function of the crank's angle that is bounded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
     /// Its cosine, the crank's part along x.
@@ -158,7 +161,7 @@ pub enum Projection {
 /// One bound leaves one arc. Two leave two arcs, mirrored about the axis, and the crank stays in the one it was put in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrankRange<S> {
-    /// What is bounded.
+    /// The bounded function of the crank's angle.
     pub of: Projection,
     /// Its least value; `None` if that bound is never met.
     pub low: Option<S>,
@@ -210,13 +213,13 @@ fn placed<S: Real>(direction: &Vector2<S>, point: &Vector2<S>) -> Vector2<S> {
     direction * point.x + quarter_turn(direction) * point.y
 }
 
-/// Relative size of what lengths that were rounded on their way here may differ by.
+/// Relative difference that rounding may leave between equal lengths.
 fn slack<S: Real>() -> S {
     rounding(16)
 }
 
-/// Square of the sine of an angle between links below which it consists of rounding: near a dead point the sine is the square root of a
-/// difference of lengths, so half of its digits are gone.
+/// Square of the sine of an angle between links below which it is rounding error only: near a dead point the sine is
+/// the square root of a difference of lengths, so half of its digits are gone.
 fn dead_sine_squared<S: Real>() -> S {
     rounding(64)
 }

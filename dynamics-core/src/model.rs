@@ -1,4 +1,4 @@
-//! What the arm is: a checked, immutable serial chain with every joint about (or along) its own z.
+//! The arm as a checked, immutable serial chain with every joint about (or along) its own z.
 
 use crate::geometry::{about_x, about_z, apply, compose, snap};
 use crate::inertia::{Inertia, cast_matrix, cast_vector};
@@ -27,7 +27,7 @@ pub struct Link<S> {
     pub inertia: Inertia<S>,
     /// Reflected rotor inertia, `gear^2 * inertia`, kg m^2 (kg for a prismatic joint).
     pub rotor: S,
-    /// What the joint must not exceed.
+    /// Limits of the joint.
     pub limits: Limits<S>,
 }
 
@@ -40,9 +40,9 @@ pub struct Placement<S> {
     pub translation: Vector3<S>,
 }
 
-/// A serial arm of `N` joints. Immutable: what hangs on it or acts on it is the scene's.
+/// A serial arm of `N` joints. Immutable: payloads and loads belong to the scene.
 ///
-/// Promised for `N` from 1 to 6; nothing breaks beyond.
+/// Guaranteed for `N` from 1 to 6; larger `N` work too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model<S, const N: usize> {
     links: [Link<S>; N],
@@ -55,16 +55,16 @@ impl<const N: usize> Model<f64, N> {
     /// A body that no mass distribution could have is refused; see [`Impossible`] for the list.
     ///
     /// # Errors
-    /// [`ModelError`] names the joint (counted from 0) or the tool, and what is impossible about it.
+    /// [`ModelError`] names the joint (counted from 0) or the tool, and the reason why it is impossible.
     pub fn new(joints: &[JointSpec; N], tool: &Tool) -> Result<Self, ModelError> {
         Self::build(joints, tool, true)
     }
 
-    /// As [`Model::new`], but an inertia tensor need only be finite and symmetric: published parameter sets, identified from
-    /// motion, often break the triangle inequality or leave out what no joint can feel.
+    /// As [`Model::new`], but an inertia tensor need only be finite and symmetric: published parameter sets, identified
+    /// from motion, often break the triangle inequality or leave out parameters that no joint can feel.
     ///
     /// # Errors
-    /// As [`Model::new`], except that inertia tensors that no body has pass, with or without mass.
+    /// As [`Model::new`], except that inertia tensors of no possible body pass, with or without mass.
     pub fn new_unphysical(joints: &[JointSpec; N], tool: &Tool) -> Result<Self, ModelError> {
         Self::build(joints, tool, false)
     }
@@ -154,10 +154,10 @@ fn body_inertia(body: &Body) -> Inertia<f64> {
     Inertia::from_mass_centre(body.mass, &body.com, &body.inertia)
 }
 
-/// What comes before the joint's motion and what comes after it: `(description_from_joint, link_from_body)`.
+/// The fixed placements before and after the joint's motion: `(description_from_joint, link_from_body)`.
 ///
-/// `Rz(theta + q) Tz(d)` commutes, so the constant offset may stand on either side; standing after the motion it leaves
-/// the joint frame on the previous link simple, and its origin where the chapter has `O_{i-1}`.
+/// `Rz(theta + q) Tz(d)` commutes, so the constant offset may stand on either side; after the motion it leaves the
+/// joint frame on the previous link simple, with its origin at the chapter's `O_{i-1}`.
 fn split(frame: &Frame) -> (Placement<f64>, Placement<f64>) {
     let identity = Placement { rotation: Matrix3::identity(), translation: Vector3::zeros() };
     let along_z = |dh: &Dh| Placement { rotation: about_z(dh.theta), translation: Vector3::new(0.0, 0.0, dh.d) };

@@ -1,4 +1,4 @@
-//! When torque acts at all, and what happens instead: the state machine around the controller.
+//! When torque acts, and the safe action otherwise: the state machine around the controller.
 //!
 //! ```text
 //!         home            confirm               arm             run
@@ -10,10 +10,10 @@
 //! Fault <------- a fault, in any state      disarm        +--heartbeat lost--^
 //! ```
 //!
-//! Torque acts in `Armed`, `Running` and `Holding` and nowhere else; in all other states, and in the very tick in which a
-//! fault is raised, the drives do the robot's [`SafeAction`]. There is no hardware in here: what a board or a simulator
-//! knows comes in as [`Inputs`], what the drives have to do goes out as [`Output`], and the law in between is a function
-//! that [`Safety::tick`] calls at most once, when torque may act.
+//! Torque acts in `Armed`, `Running` and `Holding` and nowhere else; in all other states, and in the very tick in which
+//! a fault is raised, the drives do the robot's [`SafeAction`]. There is no hardware in here: the readings of a board
+//! or a simulator come in as [`Inputs`], and the commands to the drives go out as [`Output`]. The law in between is a
+//! function: [`Safety::tick`] calls it at most once, when torque may act.
 //!
 //! ```
 //! # use dynamics_core::control::Controller;
@@ -45,14 +45,14 @@ use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
 use crate::trig::Trig;
 
-/// What the drives do when no torque is commanded.
+/// Action of the drives when no torque is commanded.
 ///
-/// None of them needs a number that a failed sensor could have given.
+/// None of them needs a value that a failed sensor could have given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SafeAction {
     /// Drives off, brakes engaged: for an arm with holding brakes.
     Brake,
-    /// The drives take the motion out by themselves: windings shorted through one side of the bridge, or a velocity gain
+    /// The drives damp the motion by themselves: windings shorted through one side of the bridge, or a velocity gain
     /// ([`JointRules::damping`]) in a drive that has one, without position gain and torque. The arm sinks slowly.
     DampedStop,
     /// Drives off: for an arm that carries itself.
@@ -61,12 +61,12 @@ pub enum SafeAction {
 
 words!(SafeAction { Brake = 0, DampedStop = 1, Off = 2 });
 
-/// What somebody asks of the machine. At most one a tick; what is not granted is refused with its reason.
+/// Request to the machine. At most one a tick; it is granted, or refused with a reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// `Idle -> Homing`: forget where zero was.
+    /// `Idle -> Homing`: forget the zeros.
     Home,
-    /// `Homing -> Idle`, homed: the joints know their zeros, and somebody has seen that they are right.
+    /// `Homing -> Idle`, homed: the joints know their zeros, and an operator has checked them.
     Confirm,
     /// `Idle -> Armed`: torque holds the arm where it is.
     Arm,
@@ -76,11 +76,11 @@ pub enum Request {
     Run,
     /// `Running -> Holding`: stop, and stay.
     Hold,
-    /// `Fault -> Idle`, when what raised it is gone.
+    /// `Fault -> Idle`, when the cause of the fault is gone.
     Clear,
 }
 
-/// What the machine is doing.
+/// State of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// Nothing: the safe action holds the arm.
@@ -127,7 +127,7 @@ pub enum HoldCause {
     HeartbeatLost,
     /// There was no reference for this tick.
     NoReference,
-    /// The reference, or the arm, could not have stopped before this joint's limit any later.
+    /// This tick was the last in which the reference, or the arm, could stop before this joint's limit.
     NoRoom {
         /// Joint, counted from 0.
         joint: u8,
@@ -156,15 +156,15 @@ impl HoldCause {
 /// Why a request was not granted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// It means nothing in this state.
+    /// The request has no meaning in this state.
     WrongState,
-    /// A fault is in force, or was raised in this tick; for [`Request::Clear`], what stands in the way.
+    /// A fault is in force, or was raised in this tick; for [`Request::Clear`], the fault that still has a cause.
     Fault(Fault),
     /// The arm has not been homed.
     NotHomed,
     /// A joint does not know its zero yet.
     NotZeroed,
-    /// The measurement is not believed, and this is what is wrong with it; or the first reference is no number.
+    /// The measurement has this fault, or the first reference is NaN or infinite.
     Implausible(Fault),
     /// A joint moves faster than rest.
     NotAtRest,
@@ -203,10 +203,10 @@ impl Refusal {
     }
 }
 
-/// All that the machine is told in a tick.
+/// Inputs of the machine in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs<S, const N: usize> {
-    /// What somebody asks for.
+    /// Request of this tick, if there is one.
     pub request: Option<Request>,
     /// The emergency stop is pressed, or its wire is broken.
     pub emergency_stop: bool,
@@ -226,18 +226,18 @@ pub struct Inputs<S, const N: usize> {
     pub supply: Option<S>,
     /// Highest temperature, degrees Celsius, where the board measures it.
     pub temperature: Option<S>,
-    /// Where the arm should be; `None` when the host has not said it for this tick.
+    /// Reference of this tick; `None` when the host has not sent one.
     pub reference: Option<Reference<S, N>>,
 }
 
-/// What the controller is asked to do in a tick.
+/// Inputs of the controller in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ask<'a, S, const N: usize> {
-    /// Torque acts for the first time: forget what was before.
+    /// Torque acts for the first time: forget the state before.
     pub start: bool,
     /// The reference in force: the host's, or that of a stop.
     pub reference: &'a Reference<S, N>,
-    /// What the sensors say, as old as the oldest joint's reading.
+    /// Sensor reading, with the age of the oldest joint's.
     pub measurement: &'a Measurement<S, N>,
 }
 
@@ -258,7 +258,7 @@ impl<S: Real, const N: usize> Ask<'_, S, N> {
     }
 }
 
-/// What the drives do in this tick.
+/// Action of the drives in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 // A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
 #[repr(u32)]
@@ -274,14 +274,14 @@ pub enum Actuation<S, const N: usize> {
     Safe(SafeAction),
 }
 
-/// All that the machine says in a tick.
+/// Outputs of the machine in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output<S, const N: usize> {
-    /// What the drives do.
+    /// Action of the drives.
     pub actuation: Actuation<S, N>,
-    /// What the machine is doing, and why.
+    /// State of the machine, with its reason.
     pub state: State,
-    /// The joints' zeros have been confirmed, and no jump has cast doubt on them since.
+    /// The joints' zeros have been confirmed, and no jump has occurred since.
     pub homed: bool,
     /// The request of this tick was not granted.
     pub refused: Option<Refusal>,

@@ -16,7 +16,7 @@ pub trait Scalar:
     /// The value nearest to `x`. Used when a model is built or cast, never inside a recursion.
     fn literal(x: f64) -> Self;
 
-    /// The value itself. A scalar that keeps record of what is done to it may note what the value is.
+    /// The value itself. A scalar that records its operations may note the label.
     #[inline]
     #[must_use]
     fn labelled(self, _label: Label) -> Self {
@@ -44,7 +44,7 @@ macro_rules! assign_by_operators {
     };
 }
 
-/// What a value inside a recursion is, for whoever reads a record of it: a component of a link's vector.
+/// Name of a value inside a recursion, for readers of a recorded run: a component of a link's vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Label {
     /// The quantity's symbol, for example `w` for the angular velocity.
@@ -70,8 +70,8 @@ impl Label {
 
 /// A scalar that can be divided, still without order.
 ///
-/// Only what solves for accelerations asks for it. A quotient of zero by zero, or of anything by zero, is not finite: who
-/// divides says where that shows.
+/// Only code that solves for accelerations needs it. A division by zero gives NaN or infinity: functions that divide
+/// document where that shows.
 pub trait Field: Scalar + Div<Output = Self> {}
 
 /// An ordered field with a notion of "finite": `f32` or `f64`.
@@ -117,8 +117,7 @@ pub trait Real: Field + PartialOrd {
 
     /// `self` limited to `[-bound, bound]`, by its bits and therefore without a branch; NaN becomes a bound.
     ///
-    /// On a Cortex-M4F 6 instructions, where two comparisons take up to 11 and on their way out of them depend on the
-    /// number.
+    /// On a Cortex-M4F 6 instructions, where two comparisons take up to 11, and how many depends on the number.
     fn saturated(self, bound: Self) -> Self;
 }
 

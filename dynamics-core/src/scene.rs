@@ -1,4 +1,4 @@
-//! What acts on the arm and which terms are worth computing, and a model bound to that.
+//! Loads on the arm, the choice of terms to compute, and a model bound to both.
 
 use crate::inertia::{Inertia, Wrench, cast_vector};
 use crate::model::Model;
@@ -8,11 +8,11 @@ use nalgebra::Vector3;
 /// One effect of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Term<T> {
-    /// Not there: no operation is spent on it.
+    /// Absent: it costs no operation.
     Absent,
     /// Known when the scene is made.
     Constant(T),
-    /// Known only in the tick: taken from [`Live`].
+    /// Known only in each tick: taken from [`Live`].
     Live,
 }
 
@@ -37,7 +37,7 @@ impl<T> Term<T> {
     }
 }
 
-/// What acts on the arm. Every effect is absent, constant or live; an absent one costs no arithmetic.
+/// Effects that act on the arm. Every effect is absent, constant or live; an absent one costs no arithmetic.
 ///
 /// Friction is no term here: it branches on the sign of the velocity, so the controller adds it per joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,7 +104,7 @@ impl<S: Scalar, const N: usize> Scene<S, N> {
         }
     }
 
-    /// Gravity, rotors of the model and velocity terms: what most arms need.
+    /// Gravity, rotors of the model and velocity terms, as most arms need them.
     #[must_use]
     pub fn with_gravity(gravity: Vector3<S>, model: &Model<S, N>) -> Self {
         Self {
@@ -131,7 +131,7 @@ impl<S: Scalar, const N: usize> Scene<S, N> {
     }
 }
 
-/// A model bound to a scene: what the recursions run on.
+/// A model bound to a scene: the input of the recursions.
 ///
 /// Binding folds a constant payload into the last link once. The model itself stays as it was, so taking the payload
 /// away again gives back the very bits from before.
@@ -160,7 +160,7 @@ impl<S: Scalar, const N: usize> Dynamics<S, N> {
         *self = Self::new(self.model, self.scene);
     }
 
-    /// A payload given in the tip frame, as [`Live::payload`] wants it: in the last link's frame.
+    /// Moves a payload from the tip frame to the last link's frame, for [`Live::payload`].
     #[must_use]
     pub fn payload_in_last_link(&self, payload: &Inertia<S>) -> Inertia<S> {
         in_last_link(&self.model, payload)
@@ -172,13 +172,13 @@ impl<S: Scalar, const N: usize> Dynamics<S, N> {
         &self.model
     }
 
-    /// What acts on it.
+    /// The scene: effects that act on the arm.
     #[must_use]
     pub const fn scene(&self) -> &Scene<S, N> {
         &self.scene
     }
 
-    /// The body that joint `i` moves: its link, and on the last one what it holds.
+    /// The body that joint `i` moves: its link, and for the last joint the payload too.
     #[inline]
     pub(crate) fn inertia(&self, i: usize, live: &Live<S, N>) -> Inertia<S> {
         if i + 1 < N {

@@ -65,7 +65,7 @@
 //! Six share the loads of the constants. The default tuning uses VMLA, which rounds the product as a separate VMUL does
 //! (same bits, fewer instructions, not fewer cycles); tuned for the M4 the compiler keeps VMUL and VADD apart.
 //!
-//! What six pairs take on the desk stands in `docs/measured/batch.md`, measured beside libm's and glibc's.
+//! `docs/measured/batch.md` has the time of six pairs on the desk, beside libm's and glibc's.
 //!
 //! In f32 the sine is `r (1 + z S)`, not the more accurate `r + r z S` (1.5 instead of 2 ulp): that one turns the sine
 //! of -0 into +0, and repairing the sign cost three instructions a pair.
@@ -110,16 +110,16 @@ pub trait Trig<S: Copy>: Copy {
     }
 }
 
-/// What reducing an angle needs of `f32` and `f64`.
+/// Operations of `f32` and `f64` that reduce an angle.
 trait Binary: Real {
     /// The bits that count quarter turns.
     type Turns: Copy;
 
-    /// `f` of an angle. Where what is left of one can be zero, and has no sign for the sine to take, `f` of its magnitude
-    /// instead, with the sign given to the sine.
+    /// `f` of an angle. Where the reduced angle can be zero and so has no sign for the sine, this is `f` of the
+    /// magnitude, with the angle's sign given to the sine.
     fn symmetric(self, f: impl FnOnce(Self) -> SinCos<Self>) -> SinCos<Self>;
 
-    /// What is left of an angle after the quarter turn next to it, in two parts, and that quarter turn's number.
+    /// The rest of an angle after the nearest multiple of a quarter turn, and that multiple.
     fn reduce(self) -> (Self, Self::Turns);
 
     /// Sine and cosine after so many quarter turns.

@@ -1,10 +1,8 @@
 //! All equations of a chain at once, against the recursion that never writes them down.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-mod common;
-
-use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
-use common::{into_base, numbers_of, pinned, pinned_rounding, relative_error, torque, turns};
+use crate::common::moving::{Moving, fixed, moving, worst, worst_over_arms};
+use crate::common::{into_base, numbers_of, pinned, pinned_rounding, relative_error, torque, turns};
 use dynamics_core::chapter::global::{Assembled, momentum_rate, residuals, weights};
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::newton_euler::joint_wrenches;
@@ -13,7 +11,7 @@ use dynamics_core::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// What the recursion finds, in base axes.
+/// Result of the recursion, in base axes.
 fn wanted<const N: usize>(case: &Moving<N>) -> [Wrench<f64>; N] {
     let found = joint_wrenches(&case.dynamics(), &turns(&case.q), &case.q, &case.qd, &case.qdd, &Live::zero());
     into_base(&case.posture(), &found)
@@ -31,7 +29,7 @@ fn solution_error<const N: usize>(case: &Moving<N>) -> f64 {
     relative_error(&numbers_of(&found), &numbers_of(&wanted(case)))
 }
 
-/// What the recursion's wrenches miss in the equations, relative to the wrenches.
+/// Residual of the equations with the recursion's wrenches, relative to the wrenches.
 fn residual<const N: usize>(case: &Moving<N>) -> f64 {
     let (posture, joint) = (case.posture(), wanted(case));
     let motion = posture.motion(&case.qd, &case.qdd);
@@ -53,7 +51,7 @@ fn the_system_has_the_wrenches_of_the_recursion_as_its_solution() {
 fn single_precision_solves_it_to_its_rounding() {
     let worst = worst::<6>(|case| {
         let chain = Chain::<f32, 6>::new(&case.model, &case.payload);
-        let [q, qd, qdd] = [&case.q, &case.qd, &case.qdd].map(common::cast::<f32, 6>);
+        let [q, qd, qdd] = [&case.q, &case.qd, &case.qdd].map(crate::common::cast::<f32, 6>);
         let posture = chain.posture(&turns(&case.q), &q);
         let external = weights(&posture, &case.gravity.map(|x| x as f32));
         let system = Assembled::new(&posture, &posture.motion(&qd, &qdd), &external, &case.push().cast());

@@ -9,7 +9,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// What the chapter has of each kind.
+/// Numbers that the chapter has of each kind.
 const HEADINGS: [(&str, core::ops::RangeInclusive<u32>); 3] =
     [("Equations", 1..=535), ("Examples", 323..=347), ("Exercises", 1..=38)];
 
@@ -21,7 +21,7 @@ const CRATES: [(&str, &str); 4] = [
     ("host_sim", "host-sim/src"),
 ];
 
-/// What may stand before an item's name where it is made.
+/// Keywords before an item's name at its definition.
 const ITEMS: [&str; 6] = ["fn", "struct", "enum", "trait", "const", "type"];
 
 struct Row<'a> {
@@ -39,12 +39,12 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap()
 }
 
-/// What stands between pairs of backticks.
+/// Texts between pairs of backticks.
 fn quoted(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }
 
-/// `12.1-12.3, 12.5` as 1, 2, 3, 5; none if a part is no number or range of them.
+/// `12.1-12.3, 12.5` as 1, 2, 3, 5; `None` if a part is neither a number nor a range.
 fn numbers(cell: &str) -> Option<Vec<u32>> {
     let number = |text: &str| -> Option<u32> {
         let text = text.trim();
@@ -166,7 +166,7 @@ fn every_test_that_the_errata_name_is_there() {
     assert!(gone.is_empty(), "not found: {gone:?}");
 }
 
-/// A table as it should not be: each of its faults is found, and what is right in it is not.
+/// A faulty table: each of its faults is reported, and its correct parts are not.
 #[test]
 fn a_broken_table_is_refused() {
     let table = "\

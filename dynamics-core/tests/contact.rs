@@ -1,10 +1,8 @@
 //! The wrench at the tip, felt in the base.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-mod common;
-
-use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
-use common::{Golden, cast, numbers_of, pinned, pinned_rounding, relative_error, turns};
+use crate::common::moving::{Moving, fixed, moving, worst, worst_over_arms};
+use crate::common::{Golden, cast, numbers_of, pinned, pinned_rounding, relative_error, turns};
 use dynamics_core::chapter::contact::{base_wrench, contact_wrench};
 use dynamics_core::{Dynamics, Live, Scene, Term, Wrench, geometry};
 use nalgebra::Vector3;
@@ -21,7 +19,8 @@ fn felt<const N: usize>(case: &Moving<N>, reading: &Wrench<f64>) -> Wrench<f64> 
     contact_wrench(&dynamics, &turns(&case.q), &case.q, &case.qd, &case.qdd, reading, &live)
 }
 
-/// How far what is felt is from what was done, relative to what the base carries: the rest of that has to cancel.
+/// Difference of the felt wrench from the applied one, relative to the base's wrench: the rest of the base's wrench has
+/// to cancel.
 fn undone<const N: usize>(case: &Moving<N>) -> f64 {
     let reading = reading(case);
     let off = felt(case, &reading) - case.contact;
@@ -55,7 +54,7 @@ fn an_arm_left_alone_feels_nothing_and_a_push_along_the_tips_x_is_felt_along_it(
     let nothing = felt(&alone, &reading(&alone));
     let size = numbers_of(&[reading(&alone)]).into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     assert!(numbers_of(&[nothing]).iter().all(|x| x.abs() < 1e-13 * size), "{nothing:?}");
-    // What the environment does to the arm: the base has to hold against it.
+    // Wrench of the environment on the arm: the base has to hold against it.
     let push = Wrench { force: Vector3::new(7.0, 0.0, 0.0), moment: Vector3::zeros() };
     let pushed = Moving { contact: push, ..case };
     let more = reading(&pushed) - reading(&alone);
@@ -69,7 +68,7 @@ fn a_sensor_elsewhere_in_the_base_is_moved_to_its_origin() {
     let case = fixed(moving::<5>(), 1).next().unwrap();
     let (rotation, translation) = (geometry::from_rpy(0.3, -0.8, 2.0), Vector3::new(0.1, -0.2, -0.4));
     let at_origin = reading(&case);
-    // What that sensor reads, from the laws of statics alone.
+    // Reading of that sensor, from the laws of statics alone.
     let read = Wrench {
         force: rotation.transpose() * at_origin.force,
         moment: rotation.transpose() * (at_origin.moment - translation.cross(&at_origin.force)),
@@ -78,7 +77,7 @@ fn a_sensor_elsewhere_in_the_base_is_moved_to_its_origin() {
     assert!(relative_error(&numbers_of(&[felt]), &numbers_of(&[case.contact])) < 1e-13);
 }
 
-/// The text after 12.168 lets the negative of what a link hands on act on the next.
+/// The text after 12.168 lets the negative of the wrench that a link hands on act on the next.
 #[test]
 fn a_wrench_handed_on_with_its_sign_turned_over_is_wrong() {
     let handed_on = |case: &Moving<2>, sign: f64| {
@@ -126,7 +125,7 @@ fn puma() -> Moving<6> {
     }
 }
 
-/// What is felt after errors of reading and state: force x, y, z, moment x, y, z of the reading, then q, qd, qdd.
+/// Felt wrench with errors of reading and state: force x, y, z, moment x, y, z of the reading, then q, qd, qdd.
 fn felt_with(case: &Moving<6>, error: &[f64; 24]) -> Wrench<f64> {
     let part = |from: usize, of: &[f64; 6]| core::array::from_fn(|i| of[i] + error[from + i]);
     let disturbed = Moving { q: part(6, &case.q), qd: part(12, &case.qd), qdd: part(18, &case.qdd), ..*case };

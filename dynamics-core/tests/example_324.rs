@@ -3,9 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a random linkage that cannot be built should stop the test")]
 #![allow(clippy::float_cmp, reason = "a mirror image is exact")]
 
-mod common;
-
-use common::linkages::{
+use crate::common::linkages::{
     Case, bodies, cases, cross, energy_rate, length, missed, nine, shaking, turn, virtual_work, work_size,
 };
 use dynamics_core::SinCos;
@@ -48,7 +46,7 @@ fn across(v: Vector2<f64>) -> Vector2<f64> {
     Vector2::new(-v.y, v.x)
 }
 
-/// What the book's way gives, in angles, sines and cosines.
+/// Results of the book's method, in angles, sines and cosines.
 struct Book {
     angles: [f64; 3],
     motion: [PlanarMotion<f64>; 3],
@@ -111,9 +109,9 @@ fn book(case: &Case<FourBar<f64>>) -> Book {
     Book { angles: [t1, t2, t3], motion, joints: [f0, f1, f2, f3], driving_moment }
 }
 
-/// Worst of what is found, relative.
+/// Greatest relative error of the results.
 fn off(found: &[f64], wanted: &[f64]) -> f64 {
-    common::relative_error(found, wanted)
+    crate::common::relative_error(found, wanted)
 }
 
 #[test]
@@ -492,7 +490,7 @@ fn single_precision_differs_by_its_rounding() {
         let wanted = case.posture().forces(&case.motion(), &case.gravity).unwrap();
         let pairs: Vec<f64> = wanted.joints.iter().flat_map(|f| [f.x, f.y]).collect();
         let single: Vec<f32> = found.joints.iter().flat_map(|f| [f.x, f.y]).collect();
-        worst = worst.max(common::relative_error(&single, &pairs));
+        worst = worst.max(crate::common::relative_error(&single, &pairs));
     }
     println!("single precision: {worst:.1e}");
     assert!(worst > 1e-8 && worst < 1e-3);

@@ -3,12 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a random linkage that cannot be built should stop the test")]
 #![allow(clippy::float_cmp, reason = "a guide without friction bears exactly nothing along itself")]
 
-mod common;
-
-use common::linkages::{
+use crate::common::linkages::{
     Case, bodies, cases, cross, energy_rate, length, missed, nine, shaking, signed, turn, virtual_work, work_size,
 };
-use common::relative_error;
+use crate::common::relative_error;
 use dynamics_core::SinCos;
 use dynamics_core::linkage::{
     Branch, CrankForm, DeadPoint, Linkage, LinkageError, Member, PlanarBody, SliderCrank, SliderCrankLengths,

@@ -26,7 +26,7 @@ fn config() -> ControllerConfig<f64, 2> {
     }
 }
 
-/// What was visited, as text without spaces between fields, and the numbers apart.
+/// The visited parts, as text without spaces between fields, and the numbers apart.
 #[derive(Default)]
 struct Seen {
     text: String,

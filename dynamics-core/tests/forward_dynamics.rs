@@ -1,9 +1,7 @@
 //! Forward dynamics by both ways: reference data, massless links, singular arms.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
-mod common;
-
-use common::{Golden, cast, numbers, relative_error, turns};
+use crate::common::{Golden, cast, numbers, relative_error, turns};
 use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, Singular, Term, Tool,
@@ -72,7 +70,7 @@ fn a_massless_link_with_a_rotor_works() {
     for massless in 0..3 {
         let joints = core::array::from_fn(|i| turning(if i == massless { Body::massless() } else { heavy() }, 0.02));
         for qdd in both(&joints) {
-            let back = common::torque(&dynamics(&joints), &Q, &QD, &qdd.unwrap());
+            let back = crate::common::torque(&dynamics(&joints), &Q, &QD, &qdd.unwrap());
             assert!(relative_error(&back, &TAU) < 1e-13, "{back:?}");
         }
     }

@@ -1,9 +1,7 @@
 //! Outside reference data: Pinocchio and a 50-digit computation (`robots/golden/README.md`).
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
-mod common;
-
-use common::{Golden, cast, numbers, relative_error, square, torque, turns};
+use crate::common::{Golden, cast, numbers, relative_error, square, torque, turns};
 use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::mass_matrix::mass_matrix;
@@ -55,7 +53,10 @@ fn errors<S: Real + Into<f64>, const N: usize>(golden: &Golden, model: &Model<f6
 
         let pose = tip_pose(&model.cast::<S>(), &turns(&q), &cast(&q));
         raise(&mut worst.tip, relative_error(pose.translation.as_slice(), &numbers::<3>(&state["tip_p"])));
-        raise(&mut worst.tip, relative_error(pose.rotation.as_slice(), common::matrix(&state["tip_R"]).as_slice()));
+        raise(
+            &mut worst.tip,
+            relative_error(pose.rotation.as_slice(), crate::common::matrix(&state["tip_R"]).as_slice()),
+        );
 
         let kinetic = energy::kinetic(&dynamics, &turns(&q), &cast(&q), &cast(&qd), &Live::zero());
         let potential = energy::potential(&dynamics, &turns(&q), &cast(&q), &Live::zero());

@@ -2,11 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a random arm that cannot be built should stop the test")]
 #![allow(clippy::float_cmp, reason = "exact restoration is what is claimed")]
 
-mod common;
-
-use common::arms::{arm, body, held, joints, rotation, vector};
-use common::moving::for_every_arm;
-use common::{along, derivative, relative_error, torque, turns};
+use crate::common::arms::{arm, body, held, joints, rotation, vector};
+use crate::common::moving::for_every_arm;
+use crate::common::{along, derivative, relative_error, torque, turns};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::newton_euler::joint_wrenches;
 use dynamics_core::{
@@ -19,7 +17,7 @@ use proptest::test_runner::TestCaseError;
 
 type Checked = Result<(), TestCaseError>;
 
-/// What every identity is tested on.
+/// Test case of every identity.
 #[derive(Debug)]
 struct Case<const N: usize> {
     model: Model<f64, N>,
@@ -91,7 +89,7 @@ fn slope_is_the_mass_matrix<const N: usize>(case: &Case<N>) -> Checked {
     Ok(())
 }
 
-/// inverse(forward(tau)) = tau. The round trip loses what the conditioning of D loses.
+/// inverse(forward(tau)) = tau. The round trip loses accuracy by the conditioning of D.
 fn inverse_undoes_forward<const N: usize>(case: &Case<N>) -> Checked {
     let dynamics = Dynamics::new(case.model, case.scene());
     let turn = turns(&case.q);

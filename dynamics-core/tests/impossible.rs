@@ -1,4 +1,4 @@
-//! Every physical impossibility is refused by name, and what is merely unusual is not.
+//! Every physical impossibility is refused by name, and a merely unusual arm is not.
 #![allow(clippy::unwrap_used, reason = "the valid arm must build")]
 
 use dynamics_core::model::{Impossible, Place};

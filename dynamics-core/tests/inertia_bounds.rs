@@ -1,4 +1,5 @@
-//! A payload that is told at run time: what some mass inside a ball could be is taken, in single precision too; nothing else is.
+//! A payload that is set at run time: it is accepted if some mass inside a ball could have it, in single precision too;
+//! nothing else is accepted.
 
 use dynamics_core::{Inertia, InertiaBounds};
 use nalgebra::{Matrix3, Vector3};
@@ -10,7 +11,7 @@ fn points(all: &[(f64, Vector3<f64>)]) -> Inertia<f64> {
     all.iter().fold(Inertia::zero(), |sum, (mass, at)| sum + Inertia::from_mass_centre(*mass, at, &Matrix3::zeros()))
 }
 
-/// Both precisions have to say the same: what is asked is farther from the bounds than an f32 rounds.
+/// Both precisions have to say the same: the tested bodies are farther from the bounds than the rounding of an f32.
 fn is_within(body: &Inertia<f64>) -> bool {
     let (double, single) = (body.is_within(&BOUNDS), body.cast::<f32>().is_within(&BOUNDS.cast()));
     assert_eq!(double, single, "{body:?}");
@@ -42,7 +43,7 @@ proptest! {
         prop_assert!(!is_within(&points(&[(BOUNDS.mass * heavy, at * 0.5)])));
     }
 
-    /// A mass centre farther out than the matter is, and moments of which no matter has the largest.
+    /// A mass centre farther out than all matter, and principal moments with a largest one that no matter can have.
     #[test]
     fn what_no_matter_has_is_not(all in prop::collection::vec(place(0.2), 4..7), axis in 0..3_usize) {
         let body = points(&all);

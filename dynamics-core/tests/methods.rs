@@ -4,10 +4,8 @@
 //! disagreement of each pair is a number; it is pinned from both sides.
 #![allow(clippy::unwrap_used, reason = "a random arm that cannot be built should stop the test")]
 
-mod common;
-
-use common::arms::{arm, body, held, joints, vector};
-use common::{derivative, lagrange_equation, relative_error};
+use crate::common::arms::{arm, body, held, joints, vector};
+use crate::common::{derivative, lagrange_equation, relative_error};
 use dynamics_core::chapter::global::Assembled;
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::chapter::reactions::Reaction;
@@ -39,7 +37,7 @@ struct Case<const N: usize> {
     qdd: [f64; N],
 }
 
-/// What torques are asked for.
+/// Inputs for which torques are computed.
 struct Demand<const N: usize> {
     qd: [f64; N],
     qdd: [f64; N],
@@ -104,7 +102,7 @@ fn methods<const N: usize>() -> Vec<Method<N>> {
     ]
 }
 
-/// What must hold of an arm: how far it is off, one number a quantity.
+/// A property that must hold for an arm: its errors, one number for each quantity.
 trait Check<const K: usize> {
     fn off<const N: usize>(case: &Case<N>) -> [f64; K];
 }
@@ -137,7 +135,7 @@ fn worst_of<C: Check<K>, const K: usize, const N: usize>(runner: &mut TestRunner
     worst
 }
 
-/// The numbers are what was measured: no worse, and no better without a reason.
+/// The numbers were measured: no worse, and no better without a reason.
 fn assert_measured(found: &[f64], names: &[String], measured: &[f64]) {
     for (name, off) in names.iter().zip(found) {
         println!("{name}: {off:.3e}");
@@ -309,7 +307,7 @@ fn energies_by_jacobians_are_those_by_the_composite_matrix() {
     assert_measured(&worst::<Energies, 3>(), &names, &[2.251e-15, 2.484e-15, 2.693e-16]);
 }
 
-/// Lagrange's equation with every derivative numeric: what all the formulas are derived from.
+/// Lagrange's equation with every derivative numeric: the origin of all the formulas.
 struct Equation;
 
 impl Check<1> for Equation {
@@ -336,7 +334,7 @@ impl Check<4> for Symbols {
         let posture = case.posture();
         let symbols = lagrange::christoffel(&posture);
         let flat = |all: &[[[f64; N]; N]; N]| all.as_flattened().as_flattened().to_vec();
-        // Arms whose matrix is constant have no symbol: what rounding leaves is measured by the matrix.
+        // Arms whose matrix is constant have no symbol: the rounding error is measured relative to the matrix.
         let size = symbols
             .as_flattened()
             .as_flattened()
@@ -355,7 +353,7 @@ impl Check<4> for Symbols {
             core::array::from_fn(|j| {
                 core::array::from_fn(|k| {
                     derivative(|step| {
-                        lagrange::mass_matrix(&case.posture_at(&common::stepped(&case.q, k, step)))[(i, j)]
+                        lagrange::mass_matrix(&case.posture_at(&crate::common::stepped(&case.q, k, step)))[(i, j)]
                     })
                 })
             })
@@ -409,7 +407,7 @@ impl Check<4> for Skew {
         let dynamics = Dynamics::new(case.model, case.scene());
         let numeric = SMatrix::<f64, N, N>::from_fn(|i, j| {
             derivative(|t| {
-                let (q, _) = common::along(&case.q, &case.qd, &[0.0; N], t);
+                let (q, _) = crate::common::along(&case.q, &case.qd, &[0.0; N], t);
                 mass_matrix(&dynamics, &Libm.sin_cos_all(&q), &q, &Live::zero())[(i, j)]
             })
         });
@@ -454,7 +452,7 @@ fn two_rods() -> Posture<f64, 2> {
     Chain::new(&model, &Inertia::zero()).posture(&Libm.sin_cos_all(&q), &q)
 }
 
-/// Relative error, and what it should be to six digits.
+/// Relative error, and its expected value to six digits.
 fn assert_wrong_by(found: &[f64], right: &[f64], wanted: f64) {
     let off = relative_error(found, right);
     assert!((off / wanted - 1.0).abs() < 1e-6, "{off} instead of {wanted}");

@@ -2,10 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a random arm that cannot be built should stop the test")]
 #![allow(clippy::float_cmp, reason = "what is absent, zero, live or constant is promised to the bit")]
 
-mod common;
-
-use common::moving::{Moving, worst_over_arms};
-use common::{along, derivative, relative_error, turns};
+use crate::common::moving::{Moving, worst_over_arms};
+use crate::common::{along, derivative, relative_error, turns};
 use dynamics_core::chapter::lagrange::{coriolis_matrix, generalized_force, gravity};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};

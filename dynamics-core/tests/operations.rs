@@ -1,13 +1,11 @@
-//! What each scene term costs in the generic recursion, counted by a scalar that counts.
+//! Cost of each scene term in the generic recursion, counted by a counting scalar.
 //!
 //! The counts are exact and the same for every state: a recursion over [`Scalar`] cannot branch on data. They are pinned
 //! with `==`, so a saving must be written down here as well as a loss.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 #![allow(clippy::suspicious_arithmetic_impl, reason = "counting is an addition inside every operator")]
 
-mod common;
-
-use common::{Golden, numbers};
+use crate::common::{Golden, numbers};
 use core::cell::Cell;
 use core::ops::{Add, Mul, Neg, Sub};
 use dynamics_core::chapter::lagrange;
@@ -38,7 +36,7 @@ fn count(f: impl FnOnce(&mut Operations)) {
     });
 }
 
-/// A double that counts what is done to it; a subtraction counts as an addition.
+/// A double that counts its operations; a subtraction counts as an addition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Counted(f64);
 
@@ -169,7 +167,7 @@ fn an_absent_term_costs_no_operation() {
     assert_eq!((all.mul - no_contact.mul, all.add - no_contact.add), (9 + 9 + 6, 6 + 6 + 3 + 3 + 6));
 }
 
-/// Lagrange's equations for six revolute joints with gravity and velocity terms: what the recursion saves.
+/// Lagrange's equations for six revolute joints with gravity and velocity terms: the work that the recursion saves.
 #[test]
 fn lagranges_equations_cost_what_is_written_here() {
     let golden = Golden::load("puma560");
@@ -185,7 +183,7 @@ fn lagranges_equations_cost_what_is_written_here() {
         let posture = chain.posture(&turn, &q);
         let _tau = lagrange::inverse_dynamics(&posture, &qd, &qdd, &g, &Wrench::zero());
     });
-    // 80 a trace, of which there are 91 and 441; for each second derivative two products more.
+    // 80 for each of 91 and 441 traces; for each second derivative two products more.
     let transforms = Transforms::new(&chain, &turn, &q);
     let matrix = counted(|| {
         let _d = transforms.mass_matrix();

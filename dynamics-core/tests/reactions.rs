@@ -1,9 +1,7 @@
 //! Who carries a joint's wrench.
 
-mod common;
-
-use common::moving::{Moving, worst, worst_over_arms};
-use common::{pinned, pinned_rounding, relative_error, torque, turns};
+use crate::common::moving::{Moving, worst, worst_over_arms};
+use crate::common::{pinned, pinned_rounding, relative_error, torque, turns};
 use dynamics_core::chapter::reactions::{Axes, Reaction, joint_reactions};
 use dynamics_core::{JointKind, Live, Wrench};
 

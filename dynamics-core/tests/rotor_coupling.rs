@@ -1,11 +1,9 @@
-//! What reflected rotor inertia leaves out, against the energy that it is derived from, over random arms.
+//! Torques that reflected rotor inertia leaves out, against the energy from which they are derived, over random arms.
 #![allow(clippy::unwrap_used, reason = "a random arm that cannot be built should stop the test")]
 
-mod common;
-
-use common::arms::{arm, joints};
-use common::moving::for_every_arm;
-use common::{along, derivative, lagrange_equation, relative_error};
+use crate::common::arms::{arm, joints};
+use crate::common::moving::for_every_arm;
+use crate::common::{along, derivative, lagrange_equation, relative_error};
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::chapter::rotor_coupling::{Carried, Rotors};
 use dynamics_core::trig::Libm;
@@ -51,7 +49,7 @@ impl<const N: usize> Case<N> {
         self.rotors.extra_torque(&posture(&self.model, &self.q), carried, &self.qd, &self.qdd)
     }
 
-    /// What differences of these energies are rounded to: their size, and what the torques do.
+    /// Scale of rounding in differences of these energies: their size, and the work of the torques.
     fn size(&self, torque: &[f64; N]) -> f64 {
         let energy = self.rotors.complete_energy(&posture(&self.model, &self.q), &self.qd);
         torque.iter().fold(energy + self.rotors.reflected_energy(&[1.0; N]), |m, x| m.max(x.abs()))

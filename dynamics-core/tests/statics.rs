@@ -1,11 +1,9 @@
 //! An arm at rest, against the dynamics of an arm that does not move.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-mod common;
-
-use common::arms::vector;
-use common::moving::{Moving, fixed, moving, worst, worst_over_arms};
-use common::{into_base, numbers_of, pinned, pinned_rounding, relative_error, torque, turns};
+use crate::common::arms::vector;
+use crate::common::moving::{Moving, fixed, moving, worst, worst_over_arms};
+use crate::common::{into_base, numbers_of, pinned, pinned_rounding, relative_error, torque, turns};
 use dynamics_core::chapter::global::{residuals, weights};
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::chapter::statics::{
@@ -135,7 +133,7 @@ fn printed<const N: usize>(
     })
 }
 
-/// Torques at rest with the printed moments, relative to the right ones; what they are off by is known.
+/// Torques at rest with the printed moments, relative to the right ones; their error is known.
 fn printed_error(case: &Moving<6>, about: Point) -> f64 {
     let posture = case.posture();
     let loads = printed(&posture, &case.gravity, about);
@@ -186,7 +184,7 @@ fn rods<const N: usize>(rods: [(f64, f64); N]) -> Chain<f64, N> {
     Chain::new(&Model::new_unphysical(&joints, &Tool::default()).unwrap(), &Inertia::zero())
 }
 
-/// Forces and moments of 12.482-12.493; `(fx, fy)`, `mz` is what the arm does to the environment, in base axes.
+/// Forces and moments of 12.482-12.493; `(fx, fy)`, `mz` is the wrench of the arm on the environment, in base axes.
 #[test]
 fn four_rods_in_a_plane_are_held_as_in_example_345() {
     let (l, m) = ([0.8, 0.7, 0.5, 0.3], [4.0, 3.0, 2.0, 1.0]);

@@ -224,7 +224,7 @@ struct Row {
     cos: (f64, f64),
 }
 
-/// What `tools/minimax.py reference` wrote.
+/// Output of `tools/minimax.py reference`.
 fn reference() -> Vec<Row> {
     let float = |hex: &str| f64::from_bits(u64::from_str_radix(hex, 16).unwrap());
     include_str!("trig_reference.txt")
@@ -453,7 +453,8 @@ fn a_method_chosen_at_run_time_gives_the_bits_of_the_one_it_names() {
     }
 }
 
-/// As in [`STATED_F32`], sine and cosine, absolute, for f64 angles of every size: what the coefficients and entries leave.
+/// As in [`STATED_F32`], sine and cosine, absolute, for f64 angles of every size: the error of the coefficients and
+/// entries.
 const STATED_SHORT_F64: [(Method, f64, f64); 3] = [
     (Method::Polynomial5, 5.70e-7, 5.70e-7),
     (Method::Polynomial3, 1.53e-4, 1.53e-4),

@@ -2,10 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 #![allow(clippy::float_cmp, reason = "exactness is what is claimed")]
 
-mod common;
-
-use common::moving::{Moving, worst_over_arms};
-use common::{pinned, torque, turns};
+use crate::common::moving::{Moving, worst_over_arms};
+use crate::common::{pinned, torque, turns};
 use dynamics_core::chapter::work::WorkMeter;
 use dynamics_core::{
     Body, Dh, Dynamics, Frame, Inertia, JointKind, JointSpec, Limits, Live, Model, Rotor, Scene, Term, Tool, energy,
@@ -44,8 +42,8 @@ fn a_number_that_is_none_is_not_lost() {
     }
 }
 
-/// A swinging motion through the case's state at 0, sampled in `steps` steps of a second: what the work misses of the gain in
-/// energy, relative to the work of either sign.
+/// A swinging motion through the case's state at 0, sampled in `steps` steps of a second: difference of the work from
+/// the gain in energy, relative to the work of either sign.
 fn imbalance<const N: usize>(case: &Moving<N>, steps: usize) -> f64 {
     let scene = Scene { tip_wrench: Term::Absent, ..*case.dynamics().scene() };
     let dynamics = Dynamics::new(case.model, scene);

@@ -1,7 +1,8 @@
-//! Says where the arm's source lies.
+//! Sets the path of the arm's source.
 //!
-//! `NEWTAU_ARM` names the folder that `cargo xtask firmware build` has had written from a scene file; without it the Puma's is taken,
-//! which stands in `puma560_pick/` beside this file. Nothing is compiled here: the robot compiler runs once, in the task.
+//! `NEWTAU_ARM` names the folder that `cargo xtask firmware build` has written from a scene file. Without it the build
+//! takes the Puma's source, `puma560_pick/` beside this file. Nothing is compiled here: the robot compiler runs once,
+//! in the task.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

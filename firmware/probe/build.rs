@@ -1,4 +1,4 @@
-//! Says where the source of what is measured lies, which a task has had written.
+//! Sets the path of the measured code's source; an xtask task has written it before.
 
 #[path = "../link_arguments.rs"]
 mod link_arguments;

@@ -6,7 +6,7 @@
 //! | `tick` | the control timer | 2 | timer, counter, lines, joints |
 //! | `serve` | a vector that no peripheral uses | 1 | decoder, encoder, the sending half of the link |
 //!
-//! `serve` is pended, not spawned: pending it while it runs makes it run again, so no frame can be left lying.
+//! `serve` is pended, not spawned: pending it while it runs makes it run again, so every received frame is handled.
 
 use crate::boards;
 use firmware::board::Board;
@@ -17,7 +17,7 @@ use defmt_rtt as _;
 #[cfg(feature = "netduinoplus2")]
 use defmt_semihosting as _;
 
-// Two boards are two definitions of one name, and the compiler says so: `--no-default-features --features odrive-v3`.
+// Two boards define one name twice, and the compiler reports it: `--no-default-features --features odrive-v3`.
 #[cfg(feature = "f405-can")]
 pub(crate) use boards::f405_can::F405Can as ThisBoard;
 #[cfg(feature = "f405-pwm")]
@@ -27,11 +27,11 @@ pub(crate) use boards::netduinoplus2::NetduinoPlus2 as ThisBoard;
 #[cfg(feature = "odrive-v3")]
 pub(crate) use boards::odrive_v3::OdriveV3 as ThisBoard;
 
-/// Braked and silent is the only safe thing left to do.
+/// After a panic the only safe state is braked and silent.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
     <ThisBoard as Board<{ arm::N }>>::halt(|| {
-        // Where, not what: the message would bring 3 KiB of formatting to the chip.
+        // The place only: the message would bring 3 KiB of formatting to the chip.
         if let Some(place) = info.location() {
             defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
         }
@@ -43,7 +43,7 @@ fn defmt_panic() -> ! {
     <ThisBoard as Board<{ arm::N }>>::halt(|| {})
 }
 
-/// What this firmware says of itself.
+/// The hello of this firmware.
 fn hello() -> Hello {
     Hello { robot: arm::HASH, joints: arm::N as u8, rate_hz: arm::RATE_HZ, pacing: Pacing::LockStep }
 }
@@ -67,15 +67,8 @@ mod rtos {
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
 
     type ArmBuffers = Buffers<{ arm::N }>;
-    type ArmSession = Session<
-        { arm::N },
-        arm::Arm,
-        arm::Trig,
-        arm::Settings,
-        arm::Settings,
-        arm::Protection,
-        &'static mut ArmBuffers,
-    >;
+    type ArmSession =
+        Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Tuning, arm::Protection, &'static mut ArmBuffers>;
 
     #[shared]
     struct Shared {
@@ -105,7 +98,7 @@ mod rtos {
         if !meter.is_exact() {
             defmt::warn!("no exact counter: the cost of a tick is not reported");
         }
-        // Its first run says hello: what a host sends before that may meet a receiver that is not on yet.
+        // Its first run sends the hello. Frames sent by a host earlier may meet a receiver that is still off.
         rtic::pend(Interrupt::EXTI0);
         let session = Session::with_buffers(super::hello(), arm::controller(), arm::Settings, cx.local.buffers);
         (Shared { session, ticker, joints, overflow: false }, Local { input, received, pending, output, meter, lines })
@@ -148,7 +141,7 @@ mod rtos {
         rtic::pend(Interrupt::EXTI0);
     }
 
-    /// Read what came, say what is to be said.
+    /// Read the received frames and send the reports.
     #[task(
         binds = EXTI0, priority = 1, shared = [session, ticker, joints, overflow],
         local = [
@@ -166,7 +159,7 @@ mod rtos {
             send(&Frame::Hello(super::hello()));
         }
         while let Some(report) = cx.shared.session.lock(|session| session.say()) {
-            // The rest of a black box waits for what has come meanwhile.
+            // The rest of a black box waits until the frames that came meanwhile are handled.
             let past = matches!(report, Report::Past(_));
             let frame = report.frame();
             if let Frame::Fault(fault) = &frame {

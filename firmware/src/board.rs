@@ -1,4 +1,4 @@
-//! What a board must do. One file per board implements this; nothing else names the chip's registers.
+//! Interface of a board. One file per board implements this; nothing else names the chip's registers.
 
 use crate::joint_io::JointIo;
 use session::meter::Counter;
@@ -34,9 +34,9 @@ pub trait Ticker {
     fn trigger(&mut self);
 }
 
-/// What a board knows beside its joints, and the watchdog.
+/// A board's lines beside its joints, and the watchdog.
 pub trait BoardLines {
-    /// What the lines say now. Called at the start of every tick.
+    /// State of the lines now. Called at the start of every tick.
     fn read(&mut self) -> Lines;
 
     /// A tick that drives has ended in time. The first one starts the watchdog; from then on only this keeps the chip from a reset,
@@ -52,7 +52,7 @@ pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
     pub output: B::Output,
     /// The control timer.
     pub ticker: B::Ticker,
-    /// Counts what a tick costs.
+    /// Counter for the cost of a tick.
     pub counter: B::Counter,
     /// Emergency stop, supply, temperature, watchdog.
     pub lines: B::Lines,
@@ -70,19 +70,20 @@ pub trait Board<const N: usize> {
     type Output: LinkOutput;
     /// The control timer.
     type Ticker: Ticker;
-    /// Counts what a tick costs.
+    /// Counter for the cost of a tick.
     type Counter: Counter;
     /// Emergency stop, supply, temperature, watchdog.
     type Lines: BoardLines;
     /// The joints.
     type Joints: JointIo<N>;
 
-    /// What people call it.
+    /// Name of the board.
     const NAME: &'static str;
 
     /// Set up clocks, link and timers. Brakes are engaged and the control timer is held when this returns.
     fn start(peripherals: Self::Peripherals, rate_hz: f32) -> Parts<Self, N>;
 
-    /// The last thing the program does, from any state: drives off and brakes engaged first, then its last words, then nothing.
+    /// The last thing the program does, from any state: drives off and brakes engaged first, then its last words, then
+    /// it stops.
     fn halt(last_words: impl FnOnce()) -> !;
 }

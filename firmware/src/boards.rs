@@ -15,11 +15,11 @@ pub mod odrive_v3;
 
 pub use stm32f4xx_hal::pac;
 
-/// All that the chip has, before anyone owns a part of it.
+/// All peripherals of the chip, before they are split among owners.
 pub struct Chip {
-    /// What the maker put around the core.
+    /// Peripherals of the chip's maker.
     pub device: pac::Peripherals,
-    /// What belongs to the core.
+    /// Peripherals of the core.
     #[allow(dead_code, reason = "not every board needs it")]
     pub core: cortex_m::Peripherals,
 }

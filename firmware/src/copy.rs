@@ -1,9 +1,9 @@
-//! Copying blocks of memory, which a tick does some ten times.
+//! Copying of memory blocks; a tick does it some ten times.
 //!
-//! The compiler's own `memcpy` and `memmove` go byte by byte, or by shifting, where source and destination do not lie alike: 160 to 270 instructions
-//! for 24 to 184 bytes. A Cortex-M4 loads and stores words anywhere (Arm DDI 0403, A3.2.1), so this takes 10 instructions for 16 bytes,
-//! and up to 17 for what is left. The names are those of the run-time ABI for Arm (AAELF32's companion IHI 0043, 4.3.4), and all of
-//! them keep `r0`, as `memcpy` must.
+//! The compiler's own `memcpy` and `memmove` go byte by byte, or by shifting, where source and destination are aligned
+//! differently: 160 to 270 instructions for 24 to 184 bytes. A Cortex-M4 loads and stores words anywhere (Arm DDI 0403,
+//! A3.2.1), so this takes 10 instructions for 16 bytes, and up to 17 for the rest. The names are those of the run-time
+//! ABI for Arm (AAELF32's companion IHI 0043, 4.3.4), and all of them keep `r0`, as `memcpy` must.
 #![allow(unsafe_code, reason = "defines functions that the compiler calls by name")]
 
 core::arch::global_asm!(
@@ -32,8 +32,8 @@ core::arch::global_asm!(
     "str r3, [ip], #4",
     "subs r2, #16",
     "bge 1b",
-    // What is left is in the low four bits, whatever was taken off above them: 8 and 4 bytes are carry and sign of one shift, 2 and 1
-    // of another.
+    // The number of remaining bytes is in the low four bits, even after the subtractions above them: 8 and 4 bytes are
+    // carry and sign of one shift, 2 and 1 of another.
     "2:",
     "lsls r3, r2, #29",
     "bcc 3f",

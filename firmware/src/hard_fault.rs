@@ -1,6 +1,7 @@
-//! What a processor does that can go no further: the drives off, first of all.
+//! Handler of a hard fault: it switches the drives off first.
 //!
-//! A stack that ran over is such a case too (`memory.x` has nothing below it), so there may be none to rely on: it starts anew.
+//! A stack overflow also ends here (`memory.x` has nothing below the stack), so the old stack may be unusable: the
+//! handler sets a new one.
 #![allow(unsafe_code, reason = "a new stack is set by the machine's own instruction, and found by name")]
 
 use crate::app::ThisBoard;

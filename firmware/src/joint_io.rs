@@ -1,15 +1,15 @@
-//! Ways of reaching the joints, without a chip in them: tested on the host against models of what is at the other end.
+//! Ways of reaching the joints, without a chip in them: tested on the host against models of the devices on the wire.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`mit`] | the frames of MIT-mode actuators |
 //! | [`bus_time`] | how long frames take on a CAN bus, and how fast a schedule can be |
-//! | [`can`] | actuators on two CAN buses: who is asked when, and what answers are believed |
+//! | [`can`] | actuators on two CAN buses: the schedule of commands, and the checks on replies |
 //! | [`as5047p`] | the magnetic encoder: its words, its errors, its turns |
 //! | [`pwm`] | torque to duty cycle, H-bridges, and the encoders beside them |
 //!
-//! Every function here is total: what a wire brings becomes a value, a count or a fault bit of a joint, never a panic, and
-//! no loop waits for hardware without a bound.
+//! Every function here is total: input from a wire becomes a value, a count or a fault bit of a joint, never a panic,
+//! and no loop waits for hardware without a bound.
 
 pub mod as5047p;
 pub mod bus_time;
@@ -30,7 +30,7 @@ pub const MISSING_MAX: u32 = 3;
 
 /// The joints, as the tick sees them: once a tick [`JointIo::measure`], then [`JointIo::drive`] or [`JointIo::safe`].
 pub trait JointIo<const N: usize> {
-    /// What the joints say; `None` where measurements come over the link.
+    /// Readings of the joints; `None` where measurements come over the link.
     fn measure(&mut self) -> Option<Readings<N>>;
 
     /// Drive these torques or forces, N m or N, with open brakes. A drive that is off is switched on first, and gives its
@@ -42,7 +42,7 @@ pub trait JointIo<const N: usize> {
     fn safe(&mut self, action: SafeAction);
 }
 
-/// A line that is not there.
+/// A pin that does not exist.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoPin;
 

@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`board`] | what a board must do; the boards themselves belong to the program |
+//! | [`board`] | the interface of a board; the boards themselves belong to the program |
 //! | [`joint_io`] | ways of reaching the joints: CAN actuators, PWM drives with magnetic encoders |
 //!
 //! The program joins them with [`session`], which the desk runs too.

@@ -1,29 +1,29 @@
-//! Why a command could not be carried out, and how the program ends.
+//! Reasons why a command fails, and the exit codes of the program.
 
 use std::io;
 use std::path::Path;
 
-/// Exit code: something outside failed.
+/// Exit code: something outside the program failed.
 pub const OUTSIDE: u8 = 1;
 /// Exit code: bad input.
 pub const INPUT: u8 = 2;
-/// Exit code: the run ended in a fault, or the simulated arm ran away.
+/// Exit code: the run ended in a fault, or the simulation of the arm diverged.
 pub const FAULT: u8 = 3;
 /// Exit code: chip and desk differed.
 pub const PARITY: u8 = 4;
-/// Exit code: interrupted, as shells have it for Ctrl-C.
+/// Exit code: interrupted; the code of shells for Ctrl-C.
 pub const INTERRUPTED: u8 = 130;
 
-/// Why a command could not be carried out.
+/// Reason why a command failed.
 #[derive(Debug)]
 pub enum Failure {
     /// A file, a line or an option is wrong.
     Input(miette::Report),
-    /// The target died or answers nonsense.
+    /// The target failed or sent an invalid answer.
     Target(miette::Report),
     /// A result cannot be written.
     Output(io::Error),
-    /// Interrupted before there was anything to write.
+    /// Interrupted before there was a result to write.
     Interrupted,
 }
 
@@ -43,7 +43,7 @@ impl Failure {
         }
     }
 
-    /// What to tell the person.
+    /// Message for the user.
     #[must_use]
     pub fn report(self) -> miette::Report {
         match self {
@@ -54,7 +54,7 @@ impl Failure {
     }
 }
 
-/// A file that cannot be written, or was left half written.
+/// Failure for a file that cannot be written, or was left half written.
 pub(crate) fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Output(io::Error::other(format!("{}: {error}", path.display())))
 }

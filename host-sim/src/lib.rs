@@ -1,17 +1,18 @@
 //! Closed-loop simulation on the desk and against the emulated chip.
 //!
-//! Each room may name itself and those above it; `tests/desk/rooms.rs` holds that.
+//! Modules are called rooms here. A room may use itself and the rooms above it in the table; `tests/desk/rooms.rs`
+//! checks that.
 //!
 //! | room | holds |
 //! |---|---|
-//! | [`plant`] | the simulated arm, its actuators and sensors: f64, an algorithm of its own |
+//! | [`plant`] | the simulated arm, its actuators and sensors: f64, with its own algorithm |
 //! | [`run`] | the loop once per control period, from a scene to a record, a summary and plots |
 //! | [`chip`] | the firmware in an emulated STM32F405, driven in lock step |
-//! | [`session`] | the firmware under its safety state machine, and who talks to it: drill, operator, replay, serial port |
-//! | [`study`] | answers that are computed: trade, torque error, extremes, campaign, statics, energy, linkages |
-//! | [`cli`] | one file a command: its arguments, help, call and print |
+//! | [`session`] | the firmware under its safety state machine, and its hosts: drill, operator, replay, serial port |
+//! | [`study`] | computed answers: trade, torque error, extremes, campaign, statics, energy, linkages |
+//! | [`cli`] | one file per command: its arguments, help, call and print |
 //!
-//! [`failure`], why a command could not be carried out, and tables are for all of them.
+//! All rooms use [`failure`], the reasons why a command fails, and the tables.
 #![forbid(unsafe_code)]
 
 pub mod chip;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 fn main() -> ExitCode {
-    // Messages are read by scripts too, which search them for a line number: no line is broken in the middle.
+    // Scripts read the messages too and search them for a line number: no line is broken in the middle.
     let unbroken = || miette::MietteHandlerOpts::new().wrap_lines(false).build();
     if let Err(error) = miette::set_hook(Box::new(move |_| Box::new(unbroken()))) {
         eprintln!("{error}");
@@ -39,7 +39,7 @@ fn main() -> ExitCode {
     }))
 }
 
-/// A flag that Ctrl-C sets. The loop looks at it in every tick, and no tick waits longer than the chip's timeout.
+/// Returns a flag that Ctrl-C sets. The loop checks it in every tick, and no tick waits longer than the chip's timeout.
 fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -49,7 +49,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
-/// How often Ctrl-C was pressed: whoever operates an arm stops it on the first, and leaves on the second.
+/// Returns a counter of Ctrl-C presses: the first press stops the operator's arm, the second ends the program.
 fn presses() -> Arc<AtomicU32> {
     let presses = Arc::new(AtomicU32::new(0));
     let count = Arc::clone(&presses);

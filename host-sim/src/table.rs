@@ -2,7 +2,7 @@
 
 use comfy_table::{CellAlignment, Row, Table, presets};
 
-/// A table whose first columns are words and the others numbers.
+/// A table with a head. Its first `words` columns are text on the left; the others are numbers on the right.
 pub(crate) fn table(head: impl Into<Row>, words: usize) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);

@@ -122,8 +122,8 @@ impl core::error::Error for DecodeError {}
 pub struct Received {
     /// The frame.
     pub frame: Frame,
-    /// Packets lost between the last good one and this, modulo 256. A hello starts the count afresh. From [`STALE`] on it is taken
-    /// for a packet that was there before (256 less this many ago), and what is expected next stays what it was.
+    /// Packets lost between the last good one and this, modulo 256. A hello starts the count afresh. From [`STALE`] on
+    /// the packet counts as a repeated or late one (256 less this many ago), and the expected number stays the same.
     pub missed: u8,
 }
 
@@ -151,10 +151,10 @@ impl Decoder {
         Self { bytes: heapless::Vec::new(), overlong: false, expected: None }
     }
 
-    /// Take one byte; a zero ends a packet and gives what it held. Zeros without anything between them give nothing.
+    /// Take one byte; a zero ends a packet and gives its frame. Zeros without anything between them give nothing.
     ///
     /// # Errors
-    /// [`DecodeError`] names what is wrong with the packet that ended. Never panics, whatever the bytes.
+    /// [`DecodeError`] names the fault of the packet that ended. Never panics, for any bytes.
     pub fn push(&mut self, byte: u8) -> Option<Result<Received, DecodeError>> {
         if byte != 0 {
             self.overlong |= self.bytes.push(byte).is_err();
@@ -179,7 +179,8 @@ impl Decoder {
             _ => self.expected.unwrap_or(sequence),
         };
         let missed = sequence.wrapping_sub(expected);
-        // What comes again or too late moves nothing: else all that follows a packet that is replayed would be believed.
+        // A repeated or late packet does not move the expected number: otherwise all packets after a replayed one would
+        // be accepted.
         self.expected = Some(if missed < STALE { sequence.wrapping_add(1) } else { expected });
         Received { frame, missed }
     }

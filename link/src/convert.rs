@@ -10,9 +10,9 @@ use nalgebra::{Matrix3, Vector3};
 /// A frame has values for another number of joints than the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JointCountMismatch {
-    /// What the controller was built for.
+    /// Number of joints of the controller.
     pub expected: usize,
-    /// What the frame holds.
+    /// Number of joints in the frame.
     pub found: usize,
 }
 
@@ -32,7 +32,7 @@ impl From<JointCountMismatch> for frame::Refusal {
 }
 
 /// A payload whose inertia tensor is not symmetric to the last bit. A frame carries six of its nine entries: the chip
-/// would compute with others than the host.
+/// would compute with other entries than the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AsymmetricInertia {
     /// The entry above the diagonal that differs from the one below: `"xy"`, `"xz"` or `"yz"`.
@@ -73,7 +73,7 @@ impl frame::Measurement {
         Self { tick, age_ticks: measurement.age_ticks, sensed: frame::Sensed::new(&measurement.sensed) }
     }
 
-    /// What the controller takes.
+    /// Converts to the controller's type.
     ///
     /// # Errors
     /// [`JointCountMismatch`] when the frame is for another number of joints.
@@ -92,7 +92,7 @@ impl frame::Sensed {
         }
     }
 
-    /// What the controller takes.
+    /// Converts to the controller's type.
     ///
     /// # Errors
     /// [`JointCountMismatch`] when the frame is for another number of joints.
@@ -111,7 +111,7 @@ impl frame::Reference {
         Self { q: joints(&reference.q), qd: joints(&reference.qd), qdd: joints(&reference.qdd) }
     }
 
-    /// What the controller takes.
+    /// Converts to the controller's type.
     ///
     /// # Errors
     /// [`JointCountMismatch`] when the frame is for another number of joints.
@@ -146,7 +146,7 @@ impl frame::Live {
         })
     }
 
-    /// What the controller takes.
+    /// Converts to the controller's type.
     ///
     /// # Errors
     /// [`JointCountMismatch`] when the frame is for another number of joints.
@@ -165,7 +165,7 @@ impl frame::Live {
         })
     }
 
-    /// Whether no number is NaN or infinite.
+    /// Whether all numbers are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let Self { gravity, tip_wrench, payload: frame::Payload { mass, first_moment, inertia }, rotor } = self;
@@ -191,7 +191,7 @@ impl frame::Frame {
 }
 
 impl frame::Request {
-    /// Each with the word for it.
+    /// Each request with its word.
     pub const NAMES: [(Self, &'static str); 7] = [
         (Self::Home, "home"),
         (Self::Confirm, "confirm"),
@@ -202,7 +202,7 @@ impl frame::Request {
         (Self::Clear, "clear"),
     ];
 
-    /// What the safety state machine takes.
+    /// Converts to the safety state machine's type.
     #[must_use]
     pub const fn to_core(self) -> Request {
         match self {
@@ -236,7 +236,7 @@ impl frame::Denial {
 }
 
 impl frame::Actuation {
-    /// The frame's part that carries what the drives do.
+    /// The frame's part that carries the action of the drives.
     #[must_use]
     pub fn new<const N: usize>(actuation: &Actuation<f32, N>) -> Self {
         match actuation {
@@ -251,7 +251,7 @@ impl frame::Actuation {
 }
 
 impl frame::Command {
-    /// What the control loop gave on the other side.
+    /// Converts to the command that the control loop computed on the other side.
     ///
     /// # Errors
     /// [`JointCountMismatch`] when the frame is for another number of joints.

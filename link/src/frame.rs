@@ -1,12 +1,12 @@
-//! What is said over the link. SI units and radians; joint values base first.
+//! Frames of the link. SI units and radians; joint values base first.
 
 use serde::{Deserialize, Serialize};
 
 /// Most joints that a frame carries.
 pub const JOINTS_MAX: usize = 6;
 
-/// One value per joint, base first. The count travels with it, so that frames need no type parameter and a peer that
-/// was built for another arm is caught by name instead of misread.
+/// One value per joint, base first. The count travels with it, so that frames need no type parameter and a peer for
+/// another arm gets a named error instead of being misread.
 pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 
 /// Any frame.
@@ -19,56 +19,56 @@ pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 /// | measurement | host | once per tick; its arrival starts the tick on a board in lock step |
 /// | command | MCU | answer to a measurement |
 /// | fault | MCU | answer to a measurement when the controller brakes |
-/// | refusal | MCU | answer to whatever could not be used |
+/// | refusal | MCU | answer to any frame that could not be used |
 /// | request | host | asks the safety state machine for a change; the next status grants or refuses it |
-/// | lines | host | what the board's own lines would say, from the next tick on; in a drill alone |
+/// | lines | host | simulated lines of the board, from the next tick on; in a drill alone |
 /// | point | host | the next point of the trajectory; answered only when it is refused |
-/// | alive | host | the host is there: any other frame says so too |
+/// | alive | host | sign of life of the host; any other frame is one too |
 /// | watch | host | which parts of which ticks to report |
 /// | dump | host | send the black box |
 /// | get, set | host | read or change a parameter; both are answered with its value |
-/// | status | MCU | a tick under the safety state machine: every one of a drill, those that are watched else |
+/// | status | MCU | a tick under the safety state machine: every tick of a drill, otherwise the watched ticks |
 /// | past | MCU | a tick out of the black box, oldest first; empty behind the last |
 /// | value | MCU | a parameter and its bounds |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Frame {
-    /// Who is speaking.
+    /// Identity of the sender.
     Hello(Hello),
-    /// What the sensors say.
+    /// Reading of the sensors.
     Measurement(Measurement),
-    /// What the arm should be doing.
+    /// Reference for the arm.
     Reference(Reference),
-    /// What the actuators should do.
+    /// Torques for the actuators.
     Command(Command),
-    /// Why there is no command.
+    /// Reason why there is no command.
     Fault(Fault),
-    /// Why the frame before was not used.
+    /// Reason why the frame before was not used.
     Refusal(Refusal),
-    /// What acts on the arm.
+    /// Live inputs of the scene.
     Live(Live),
-    /// What the safety state machine is asked for.
+    /// Request to the safety state machine.
     Request(Request),
-    /// What the lines of a board say.
+    /// State of a board's lines.
     Lines(Lines),
-    /// Where the arm should be some ticks after the point before.
+    /// Next point of the trajectory, some ticks after the point before.
     Point(Point),
     /// The host is there.
     Alive,
-    /// What to report.
+    /// Choice of reports.
     Watch(Watch),
-    /// Send what the black box holds.
+    /// Request for the contents of the black box.
     Dump,
     /// Read the parameter with this number.
     Get(u8),
     /// Change a parameter.
     Set(Setting),
-    /// What a tick did.
+    /// Report of a tick.
     #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
     Status(Status),
-    /// What a tick did that the black box remembers; `None` behind the last.
+    /// Report of a tick in the black box; `None` behind the last.
     #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
     Past(Option<Status>),
-    /// What a parameter is.
+    /// Value of a parameter.
     #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
     Value(Value),
 }
@@ -80,7 +80,7 @@ impl Frame {
     pub const KINDS: u8 = if cfg!(feature = "host") { 18 } else { 15 };
 }
 
-/// What a peer was built from. Both sides say it; they run only when it agrees.
+/// Build data of a peer. Both sides send it; they run only when it agrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
     /// Hash of the robot, the scene and the controller's configuration.
@@ -89,21 +89,21 @@ pub struct Hello {
     pub joints: u8,
     /// Control rate, Hz.
     pub rate_hz: f32,
-    /// What starts a tick: the host asks, the MCU repeats.
+    /// Source of ticks: the host asks, the MCU repeats.
     pub pacing: Pacing,
 }
 
-/// What starts a tick, and who stands between the controller and the drives.
+/// Source of ticks, and whether the safety state machine stands between the controller and the drives.
 ///
 /// On the bench there is the controller alone, and no drive is ever driven: torque goes back over the link and nowhere else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Pacing {
-    /// Bench: each measurement starts one: for an emulated chip, whose time runs on while the host computes.
+    /// Bench: each measurement starts a tick: for an emulated chip, whose time runs on while the host computes.
     LockStep,
     /// Bench: the timer, at the control rate; a tick takes the newest measurement and knows its age.
     Timer,
-    /// The safety state machine stands in between, each measurement starts a tick, and the host plays the lines of the board. No
-    /// drive is driven.
+    /// The safety state machine stands in between, each measurement starts a tick, and the host simulates the lines of
+    /// the board. No drive is driven.
     Drill,
     /// The safety state machine stands in between, the timer starts ticks, and the drives are driven.
     Live,
@@ -123,7 +123,7 @@ impl Pacing {
     }
 }
 
-/// What the sensors say, and for which tick.
+/// Reading of the sensors, and its tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
     /// Number of the tick; the answer repeats it.
@@ -148,7 +148,7 @@ pub enum Sensed {
     Counts(Joints<i32>),
 }
 
-/// What the arm should be doing, until the next reference.
+/// Reference for the arm, until the next one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
     /// Joint position, rad or m.
@@ -166,7 +166,7 @@ pub struct Live {
     pub gravity: [f32; 3],
     /// Wrench of the environment on the arm at the tip's origin, in tip axes: force, N, then moment, N m.
     pub tip_wrench: [f32; 6],
-    /// What the tip holds, in the last link's frame.
+    /// Payload at the tip, in the last link's frame.
     pub payload: Payload,
     /// Reflected rotor inertias, kg m^2 (kg for a prismatic joint).
     pub rotor: Joints<f32>,
@@ -183,20 +183,20 @@ pub struct Payload {
     pub inertia: [f32; 6],
 }
 
-/// What the actuators should do.
+/// Torques for the actuators.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Command {
     /// The tick this answers.
     pub tick: u32,
-    /// Actuator torque or force, N m or N: the very bits that were computed.
+    /// Actuator torque or force, N m or N: exactly the computed bits.
     pub torque: Joints<f32>,
     /// Limits that acted, as the bits of [`dynamics_core::control::LimitFlags`].
     pub limits: Joints<u8>,
-    /// What the controller's tick cost, where the board can count it exactly.
+    /// Cost of the controller's tick, where the board can count it exactly.
     pub cost: Option<Cost>,
 }
 
-/// What a tick cost. Instructions and cycles are different things and never stand in one column.
+/// Cost of a tick. Instructions and cycles are different things and never stand in one column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cost {
     /// Instructions executed, as the emulator counts them.
@@ -205,10 +205,10 @@ pub enum Cost {
     Cycles(u32),
 }
 
-/// Why the controller brakes.
+/// Reason why the controller brakes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
-    /// The tick this answers; for a fault without a measurement, the last tick there was.
+    /// The tick this answers; for a fault without a measurement, the last tick before it.
     pub tick: u32,
     /// Stable number of the fault: [`dynamics_core::Fault::code`].
     pub code: u8,
@@ -216,7 +216,7 @@ pub struct Fault {
     pub joint: Option<u8>,
 }
 
-/// Why the MCU did not use what it received.
+/// Reason why the MCU did not use a received frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Refusal {
     /// The packet could not be decoded.
@@ -230,9 +230,9 @@ pub enum Refusal {
     NoHello,
     /// The frame has values for another number of joints.
     JointCount {
-        /// What the controller was built for.
+        /// Number of joints of the controller.
         expected: u8,
-        /// What came.
+        /// Number of joints in the frame.
         found: u8,
     },
     /// The hello was for another robot, joint count or rate; the MCU's own hello came before this.
@@ -241,9 +241,10 @@ pub enum Refusal {
     NoReference,
     /// The MCU never receives this kind of frame.
     Unexpected,
-    /// A live input is NaN or infinite; those from before hold on.
+    /// A live input is NaN or infinite; the earlier ones stay in force.
     NonFiniteLive,
-    /// A point's position, velocity or acceleration, or what the way to it is computed from, is NaN or infinite.
+    /// A point's position, velocity or acceleration, or a number from which the way to it is computed, is NaN or
+    /// infinite.
     NonFinitePoint,
     /// The trajectory holds as many points as it can; send this one again when the status shows room.
     TrajectoryFull,
@@ -255,7 +256,7 @@ pub enum Refusal {
     NoParameter,
     /// The parameter is fixed by the scene that the firmware was built from.
     Fixed,
-    /// The value is outside the parameter's bounds, or no number; a payload that cannot be, or is too heavy; too much gravity.
+    /// The value is outside the parameter's bounds, or NaN; an impossible or too heavy payload; too much gravity.
     OutOfBounds,
     /// Another change waits for its tick.
     Busy,
@@ -266,10 +267,10 @@ pub enum Refusal {
     },
 }
 
-/// What the safety state machine is asked for. See [`dynamics_core::safety::Request`].
+/// Request to the safety state machine. See [`dynamics_core::safety::Request`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Request {
-    /// Forget where zero was, and look for it.
+    /// Forget the zeros, and look for them.
     Home,
     /// The zeros are right.
     Confirm,
@@ -285,7 +286,7 @@ pub enum Request {
     Clear,
 }
 
-/// What the lines of a board say beside the joints' readings.
+/// State of a board's lines, beside the joints' readings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lines {
     /// The emergency stop is pressed, or its wire is broken.
@@ -303,7 +304,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Nothing is wrong, every joint knows its zero, and nothing else is measured.
+    /// No fault, every joint knows its zero, and nothing else is measured.
     pub const CALM: Self =
         Self { emergency_stop: false, overrun: false, zeroed: true, drive_fault: 0, supply: None, temperature: None };
 }
@@ -314,11 +315,11 @@ impl Lines {
 pub struct Point {
     /// Ticks from the point before to this; 0 starts a new trajectory here.
     pub ticks: u16,
-    /// Where, how fast, how much faster.
+    /// Position, velocity and acceleration.
     pub reference: Reference,
 }
 
-/// What to report, and how often.
+/// Choice of reports, and their rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Watch {
     /// Every so many ticks; 0 never.
@@ -334,13 +335,13 @@ pub struct Parts(u8);
 impl Parts {
     /// None of them.
     pub const NONE: Self = Self(0);
-    /// Readings and lines: all that the tick was told by the board.
+    /// Readings and lines: all inputs of the tick from the board.
     pub const SENSED: Self = Self(1);
     /// Torques and limits.
     pub const TORQUE: Self = Self(2);
     /// The trajectory's reference.
     pub const REFERENCE: Self = Self(4);
-    /// What the tick cost.
+    /// Cost of the tick.
     pub const COST: Self = Self(8);
     /// All of them.
     pub const ALL: Self = Self(15);
@@ -373,15 +374,15 @@ pub struct Setting {
 pub struct Value {
     /// Its number.
     pub index: u8,
-    /// What it is.
+    /// Its value.
     pub value: f32,
-    /// What it can be set to at least; NaN where it is fixed.
+    /// Lowest value that can be set; NaN where it is fixed.
     pub low: f32,
-    /// What it can be set to at most; NaN where it is fixed.
+    /// Highest value that can be set; NaN where it is fixed.
     pub high: f32,
 }
 
-/// What a tick under the safety state machine was told, and what it did.
+/// Inputs and outputs of a tick under the safety state machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct Status {
@@ -397,21 +398,21 @@ pub struct Status {
     pub joint: Option<u8>,
     /// The joints' zeros have been confirmed.
     pub homed: bool,
-    /// Why the request of this tick was not granted.
+    /// Reason why the request of this tick was not granted.
     pub refused: Option<Denial>,
     /// Points that the trajectory has room for.
     pub room: u8,
-    /// What the drives do; `None` where it was not asked for.
+    /// Action of the drives; `None` where it was not requested.
     pub actuation: Option<Actuation>,
-    /// What the board's sensors and lines said; `None` where it was not asked for.
+    /// Readings of the board's sensors and lines; `None` where they were not requested.
     pub sensed: Option<SensedLines>,
-    /// The trajectory's reference, where it was asked for and there is one.
+    /// The trajectory's reference, where it was requested and there is one.
     pub reference: Option<Reference>,
-    /// What the tick cost, where it was asked for and can be counted exactly.
+    /// Cost of the tick, where it was requested and can be counted exactly.
     pub cost: Option<TickCost>,
 }
 
-/// Why a request was not granted.
+/// Reason why a request was not granted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct Denial {
@@ -423,26 +424,26 @@ pub struct Denial {
     pub joint: Option<u8>,
 }
 
-/// What the drives do.
+/// Action of the drives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub enum Actuation {
     /// These torques or forces, N m or N, and which limits acted.
     Drive {
-        /// The very bits that were computed.
+        /// Exactly the computed bits.
         torque: Joints<f32>,
         /// As the bits of [`dynamics_core::control::LimitFlags`].
         limits: Joints<u8>,
     },
     /// Drives off, brakes engaged.
     Brake,
-    /// The drives take the motion out by themselves.
+    /// The drives damp the motion by themselves.
     DampedStop,
     /// Drives off.
     Off,
 }
 
-/// All that a board said in a tick.
+/// Readings and lines of a board in a tick.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct SensedLines {
@@ -454,12 +455,12 @@ pub struct SensedLines {
     pub lines: Lines,
 }
 
-/// What a tick cost.
+/// Costs of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct TickCost {
     /// Trajectory, safety state machine and controller.
     pub all: Cost,
-    /// The controller alone, where it was asked.
+    /// The controller alone, where it was called.
     pub controller: Option<Cost>,
 }

@@ -7,13 +7,13 @@
 //! ```
 //!
 //! COBS leaves no zero byte inside a packet, so a receiver that has lost its place finds it again at the next zero. The
-//! version stands in every packet, outside the serialised part: a peer of another version is told apart from noise. The
-//! sequence number counts packets, wraps at 256, and shows how many were lost on the way.
+//! version stands in every packet, outside the serialised part: a receiver can tell a peer of another version from
+//! noise. The sequence number counts packets, wraps at 256, and shows how many were lost on the way.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frame`] | what is said: the bench's frames, and those of an arm that is operated |
-//! | [`codec`] | how it is said: encoder, decoder, their errors |
+//! | [`frame`] | the frames: those of the bench, and those of an arm in operation |
+//! | [`codec`] | packets on the wire: encoder, decoder, their errors |
 //! | [`convert`] | to and from the types of the control loop |
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-//! What must hold of every packet, for every frame and for every damage.
+//! Properties of every packet, for every frame and every kind of damage.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use link::codec::Received;
@@ -190,7 +190,8 @@ proptest! {
     }
 }
 
-/// All but hellos are told from new ones however many come again, and what is new after them is taken.
+/// Repeated packets except hellos are told from new ones, however many come again, and new packets after them are
+/// accepted.
 #[test]
 fn packets_that_come_again_are_known_for_it_and_change_nothing() {
     let mut encoder = Encoder::new();

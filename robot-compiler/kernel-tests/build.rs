@@ -9,11 +9,11 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// The scene of which every function is written.
+/// The scene whose arm gets a kernel of every function.
 const EVERY_FUNCTION: &str = "stanford_reach";
-/// The scenes of which kernels are written for every scalar.
+/// The scenes whose kernels are written for every scalar.
 const EVERY_SCALAR: [&str; 4] = ["ur5_wave", "puma560_pick", "stanford_reach", "scara_pick"];
-/// The scene of which a kernel is written with everything live.
+/// The scene whose kernel is also written with every term live.
 const LIVE: &str = "puma560_pick";
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,10 +1,10 @@
-//! What a scene needs.
+//! Choices that follow from a scene: its terms, its loop gain and its inverse dynamics.
 //!
 //! | module | holds |
 //! |---|---|
 //! | `terms` | the fewest terms of a model that a tolerance allows |
-//! | `loop_gain` | how strong the feedback is with them |
-//! | `dynamics` | the inverse dynamics that a scene asks for, on the desk |
+//! | `loop_gain` | the strength of the feedback that remains with these terms |
+//! | `dynamics` | the inverse dynamics that a scene asks for, run on the desk |
 
 mod dynamics;
 mod loop_gain;

@@ -1,6 +1,6 @@
-//! What robots and scenes are: their types, what is checked of them, and the numbers of the core that they stand for.
+//! Robots and scenes as data: their types, their checks, and their conversion to the numbers of the core.
 //!
-//! Nothing here knows what a file looks like.
+//! No module here knows a file format.
 
 pub(crate) mod diagnostics;
 mod dof;

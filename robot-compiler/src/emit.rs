@@ -1,10 +1,12 @@
 //! A checked arm and its controller as Rust source for the chip.
 //!
 //! The desk reads and checks the files; the chip gets numbers. Every literal is the shortest decimal that reads back as the
-//! same number, so the chip computes with the very bits that the desk hashed. A firmware computes in single precision, whatever
-//! the scene says of the desk; what only measures costs ([`cost`]) computes in the scene's own scalar.
+//! same number, so the chip computes with the same bits that the desk hashed. A firmware computes in single precision,
+//! whatever scalar the scene sets for the desk. Programs that only measure costs ([`cost`]) compute in the scene's own
+//! scalar.
 
 mod arm;
+mod changed;
 pub mod cost;
 mod drives;
 mod dynamics;
@@ -14,6 +16,7 @@ mod firmware;
 mod items;
 pub mod kernel;
 pub mod modules;
+pub mod page;
 mod protection;
 
 pub use arm::{arm_module, arm_module_in};

@@ -4,17 +4,17 @@
 //! core's own recursion --tape--> arena --rules--> program --schedule--> source
 //! ```
 //!
-//! The compiler runs the generic recursion of `dynamics-core` once, on a scalar that writes down what is done to it, and
-//! prints what is left. It holds no equation of its own.
+//! The compiler runs the generic recursion of `dynamics-core` once, on a scalar that records every operation, and prints
+//! the remaining operations. It holds no equation of its own.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`tape`] | the scalar and its arena |
-//! | `rules`, `rewrites` | level `exact`: what keeps every result equal |
+//! | `rules`, `rewrites` | level `exact`: rewrites that keep every result equal |
 //! | `regroup`, `frames`, `identities`, `algebra` | level `regrouped`: fewer operations, other rounding |
-//! | [`functions`] | what can be traced, and the names of inputs |
-//! | [`interpreter`] | a program run fast where there is no compiler |
-//! | `program`, `schedule` | what the outputs need, in an order that keeps few values alive |
+//! | [`functions`] | the functions that can be traced, and the names of inputs |
+//! | [`interpreter`] | a program run fast without a compiler |
+//! | `program`, `schedule` | the operations that the outputs need, in an order that keeps few values alive |
 
 mod algebra;
 mod arena;
@@ -41,7 +41,7 @@ use arena::{Arena, Expr};
 use dynamics_core::{Inertia, Model, Scene, Term};
 use frames::Frames;
 
-/// How far the operations may leave those of the recursion.
+/// How far the operations may differ from those of the recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Every result equal (`==`) to the generic recursion's.
@@ -68,7 +68,7 @@ impl Named for Level {
     ];
 }
 
-/// Trace a function of the arm in the scene, and simplify it.
+/// Traces a function of the arm in the scene, and simplifies it.
 ///
 /// For six joints: a few milliseconds at level exact, about a tenth of a second regrouped, because frames are searched.
 #[must_use]
@@ -90,16 +90,16 @@ pub fn compile<const N: usize>(
 pub enum Step {
     /// The search for the cheapest frames.
     Frames,
-    /// What a joint cannot feel moves into the parent.
+    /// Inertia that a joint cannot feel moves into the parent.
     BaseParameters,
-    /// What is equal in every state is computed once.
+    /// Values that are equal in every state are computed once.
     Identities,
-    /// What is common to sums and products is taken out.
+    /// Common factors and sums are taken out.
     Algebra,
 }
 
 impl Step {
-    /// All of them, in their order.
+    /// All steps, in their order.
     pub const ALL: [Self; 4] = [Self::Frames, Self::BaseParameters, Self::Identities, Self::Algebra];
 
     /// Its name in tables.
@@ -126,7 +126,7 @@ pub fn compile_without<const N: usize>(
     regrouped(function, model, scene, Some(step), precision)
 }
 
-/// Trace with some rules only, to measure what each saves. Results are equal (`==`) whatever the rules.
+/// Traces with some rules only, to measure what each saves. Results are equal (`==`) with any set of rules.
 #[must_use]
 pub fn compile_with<const N: usize>(
     function: Function,
@@ -139,7 +139,7 @@ pub fn compile_with<const N: usize>(
     Program::new(arena, &outputs)
 }
 
-/// Frames chosen by what they cost, base parameters in them, then what is equal or common taken out.
+/// Chooses the cheapest frames, uses base parameters in them, then takes out equal and common values.
 fn regrouped<const N: usize>(
     function: Function,
     model: &Model<f64, N>,
@@ -154,7 +154,7 @@ fn regrouped<const N: usize>(
         Some(Step::Frames | Step::Algebra) | None => {}
     }
     let (arena, outputs) = if function == Function::JointWrenches {
-        // Neither frames nor base parameters leave the wrenches as they are: they are what a frame and its link feel.
+        // Frames and base parameters both change the wrenches, because a wrench belongs to a frame and its link.
         functions::record(function, model, scene, None, Arena::new(RuleSet::ALL, precision))
     } else {
         let (model, scene) = holding(model, scene);
@@ -170,16 +170,16 @@ fn regrouped<const N: usize>(
     }
 }
 
-/// The steps of level `regrouped`. A test puts wrong ones in.
+/// The steps of level `regrouped`. A test replaces some by wrong ones.
 struct Regrouping {
     unfelt: regroup::Unfelt,
     turning: frames::Turning,
-    /// None: identities are not looked for.
+    /// `None` turns the search for identities off.
     angle: Option<identities::Angle>,
     moves: algebra::Moves,
 }
 
-/// The right ones.
+/// The correct steps.
 const REGROUPING: Regrouping = Regrouping {
     unfelt: regroup::unfelt,
     turning: frames::TURNING,
@@ -188,7 +188,7 @@ const REGROUPING: Regrouping = Regrouping {
 };
 
 impl Regrouping {
-    /// The frames in which the function takes the fewest operations, before what is common is taken out.
+    /// The frames in which the function takes the fewest operations, before common values are taken out.
     fn cheapest_frames<const N: usize>(
         &self,
         function: Function,
@@ -196,7 +196,7 @@ impl Regrouping {
         scene: &Scene<f64, N>,
         precision: Precision,
     ) -> Frames<N> {
-        // A live payload is given in the frame that the model has on the last link.
+        // A live payload is given in the model's frame of the last link, so that frame must stay.
         let free = core::array::from_fn(|i| i + 1 < N || !matches!(scene.payload, Term::Live));
         Frames::cheapest(model, &free, |frames| {
             let (arena, outputs) = self.record(function, model, scene, frames, precision);
@@ -223,7 +223,7 @@ impl Regrouping {
     }
 }
 
-/// The arm with a constant payload as part of it.
+/// Makes a constant payload a part of the arm.
 fn holding<const N: usize>(model: &Model<f64, N>, scene: &Scene<f64, N>) -> (Model<f64, N>, Scene<f64, N>) {
     let Term::Constant(payload) = scene.payload else { return (*model, *scene) };
     let tip = model.tip();

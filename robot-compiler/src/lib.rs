@@ -1,14 +1,14 @@
-//! Robot and scene files, read, checked, and turned into what the core and the firmware run on.
+//! Robot and scene files: read, checked, and converted to the data that the core and the firmware run on.
 //!
 //! | module | holds |
 //! |---|---|
-//! | `describe` | what an arm, a linkage and a scene are, and the core's numbers for them; in public [`scene`], [`drive`] |
+//! | `describe` | the types of an arm, a linkage and a scene, and the core's numbers for them; in public [`scene`], [`drive`] |
 //! | `read` | TOML and URDF files: `load` of [`Robot`], [`LinkageFile`] and [`SceneFile`]; errors point at file, line and field |
-//! | [`choose`] | what a scene needs: the fewest terms, the loop gain that is left, the dynamics that it asks for |
+//! | [`choose`] | choices for a scene: the fewest terms, the remaining loop gain, the inverse dynamics |
 //! | [`kernel`] | from a model and a scene to a straight-line program |
 //! | [`emit`] | a checked arm, its controller and its kernels as Rust source for the chip |
-//! | [`names`] | what is chosen by name: laws, scalars, sines and cosines, levels, functions |
-//! | [`precision`] | what rounding costs: a reference with 31 digits, and a bound on the error for a whole box of states |
+//! | [`names`] | choices by name: laws, scalars, sines and cosines, levels, functions |
+//! | [`precision`] | rounding errors: a reference with 31 digits, and a bound on the error for a whole box of states |
 //!
 //! ```
 //! use robot_compiler::{Robot, with_dof};

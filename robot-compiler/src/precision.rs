@@ -1,8 +1,8 @@
-//! Two scalars that tell what rounding costs: both run through the recursion and the kernels as they stand.
+//! Two scalars that measure rounding errors. The recursion and the kernels run on both without change.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`DoubleDouble`] | a reference with about 31 digits: what is left out cannot be seen beside the error of `f64` |
+//! | [`DoubleDouble`] | a reference with about 31 digits: its own error is negligible beside the error of `f64` |
 //! | [`Bounded`] | a value's interval and a proven bound on its rounding error, for every state of a box at once |
 
 mod double_double;

@@ -1,4 +1,4 @@
-//! Files as they are written, read into what they describe.
+//! Readers of files, from text to descriptions.
 
 mod fields;
 mod linkage;

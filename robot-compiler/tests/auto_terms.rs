@@ -1,4 +1,4 @@
-//! `terms = "auto"`: the fewest terms that keep a tolerance, and that everybody sees the same.
+//! `terms = "auto"`: the fewest terms that keep a tolerance, the same for desk, firmware and hash.
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::float_cmp, reason = "a tolerance from a file must come through unchanged")]
 
@@ -12,8 +12,7 @@ use robot_compiler::scene::ModelTerm;
 use robot_compiler::{SceneFile, emit, with_dof};
 use std::path::Path;
 
-mod common;
-use common::top;
+use crate::common::top;
 
 const AUTO: &str = "scenes/puma560_auto.toml";
 
@@ -56,7 +55,7 @@ fn a_wider_tolerance_never_keeps_more_and_ends_with_the_rotors() {
         assert!(gone >= last, "{tolerance}: {gone} terms go, {last} with less");
         last = gone;
     }
-    // Without rotors the flange would have next to no loop gain, whatever the torque error may be.
+    // Without rotors the flange would have almost no loop gain at any torque error.
     assert_eq!(last, 5);
     assert_eq!(auto(0.5, &[]).model.terms(), [ModelTerm::Rotors]);
     assert_eq!(given_up(&auto(0.0, &[])), []);
@@ -67,7 +66,7 @@ fn what_is_left_keeps_the_tolerance_and_no_other_set_is_smaller() {
     let whole = auto(0.0, &[]);
     let model = whole.robot.model::<6>().unwrap();
     let along = Along::new(&whole, &model).unwrap();
-    // By hand: error and operations of every set that could go.
+    // Computed here from the error and the operations of every set.
     let terms =
         |set: usize| -> Vec<ModelTerm> { (0..6).filter(|i| set & (1 << i) != 0).map(|i| ModelTerm::ALL[i]).collect() };
     let errors: Vec<f64> = (0..64).map(|set| along.error_without(&terms(set)).worst_of_limit()).collect();
@@ -77,8 +76,8 @@ fn what_is_left_keeps_the_tolerance_and_no_other_set_is_smaller() {
         let gone = given_up(&auto(tolerance, &[]));
         let chosen = (0..64).find(|&set| terms(set) == gone).unwrap();
         assert!(errors[chosen] <= tolerance, "{tolerance}: {}", errors[chosen]);
-        // None takes fewer operations, unless it lives on errors that cancel: a part of it alone would be too much.
-        // Nor one that takes half of the feedback away.
+        // No set takes fewer operations, unless its errors cancel and a part of it alone exceeds the tolerance, or it
+        // removes half of the feedback.
         let may_go = |set: usize| {
             let mut parts = (1..64).filter(|part| part & set == *part);
             parts.all(|part| errors[part] <= tolerance && gains[part] >= LoopGain::LEAST)
@@ -91,7 +90,7 @@ fn what_is_left_keeps_the_tolerance_and_no_other_set_is_smaller() {
 
 #[test]
 fn the_tolerance_is_felt_from_both_sides() {
-    // At the error of a term it may go; a hair below it may not.
+    // With a tolerance equal to the error of a term, the term may go; just below, it may not.
     let scene = auto(0.0, &[]);
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
@@ -117,7 +116,7 @@ fn a_scene_that_says_the_same_terms_is_the_same_to_desk_chip_and_hash() {
         full.model = chosen.model.full().clone();
         assert_ne!(chosen.hash(&model), full.hash(&model));
         assert_ne!(emit::dynamics_module(&chosen, &model), emit::dynamics_module(&full, &model));
-        // The motion does not depend on the choice.
+        // The motion does not depend on the chosen terms.
         assert_eq!(chosen.trajectory(&model).unwrap(), full.trajectory(&model).unwrap());
     });
 }
@@ -139,7 +138,7 @@ fn standing_still_no_velocity_term_is_needed_and_rotors_for_the_loop_alone() {
     let text = format!("{head}{hold}[plant]{tail}").replace("tolerance = 0.002", "tolerance = 0");
     let scene = SceneFile::from_toml_str(&text, &top(AUTO)).unwrap();
     assert_eq!(given_up(&scene), [ModelTerm::VelocityTerms, ModelTerm::Friction]);
-    // They make no torque here, and are most of the inertia.
+    // They make no torque here, but are most of the inertia.
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
     assert_eq!(along.error_without(&[ModelTerm::Rotors]).worst_of_limit(), 0.0);
@@ -162,20 +161,20 @@ fn without_rotors_the_flange_has_next_to_no_loop_gain_and_they_stay() {
     let scene = auto(0.003, &[]);
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
-    // The torque alone would let them go.
+    // The torque error alone would let them go.
     assert!(along.error_without(&[ModelTerm::Rotors]).worst_of_limit() < 0.003);
     let gain = along.loop_gain_without(&[ModelTerm::Rotors]);
     assert_eq!((gain.joint, gain.is_too_weak()), (5, true), "{gain:?}");
     assert!(!given_up(&scene).contains(&ModelTerm::Rotors));
     assert_eq!(along.fewest_terms(0.003).loop_gain.least, along.loop_gain_without(&given_up(&scene)).least);
-    // Where only the flange moves, what the rotors leave it is its own inertia over the whole.
+    // Where only the flange moves, the loop gain without rotors is the flange's own inertia over the whole.
     let by_hand = {
         let full = Dynamics::new(model, scene.model.full().scene(&model));
         let q: [f64; 6] = scene.motion.start().try_into().unwrap();
         let matrix = mass_matrix(&full, &Libm.sin_cos_all(&q), &q, &scene.live(&model));
         (matrix[(5, 5)] - model.links()[5].rotor) / matrix[(5, 5)]
     };
-    // Measured: 2.02e-4. The eigenvalue is no more than any joint's own ratio, and near that of the joint it names.
+    // Measured: 2.02e-4. The eigenvalue is at most any joint's own ratio, and near that of the joint it names.
     assert!(gain.least <= by_hand && gain.least > 0.9 * by_hand, "{gain:?}, {by_hand}");
 }
 
@@ -191,7 +190,7 @@ fn only_inertia_bears_on_the_loop_gain_and_more_of_it_left_out_weakens_it() {
     let [payload, rotors] = [ModelTerm::Payload, ModelTerm::Rotors].map(|term| least(&[term]));
     let both = least(&[ModelTerm::Payload, ModelTerm::Rotors]);
     assert!(0.0 < both && both < rotors && rotors < payload && payload < 1.0, "{both}, {rotors}, {payload}");
-    // A law with fixed inertias loses what its own fixed inertias lose: at the start, joint by joint.
+    // A law with fixed inertias loses the drop in these inertias: at the start, joint by joint.
     let mut fixed = scene.clone();
     fixed.control.law = Law::PdGravity;
     let lost = Along::new(&fixed, &model).unwrap().loop_gain_without(&[ModelTerm::Rotors]);

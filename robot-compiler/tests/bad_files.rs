@@ -1,4 +1,4 @@
-//! Broken files, each with the message that it gets.
+//! Broken files, each with its error message.
 //!
 //! Every file in `tests/bad` breaks one thing. The message as a person sees it, without colour, is a snapshot in
 //! `tests/snapshots`; `INSTA_UPDATE=always cargo test -p robot-compiler --test bad_files` writes them anew.
@@ -9,11 +9,10 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use robot_compiler::{FileError, LinkageFile, Robot, SceneFile};
 use std::path::{Path, PathBuf};
 
-mod common;
+use crate::common::files;
 
-use common::files;
-
-/// Scene files start with `scene_`, linkages with `linkage_`, all others are robots. Paths relative to this package, so that messages are the same everywhere.
+/// Scene files start with `scene_`, linkages with `linkage_`, all others are robots. Paths are relative to this package, so
+/// that messages are the same everywhere.
 fn load(path: &Path) -> Result<(), FileError> {
     let name = path.file_name().unwrap().to_string_lossy();
     if name.starts_with("scene_") {
@@ -81,7 +80,7 @@ fn a_file_that_is_not_there_is_named() {
 
 #[test]
 fn a_model_of_another_size_is_refused() {
-    let robot = Robot::load(&common::top("robots/planar2r.toml")).unwrap();
+    let robot = Robot::load(&crate::common::top("robots/planar2r.toml")).unwrap();
     let error = robot.model::<3>().unwrap_err();
     assert_eq!((error.field(), error.problem(), error.expected()), ("joint", "the robot has 2 joints", "3 joints"));
 }

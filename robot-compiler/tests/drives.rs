@@ -1,7 +1,7 @@
-//! Drives of a robot file: what the chip is given of them.
+//! Drives of a robot file, as numbers for the chip.
 //!
-//! `tests/data/emitted_mit.rs` and `emitted_pwm.rs` are what `emit::drives_module` gives for the two examples. Write them anew
-//! with `UPDATE_EMITTED=1 cargo test -p robot-compiler --test drives`, and look at the difference.
+//! `tests/data/emitted_mit.rs` and `emitted_pwm.rs` are the output of `emit::drives_module` for the two examples. Write
+//! them anew with `UPDATE_EMITTED=1 cargo test -p robot-compiler --test drives`, and look at the difference.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 #![allow(clippy::float_cmp, reason = "the emitted numbers must be the very same")]
@@ -12,7 +12,6 @@ use robot_compiler::drive::JointDrive;
 use robot_compiler::{Robot, SceneFile, emit};
 use std::f64::consts::TAU;
 
-mod common;
 #[path = "data/emitted_mit.rs"]
 #[allow(unreachable_pub, clippy::excessive_precision, reason = "written for a crate of its own")]
 mod emitted_mit;
@@ -20,7 +19,7 @@ mod emitted_mit;
 #[allow(unreachable_pub, clippy::excessive_precision, reason = "written for a crate of its own")]
 mod emitted_pwm;
 
-use common::top;
+use crate::common::top;
 
 fn scene(name: &str) -> SceneFile {
     SceneFile::load(&top(name)).unwrap_or_else(|error| panic!("{error}"))
@@ -143,7 +142,7 @@ fn emitted_source_is_as_rustfmt_would_leave_it() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1000))]
 
-    /// From radians to the actuator's and back, N m too, through the numbers that the chip is given.
+    /// From joint radians to the actuator's and back, and the same for N m, through the numbers for the chip.
     #[test]
     fn calibration_of_a_file_goes_both_ways(
         joint in 0..6_usize, gear in 0.5..20.0_f64, reversed in any::<bool>(), zero in -3.0..3.0_f64,

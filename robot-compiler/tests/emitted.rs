@@ -1,18 +1,17 @@
-//! An emitted module, compiled and compared with what it was made from.
+//! An emitted module, compiled and compared with its source.
 //!
-//! `tests/data/emitted_arm.rs` is what `emit::arm_module` gives for one scene. Write it anew with
+//! `tests/data/emitted_arm.rs` is the output of `emit::arm_module` for one scene. Write it anew with
 //! `UPDATE_EMITTED=1 cargo test -p robot-compiler --test emitted`, and look at the difference.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "the emitted numbers must be the very same")]
 
 use robot_compiler::{SceneFile, emit};
 
-mod common;
 #[path = "data/emitted_arm.rs"]
 #[allow(unreachable_pub, reason = "written for a crate of its own")]
 mod emitted_arm;
 
-use common::top;
+use crate::common::top;
 
 #[test]
 fn emitted_module_holds_the_very_bits_of_the_file() {

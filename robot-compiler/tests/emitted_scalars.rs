@@ -8,9 +8,7 @@ use robot_compiler::emit::{arm_module, arm_module_in, dynamics_module, dynamics_
 use robot_compiler::scene::ScalarChoice;
 use std::path::PathBuf;
 
-mod common;
-
-use common::top;
+use crate::common::top;
 
 fn puma() -> SceneFile {
     SceneFile::load(&top("scenes/puma560_pick.toml")).unwrap()
@@ -38,7 +36,7 @@ fn a_controller_in_f64_has_the_numbers_of_the_file_and_nothing_of_f32() {
             assert!(written.iter().any(|read| read.to_bits() == x.to_bits()), "{x} is not in the text");
         }
     }
-    // And the other way round: an f32 of the same file would lose bits of some.
+    // The reverse check: an f32 of the same file would lose bits of some numbers.
     assert!(written.iter().any(|x| f64::from(*x as f32).to_bits() != x.to_bits()));
 }
 
@@ -96,7 +94,7 @@ fn scenes_that_cannot_share_their_ticks_are_refused_by_name() {
     assert_eq!(difference(&one, &other), Some("sensors"));
     assert_eq!(difference(&one, &SceneFile { duration: Some(0.5), ..puma() }), Some("duration"));
 
-    // What makes a trade-off is no difference.
+    // The settings that a trade-off varies do not count as differences.
     let mut other = puma();
     other.control.scalar = ScalarChoice::F64;
     other.model.friction = false;

@@ -41,7 +41,8 @@ fn case<const N: usize>() -> impl Strategy<Value = Case<N>> {
     let world = (vector(10.0), body(), vector(20.0), vector(3.0));
     let motion = (joints(3.1), joints(2.0), joints(5.0));
     (arm::<N>(), world, motion).prop_flat_map(|(model, (gravity, held, force, moment), (q, qd, qdd))| {
-        // A kernel reads one triangle of a live inertia, the recursion both: what is live must be symmetric to the bit.
+        // A kernel reads one triangle of a live inertia, the recursion both, so a live inertia must be symmetric to the
+        // bit.
         let payload = Inertia::from_mass_centre(held.mass, &held.com, &held.inertia).symmetric();
         let tip_wrench = Wrench { force, moment };
         let rotor = model.links().map(|link| link.rotor);
@@ -79,7 +80,7 @@ impl<const N: usize> Case<N> {
     }
 }
 
-/// What the generic recursion gives, and what the program gives, in one scalar.
+/// Results of the generic recursion and of the program, in one scalar.
 fn both<S: Real, const N: usize>(case: &Case<N>, program: &Program) -> ([S; N], Vec<S>) {
     let At { turn, q, qd, last: qdd, live } = case.at::<S>();
     let generic = Dynamics::new(case.model.cast::<S>(), case.scene.cast());
@@ -163,7 +164,7 @@ over_arms! {
     exact_equals_generic_for_six_joints: exact_equals_generic::<6>,
 }
 
-// Fewer: each searches for the cheapest frames.
+// Fewer cases, because each one searches for the cheapest frames.
 over_arms! {
     16 cases;
     regrouped_agrees_for_one_joint: regrouped_agrees::<1>,
@@ -223,7 +224,7 @@ fn literal(x: f64) -> Expr {
     Expr::literal(x)
 }
 
-/// Two outputs of the inputs `a` and `b`: what they cost, and what they are at `a = 6`, `b = -4`.
+/// A program with two outputs from the inputs `a` and `b`: its operations, and the outputs at `a = 6`, `b = -4`.
 fn two(write: fn(Expr, Expr) -> [Expr; 2]) -> (Operations, Vec<f64>) {
     let (outputs, tape) = trace(Arena::new(RuleSet::ALL, Precision::Double), || write(input(0), input(1)));
     let program = Program::new(tape, &outputs);
@@ -239,7 +240,7 @@ fn quotients_are_folded_signed_and_shared_as_products_are() {
     assert_eq!(two(|a, b| [a / b, (-a) / (-b)]), (only(1, 0), vec![-1.5, -1.5]));
     assert_eq!(two(|a, b| [a / b, a / (-b)]), (only(1, 1), vec![-1.5, 1.5]));
     assert_eq!(two(|a, b| [a / b, b / a]), (only(2, 0), vec![-1.5, -4.0 / 6.0]));
-    // By zero is left to be done: what is not finite has no literal.
+    // A division by zero stays in the program, because infinity and NaN have no literal.
     let (work, found) = two(|a, _| [a / literal(0.0), literal(-2.0) / literal(0.0)]);
     assert_eq!((work.div, found), (2, vec![f64::INFINITY, -f64::INFINITY]));
 }
@@ -257,7 +258,7 @@ fn robot(name: &str) -> Robot {
     Robot::load(&workspace().join(format!("robots/{name}.toml"))).unwrap()
 }
 
-/// Gravity on the floor and velocity terms, no rotors: the scene in which counts are compared.
+/// Gravity on the floor and velocity terms, no rotors: the scene for comparing operation counts.
 fn plain<const N: usize>() -> Scene<f64, N> {
     Scene { gravity: Term::Constant(Vector3::new(0.0, 0.0, -9.81)), ..Scene::free_space() }
 }
@@ -300,7 +301,8 @@ fn operation_counts_of_forward_dynamics_are_what_is_written_here() {
     };
     let found = ["ur5", "puma560", "stanford"]
         .map(|name| [Function::MassMatrix, Function::ForwardDynamics].map(|function| count(name, function)));
-    // mul, add, sub, div. Of six pivots two are numbers: the inertia that the last two joints feel without the others.
+    // mul, add, sub, div. Two of the six pivots are constants: the inertia that the last two joints feel without the
+    // others.
     let ur5 = [[82, 50, 34, 0], [374, 164, 159, 4]];
     let puma = [[83, 52, 32, 0], [357, 164, 142, 4]];
     let stanford = [[48, 29, 15, 0], [273, 115, 101, 4]];
@@ -352,7 +354,7 @@ fn equals_on_states<const N: usize>(file: &SceneFile) {
     }
 }
 
-/// Three joints, each tilted against the one before, each with a body, scaled in mass; in a state that moves them all.
+/// Three joints, each tilted against the one before and with a body of scaled mass, in a state that moves all of them.
 fn three(tilts: [f64; 3], masses: [f64; 3]) -> Case<3> {
     let joint = |i: usize| JointSpec {
         kind: JointKind::Revolute,
@@ -375,14 +377,14 @@ fn three(tilts: [f64; 3], masses: [f64; 3]) -> Case<3> {
     Case { model, scene: plain(), live, q, qd, qdd }
 }
 
-/// Relative error of each torque by itself, regrouped against the recursion.
+/// Relative error of each single torque, regrouped against the recursion.
 fn regrouped_errors(case: &Case<3>) -> [f64; 3] {
     let program = compile(Function::InverseDynamics, &case.model, &case.scene, Level::Regrouped, Precision::Double);
     let (generic, found) = both::<f64, 3>(case, &program);
     core::array::from_fn(|i| ((found[i] - generic[i]) / generic[i]).abs())
 }
 
-/// Feet of common normals lie a kilometre away there: no origin may go to them.
+/// There the feet of common normals lie a kilometre away, and no origin may move to them.
 #[test]
 fn axes_that_are_nearly_parallel_cost_no_digits() {
     for tilt in [1e-2, 1e-4, 1e-6] {
@@ -391,7 +393,7 @@ fn axes_that_are_nearly_parallel_cost_no_digits() {
     }
 }
 
-/// A gripper's moments are not rounding of the base's.
+/// A gripper's moments must not be taken for rounding errors of the base's.
 #[test]
 fn a_light_link_on_a_heavy_one_keeps_its_digits() {
     for light in [1e-3, 1e-9, 1e-15] {

@@ -1,4 +1,4 @@
-//! What rounding costs the two levels, against the recursion in double-double arithmetic.
+//! Rounding errors of the two levels, against the recursion in double-double arithmetic.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use dynamics_core::trig::Libm;
@@ -9,8 +9,7 @@ use robot_compiler::kernel::functions::input_values;
 use robot_compiler::kernel::{Function, Level, Precision, compile};
 use robot_compiler::precision::DoubleDouble;
 
-mod common;
-use common::top;
+use crate::common::top;
 
 const STATES: usize = 1000;
 
@@ -21,7 +20,7 @@ impl Random {
     fn joints(&mut self, size: f64) -> [f64; 6] {
         core::array::from_fn(|_| {
             self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            // Inputs that single precision holds: what is measured is the kernel's error, not theirs.
+            // Inputs that single precision holds exactly: the test measures the kernel's error, not the inputs'.
             f64::from((size * ((self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)) as f32)
         })
     }
@@ -54,7 +53,7 @@ fn errors<S: Real>(robot: &str) -> [f64; 2] {
     worst
 }
 
-/// Errors are those written here, to a twentieth; the second at most twice the first.
+/// Checks that the errors are these, to a twentieth, and that the second is at most twice the first.
 #[track_caller]
 fn assert_errors<S: Real>(robot: &str, exact: f64, regrouped: f64) {
     let found = errors::<S>(robot);

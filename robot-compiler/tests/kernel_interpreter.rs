@@ -1,4 +1,4 @@
-//! The interpreter gives what the program gives.
+//! The interpreter's results equal the program's.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "the same operations give the same bits")]
 
@@ -10,8 +10,7 @@ use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Function, Level, Precision, Program, RuleSet, compile};
 use robot_compiler::{SceneFile, with_dof};
 
-mod common;
-use common::{files, top};
+use crate::common::{files, top};
 
 fn agrees<const N: usize>(file: &SceneFile, function: Function, level: Level) {
     let model = file.robot.model::<N>().unwrap();
@@ -59,7 +58,7 @@ fn outputs_may_be_inputs_numbers_and_the_same_value_twice() {
         interpreter.run(&[a, f64::NAN, b], &mut found);
         assert_eq!(found, [a, 7.0, a + b, a + b, (a + b) * (a + b), -(a * b), a / b]);
     }
-    // Inputs that are not given count as zero, whatever they were before.
+    // Missing inputs count as zero, even if an earlier run set them.
     interpreter.run(&[2.0], &mut found);
     assert_eq!(found[..6], [2.0, 7.0, 2.0, 2.0, 4.0, 0.0]);
 }

@@ -1,4 +1,4 @@
-//! The kernels' text: what it says, and that rustfmt would leave it as it is.
+//! The kernels' source: its contents, and that rustfmt leaves it unchanged.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use dynamics_core::Term;
@@ -6,8 +6,7 @@ use robot_compiler::emit::kernel::{Title, generic_module, module};
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::{Robot, SceneFile, with_dof};
 
-mod common;
-use common::{files, top};
+use crate::common::{files, top};
 
 fn text(file: &SceneFile, function: Function, level: Level, precision: Precision) -> String {
     with_dof!(file.robot.dof(), N => {
@@ -53,7 +52,7 @@ fn planar_arm_as_a_regrouped_kernel_for_every_scalar() {
     insta::assert_snapshot!(text);
 }
 
-/// Every shipped scene, and the same with everything live.
+/// Every shipped scene, and a copy of each with every term live.
 fn scenes() -> Vec<SceneFile> {
     let shipped: Vec<_> = files(&top("scenes"), &["toml"]).iter().map(|path| SceneFile::load(path).unwrap()).collect();
     let live = shipped.iter().cloned().map(|mut file| {

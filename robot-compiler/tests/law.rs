@@ -11,17 +11,16 @@ use robot_compiler::kernel::functions::{Springs, input_values, reference_values}
 use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::{SceneFile, with_dof};
 
-mod common;
-use common::{files, top};
+use crate::common::{files, top};
 
 const STATES: u32 = 50;
 
-/// The law alone: what else a controller does is taken out of its configuration.
+/// The law alone: the configuration without the controller's other parts.
 fn law_alone<const N: usize>(config: ControllerConfig<f64, N>) -> ControllerConfig<f64, N> {
     ControllerConfig { law: Law::ComputedTorque, friction: None, limits: [Limits::none(); N], ..config }
 }
 
-/// Largest difference of a controller and a traced law in some states, relative to the largest torque of the state.
+/// Largest difference between a controller and a traced law in some states, relative to the largest torque of the state.
 fn distance<S: Real, const N: usize>(file: &SceneFile, program: &Program) -> S
 where
     Polynomial: Trig<S>,

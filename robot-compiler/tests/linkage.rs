@@ -1,4 +1,4 @@
-//! The linkages that ship.
+//! The shipped linkages.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
@@ -8,13 +8,11 @@ use nalgebra::Vector2;
 use robot_compiler::{LinkageFile, Mechanism, Robot, SceneFile};
 use std::path::PathBuf;
 
-mod common;
-
-use common::{files, top};
+use crate::common::{files, top};
 
 #[test]
 fn every_linkage_loads_names_its_source_and_turns_fully() {
-    // Arms lie in the same folder; a linkage says what kind it is.
+    // Arms lie in the same folder; a linkage file has a key `kind`.
     let says_its_kind =
         |path: &PathBuf| std::fs::read_to_string(path).unwrap().lines().any(|line| line.starts_with("kind = "));
     let all = files(&top("robots/chapter12"), &["toml"]).into_iter().filter(says_its_kind);

@@ -1,4 +1,4 @@
-//! The reference that is better than f64, and the bound on rounding errors: what they promise, and that a wrong one is seen.
+//! The reference beyond f64 and the bound on rounding errors: their promises, and that the tests detect wrong ones.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 #![allow(clippy::float_cmp, reason = "what double-double holds is exact")]
 
@@ -11,11 +11,10 @@ use num_traits::{One, Zero};
 use robot_compiler::precision::{Bounded, Double, DoubleDouble, Rounding, Single};
 use serde_json::Value;
 
-mod common;
 #[path = "common/wrong_rounding.rs"]
 mod wrong_rounding;
 
-use common::top;
+use crate::common::top;
 use wrong_rounding::{FreeProducts, QuarterUnit};
 
 fn dd(x: f64) -> DoubleDouble {
@@ -86,8 +85,8 @@ fn torques<const N: usize>(
 /// Position, velocity, acceleration of two joints.
 type Motion = [[f64; 2]; 3];
 
-/// Two rods in a plane, all numbers exact in binary, by `tau = D qdd + C qd + G` with 60 digits (mpmath); each torque as the
-/// nearest f64 and the f64 nearest to what is left.
+/// Two rods in a plane, all numbers exact in binary, by `tau = D qdd + C qd + G` with 60 digits (mpmath). Each torque is
+/// given as the nearest f64 and the f64 nearest to the remainder.
 const PLANAR: [(Motion, [(f64, f64); 2]); 3] = [
     (
         [[0.75, -1.25], [2.0, -3.5], [4.0, -7.0]],
@@ -180,7 +179,7 @@ fn the_golden_torques_agree_to_the_digits_that_are_printed() {
     }
 }
 
-/// What `count` additions of `x` to 1 are wrong by in f32, and the bound for any numbers from 0 to `x` in each of them.
+/// Error of `count` additions of `x` to 1 in f32, and the bound for numbers from 0 to `x` in each of them.
 fn chain<R: Rounding>(count: usize, x: f32) -> (f64, f64) {
     let mut single = 1.0_f32;
     let mut exact = dd(1.0);
@@ -193,7 +192,7 @@ fn chain<R: Rounding>(count: usize, x: f32) -> (f64, f64) {
     (exact.minus(f64::from(single)).abs(), bounded.error())
 }
 
-/// Half the distance from 1 to the next f32: a tie, which goes back to 1 again and again, the worst that can be.
+/// Half the distance from 1 to the next f32: a tie, which rounds back to 1 every time, the worst case.
 const TIE: f32 = 1.0 / (1 << 24) as f32;
 
 #[test]
@@ -211,7 +210,7 @@ fn a_unit_that_is_too_small_is_caught() {
     assert!(found > 3.9 * bound, "{found:e}, {bound:e}");
 }
 
-/// `a b + c` in f32: its error, and the bound.
+/// `a b + c` in f32: the error, and the bound.
 fn product_and_sum<R: Rounding>([a, b, c]: [f32; 3]) -> (f64, f64) {
     let exact = dd(f64::from(a)) * dd(f64::from(b)) + dd(f64::from(c));
     let [x, y, z] = [a, b, c].map(|x| Bounded::<R>::exact(f64::from(x), f64::from(x)));
@@ -223,7 +222,7 @@ fn the_missing_error_of_one_product_is_caught() {
     let mut caught = 0;
     for i in 0..1000 {
         let x = 1.0 + i as f32 * 1.1e-3;
-        // The sum is exact: it takes the larger part of the product away.
+        // The sum is exact: it cancels the larger part of the product.
         let numbers = [x, x, -(x * x * 0.75)];
         let (found, bound) = product_and_sum::<Single>(numbers);
         assert!(found <= bound, "{numbers:?}: {found:e}, {bound:e}");
@@ -260,13 +259,13 @@ fn a_turned_vector_is_bounded_by_its_length_and_by_its_error() {
     let SinCos { sin, cos } = Bounded::<Single>::sin_cos(3, (-4.0, 4.0), (0.0, 0.0));
     let (x, y) = (Bounded::within(-3.0, 3.0, 0.03), Bounded::within(-4.0, 4.0, 0.04));
     let turned = cos * x + sin * y;
-    // The corner of the box is 5 from the origin, its error 0.05 long; plain intervals say 7 and 0.07.
+    // The corner of the box is 5 from the origin, its error 0.05 long; plain intervals give 7 and 0.07.
     assert!((turned.interval().1 - 5.0).abs() < 1e-12 && (turned.error() - 0.05).abs() < 2e-6, "{turned:?}");
-    // Of two joints, both may be at their greatest.
+    // With two joints, both terms may be at their maximum.
     let other = Bounded::<Single>::sin_cos(4, (-4.0, 4.0), (0.0, 0.0)).sin;
     let both = cos * x + other * y;
     assert!((both.interval().1 - 7.0).abs() < 1e-12 && both.error() > 0.07, "{both:?}");
-    // Nor does a cosine twice, or a sine that was doubled.
+    // The same holds for a cosine twice, or a doubled sine.
     assert!((cos * x + cos * y).error() > 0.07);
     assert!((cos * x + (sin + sin) * y).error() > 0.1);
 }
@@ -291,6 +290,6 @@ fn what_is_exact_adds_no_error_and_what_may_overflow_has_no_bound() {
     assert_eq!((x / x).error(), f64::INFINITY);
     let third = Bounded::<Single>::one() / Bounded::exact(3.0, 3.0);
     assert!((f64::from(1.0_f32 / 3.0) - 1.0 / 3.0).abs() <= third.error() && third.error() < 2e-8, "{third:?}");
-    // A divisor that may be zero once it is computed.
+    // A divisor whose computed value may be zero.
     assert_eq!((x / Bounded::within(0.5, 1.0, 0.5)).error(), f64::INFINITY);
 }

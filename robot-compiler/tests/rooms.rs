@@ -1,9 +1,10 @@
-//! The rooms of the compiler, and which may know which.
+//! Folders of the compiler, and the allowed dependencies between them.
 #![allow(clippy::unwrap_used, reason = "a source that cannot be read should stop the test")]
 
-use std::path::{Path, PathBuf};
+use crate::common::rooms::{named, sources};
+use std::path::Path;
 
-/// Each room knows those that are named beside it, and itself.
+/// Each folder depends on those listed beside it, and on itself.
 const ROOMS: [(&str, &[&str]); 6] = [
     ("precision", &[]),
     ("describe", &[]),
@@ -13,10 +14,13 @@ const ROOMS: [(&str, &[&str]); 6] = [
     ("emit", &["describe", "kernel"]),
 ];
 
-/// All files of a folder and of the folders in it.
-fn sources(folder: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
+fn all() -> Vec<&'static str> {
+    ROOMS.map(|(room, _)| room).to_vec()
+}
+
+/// Folders that `text`, a part of `room`, names but must not.
+fn strangers(room: &str, known: &[&str], text: &str) -> Vec<&'static str> {
+    named(text, &all()).into_iter().filter(|name| *name != room && !known.contains(name)).collect()
 }
 
 #[test]
@@ -25,13 +29,20 @@ fn every_room_names_only_the_rooms_that_it_may_know() {
         let mut paths = sources(&Path::new("src").join(room));
         paths.push(format!("src/{room}.rs").into());
         for path in paths {
-            let text = std::fs::read_to_string(&path).unwrap();
-            let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
-            for named in code.flat_map(|line| line.split("crate::").skip(1)) {
-                let name = named.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap();
-                let stranger = ROOMS.iter().any(|(other, _)| *other == name) && name != room && !known.contains(&name);
-                assert!(!stranger, "{} names {name}", path.display());
-            }
+            let found = strangers(room, known, &std::fs::read_to_string(&path).unwrap());
+            assert!(found.is_empty(), "{} names {found:?}", path.display());
         }
     }
+}
+
+#[test]
+fn a_room_that_names_a_stranger_is_found() {
+    assert_eq!(strangers("kernel", &[], "use crate::describe::Robot;"), ["describe"]);
+    assert_eq!(strangers("read", &["describe"], "use crate::{describe::Robot, emit::kernel::rust};"), ["emit"]);
+    assert_eq!(strangers("read", &["describe"], "use crate::{describe::Robot, names};"), [""; 0]);
+    // A check of the check: the dependencies that exist must be found in the source.
+    let chooses = std::fs::read_to_string("src/choose.rs").unwrap();
+    let below: Vec<_> =
+        sources(Path::new("src/choose")).iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
+    assert!(!strangers("choose", &[], &(chooses + &below.concat())).is_empty());
 }

@@ -1,9 +1,7 @@
-//! What the Puma's reflected rotor inertias leave out, at worst: the greatest torque of each joint at full speed.
+//! Worst-case torque that the Puma's reflected rotor inertias leave out: the greatest of each joint at full speed.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
-mod common;
-
-use common::top;
+use crate::common::top;
 use dynamics_core::chapter::posture::Chain;
 use dynamics_core::chapter::rotor_coupling::{Carried, Rotors};
 use dynamics_core::trig::Libm;
@@ -12,7 +10,7 @@ use robot_compiler::Robot;
 
 const N: usize = 6;
 
-/// An arm at full speed: which posture, and which way each joint turns.
+/// An arm at full speed: its posture, and the direction of each joint.
 struct Fast {
     chain: Chain<f64, N>,
     rotors: Rotors<f64, N>,
@@ -33,10 +31,10 @@ impl Fast {
         self.rotors.extra_torque(&posture, Carried::ByLink, &qd, &[0.0; N])[joint].abs()
     }
 
-    /// From a state uphill, one variable after the other, by ever shorter steps.
+    /// Climbs from a state, one variable after another, by ever shorter steps.
     ///
-    /// At constant speed the torque is a sum of products of two different velocities, so it is linear in each and its
-    /// greatest is where every joint is at full speed, one way or the other.
+    /// At constant speed the torque is a sum of products of two different velocities, so it is linear in each. Its maximum
+    /// is therefore where every joint is at full speed, in one direction or the other.
     fn climb(&self, joint: usize, mut state: State) -> f64 {
         let mut best = self.torque(joint, &state);
         let mut step = 0.5;
@@ -72,7 +70,8 @@ fn the_coupling_of_the_pumas_rotors_at_full_speed_is_what_was_measured() {
         position: spec.map(|s| s.limits.position),
         speed: spec.map(|s| s.limits.velocity),
     };
-    // Every corner of a grid of three positions a joint: the first joint turns everything, the last nothing that carries a rotor.
+    // All corners of a grid with three positions per joint. The first joint turns everything, and the last carries no
+    // rotor.
     let starts: Vec<State> = (0..81_u32)
         .map(|index| State {
             q: std::array::from_fn(|i| {

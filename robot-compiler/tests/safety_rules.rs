@@ -1,4 +1,4 @@
-//! The safety rules of every shipped scene let its own motion through, and stop one that they must.
+//! The safety rules of every shipped scene pass its own motion, and stop one that breaks them.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 
@@ -7,11 +7,9 @@ use dynamics_core::safety::{HoldCause, Inputs, Output, Protected, Request, Safet
 use dynamics_core::{Command, Reference, Sensed};
 use robot_compiler::{SceneFile, with_dof};
 
-mod common;
+use crate::common::{files, top};
 
-use common::{files, top};
-
-/// The machine's answer to an arm that is exactly where the reference is.
+/// The state machine's answer to an arm that is exactly at the reference.
 fn tick<const N: usize>(
     machine: &mut Safety<f32, N, Protected<f32, N>>,
     request: Option<Request>,
@@ -57,7 +55,7 @@ fn every_shipped_motion_runs_to_its_end_under_the_rules_of_its_scene() {
                     break;
                 }
             }
-            // The same reference for ever faster: whatever has a position limit is stopped before it.
+            // The same reference forever, but faster: every joint with a position limit is stopped before it.
             let limits = model.links().map(|link| link.limits);
             if limits[0].position.1.is_finite() && limits[0].velocity.is_finite() {
                 let mut reference = motion.end().cast::<f32>();
@@ -69,7 +67,8 @@ fn every_shipped_motion_runs_to_its_end_under_the_rules_of_its_scene() {
                     state = tick(&mut machine, None, reference).state;
                 }
                 assert_eq!(state, State::Holding(HoldCause::NoRoom { joint: 0 }), "{}", scene.name);
-                // The default deceleration takes the velocity limit out in a quarter of a second; the latency is two periods.
+                // The default deceleration stops from the velocity limit in a quarter of a second; the latency is two
+                // periods.
                 let (v, a) = (f64::from(reference.qd[0]), 4.0 * limits[0].velocity);
                 let needed = v * v / (2.0 * a) + v * 2.0 * scene.period();
                 let room = limits[0].position.1 - f64::from(reference.q[0]);

@@ -1,4 +1,4 @@
-//! What is read from a scene file: defaults, terms, and robots of both kinds.
+//! Contents read from a scene file: defaults, terms, and robots of both kinds.
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 
@@ -101,7 +101,8 @@ fn encoder_counts_become_radians_and_metres() {
 fn the_plant_can_rub_and_ripple_otherwise_than_the_model_believes() {
     let table = "[plant]\nfriction = { coulomb = [3.0, 1.0], breakaway = 4.5, stribeck_speed = 0.02, load = 0.1 }\n\
                  [actuators]\nripple = { share = 0.02, cycles = 6 }\n";
-    // The planar arm's file has no friction: neither has the controller, and what is not said of the plant is zero.
+    // The planar arm's file has no friction. The controller has none either, and missing coefficients of the plant are
+    // zero.
     let planar = scene("../../../robots/planar2r.toml", table).unwrap();
     assert!(!planar.model.friction && planar.plant.friction);
     let law = planar.plant.friction_law.unwrap();
@@ -110,7 +111,7 @@ fn the_plant_can_rub_and_ripple_otherwise_than_the_model_believes() {
     assert_eq!((breakaway.torque, breakaway.speed, breakaway.load), (vec![4.5; 2], 0.02, 0.1));
     let ripple = planar.actuators.ripple.unwrap();
     assert_eq!((ripple.share, ripple.cycles), (0.02, 6.0));
-    // Of a robot that has friction, what is not said is the file's.
+    // For a robot with friction, missing coefficients come from its file.
     let puma = scene("../../../robots/puma560.toml", "[plant]\nfriction = { viscous = 0.0 }\n").unwrap();
     let law = puma.plant.friction_law.unwrap();
     let coulomb: Vec<f64> = puma.robot.joints.iter().map(|joint| joint.friction.unwrap().coulomb).collect();
@@ -150,7 +151,7 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
     let planar = scene("../../../robots/planar2r.toml", lines).unwrap();
     let model = planar.robot.model::<2>().unwrap();
     let rules = planar.safety_rules(&model);
-    // 41 ms are 20.5 ticks: the whole 41 are waited for.
+    // 41 ms are 20.5 ticks; the count is rounded up so that the full 41 ms pass.
     assert_eq!((rules.safe_action, rules.heartbeat_max, rules.hold_max), (SafeAction::DampedStop, 21, 0));
     assert_eq!((rules.supply, rules.temperature, rules.latency), ((20.0, 30.0), (-10.5, 80.0), 0.003));
     assert_eq!((rules.payload.mass, rules.payload.radius), (2.5, 0.3));
@@ -167,7 +168,7 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
         };
         assert_eq!(rules.joints[i], joint);
     }
-    // A number of the rules is a bit of the tick: another hash.
+    // A number of the rules affects the tick, so the hash changes.
     let other = scene("../../../robots/planar2r.toml", &lines.replace("hold_ms = 0", "hold_ms = 2")).unwrap();
     assert_ne!(planar.hash(&model), other.hash(&model));
 }

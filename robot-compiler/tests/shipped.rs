@@ -1,4 +1,4 @@
-//! The robots and scenes that ship.
+//! The shipped robots and scenes.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 #![allow(clippy::panic, reason = "a test names the file that fails")]
@@ -8,9 +8,7 @@ use nalgebra::Vector3;
 use robot_compiler::scene::{KernelChoice, KernelMemory};
 use robot_compiler::{Robot, SceneFile, emit, with_dof};
 
-mod common;
-
-use common::{files, top};
+use crate::common::{files, top};
 
 fn scenes() -> Vec<SceneFile> {
     let scenes = files(&top("scenes"), &["toml"]);
@@ -56,7 +54,7 @@ fn every_scene_gives_a_motion_a_configuration_and_a_hash_of_its_own() {
     }
     for (i, (name, hash)) in hashes.iter().enumerate() {
         for (other, same) in &hashes[..i] {
-            // Same arm, same controller, another motion or world: the very same tick.
+            // Same arm and controller with another motion or world: exactly the same tick.
             let alike = ["puma560_pick", "puma560_wrong_payload", "puma560_elastic"];
             assert!(
                 hash != same || alike.contains(&name.as_str()) && alike.contains(&other.as_str()),
@@ -116,7 +114,7 @@ fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
         changed(&|s| s.plant.payload = None),
         changed(&|s| s.sensors.position_noise = 1.0),
         changed(&|s| s.control.scalar = robot_compiler::scene::ScalarChoice::F64),
-        // Between evaluations in every tick there is nothing.
+        // Without ticks between evaluations, this setting has no effect.
         changed(&|s| s.control.model_between = Between::Extrapolate),
         // Below the resolution of single precision.
         changed(&|s| s.robot.joints[5].spec.body.mass = 0.09 + 1e-13),

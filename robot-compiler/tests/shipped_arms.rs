@@ -10,9 +10,7 @@ use nalgebra::Vector3;
 use robot_compiler::{Robot, with_dof};
 use serde_json::Value;
 
-mod common;
-
-use common::{files, top};
+use crate::common::{files, top};
 
 fn numbers<const N: usize>(value: &Value) -> [f64; N] {
     core::array::from_fn(|i| value[i].as_f64().unwrap())
@@ -107,8 +105,8 @@ fn check_with_rotors<const N: usize>(robot: &Robot, golden: &Value) {
     }
 }
 
-/// `robots/golden/shipped` is made from the robot files, so it would follow a wrong number in one. These three arms also stand in
-/// the reference data that were made elsewhere, from tables of their own.
+/// `robots/golden/shipped` is made from the robot files, so a wrong number in one would go unnoticed. These three arms are
+/// also in reference data made elsewhere, from independent tables.
 #[test]
 fn arms_that_stand_in_outside_tables_too_are_the_same_arms() {
     for name in ["puma560", "scara", "planar2r"] {

@@ -1,4 +1,4 @@
-//! What is read from a URDF, on small files with known answers.
+//! Contents read from a URDF, on small files with known answers.
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 
@@ -82,7 +82,7 @@ fn the_orientation_of_an_inertial_turns_its_tensor() {
     assert_eq!(body.com, Vector3::new(0.0, 0.0, 0.2));
 }
 
-/// A plate on a bracket, both fixed, the bracket turned: weighed by hand.
+/// A plate on a bracket, both fixed, the bracket turned: inertia computed by hand.
 #[test]
 fn fixed_links_add_their_inertia_where_they_are() {
     let quarter = std::f64::consts::FRAC_PI_2;
@@ -171,11 +171,11 @@ fn a_quaternion_turns_an_origin_from_version_1_1_on() {
         assert!(text.contains(old));
         load(&text.replacen(old, &new, 1)).joints[0].spec.body.inertia
     };
-    // Of any length.
+    // The quaternion may have any length.
     let (half, quarter) = ("quat_xyzw=\"2 0 0 2\"", std::f64::consts::FRAC_PI_2);
     let (found, known) = (turned("1.1", half), turned("1.1", &format!("rpy=\"{quarter:?} 0 0\"")));
     assert!((found - known).amax() < 1e-15 && (found.m22 - 0.002).abs() < 1e-15, "{found}");
-    // Straight up, roll and yaw are one.
+    // Pointing straight up, roll and yaw are the same rotation.
     let down = turned("1.2", "quat_xyzw=\"0 1 0 1\"");
     assert!((down - Matrix3::from_diagonal(&Vector3::new(0.002, 0.03, 0.03))).amax() < 1e-15, "{down}");
     for version in ["1.0", "one", "1"] {
@@ -195,7 +195,7 @@ fn limits_may_be_left_out_from_version_1_2_on() {
     assert_eq!((limits.position, limits.torque), ((-2.0, f64::INFINITY), f64::INFINITY));
     assert_eq!(limits.velocity, f64::INFINITY);
     assert_eq!(limited("1.1", "<limit lower=\"-2\"/>").unwrap_err().problem(), "missing");
-    // Of the travel, what is missing was zero.
+    // In version 1.0 a missing travel limit is zero.
     let limits = limited("1.0", "<limit lower=\"-2\" effort=\"50\" velocity=\"3\"/>").unwrap().joints[0].spec.limits;
     assert_eq!(limits.position, (-2.0, 0.0));
 }

@@ -1,7 +1,7 @@
-//! URDF files that others wrote: the package `example-robot-data`, which the set-up unpacks and nobody commits.
+//! URDF files of other projects: the package `example-robot-data`, which the set-up unpacks and git does not hold.
 //!
-//! They are looked for in `NEWTAU_URDF_DIR`, else in `target/robot-data` of the workspace. Where there are none the tests say so
-//! and pass.
+//! The tests look for them in `NEWTAU_URDF_DIR`, else in `target/robot-data` of the workspace. Without the files the tests
+//! say so and pass.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 use dynamics_core::kinematics::tip_pose;
@@ -11,11 +11,9 @@ use nalgebra::{Matrix3, Vector3};
 use robot_compiler::{FileError, Robot, with_dof};
 use std::path::PathBuf;
 
-mod common;
+use crate::common::top;
 
-use common::top;
-
-/// What becomes of each file when no tip is named: joints of the arm, or the start of the problem.
+/// Result for each file if no tip is named: the number of the arm's joints, or the start of the error.
 ///
 /// Two-legged, four-legged and two-armed robots are refused where they branch; seven joints are refused by name.
 const EXPECTED: [(&str, Result<usize, &str>); 26] = [
@@ -87,7 +85,7 @@ fn a_named_tip_takes_its_chain_out_of_a_tree() {
     let head = head.unwrap();
     let names: Vec<&str> = head.joints.iter().map(|joint| joint.name.as_str()).collect();
     assert_eq!(names, ["torso_lift_joint", "head_pan_joint", "head_tilt_joint"]);
-    // The arms hang on the torso: they are carried, and the robot says so.
+    // The arms hang on the torso: they are carried, and the robot's source text says so.
     assert!(head.source.contains("held at zero: ") && head.source.contains("r_shoulder_pan_joint"), "{}", head.source);
     let refused = |tip| load("panda_description/urdf/panda.urdf", Some(tip)).unwrap().unwrap_err();
     assert!(refused("panda_link8").problem().starts_with("the chain has 7 moving joints: panda_joint1, "));
@@ -95,7 +93,7 @@ fn a_named_tip_takes_its_chain_out_of_a_tree() {
     assert!(refused("panda_link9").expected().contains("did you mean `panda_link"));
 }
 
-/// Merged fixed joints, turned inertials and slanted axes against a reader and a recursion that are not ours.
+/// Merged fixed joints, turned inertials and slanted axes against an independent reader and recursion.
 #[test]
 fn torques_are_those_of_pinocchio() {
     let mut rows = 0;

@@ -1,4 +1,4 @@
-//! What a scene does not ask for costs nothing: not one byte of the kernel's text.
+//! A term that a scene does not use costs nothing: not one byte of the kernel's text.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use dynamics_core::joint::Rotor;
@@ -9,10 +9,9 @@ use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::scene::ModelTerm;
 use robot_compiler::{Robot, SceneFile, emit, with_dof};
 
-mod common;
-use common::{files, top};
+use crate::common::{files, top};
 
-/// Every shipped arm in a scene with every term that it can have, none live but the velocity terms.
+/// Every shipped arm in a scene with all its possible terms; only the velocity terms are live.
 fn everything() -> Vec<SceneFile> {
     let robots = files(&top("robots"), &["toml"]);
     assert!(robots.len() >= 6, "found {}", robots.len());
@@ -33,7 +32,7 @@ fn everything() -> Vec<SceneFile> {
     robots.iter().map(|path| with_everything(Robot::load(path).unwrap())).collect()
 }
 
-/// The kernel of inverse dynamics, all but its head, which says what the terms are.
+/// The kernel of inverse dynamics without its head, which lists the terms.
 fn kernel(scene: &SceneFile, level: Level) -> String {
     with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>().unwrap();
@@ -47,7 +46,7 @@ fn without(scene: &SceneFile, term: ModelTerm) -> SceneFile {
     SceneFile { model: scene.model.without(&[term]), ..scene.clone() }
 }
 
-/// The scene in a world that has never had a thing: the term is asked for, and there is nothing of it.
+/// The scene in a world without the thing behind a term: the term is requested, but is zero.
 fn never_had(scene: &SceneFile, term: ModelTerm) -> SceneFile {
     let mut scene = scene.clone();
     let model = &mut scene.model;
@@ -73,8 +72,8 @@ fn a_kernel_without_a_term_is_that_of_an_arm_that_never_had_it() {
                     (kernel(&without(&scene, term), level), kernel(&never_had(&scene, term), level));
                 let which = format!("{}, {}, {}", scene.robot.name, level.name(), term.name());
                 if term == ModelTerm::VelocityTerms {
-                    // No arm is without them. A steady speed of zero comes closest: its numbers stand on the tape before they are
-                    // folded, which turns some sums around, and takes no operation more or less.
+                    // No arm lacks velocity terms. A steady speed of zero comes closest: its numbers are on the tape before
+                    // they are folded. This reorders some sums, and changes no operation count.
                     assert!(left_out.contains("_qd: ") && never.contains("_qd: "), "{which}");
                     if operations(&left_out) != operations(&never) {
                         differ.push(which.clone());
@@ -82,7 +81,7 @@ fn a_kernel_without_a_term_is_that_of_an_arm_that_never_had_it() {
                 } else if left_out != never {
                     differ.push(which.clone());
                 }
-                // Friction is no part of a kernel; the weight of an arm that moves in a level plane is none either.
+                // Friction is no part of a kernel, and neither is the weight of an arm that moves in a level plane.
                 let felt = with_dof!(scene.robot.dof(), N => felt::<N>(&scene, term));
                 assert_eq!(left_out != all, felt, "{which}");
             }
@@ -120,11 +119,11 @@ fn an_arm_without_rotors_or_friction_is_the_same_firmware_whether_or_not_they_we
         let left_out = SceneFile { model: bare.model.without(&neither), ..bare.clone() };
         with_dof!(scene.robot.dof(), N => {
             let model = bare.robot.model::<N>().unwrap();
-            // Read anew, it has no friction to feed forward: what the reader's defaults say.
+            // Read anew by the reader's defaults, it has no friction to feed forward.
             let fresh = SceneFile::default_for(bare.robot.clone()).model;
             assert!(!fresh.friction && fresh.rotor == Term::Absent);
             assert!(emit::arm_module(&left_out, &model).contains("friction: None"));
-            // Friction left out of an arm that has it: the same numbers, and so the same text and the same hash.
+            // Dropping the friction of an arm that has it gives the same numbers, and so the same text and the same hash.
             let has = never_had(&scene, ModelTerm::Rotors);
             let has = SceneFile { model: has.model.without(&neither), ..has };
             let model_of_has = has.robot.model::<N>().unwrap();
@@ -137,7 +136,7 @@ fn an_arm_without_rotors_or_friction_is_the_same_firmware_whether_or_not_they_we
 
 #[test]
 fn a_live_term_is_paid_for_even_where_it_is_zero() {
-    // The control of the first test: what is only known in the tick cannot be folded away.
+    // Control for the first test: values known only in the tick cannot be folded away.
     for scene in everything() {
         let live = SceneFile {
             model: robot_compiler::scene::ModelSpec {

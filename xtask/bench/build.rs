@@ -1,4 +1,4 @@
-//! Writes the kernels that are measured as modules, and each arm's numbers for the chip.
+//! Writes the measured kernels as modules, and each arm's numbers for the chip.
 
 #[cfg(feature = "kernels")]
 #[path = "src/plain.rs"]

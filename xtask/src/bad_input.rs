@@ -1,13 +1,14 @@
-//! What the person who called has to change.
+//! Errors that the caller has to fix.
 
 use std::fmt;
 
-/// A wrong option or file, a budget that is not kept, or a tool that has to be installed first. The program leaves with [`BadInput::EXIT_CODE`].
+/// A wrong option or file, an exceeded budget, or a tool that has to be installed first. The program exits with
+/// [`BadInput::EXIT_CODE`].
 #[derive(Debug)]
 pub(crate) struct BadInput(pub(crate) String);
 
 impl BadInput {
-    /// The same as the simulator's for bad input.
+    /// Exit code, the same as the simulator's for bad input.
     pub(crate) const EXIT_CODE: u8 = 2;
 }
 

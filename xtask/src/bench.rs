@@ -1,13 +1,13 @@
-//! `cargo xtask bench`: what the code costs, on the desk and on the chip, and `docs/measured/kernels.md` from it.
+//! `cargo xtask bench`: costs of the code on the desk and on the chip, and `docs/measured/kernels.md` from them.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`chip`] | instructions in the emulator; bytes and stack traffic in the linked program |
-//! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder held to objdump's |
+//! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder compared with objdump |
 //! | [`kernels`] | source of the kernels that are counted on the chip |
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
-//! | [`baseline`] | the gate: counts held to `xtask/bench/baseline.toml` |
+//! | [`baseline`] | the gate: counts compared with `xtask/bench/baseline.toml` |
 //! | [`report`] | the tables of `docs/measured/kernels.md` |
 
 mod baseline;
@@ -19,13 +19,11 @@ mod disassembly;
 pub(crate) mod kernels;
 mod report;
 
-pub(crate) use report::{Table, between_markers, thousands, write_into};
+pub(crate) use report::{Table, thousands, write_into};
 
-use crate::process::root;
 use crate::toolchain::rustc_version;
 use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// What is asked for.
 #[derive(Clone, Debug, clap::Args)]
@@ -44,7 +42,7 @@ pub(crate) struct Options {
     json: Option<PathBuf>,
 }
 
-/// Count, hold to the baseline, measure, and write the tables.
+/// Counts, compares with the baseline, measures, and writes the tables.
 pub(crate) fn run(options: Options) -> Result<()> {
     if options.peers {
         return crate::peers::run(options.json.as_deref());
@@ -57,21 +55,15 @@ pub(crate) fn run(options: Options) -> Result<()> {
     if options.gate {
         return Ok(());
     }
-    // What is counted first: it stands, whatever becomes of the times.
+    // The counts are written first, so that they stay even if the time measurement fails.
     report::write(&report::Counts { chip, desk, rustc }.tables()?)?;
     let times = [desk::measure(false)?, desk::measure(true)?];
     report::write(&report::Clock { times, compile: desk::compile_times()? }.tables()?)
 }
 
-/// The gate of `cargo xtask test`: counts alone.
+/// The gate of `cargo xtask test`: counts only.
 pub(crate) fn gate() -> Result<()> {
     run(Options { bless: false, gate: true, peers: false, json: None })
-}
-
-fn cargo(arguments: &[&str]) -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root()).args(arguments);
-    command
 }
 
 fn from_json(path: &Path) -> Result<serde_json::Value> {

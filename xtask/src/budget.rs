@@ -1,5 +1,5 @@
-//! `cargo xtask budget`: what every firmware takes of its chip, held to `firmware/budget.toml` from both sides; with
-//! `--port`, what a tick takes of a board.
+//! `cargo xtask budget`: costs of every firmware on its chip, compared with the lower and upper bounds of
+//! `firmware/budget.toml`; with `--port`, cycles of a tick on a board.
 //!
 //! | module | holds |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | [`measure`] | the rest, in the emulator, by `chip-budget` |
 //! | [`board`] | cycles of a flashed board, over its serial port |
 //! | [`variant`] | a scene with one setting changed |
-//! | [`bounds`] | `firmware/budget.toml`: bounds, targets, and what leaves them |
+//! | [`bounds`] | `firmware/budget.toml`: bounds, targets, and deviations from them |
 //! | [`table`] | the table of docs/measured/budget.md, its rows in the README, and JSON |
 
 mod board;
@@ -74,13 +74,13 @@ pub(crate) struct Options {
     ticks: u32,
 }
 
-/// The scene that the flood runs in, and that is held to a share of the chip's time.
+/// The scene for the flood; its tick is also held to a share of the chip's time.
 const HARDEST: &str = "scenes/puma560_collision.toml";
 
-/// Boards that no emulator runs: their programs are measured, and not run.
+/// Boards without an emulator: their programs are measured, but not run.
 const SIZE_ONLY: [Board; 3] = [Board::F405Can, Board::F405Pwm, Board::OdriveV3];
 
-/// Measure, hold to the bounds, print or write.
+/// Measures, compares with the bounds, and prints or writes.
 pub(crate) fn run(options: &Options) -> Result<()> {
     if let (Some(port), Some(board)) = (&options.port, options.board) {
         let asked = board::Asked { port, board, scenes: &options.scenes, ticks: options.ticks };
@@ -109,7 +109,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             write_into("README.md", &[("budget", table::teaser(&rows))])?;
         }
     }
-    // Behind the rest: what took minutes to measure is not to be lost with it.
+    // The flood comes last, so that its failure does not lose minutes of measurement.
     let late = options.flood.then(|| measure::flood(Path::new(HARDEST))).transpose()?;
     if options.json {
         println!("{}", table::json(&rows, late.as_ref())?);
@@ -126,12 +126,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     bounds::verdict(rows.len(), &broken)
 }
 
-/// Whether the chip's programs are built by the compiler that `firmware/budget.toml` is of.
+/// Whether the chip's programs are built by the compiler of `firmware/budget.toml`.
 pub(crate) fn is_of_this_compiler() -> Result<bool> {
     Ok(Budget::load()?.is_of(&Toolchain::find_or_install()?.rustc()?))
 }
 
-/// The cheap part, in `cargo xtask test`: a few hundred ticks of the hardest scene, with the kernel where the scene has it.
+/// The cheap part, in `cargo xtask test`: a few hundred ticks of the hardest scene, with the kernel in the scene's memory.
 pub(crate) fn gate() -> Result<()> {
     let row = measure::row(Path::new(HARDEST), measure::Extent::SHORT)?;
     let budget = Budget::load()?;
@@ -139,7 +139,7 @@ pub(crate) fn gate() -> Result<()> {
     bounds::verdict(1, &budget.hold(&[row], &rustc, bounds::Fields::Measured))
 }
 
-/// Flash, RAM and stack of one firmware, held to its row.
+/// Checks flash, RAM and stack of one firmware against its row.
 pub(crate) fn sizes(elf: &Path, scene: &Path, board: Board) -> Result<()> {
     let row = Row::sizes(scene, board, &image::Image::measure(elf)?)?;
     for (field, value) in &row.numbers {
@@ -149,7 +149,7 @@ pub(crate) fn sizes(elf: &Path, scene: &Path, board: Board) -> Result<()> {
     bounds::verdict(1, &Budget::load()?.hold(&[row], &rustc, bounds::Fields::Measured))
 }
 
-/// The scenes that ship for the firmware: those at the top of the folder, by name.
+/// The shipped scenes for the firmware: those at the top of the folder, by name.
 fn shipped() -> Result<Vec<PathBuf>> {
     let folder = root().join("scenes");
     let mut scenes = Vec::new();

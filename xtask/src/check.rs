@@ -1,6 +1,6 @@
 //! `cargo xtask check`: the quick loop while working. Format, lints and unit tests of the packages that have changed.
 
-use crate::process::{output, root, run};
+use crate::process::{cargo, output, root, run};
 use crate::setup;
 use anyhow::{Context as _, Result};
 use serde_json::Value;
@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Check what differs from the last commit; where nothing does, what the last commit changed.
+/// Checks the files that differ from the last commit; if none do, those that the last commit changed.
 pub(crate) fn changed() -> Result<()> {
-    run(cargo().args(["fmt", "--all", "--check"]))?;
+    run(&mut cargo(["fmt", "--all", "--check"]))?;
     let (files, folders) = (changed_files()?, folders()?);
     let packages = packages_of(&files, &folders);
     if packages.is_empty() {
@@ -19,15 +19,9 @@ pub(crate) fn changed() -> Result<()> {
     }
     println!("check: {}", packages.iter().copied().collect::<Vec<_>>().join(", "));
     let named: Vec<&str> = packages.iter().flat_map(|package| ["--package", package]).collect();
-    run(cargo().arg("clippy").args(&named).args(["--lib", "--bins", "--", "-D", "warnings"]))?;
+    run(cargo(["clippy"]).args(&named).args(["--lib", "--bins", "--", "-D", "warnings"]))?;
     setup::nextest()?;
-    run(cargo().args(["nextest", "run", "--no-tests", "pass", "--lib", "--bins"]).args(&named))
-}
-
-fn cargo() -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root());
-    command
+    run(cargo(["nextest", "run", "--no-tests", "pass", "--lib", "--bins"]).args(&named))
 }
 
 /// Paths below the workspace's folder.
@@ -46,7 +40,7 @@ fn changed_files() -> Result<Vec<PathBuf>> {
 /// Every package of the workspace and its folder, relative to the workspace's.
 fn folders() -> Result<Vec<(String, PathBuf)>> {
     let text =
-        output(cargo().args(["metadata", "--no-deps", "--format-version", "1"])).context("cargo metadata failed")?;
+        output(&mut cargo(["metadata", "--no-deps", "--format-version", "1"])).context("cargo metadata failed")?;
     let metadata: Value = serde_json::from_str(&text)?;
     let packages = metadata["packages"].as_array().context("cargo metadata names no packages")?;
     let folder = |package: &Value| {
@@ -56,7 +50,7 @@ fn folders() -> Result<Vec<(String, PathBuf)>> {
     Ok(packages.iter().filter_map(folder).collect())
 }
 
-/// Packages that hold one of the files: of folders inside each other the innermost.
+/// Packages that hold one of the files; for nested folders, the innermost.
 fn packages_of<'a>(files: &[PathBuf], folders: &'a [(String, PathBuf)]) -> BTreeSet<&'a str> {
     let holder = |file: &PathBuf| {
         let around = folders.iter().filter(|(_, folder)| file.starts_with(folder));

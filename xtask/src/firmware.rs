@@ -10,7 +10,7 @@ use std::fmt;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// The scene that is built in when none is named.
+/// The default scene.
 pub(crate) const SCENE_DEFAULT: &str = "scenes/puma560_pick.toml";
 
 /// A board that the firmware runs on.
@@ -30,7 +30,7 @@ impl Board {
     /// All of them.
     pub(crate) const ALL: [Self; 4] = [Self::Netduinoplus2, Self::OdriveV3, Self::F405Can, Self::F405Pwm];
 
-    /// The name of its feature, and what people call it.
+    /// The name of its Cargo feature and of the board.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Netduinoplus2 => "netduinoplus2",
@@ -40,7 +40,7 @@ impl Board {
         }
     }
 
-    /// The scene that is built in when none is named: its robot has drives of the kind that the board has lines for.
+    /// The default scene of the board: its robot has drives of the kind that the board has lines for.
     pub(crate) const fn scene(self) -> &'static str {
         match self {
             Self::Netduinoplus2 | Self::OdriveV3 => SCENE_DEFAULT,
@@ -49,8 +49,8 @@ impl Board {
         }
     }
 
-    /// The kind of drives that the board has lines for, as a robot file calls it; `None` for a board that talks to its host
-    /// alone and so takes any arm. Another kind does not compile either: this says it before the compiler starts.
+    /// The kind of drives that the board has lines for, as a robot file names it. `None` for a board that only talks to
+    /// its host and so takes any arm. Another kind would not compile; this check reports it before the compiler starts.
     pub(crate) const fn drives(self) -> Option<&'static str> {
         match self {
             Self::Netduinoplus2 | Self::OdriveV3 => None,
@@ -66,7 +66,7 @@ impl fmt::Display for Board {
     }
 }
 
-/// Build the firmware; the answer is a copy that later builds for other scenes leave alone.
+/// Builds the firmware; returns a copy that later builds for other scenes do not touch.
 pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let toolchain = Toolchain::find_or_install()?;
@@ -80,19 +80,19 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     keep(&std::fs::read(&built)?, program(&scene, board)?)
 }
 
-/// Where [`build`] leaves the program, whether it has been built or not.
+/// Path where [`build`] puts the program, even before it is built.
 pub(crate) fn program(scene: &Path, board: Board) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     Ok(toolchain::target_directory().join(format!("{}-{board}.elf", scene_hash(&scene))))
 }
 
-/// Name of a scene and hash of its path, and of what the environment changes in it: for files that are made from it.
+/// Name of a scene and hash of its path and of the environment's changes to it, for the names of generated files.
 pub(crate) fn scene_hash(scene: &Path) -> String {
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
     format!("{stem}-{:08x}", short_hash(scene, &robot_compiler::emit::CHOICES))
 }
 
-/// Between build and copy nobody else may build: two test processes may ask for two scenes at once.
+/// Locks build and copy against other processes: two test processes may request two scenes at once.
 fn lock(folder: &Path) -> Result<File> {
     std::fs::create_dir_all(folder)?;
     let lock = File::create(folder.join("xtask.lock"))?;
@@ -100,9 +100,9 @@ fn lock(folder: &Path) -> Result<File> {
     Ok(lock)
 }
 
-/// Put a program where later builds leave it alone.
+/// Copies a program to a place that later builds do not touch.
 fn keep(text: &[u8], copy: PathBuf) -> Result<PathBuf> {
-    // A running emulator may hold the old copy open: leave it alone when nothing changed, else put a new one in its place.
+    // A running emulator may hold the old copy open. So an equal copy is left alone, and another is replaced by a new file.
     if std::fs::read(&copy).ok().as_deref() != Some(text) {
         let fresh = copy.with_extension("new");
         std::fs::write(&fresh, text)?;
@@ -111,7 +111,7 @@ fn keep(text: &[u8], copy: PathBuf) -> Result<PathBuf> {
     Ok(copy)
 }
 
-/// Tells apart scenes of one name in two folders, and what the environment changes in one (FNV-1a, 32 bits).
+/// Distinguishes scenes of one name in two folders, and the environment's changes to one (FNV-1a, 32 bits).
 fn short_hash(path: &Path, choices: &[&str]) -> u32 {
     let add = |hash: u32, text: &OsStr| fnv1a(hash, text.as_encoded_bytes());
     let start = add(0x811c_9dc5, path.as_os_str());

@@ -1,7 +1,7 @@
 //! `firmware flash`: from a scene to a program on a board.
 //!
-//! Everything before the probe is checked first: the board is a real one, the scene's drives are those that the board has lines
-//! for, the tool is there, and the log of the program that was built can be decoded. The tool does the rest.
+//! Everything that needs no probe is checked first: the board is a real one, the board has lines for the scene's drives,
+//! the tool is installed, and the log of the built program can be decoded. The tool does the rest.
 
 mod log_strings;
 mod scene_choice;
@@ -91,10 +91,10 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// A scene that a real board has lines for: its whole path.
+/// The full path of a scene for which a real board has lines.
 ///
 /// # Errors
-/// [`BadInput`] for an emulated board, a file that is wrong, or drives of another kind.
+/// [`BadInput`] for an emulated board, a wrong file, or drives of another kind.
 pub(crate) fn fitting(scene: &Path, board: Board) -> Result<PathBuf> {
     is_real(board)?;
     Ok(scene_choice::choose(&Wanted::Scene(scene.to_owned()), board)?.path)
@@ -109,7 +109,7 @@ fn is_real(board: Board) -> Result<()> {
     Err(BadInput(format!("--board {board}: found the emulated board, expected one of {real}")).into())
 }
 
-/// What the tool is called with, in order. `run` resets by itself, and stays to print the log.
+/// Calls of the tool, in order. `run` resets by itself, and stays to print the log.
 fn probe_steps(options: &Options, program: &Path) -> Vec<Vec<OsString>> {
     let call = |subcommand: &str, more: &[&str], file: Option<&Path>| {
         let mut words: Vec<OsString> = [subcommand, "--chip", PROBE_CHIP].map(OsString::from).into();
@@ -127,13 +127,13 @@ fn probe_steps(options: &Options, program: &Path) -> Vec<Vec<OsString>> {
     }
 }
 
-/// The words of a command as a person would type them in the project's folder.
+/// A command line as a person would type it in the project's folder.
 fn line(words: &[OsString]) -> String {
     let words: Vec<_> = words.iter().map(|word| shown(Path::new(word))).collect();
     words.join(" ")
 }
 
-/// A path from the project's folder on, where it is inside.
+/// A path relative to the project's folder, if it is inside.
 fn shown(path: &Path) -> String {
     let inside = root().canonicalize().ok().and_then(|root| path.strip_prefix(root).ok().map(Path::to_owned));
     inside.unwrap_or_else(|| path.to_owned()).display().to_string()

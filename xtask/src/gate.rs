@@ -1,6 +1,7 @@
-//! What the control tick may not contain: arithmetic in f64, which this chip does in software, and panics.
+//! Forbidden contents of the control tick: arithmetic in f64, which this chip does in software, and panics.
 //!
-//! The tick alone is linked from a staticlib with unused sections collected; what is left was reachable.
+//! The tick alone is linked from a staticlib, and the linker collects unused sections. Everything that remains is
+//! reachable.
 
 use crate::emitted;
 use crate::process::run;
@@ -10,13 +11,13 @@ use chip_image::Program;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The symbol that the linker starts from.
+/// The symbol where the linker starts.
 const ENTRY: &str = "newtau_gate_tick";
 
 /// The tick inside the safety state machine, linked beside it.
 const SAFETY: &str = "newtau_gate_safety";
 
-/// Parts of the names that must not be there, and what they are.
+/// Parts of forbidden names, and their meanings.
 const FORBIDDEN: [(&str, &str); 12] = [
     ("__aeabi_d", "f64 arithmetic in software"),
     ("__aeabi_f2d", "f32 to f64 in software"),
@@ -32,7 +33,7 @@ const FORBIDDEN: [(&str, &str); 12] = [
     ("rust_begin_unwind", "the panic handler"),
 ];
 
-/// Hold the tick to the rule; and show that the gate would see a tick that breaks it.
+/// Checks that the tick keeps the rule, and that the gate detects a tick that breaks it.
 pub(crate) fn check(scene: &Path) -> Result<()> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let found = offences(&scene, None)?;
@@ -48,7 +49,7 @@ pub(crate) fn check(scene: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Forbidden symbols in the linked tick, each with what it is.
+/// Forbidden symbols in the linked tick, each with its meaning.
 fn offences(scene: &Path, feature: Option<&str>) -> Result<Vec<String>> {
     let linked = link(scene, feature)?;
     let bytes = std::fs::read(&linked)?;

@@ -2,16 +2,16 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`install`] | what is measured against, from PyPI and Debian |
-//! | [`build`] | compiler runs, two at a time and only where something changed |
-//! | [`contestants`] | who is measured, and how each is built |
+//! | [`install`] | the peers' packages, from PyPI and Debian |
+//! | [`build`] | compiler runs, several at a time and only after a change |
+//! | [`contestants`] | the contestants, and how each is built |
 //! | [`desk`] | times, and the check that all torques agree |
 //! | [`chip`] | instructions in the emulator |
 //! | [`report`] | targets, tables, JSON, `docs/measured/peers.md` |
 //!
-//! The harness is C and C++ in `xtask/bench/peers`, our side of it the crate `bench-peers`. Everybody is the same C function over
-//! the same states; the peers get their model from the robot file by `xtask/bench/peers/arm.py`, which shares nothing with our
-//! reader, and a torque that differs ends the run without a figure.
+//! The harness is C and C++ in `xtask/bench/peers`, our side of it the crate `bench-peers`. Every contestant is the same C
+//! function over the same states. The peers get their model from the robot file by `xtask/bench/peers/arm.py`, which shares
+//! nothing with our reader. A torque that differs ends the run without a figure.
 
 mod build;
 mod chip;
@@ -22,6 +22,8 @@ mod report;
 
 use crate::process::{root, target_directory};
 use anyhow::Result;
+use report::PLACE;
+use robot_compiler::emit::page::Page;
 use std::path::{Path, PathBuf};
 
 /// The arms, by the names of their files.
@@ -30,7 +32,7 @@ const ARMS: [&str; 2] = ["ur5", "puma560"];
 /// Joints of every arm that is measured.
 const JOINTS: usize = 6;
 
-/// Where everything that this makes lies.
+/// Folder of all generated files.
 fn folder() -> PathBuf {
     target_directory().join("peers")
 }
@@ -40,17 +42,17 @@ fn source(name: &str) -> PathBuf {
     root().join("xtask/bench/peers").join(name)
 }
 
-/// What was measured of an arm.
+/// Measurements of an arm.
 struct Measured {
     arm: &'static str,
     desk: Vec<desk::Time>,
     chip: Vec<chip::Count>,
 }
 
-/// Install, build, check, measure, and say what came out: on the terminal, as JSON to a file or to `-`, and in the
-/// documentation.
+/// Installs, builds, checks, measures, and reports: on the terminal, as JSON to a file or to `-`, and in the documentation.
 pub(crate) fn run(json: Option<&Path>) -> Result<()> {
-    let document = report::Document::open()?;
+    // Checked now rather than after an hour: the page must have a place for its tables.
+    let mut page = Page::read(root().join("docs/measured/peers.md"), &[PLACE])?;
     let python = install::all()?;
     let ours = contestants::Ours::build()?;
     contestants::generate(&python)?;
@@ -63,7 +65,8 @@ pub(crate) fn run(json: Option<&Path>) -> Result<()> {
         measured.push(Measured { arm, desk, chip });
     }
     let report = report::Report::new(&measured)?;
-    document.write(&report)?;
+    page.put(PLACE, &report.markdown())?;
+    page.write()?;
     if json != Some(Path::new("-")) {
         report.print();
     }

@@ -1,4 +1,4 @@
-//! Other programs: found, run, and named when they fail.
+//! Other programs: found, run, and named if they fail.
 
 use anyhow::{Context as _, Result, bail};
 use std::path::PathBuf;
@@ -10,25 +10,30 @@ pub(crate) fn root() -> PathBuf {
     manifest.parent().map_or_else(|| manifest.clone(), PathBuf::from)
 }
 
-/// Where cargo puts what it builds.
+/// Cargo's build folder.
 pub(crate) fn target_directory() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |folder| root().join(folder))
 }
 
-/// Where `program` lies, if it is on the path.
+/// Path of `program`, if it is on the `PATH`.
 pub(crate) fn which(program: &str) -> Option<PathBuf> {
     let paths = std::env::var_os("PATH")?;
     std::env::split_paths(&paths).map(|folder| folder.join(program)).find(|path| path.is_file())
 }
 
-/// `cargo run` of a package, in the profile that the tasks themselves are built in.
-pub(crate) fn cargo_run(package: &str) -> Command {
+/// The cargo that runs this task, in the workspace's folder.
+pub(crate) fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root()).args(["run", "--quiet", "--release", "--package", package, "--"]);
+    command.current_dir(root()).args(arguments);
     command
 }
 
-/// Run to the end; an error names the command.
+/// `cargo run` of a package, in the tasks' own profile.
+pub(crate) fn cargo_run(package: &str) -> Command {
+    cargo(["run", "--quiet", "--locked", "--release", "--package", package, "--"])
+}
+
+/// Runs a command to its end; an error names the command.
 pub(crate) fn run(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
     if !status.success() {
@@ -39,7 +44,7 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// What a command prints, without the line's end; `None` when it cannot start or fails.
+/// Standard output of a command, without the final line end; `None` if it cannot start or fails.
 pub(crate) fn output(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())

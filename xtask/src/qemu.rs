@@ -6,13 +6,13 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The package that puts logs into words.
+/// The package that decodes logs.
 pub(crate) const LOG: &str = "chip-log";
 
 /// Start the emulator on a program, print its log, and stop after `limit` or when the program ends.
 pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
     crate::setup::qemu()?;
-    // Built before the emulator starts: its log waits for nobody.
+    // Built before the emulator starts, because the emulator does not wait for a reader of its log.
     let strings = log_strings(elf)?;
     ensure!(strings > 0, "the program has no log strings: is it the firmware?");
     let mut child = Command::new("qemu-system-arm")
@@ -35,11 +35,11 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
         }
         std::thread::sleep(Duration::from_millis(20));
     };
-    // Ended by itself: the firmware gave up, and its log says why.
+    // If the emulator has ended by itself, the firmware gave up, and its log says why.
     let ended = child.try_wait()?;
     child.kill().ok();
     child.wait()?;
-    // What the pipe still holds is printed.
+    // Prints the rest of the pipe.
     words.wait()?;
     ensure!(printed, "the log cannot be decoded");
     match ended {
@@ -48,7 +48,7 @@ pub(crate) fn run(elf: &Path, limit: Option<Duration>) -> Result<()> {
     }
 }
 
-/// How many strings a program can log.
+/// Number of strings that a program can log.
 pub(crate) fn log_strings(elf: &Path) -> Result<usize> {
     let said =
         cargo_run(LOG).arg("strings").arg(elf).stderr(Stdio::inherit()).output().context("cannot start cargo")?;
@@ -56,7 +56,7 @@ pub(crate) fn log_strings(elf: &Path) -> Result<usize> {
     text.trim().parse().with_context(|| format!("{LOG} does not count the log strings of {}", elf.display()))
 }
 
-/// Run a program that prints over semihosting and ends by itself; an instruction takes 1 ns of its time.
+/// Runs a program that prints over semihosting and ends by itself; an instruction takes 1 ns of its time.
 pub(crate) fn semihosted(elf: &Path) -> Result<String> {
     let output = Command::new("qemu-system-arm")
         .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])

@@ -1,8 +1,8 @@
-//! The README's own commands: run as they stand there, and held to the output that stands below them.
+//! Commands of the README: run as written, and compared with the output shown below them.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`blocks`] | commands of a page, and the output that it shows of them |
+//! | [`blocks`] | commands of a page, and the output shown for them |
 //! | [`compare`] | shown output against printed output, times masked |
 
 mod blocks;
@@ -15,8 +15,8 @@ use blocks::Block;
 use compare::Masked;
 use std::process::{Command, Stdio};
 
-/// Run every `cargo` line of the README's `console` blocks, but for those that would start this again, and compare what they
-/// print with the `text` block that follows.
+/// Runs every `cargo` line of the README's `console` blocks, except those that would start this task again. Compares their
+/// output with the `text` block that follows.
 pub(crate) fn run_commands() -> Result<()> {
     let path = root().join("README.md");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
@@ -41,7 +41,7 @@ pub(crate) fn run_commands() -> Result<()> {
     Ok(())
 }
 
-/// Output of a command that must succeed, shown as well.
+/// Standard output of a command that must succeed; it is also printed.
 fn stdout(line: &str) -> Result<String> {
     eprintln!("$ {line}");
     let mut words = line.split_whitespace();

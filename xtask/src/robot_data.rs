@@ -4,8 +4,8 @@ use crate::process::{root, run, target_directory, which};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Fetch them unless they are there, and say where. Without Python or network the tests that need them say that they are
-/// skipped: no robot of the project depends on these files.
+/// Fetches the files if they are missing, and returns their folder. Without Python or network, the tests that need them
+/// report that they are skipped; no robot of the project depends on these files.
 pub(crate) fn fetch() -> PathBuf {
     let folder = target_directory().join("robot-data");
     let script = root().join("robot-compiler/tests/tools/fetch_urdf.py");

@@ -1,9 +1,9 @@
-//! What of a scene file is wanted before, or without, compiling its robot.
+//! Keys of a scene file that are needed before, or without, compiling its robot.
 
 use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
 
-/// A scene file as keys and values, none of them checked: `robot_compiler` does that where it matters.
+/// A scene file as unchecked keys and values; `robot_compiler` checks them when it matters.
 pub(crate) struct SceneKeys {
     path: PathBuf,
     table: toml::Table,
@@ -20,14 +20,14 @@ impl SceneKeys {
         Ok(Self { path: path.to_owned(), table })
     }
 
-    /// The robot's file, from where the scene lies on.
+    /// The path of the robot's file, resolved from the scene's folder.
     pub(crate) fn robot(&self) -> Result<PathBuf> {
         let robot = self.table.get("robot").and_then(toml::Value::as_str);
         let robot = robot.with_context(|| format!("{}: robot: expected a path in quotes", self.path.display()))?;
         Ok(self.path.parent().unwrap_or(Path::new("")).join(robot))
     }
 
-    /// Whether its model is compiled into a kernel, which alone can run from SRAM.
+    /// Whether the model is compiled into a kernel; only a kernel can run from SRAM.
     pub(crate) fn has_a_kernel(&self) -> bool {
         let kernel = self.table.get("control").and_then(|control| control.get("kernel")?.as_str());
         kernel != Some("generic")

@@ -1,4 +1,4 @@
-//! Steps that pass or fail, and the count of both.
+//! Steps that pass or fail, and the counts of both.
 
 use crate::process::run;
 use anyhow::{Context as _, Result};
@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// What was run and how it went.
+/// Results of the steps.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     passed: u64,
@@ -15,7 +15,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Run a step that counts as one.
+    /// Runs a step that counts as one.
     pub(crate) fn step(&mut self, name: &str, step: impl FnOnce() -> Result<()>) {
         let begin = announce(name);
         match step() {
@@ -25,12 +25,12 @@ impl Tally {
         eprintln!("    {name}: {:.0} s", begin.elapsed().as_secs_f64());
     }
 
-    /// Run a command that counts as one.
+    /// Runs a command that counts as one.
     pub(crate) fn command(&mut self, name: &str, command: &mut Command) {
         self.step(name, || run(command));
     }
 
-    /// Run a test runner and count the tests that it reports; a run that reports none is a failure.
+    /// Runs a test runner and counts the tests that it reports; a run without tests is a failure.
     pub(crate) fn tests(&mut self, name: &str, command: &mut Command) {
         let begin = announce(name);
         let outcome = counted(command);
@@ -51,7 +51,7 @@ impl Tally {
         eprintln!("    {name}: {:.0} s", begin.elapsed().as_secs_f64());
     }
 
-    /// Say what failed, and end with the line that counts. True when nothing failed.
+    /// Prints the failures, and ends with the line of counts. Returns true if nothing failed.
     pub(crate) fn report(&self) -> bool {
         for failure in &self.failures {
             eprintln!("FAILED {failure}");
@@ -77,9 +77,9 @@ struct Counts {
     failed: u64,
 }
 
-/// Show a test runner's output as it comes, and add up its summaries.
+/// Prints a test runner's output as it arrives, and adds up its summaries.
 fn counted(command: &mut Command) -> Result<(bool, Counts)> {
-    // nextest sums up on its standard error, the built-in harness on its standard output: both into one pipe each.
+    // nextest prints its summary on standard error, the built-in harness on standard output: each gets a pipe of its own.
     let mut child = command
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -111,7 +111,7 @@ fn echo(pipe: impl BufRead) -> Counts {
 /// The counts in a summary line of nextest or of Rust's own test harness.
 fn summary(line: &str) -> Option<Counts> {
     let of_nextest = line.trim_start().starts_with("Summary [");
-    // Not trimmed: nextest shows a failed test's own output with an indent, and that test is counted already.
+    // Not trimmed: nextest indents a failed test's own output, and that test is already counted.
     let of_harness = line.starts_with("test result: ");
     if !of_nextest && !of_harness {
         return None;

@@ -1,14 +1,14 @@
-//! `cargo xtask test`: everything that proves the project, what fails soonest first.
+//! `cargo xtask test`: everything that proves the project, in order of how soon a step fails.
 
 use crate::firmware::{self, Board};
-use crate::process::root;
+use crate::process::{cargo, target_directory};
 use crate::tally::Tally;
 use crate::{bench, budget, gate, readme, robot_data, setup};
 use anyhow::Result;
 use std::path::Path;
 use std::process::{Command, exit};
 
-/// Set up what is missing, run everything, and end with the line that counts; code 1 if anything failed.
+/// Sets up missing tools, runs everything, and ends with the line of counts; code 1 if anything failed.
 pub(crate) fn all() -> Result<()> {
     setup::all()?;
     let urdfs = robot_data::fetch();
@@ -25,23 +25,28 @@ pub(crate) fn all() -> Result<()> {
 
 /// Format, lints, documentation.
 fn static_checks(tally: &mut Tally) {
-    tally.command("format", &mut cargo(&["fmt", "--all", "--check"]));
-    tally.command("lints", &mut cargo(&["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]));
-    let mut doc = cargo(&["doc", "--workspace", "--no-deps", "--locked"]);
+    tally.command("format", &mut cargo(["fmt", "--all", "--check"]));
+    tally.command("lints", &mut cargo(["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]));
+    let mut doc = cargo(["doc", "--workspace", "--no-deps", "--locked"]);
     tally.command("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"));
 }
 
 /// Unit, integration, property and snapshot tests, and the examples in the documentation.
 fn host_tests(tally: &mut Tally, urdfs: &Path) {
-    // A snapshot that is missing or differs is a failure here, never a new file.
-    let mut tests = cargo(&["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
+    // A missing or different snapshot is a failure here, never a new file.
+    let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     tests.args(["--filterset", &format!("not {CHIP_TESTS}")]);
     tally.tests("host tests", tests.env("NEWTAU_URDF_DIR", urdfs).env("INSTA_UPDATE", "no"));
-    tally.tests("documentation examples", &mut cargo(&["test", "--workspace", "--doc", "--locked"]));
+    for example in ["torques", "control_loop", "kernel"] {
+        // Built with the tests; asking cargo for one package alone would build it again, with that package's features.
+        let program = target_directory().join("debug/examples").join(example);
+        tally.command(&format!("example {example}"), &mut Command::new(program));
+    }
+    tally.tests("documentation examples", &mut cargo(["test", "--workspace", "--doc", "--locked"]));
 }
 
-/// The firmware: built for every board, measured against its budgets, its tick free of what must not be in it, and run
-/// in the emulated chip.
+/// The firmware: built for every board, measured against its budgets, its tick checked for forbidden symbols, and run in
+/// the emulated chip.
 fn chip_tests(tally: &mut Tally) {
     let scene = Path::new(firmware::SCENE_DEFAULT);
     for board in Board::ALL {
@@ -54,16 +59,10 @@ fn chip_tests(tally: &mut Tally) {
     tally.step("instruction counts", bench::gate);
     tally.step("budget, its cheap part", budget::gate);
     tally.step("cycles, estimated", || bench::cycles::run(false));
-    // One emulator at a time: it keeps one processor busy and the test another.
-    let mut tests = cargo(&["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
+    // One emulator at a time, because it keeps one processor busy and the test another.
+    let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     tally.tests("chip tests", tests.args(["--test-threads", "1", "--filterset", CHIP_TESTS]));
 }
 
 /// Tests that need the emulator.
 const CHIP_TESTS: &str = "(binary(/^chip/) or test(/^chip::firmware_tests/))";
-
-fn cargo(arguments: &[&str]) -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root()).args(arguments);
-    command
-}

@@ -1,7 +1,7 @@
-//! The tool chain that builds for the chip.
+//! Tool chain that builds for the chip.
 //!
-//! The ordinary one first: rustup's, with its precompiled `core` for the target. Where rustup cannot fetch that, Debian's
-//! rustc with the library's sources, from which `core` is built here.
+//! The ordinary one is rustup's, with its precompiled `core` for the target. If rustup cannot fetch that, Debian's rustc is
+//! used with the library's sources, from which `core` is built here.
 
 use crate::process::{output, root, run, which};
 use anyhow::{Result, bail};
@@ -12,13 +12,13 @@ use std::process::{Command, Stdio};
 /// The chip: Cortex-M4 with a single-precision unit.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// The profile that the chip's programs are built in (Cargo.toml).
+/// The Cargo profile of the chip's programs (Cargo.toml).
 const PROFILE: &str = "firmware";
 
 /// Oldest rustc that builds this workspace (`rust-version` in Cargo.toml).
 const MINOR_MIN: u32 = 95;
 
-/// Names the only tool chain that may be used, `rustup` or `debian`: to test the one that would not be chosen.
+/// Environment variable that names the only allowed tool chain, `rustup` or `debian`; it makes the second choice testable.
 const CHOICE: &str = "NEWTAU_TOOLCHAIN";
 
 fn allowed(name: &str) -> bool {
@@ -28,7 +28,7 @@ fn allowed(name: &str) -> bool {
 /// A tool chain that can build for the chip.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Toolchain {
-    /// The cargo that runs this, with the target installed.
+    /// The cargo that runs this task, with the target installed.
     Rustup,
     /// Debian's, with `core` built from source.
     Debian {
@@ -49,7 +49,7 @@ impl fmt::Display for Toolchain {
 }
 
 impl Toolchain {
-    /// The one that is there, the ordinary one first.
+    /// The installed tool chain, the ordinary one first.
     pub(crate) fn find() -> Option<Self> {
         if allowed("rustup") && has_target(&sysroot()?) {
             return Some(Self::Rustup);
@@ -57,7 +57,7 @@ impl Toolchain {
         (allowed("debian") && debian_is_new_enough()).then(linker).flatten().map(|linker| Self::Debian { linker })
     }
 
-    /// The one that is there, or that could be installed; says what it does.
+    /// The installed tool chain, or one that can be installed; prints each step.
     pub(crate) fn find_or_install() -> Result<Self> {
         if let Some(found) = Self::find() {
             return Ok(found);
@@ -93,7 +93,7 @@ impl Toolchain {
         }
     }
 
-    /// The compiler, `rustc 1.95.0`: counts and sizes are those of one compiler.
+    /// The compiler, `rustc 1.95.0`: counts and sizes belong to one compiler.
     pub(crate) fn rustc(&self) -> Result<String> {
         rustc_version(match self {
             Self::Rustup => "rustc",
@@ -101,21 +101,21 @@ impl Toolchain {
         })
     }
 
-    /// `cargo SUBCOMMAND` for the chip, optimised, in a target folder of its own: the two tool chains must not disturb
-    /// each other's builds.
+    /// `cargo SUBCOMMAND` for the chip, optimised, in a target folder of its own, so that the two tool chains do not
+    /// disturb each other's builds.
     pub(crate) fn cargo(&self, subcommand: &str) -> Command {
         let mut command = match self {
-            Self::Rustup => Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())),
+            Self::Rustup => crate::process::cargo([]),
             Self::Debian { .. } => Command::new("/usr/bin/cargo"),
         };
         command.current_dir(root()).args([subcommand, "--profile", PROFILE, "--target", TARGET]);
         command.arg("--target-dir").arg(target_directory());
-        // Set by rustup's cargo for whatever it runs; they would lead the other cargo to the wrong compiler.
+        // rustup's cargo sets these for its child processes; they would lead the other cargo to the wrong compiler.
         for name in ["RUSTC", "RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS"] {
             command.env_remove(name);
         }
         if let Self::Debian { linker } = self {
-            // `-Zbuild-std` asks for a nightly or for this variable.
+            // `-Zbuild-std` needs a nightly compiler or this variable.
             command.arg("-Zbuild-std=core").env("RUSTC", "/usr/bin/rustc").env("RUSTC_BOOTSTRAP", "1");
             command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
         }
@@ -130,12 +130,12 @@ pub(crate) fn rustc_version(program: &str) -> Result<String> {
     Ok(text.split(' ').take(2).collect::<Vec<_>>().join(" "))
 }
 
-/// Where builds for the chip go.
+/// Target folder of builds for the chip.
 pub(crate) fn target_directory() -> PathBuf {
     crate::process::target_directory().join("chip")
 }
 
-/// Where a build for the chip leaves its product of this name.
+/// Path of a product of a build for the chip.
 pub(crate) fn product(name: &str) -> PathBuf {
     target_directory().join(TARGET).join(PROFILE).join(name)
 }
@@ -165,7 +165,7 @@ fn linker() -> Option<PathBuf> {
     lld.filter(|path| path.is_file()).or_else(|| which("arm-none-eabi-ld"))
 }
 
-/// Check that the linked program exists after a build that said it succeeded.
+/// Runs a build, and checks that the linked program exists afterwards.
 pub(crate) fn build(command: &mut Command, product: PathBuf) -> Result<PathBuf> {
     run(command)?;
     if !product.is_file() {

@@ -1,4 +1,4 @@
-//! The house: nine folders, and who may know whom (`docs/architecture.md`), held to what cargo says.
+//! Architecture: nine folders and their allowed dependencies (`docs/architecture.md`), compared with cargo's metadata.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use serde_json::{Value, json};
@@ -13,7 +13,8 @@ const ROOMS: [&str; 9] =
 /// Folders at the top that git does not keep.
 const MADE: [&str; 2] = ["target", "out"];
 
-/// A package, its folder, and the packages of the workspace that it may know, when it is built and, beside these, when it is tested.
+/// A package, its folder, and the workspace packages that it may depend on: when it is built and, in addition, when it is
+/// tested.
 struct Row {
     package: &'static str,
     folder: &'static str,
@@ -30,7 +31,7 @@ const fn row(
     Row { package, folder, knows, in_tests }
 }
 
-/// Every package but `xtask` itself: what is in that room may know all others.
+/// Every package except `xtask` itself; the packages under `xtask` may depend on all of these.
 const ALL: &[&str] = &[
     "dynamics-core",
     "robot-compiler",
@@ -56,12 +57,12 @@ const ROWS: [Row; 19] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
-    // Its tests have what a host has: itself, with another feature.
+    // Its tests use the features of a host: the package itself, with another feature.
     row("link", "link", &["dynamics-core"], &["link"]),
     row("session", "link/session", &["dynamics-core", "link"], &["robot-compiler"]),
     row("arm", "firmware/arm", &["dynamics-core"], &[]),
     row("tick-gate", "firmware/tick-gate", &["arm", "dynamics-core"], &[]),
-    // A program that `cargo xtask bench` runs: the states and the arms are those of its other measurements.
+    // A program that `cargo xtask bench` runs; it shares the states and arms of the other measurements.
     row("probe", "firmware/probe", &["bench", "dynamics-core"], &[]),
     row("firmware", "firmware", &["arm", "dynamics-core", "link", "session"], &["actuator-model"]),
     row("actuator-model", "firmware/tests/actuators", &[], &[]),
@@ -76,7 +77,7 @@ const ROWS: [Row; 19] = [
     row("xtask", "xtask", ALL, ALL),
 ];
 
-/// Pairs of which the first may not come to know the second through others either.
+/// Pairs of packages; the first must not depend on the second, even through others.
 const NEVER: [(&str, &str); 6] = [
     ("host-sim", "firmware"),
     ("host-sim", "arm"),
@@ -98,7 +99,7 @@ fn metadata() -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// What one package knows of the others of the workspace.
+/// Dependencies of one package on others of the workspace.
 #[derive(Default)]
 struct Known {
     folder: String,
@@ -130,7 +131,7 @@ fn packages(metadata: &Value) -> BTreeMap<String, Known> {
     all.iter().map(|package| (text(&package["name"]), known(package))).collect()
 }
 
-/// Everything that a package comes to know when it is built.
+/// All packages that one depends on when it is built, directly or indirectly.
 fn reached<'a>(from: &'a str, packages: &'a BTreeMap<String, Known>) -> BTreeSet<&'a str> {
     let mut found = BTreeSet::new();
     let mut open = vec![from];
@@ -140,7 +141,7 @@ fn reached<'a>(from: &'a str, packages: &'a BTreeMap<String, Known>) -> BTreeSet
     found
 }
 
-/// What is not as the tables say, a line each.
+/// Deviations from the tables, one line each.
 fn violations(metadata: &Value) -> Vec<String> {
     let packages = packages(metadata);
     let mut found = Vec::new();
@@ -193,7 +194,7 @@ fn every_row_names_a_package_once_and_nobody_may_know_xtask() {
     assert!(named().all(|name| *name != "xtask"));
 }
 
-/// Made-up packages in their right places, with the arrows that are given: who, whom, `dev` or what it is built with.
+/// Made-up packages in their right places, with these dependencies: from, to, and the kind, `dev` or a build kind.
 fn made_up(arrows: &[(&str, &str, &str)]) -> Value {
     let package = |row: &Row| {
         let of_it = arrows.iter().filter(|(from, ..)| *from == row.package);

@@ -1,4 +1,4 @@
-//! The bytes that `cargo xtask firmware cost` gives of a tick, held to those that the linker keeps.
+//! Bytes of a tick from `cargo xtask firmware cost`, compared with those that the linker keeps.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 mod task;
@@ -11,7 +11,7 @@ use task::{folder, told, xtask};
 
 const SCENE: &str = "scenes/puma560_pick.toml";
 
-/// What the task prints of the scene.
+/// Output of the task for the scene.
 fn cost() -> Value {
     let list = folder("chip_bytes").join("one.scenes");
     std::fs::write(&list, format!("{SCENE}\n")).unwrap();
@@ -25,7 +25,7 @@ fn the_bytes_of_a_tick_are_those_that_the_linker_keeps_of_it() {
     let cost = cost();
     let (code, _, error) = told(xtask().args(["gate", "--scene", SCENE]).output().unwrap());
     assert_eq!(code, 0, "{error}");
-    // Beside the measuring program's folder: the tick alone, with everything else collected.
+    // In the folder beside the measuring program's: the tick alone, with everything else collected by the linker.
     let measured = Path::new(cost["tick"]["program"].as_str().unwrap());
     let linked = measured.with_file_name("thumbv7em-none-eabihf/firmware/tick-gate-tick.elf");
     let program = Program::parse(&std::fs::read(linked).unwrap()).unwrap();

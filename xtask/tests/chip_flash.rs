@@ -1,4 +1,4 @@
-//! `firmware flash` through the compiler to a scripted probe-rs, and the firmware's log as the emulator's user reads it.
+//! `firmware flash` through the compiler to a scripted probe-rs, and the firmware's log as a user of the emulator reads it.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
@@ -26,7 +26,7 @@ fn the_probe_is_given_the_program_of_the_scene_with_a_log_that_can_be_read() {
     }
     let log = printed.lines().find_map(|line| line.strip_prefix("log      ")).unwrap_or_else(|| panic!("{printed}"));
     let strings: usize = log.split(' ').next().unwrap().parse().unwrap();
-    // More than the firmware's own handful: those of the crates below it count too.
+    // The strings of the crates below count too, so there are more than the firmware's own handful.
     assert!((5..200).contains(&strings), "{log}");
 }
 
@@ -55,6 +55,6 @@ fn the_log_of_the_emulated_board_is_readable() {
     let (code, printed, error) = told(run);
     assert_eq!(code, 0, "{error}");
     assert!(printed.contains("planar2r_swing on netduinoplus2 (QEMU): 2 joints, 1000.0 Hz"), "{printed}");
-    // The level in front: decoded, not copied.
+    // The level in front shows that the log was decoded, not copied.
     assert!(printed.lines().any(|line| line.contains("INFO")), "{printed}");
 }

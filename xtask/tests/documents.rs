@@ -1,4 +1,4 @@
-//! The pages for people with a board, held to the board files and to what the project claims.
+//! Pages for people with a board, compared with the board files and the project's claims.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,7 +18,7 @@ const FOLDERS: [&str; 10] = [
     "dynamics-core/src",
 ];
 
-/// It names what it holds, and is where a claim may be made without being one.
+/// The checklist names the claiming files, so its own text is not a claim.
 const CHECKLIST: &str = "docs/hardware-checklist.md";
 
 fn root() -> PathBuf {
@@ -41,7 +41,8 @@ fn files(folder: &Path, found: &mut Vec<String>) {
     }
 }
 
-/// Whether a text says that something has not been seen on silicon. Its lines may break anywhere, and comments start each anew.
+/// Whether a text contains the claim for unmeasured results. Its lines may break anywhere, and each comment line has its
+/// marker.
 fn says_so(text: &str) -> bool {
     let words =
         text.lines().map(|line| line.trim_start().trim_start_matches(['/', '!', '#'])).collect::<Vec<_>>().join(" ");
@@ -87,7 +88,7 @@ fn every_row_of_the_checklist_has_five_cells_and_a_state() {
     }
 }
 
-/// `PA2`, `PB10`: the pins that a text names.
+/// The pins that a text names, such as `PA2` and `PB10`.
 fn pins(text: &str) -> BTreeSet<String> {
     let words = text.split(|character: char| !character.is_ascii_alphanumeric());
     let is_pin = |word: &&str| {
@@ -124,7 +125,7 @@ fn claims_are_found_across_broken_lines_and_comments() {
     assert!(!says_so("measured in the emulator"));
 }
 
-/// Pages of prose: the README and those of `docs` that no command writes, without the records of decisions.
+/// Pages of prose: the README and the hand-written pages of `docs`, without the records of decisions.
 fn prose() -> Vec<String> {
     let mut pages = Vec::new();
     files(&root().join("docs"), &mut pages);
@@ -169,7 +170,7 @@ fn the_readme_s_rows_of_the_budget_are_those_that_were_measured() {
     }
 }
 
-/// The name that a heading is linked by.
+/// The anchor of a heading in links.
 fn anchor(heading: &str) -> String {
     let kept = heading
         .to_lowercase()

@@ -1,4 +1,4 @@
-//! `firmware flash` up to the compiler: which scene, which board, which commands.
+//! `firmware flash` up to the compiler: the choice of scene, board and commands.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -12,7 +12,7 @@ fn flash(arguments: &[&str]) -> (i32, String, String) {
     told(xtask().args(["firmware", "flash"]).args(arguments).output().unwrap())
 }
 
-/// The commands of a dry run, with the program's folder and the hash in its name left out.
+/// The commands of a dry run, without the program's folder and the hash in its name.
 fn commands(arguments: &[&str]) -> Vec<String> {
     let (code, printed, error) = flash(&[arguments, &["--dry-run"]].concat());
     assert_eq!(code, 0, "{error}");

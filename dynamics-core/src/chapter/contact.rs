@@ -1,15 +1,15 @@
-//! The wrench at the tip from the one that a sensor in the base measures: how an arm without a sensor in its wrist feels a
-//! contact.
+//! The wrench at the tip, from the wrench that a sensor in the base measures. An arm without a wrist sensor feels a
+//! contact this way.
 //!
-//! The recursion runs outward (eq. 12.163-12.168): each link takes from the wrench that reaches it what its own motion and
-//! weight need, and hands the rest on. What is left at the tip is what the arm does to the environment; returned is the
-//! opposite, what the *environment does to the arm*, as everywhere in this crate: it can be put into
+//! The recursion runs outward (eq. 12.163-12.168): each link subtracts the wrench that its own motion and weight need,
+//! and hands the rest on. The rest at the tip acts from the arm on the environment. The return value is its opposite,
+//! the wrench *of the environment on the arm*, as everywhere in this crate: it can be put into
 //! [`crate::Scene::tip_wrench`].
 //!
 //! Corrections to the chapter: 12.167-12.168 need `iT_{i+1}^{-1}` (printed with both indices raised), and the wrench that is
 //! handed on acts on the next link with its own sign, not as its negative.
 //!
-//! # What sensor noise does
+//! # Effect of sensor noise
 //! With `R = base_from_tip`, `d` from the base's origin to the tip's, and `W(q, qd, qdd)` the wrench that the model expects
 //! without a contact ([`base_wrench`]), an arm that touches nothing feels, to first order,
 //!
@@ -18,10 +18,10 @@
 //! (e_F, e_M) = change of W by the errors of q, qd, qdd - error of the reading
 //! ```
 //!
-//! Of the reading and of `qdd` this is exact, and a force keeps its size while a moment gains the reach times the force: noise of
-//! `s_F` and `s_M` on every axis of the reading is felt as `s_F` on every axis of the force and as
-//! `sqrt(3 s_M^2 + 2 |d|^2 s_F^2)` in all of the moment. A unit of `qdd` at a revolute joint of axis `k` changes the force by
-//! `k x sum m r`, over what lies beyond the joint, `r` from the joint.
+//! This is exact for errors of the reading and of `qdd`. A force keeps its magnitude, and a moment gains the reach
+//! times the force: noise of `s_F` and `s_M` on every axis of the reading is felt as `s_F` on every axis of the force
+//! and as `sqrt(3 s_M^2 + 2 |d|^2 s_F^2)` in all of the moment. A unit of `qdd` at a revolute joint of axis `k` changes
+//! the force by `k x sum m r`, summed over the masses beyond the joint, with `r` measured from the joint.
 //!
 //! A Puma 560 in the middle of a quick reach, its tip 1.24 m from the base's origin, feels by the noise of each sensor (root mean
 //! square of the whole vector; `tests/contact.rs` pins these numbers, and ten thousand draws scatter by 1.78 N and 0.919 N m):
@@ -34,8 +34,8 @@
 //! | acceleration | 0.2 rad/s^2 | 1.54 | 0.26 |
 //! | all | | 1.77 | 0.92 |
 //!
-//! The acceleration is the weak spot: what is not measured but differentiated should be filtered. Rounding is not: single
-//! precision is off by at most 6e-7 of the reading on random arms of six joints.
+//! The acceleration is the weak spot: filter it where it is differentiated instead of measured. Rounding is no concern:
+//! single precision is off by at most 6e-7 of the reading on random arms of six joints.
 
 use crate::inertia::Wrench;
 use crate::newton_euler::{JointMotion, Motion, from_parent, joint_wrenches, to_parent};
@@ -43,7 +43,7 @@ use crate::scalar::Scalar;
 use crate::scene::{Dynamics, Live};
 use crate::trig::SinCos;
 
-/// What the base exerts on the arm, about the origin of the base frame and in its axes: what a sensor there would read.
+/// Wrench of the base on the arm, about the origin of the base frame and in its axes: the reading of a sensor there.
 ///
 /// `(F_0, M_0)` of eq. 12.157-12.158, moved to the base's origin. Inputs as [`crate::InverseDynamics::inverse_dynamics`], the
 /// scene's tip wrench included; N and N m. The reaction of spinning rotors is not in it, as in all wrenches of this crate.
@@ -59,7 +59,7 @@ pub fn base_wrench<S: Scalar, const N: usize>(
     to_parent(&dynamics.model().links()[0], turn[0], q[0], &first)
 }
 
-/// What the environment does to the arm at the tip, from what the base exerts on the arm.
+/// Wrench of the environment on the arm at the tip, from the wrench of the base on the arm.
 ///
 /// `F_i = F_{i-1} + m_i (g - a_i)`, `M_i` likewise, from the base to the tip; then `w = -(F_n, M_n)`
 /// (eq. 12.163-12.168 corrected, see [`crate::chapter::contact`])
@@ -70,8 +70,8 @@ pub fn base_wrench<S: Scalar, const N: usize>(
 /// | `base_wrench` | on the arm by the base, about the *base's origin* | N, N m | base |
 /// | return | on the arm by the environment, about the *tip's origin* | N, N m | tip |
 ///
-/// A sensor that sits elsewhere in the base gives `reading.in_parent(&sensor.rotation, &sensor.translation)`; one that reports
-/// what the arm does to the base gives the opposite.
+/// A sensor that sits elsewhere in the base gives `reading.in_parent(&sensor.rotation, &sensor.translation)`; a sensor
+/// that reports the wrench of the arm on the base gives the opposite.
 ///
 /// O(N); no branch on data, no division.
 pub fn contact_wrench<S: Scalar, const N: usize>(

@@ -1,22 +1,23 @@
 //! Newton's and Euler's equation of every link in the base frame, as the book writes them before anything is eliminated.
 //!
 //! For link `i` with mass centre `C_i`, `n_i` and `m_i` from there to its two ends ([`Posture::inner_arm`],
-//! [`Posture::outer_arm`]), `(F_{i-1}, M_{i-1})` what the link before exerts on it and `(F_i, M_i)` what it exerts on the next,
-//! each about the origin of that joint:
+//! [`Posture::outer_arm`]), `(F_{i-1}, M_{i-1})` the wrench of the link before on it and `(F_i, M_i)` its own wrench on
+//! the next, each about the origin of that joint:
 //!
 //! ```text
 //! F_{i-1} - F_i + F_e = m a                                                          12.1, 12.5
 //! M_{i-1} - M_i + M_e + n x F_{i-1} - m x F_i = I alpha + omega x (I omega)          12.2, 12.6 with the gyroscopic term
 //! ```
 //!
-//! `I` is about `C_i` in base axes, and so is the moment `M_e` of the external loads: weight adds a force to `F_e` and nothing
-//! to `M_e`. The chapter prints `I alpha` alone, which is right in a plane only, and gives weight a moment about the base (12.4).
-//! The wrench at the tip is given, `(F_n, M_n) = -w`; that leaves 6 N equations in the 6 N components of the joint wrenches,
-//! which [`Assembled`] solves without knowing that they come from a chain.
+//! `I` is about `C_i` in base axes, and so is the moment `M_e` of the external loads: weight adds a force to `F_e` and
+//! nothing to `M_e`. The chapter prints `I alpha` alone, which is right in a plane only, and gives weight a moment
+//! about the base (12.4). The wrench at the tip is given, `(F_n, M_n) = -w`; that leaves 6 N equations in the 6 N
+//! components of the joint wrenches, which [`Assembled`] solves as a general linear system, without use of the chain's
+//! structure.
 //!
 //! | quantity | unit | frame |
 //! |---|---|---|
-//! | joint wrench `[i]`: on link `i` (counted from 0) by what is before it, about `links[i].origin` | N, N m | base axes |
+//! | joint wrench `[i]`: on link `i` (counted from 0) by the link or base before it, about `links[i].origin` | N, N m | base axes |
 //! | external load `[i]`: on link `i`, about its mass centre | N, N m | base axes |
 //! | tip wrench: of the environment on the arm, about the tip's origin | N, N m | base axes |
 
@@ -47,7 +48,7 @@ pub fn weights<S: Scalar, const N: usize>(posture: &Posture<S, N>, gravity: &Vec
     posture.links.map(|link| Wrench { force: gravity * link.mass, moment: Vector3::zeros() })
 }
 
-/// By how much every link's two equations are missed, left side less right side, N and N m; zero for the wrenches that go with
+/// Residuals of every link's two equations, left side less right side, N and N m; zero for the wrenches that belong to
 /// the motion.
 ///
 /// | name | quantity |
@@ -75,13 +76,13 @@ pub fn residuals<S: Scalar, const N: usize>(
     })
 }
 
-/// All equations of an open chain as one system, `[A] x = b` (eq. 12.44, 12.74): what is unknown are all forces and moments
-/// of the joints.
+/// All equations of an open chain as one system, `[A] x = b` (eq. 12.44, 12.74): the unknowns are all forces and
+/// moments of the joints.
 ///
 /// Eq. 12.75-12.76 for a chain of any length in space. The chapter's third and sixth row, the moments, have the signs of `n` and
 /// `m` turned over: `n x F` about z is `n_x F_y - n_y F_x`.
 ///
-/// The determinant is one: the unknowns could be had one link after another, which is what the recursions do.
+/// The determinant is one: the unknowns can be found one link after another, as the recursions do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Assembled<S, const N: usize> {
     /// `[A]`: `matrix[i][r][j][c]` multiplies component `c` of joint `j`'s wrench in equation `r` of link `i`; components and
@@ -114,7 +115,7 @@ impl<S: Scalar, const N: usize> Assembled<S, N> {
                 }
             }
         }
-        // What the equations miss without any joint wrench has to be made up by them.
+        // The joint wrenches have to make up for the residuals without them.
         let missed = residuals(posture, motion, &[Wrench::zero(); N], external, tip);
         let right = missed.map(|Wrench { force: f, moment: m }| [-f.x, -f.y, -f.z, -m.x, -m.y, -m.z]);
         Self { matrix, right }

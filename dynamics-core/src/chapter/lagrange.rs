@@ -1,7 +1,8 @@
 //! Lagrange's equations from the Jacobians of the links: `D(q) qdd + C(q, qd) qd + G(q) = tau + J^T w` (eq. 12.214-12.241).
 //!
-//! Nothing is differenced: every derivative below is a cross product. With `k` the axis and `o` the origin of a joint, `r` the
-//! mass centre of link `i`, and joints counted from the base, the columns of the Jacobian of link `i` are, for `j <= i`,
+//! There are no finite differences: every derivative below is a cross product. With `k` the axis and `o` the origin of
+//! a joint, `r` the mass centre of link `i`, and joints counted from the base, the columns of the Jacobian of link `i`
+//! are, for `j <= i`,
 //!
 //! ```text
 //! c_D^(j) = k_j x (r - o_j)   c_R^(j) = k_j       revolute      12.224, 12.225
@@ -25,7 +26,7 @@
 //! stays, and the tensor stays too. So `d(c_R^(j) . I c_R^(k))/dq_l` is `(c_R^(j) x k_l) . I c_R^(k)` for `j < l`, and the
 //! same with `j` and `k` exchanged, added.
 //!
-//! Reflected rotor inertias are no part of a posture. They are constant, so whoever counts them adds `rotor[i]` to `D_ii`,
+//! Reflected rotor inertias are not part of a posture. They are constant: to count them, add `rotor[i]` to `D_ii`,
 //! `rotor[i] * qdd[i]` to torque `i` and `rotor[i] * qd[i]^2 / 2` to the kinetic energy; no Christoffel symbol changes.
 //!
 //! Far more work than [`crate::newton_euler`] for the same torques, and meant to be read and compared with. Corrections to the
@@ -62,7 +63,7 @@ impl<S: Scalar, const N: usize> Jacobian<S, N> {
         combine(&self.angular, qd)
     }
 
-    /// Joint torques that a wrench on the link does the work of, N m or N: `J^T w`.
+    /// Joint torques that do the same work as a wrench on the link, N m or N: `J^T w`.
     ///
     /// | name | quantity | unit | frame |
     /// |---|---|---|---|
@@ -87,7 +88,7 @@ pub fn tip_jacobian<S: Scalar, const N: usize>(posture: &Posture<S, N>) -> Jacob
     jacobian(posture, N - 1, &posture.tip.translation)
 }
 
-/// Of a point that link `i` carries.
+/// Jacobian of a point fixed to link `i`.
 fn jacobian<S: Scalar, const N: usize>(posture: &Posture<S, N>, i: usize, point: &Vector3<S>) -> Jacobian<S, N> {
     let mut columns = Jacobian { linear: [Vector3::zeros(); N], angular: [Vector3::zeros(); N] };
     for j in 0..=i {
@@ -309,7 +310,7 @@ pub fn inverse_dynamics<S: Scalar, const N: usize>(
     })
 }
 
-/// The angular velocity per joint velocity that a joint gives all that is beyond it.
+/// Angular velocity of everything beyond a joint, per joint velocity.
 fn turning_axis<S: Scalar>(link: &LinkPosture<S>) -> Vector3<S> {
     match link.kind {
         JointKind::Revolute => link.axis,

@@ -1,13 +1,13 @@
 //! The chapter's own picture of an arm: axes, points, mass centres and motion of every link in the base frame.
 //!
-//! The recursion of [`crate::newton_euler`] never forms these, for it has cheaper ways. Everything that is to be read beside the
-//! book does: per-link equations in the base frame, Jacobians, statics. Correspondence with the chapter, whose `B_{i-1}` carries
-//! joint `i`:
+//! The recursion of [`crate::newton_euler`] never forms these, for it has cheaper ways. The methods that are read
+//! beside the book do: per-link equations in the base frame, Jacobians, statics. Correspondence with the chapter, whose
+//! `B_{i-1}` carries joint `i`:
 //!
 //! | chapter | here |
 //! |---|---|
 //! | `k_{i-1}`, axis of joint `i` | `links[i - 1].axis` |
-//! | `d_{i-1}`, its origin | `links[i - 1].origin`; of a prismatic joint the point that has slid along, on link `i` |
+//! | `d_{i-1}`, its origin | `links[i - 1].origin`; for a prismatic joint the point on link `i` that slides along |
 //! | `d_i`, where the next link begins | [`Posture::end`] of `i - 1` |
 //! | `r_i`, mass centre | `links[i - 1].centre` |
 //! | `n_i`, `m_i` (eq. 12.7-12.8) | [`Posture::inner_arm`], [`Posture::outer_arm`] |
@@ -46,7 +46,7 @@ impl CentredBody<f64> {
     }
 }
 
-/// An arm with its bodies as the chapter has them.
+/// An arm with its bodies given by mass centres, as in the chapter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chain<S, const N: usize> {
     model: Model<S, N>,
@@ -82,7 +82,7 @@ impl<S: Scalar, const N: usize> Chain<S, N> {
         &self.bodies
     }
 
-    /// Where everything is. Inputs as [`crate::InverseDynamics::inverse_dynamics`].
+    /// Poses and bodies of all links in the base frame. Inputs as [`crate::InverseDynamics::inverse_dynamics`].
     #[must_use]
     pub fn posture(&self, turn: &[SinCos<S>; N], q: &[S; N]) -> Posture<S, N> {
         let poses = link_poses(&self.model, turn, q);
@@ -167,7 +167,8 @@ impl<S: Scalar, const N: usize> Posture<S, N> {
         self.end(i) - self.links[i].centre
     }
 
-    /// Velocities and accelerations of all links (eq. 12.507-12.508, with the origins' that the chapter leaves out).
+    /// Velocities and accelerations of all links (eq. 12.507-12.508, with those of the origins, which the chapter
+    /// leaves out).
     ///
     /// Revolute: `omega_i = omega + qd k`, `alpha_i = alpha + qdd k + omega x qd k`. Prismatic: both stay, and the origin gains
     /// `qd k` in velocity and `qdd k + 2 omega x qd k` in acceleration. A point at `s` from the origin has

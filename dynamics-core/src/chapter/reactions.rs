@@ -1,8 +1,8 @@
-//! What of a joint's wrench its actuator carries, and what its bearings.
+//! Split of a joint's wrench between its actuator and its bearings.
 //!
 //! The actuator of joint `i` carries the component along the joint's axis, `k_{i-1} . M_{i-1}` of a revolute joint and
-//! `k_{i-1} . F_{i-1}` of a prismatic one (eq. 12.212-12.213 and 12.503-12.504, which print the wrench of the next joint, index
-//! `i`); everything else has to be carried by what guides the joint.
+//! `k_{i-1} . F_{i-1}` of a prismatic one (eq. 12.212-12.213 and 12.503-12.504, which print the wrench of the next
+//! joint, index `i`); the joint's bearings carry everything else.
 
 use crate::geometry::apply;
 use crate::inertia::Wrench;
@@ -23,16 +23,17 @@ pub enum Axes {
     Base,
 }
 
-/// The wrench on a link at its joint, by the link before, and who carries it.
+/// Wrench of the link before on a link, at their joint, split between actuator and bearings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reaction<S> {
     /// Unit vector along the joint.
     pub axis: Vector3<S>,
-    /// All of it, about the joint's origin, N and N m: `actuator` along the axis and `bearing`.
+    /// The whole wrench, about the joint's origin, N and N m: `actuator` along the axis and `bearing`.
     pub wrench: Wrench<S>,
-    /// What the actuator carries: N m for a revolute joint, N for a prismatic one. Without the rotor's own acceleration.
+    /// Component that the actuator carries: N m for a revolute joint, N for a prismatic one. Without the rotor's own
+    /// acceleration.
     pub actuator: S,
-    /// What the bearings carry, N and N m: no moment along a revolute axis, no force along a prismatic one.
+    /// Part that the bearings carry, N and N m: no moment along a revolute axis, no force along a prismatic one.
     pub bearing: Wrench<S>,
 }
 
@@ -65,7 +66,7 @@ impl<S: Scalar> Reaction<S> {
 }
 
 impl<S: Real> Reaction<S> {
-    /// How hard the bearings are loaded.
+    /// Magnitudes of the bearings' load.
     #[must_use]
     pub fn bearing_load(&self) -> BearingLoad<S> {
         let Wrench { force, moment } = &self.bearing;
@@ -76,7 +77,7 @@ impl<S: Real> Reaction<S> {
     }
 }
 
-/// The wrench of every joint, base first, and who carries it.
+/// Wrench of every joint, base first, split between actuator and bearings.
 ///
 /// Inputs as [`crate::InverseDynamics::inverse_dynamics`], whose torques are the actuators' shares plus, where the scene counts
 /// rotors, `gear^2 inertia qdd`. O(N); no branch on data, no division.

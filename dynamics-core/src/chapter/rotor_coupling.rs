@@ -1,4 +1,5 @@
-//! What the usual rotor model drops: the coupling of a rotor's spin with the motion of the link that carries it (eq. 12.404).
+//! Coupling of a rotor's spin with the motion of the link that carries it: the term missing from the usual rotor model
+//! (eq. 12.404).
 //!
 //! The rotor of joint `i` rides on the link before the joint and spins about the joint's axis `k`, `gear` times as fast as the
 //! joint turns. With `omega` the angular velocity of the link that carries it, its energy about that axis is
@@ -8,9 +9,9 @@
 //!                                       reflected inertia         coupling                      part of the link
 //! ```
 //!
-//! Eq. 12.404 has the first part only, and so have [`crate::Model`] and its recursions. The last part, with the rotor's mass
-//! and its inertia across the axis, is the rotor as a rigid piece of the link that carries it: it is in that link's tensor
-//! wherever the link was weighed or drawn with its motor in place. The coupling is in nobody's tensor.
+//! Eq. 12.404 has the first part only, and so have [`crate::Model`] and its recursions. The last part, with the rotor's
+//! mass and its inertia across the axis, is the rotor as a rigid piece of the link that carries it: it is in that
+//! link's tensor wherever the link was weighed or drawn with its motor in place. No tensor contains the coupling.
 //!
 //! Torques by Lagrange's equation, with `s` the spin in question, `gear qd_i` or `gear qd_i + k . omega`, and `j` a revolute
 //! joint before `i`; a prismatic one feels nothing:
@@ -31,7 +32,7 @@ use crate::joint::JointKind;
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
 
-/// The rotors of an arm; that of joint `i` rides on the link before it, that of the first joint on the base.
+/// The rotors of an arm. The rotor of joint `i` rides on the link before the joint, the first one on the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotors<S, const N: usize> {
     /// Inertia about the rotor's own axis, kg m^2.
@@ -40,7 +41,7 @@ pub struct Rotors<S, const N: usize> {
     pub gear: [S; N],
 }
 
-/// Where a rotor's inertia about its own axis is counted as its carrier turns.
+/// Whether the links' tensors contain the rotors' inertia about their own axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carried {
     /// In the tensor of the link that carries it: only the coupling is missing.
@@ -111,7 +112,7 @@ impl<S: Scalar, const N: usize> Rotors<S, N> {
     }
 }
 
-/// How what carries a rotor turns.
+/// Angular motion of the body that carries a rotor.
 #[derive(Clone, Copy)]
 struct Carrier<S> {
     /// Angular velocity, rad/s.

@@ -8,14 +8,15 @@
 //! outward   F_i = F_{i-1} + sum F_e,    M_i = M_{i-1} + sum M_e - d x F_{i-1}     M_e about O_i        12.471-12.472
 //! ```
 //!
-//! The chapter has one symbol for the moment of the external loads about these two points and, in 12.459, about the mass centre,
-//! and gives weight its moment about a fourth, the base's origin (12.465), where none of these equations wants it. Here a load
-//! says what its moment is about ([`ExternalLoad::about`]), and is moved to where the equation wants it.
+//! The chapter has one symbol for the moment of the external loads about these two points and, in 12.459, about the
+//! mass centre, and gives weight its moment about a fourth, the base's origin (12.465), which fits none of these
+//! equations. Here a load names the point of its moment ([`ExternalLoad::about`]), and is moved to the point that the
+//! equation needs.
 //!
 //! | quantity | unit | frame |
 //! |---|---|---|
 //! | gravity | m/s^2 | base axes |
-//! | joint wrench: on link `i` by what is before it, about `O_{i-1}`, `links[i - 1].origin` | N, N m | base or link's axes |
+//! | joint wrench: on link `i` by the link or base before it, about `O_{i-1}`, `links[i - 1].origin` | N, N m | base or link's axes |
 //! | tip wrench: of the environment on the arm, about the tip's origin; `-(F_n, M_n)` | N, N m | base or tip axes |
 
 use crate::chapter::posture::{Chain, Posture};
@@ -27,7 +28,7 @@ use crate::scalar::Scalar;
 use crate::trig::SinCos;
 use nalgebra::Vector3;
 
-/// What a moment on a link is about.
+/// Reference point of a moment on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Point {
     /// The link's mass centre `C_i`: the chapter's 12.459-12.461 and 12.470.
@@ -47,7 +48,7 @@ pub struct ExternalLoad<S> {
     pub force: Vector3<S>,
     /// Moment about [`ExternalLoad::about`], N m.
     pub moment: Vector3<S>,
-    /// What the moment is about.
+    /// Reference point of the moment.
     pub about: Point,
 }
 
@@ -80,7 +81,7 @@ pub struct Points<S> {
 }
 
 impl<S: Scalar> Points<S> {
-    /// Of link `i` (counted from 0) in the base frame.
+    /// Points of link `i` (counted from 0) in the base frame.
     #[must_use]
     pub fn in_base<const N: usize>(posture: &Posture<S, N>, i: usize) -> Self {
         let link = &posture.links[i];
@@ -92,7 +93,7 @@ impl<S: Scalar> Points<S> {
         }
     }
 
-    /// Of link `i` (counted from 0) in its own frame.
+    /// Points of link `i` (counted from 0) in its own frame.
     #[must_use]
     pub fn in_link<const N: usize>(posture: &Posture<S, N>, i: usize) -> Self {
         let (link, points) = (&posture.links[i], Self::in_base(posture, i));
@@ -105,7 +106,7 @@ impl<S: Scalar> Points<S> {
         }
     }
 
-    /// One of them.
+    /// Position of one of the points.
     #[must_use]
     pub fn at(&self, point: Point) -> Vector3<S> {
         match point {
@@ -121,7 +122,7 @@ impl<S: Scalar> Points<S> {
         self.outer_origin - self.inner_origin
     }
 
-    /// `sum F_e`, `sum M_e` about a point: a weight and what else acts.
+    /// `sum F_e`, `sum M_e` about a point: the weight and all other loads.
     fn sum(&self, weight: &ExternalLoad<S>, loads: &[ExternalLoad<S>], about: Point) -> Wrench<S> {
         loads.iter().chain([weight]).fold(Wrench::zero(), |sum, load| {
             let moved = load.moved(about, self);
@@ -177,7 +178,7 @@ pub fn backward<S: Scalar, const N: usize>(
 /// | `first` | wrench of the first joint, `(F_0, M_0)`: on the first link by the base, about `links[0].origin`, in base axes |
 /// | return | `(F_1, M_1)` to `(F_n, M_n)`: by each link on what follows it, about [`Posture::end`] |
 ///
-/// The last is what the arm does to the environment: the negative of a tip wrench.
+/// The last is the wrench of the arm on the environment: the negative of a tip wrench.
 ///
 /// Undoes [`backward`]. O(N); no branch on data, no division.
 #[must_use]
@@ -199,8 +200,8 @@ pub fn forward<S: Scalar, const N: usize>(
 /// As [`backward`], each link's wrench computed in that link's axes and then turned into those of the link before
 /// (eq. 12.497-12.500).
 ///
-/// `loads` are in their links' axes, `tip` is in tip axes; `[i]` of what is returned is in the axes of link `i`, and turns into
-/// base axes by [`crate::chapter::posture::LinkPosture::rotation`] (12.501-12.502).
+/// `loads` are in their links' axes, `tip` is in tip axes; `[i]` of the return value is in the axes of link `i`, and
+/// turns into base axes by [`crate::chapter::posture::LinkPosture::rotation`] (12.501-12.502).
 #[must_use]
 pub fn backward_in_links<S: Scalar, const N: usize>(
     chain: &Chain<S, N>,
@@ -225,7 +226,8 @@ pub fn backward_in_links<S: Scalar, const N: usize>(
 /// As [`forward`], each link's wrench computed in that link's axes and then turned into those of the next (eq. 12.471-12.472
 /// with the turn of 12.180-12.181).
 ///
-/// `loads` are in their links' axes, `first` is in the first link's; `[i]` of what is returned is in the axes of link `i`.
+/// `loads` are in their links' axes, `first` is in the first link's; `[i]` of the return value is in the axes of link
+/// `i`.
 #[must_use]
 pub fn forward_in_links<S: Scalar, const N: usize>(
     chain: &Chain<S, N>,

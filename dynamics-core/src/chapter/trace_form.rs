@@ -1,9 +1,9 @@
 //! Lagrange's equations from derivatives of the 4x4 transforms (eq. 12.391-12.419).
 //!
-//! The same terms as [`crate::chapter::lagrange`] and the same torques as [`crate::newton_euler`], by a third way that shares nothing
-//! with them but the model: no Jacobian, no angular velocity, no cross product. It is there to be compared with. With `0T_r` the
-//! pose of link `r` as a 4x4 matrix, the derivative by a joint on the way to it puts a constant operator between the factors
-//! (eq. 12.440-12.442):
+//! The same terms as [`crate::chapter::lagrange`] and the same torques as [`crate::newton_euler`], by a third way that
+//! shares nothing with them but the model: no Jacobian, no angular velocity, no cross product. It exists for
+//! comparison. With `0T_r` the pose of link `r` as a 4x4 matrix, the derivative by a joint on the way to it puts a
+//! constant operator between the factors (eq. 12.440-12.442):
 //!
 //! ```text
 //! d 0T_r / dq_j          = 0T_j Delta_j jT_r                        j <= r, else 0
@@ -194,7 +194,7 @@ fn transform<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S) -> Matrix4<S> {
     product(&placement, &motion)
 }
 
-/// `Delta_R` or `Delta_P`: what differentiates a turn about z or a slide along it.
+/// `Delta_R` or `Delta_P`: the operator that differentiates a turn about z or a slide along z.
 fn operator<S: Scalar>(kind: JointKind) -> Matrix4<S> {
     let mut delta = Matrix4::zeros();
     match kind {

@@ -2,7 +2,7 @@
 
 use crate::scalar::Real;
 
-/// Adds up the work of every joint, what the actuator gives apart from what it takes back.
+/// Adds up the work of every joint. Work that the actuator gives and work that it takes back are counted apart.
 ///
 /// `W = int tau qd dt`. Between two instants the power is taken as linear, so `W` is that of the trapezoid rule; where the power
 /// changes its sign in between, the two triangles are counted apart, positive and negative. Of smooth torques and velocities the
@@ -62,7 +62,7 @@ impl<S: Real, const N: usize> WorkMeter<S, N> {
         core::array::from_fn(|i| self.positive[i] + self.negative[i])
     }
 
-    /// Add two powers' linear course, W.
+    /// Add a step in which the power, W, goes linearly from `from` to `to`.
     fn add(&mut self, dt: S, from: &[S; N], to: &[S; N]) {
         let zero = S::zero();
         let half = dt * S::literal(0.5);

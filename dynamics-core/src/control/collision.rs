@@ -1,4 +1,5 @@
-//! Collisions by a momentum observer: an external torque per joint from momentum alone, and what is done when one is too large.
+//! Collisions by a momentum observer: an external torque per joint from momentum alone, and the reaction when one is
+//! too large.
 //!
 //! With the generalised momentum `p = D qd` and `dp/dt = tau + beta + tau_ext`, where `beta = C^T qd - G + J^T w - friction`
 //! (module [`crate::momentum`]), the residual
@@ -13,14 +14,15 @@
 //! ```text
 //! I = J + h/2 beta                       up to now
 //! r = k (p - I)
-//! J = I + h (tau + r) + h/2 beta         tau: what this tick commands
+//! J = I + h (tau + r) + h/2 beta         tau: torque that this tick commands
 //! k = (1 - exp(-bandwidth h)) / h        so that r = exp(-bandwidth h) r + (1 - exp(-bandwidth h)) tau_ext, exactly
 //! ```
 //!
-//! The integral follows the momentum (it is `p - r/k`), so it does not grow with time and single precision does not drift.
-//! What the model does not have is external to it: a wrong payload, friction that is not fed forward or sticks, torque that the
-//! drive does not give, the lag of a velocity that is estimated. The thresholds must lie above all that; `docs/collision.md` says
-//! how they are found. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017, section IV.)
+//! The integral follows the momentum (it is `p - r/k`), so it does not grow with time and single precision does not
+//! drift. Everything that the model lacks counts as external: a wrong payload, stiction and friction without
+//! feedforward, torque that the drive does not give, the lag of an estimated velocity. The thresholds must lie above
+//! all of these; `docs/collision.md` says how to find them. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017,
+//! section IV.)
 
 use super::Friction;
 use super::momentum_observer::{MomentumFilter, MomentumObserver};
@@ -30,7 +32,7 @@ use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::SinCos;
 
-/// What is done about a collision.
+/// Reaction to a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reaction {
     /// A fault: brake until reset.
@@ -45,20 +47,20 @@ pub enum Reaction {
 words!(Reaction { Stop = 0, Hold = 1, Comply = 2 });
 
 record! {
-    /// When something has been hit, and what is done then.
+    /// Detection of a collision, and the reaction to it.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct CollisionConfig<S, const N: usize> {
         /// Bandwidth of the residual.
         pub filter: MomentumFilter<S>,
         /// Residual of a collision, N m or N.
         pub threshold: [S; N],
-        /// Residual below which, on every joint, nothing pushes any more: half of `threshold`.
+        /// Residual at the end of a push, half of `threshold`: the push is over once every joint is below it.
         pub released: [S; N],
-        /// Ticks in a row that a residual is above its threshold before it is believed.
+        /// Ticks in a row with a residual above its threshold that make a collision.
         pub ticks: u32,
-        /// Ticks in a row without a push after which it is over.
+        /// Ticks in a row without a push that end it.
         pub release_ticks: u32,
-        /// What is done.
+        /// Reaction to a collision.
         pub reaction: Reaction,
     }
 }
@@ -76,7 +78,7 @@ impl<S, const N: usize> CollisionConfiguration<S, N> for CollisionConfig<S, N> {
     }
 }
 
-/// What a protection asks of the tick that it looks at.
+/// Verdict of a protection on one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict<S, const N: usize> {
     /// Go on.
@@ -100,7 +102,7 @@ pub enum Verdict<S, const N: usize> {
     },
 }
 
-/// What a protection is shown.
+/// State of the arm in one tick, as a protection sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a, S, const N: usize> {
     /// Joint position, rad or m.
@@ -113,12 +115,13 @@ pub struct Seen<'a, S, const N: usize> {
     pub friction: Option<&'a [Friction<S>; N]>,
 }
 
-/// What watches over a controller. [`Unprotected`] costs nothing.
+/// A watch over a controller. [`Unprotected`] costs nothing.
 pub trait Protection<S, const N: usize> {
-    /// Whether it ever looks. Where it does not, the tick is compiled as if there were no protections.
+    /// Whether the protection ever looks. Where it does not, the tick is compiled as if there were no protections.
     const WATCHES: bool = true;
 
-    /// Look at the state of this tick. Sine and cosine, if they were asked for, come back to be used again.
+    /// Look at the state of this tick. Returns sine and cosine too if it computed them, so that the tick can reuse
+    /// them.
     fn look(
         &mut self,
         seen: &Seen<'_, S, N>,
@@ -132,7 +135,7 @@ pub trait Protection<S, const N: usize> {
     fn forget(&mut self);
 }
 
-/// Nothing watches.
+/// No protection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Unprotected;
 
@@ -189,15 +192,15 @@ impl<S, const N: usize, P: Protection<S, N>> Protection<S, N> for Option<P> {
 ///         |r| > threshold for `ticks` in a row
 /// ```
 ///
-/// Only [`Protection::forget`] leads back to free: where the reference has gone meanwhile is not known here. A residual that is
-/// NaN is above every threshold.
+/// Only [`Protection::forget`] leads back to free: the watch does not know where the reference has gone meanwhile. A
+/// residual that is NaN is above every threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollisionWatch<S, const N: usize, M, K = CollisionConfig<S, N>> {
     config: K,
     momentum: M,
     observer: MomentumObserver<S, N>,
     state: WatchState<S, N>,
-    /// Ticks in a row that speak for leaving the state.
+    /// Ticks in a row that meet the condition for leaving the state.
     count: u32,
 }
 

@@ -7,12 +7,12 @@ use crate::fields::record;
 use crate::joint::Limits;
 
 record! {
-    /// When a measurement is no longer believed.
+    /// Bounds beyond which a measured state is a fault.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Guard<S> {
-        /// How far beyond a position limit a joint may be before it is a fault, rad or m.
+        /// Greatest distance beyond a position limit without a fault, rad or m.
         pub position_margin: S,
-        /// Speed at which it is a fault, rad/s or m/s.
+        /// Greatest speed without a fault, rad/s or m/s.
         pub velocity_max: S,
     }
 }
@@ -31,9 +31,9 @@ record! {
         pub limits: [Limits<S>; N],
         /// Greatest change of torque in one tick, N m or N: the torque-rate limit times the period.
         pub torque_step: [S; N],
-        /// When a measurement is a fault, per joint.
+        /// Bounds on the measured state, per joint.
         pub guard: [Guard<S>; N],
-        /// Oldest measurement that is believed, in ticks.
+        /// Greatest age of a measurement without a fault, ticks.
         pub age_max: u32,
         /// Encoder scale per joint.
         pub encoder: [Encoder<S>; N],
@@ -44,9 +44,9 @@ record! {
 
 /// Where a controller finds its configuration.
 ///
-/// On the desk that is the configuration itself. A firmware, whose configuration is known when it is built, implements this
-/// for a type without a size: the compiler then folds every number into the code of the tick, leaves out what does nothing
-/// (a limit that is infinite, an offset of zero), and no RAM holds it.
+/// On the desk this is the configuration itself. A firmware, whose configuration is known when it is built, implements
+/// this for a type without a size: the compiler then folds every number into the code of the tick, leaves out
+/// everything without effect (an infinite limit, a zero offset), and needs no RAM for the configuration.
 pub trait Configuration<S, const N: usize> {
     /// The configuration; the same until it is changed through [`Configuration::get_mut`].
     fn get(&self) -> &ControllerConfig<S, N>;

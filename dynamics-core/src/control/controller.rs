@@ -11,37 +11,37 @@ use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::Trig;
 
-/// What changes from tick to tick.
+/// State that changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Memory<S, const N: usize> {
     observed: Observed<S, N>,
     /// Acceleration that the last reference asked for.
     acceleration: [S; N],
-    /// The last commanded torque; zero as long as there is none.
+    /// The last commanded torque; zero before the first.
     torque: [S; N],
-    /// How far the next one may be from it; any finite number as long as there is none.
+    /// Greatest change from it to the next torque; any finite number before the first.
     torque_step: [S; N],
     /// The fault in force.
     fault: Option<Fault>,
 }
 
-/// What the observer knows.
+/// Estimate of the observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Observed<S, const N: usize> {
-    /// The estimates; zero as long as there is none.
+    /// Estimated positions; zero while there is no estimate.
     position: [S; N],
     velocity: [S; N],
-    /// What takes it to the next; [`TrackingObserver::start`] as long as there is none.
+    /// Filter of the next step; [`TrackingObserver::start`] while there is no estimate.
     observer: TrackingObserver<S>,
-    /// Whether there is one: the last reading was in counts.
+    /// Whether there is an estimate: the last reading was in counts.
     started: bool,
 }
 
 /// Computed-torque controller of an arm with `N` joints.
 ///
 /// Generic over the inverse dynamics (the recursion or a generated kernel), over sine and cosine, over where the
-/// configuration is kept ([`Configuration`]), and over what watches the arm ([`Protection`]: nothing, at no cost); it cannot tell
-/// one kernel from another.
+/// configuration is kept ([`Configuration`]), and over the watch on the arm ([`Protection`]; by default none, at no
+/// cost); it cannot tell one kernel from another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller<S, const N: usize, D, T, C = ControllerConfig<S, N>, P = Unprotected> {
     config: C,
@@ -75,10 +75,10 @@ where
     C: Configuration<S, N>,
     P: Protection<S, N>,
 {
-    /// One tick: from what should be and what is to what to do. Total: it neither panics nor fails.
+    /// One tick: from reference and measurement to a command. Total: it neither panics nor fails.
     ///
     /// Cost: one inverse dynamics, `N` pairs of sine and cosine, and for six joints about 600 instructions of a Cortex-M4F
-    /// beside them (`docs/timing.md`).
+    /// beside them (`docs/performance.md`).
     #[inline]
     pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
         let fault = match self.memory.fault {
@@ -115,7 +115,7 @@ where
         self.memory.fault
     }
 
-    /// What does not change.
+    /// The configuration.
     pub fn config(&self) -> &ControllerConfig<S, N> {
         self.config.get()
     }
@@ -125,7 +125,7 @@ where
         &mut self.dynamics
     }
 
-    /// What watches the arm.
+    /// The watch on the arm.
     pub fn protection(&self) -> &P {
         &self.protection
     }
@@ -171,7 +171,7 @@ where
 
         let standing;
         let (mut reference, mut turn, mut complies) = (reference, None, false);
-        // Known when the program is built: what nothing watches has not one instruction of this.
+        // A constant at build time: a controller without protection has not one instruction of this.
         if P::WATCHES {
             let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
             let verdict;
@@ -203,8 +203,8 @@ where
             if let (Some(friction), false) = (&config.friction, complies) {
                 torque[i] += friction[i].torque(reference.qd[i]);
             }
-            // Makes +0 of -0: kernels that are equal need not agree on the sign of a zero, and commands are compared by
-            // their bits.
+            // Turns -0 into +0: equal kernels may differ in the sign of a zero, and commands are compared by their
+            // bits.
             torque[i] += S::zero();
         }
         memory.limit(&mut torque, &mut limits, config)?;
@@ -215,7 +215,7 @@ where
     }
 }
 
-/// Say that a collision on this joint keeps the reference from being followed.
+/// Flag that the reference is not followed because of a collision on this joint.
 fn flag<const N: usize>(limits: &mut [LimitFlags; N], joint: u8) {
     if let Some(flags) = limits.get_mut(usize::from(joint)) {
         *flags |= LimitFlags::COLLISION;
@@ -249,9 +249,9 @@ impl<S: Real, const N: usize> Observed<S, N> {
         Self { position: zero, velocity: zero, observer: TrackingObserver::start(), started: false }
     }
 
-    /// Position and velocity in SI, from whatever the sensors give.
+    /// Position and velocity in SI, from either kind of reading.
     ///
-    /// The first reading in counts starts the estimate there, at rest, and costs what every other costs.
+    /// The first reading in counts starts the estimate there, at rest, at the cost of any other reading.
     #[inline]
     pub(crate) fn update<'a>(
         &'a mut self,
@@ -261,7 +261,7 @@ impl<S: Real, const N: usize> Observed<S, N> {
     ) -> (&'a [S; N], &'a [S; N]) {
         let counts = match sensed {
             Sensed::State { q, qd } => {
-                // Counts that come later must not be compared with where the joints were before.
+                // Later counts must not be compared with the joints' earlier positions.
                 if self.started {
                     *self = Self::new();
                 }
@@ -279,7 +279,7 @@ impl<S: Real, const N: usize> Observed<S, N> {
     }
 }
 
-/// Where position and velocity of a joint are believed: between the first two, and no faster than the third. Infinite where there is no
+/// Bounds on a joint's measured state: lowest position, highest position, greatest speed. Infinite where there is no
 /// limit.
 #[inline]
 pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>, i: usize) -> (S, S, S) {
@@ -288,10 +288,10 @@ pub(crate) fn believed<S: Real, const N: usize>(config: &ControllerConfig<S, N>,
     (lo - position_margin, hi + position_margin, velocity_max)
 }
 
-/// Whether a state is believed. False where a value is NaN or infinite.
+/// Whether a measured state is within its bounds. False where a value is NaN or infinite.
 #[inline]
 fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &ControllerConfig<S, N>) -> bool {
-    // Worked out when the program is built: no infinity is inside a finite bound, so the values need no second look.
+    // Computed at build time: no infinity is inside a finite bound, so the values need no second look.
     let finite = |x: S| x.clamp_symmetric(S::MAX);
     for i in 0..N {
         let (lo, hi, velocity_max) = believed(config, i);
@@ -302,7 +302,8 @@ fn state_is_inside<S: Real, const N: usize>(q: &[S; N], qd: &[S; N], config: &Co
     true
 }
 
-/// What is wrong where a state is not believed, on the first joint where something is: with the reference before the state.
+/// The fault of a tick whose reference or state is refused, on the first joint with one. The reference is checked
+/// before the state.
 #[cold]
 fn name_fault<S: Real, const N: usize>(
     reference: &Reference<S, N>,
@@ -326,7 +327,7 @@ fn name_fault<S: Real, const N: usize>(
             return Fault::VelocityOutOfBounds { joint };
         }
     }
-    // Only a bound that is NaN brings us here: a configuration that no number can meet.
+    // Reached only with a bound that is NaN: no state is inside such a configuration.
     Fault::NonFiniteMeasurement { joint: 0 }
 }
 

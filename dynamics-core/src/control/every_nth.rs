@@ -1,21 +1,21 @@
 //! A model that is evaluated in every `k`-th tick only.
 //!
-//! What a model contributes changes as slowly as the arm moves; what feedback contributes must not. Between two
-//! evaluations the model's torque is kept, and what the acceleration that is asked for has changed by since then acts
-//! through a fixed inertia `M0` per joint, in every tick:
+//! The model's part of the torque changes as slowly as the arm moves; the feedback's part must not be delayed. Between
+//! two evaluations the model's torque is kept. The change of the wanted acceleration since then acts through a fixed
+//! inertia `M0` per joint, in every tick:
 //!
 //! ```text
 //! hold         tau = tau_s + M0 (qdd - qdd_s)
 //! extrapolate  tau = tau_s + M0 (qdd - qdd_s) + j/k ((tau_s - tau_p) - M0 (qdd_s - qdd_p))
 //! ```
 //!
-//! with `s` the last evaluation, `p` the one before it, `j` ticks since `s`. What is held or extrapolated is
-//! `tau - M0 qdd`: gravity, velocity terms, and the inertia that `M0` does not have. It is `j` ticks old, `(k - 1) / 2`
-//! on average, so what is held lags by half as many periods as there are ticks between; a straight line through the
-//! last two leaves of that an error of second order in the time between them.
+//! with `s` the last evaluation, `p` the one before it, `j` ticks since `s`. The part that is held or extrapolated is
+//! `tau - M0 qdd`: gravity, velocity terms, and the inertia missing from `M0`. It is `j` ticks old, `(k - 1) / 2` on
+//! average, so a held part lags by half as many periods as there are ticks between two evaluations. A straight line
+//! through the last two evaluations reduces this to an error of second order in the time between them.
 //!
-//! For a law that asks for gravity alone ([`super::Law::PdGravity`], [`super::Law::DiagonalInertia`]) `qdd` is zero, and
-//! what is kept is the torque of gravity.
+//! For a law that asks for gravity alone ([`super::Law::PdGravity`], [`super::Law::DiagonalInertia`]) `qdd` is zero,
+//! and the torque of gravity is kept.
 
 use super::Gains;
 use crate::newton_euler::InverseDynamics;
@@ -23,13 +23,13 @@ use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::SinCos;
 
-/// What the model's torque does in the ticks between two evaluations.
+/// The model's torque in the ticks between two evaluations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Between {
-    /// It stays what it was at the last one.
+    /// It stays at its last value.
     #[default]
     Hold,
-    /// It goes on along the straight line through the last two.
+    /// It follows the straight line through the last two values.
     Extrapolate,
 }
 
@@ -42,8 +42,8 @@ pub enum Between {
 ///
 /// [`InverseDynamics::inverse_dynamics`] is the inner one's: it has no ticks.
 ///
-/// Live inputs, and whatever is changed in the inner dynamics, count from the next evaluation on; a step of them is
-/// extrapolated as if it were a slope for `k` ticks.
+/// Live inputs and changes of the inner dynamics take effect at the next evaluation; a step in them is extrapolated as
+/// if it were a slope for `k` ticks.
 ///
 /// Cost of a tick between: `3 N` operations, `5 N` with a slope; no sine, no cosine, no division. Of an evaluation beside the
 /// inner one: `2 N` stores, and `5 N` operations for a slope.
@@ -60,14 +60,14 @@ pub struct EveryNth<D, S, const N: usize> {
     kept: Kept<S, N>,
 }
 
-/// What is remembered from the last evaluation.
+/// Record of the last evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Kept<S, const N: usize> {
     /// `tau_s`.
     torque: [S; N],
     /// `qdd_s`.
     acceleration: [S; N],
-    /// What the torque without that of `M0` gains in a tick.
+    /// Change per tick of the torque without that of `M0`.
     slope: [S; N],
     /// Whether there has been an evaluation.
     evaluated: bool,
@@ -102,7 +102,7 @@ impl<D, S: Real, const N: usize> EveryNth<D, S, N> {
         &mut self.inner
     }
 
-    /// Keep what the model gave, and how it has changed since the last time.
+    /// Keep the model's torque, and its change since the last evaluation.
     #[inline]
     fn keep(&mut self, torque: &[S; N], acceleration: &[S; N]) {
         let Kept { torque: last, acceleration: last_acceleration, slope, evaluated, .. } = &mut self.kept;

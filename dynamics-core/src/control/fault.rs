@@ -6,15 +6,15 @@ use core::fmt;
 ///
 /// | code | fault | what to look at |
 /// |---|---|---|
-/// | 1 | a measured position, velocity or age makes no number | the sensor, its cable, the frame decoder |
-/// | 2 | a reference value is NaN or infinite | whoever makes the reference |
+/// | 1 | a measured position, velocity or age gives NaN or infinity | the sensor, its cable, the frame decoder |
+/// | 2 | a reference value is NaN or infinite | the source of the reference |
 /// | 3 | the measurement is older than allowed | the link, the sensor's rate |
 /// | 4 | a joint is outside its position limits | the reference, the homing offset |
 /// | 5 | a joint is faster than allowed | gains, payload, the encoder's scale |
 /// | 6 | a tick had not ended when the next was due | the rate, other interrupts |
 /// | 7 | a computed torque is NaN or infinite | the model's numbers, the size of the reference |
 /// | 8 | a joint was measured farther from its last position than it can have moved | the encoder, its cable; the arm must be homed again |
-/// | 9 | the emergency stop is pressed | whoever pressed it |
+/// | 9 | the emergency stop is pressed | the person who pressed it |
 /// | 10 | the host was silent for longer than the arm holds | the host, the link |
 /// | 11 | a drive reports a fault | the drive's own diagnosis |
 /// | 12 | the supply voltage is outside its bounds | the supply, a brake resistor |

@@ -16,15 +16,16 @@ pub enum Law {
     Pd,
     /// [`Law::Pd`] plus the torque that holds the arm still where it is, `ID(q, 0, 0)`.
     PdGravity,
-    /// `tau = M0 (qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)) + ID(q, 0, 0)`: gravity and what acts at the tip exactly, inertia as
-    /// the fixed `M0` per joint, no velocity terms. [`Law::ComputedTorque`] of an arm whose inertia really is `M0`.
+    /// `tau = M0 (qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)) + ID(q, 0, 0)`: gravity and the loads at the tip
+    /// exactly, inertia as the fixed `M0` per joint, no velocity terms. [`Law::ComputedTorque`] of an arm whose inertia
+    /// really is `M0`.
     DiagonalInertia,
     /// [`Law::Pd`] plus the torque of the reference motion, `ID(q_ref, qd_ref, qdd_ref)`.
     Feedforward,
 }
 
 impl Law {
-    /// Whether the model's inertia turns what feedback wants into torques; the fixed `M0` does otherwise.
+    /// Whether the model's inertia turns the feedback's acceleration into torques; otherwise the fixed `M0` does.
     #[must_use]
     pub const fn feeds_back_through_model(self) -> bool {
         match self {
@@ -46,7 +47,7 @@ impl Law {
 words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4 });
 
 record! {
-    /// Gains of one joint: what makes an error of one joint behave as a mass on a spring with a damper.
+    /// Gains of one joint: they make an error of the joint behave as a mass on a spring with a damper.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Gains<S> {
         /// `Kp = omega^2`, 1/s^2.
@@ -71,13 +72,13 @@ impl<S: Real> Gains<S> {
     }
 }
 
-/// What a law may read.
+/// Inputs of a law.
 pub(super) struct State<'a, S, const N: usize> {
     pub(super) reference: &'a Reference<S, N>,
     pub(super) q: &'a [S; N],
     pub(super) qd: &'a [S; N],
     pub(super) live: &'a Live<S, N>,
-    /// Sine and cosine of `q`, where somebody has asked for them in this tick.
+    /// Sine and cosine of `q`, where this tick has computed them already.
     pub(super) turn: Option<[SinCos<S>; N]>,
 }
 
@@ -148,7 +149,7 @@ pub fn computed_torque<S: Scalar, const N: usize>(
     live: &Live<S, N>,
 ) -> [S; N] {
     let wanted = wanted(gains, reference, q, qd);
-    // Only now: the fewer values wait meanwhile, the fewer are put aside. 43 instructions a tick on a Cortex-M4F.
+    // Sine and cosine only now: fewer values have to be kept meanwhile. 43 instructions a tick on a Cortex-M4F.
     dynamics.inverse_dynamics(&turn(), q, qd, &wanted, live)
 }
 
@@ -174,7 +175,7 @@ pub(super) fn torques<S: Real, const N: usize>(
             let held = dynamics.tick(turned, q, &zero, &zero, live);
             core::array::from_fn(|i| held[i] - gains[i].inertia * (gains[i].velocity * qd[i]))
         }
-        // `computed_torque`, by a dynamics that may remember.
+        // `computed_torque`, by a dynamics that may keep state.
         Some(Law::ComputedTorque) => {
             let wanted = wanted(gains, reference, q, qd);
             dynamics.tick(turned, q, qd, &wanted, live)

@@ -38,7 +38,7 @@ impl LimitFlags {
         self.0
     }
 
-    /// From bits; those that mean nothing are dropped.
+    /// From bits; unknown bits are dropped.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Self {
         Self(bits & 0x1f)
@@ -71,7 +71,7 @@ impl BitOrAssign for LimitFlags {
 
 /// Whether every value of a reference is a finite number and no limit acts on it.
 ///
-/// The way that nearly every tick takes: two comparisons for the position, one for the velocity, and one for all
+/// Nearly every tick takes this path: two comparisons for the position, one for the velocity, and one for all
 /// accelerations.
 #[inline]
 pub(super) fn reference_is_inside<S: Real, const N: usize>(
@@ -81,13 +81,13 @@ pub(super) fn reference_is_inside<S: Real, const N: usize>(
     let mut sum = S::zero();
     for i in 0..N {
         let (lo, hi) = limits[i].position;
-        // Where there is no limit an infinity would be inside.
+        // Without a limit, an infinite value would count as inside.
         let (lo, hi) = (lo.clamp_symmetric(S::MAX), hi.clamp_symmetric(S::MAX));
         let velocity = limits[i].velocity.clamp_symmetric(S::MAX);
         if !(reference.q[i] >= lo && reference.q[i] <= hi && reference.qd[i].abs() <= velocity) {
             return false;
         }
-        // Zero for a number, NaN for what is none, and NaN outlives every sum.
+        // Zero for a finite number, NaN otherwise; the sum is then NaN too.
         sum += reference.qdd[i] * S::zero();
     }
     sum == S::zero()
@@ -130,11 +130,11 @@ fn hold_joint<S: Real>(q: &mut S, qd: &mut S, qdd: &mut S, limits: &Limits<S>) -
 
 /// Hold torques inside their limits and near the ones before, and say which limits acted.
 ///
-/// A step that is infinite is not looked at, and costs nothing where that is known: `rated` has the steps that are, `step` those that
-/// count in this tick.
+/// `rated` has the greatest steps of the configuration, `step` those of this tick. Where `rated` is infinite the step
+/// is not checked; if that is known at build time, it costs nothing.
 ///
 /// # Errors
-/// [`Fault::NonFiniteTorque`] for a torque that is no number; those before it may have been held.
+/// [`Fault::NonFiniteTorque`] for a torque that is NaN or infinite; torques before it may have been held.
 #[inline]
 pub(crate) fn hold_torques<S: Real, const N: usize>(
     torque: &mut [S; N],

@@ -43,7 +43,7 @@ impl<S: Real> MomentumFilter<S> {
     }
 }
 
-/// What the observer remembers.
+/// State of the observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MomentumObserver<S, const N: usize> {
     /// `J`, kg m^2/s or kg m/s; without the torque of the running tick until [`MomentumObserver::drove`].

@@ -23,7 +23,7 @@ impl<S: Real> Encoder<S> {
 }
 
 record! {
-    /// A tracking observer: a critically damped g-h filter that is told the reference acceleration.
+    /// A tracking observer: a critically damped g-h filter with the reference acceleration as an input.
     ///
     /// ```text
     /// x-      = x + h v + (h^2 / 2) a        predict, with the reference's acceleration a
@@ -34,10 +34,11 @@ record! {
     /// g = 1 - p^2,  k = (1 - p)^2 / h,  p = exp(-bandwidth h)
     /// ```
     ///
-    /// Both poles of the error lie at `p`. A constant acceleration that it is told leaves no lag; one that it is not told
+    /// Both poles of the error lie at `p`. A constant acceleration that is an input leaves no lag; an unknown one
     /// leaves the velocity behind by `a h ((1 + p) / (1 - p) - 1/2)`, about `2 a / bandwidth`, and the position by
-    /// `a h^2 p^2 / (1 - p)^2`, about `a / bandwidth^2`. (The filter: Brookner, *Tracking and Kalman Filtering Made Easy*, ch. 1,
-    /// critically damped g-h filter. The lag: set the error equal to the one before in the equations above.)
+    /// `a h^2 p^2 / (1 - p)^2`, about `a / bandwidth^2`. (The filter: Brookner, *Tracking and Kalman Filtering Made
+    /// Easy*, ch. 1, critically damped g-h filter. The lag: set the error equal to the one before in the equations
+    /// above.)
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct TrackingObserver<S> made by from_gains {
         period: S,
@@ -71,7 +72,7 @@ impl<S: Real> TrackingObserver<S> {
         Self { period, half_period_squared, g, k }
     }
 
-    /// One that forgets: from an estimate of zero its step leads to the position that it is given, at rest, exactly.
+    /// An observer without memory: from an estimate of zero its step leads to the measured position, at rest, exactly.
     #[must_use]
     pub(super) fn start() -> Self {
         Self::from_gains(S::zero(), S::zero(), S::one(), S::zero())

@@ -81,7 +81,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// Stand still at `q` for `duration` seconds.
     ///
     /// # Errors
-    /// A position that is no number or outside its bounds; a duration that is not above zero and finite.
+    /// A position that is NaN, infinite or outside its bounds; a duration that is not above zero and finite.
     pub fn hold(q: [S; N], duration: S, bounds: &Bounds<S, N>) -> Result<Self, MotionError> {
         bounds.check()?;
         bounds.check_position(0, &q)?;
@@ -92,9 +92,9 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// From point to point along quintic polynomials; see [`Quintic`].
     ///
     /// # Errors
-    /// Fewer than 2 or more than [`POINTS_MAX`] points; a number that is none; a point outside the position bounds; a
-    /// negative dwell; not as many durations as segments; durations that break a bound; [`Timing::Fastest`] for a segment
-    /// on which no joint moves, or none that moves has a bound.
+    /// Fewer than 2 or more than [`POINTS_MAX`] points; a value that is NaN or infinite; a point outside the position
+    /// bounds; a negative dwell; not as many durations as segments; durations that break a bound; [`Timing::Fastest`]
+    /// for a segment on which no joint moves, or none that moves has a bound.
     pub fn quintic(
         points: &[Waypoint<S, N>],
         timing: Timing<'_, S>,
@@ -106,7 +106,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// From rest to rest along a straight line, as fast as velocity and acceleration bounds allow; see [`Trapezoid`].
     ///
     /// # Errors
-    /// A number that is none; an end outside the position bounds; no joint moves, or none that moves has an
+    /// A value that is NaN or infinite; an end outside the position bounds; no joint moves, or none that moves has an
     /// acceleration bound.
     pub fn trapezoid(from: [S; N], to: [S; N], bounds: &Bounds<S, N>) -> Result<Self, MotionError> {
         Trapezoid::fastest(from, to, bounds).map(Self::Trapezoid)
@@ -116,7 +116,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// spent on speeding up and as much again on slowing down; see [`Trapezoid`].
     ///
     /// # Errors
-    /// As [`Motion::trapezoid`], and a duration or a share that cannot be; a motion that breaks a bound.
+    /// As [`Motion::trapezoid`], and a duration or a share out of its range; a motion that breaks a bound.
     pub fn trapezoid_in(
         from: [S; N],
         to: [S; N],
@@ -130,8 +130,8 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// A sine of rising or falling frequency about a centre; see [`Sweep`].
     ///
     /// # Errors
-    /// A number that is none; an amplitude that leads out of the position bounds; a duration or ramp that cannot be;
-    /// frequencies that are negative or both zero; a motion that breaks a bound.
+    /// A value that is NaN or infinite; an amplitude that leads out of the position bounds; a duration or ramp out of
+    /// its range; frequencies that are negative or both zero; a motion that breaks a bound.
     pub fn sweep(spec: &SweepSpec<S, N>, bounds: &Bounds<S, N>) -> Result<Self, MotionError> {
         Sweep::new(spec, bounds).map(Self::Sweep)
     }
@@ -224,7 +224,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// The same path in `duration` seconds, dwells and all.
     ///
     /// # Errors
-    /// A duration that is no number, or not longer than the dwells.
+    /// A duration that is not above zero and finite, or not longer than the dwells.
     pub fn with_duration(&self, duration: S) -> Result<Self, MotionError> {
         check_time("duration", duration)?;
         let dwell = match self {
@@ -241,7 +241,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// motion inside its bounds after rounding to `f32`.
     ///
     /// # Errors
-    /// A bound that cannot be; no joint moves, or none that moves has a bound.
+    /// An invalid bound; no joint moves, or none that moves has a bound.
     pub fn time_scale(&self, bounds: &Bounds<S, N>) -> Result<S, MotionError> {
         bounds.check()?;
         bounds.time_scale(&self.peaks())

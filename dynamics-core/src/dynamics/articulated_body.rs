@@ -1,8 +1,9 @@
 //! Accelerations from torques without the inertia matrix: articulated bodies (Featherstone 1983), O(N).
 //!
-//! Outward, the velocities and what they alone accelerate; inward, the inertia and the wrench with which each link meets
-//! its joint when the joints beyond it give way; outward again, the accelerations. Frames and quantities are those of
-//! [`crate::newton_euler`]: accelerations `a` of the origins less gravity, wrenches about the origins.
+//! Outward run the velocities and the accelerations due to them alone. Inward run the inertia and the wrench with which
+//! each link meets its joint when the joints beyond it give way. Outward again run the accelerations. Frames and
+//! quantities are those of [`crate::newton_euler`]: accelerations `a` of the origins less gravity, wrenches about the
+//! origins.
 //!
 //! ```text
 //! moment = J alpha + H a + n          of the articulated body, J and M symmetric
@@ -40,7 +41,7 @@ pub fn forward_dynamics<S: Real, const N: usize>(
     acceleration(dynamics, turn, q, qd, tau, live).checked()
 }
 
-/// As [`forward_dynamics`], with the pivots instead of a judgement on them: no branch on data. N divisions.
+/// As [`forward_dynamics`], but returns the pivots unchecked: no branch on data. N divisions.
 pub fn acceleration<S: Field, const N: usize>(
     dynamics: &Dynamics<S, N>,
     turn: &[SinCos<S>; N],
@@ -98,12 +99,12 @@ struct Motion<S> {
     linear: Vector3<S>,
 }
 
-/// What the velocities (and gravity, and the contact) do to a link.
+/// Effect of the velocities, gravity and the contact on a link.
 #[derive(Clone, Copy)]
 struct Bias<S> {
-    /// Acceleration beyond what the parent's acceleration and the joint's own give it.
+    /// Acceleration beyond the parts due to the parent's acceleration and the joint's own.
     motion: Motion<S>,
-    /// Wrench beyond what its acceleration takes.
+    /// Wrench beyond the part due to its acceleration.
     wrench: Wrench<S>,
 }
 
@@ -118,7 +119,7 @@ struct Joint<S> {
     rest: S,
 }
 
-/// The bodies, and what moves and loads them at `qdd = 0`.
+/// The bodies, with their motion and loads at `qdd = 0`.
 fn outward<S: Scalar, const N: usize>(
     dynamics: &Dynamics<S, N>,
     turn: &[SinCos<S>; N],
@@ -263,7 +264,7 @@ impl<S: Scalar> Articulated<S> {
         let turning = tensor_out_of_link(link, turn, &self.turning);
         let coupling = compose(&compose(&rotation, &self.coupling), &rotation.transpose());
         let moved = coupling + crossed(&p, &mass);
-        // J' = J + (H [p]^T) + (H' [p]^T)^T, of which one triangle is enough.
+        // J' = J + (H [p]^T) + (H' [p]^T)^T: one triangle is enough.
         let (near, far) = (crossed(&p, &coupling.transpose()), crossed(&p, &moved.transpose()));
         let entry = |i: usize, k: usize| turning[(i, k)] + near[(k, i)] + far[(i, k)];
         let turning = symmetric(entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2));

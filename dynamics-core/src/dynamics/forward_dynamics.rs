@@ -5,8 +5,8 @@
 //! `P_i` is the inertia that joint `i` feels when the joints beyond it are free to give way. It is the pivot of the
 //! articulated-body recursion too ([`crate::articulated_body`]). A joint that moves nothing shows there, by its own index.
 //!
-//! What computes, [`acceleration`] and [`factored`], is written on [`Field`] and has no branch on data, so it can be
-//! traced; what judges the pivots, [`forward_dynamics`] and [`solve`], needs order.
+//! [`acceleration`] and [`factored`] compute: they are written on [`Field`] without a branch on data, so they can be
+//! traced. [`forward_dynamics`] and [`solve`] also judge the pivots, which needs an order.
 
 use crate::mass_matrix::mass_matrix;
 use crate::newton_euler::InverseDynamics;
@@ -15,7 +15,7 @@ use crate::scene::{Dynamics, Live};
 use crate::trig::SinCos;
 use nalgebra::SMatrix;
 
-/// Accelerations, and what they were divided by.
+/// Accelerations, and the pivots of the inertia matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acceleration<S, const N: usize> {
     /// Joint acceleration, rad/s^2 or m/s^2. Without meaning, finite or not, unless every pivot is above zero.
@@ -77,7 +77,7 @@ pub fn forward_dynamics<S: Real, const N: usize>(
     acceleration(dynamics, turn, q, qd, tau, live).checked()
 }
 
-/// As [`forward_dynamics`], with the pivots instead of a judgement on them: no branch on data.
+/// As [`forward_dynamics`], but returns the pivots unchecked: no branch on data.
 pub fn acceleration<S: Field, const N: usize>(
     dynamics: &Dynamics<S, N>,
     turn: &[SinCos<S>; N],
@@ -99,12 +99,12 @@ pub fn solve<S: Real, const N: usize>(a: &SMatrix<S, N, N>, b: &[S; N]) -> Resul
     factored(a, b).checked()
 }
 
-/// As [`solve`], with the pivots instead of a judgement on them: no branch on data.
+/// As [`solve`], but returns the pivots unchecked: no branch on data.
 ///
 /// `A = L^T P L` from the last row to the first. One division a pivot: its reciprocal is multiplied from there on
 /// (N = 6: 86 multiplications, 65 subtractions, 6 divisions).
 pub fn factored<S: Field, const N: usize>(a: &SMatrix<S, N, N>, b: &[S; N]) -> Acceleration<S, N> {
-    // Below the diagonal: what is left of A, then L.
+    // Below the diagonal: the rest of A, then L.
     let mut l = *a;
     let mut x = *b;
     let mut inverse = [S::zero(); N];

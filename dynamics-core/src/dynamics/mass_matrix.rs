@@ -10,7 +10,7 @@ use crate::scene::{Dynamics, Live};
 use crate::trig::SinCos;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// Joint-space inertia matrix, with what the scene holds and the rotors that it counts.
+/// Joint-space inertia matrix, with the scene's payload and the rotors that it counts.
 ///
 /// `D_ij = s_i . (wrench at joint i when joint j alone accelerates the composite body beyond it)`: column `j` of the
 /// torques `D(q) qdd` of eq. 12.215. Equal to eq. 12.219 without its factor 1/2 on the rotational part.

@@ -1,4 +1,4 @@
-//! Generalised momentum and what changes it: what an observer of external torques is made of.
+//! Generalised momentum and its rate of change: the basis of an observer of external torques.
 //!
 //! With `T = 1/2 qd^T D qd`, Lagrange's equation in the momentum `p = dT/dqd` needs no acceleration:
 //!
@@ -17,9 +17,10 @@
 //! P  = m v + w x h,   H  = J w + h x v                                        of one body
 //! ```
 //!
-//! The momentum of a joint is `H . z` (turning) or `P . z` (sliding). For `dT/dq_i` only the joint's own transform is varied: of
-//! `V = (w, v)` of the link behind it the variation is `(w x z, v x z)` for a turn and `(0, w x z)` for a slide, every body beyond
-//! moves along rigidly, and `dT = sum (momentum of a body) . (variation of its velocity)`. So
+//! The momentum of a joint is `H . z` (turning) or `P . z` (sliding). For `dT/dq_i` only the joint's own transform is
+//! varied. The velocity `V = (w, v)` of the link behind it varies by `(w x z, v x z)` for a turn and by `(0, w x z)`
+//! for a slide. Every body beyond moves along rigidly, and
+//! `dT = sum (momentum of a body) . (variation of its velocity)`. So
 //!
 //! ```text
 //! (C^T qd)_i = H . (w x z) + P . (v x z) = Hx wy - Hy wx + Px vy - Py vx      turning joint
@@ -51,7 +52,7 @@ pub struct Momentum<S, const N: usize> {
 
 /// Generalised momentum of an arm. Implemented by [`Dynamics`] and by every generated kernel of it.
 pub trait GeneralizedMomentum<S, const N: usize> {
-    /// Momentum, and its rate where neither actuators nor friction nor anything unknown acts.
+    /// Momentum, and its rate without actuators, friction and unknown forces.
     ///
     /// `p = D(q) qd`, `dp/dt - tau = C(q, qd)^T qd - G(q) + J^T w`, with `C` of Christoffel symbols (eq. 12.217, 12.281)
     ///
@@ -63,7 +64,8 @@ pub trait GeneralizedMomentum<S, const N: usize> {
     /// | `live` | the scene's live inputs | | |
     /// | return | momentum; rate | kg m^2/s, kg m/s; N m, N | N each |
     ///
-    /// The velocity terms are those of `qd`, whatever the scene says of them: a detector must know what a law may leave out.
+    /// The velocity terms are always those of `qd`, even where the scene omits them: a detector needs terms that a law
+    /// may leave out.
     ///
     /// O(N); no branch on data, no division.
     fn momentum(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N], live: &Live<S, N>) -> Momentum<S, N>;
@@ -170,7 +172,7 @@ impl<S: Scalar> Beyond<S> {
         Self { momentum, mass: body.mass, first_moment: *h }
     }
 
-    /// With what moves with the next joint, if there is one.
+    /// Adds the bodies that move with the next joint, if there is one.
     fn and(self, next: Option<&Self>) -> Self {
         match next {
             None => self,

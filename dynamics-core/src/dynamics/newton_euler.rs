@@ -17,7 +17,7 @@
 //! ```
 //!
 //! A quantity that is zero by construction (no velocity terms, no gravity on the first link, no turning after prismatic
-//! joints) is `None` and costs no arithmetic: which ones are depends on the model and the scene, never on data.
+//! joints) is `None` and costs no arithmetic: the model and the scene decide this, never the data.
 
 use crate::geometry::{apply, apply_transposed};
 use crate::inertia::{Inertia, Wrench};
@@ -53,7 +53,8 @@ pub trait InverseDynamics<S, const N: usize> {
         live: &Live<S, N>,
     ) -> [S; N];
 
-    /// As [`InverseDynamics::inverse_dynamics`], once in every tick of a controller: what remembers from tick to tick does so here.
+    /// As [`InverseDynamics::inverse_dynamics`], called once in every tick of a controller. An implementation with
+    /// memory updates it here.
     ///
     /// Sine and cosine are asked for only where they are needed.
     #[inline]
@@ -71,7 +72,7 @@ pub trait InverseDynamics<S, const N: usize> {
         self.inverse_dynamics(&turn(), q, qd, qdd, live)
     }
 
-    /// Forget what [`InverseDynamics::tick`] remembers: the next tick is the first.
+    /// Clear the memory of [`InverseDynamics::tick`]: the next tick is the first.
     #[inline]
     fn forget(&mut self) {}
 }
@@ -100,7 +101,7 @@ impl<S: Scalar, const N: usize> InverseDynamics<S, N> for Dynamics<S, N> {
     }
 }
 
-/// The whole wrench that each joint carries: what link `i - 1` exerts on link `i`.
+/// The whole wrench that each joint carries: the wrench of link `i - 1` on link `i`.
 ///
 /// The chapter's `F_{i-1}`, `M_{i-1}` (eq. 12.157-12.158 with the external moment about the mass centre), without the
 /// reflected rotor inertia, which acts between motor and link. Inputs as [`InverseDynamics::inverse_dynamics`].
@@ -151,7 +152,7 @@ pub(crate) struct JointMotion<S> {
     pub(crate) qdd: S,
 }
 
-/// Motion of a link in its own frame; what is `None` is zero by construction.
+/// Motion of a link in its own frame; a field that is `None` is zero by construction.
 pub(crate) struct Motion<S> {
     /// Angular velocity, rad/s.
     omega: Option<Vector3<S>>,
@@ -206,7 +207,8 @@ impl<S: Scalar> Motion<S> {
         }
     }
 
-    /// The same, with every component labelled for a scalar that keeps record: `w`, `al` and `a` of link `link`.
+    /// The same, with every component labelled for a scalar that records its operations: `w`, `al` and `a` of link
+    /// `link`.
     #[inline]
     fn labelled(self, link: usize) -> Self {
         Self {
@@ -236,7 +238,7 @@ impl<S: Scalar> Motion<S> {
         let Some(Spin::Turning { u, xy, xz, yz, .. }) = self.spin.as_ref() else {
             return Some(moment_of_starting(j, al));
         };
-        // What multiplies a product of inertia is an entry of U, or a difference of two: `u22 - u33 = wy^2 - wz^2`.
+        // Each product of inertia is multiplied by an entry of U, or by a difference of two: `u22 - u33 = wy^2 - wz^2`.
         Some(Vector3::new(
             j.m11 * al.x + (j.m33 - j.m22) * *yz - j.m12 * u.m31 + j.m13 * u.m21 + j.m23 * (u.m22 - u.m33),
             j.m22 * al.y + (j.m11 - j.m33) * *xz - j.m23 * u.m12 + j.m12 * u.m32 + j.m13 * (u.m33 - u.m11),
@@ -387,7 +389,7 @@ pub(crate) fn from_parent<S: Scalar>(link: &Link<S>, turn: SinCos<S>, q: S, wren
     Wrench { force, moment }
 }
 
-/// The sum of what is there.
+/// Sum of the vectors that are not zero by construction.
 #[inline]
 fn sum<S: Scalar>(a: Option<Vector3<S>>, b: Option<Vector3<S>>) -> Option<Vector3<S>> {
     match (a, b) {

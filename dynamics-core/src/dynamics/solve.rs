@@ -1,7 +1,7 @@
 //! Linear systems without structure: Gaussian elimination with row exchanges.
 //!
-//! For what is written down as the book has it, every unknown of every free body at once. The recursions never solve; what
-//! [`crate::forward_dynamics`] solves is symmetric and has its own factorisation.
+//! For the book's own systems, with every unknown of every free body at once. The recursions never solve a system; the
+//! one of [`crate::forward_dynamics`] is symmetric and has its own factorisation.
 
 use crate::scalar::Real;
 
@@ -12,8 +12,8 @@ pub(crate) fn solve<S: Real, const N: usize>(mut a: [[S; N]; N], mut b: [S; N]) 
     solve_rows(a.as_flattened_mut(), &mut b).then_some(b)
 }
 
-/// As [`solve`], of as many unknowns as `b` has entries: `a` holds the rows one after another, and `b` becomes `x`. Both are
-/// spoilt where it answers `false`.
+/// As [`solve`], with as many unknowns as `b` has entries: `a` holds the rows one after another, and `b` becomes `x`.
+/// Both are overwritten where it returns `false`.
 ///
 /// O(N^3): N^3 / 3 multiplications, N divisions.
 pub(crate) fn solve_rows<S: Real>(a: &mut [S], b: &mut [S]) -> bool {

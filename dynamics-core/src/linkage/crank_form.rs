@@ -4,7 +4,7 @@ use super::{Coefficients, LinkageError, LinkagePosture, dot};
 use crate::scalar::Real;
 use nalgebra::Vector2;
 
-/// What the crank feels of the whole loop at one angle `theta`:
+/// Equation of motion of the whole loop at the crank, at one angle `theta`:
 ///
 /// `M = I(theta) thetadd + 1/2 I'(theta) thetad^2 + dV/dtheta`
 ///

@@ -1,4 +1,4 @@
-//! What the joints and the motor of a loop bear: nine equations for nine unknowns.
+//! Forces in the joints of a loop and the moment of its motor: nine equations for nine unknowns.
 
 use super::{GroundJoint, LinkageError, LinkagePosture, PlanarMotion, cross};
 use crate::dynamics::solve::solve;
@@ -18,20 +18,20 @@ use nalgebra::Vector2;
 /// | 8 | `M_0` | `M_0` |
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkageSystem<S> {
-    /// What the geometry says (eq. 12.45), rows.
+    /// Coefficients, from the geometry (eq. 12.45), rows.
     pub a: [[S; 9]; 9],
-    /// What the motion says (eq. 12.46): `m a - m g` and `I alpha`. With gravity as a vector, `(0, -9.81)` on the ground, weight needs
-    /// 9.81 added in the chapter's rows, not taken away.
+    /// Right-hand side, from the motion (eq. 12.46): `m a - m g` and `I alpha`. With gravity as a vector, `(0, -9.81)`
+    /// on the ground, weight needs 9.81 added in the chapter's rows, not taken away.
     pub b: [S; 9],
 }
 
 /// Joint forces and the driving moment of a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkageForces<S> {
-    /// `M_0`, what the motor between ground and crank must give, N m.
+    /// `M_0`, moment of the motor between ground and crank, N m.
     pub driving_moment: S,
-    /// `F_0` to `F_3`, N: `F_i` acts through joint `i` on what comes after it, `F_0` of the ground on the crank, `F_3` of the last link
-    /// on the ground.
+    /// `F_0` to `F_3`, N: `F_i` acts through joint `i` on the link after it, `F_0` of the ground on the crank, `F_3` of
+    /// the last link on the ground.
     pub joints: [Vector2<S>; 4],
     /// `M_3`, couple of the slider on its guide, N m; zero at a pin.
     pub guide_moment: S,
@@ -102,13 +102,13 @@ impl<S: Real> LinkagePosture<S> {
 }
 
 impl<S: Real> LinkageForces<S> {
-    /// `F_s = F_3 - F_0`, what the linkage does to the ground, weight included, N (eq. 12.47).
+    /// `F_s = F_3 - F_0`, force of the linkage on the ground, weight included, N (eq. 12.47).
     #[must_use]
     pub fn shaking_force(&self) -> Vector2<S> {
         self.joints[3] - self.joints[0]
     }
 
-    /// Moment of what the linkage and its motor do to the ground, about joint 0, N m: `d_3 x F_3 + M_3 - M_0`.
+    /// Moment of the linkage and its motor on the ground, about joint 0, N m: `d_3 x F_3 + M_3 - M_0`.
     #[must_use]
     pub fn shaking_moment(&self) -> S {
         cross(&self.last_joint, &self.joints[3]) + self.guide_moment - self.driving_moment

@@ -1,4 +1,4 @@
-//! The four-bar linkage: where its links are.
+//! The four-bar linkage: positions of its links.
 
 use super::{
     Branch, CrankRange, DeadPoint, GroundJoint, Linkage, LinkageError, LinkagePosture, Member, PlanarBody, PlanarLink,
@@ -21,8 +21,8 @@ pub struct FourBarLengths<S> {
     pub follower: S,
 }
 
-/// What moves how far, by Grashof's rule: a link turns fully against all others if and only if the shortest and the longest length
-/// together are less than the other two together, and that link is the shortest.
+/// Which links turn fully, by Grashof's rule: a link turns fully against all others if and only if the shortest and the
+/// longest length together are less than the other two together, and that link is the shortest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grashof {
     /// The crank is shortest: it turns fully, the follower rocks.
@@ -39,7 +39,7 @@ pub enum Grashof {
     TripleRocker,
 }
 
-/// A four-bar linkage: lengths that can close, and what its links weigh.
+/// A four-bar linkage: lengths that can close, and the links' bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FourBar<S> {
     lengths: FourBarLengths<S>,
@@ -50,7 +50,7 @@ impl<S: Real> FourBar<S> {
     /// `bodies` are crank, coupler and follower, each in its own frame (see [`crate::linkage`]).
     ///
     /// # Errors
-    /// A length or a body that cannot be, or lengths that close at no crank angle.
+    /// An invalid length or body, or lengths that close at no crank angle.
     pub fn new(lengths: FourBarLengths<S>, bodies: [PlanarBody<S>; 3]) -> Result<Self, LinkageError<S>> {
         let named = lengths.named();
         for (length, member) in named {
@@ -80,7 +80,7 @@ impl<S: Real> FourBar<S> {
         &self.bodies
     }
 
-    /// What moves how far. Sums that differ by rounding alone count as equal.
+    /// Which links turn fully. Sums that differ by rounding alone count as equal.
     #[must_use]
     pub fn class(&self) -> Grashof {
         let sorted = self.lengths.sorted();
@@ -135,7 +135,7 @@ impl<S: Real> FourBarLengths<S> {
         named
     }
 
-    /// What sums of these lengths may differ by and still be meant as equal, m.
+    /// Greatest difference, m, at which sums of these lengths count as equal.
     fn slack(&self) -> S {
         slack::<S>() * (self.ground + self.crank + self.coupler + self.follower)
     }

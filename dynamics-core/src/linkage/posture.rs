@@ -1,4 +1,4 @@
-//! Where the links of a loop are, and how they move with the crank.
+//! Positions of the links of a loop, and their motion with the crank.
 
 use super::{DeadPoint, LinkageError, cross, dead_sine_squared, dot, quarter_turn};
 use crate::scalar::Real;
@@ -20,7 +20,7 @@ pub struct PlanarLink<S> {
     pub direction: Vector2<S>,
     /// Joint `i - 1` of link `i`, m.
     pub inner: Vector2<S>,
-    /// Joint `i` of link `i`, m; of a slider its pin again, through which the guide's force is taken to go.
+    /// Joint `i` of link `i`, m; for a slider its pin again: the guide's force is taken to act there.
     pub outer: Vector2<S>,
     /// Mass centre, m.
     pub centre: Vector2<S>,
@@ -35,7 +35,7 @@ pub struct PlanarLink<S> {
 pub struct LinkagePosture<S> {
     /// Crank, coupler (rod), follower (slider).
     pub links: [PlanarLink<S>; 3],
-    /// What holds the last one.
+    /// How the ground holds the last link.
     pub ground: GroundJoint,
 }
 
@@ -118,8 +118,8 @@ impl<S: Real> LinkagePosture<S> {
         }
     }
 
-    /// The dead point that the loop is at, if it is at one: the sine of the angle is below what rounding leaves of it
-    /// (1.2e-7 in double precision, 2.8e-3 in single).
+    /// The dead point that the loop is at, if it is at one: the sine of the angle is within its rounding error (1.2e-7
+    /// in double precision, 2.8e-3 in single).
     #[must_use]
     pub fn dead_point(&self) -> Option<DeadPoint> {
         let sine = self.transmission();
@@ -163,7 +163,7 @@ impl<S: Real> LinkagePosture<S> {
         let (k2, k3) = solve(&-pin);
         let (k2_second, k3_second) = solve(&(a + c * (k2 * k2) - f * (k3 * k3)));
 
-        // About a point that moves with (first, second) derivatives: those of a point at `arm` from it.
+        // Derivatives of a point at `arm` from a point with derivatives (first, second).
         let about = |first: Vector2<S>, second: Vector2<S>, arm: Vector2<S>, k: S, k_second: S| Coefficients {
             turn: k,
             turn_second: k_second,

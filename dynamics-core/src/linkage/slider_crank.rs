@@ -1,4 +1,4 @@
-//! The slider-crank: where its links are.
+//! The slider-crank: positions of its links.
 
 use super::{
     Branch, CrankRange, GroundJoint, Linkage, LinkageError, LinkagePosture, Member, PlanarBody, PlanarLink, Projection,
@@ -19,7 +19,7 @@ pub struct SliderCrankLengths<S> {
     pub offset: S,
 }
 
-/// A slider-crank: lengths that can close, and what its links weigh. The guide has no friction.
+/// A slider-crank: lengths that can close, and the links' bodies. The guide has no friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SliderCrank<S> {
     lengths: SliderCrankLengths<S>,
@@ -27,10 +27,11 @@ pub struct SliderCrank<S> {
 }
 
 impl<S: Real> SliderCrank<S> {
-    /// `bodies` are crank, rod and slider, each in its own frame (see [`crate::linkage`]); the slider's inertia is never felt.
+    /// `bodies` are crank, rod and slider, each in its own frame (see [`crate::linkage`]); the slider's moment of
+    /// inertia has no effect.
     ///
     /// # Errors
-    /// A length or a body that cannot be, or lengths that close at no crank angle.
+    /// An invalid length or body, or lengths that close at no crank angle.
     pub fn new(lengths: SliderCrankLengths<S>, bodies: [PlanarBody<S>; 3]) -> Result<Self, LinkageError<S>> {
         check_length(lengths.crank, Member::Crank)?;
         check_length(lengths.rod, Member::Rod)?;
@@ -61,7 +62,7 @@ impl<S: Real> SliderCrank<S> {
 }
 
 impl<S: Real> SliderCrankLengths<S> {
-    /// What sums of these lengths may differ by and still be meant as equal, m.
+    /// Greatest difference, m, at which sums of these lengths count as equal.
     fn slack(&self) -> S {
         slack::<S>() * (self.crank + self.rod + self.offset.abs())
     }

@@ -1,4 +1,4 @@
-//! Which descriptions no arm can have, and how each is named.
+//! Descriptions that no arm can have, and their errors.
 
 use crate::joint::{Body, Frame, JointSpec, Limits, Rotor, Tool};
 use core::fmt;
@@ -22,7 +22,7 @@ pub struct ModelError {
     pub what: Impossible,
 }
 
-/// What is impossible about a description. The numbers are what was found.
+/// Reason why a description is impossible. The numbers are the values found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Impossible {
     /// A number is NaN or infinite; the name of the quantity.

@@ -15,7 +15,7 @@ pub struct Safety<S, const N: usize, C> {
     state: State,
     homed: bool,
     sensors: Sensors<S, N>,
-    /// What the controller follows while torque acts.
+    /// Reference of the controller while torque acts.
     reference: Reference<S, N>,
     /// The torque that acts.
     torque: [S; N],
@@ -23,7 +23,7 @@ pub struct Safety<S, const N: usize, C> {
     alone: u32,
 }
 
-/// What is wrong with a reference.
+/// Reason why a reference is refused.
 enum Unfit {
     Missing,
     NonFinite(Fault),
@@ -47,7 +47,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         }
     }
 
-    /// What the machine is doing.
+    /// State of the machine.
     #[must_use]
     pub fn state(&self) -> State {
         self.state
@@ -61,7 +61,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
 
     /// One tick. Total: every input gives torques inside their limits or the safe action.
     ///
-    /// `control` is called once where torque may act, with what to follow, and not at all where it may not.
+    /// `control` is called once where torque may act, with the reference to follow, and not at all otherwise.
     ///
     /// Cost beside the controller's: `O(N)`, no division, no root; the same comparisons in every state for the sensors, and
     /// in `Running` for the reference.
@@ -106,10 +106,10 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         }
     }
 
-    /// Leave the fault when what raised it, or could raise it at once again, is gone.
+    /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
     fn clear(&mut self, external: Option<Fault>, seen: &Seen<S, N>) -> Option<Refusal> {
         let seen_fault = match seen.fault {
-            // Where zero is not known no position says anything, and only an idle machine can be homed.
+            // Without a known zero a position has no meaning, and only an idle machine can be homed.
             Some(Fault::PositionOutOfBounds { .. }) if !self.homed => None,
             fault => fault,
         };
@@ -211,7 +211,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         Ok(())
     }
 
-    /// Ask the controller, and hold what it wants inside its limits and near what acts.
+    /// Call the controller, and hold its torque inside its limits and near the torque that acts.
     #[inline]
     fn drive(
         &mut self,
@@ -227,7 +227,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 Command::Drive { torque, limits } => (torque, limits),
                 Command::Brake(fault) => return self.fail(fault, inputs.request),
             };
-        // The controller limits its torque too, but from its first one on: it does not know what acted before.
+        // The controller limits its torque too, but from its first one on: it does not know the torque before.
         let config = self.config.get();
         let step = &config.torque_step;
         match hold_torques(&mut torque, &mut limits, &config.limits, &self.torque, step, step) {
@@ -245,7 +245,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         self.safe(request.map(|_| Refusal::Fault(fault)))
     }
 
-    /// No torque acts, and nothing is left of the one that did.
+    /// Stop the torque and forget it.
     fn safe(&mut self, refused: Option<Refusal>) -> Output<S, N> {
         let zero = [S::zero(); N];
         (self.torque, self.reference.qdd, self.alone) = (zero, zero, 0);
@@ -257,7 +257,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     }
 }
 
-/// What is wrong that no state changes: the emergency stop first, then what else a board reports.
+/// Fault from outside, in any state: the emergency stop first, then the board's other faults.
 #[inline]
 fn external<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
     // False for NaN.
@@ -280,7 +280,7 @@ fn external<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>)
     None
 }
 
-/// Believed and at rest: what homing and arming need.
+/// Whether the measurement is free of faults and the arm at rest, as homing and arming need.
 fn standing<S, const N: usize>(seen: &Seen<S, N>) -> Result<(), Refusal> {
     match seen.fault {
         Some(fault) => Err(Refusal::Implausible(fault)),
@@ -289,9 +289,9 @@ fn standing<S, const N: usize>(seen: &Seen<S, N>) -> Result<(), Refusal> {
     }
 }
 
-/// The reference of this tick, if the arm can follow it: a number, with room to stop, and near where the arm is.
+/// The reference of this tick, if the arm can follow it: finite, with room to stop, and near the arm.
 ///
-/// The reference must be able to stop at the joint's limit; the arm itself where the guard takes it for lost.
+/// The reference must be able to stop at the joint's limit; the arm itself at the guard's bound.
 #[inline]
 fn fit<'a, S: Real, const N: usize>(
     inputs: &'a Inputs<S, N>,
@@ -302,7 +302,7 @@ fn fit<'a, S: Real, const N: usize>(
     let reference = inputs.reference.as_ref().ok_or(Unfit::Missing)?;
     // Loops, not iterators: for an iterator that is not inlined the compiler keeps the panic on the index.
     let (mut cramped, mut far) = (None, None);
-    // An acceleration that is no number outlives every sum.
+    // A NaN or infinite acceleration shows in the sum.
     let mut sum = S::zero();
     for i in 0..N {
         let (lo, hi, _) = believed(config, i);

@@ -1,26 +1,26 @@
-//! What the sensors say, and whether it can be.
+//! Sensor readings and their plausibility.
 
 use super::{Inputs, Rules};
 use crate::control::{ControllerConfig, Fault, Observed, Sensed, believed};
 use crate::scalar::Real;
 
-/// What is remembered of the sensors.
+/// Memory of earlier sensor readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sensors<S, const N: usize> {
     /// The machine's own observer: the same numbers as the controller's, but it runs in every state.
     observed: Observed<S, N>,
-    /// The last position that was a number.
+    /// The last finite position.
     last: [S; N],
-    /// How old that was in the last tick. At first as old as can be, so that the joint can have come from anywhere.
+    /// Age of that position in the last tick. At first the greatest age, so that the joint can have come from anywhere.
     last_age: [u32; N],
 }
 
-/// What the sensors say in this tick.
+/// Sensor readings of this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen<S, const N: usize> {
     pub(super) q: [S; N],
     pub(super) qd: [S; N],
-    /// What is wrong, on the first joint where something is.
+    /// Fault of the first joint that has one.
     pub(super) fault: Option<Fault>,
     /// Some joint jumped.
     pub(super) jumped: bool,
@@ -33,7 +33,7 @@ impl<S: Real, const N: usize> Sensors<S, N> {
         Self { observed: Observed::new(), last: [S::zero(); N], last_age: [u32::MAX; N] }
     }
 
-    /// Look, judge and remember. `acceleration` is what the reference in force asks for.
+    /// Look, judge and remember. `acceleration` is that of the reference in force.
     #[inline]
     pub(super) fn look(
         &mut self,
@@ -46,14 +46,15 @@ impl<S: Real, const N: usize> Sensors<S, N> {
         let mut seen = Seen { q: *q, qd: *qd, fault: None, jumped: false, at_rest: true };
         for i in 0..N {
             let (age, rule) = (inputs.age_ticks[i], &rules.joints[i]);
-            // Not what the observer makes of it: it would smooth a jump.
+            // Not the observer's estimate: it would smooth a jump.
             let position = match &inputs.sensed {
                 Sensed::State { q, .. } => q[i],
                 Sensed::Counts(counts) => config.encoder[i].position(counts[i]),
             };
             let elapsed = self.last_age[i].saturating_add(1).saturating_sub(age);
             let steps = S::from_i32(elapsed.min(i32::MAX as u32) as i32);
-            // Where nothing limits the speed the step is infinite, and no time at all times infinity is no number: nothing is farther.
+            // Without a speed limit the step is infinite, and zero steps of it give NaN: then nothing counts as
+            // farther.
             let way = rule.jump_step * steps + rule.resolution;
             let far = (position - self.last[i]).abs() > way;
             let bounds = believed(config, i);
@@ -75,14 +76,14 @@ impl<S: Real, const N: usize> Sensors<S, N> {
     }
 }
 
-/// Whether a joint's position and speed are finite and inside their bounds. In a loop a second comparison costs less than a bound that is
-/// made finite first.
+/// Whether a joint's position and speed are finite and inside their bounds. In a loop a second comparison costs less
+/// than making the bound finite first.
 #[inline]
 fn is_believed<S: Real>(q: S, speed: S, (lo, hi, velocity_max): (S, S, S)) -> bool {
     q >= lo && q <= hi && q.abs() <= S::MAX && speed <= velocity_max && speed <= S::MAX
 }
 
-/// What is wrong with a joint's reading.
+/// Fault of a joint's reading.
 #[cold]
 fn name<S: Real>(joint: u8, old: bool, finite: bool, jumped: bool, position: S, (lo, hi, _): (S, S, S)) -> Fault {
     if old {

@@ -1,4 +1,4 @@
-//! The numbers that the rules compare with.
+//! Numbers of the safety rules.
 
 use super::SafeAction;
 use crate::control::{Configuration as ControlConfiguration, ControllerConfig};
@@ -11,9 +11,9 @@ record! {
     pub struct JointRules<S> {
         /// Speed up to which the joint is at rest, rad/s or m/s.
         pub rest_speed: S,
-        /// How far the joint can move in one tick, rad or m: a multiple of its velocity limit times the period.
+        /// Greatest motion of the joint in one tick, rad or m: a multiple of its velocity limit times the period.
         pub jump_step: S,
-        /// What a position may be wrong by without having jumped, rad or m: an encoder's resolution and noise.
+        /// Error of a position that does not count as a jump, rad or m: an encoder's resolution and noise.
         pub resolution: S,
         /// Deceleration that the joint is sure to have, rad/s^2 or m/s^2.
         pub deceleration: S,
@@ -30,7 +30,7 @@ record! {
     /// Numbers of the machine around one controller.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Rules<S, const N: usize> {
-        /// What the drives do when no torque is commanded.
+        /// Action of the drives when no torque is commanded.
         pub safe_action: SafeAction,
         /// Longest silence of the host, ticks.
         pub heartbeat_max: u32,
@@ -44,11 +44,11 @@ record! {
         pub period: S,
         /// Control rate, Hz.
         pub rate: S,
-        /// From a measurement to the torque that it leads to, s: added to the braking distance as time at full speed.
+        /// Time from a measurement to the resulting torque, s: added to the braking distance as time at full speed.
         pub latency: S,
-        /// What a payload that is told at run time is held to, about the last link's origin.
+        /// Bounds on a payload that is set at run time, about the last link's origin.
         pub payload: InertiaBounds<S>,
-        /// Per joint.
+        /// Numbers of each joint.
         pub joints: [JointRules<S>; N],
     }
 }

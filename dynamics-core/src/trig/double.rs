@@ -7,7 +7,7 @@ pub(super) const LIMIT: f64 = 1_048_576.0;
 
 const TWO_OVER_PI: f64 = core::f64::consts::FRAC_2_PI;
 
-/// 1.5 * 2^52: rounds to the nearest integer as its f32 sibling does.
+/// 1.5 * 2^52: rounds to the nearest integer, as the f32 constant does.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// pi/2 in four parts. The first three have at most 33 bits, so their products with |k| < 2^20 are exact.
@@ -76,7 +76,7 @@ fn reduce(x: f64, k: f64) -> (f64, f64) {
     let coarse = x - k * HALF_PI[0] - k * HALF_PI[1];
     let fine = k * HALF_PI[2];
     let r = coarse - fine;
-    // What the last subtraction lost, exact too: either |coarse| > |fine|, or the subtraction lost nothing.
+    // Rounding error of the last subtraction, exact too: either |coarse| > |fine|, or the subtraction lost nothing.
     let lost = (coarse - r) - fine;
     (r, lost - k * HALF_PI[3])
 }
@@ -87,7 +87,7 @@ fn near_zero(r: f64, tail: f64) -> (f64, f64) {
     let z = r * r;
     let half_z = 0.5 * z;
     let sine = r + (r * z * horner(&SINE, z) + (tail - tail * half_z));
-    // 1 - z/2 rounds; the first term of the correction gives back what it lost.
+    // 1 - z/2 rounds; the first term of the correction restores the rounding error.
     let leading = 1.0 - half_z;
     let cosine = leading + (((1.0 - leading) - half_z) + (z * z * horner(&COSINE, z) - r * tail));
     (sine, cosine)

@@ -25,8 +25,8 @@ pub struct Polynomial5;
 
 /// Polynomials with a sine of degree 3 and a cosine of degree 4; otherwise as [`super::Polynomial`].
 ///
-/// `sin r = r (S0 + S1 r^2)`, `cos r = 1 + C0 r^2 + C1 r^4`, least largest absolute error. A cosine of degree 2 would be
-/// wrong by ten times what the sine is.
+/// `sin r = r (S0 + S1 r^2)`, `cos r = 1 + C0 r^2 + C1 r^4`, least largest absolute error. A cosine of degree 2 would
+/// be wrong by ten times as much as the sine.
 ///
 /// The same limits, symmetries and NaN as [`super::Polynomial`]. A tiny angle's sine is not the angle but a thousandth of it
 /// less.

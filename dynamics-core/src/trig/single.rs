@@ -23,7 +23,7 @@ const COSINE: [f32; 3] = [4.166_664_6e-2, -1.388_731e-3, 2.443_232_7e-5];
 /// Overflows when it multiplies an angle beyond the limit, and no other: `2^115 (1 - 2^-24)`.
 const OVERFLOW: f32 = f32::MAX / LIMIT;
 
-/// pi/2 in two parts, for what is less accurate than the third: the products with the second may round.
+/// pi/2 in two parts, for polynomials less accurate than the third part: the products with the second may round.
 const HALF_PI_SHORT: [f32; 2] = [1.570_312_5, 4.838_268e-4];
 
 #[inline]
@@ -65,7 +65,7 @@ fn turned(sine: f32, cosine: f32, quarter_turns: u32) -> SinCos<f32> {
 impl Binary for f32 {
     type Turns = u32;
 
-    /// What is left of an f32 is zero for zero alone: the parts of pi/2 and of a table's step were chosen so.
+    /// The reduced angle of an f32 is zero for zero alone: the parts of pi/2 and of a table's step were chosen so.
     #[inline]
     fn symmetric(self, f: impl FnOnce(Self) -> SinCos<Self>) -> SinCos<Self> {
         f(self)

@@ -16,10 +16,10 @@ const STEP: [f64; 3] = [0.012_207_031_25, 6.103_515_625e-5, TAU / TURN as f64 - 
 
 /// A table of 512 sines a turn (2.5 KiB of flash with the quarter that repeats), and the second order about the nearest entry.
 ///
-/// `sin(a + d) = s + d (c - s d/2)`, `cos(a + d) = c - d (s + c d/2)`, |d| <= pi/512; what is left out is d^3/6, 3.9e-8.
-/// Between the same entries a straight line is wrong by 1.9e-5, and it loads four numbers, not two.
+/// `sin(a + d) = s + d (c - s d/2)`, `cos(a + d) = c - d (s + c d/2)`, |d| <= pi/512; the first omitted term is d^3/6,
+/// 3.9e-8. Between the same entries a straight line is wrong by 1.9e-5, and it loads four numbers, not two.
 ///
-/// The same limits, symmetries and NaN as [`super::Polynomial`]. The entries are f32 whatever the precision of the angle.
+/// The same limits, symmetries and NaN as [`super::Polynomial`]. The entries are f32 for every precision of the angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Table;
 

@@ -11,7 +11,8 @@ use dynamics_core::{Body, Dynamics, JointKind, Wrench};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::Strategy;
 
-/// Eq. 12.10 and 12.11 for any link on a ball joint: what the joint and the world do to it, and what that should make of it.
+/// Eq. 12.10 and 12.11 for any link on a ball joint: the loads of the joint and the world on it, and the resulting
+/// motion.
 struct Ball {
     force: Vector3<f64>,
     moment_about_centre: Vector3<f64>,
@@ -158,7 +159,7 @@ fn printed_acceleration_and_force_are_wrong_and_the_torque_is_right_all_the_same
     let [joint] = wrenches_in_base(&dynamics, &TURNING);
     let found = [off(acceleration, motion[0].acceleration), off(force, joint.force)];
     assert_stated(&found, &[1.3112, 0.17662]);
-    // What is wrong in the force points along the beam and turns nothing.
+    // The error of the force points along the beam and has no moment.
     let [torque] = shares([BEAM.moment(&TURNING, force).z], [joint.moment.z]);
     assert!(torque < 1e-12, "{torque:e}");
 }

@@ -41,7 +41,8 @@ impl Beam {
         self.i[2] + self.m1 * (r - 0.5 * self.l).powi(2) + self.m2 * (self.l - r).powi(2)
     }
 
-    /// The principal moments about the common mass centre (eq. 12.60, corrected: what moves `Iz` moves `Iy`).
+    /// The principal moments about the common mass centre (eq. 12.60, corrected: a term that changes `Iz` also changes
+    /// `Iy`).
     fn moments(&self) -> [f64; 3] {
         let [x, y, z] = self.i;
         [x, y + self.i3() - z, self.i3()]

@@ -63,7 +63,7 @@ fn torques(arm: &TwoLinks, state: &State<2>) -> [f64; 2] {
     [q0, q1]
 }
 
-/// What the payload's inertia adds to them.
+/// Contribution of the payload's inertia to them.
 fn payload_torques(arm: &TwoLinks, state: &State<2>) -> [f64; 2] {
     let Letters { sin2, cos2, w1, w2, e1, e2, .. } = Letters::of(state);
     let TwoLinks { l1, l2, m0, .. } = *arm;
@@ -105,7 +105,7 @@ fn points_are_where_the_core_has_them() {
         largest([
             off(posture.inner_arm(0), -along1 * c1),
             off(posture.inner_arm(1), -along2 * c2),
-            // What is left of a link beyond its mass centre may be short: over the link's length.
+            // The part of a link beyond its mass centre may be short: relative to the link's length.
             (posture.outer_arm(0) - along1 * (l1 - c1)).amax() / l1,
             (posture.outer_arm(1) - along2 * (l2 - c2)).amax() / l2,
             off(posture.links[0].centre, along1 * c1),

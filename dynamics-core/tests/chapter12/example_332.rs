@@ -58,7 +58,7 @@ fn joints(arm: &TwoLinks, state: &State<2>, load: &Load) -> Joints {
                 + 0.5 * l2 * m2 * (e12 * cos2 - w12 * w12 * sin2)
                 + l1 * (0.5 * m1 + m2) * e1,
         ),
-        // 12.211: the torque of eq. 12.279 and what the load adds.
+        // 12.211: the torque of eq. 12.279 and the contribution of the load.
         m0: (m1 * l1 * l1 / 3.0 + m2 * (l1 * l1 + l1 * l2 * cos2 + l2 * l2 / 3.0)) * e1
             + m2 * (0.5 * l1 * l2 * cos2 + l2 * l2 / 3.0) * e2
             - m2 * l1 * l2 * sin2 * (w1 * w2 + 0.5 * w2 * w2)
@@ -75,7 +75,7 @@ fn printed(arm: &TwoLinks, state: &State<2>, load: &Load) -> Joints {
     let Letters { sin1, cos1, sin2, cos2, sin12, cos12, w1, w12, e1, e12, .. } = Letters::of(state);
     let TwoLinks { l1, l2, m1, m2, .. } = *arm;
     let Load { fx, fy, m } = *load;
-    // The angle `2 theta_2 + theta_1` of eq. 12.208-12.209 is what a turn the wrong way makes of the second link's weight.
+    // The angle `2 theta_2 + theta_1` of eq. 12.208-12.209 comes from turning the second link's weight the wrong way.
     let (sin122, cos122) = (2.0 * state.q[1] + state.q[0]).sin_cos();
     Joints {
         f1: planar(

@@ -1,4 +1,4 @@
-//! Example 333: what of a joint's force and moment the actuator gives, and what is left to the bearings.
+//! Example 333: split of a joint's force and moment between its actuator and its bearings.
 
 use super::support::{STATED, largest, moving, off};
 use super::support_b::{DOWN_Y, STATED_2, State, assert_equal, assert_stated, pushed, states, wrenches_in_base};
@@ -8,7 +8,7 @@ use dynamics_core::{Dynamics, JointKind, Scene, Term, Wrench};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;
 
-/// An arm of mixed joints, its state, and what the world does at its tip, in base axes.
+/// An arm of mixed joints, its state, and the wrench of the world at its tip, in base axes.
 type Case<const N: usize> = (Dynamics<f64, N>, State<N>, Wrench<f64>);
 
 fn cases<const N: usize>() -> impl Strategy<Value = Case<N>> {
@@ -88,7 +88,7 @@ fn the_actuator_gives_the_component_of_the_wrench_that_the_joint_itself_carries(
     actuators_and_bearings::<6>();
 }
 
-/// The printed index takes the wrench that the next joint carries; at the last joint that is what the arm does to the world.
+/// The printed index takes the wrench of the next joint; at the last joint this is the wrench of the arm on the world.
 #[test]
 fn the_printed_index_names_another_joints_torque() {
     let dynamics = pushed(&STATED.dynamics(), &STATED_2.q, Vector3::new(7.0, -11.0, 0.0), Vector3::z() * 3.0);

@@ -124,7 +124,7 @@ fn rotations_inertias_and_jacobians_are_12_263_to_12_273() {
 }
 
 /// 12.273 as printed says that the second link does not feel the second joint's turn; the lines of 12.274 halve the
-/// rotational part. Neither gives the result that follows them, which is right.
+/// rotational part. Neither gives the printed result after them; that result is right.
 #[test]
 fn printed_lines_of_12_273_and_12_274_are_wrong() {
     let bars = Bars::STATED;

@@ -19,7 +19,7 @@ fn christoffel<const N: usize>(slope: &Slopes<N>, i: usize, j: usize, k: usize) 
     (slope[k][(i, j)] + slope[j][(i, k)] - slope[i][(j, k)]) / 2.0
 }
 
-/// What 12.220, 12.238, 12.282 and 12.531 print, before it is summed.
+/// Terms printed in 12.220, 12.238, 12.282 and 12.531, before the sum.
 fn printed<const N: usize>(slope: &Slopes<N>, i: usize, j: usize, k: usize) -> f64 {
     slope[k][(i, j)] - slope[i][(j, k)] / 2.0
 }

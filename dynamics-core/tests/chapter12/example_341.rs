@@ -4,7 +4,7 @@ use super::example_340::Arm;
 use super::support_b::{Equations, G, STATED_2, State, assert_equal, assert_stated, difference, larger, sizes, states};
 use nalgebra::{Matrix2, Vector2};
 
-/// Takes away what a case is without.
+/// Removes the effects that a case lacks.
 type Special = fn(Arm) -> Arm;
 
 /// The equations that the chapter prints for a case.

@@ -215,7 +215,7 @@ fn kinematics_are_12_367_to_12_384() {
         let tensor =
             Matrix3::new(ix * c1 * c1 + iz * s1 * s1, xy, 0.0, xy, iz * c1 * c1 + ix * s1 * s1, 0.0, 0.0, 0.0, iy);
         worst = larger(worst, difference(posture.links[0].inertia.as_slice(), tensor.as_slice()));
-        // 12.377-12.378 are what the posture computes; their traces are those of the bodies.
+        // The posture computes 12.377-12.378; their traces are those of the bodies.
         for k in 1..3 {
             let trace = arm.i[k].iter().sum::<f64>();
             worst = larger(worst, (posture.links[k].inertia.trace() - trace).abs() / trace);

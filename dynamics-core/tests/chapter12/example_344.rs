@@ -137,7 +137,7 @@ fn printed_12_446_and_12_452_are_wrong() {
     assert_stated(&[difference(&[d12], &[found.d.m12]), difference(&[g1], &[found.g.x])], &[3.117, 0.02238]);
 }
 
-/// 12.454 prints an unsymmetric matrix, one element of which has the unit kg^2 m^2.
+/// 12.454 prints an unsymmetric matrix; one of its elements has the unit kg^2 m^2.
 #[test]
 fn printed_12_454_is_wrong() {
     let found = Equations::of(&STATED.dynamics(), &STATED_2.q, &STATED_2.qd);

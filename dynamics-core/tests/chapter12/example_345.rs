@@ -10,7 +10,7 @@ use dynamics_core::Dynamics;
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;
 
-/// Masses and lengths, and what the end-effector does to the environment, in base axes: `(F_x, F_y, M_z)`.
+/// Masses and lengths, and the wrench of the end-effector on the environment, in base axes: `(F_x, F_y, M_z)`.
 #[derive(Debug)]
 struct Holding {
     m: [f64; 4],
@@ -118,7 +118,7 @@ fn positions_are_12_477_to_12_481() {
     });
 }
 
-/// 12.475 labels the wrench with the frame `B_4` and what follows adds its components to base-frame vectors.
+/// 12.475 labels the wrench with the frame `B_4` and later equations add its components to base-frame vectors.
 #[test]
 fn label_of_12_475_is_wrong() {
     let [fx, fy, mz] = STATED.on_environment;

@@ -14,7 +14,7 @@ use proptest::prelude::Strategy;
 struct Holding {
     dynamics: Dynamics<f64, 5>,
     gravity: Vector3<f64>,
-    /// What the end-effector does to the environment, in base axes.
+    /// Wrench of the end-effector on the environment, in base axes.
     on_environment: Wrench<f64>,
     q: [f64; 5],
 }

@@ -1,4 +1,4 @@
-//! Example 347: what of a joint's wrench the actuator carries, eq. 12.503-12.504 with the index of 12.212-12.213 corrected.
+//! Example 347: the actuator's share of a joint's wrench, eq. 12.503-12.504 with the index of 12.212-12.213 corrected.
 
 use super::support_b::{STATED_3, State, assert_equal, assert_stated, difference, posture, wrenches_in_base};
 use crate::common::arms::{arm, joints, vector};
@@ -23,7 +23,8 @@ fn actuator_carries_the_joints_own_component() {
     });
 }
 
-/// With `M_i`, the moment at the next joint, for `M_{i-1}`: not what holds the arm. (There is no next joint after the last.)
+/// With `M_i`, the moment at the next joint, for `M_{i-1}`: this does not hold the arm. (There is no next joint after
+/// the last.)
 #[test]
 fn printed_index_of_12_503_and_12_504_is_wrong() {
     let dynamics = super::example_342::stated();

@@ -52,8 +52,8 @@ fn power_of_the_actuators_is_that_of_the_load() {
     }
 }
 
-/// Net work to the top of the first circle is the load's rise, 12 g 0.75 = 88.29 J; over the whole path, which ends as high
-/// and as fast as it began, it is zero whichever way it goes.
+/// Net work to the top of the first circle is the load's rise, 12 g 0.75 = 88.29 J; over the whole path it is zero for
+/// either direction, because the path ends as high and as fast as it began.
 #[test]
 fn net_work_is_the_rise_of_the_load() {
     let dynamics = dynamics();

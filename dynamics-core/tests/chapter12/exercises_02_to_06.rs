@@ -96,8 +96,8 @@ fn accelerations_of_the_planar_arm_in_different_frames() {
                 l1 * (a1 * cos2 + w1 * w1 * s2) + c2 * a12,
                 0.0,
             );
-            // Of C_2 as link 1 sees it: what is left when the first joint's turn is taken away; and of C_1 as link 2 sees it, a turn
-            // by -theta_2 about O_1, from which C_1 lies c1 - l1 along the first link.
+            // Motion of C_2 as link 1 sees it: without the first joint's turn; and of C_1 as link 2 sees it, a turn by
+            // -theta_2 about O_1, from which C_1 lies c1 - l1 along the first link.
             let seen_from_1 = rotations[1] * Vector3::new(-c2 * qd[1] * qd[1], c2 * qdd[1], 0.0);
             let seen_from_2 = rotations[0] * Vector3::new(-(c1 - l1) * qd[1] * qd[1], -(c1 - l1) * qdd[1], 0.0);
             // Transport: a - a_O - alpha x r - omega x (omega x r) - 2 omega x v_rel, with r from the observer's origin.

@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 
 const BEND: f64 = core::f64::consts::FRAC_PI_4;
 
-/// What the joints carry times what lever: `Q_1 = g (44 cos(theta_1) + 23 cos(theta_1 + theta_2))`, `Q_2` its second term.
+/// Weights that the joints carry times their levers: `Q_1 = g (44 cos(theta_1) + 23 cos(theta_1 + theta_2))`, `Q_2` its
+/// second term.
 const FIRST: f64 = 24.0 / 2.0 + 18.0 + 14.0;
 const SECOND: f64 = 18.0 / 2.0 + 14.0;
 

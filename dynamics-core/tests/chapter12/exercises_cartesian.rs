@@ -26,7 +26,7 @@ fn equations_of_motion_of_the_cartesian_arm() {
     });
 }
 
-/// What the sliders' bearings carry, each about its slider's own origin.
+/// Wrenches of the sliders' bearings, each about its slider's own origin.
 #[test]
 fn joint_forces_of_the_cartesian_arm() {
     assert_equal("exercise 12", (sizes(), states()), |(sizes, state)| {

@@ -125,8 +125,8 @@ fn forward_recursion_of_the_three_link_arm() {
     });
 }
 
-/// Exercise 34: at rest every joint carries what lies beyond it, `F_{i-1} = g sum m_k i` and `M_{i-1} = -g sum m_k y_k`, heights
-/// from the joint.
+/// Exercise 34: at rest every joint carries the links beyond it, `F_{i-1} = g sum m_k i` and
+/// `M_{i-1} = -g sum m_k y_k`, heights from the joint.
 #[test]
 fn statics_of_the_three_link_arm() {
     assert_equal("exercise 34", (sizes(), states()), |(x, state): (_, State<3>)| {

@@ -103,7 +103,7 @@ fn statics_of_the_scara_arm() {
         let along = |angle: f64| Vector3::new(angle.cos(), angle.sin(), 0.0);
         let (first, second) = (along(state.q[0]), along(state.q[0] + state.q[1]));
         let outer = second * (m2 * c2 + (m3 + m4) * l2);
-        // Mass times distance from joint 1 and from joint 2; the last two joints stand above what they carry.
+        // Mass times distance from joint 1 and from joint 2; the last two joints stand above their loads.
         let moments = [first * (m1 * c1 + (m2 + m3 + m4) * l1) + outer, outer, Vector3::zeros(), Vector3::zeros()];
         let masses = [m1 + m2 + m3 + m4, m2 + m3 + m4, m3 + m4, m4];
         let down = Vector3::new(0.0, 0.0, -G);

@@ -1,5 +1,5 @@
-//! Exercises 15 and 37: the arm of a spherical manipulator, an upright and a level revolute joint and a slider; what its wrist
-//! carries is taken to be balanced about the wrist's centre, so that it counts as part of the slider.
+//! Exercises 15 and 37: the arm of a spherical manipulator, an upright and a level revolute joint and a slider; the
+//! load of its wrist is assumed to be balanced about the wrist's centre, so that it counts as part of the slider.
 //!
 //! Its figure stands in another chapter; taken here: the axes meet, elevation zero with the slider level, and the slider's
 //! distance measured to the mass centre of slider, wrist and load.

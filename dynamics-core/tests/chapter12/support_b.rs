@@ -26,7 +26,7 @@ pub const G: f64 = 9.81;
 /// Gravity of the planar examples (eq. 12.269).
 pub const DOWN_Y: Vector3<f64> = Vector3::new(0.0, -G, 0.0);
 
-/// What a closed form may differ by from the general code.
+/// Greatest difference of a closed form from the general code.
 pub const TOLERANCE: f64 = 1e-12;
 
 /// `D qdd + C qd + G` at one position and velocity (eq. 12.217).
@@ -38,9 +38,9 @@ pub struct Equations<const N: usize> {
 }
 
 impl<const N: usize> Equations<N> {
-    /// What the recursions say. The velocity torques `h` are quadratic in the velocity, so
-    /// `h(u + v) - h(u) - h(v)` is twice their symmetric bilinear form, without any step length: with `u` a unit vector and
-    /// `v = qd` that is a column of the `C` of Christoffel symbols (eq. 12.281).
+    /// Results of the recursions. The velocity torques `h` are quadratic in the velocity, so `h(u + v) - h(u) - h(v)`
+    /// is twice their symmetric bilinear form, without any step length: with `u` a unit vector and `v = qd` that is a
+    /// column of the `C` of Christoffel symbols (eq. 12.281).
     pub fn of(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
         let still = [0.0; N];
         let h = |qd: &[f64; N]| coupling(dynamics, q, qd);
@@ -82,11 +82,11 @@ impl<const N: usize> Equations<N> {
         }
     }
 
-    /// The largest relative difference from what the core computes, of `D`, `C` and `G` by all three methods, and of the
+    /// The largest relative difference from the core's results, of `D`, `C` and `G` by all three methods, and of the
     /// torque by the recursion.
     ///
-    /// Relative to what each could be, not to what it happens to be where sines vanish: `C` is a rate of `D`, and `G` is
-    /// at most `g sqrt(m D)` by Cauchy and Schwarz.
+    /// Relative to the possible size of each, not to its actual value, because sines can vanish: `C` is a rate of `D`,
+    /// and `G` is at most `g sqrt(m D)` by Cauchy and Schwarz.
     pub fn error(&self, dynamics: &Dynamics<f64, N>, state: &State<N>) -> f64 {
         let State { q, qd, qdd } = state;
         let found = Self::of(dynamics, q, qd);
@@ -130,7 +130,7 @@ fn weight<const N: usize>(dynamics: &Dynamics<f64, N>) -> f64 {
     mass(dynamics) * libm::sqrt(g.dot(&g))
 }
 
-/// The same arm and what it holds, with neither gravity nor contact.
+/// The same arm with its payload, but without gravity and contact.
 pub fn floating<const N: usize>(dynamics: &Dynamics<f64, N>) -> Dynamics<f64, N> {
     let scene = Scene { gravity: Term::Absent, tip_wrench: Term::Absent, ..*dynamics.scene() };
     Dynamics::new(*dynamics.model(), scene)
@@ -146,7 +146,7 @@ pub fn posture<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N]) -> Pos
     Chain::new(dynamics.model(), &payload(dynamics)).posture(&turns(q), q)
 }
 
-/// What each joint carries, about the joint's origin and in base axes: the chapter's `0F_{i-1}`, `0M_{i-1}`.
+/// Wrench that each joint carries, about the joint's origin and in base axes: the chapter's `0F_{i-1}`, `0M_{i-1}`.
 pub fn wrenches_in_base<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>) -> [Wrench<f64>; N] {
     let State { q, qd, qdd } = state;
     let wrenches = joint_wrenches(dynamics, &turns(q), q, qd, qdd, &Live::zero());
@@ -159,15 +159,15 @@ pub fn largest(wrenches: &[Wrench<f64>]) -> f64 {
     wrenches.iter().fold(0.0, |m, wrench| m.max(wrench.force.amax()).max(wrench.moment.amax()))
 }
 
-/// What the forward recursion (eq. 12.163-12.168) ends with, from what the base does to the arm about its origin: the
+/// Result of the forward recursion (eq. 12.163-12.168), from the base's wrench on the arm about its origin: the
 /// environment's wrench on the tip, in tip axes.
 pub fn felt<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>, base: &Wrench<f64>) -> Wrench<f64> {
     let State { q, qd, qdd } = state;
     contact_wrench(dynamics, &turns(q), q, qd, qdd, base, &Live::zero())
 }
 
-/// The backward recursion (eq. 12.157-12.162) from a push at the tip to the base, and the forward recursion back to the tip:
-/// how far the push that comes back is off, relative to what the base carries.
+/// The backward recursion (eq. 12.157-12.162) from a push at the tip to the base, and the forward recursion back to the
+/// tip: the error of the push that comes back, relative to the base's wrench.
 pub fn there_and_back<const N: usize>(dynamics: &Dynamics<f64, N>, state: &State<N>) -> f64 {
     let push = Wrench { force: Vector3::new(20.0, -7.0, 12.0), moment: Vector3::new(1.0, 3.0, -2.0) };
     let pushed = Dynamics::new(*dynamics.model(), Scene { tip_wrench: Term::Constant(push), ..*dynamics.scene() });
@@ -202,7 +202,7 @@ pub fn states<const N: usize>() -> impl Strategy<Value = State<N>> {
     (joints(3.2), joints(3.0), joints(10.0)).prop_map(|(q, qd, qdd)| State { q, qd, qdd })
 }
 
-/// Masses, lengths and inertias: what must be positive.
+/// Quantities that must be positive: masses, lengths and inertias.
 pub fn sizes<const M: usize>() -> impl Strategy<Value = [f64; M]> {
     proptest::array::uniform(0.1..2.0)
 }
@@ -213,19 +213,19 @@ pub fn worst<S: Strategy>(strategy: S, error: impl Fn(S::Value) -> f64) -> f64 {
     (0..256).map(|_| error(strategy.new_tree(&mut runner).unwrap().current())).fold(0.0, larger)
 }
 
-/// `worst` stays below the tolerance; prints what it is.
+/// `worst` stays below the tolerance; prints its value.
 pub fn assert_equal<S: Strategy>(what: &str, strategy: S, error: impl Fn(S::Value) -> f64) {
     let found = worst(strategy, error);
     println!("{what}: worst relative error {found:.1e}");
     assert!(found < TOLERANCE, "{what}: {found:e}");
 }
 
-/// Largest difference over the largest entry of what was wanted.
+/// Largest difference over the largest wanted entry.
 pub fn difference(found: &[f64], wanted: &[f64]) -> f64 {
     crate::common::relative_error(found, wanted)
 }
 
-/// How far printed forms are off, each within a thousandth of what is stated: neither more nor less.
+/// How far printed forms are off, each within a thousandth of the stated value: neither more nor less.
 #[track_caller]
 pub fn assert_stated(found: &[f64], stated: &[f64]) {
     let near = |(found, stated): (&f64, &f64)| (found - stated).abs() <= 1e-3 * stated.abs() && *stated > 1e-6;

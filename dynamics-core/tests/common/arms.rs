@@ -19,7 +19,7 @@ pub fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     proptest::array::uniform3(-size..size).prop_map(Vector3::from)
 }
 
-/// Right angles as often as not: they are what real tables hold.
+/// Right angles as often as not: real tables hold them often.
 fn angle() -> impl Strategy<Value = f64> {
     prop_oneof![(-2_i8..3).prop_map(|k| f64::from(k) * core::f64::consts::FRAC_PI_2), -3.2..3.2]
 }

@@ -127,7 +127,7 @@ pub fn nine(mut a: [[f64; 9]; 9], mut b: [f64; 9]) -> ([f64; 9], f64) {
     (b, determinant)
 }
 
-/// Eq. 12.47 and its moment, from the motion alone: the ground feels what the bodies do not take up.
+/// Eq. 12.47 and its moment, from the motion alone: the ground feels the part that the bodies do not take up.
 pub fn shaking(
     posture: &LinkagePosture<f64>,
     motion: &[PlanarMotion<f64>; 3],
@@ -164,7 +164,7 @@ pub fn virtual_work<L: Linkage<f64>>(case: &Case<L>) -> f64 {
     })
 }
 
-/// Size of the work's parts, what rounding is relative to.
+/// Size of the work's parts, as the reference for rounding.
 pub fn work_size(posture: &LinkagePosture<f64>, motion: &[PlanarMotion<f64>; 3], gravity: &Vector2<f64>) -> f64 {
     posture.links.iter().zip(motion).fold(0.0, |size, (link, motion)| {
         size + link.mass * length(motion.velocity) * (length(motion.acceleration) + length(*gravity))

@@ -1,12 +1,6 @@
 //! Golden data and random arms, shared by the tests.
-#![allow(
-    dead_code,
-    unreachable_pub,
-    unused_imports,
-    unused_macros,
-    clippy::unwrap_used,
-    reason = "each test binary uses its part; a broken data file should stop the test"
-)]
+#![allow(unreachable_pub, reason = "a module of a test program")]
+#![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 pub mod arms;
 pub mod linkages;
@@ -125,7 +119,7 @@ pub fn cast<S: Real, const N: usize>(x: &[f64; N]) -> [S; N] {
     x.map(S::literal)
 }
 
-/// Largest difference over the largest entry of what was wanted (over 1 where that is zero).
+/// Largest difference over the largest wanted entry (over 1 where that is zero).
 pub fn relative_error<S: Real>(found: &[S], wanted: &[f64]) -> f64 {
     assert_eq!(found.len(), wanted.len());
     let size = wanted.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -151,7 +145,7 @@ pub fn pinned(what: &str, found: f64, measured: f64) {
     assert!(found > 0.95 * measured && found < 1.05 * measured, "{what}: {found:e}, measured before: {measured:e}");
 }
 
-/// As [`pinned`], for what is rounding alone: to a factor of two, for another sine may round otherwise.
+/// As [`pinned`], for errors of rounding alone: to a factor of two, for another sine may round otherwise.
 pub fn pinned_rounding(what: &str, found: f64, measured: f64) {
     println!("{what}: {found:.2e}");
     assert!(found > 0.5 * measured && found < 2.0 * measured, "{what}: {found:e}, measured before: {measured:e}");

@@ -43,7 +43,7 @@ impl<const N: usize> Moving<N> {
         self.chain().posture(&turns(&self.q), &self.q)
     }
 
-    /// What pushes at the tip, in base axes.
+    /// Wrench that pushes at the tip, in base axes.
     pub fn push(&self) -> Wrench<f64> {
         self.contact.in_parent(&self.posture().tip.rotation, &Vector3::zeros())
     }

@@ -1,6 +1,6 @@
-//! External torques by momentum, and what a collision does to the controller.
+//! External torques by momentum, and the effect of a collision on the controller.
 
-use crate::support::{Desk, UnitMasses, braked, by_hand, config, driven, measured, planar};
+use crate::control::support::{Desk, UnitMasses, braked, by_hand, config, driven, measured, planar};
 use dynamics_core::control::{
     CollisionConfig, CollisionWatch, Law, LimitFlags, MomentumFilter, MomentumObserver, Protection, Reaction, Seen,
     Unprotected, Verdict,
@@ -211,7 +211,8 @@ fn swinging(t: f64) -> [[f64; 2]; 3] {
     ]
 }
 
-/// The observer over a motion of which every torque is known: `f(tick, residual)` for each tick, `external` acting all the time.
+/// The observer over a motion with all torques known: `f(tick, residual)` for each tick, `external` acting all the
+/// time.
 fn over_a_motion<S: dynamics_core::Real>(bandwidth: f64, ticks: u32, external: f64, mut f: impl FnMut(u32, [f64; 2])) {
     let filter: MomentumFilter<S> = MomentumFilter::new(bandwidth, PERIOD);
     let dynamics = planar();

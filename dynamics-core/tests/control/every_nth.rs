@@ -1,6 +1,6 @@
 //! A model that is evaluated in some ticks only.
 
-use crate::support::{Desk, by_hand, config, controller, driven, measured, planar};
+use crate::control::support::{Desk, by_hand, config, controller, driven, measured, planar};
 use dynamics_core::control::{Between, EveryNth, Gains, Law};
 use dynamics_core::{Command, Controller, Fault, InverseDynamics, Live, Measurement, Reference, SinCos, Trig};
 use std::cell::Cell;
@@ -66,7 +66,7 @@ fn in_every_tick_it_is_the_inner_model_bit_for_bit() {
 
 #[test]
 fn held_is_a_constant_torque_and_the_fixed_inertia_acts_in_every_tick() {
-    // With the inner mass equal to the fixed one, and no drift, what is held is all there is.
+    // With the inner mass equal to the fixed one, and no drift, the held torque is the whole torque.
     let mut dynamics = rail(1.5, 4, Between::Hold);
     for tick in 0..9 {
         let qdd = 0.5 * f64::from(tick) - 1.0;
@@ -117,7 +117,7 @@ fn sine_and_cosine_are_asked_for_in_the_ticks_of_evaluation_alone() {
 
 #[test]
 fn feedback_and_reference_act_between_evaluations_as_in_them() {
-    // Gravity is held; what is asked for goes through the fixed inertia in every tick.
+    // Gravity is held; the wanted acceleration acts through the fixed inertia in every tick.
     for law in [Law::PdGravity, Law::DiagonalInertia] {
         let settings = config(law);
         let mut slow = Controller::new(settings, EveryNth::new(planar(), 4, Between::Hold, &settings.gains), Desk);

@@ -1,6 +1,6 @@
 //! Each fault is raised by its cause, carries its number, stays until the reset, and a reset restores everything.
 
-use crate::support::{braked, config, controller, driven, measured};
+use crate::control::support::{braked, config, controller, driven, measured};
 use dynamics_core::control::{Friction, Guard, Law};
 use dynamics_core::{ControllerConfig, Fault, Limits, Measurement, Reference, Sensed};
 

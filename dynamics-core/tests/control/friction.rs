@@ -1,6 +1,6 @@
 //! Friction feedforward: odd, smooth, and exactly Coulomb's and the viscous torque beyond its smoothing speed.
 
-use crate::support::{Desk, UnitMasses, config, driven, measured};
+use crate::control::support::{Desk, UnitMasses, config, driven, measured};
 use dynamics_core::control::{Friction, Law};
 use dynamics_core::{Controller, Reference};
 
@@ -83,6 +83,6 @@ fn a_number_is_saturated_at_a_bound_of_its_sign_and_as_it_is_inside() {
         let x = f64::from(x);
         assert_eq!(x.saturated(1.0).to_bits(), x.clamp(-1.0, 1.0).to_bits(), "{x}");
     }
-    // Its friction is no number all the same.
+    // The friction of NaN is still NaN.
     assert!(FRICTION.torque(f64::NAN).is_nan());
 }

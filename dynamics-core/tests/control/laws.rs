@@ -1,6 +1,6 @@
 //! Each law against its formula, on an arm whose dynamics are written out by hand.
 
-use crate::support::{Desk, UnitMasses, by_hand, config, controller, driven, measured};
+use crate::control::support::{Desk, UnitMasses, by_hand, config, controller, driven, measured};
 use dynamics_core::control::Law;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::{
@@ -148,7 +148,7 @@ fn with_an_exact_model_the_error_is_a_damped_spring() {
 #[test]
 fn live_inputs_reach_the_dynamics() {
     use dynamics_core::Term;
-    let arm = crate::support::planar();
+    let arm = crate::control::support::planar();
     let scene = Scene { gravity: Term::Live, ..*arm.scene() };
     let mut controller = Controller::new(config(Law::ComputedTorque), Dynamics::new(*arm.model(), scene), Desk);
     let still = Reference::at_rest(Q);

@@ -1,6 +1,6 @@
 //! Each limit acts, is reported, and only then.
 
-use crate::support::{driven, measured, one_joint, wanting};
+use crate::control::support::{driven, measured, one_joint, wanting};
 use dynamics_core::control::{Gains, LimitFlags};
 use dynamics_core::{Controller, Limits, Reference};
 
@@ -12,7 +12,8 @@ fn kept(reference: Reference<f64, 1>) -> (LimitFlags, [f64; 3]) {
         let mut settings = *one_joint(LIMITS, f64::INFINITY).config();
         settings.limits[0].torque = f64::INFINITY;
         settings.gains = [Gains { position, velocity, inertia }];
-        let mut controller = Controller::new(settings, crate::support::UnitMasses::default(), crate::support::Desk);
+        let mut controller =
+            Controller::new(settings, crate::control::support::UnitMasses::default(), crate::control::support::Desk);
         driven(controller.tick(&reference, &measured([0.0], [0.0])))
     };
     // Unit mass at 0 and at rest: the torque is qdd + Kd qd + Kp q of the reference in force.
@@ -28,7 +29,7 @@ fn reference_limits_take_away_what_leads_further_out_and_nothing_else() {
     const NONE: LimitFlags = LimitFlags::NONE;
     const Q: LimitFlags = LimitFlags::POSITION;
     const QD: LimitFlags = LimitFlags::VELOCITY;
-    // (reference q, qd, qdd), flags, what is kept
+    // (reference q, qd, qdd), flags, the kept reference
     let table = [
         ([0.5, 1.0, 4.0], NONE, [0.5, 1.0, 4.0]),
         ([2.0, 1.0, 4.0], NONE, [2.0, 1.0, 4.0]),
@@ -109,7 +110,7 @@ fn the_torque_rate_limit_starts_afresh_after_a_reset() {
 
 #[test]
 fn flags_belong_to_the_joint_whose_limit_acts() {
-    use crate::support::{config, controller};
+    use crate::control::support::{config, controller};
     let mut settings = config(dynamics_core::control::Law::Pd);
     settings.limits[1].torque = 1e-3;
     let (torque, flags) =

@@ -1,13 +1,14 @@
 //! The tracking observer: its poles, its lag, and encoder counts that wrap.
 
-use crate::support::{Desk, UnitMasses, config, controller, driven};
+use crate::control::support::{Desk, UnitMasses, config, controller, driven};
 use dynamics_core::control::{Encoder, Law, TrackingObserver};
 use dynamics_core::{Controller, Measurement, Reference, Sensed};
 
 const BANDWIDTH: f64 = 150.0;
 const PERIOD: f64 = 1e-3;
 
-/// Error of position and velocity after `steps` under a constant acceleration, of which the observer is told `told`.
+/// Error of position and velocity after `steps` under a constant acceleration; `told` is the acceleration given to the
+/// observer.
 fn error_after(steps: u32, acceleration: f64, told: f64) -> (f64, f64) {
     let observer = TrackingObserver::<f64>::new(BANDWIDTH, PERIOD);
     let truth = |n: u32| {
@@ -38,7 +39,7 @@ fn an_acceleration_that_it_is_not_told_leaves_the_stated_lag() {
     let (x, v) = error_after(1000, a, 0.0);
     assert!((v / velocity_lag - 1.0).abs() < 1e-9, "velocity {v}, stated {velocity_lag}");
     assert!((x / position_lag - 1.0).abs() < 1e-9, "position {x}, stated {position_lag}");
-    // The rules of thumb in its doc, with what they leave out.
+    // The rules of thumb in its doc, with the terms that they leave out.
     assert!((v / (2.0 * a / BANDWIDTH) - 1.0).abs() < 0.5 * BANDWIDTH * PERIOD);
     assert!((x / (a / (BANDWIDTH * BANDWIDTH)) - 1.0).abs() < BANDWIDTH * PERIOD);
 }

@@ -1,7 +1,7 @@
-//! A tick is total: whatever the bits of its input, it drives finite torques within their limits or brakes for the reason
-//! that the input gives.
+//! A tick is total: for any bits of its input, it drives finite torques within their limits, or brakes for the right
+//! reason.
 
-use crate::support::config;
+use crate::control::support::config;
 use dynamics_core::control::{
     CollisionConfig, CollisionWatch, Friction, Guard, Law, LimitFlags, MomentumFilter, Reaction,
 };
@@ -70,7 +70,7 @@ fn wild() -> impl Strategy<Value = f32> {
     ]
 }
 
-/// Ordinary numbers, of which a few are replaced by wild ones.
+/// Ordinary numbers, with a few replaced by extreme ones.
 fn numbers<const N: usize>() -> impl Strategy<Value = [[f32; N]; 5]> {
     let ordinary = proptest::collection::vec(-2.4_f32..2.4, 5 * N);
     let wild = prop_oneof![
@@ -161,8 +161,8 @@ fn case<const N: usize>(
                 if let Some(due) = due {
                     prop_assert_eq!(fault, due);
                 } else {
-                    // Not to be told from the input alone: finite numbers whose torque is not, or counts that mean a
-                    // place or speed out of bounds.
+                    // Not visible in the input alone: finite numbers with a torque that is not finite, or counts that
+                    // mean a place or speed out of bounds.
                     let counted = matches!(measurement.sensed, Sensed::Counts(_));
                     let by_state = matches!(fault.code(), 4 | 5);
                     let collided = fault.code() == 14 && reaction == Some(Reaction::Stop);
@@ -195,7 +195,7 @@ fn run<const N: usize>() {
     let reaction = proptest::option::of(reaction);
     let input = (law, any::<bool>(), reaction, proptest::collection::vec(tick::<N>(), 1..6));
     let config = Config { cases: 4000, failure_persistence: None, ..Config::default() };
-    // The same cases every time, so that what they reach can be asserted below.
+    // The same cases every time, so that their coverage can be asserted below.
     let mut runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
     let outcome = runner.run(&input, |(law, friction, reaction, ticks)| case(law, friction, reaction, &ticks, &seen));
     if let Err(failure) = outcome {

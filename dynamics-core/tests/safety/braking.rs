@@ -1,11 +1,11 @@
 //! Braking: where a stop begins, that it ends before the limit, and that nothing jumps on the way.
 
-use crate::support::*;
+use crate::safety::support::*;
 use dynamics_core::safety::{HoldCause, Inputs, State};
 use dynamics_core::{Reference, Sensed};
 use std::cell::Cell;
 
-/// A machine that runs at `q` with the speed `qd` on joint 1, or what it did instead.
+/// A machine that runs at `q` with the speed `qd` on joint 1, or the state that it took instead.
 fn run_at(q: f32, qd: f32) -> (Machine, State) {
     let mut machine = after(&TO_RUNNING, [q, 0.0]);
     let output = machine.tick(&moving(q, qd), |_| wanting(1.0));
@@ -87,7 +87,7 @@ fn a_stop_ends_at_rest_before_the_limit_without_a_jump_of_place_or_speed() {
                     break;
                 }
             }
-            // What the rule sets aside is what the stop takes, less the latency's share.
+            // The rule's distance is that of the stop, less the latency's share.
             let needed = distance(v) - f64::from(v * LATENCY);
             assert!((f64::from(travelled) - needed).abs() <= 2e-5 + 1e-3 * needed, "{v}: {travelled}, {needed}");
         }

@@ -1,6 +1,6 @@
 //! The machine with a controller inside it: bumpless arming, running, stopping; encoders instead of states.
 
-use crate::support::*;
+use crate::safety::support::*;
 use dynamics_core::control::{Controller, Fault, Law};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, State};
@@ -45,7 +45,7 @@ fn torque_rises_from_nothing_at_its_rate_when_the_arm_is_armed() {
         assert_eq!(torque(&step(&mut machine, &mut inside, &asked(request, &calm([0.5; 2])))), None);
     }
     let armed = step(&mut machine, &mut inside, &asked(Request::Arm, &calm([0.5; 2])));
-    // 4 N m a tick up to the 6 that hold the weight, whatever the host's reference is.
+    // 4 N m a tick up to the 6 that hold the weight, for any reference of the host.
     assert_eq!(torque(&armed), Some([4.0; 2]));
     let far = Inputs { reference: Some(Reference::at_rest([-1.0; 2])), ..calm([0.5; 2]) };
     assert_eq!(torque(&step(&mut machine, &mut inside, &far)), Some([6.0; 2]));

@@ -1,8 +1,8 @@
 //! Random sequences of thousands of ticks, with everything that can go wrong going wrong, and machines with one rule broken:
 //! the watchman must find nothing in the first, and the broken rule in each of the others.
 
-use crate::support::*;
-use crate::watch::Watch;
+use crate::safety::support::*;
+use crate::safety::watch::Watch;
 use dynamics_core::control::LimitFlags;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Protected, Request, SafeAction, State};
 use dynamics_core::{Command, Fault, Reference, Sensed};
@@ -11,7 +11,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRu
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 
-/// What happens in one tick, on top of a host that wants to run and an arm that follows.
+/// Event of one tick, in addition to a host that wants to run and an arm that follows.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     Nothing,
@@ -180,7 +180,7 @@ impl World {
         }
     }
 
-    /// What a host asks for that wants the arm to run.
+    /// Request of a host that wants the arm to run.
     fn next(&self) -> Option<Request> {
         match self.machine.state() {
             State::Idle if self.machine.homed() => Some(Request::Arm),
@@ -192,7 +192,7 @@ impl World {
         }
     }
 
-    /// The inputs of a tick and what the controller will answer.
+    /// Inputs of a tick and the controller's answer.
     fn inputs(&mut self, tick: usize, event: Event) -> (Told, Command<f32, 2>) {
         let (mut q, mut qd) = (self.q, self.reference.qd);
         let mut told = calm(q);
@@ -268,12 +268,12 @@ impl World {
                 inner.sensed = Sensed::State { q, qd };
             }
             Broken::Homing if !self.machine.homed() => {
-                // Somebody who takes the joints for homed whenever they are not.
+                // A machine that takes the joints for homed whenever they are not.
                 for request in [Request::Disarm, Request::Home, Request::Confirm] {
                     self.machine.tick(&Inputs { request: Some(request), zeroed: true, ..*told }, |_| answer);
                 }
             }
-            // Somebody who clears every fault at once, whatever stands.
+            // A machine that clears every fault at once, in spite of its cause.
             Broken::Latch if is_fault(self.machine.state()) => {
                 self.machine.tick(&asked(Request::Clear, &calm(self.q)), |_| answer);
             }
@@ -339,7 +339,7 @@ fn play(events: &[Event], broken: Broken, reached: &RefCell<Reached>) -> Option<
     None
 }
 
-/// The same sequences every time, so that what they reach can be asserted.
+/// The same sequences every time, so that their coverage can be asserted.
 fn runner(cases: u32) -> TestRunner {
     let config = Config { cases, failure_persistence: None, ..Config::default() };
     TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha))

@@ -1,8 +1,8 @@
-//! Every transition: every state, every combination of boolean inputs, every request, every edge of every counter, what
-//! the sensors, the host and the controller can give, against a table.
+//! Every transition: every state, every combination of boolean inputs, every request, every edge of every counter,
+//! every kind of reading, reference and command, against a table.
 
-use crate::support::*;
-use crate::watch::Watch;
+use crate::safety::support::*;
+use crate::safety::watch::Watch;
 use dynamics_core::control::LimitFlags;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, SafeAction, State};
 use dynamics_core::{Command, Fault, Reference, Sensed};
@@ -105,7 +105,7 @@ impl Case {
     }
 }
 
-/// What must follow. A refusal is given by its number.
+/// The result that must follow. A refusal is given by its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Expected {
     state: State,
@@ -144,7 +144,7 @@ const NO_REFERENCE: u8 = 8;
 const NO_ROOM: u8 = 9;
 const OUT_OF_REACH: u8 = 10;
 
-/// Requests, where no fault is in force. What is not here is refused as meaningless.
+/// Requests, where no fault is in force. A request that is not here is refused as meaningless.
 const REQUESTS: [Row; 24] = [
     row(&[IDLE], Request::Home, |_| true, Ok(State::Homing)),
     row(&[HOMING], Request::Confirm, |c| !c.zeroed, Err(NOT_ZEROED)),
@@ -172,7 +172,7 @@ const REQUESTS: [Row; 24] = [
     row(&[IDLE, ARMED, RUNNING, HOLDING], Request::Confirm, |_| true, Err(NO_STATE)),
 ];
 
-/// What happens by itself after the requests, where torque acts: the first that holds.
+/// Transitions without a request, after the requests, where torque acts: the first that holds.
 const EVENTS: [(u8, Holds, State); 6] = [
     (RUNNING, |c| c.wanted == Wanted::NotANumber, State::Fault(Fault::NonFiniteReference { joint: 1 })),
     (RUNNING, Case::silent, State::Holding(HoldCause::HeartbeatLost)),
@@ -185,7 +185,7 @@ const EVENTS: [(u8, Holds, State); 6] = [
 fn expected(c: &Case) -> Expected {
     let homed = c.still_homed();
     let refused_by_fault = c.request.map(|_| 2);
-    // Latched: only a clear that nothing stands in the way of leaves it.
+    // Latched: only a clear leaves it, and only when the cause is gone.
     if c.in_fault() {
         let beyond_meaning = matches!(c.implausible(), Some(Fault::PositionOutOfBounds { .. })) && !homed;
         let stands = c.external().is_none() && (c.implausible().is_none() || beyond_meaning);

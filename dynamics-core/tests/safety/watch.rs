@@ -1,11 +1,11 @@
-//! What must hold in every tick, whatever the machine does: a watchman that sees inputs and outputs, and shares no line
-//! with it.
+//! Properties that must hold in every tick, for every action of the machine: a watchman checks inputs and outputs, and
+//! shares no code with it.
 
-use crate::support::*;
+use crate::safety::support::*;
 use dynamics_core::safety::{Actuation, Request, State};
 use dynamics_core::{Reference, Sensed};
 
-/// What the watchman remembers.
+/// Memory of the watchman.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watch {
     state: State,

@@ -1,6 +1,6 @@
 //! Quintic motions through points.
 
-use crate::support::{check_ends, moments, sampled_peaks, slope_errors};
+use crate::trajectory::support::{check_ends, moments, sampled_peaks, slope_errors};
 use dynamics_core::control::trajectory::{Bounds, Motion, Timing, Waypoint};
 use proptest::prelude::{Strategy, prop_assert, proptest};
 

@@ -1,4 +1,4 @@
-//! What cannot be made is refused, by name.
+//! Impossible motions are refused, by name.
 
 use dynamics_core::Limits;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, POINTS_MAX, SweepSpec, Timing, Waypoint};

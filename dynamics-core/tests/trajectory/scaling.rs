@@ -1,6 +1,6 @@
 //! Time scaling: on the bound, never beyond it.
 
-use crate::support::{moments, sampled_peaks};
+use crate::trajectory::support::{moments, sampled_peaks};
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec, Timing, Waypoint};
 
 const VELOCITY: [f64; 2] = [1.3, 2.1];

@@ -1,4 +1,4 @@
-//! What every motion must do.
+//! Properties of every motion.
 
 use dynamics_core::Reference;
 use dynamics_core::control::trajectory::Motion;
@@ -31,7 +31,7 @@ pub(crate) fn slope_errors<const N: usize>(motion: &Motion<f64, N>, apart: &[f64
     errors
 }
 
-/// It starts and ends at rest where it should, holds there, and a time that is no number is before the start.
+/// It starts and ends at rest where it should, holds there, and a NaN time counts as before the start.
 pub(crate) fn check_ends<const N: usize>(motion: &Motion<f64, N>, from: [f64; N], to: [f64; N]) {
     assert_eq!(motion.start(), Reference::at_rest(from));
     assert_eq!(motion.end(), Reference::at_rest(to));

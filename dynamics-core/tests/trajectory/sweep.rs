@@ -1,6 +1,6 @@
 //! Sine sweeps.
 
-use crate::support::{check_ends, moments, sampled_peaks, slope_errors};
+use crate::trajectory::support::{check_ends, moments, sampled_peaks, slope_errors};
 use dynamics_core::control::trajectory::{Bounds, Motion, SweepSpec};
 use std::f64::consts::TAU;
 

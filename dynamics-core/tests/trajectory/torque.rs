@@ -1,6 +1,6 @@
 //! Time scaling to torque limits.
 
-use crate::support::moments;
+use crate::trajectory::support::moments;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, Timing, TorqueLimits, Waypoint};
 use dynamics_core::trig::Libm;
 use dynamics_core::{

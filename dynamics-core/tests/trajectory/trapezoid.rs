@@ -1,6 +1,6 @@
 //! Trapezoidal motions.
 
-use crate::support::{check_ends, moments, slope_errors};
+use crate::trajectory::support::{check_ends, moments, slope_errors};
 use dynamics_core::control::trajectory::{Bounds, Motion};
 
 const MARGIN: f64 = 1.0 + Bounds::<f64, 1>::MARGIN;
@@ -56,7 +56,7 @@ fn joints_keep_to_one_line_and_the_tightest_bounds_rule() {
             assert!((share - r.q[0] / 2.0).abs() < 1e-12);
         }
     }
-    // Joint 1 is at its velocity bound; it and nobody else: 0.5, 1 and 20 ways a second.
+    // Joint 1 is at its velocity bound; no other joint is: 0.5, 1 and 20 ways a second.
     let peaks = motion.peaks();
     assert!(peaks.velocity[0] > 0.99999 && peaks.velocity[1] < 0.51 && peaks.acceleration[0] > 1.9999);
 }

@@ -16,7 +16,7 @@ impl Counter {
         Self(timer)
     }
 
-    /// Whether the same work always counts the same, and more work more: not so where instructions are not counted.
+    /// Whether the same work always counts the same, and more work more. False where instructions are not counted.
     fn is_exact(&self) -> bool {
         let (short, long) = ([self.trial(100), self.trial(100), self.trial(100)], self.trial(1000));
         short[1] == short[2] && long > short[2]
@@ -36,7 +36,7 @@ impl Counter {
 
     /// The count of one call, and its result. Out of line, so that every call is made by the same instructions.
     ///
-    /// What it counts of the calling itself is what the call of a function that does nothing counts.
+    /// The count includes the call itself: as much as the count of an empty function.
     #[inline(never)]
     pub fn call<A, B, R>(&self, function: fn(&A, &mut B) -> R, from: &A, to: &mut B) -> (u32, R) {
         let start = self.now();

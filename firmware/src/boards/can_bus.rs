@@ -1,8 +1,8 @@
-//! A bxCAN controller as the schedule of [`firmware::joint_io::can`] wants it.
+//! A bxCAN controller with the interface that the schedule of [`firmware::joint_io::can`] needs.
 //!
-//! The `bxcan` crate sets the controller up. Frames, sending and receiving are written out here: its `transmit` can wait
-//! without a bound for a mailbox to be given up, its frames have a panic that the tick would reach, and it tells nothing of a
-//! bus that is off.
+//! The `bxcan` crate sets the controller up. Frames, sending and receiving are written out here: its `transmit` can
+//! wait without a bound for an abandoned mailbox, its frames contain a panic reachable from the tick, and it does not
+//! report bus-off.
 
 use super::pac;
 use embedded_can::{ErrorKind, Id, StandardId};
@@ -41,7 +41,7 @@ const BUS_OFF: u32 = 1 << 2;
 const REQUEST: u32 = 1;
 const EXTENDED_OR_REMOTE: u32 = 0b110;
 
-/// TSR: the bit of a mailbox that says it is empty, and the one that gives its frame up.
+/// TSR: the bit for an empty mailbox, and the bit that aborts its frame.
 const fn empty_bit(mailbox: usize) -> u32 {
     1 << (26 + mailbox)
 }
@@ -55,8 +55,8 @@ pub struct Bus<C: Controller> {
 }
 
 impl<C: Controller> Bus<C> {
-    /// A bus whose controller is set up. It joins by itself, as soon as the bus is idle, and comes back by itself after it
-    /// was off: waiting for that here could last for ever.
+    /// A bus whose controller is set up. It joins by itself, as soon as the bus is idle, and comes back by itself after
+    /// bus-off: waiting for that here could last for ever.
     pub fn new(mut controller: bxcan::Can<C>) -> Self {
         controller.enable_non_blocking().ok();
         Self { _controller: controller }
@@ -69,8 +69,8 @@ impl<C: Controller> Bus<C> {
 
 fn registers<C: Controller>() -> &'static Registers {
     #[allow(unsafe_code, reason = "the crate that owns the peripheral does not lend its registers")]
-    // SAFETY: the address is that of the peripheral's registers, which exist as long as the chip. Every access is volatile;
-    // whoever holds a `Bus` holds the only owner of the peripheral.
+    // SAFETY: the address is that of the peripheral's registers, which exist as long as the chip. Every access is
+    // volatile; a `Bus` contains the only owner of the peripheral.
     unsafe {
         &*C::REGISTERS_AT
     }
@@ -93,7 +93,7 @@ fn queue(registers: &Registers, id: u16, length: u8, bytes: [u8; 8]) -> bool {
     true
 }
 
-/// Ask for every frame that waits to be given up; one that is on the wire is sent to its end.
+/// Request the abort of every waiting frame; a frame on the wire is still sent to its end.
 fn give_up(registers: &Registers) {
     let status = registers.tsr().read().bits();
     let bits = (0..MAILBOXES)
@@ -106,8 +106,8 @@ fn give_up(registers: &Registers) {
     }
 }
 
-/// The last frames of a program: to these identifiers, after giving up all others. In bounded time, whoever owned the
-/// controller before: call it with interrupts off, and nothing after it.
+/// The last frames of a program: to these identifiers, after giving up all others. Takes bounded time, and needs no
+/// ownership of the controller: call it with interrupts off, as the last action of the program.
 pub fn last_words<C: Controller>(ids: impl Iterator<Item = u8>, data: &[u8; 8]) {
     /// Looks at the mailboxes before a frame is given up: two frames at 1 Mbit/s are 270 us, a look some 20 cycles of 168 MHz.
     const LOOKS: u32 = 10_000;
@@ -122,7 +122,7 @@ pub fn last_words<C: Controller>(ids: impl Iterator<Item = u8>, data: &[u8; 8]) 
     }
 }
 
-/// A data frame with a standard identifier: the one kind that the schedule sends and the one that it believes.
+/// A data frame with a standard identifier: the only kind that the schedule sends or accepts.
 pub struct Frame {
     id: StandardId,
     length: u8,

@@ -1,4 +1,5 @@
-//! What boards with an STM32F405 and an 8 MHz crystal share: the link on USART2, the control timer, the cycle counter.
+//! Shared parts of boards with an STM32F405 and an 8 MHz crystal: the link on USART2, the control timer, the cycle
+//! counter.
 //!
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 
@@ -35,20 +36,22 @@ pub struct Guards {
     /// High when pressed, and when its wire is broken: a closed contact to ground, against a pull-up.
     stop: Option<ErasedPin<InputPin>>,
     watchdog: pac::IWDG,
-    /// What the watchdog counts down from, eighths of a millisecond.
+    /// Start value of the watchdog's count-down, eighths of a millisecond.
     reload: u16,
     running: bool,
 }
 
-/// Ticks without a word that the watchdog lets pass. Its oscillator has 17 to 47 kHz instead of 32: 2.7 to 7.5 ticks.
+/// Ticks without feeding before the watchdog resets the chip. Its oscillator has 17 to 47 kHz instead of 32: 2.7 to 7.5
+/// ticks.
 const TICKS_UNFED: f32 = 4.0;
 
-/// 168 MHz from the crystal; 42 MHz for what hangs on APB1, which the link and the CAN controllers do.
+/// 168 MHz from the crystal; 42 MHz for APB1, with the link and the CAN controllers.
 pub fn clocks() -> Config {
     Config::hse(8.MHz()).sysclk(168.MHz()).pclk1(42.MHz())
 }
 
-/// The link: USART2 on PA2 and PA3, 1 Mbaud. `None` where the clock does not have this rate; ours has: 42 MHz is 42 times it.
+/// The link: USART2 on PA2 and PA3, 1 Mbaud. `None` where the clock cannot give this rate; ours can: 42 MHz is 42 times
+/// the rate.
 pub fn link(usart: pac::USART2, pins: (PA2, PA3), rcc: &mut Rcc) -> Option<(Input, Output)> {
     let config = SerialConfig::default().baudrate(1_000_000.bps());
     let (output, mut input) = usart.serial(pins, config, rcc).ok()?.split();
@@ -107,7 +110,7 @@ impl LinkInput for Input {
 impl LinkOutput for Output {
     fn write(&mut self, bytes: &[u8]) {
         for &byte in bytes {
-            // Ends: the transmitter empties at its baud rate, whoever listens.
+            // This loop ends: the transmitter empties at its baud rate even without a listener.
             while self.0.write(byte).is_err() {}
         }
     }
@@ -152,7 +155,7 @@ impl Counter for CycleCounter {
     }
 }
 
-/// Interrupts off, then the drives, then its last words, then nothing any more.
+/// Interrupts off, then the drives, then its last words, then it stops for good.
 pub fn halt(drives_off: impl FnOnce(), last_words: impl FnOnce()) -> ! {
     cortex_m::interrupt::disable();
     drives_off();
@@ -162,7 +165,7 @@ pub fn halt(drives_off: impl FnOnce(), last_words: impl FnOnce()) -> ! {
     }
 }
 
-/// Pull pins of port C low, whoever owns them. For the end of the program alone: nobody runs after it who would notice.
+/// Pull pins of port C low, without owning them. Only for the end of the program, when no owner runs any more.
 pub fn set_port_c_low(pins: u16) {
     #[allow(unsafe_code, reason = "the program is over; whoever owned the pins does not run again")]
     // SAFETY: a write to the set-reset register changes only the pins that it names: its upper half resets.

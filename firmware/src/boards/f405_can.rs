@@ -28,13 +28,13 @@ use stm32f4xx_hal::prelude::*;
 const DRIVES: [MitDrive; arm::N] = match arm::drives() {
     Drives::Mit(drives) => drives,
     Drives::Link | Drives::Pwm(_) => {
-        panic!("this board drives MIT actuators: NEWTAU_SCENE must name a scene whose robot has drives of the kind mit")
+        panic!("this board drives MIT actuators: build it with a scene whose robot has drives of the kind mit")
     }
 };
 
-/// From the end of a command to the start of its reply: of what makers state, none is longer.
+/// From the end of a command to the start of its reply: the longest that a maker states.
 const TURNAROUND_US: u32 = 60;
-/// From the start of a tick to its commands: what the controller may take.
+/// From the start of a tick to its commands: the time allowed for the controller.
 const LEAD_US: u32 = 100;
 
 /// Every reply is in before the next tick; a faster rate does not compile.

@@ -35,7 +35,7 @@ const CHANNELS: usize = 4;
 const DRIVES: [PwmDrive; arm::N] = match arm::drives() {
     Drives::Pwm(drives) => drives,
     Drives::Link | Drives::Mit(_) => {
-        panic!("this board drives H-bridges: NEWTAU_SCENE must name a scene whose robot has drives of the kind pwm")
+        panic!("this board drives H-bridges: build it with a scene whose robot has drives of the kind pwm")
     }
 };
 

@@ -1,7 +1,7 @@
 //! QEMU's `netduinoplus2`: the emulated STM32F405.
 //!
 //! The clock controller reads zero there, so waiting for an oscillator or the PLL would never end: the clocks stay as
-//! the emulator has them. GPIO is not emulated, so there is no brake line: braking is what the fault frame says.
+//! the emulator has them. GPIO is not emulated, so there is no brake line: the fault frame is the only sign of braking.
 //! Registers are set directly: the HAL's constructors wait for clocks.
 
 use super::pac;
@@ -57,10 +57,10 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
         // TIM3 has 16 bits: a prescaler of 1000 leaves 1 MHz, good for 16 Hz and up. The cast saturates.
         let period = (TIMER_HZ / 1000.0 / rate_hz) as u16;
         timer.psc().write(|w| w.psc().set(1000 - 1));
-        // QEMU 7.2 (`stm32f2xx_timer_set_alarm`) sets the alarm to now plus the time at which the count was zero plus the
-        // reload. That is a period only for a count that was zero at power-on: one that is reset later makes every period
-        // longer by that time. The reload is the whole period there, not one less. TIM2, whose zero is power-on, tells
-        // the time, to a microsecond.
+        // QEMU 7.2 (`stm32f2xx_timer_set_alarm`) sets the alarm to now plus the time at which the count was zero plus
+        // the reload. That is a period only for a count that was zero at power-on: one that is reset later makes every
+        // period longer by that time. The reload is the whole period there, not one less. TIM2 counts from power-on and
+        // gives the time, to a microsecond.
         let since_power_on = counter.cnt().read().bits() / 1000;
         timer.cnt().write(|w| w.cnt().set(since_power_on as u16));
         timer.arr().write(|w| w.arr().set(period.max(1)));
@@ -78,7 +78,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
 
     fn halt(last_words: impl FnOnce()) -> ! {
         last_words();
-        // Ends the emulator: whoever waits for an answer learns of it at once.
+        // Ends the emulator, so that a peer waiting for an answer notices at once.
         debug::exit(debug::EXIT_FAILURE);
         loop {
             cortex_m::asm::wfi();

@@ -6,9 +6,10 @@
 //! | 14 | 1: read | EF: the word before was in error |
 //! | 13:0 | address | value |
 //!
-//! The reply to a word comes with the **next** word. A tick sends two: the first asks for the angle and brings what the
-//! last tick's second asked for (diagnostics, or the error register after an EF); the second asks for diagnostics and
-//! brings the angle, sampled in this tick. (ams AS5047P datasheet v1-11, "SPI transactions", figures 15 to 26.)
+//! The reply to a word comes with the **next** word. A tick sends two: the first asks for the angle and brings the
+//! reply to the last tick's second word (diagnostics, or the error register after an EF); the second asks for
+//! diagnostics and brings the angle, sampled in this tick. (ams AS5047P datasheet v1-11, "SPI transactions", figures 15
+//! to 26.)
 
 use embedded_hal::spi::SpiDevice;
 
@@ -24,7 +25,7 @@ pub const DIAAGC: u16 = 0x3ffc;
 /// The angle, with the errors of a moving shaft compensated.
 pub const ANGLECOM: u16 = 0x3fff;
 
-/// DIAAGC: too little field, too much, or an angle that is none.
+/// DIAAGC: too little field, too much, or an invalid angle.
 const DOUBTS: u16 = 1 << 11 | 1 << 10 | 1 << 9;
 /// DIAAGC: the offset loop has settled.
 const READY: u16 = 1 << 8;
@@ -38,7 +39,7 @@ pub const fn read_word(address: u16) -> u16 {
     word | (word.count_ones() as u16 & 1) << 15
 }
 
-/// What a word brings.
+/// Contents of a word from the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Word {
     /// Fourteen bits.
@@ -59,7 +60,7 @@ impl Word {
     }
 }
 
-/// What went wrong with an encoder; every count wraps.
+/// Errors of an encoder; every count wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EncoderCounts {
     /// Words with odd parity.
@@ -68,7 +69,7 @@ pub struct EncoderCounts {
     pub flagged: u32,
     /// Bits of the error register, all that were read so far: 0 framing, 1 invalid command, 2 parity.
     pub errors_seen: u16,
-    /// Readings whose diagnostics doubt the magnet.
+    /// Readings with diagnostics that report a doubtful magnet.
     pub doubted: u32,
     /// Transfers that the bus refused.
     pub bus: u32,
@@ -78,7 +79,7 @@ pub struct EncoderCounts {
 #[derive(Debug)]
 pub struct As5047p<D> {
     device: D,
-    /// The register that the last word asked for.
+    /// Register requested by the last word.
     asked: u16,
     /// A word was flagged, and the error register has not been asked for since.
     flagged: bool,
@@ -114,18 +115,18 @@ impl<D: SpiDevice> As5047p<D> {
         (asked_for_angle && !word.flagged).then_some(word.value)
     }
 
-    /// Whether the last diagnostics doubt the angle.
+    /// Whether the last diagnostics make the angle doubtful.
     pub const fn is_doubtful(&self) -> bool {
         self.doubtful
     }
 
-    /// What went wrong so far.
+    /// Errors so far.
     pub const fn counts(&self) -> EncoderCounts {
         self.counts
     }
 
-    /// Send the word that reads a register; what comes back answers the word before. `None`: the bus refused, or the parity
-    /// is odd.
+    /// Send the word that reads a register; the return value is the reply to the word before. `None`: the bus refused,
+    /// or the parity is odd.
     fn ask(&mut self, address: u16) -> Option<Word> {
         let mut bytes = read_word(address).to_be_bytes();
         if self.device.transfer_in_place(&mut bytes).is_err() {
@@ -168,11 +169,11 @@ impl Turns {
         Self { position: None, lost: false, step: 0, jump_max, age_ticks: 0, jumps: 0 }
     }
 
-    /// Take this tick's angle, counts from `zero` upwards, modulo a turn; `None` when there is none.
+    /// Take this tick's angle, counts from `zero` upwards, modulo a turn; `None` without a valid angle.
     ///
-    /// The first one is taken as within half a turn of zero. From then on the step is the shortest way, and believed when it
-    /// is no longer than `jump_max` for each tick since the last angle; one that is longer counts as no angle. When so many
-    /// ticks have gone by that half a turn can have passed, the turn is lost, and stays so until [`Turns::new`].
+    /// The first one is taken as within half a turn of zero. From then on the step is the shortest way. It is accepted
+    /// up to `jump_max` for each tick since the last angle; a longer step counts as no angle. After so many ticks that
+    /// the shaft can have moved half a turn, the turn is lost, and stays so until [`Turns::new`].
     pub fn update(&mut self, angle: Option<u16>) {
         self.age_ticks = self.age_ticks.saturating_add(1);
         let Some(position) = self.position else {
@@ -202,7 +203,7 @@ impl Turns {
         }
     }
 
-    /// Counts since zero, turns included; 0 where there are none.
+    /// Counts since zero, turns included; 0 where the position is unknown.
     #[must_use]
     pub fn position(&self) -> i32 {
         self.position.unwrap_or(0)
@@ -214,7 +215,7 @@ impl Turns {
         self.step
     }
 
-    /// Ticks since the last angle that was believed; `u32::MAX` when the position means nothing.
+    /// Ticks since the last accepted angle; `u32::MAX` while the position is unknown.
     #[must_use]
     pub fn age_ticks(&self) -> u32 {
         if self.position.is_some() { self.age_ticks } else { u32::MAX }

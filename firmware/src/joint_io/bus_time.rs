@@ -19,7 +19,7 @@ pub const fn frame_bits(data_bytes: u32) -> u32 {
     stuffed + 10 + 3 + (stuffed - 1) / 4
 }
 
-/// What the schedule puts on one bus in one tick: to every actuator a command of 8 bytes, from every actuator a reply.
+/// Frames of the schedule on one bus in one tick: to every actuator a command of 8 bytes, from every actuator a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusLoad {
     /// Actuators on the bus.

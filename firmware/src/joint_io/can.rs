@@ -7,23 +7,23 @@
 //! bus:                                                                 | commands and replies ............ |  tick k+1
 //! ```
 //!
-//! A reply answers the command of the tick before: an actuator measures when a command arrives, and everything is in before
-//! the next tick begins ([`super::bus_time`] says how fast that can be). On each bus the command with the **highest**
-//! identifier is queued first: a bxCAN takes a frame into a free mailbox beside pending ones only when the new one has the
-//! lower identifier, so in this order three commands fill three mailboxes without waiting.
+//! A reply answers the command of the tick before: an actuator measures when a command arrives, and everything is in
+//! before the next tick begins ([`super::bus_time`] computes the highest rate). On each bus the command with the
+//! **highest** identifier is queued first: a bxCAN takes a frame into a free mailbox beside pending ones only when the
+//! new one has the lower identifier, so in this order three commands fill three mailboxes without waiting.
 //!
-//! What replies do:
+//! Effect of the replies:
 //!
 //! | reply | what happens |
 //! |---|---|
-//! | from an actuator that owes one | taken; its joint's measurement is fresh |
+//! | from an actuator with an outstanding reply | taken; its joint's measurement is fresh |
 //! | two in one tick, after a tick without | the first is counted as late, the second taken |
 //! | none | counted as missing; the joint's measurement is a tick older, and at fault after [`MISSING_MAX`] of them |
-//! | from one that owes none | counted as a duplicate and ignored |
+//! | from one without an outstanding reply | counted as a duplicate and ignored |
 //! | of an unknown identifier, of another length, remote | counted for the bus and ignored |
 //!
-//! A frame carries no number, so an actuator that always answers one tick late cannot be told from one that is on time
-//! after its first miss, which is counted. Its delay is bounded by the bus: its reply must come before its next one.
+//! A frame carries no number, so an actuator that always answers one tick late looks punctual after its first miss,
+//! which is counted. Its delay is bounded by the bus: its reply must come before its next one.
 
 use super::mit::{ENTER, EXIT, Reply, Setpoint};
 use super::{JointIo, MISSING_MAX};
@@ -41,23 +41,23 @@ pub const BUSES: usize = 2;
 /// Frames taken from one bus in one tick, at most: a bxCAN holds six, and more arrive only while these are read.
 const RECEIVED_MAX: u32 = 16;
 
-/// How often a full transmitter is asked again before a command is given up.
+/// Polls of a full transmitter before a command is given up.
 const TRANSMIT_POLLS: u32 = 16;
 
-/// Replies that are waited for: this tick's and the one before.
+/// Most outstanding replies: this tick's and the one before.
 const OWED_MAX: u8 = 2;
 
-/// What the schedule needs of a bus beside sending and receiving.
+/// Functions of a bus that the schedule needs, beside sending and receiving.
 pub trait CanBus: Can {
     /// Whether the controller has left the bus after too many errors. Bringing it back is the board's work (a bxCAN does it
     /// by itself once told to).
     fn is_off(&mut self) -> bool;
 
-    /// Give up what has not been sent: a torque of the tick before must not go out after this tick's.
+    /// Abandon all unsent frames: a torque of the tick before must not go out after this tick's.
     fn abandon(&mut self);
 }
 
-/// What went wrong with a joint's frames; every count wraps.
+/// Errors of a joint's frames; every count wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct JointCounts {
     /// Ticks in which a reply was due and none came.
@@ -66,13 +66,13 @@ pub struct JointCounts {
     pub late: u32,
     /// Replies to no command.
     pub duplicate: u32,
-    /// Torques that were NaN or infinite, and went out as none.
+    /// Torques that were NaN or infinite, and were sent as no torque.
     pub refused: u32,
     /// Commands that found no room in the transmitter, or were pushed out of it.
     pub unsent: u32,
 }
 
-/// What went wrong on a bus; every count wraps.
+/// Errors of a bus; every count wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BusCounts {
     /// Frames of identifiers that belong to no reply.
@@ -87,13 +87,13 @@ pub struct BusCounts {
     pub off: u32,
 }
 
-/// What is known of a joint.
+/// State of a joint.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
     enabled: bool,
-    /// Replies that commands have asked for and that have not come: those of the last two ticks.
+    /// Outstanding replies to commands, from the last two ticks.
     owed: u8,
-    /// The older of them has been waited for through a tick that brought one.
+    /// The older outstanding reply has been waited for through a tick that brought one.
     overdue: bool,
     /// Replies since the last [`JointIo::measure`].
     came: u8,
@@ -122,7 +122,7 @@ impl Joint {
     };
 }
 
-/// What a drive is sent in a tick.
+/// Order to a drive in a tick.
 #[derive(Clone, Copy)]
 enum Order {
     /// This torque of the joint, N m or N; the drive is switched on first.
@@ -148,7 +148,7 @@ pub struct CanJoints<A, B, P, const N: usize> {
 }
 
 impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<A, B, P, N> {
-    /// Actuators that have not been asked yet. `brake` is a line that is high to open the brakes; it is driven low here.
+    /// Actuators without any command so far. `brake` is a line that is high to open the brakes; it is driven low here.
     pub fn new(first: A, second: B, brake: P, drives: [MitDrive; N]) -> Self {
         let mut joints = Self {
             first,
@@ -164,12 +164,12 @@ impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<A, B, P, N> {
         joints
     }
 
-    /// What went wrong with each joint's frames.
+    /// Errors of each joint's frames.
     pub fn joint_counts(&self) -> [JointCounts; N] {
         self.joints.map(|joint| joint.counts)
     }
 
-    /// What went wrong on each bus.
+    /// Errors of each bus.
     pub fn bus_counts(&self) -> [BusCounts; BUSES] {
         self.buses
     }
@@ -223,7 +223,7 @@ impl Joint {
                 return EXIT;
             }
         };
-        // Nothing in a setpoint is NaN here unless a range or a damping is: then off is what remains.
+        // A setpoint holds NaN here only if a range or a damping is NaN: then the drive is switched off.
         setpoint.pack(&drive.ranges).unwrap_or(EXIT)
     }
 
@@ -241,7 +241,7 @@ impl Joint {
             return;
         }
         if self.came > 0 {
-            // Two were to come, and this is the second: the one before answers the tick before.
+            // Two replies were due, and this is the second: the one before answers the tick before.
             self.counts.late = self.counts.late.wrapping_add(1);
         }
         self.owed -= 1;
@@ -253,11 +253,12 @@ impl Joint {
         self.faults = self.faults.without(JointFaults::RANGE | JointFaults::DRIVE) | found;
     }
 
-    /// A tick begins: what came is counted, what did not come is older.
+    /// Begin a tick: count the replies that came, and age the measurements without one.
     fn begin_tick(&mut self) {
         if core::mem::take(&mut self.came) > 0 {
             self.age_ticks = 0;
-            // One came and one more was asked for: either this one was late, and two come next, or the other is lost.
+            // One reply came and one more is outstanding: either this one was late, and two come next, or the other is
+            // lost.
             self.overdue = self.owed > 0 && !self.overdue;
             if !self.overdue {
                 self.owed = 0;
@@ -327,7 +328,7 @@ fn transmit<B: CanBus>(bus: &mut B, drive: &MitDrive, data: &[u8; 8], counts: &m
     let Some(frame) = StandardId::new(u16::from(drive.id)).and_then(|id| B::Frame::new(id, data)) else { return false };
     for _ in 0..TRANSMIT_POLLS {
         match bus.transmit(&frame) {
-            // One that was pushed out is missed when its reply does not come.
+            // A command that was pushed out is noticed when its reply does not come.
             Ok(_) => return true,
             Err(nb::Error::WouldBlock) => {}
             Err(nb::Error::Other(_)) => {
@@ -363,7 +364,7 @@ fn collect<B: CanBus, const N: usize>(
     off
 }
 
-/// Give a frame to the joint that it is from; the count that it belongs to when it is from none.
+/// Give a frame to its sender's joint; returns the error count to raise when no joint is the sender.
 fn take_frame<'a, F: Frame, const N: usize>(
     frame: &F,
     index: u8,

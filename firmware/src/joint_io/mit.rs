@@ -28,10 +28,10 @@ pub const FIELD_BITS: u32 = 12;
 pub const ENTER: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfc];
 /// Motor mode off.
 pub const EXIT: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfd];
-/// The position now is zero from now on.
+/// Make the present position the zero.
 pub const ZERO: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfe];
 
-/// What an actuator is told, in its own units.
+/// Command to an actuator, in its own units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setpoint {
     /// Position, rad.
@@ -63,8 +63,8 @@ impl Setpoint {
 
     /// As a frame's data; values beyond their range take its end. `None` when one is NaN: that never goes on a wire.
     ///
-    /// No combination of fields is one of the special frames as long as `kp` is below its highest code: those have all its
-    /// bits set.
+    /// No combination of fields is one of the special frames as long as `kp` is below its highest code: the special
+    /// frames have all bits of `kp` set.
     #[inline]
     #[must_use]
     pub fn pack(&self, ranges: &MitRanges) -> Option<[u8; 8]> {
@@ -86,7 +86,7 @@ impl Setpoint {
     }
 }
 
-/// What an actuator says, in its own units.
+/// Reply of an actuator, in its own units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reply {
     /// Position, rad.
@@ -99,12 +99,12 @@ pub struct Reply {
     pub saturated: bool,
     /// The temperature's byte, where the reply has one. Its offset differs from maker to maker.
     pub temperature: Option<u8>,
-    /// The drive's own error, 0 where there is none or the reply has none.
+    /// The drive's own error code; 0 without an error, or where the reply has no such byte.
     pub error: u8,
 }
 
 impl Reply {
-    /// From a reply's data; `None` when it is not as long as this drive's replies are, or another drive's.
+    /// From a reply's data; `None` when its length is not that of this drive's replies, or when it is another drive's.
     #[inline]
     #[must_use]
     pub fn unpack(data: &[u8], drive: &MitDrive) -> Option<Self> {

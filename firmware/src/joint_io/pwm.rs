@@ -7,9 +7,9 @@
 //! duty  = |u| / supply                       held at 1; the sign is a pin's
 //! ```
 //!
-//! with the torque constant `k`, the resistance `R` and the motor's speed `w` from the last step of the encoder. Inductance
-//! is left out: its time constant is far below a tick. Without a current sensor the current is what the duty that was
-//! given drives, `(duty supply - k w) / R`.
+//! with the torque constant `k`, the resistance `R` and the motor's speed `w` from the last step of the encoder.
+//! Inductance is left out: its time constant is far below a tick. Without a current sensor the current is estimated
+//! from the last duty, `(duty supply - k w) / R`.
 
 use super::as5047p::{As5047p, EncoderCounts, Turns};
 use super::{JointIo, MISSING_MAX};
@@ -27,7 +27,7 @@ pub trait CurrentSensor {
     fn current(&mut self) -> Option<f32>;
 }
 
-/// Nothing measures the current: it is estimated from the duty.
+/// No current sensor: the current is estimated from the duty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoSensor;
 
@@ -37,14 +37,14 @@ impl CurrentSensor for NoSensor {
     }
 }
 
-/// What drives a motor.
+/// Duty and current of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
     /// Voltage over supply, from -1 to 1.
     pub duty: f32,
     /// The current that it drives at the speed it was worked out for, A.
     pub current: f32,
-    /// The torque asked for more current or more voltage than there is.
+    /// The torque needs more current or more voltage than the limits allow.
     pub saturated: bool,
 }
 
@@ -52,8 +52,8 @@ impl Drive {
     /// No voltage.
     pub const NONE: Self = Self { duty: 0.0, current: 0.0, saturated: false };
 
-    /// What gives a joint a torque or force, N m or N, while the motor turns at `speed` rad/s; `None` when that is no finite
-    /// number.
+    /// Duty and current for a torque or force of the joint, N m or N, while the motor turns at `speed` rad/s; `None`
+    /// when they are not finite.
     #[inline]
     #[must_use]
     pub fn torque(torque: f32, speed: f32, drive: &PwmDrive) -> Option<Self> {
@@ -70,7 +70,7 @@ impl Drive {
     }
 }
 
-/// `f32::clamp` panics on bounds that are no range; this does not, and NaN stays NaN.
+/// `f32::clamp` panics on invalid bounds; this does not, and NaN stays NaN.
 trait ClampTo {
     fn clamp_to(self, max: f32) -> f32;
 }
@@ -88,7 +88,7 @@ impl ClampTo for f32 {
     }
 }
 
-/// A duty from 0 to 1 as steps of `max`; out of it the nearest end, NaN none.
+/// A duty from 0 to 1 as steps of `max`; outside this range the nearest end, and 0 for NaN.
 #[inline]
 #[must_use]
 pub fn duty_steps(duty: f32, max: u16) -> u16 {
@@ -167,7 +167,7 @@ where
         joints
     }
 
-    /// What went wrong with each encoder, and how many of its angles were further than the joint can move.
+    /// Errors of each encoder, and the number of its angles that were further than the joint can move.
     pub fn encoder_counts(&self) -> [(EncoderCounts, u32); N] {
         core::array::from_fn(|i| self.joints.get(i).map(|j| (j.encoder.counts(), j.turns.jumps())).unwrap_or_default())
     }
@@ -177,7 +177,7 @@ where
         core::array::from_fn(|i| self.joints.get(i).map_or(0, |joint| joint.refused))
     }
 
-    /// What was last driven, per joint.
+    /// Last duty and current, per joint.
     pub fn given(&self) -> [Drive; N] {
         core::array::from_fn(|i| self.joints.get(i).map_or(Drive::NONE, |joint| joint.given))
     }
@@ -277,7 +277,7 @@ where
         for ((joint, drive), &torque) in self.joints.iter_mut().zip(&self.drives).zip(torque) {
             joint.torque(torque, drive);
         }
-        // The motors hold before the brakes let go.
+        // The motors hold before the brakes release.
         self.brake_failed = self.brake.set_high().is_err();
     }
 

@@ -1,4 +1,4 @@
-//! Ways of reaching the joints, against models of what is at the other end of the wire.
+//! Ways of reaching the joints, against models of the devices at the other end of the wire.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 #![allow(clippy::float_cmp, reason = "where a test asks for equality, the bits must be equal")]
 #![allow(clippy::disallowed_types, reason = "the models and the bounds are in double precision")]

@@ -31,7 +31,7 @@ fn drive() -> PwmDrive {
     }
 }
 
-/// What happened to the lines of a joint, in order.
+/// Events on the lines of a joint, in order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Event {
     Duty(u16),

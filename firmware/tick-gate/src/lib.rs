@@ -7,7 +7,7 @@ use arm::{ArmController, ArmSafety, N};
 use dynamics_core::control::{Command, Measurement, Reference};
 use dynamics_core::safety::{Inputs, Output};
 
-/// The only thing here that is not the tick; linked because a staticlib needs one. The gate knows it by its name.
+/// The only function here outside the tick: a staticlib needs a panic handler. The gate recognises it by its name.
 #[cfg(target_os = "none")]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
@@ -37,7 +37,7 @@ pub extern "Rust" fn newtau_gate_tick(
     controller.tick(reference, measurement)
 }
 
-/// One tick of the safety state machine with the controller inside it: what the gate links beside [`newtau_gate_tick`].
+/// One tick of the safety state machine with the controller inside it: the gate links it beside [`newtau_gate_tick`].
 #[allow(unsafe_code, reason = "the linker must find it by name")]
 #[unsafe(no_mangle)]
 pub extern "Rust" fn newtau_gate_safety(

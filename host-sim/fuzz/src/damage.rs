@@ -1,16 +1,16 @@
-//! Good inputs made bad, always the same ones from the same seed.
+//! Damaged inputs made from good ones, the same in every run with the same seed.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// A source of damaged inputs.
+/// Generator of damaged inputs.
 pub struct Damage {
     random: ChaCha8Rng,
     words: &'static [&'static str],
 }
 
-/// Brackets in brackets, tables in tables, names in names and elements in elements, as deep as this. The readers behind ours are
-/// recursive: what is too deep must be refused before they meet it.
+/// Nested brackets, tables, names and elements of this depth. The parsers behind our readers are recursive, so too deep
+/// a nesting must be refused before it reaches them.
 #[must_use]
 pub fn nested(depth: usize) -> [Vec<u8>; 4] {
     [
@@ -22,7 +22,7 @@ pub fn nested(depth: usize) -> [Vec<u8>; 4] {
     .map(String::into_bytes)
 }
 
-/// What to do to the bytes of an input.
+/// Kind of damage to the bytes of an input.
 enum Kind {
     Flip,
     Truncate,
@@ -32,7 +32,7 @@ enum Kind {
     Number,
 }
 
-/// How often each is done; the odds of small changes, which leave more of the input to be read, are the higher ones.
+/// The kinds with their frequencies; small changes are more frequent, because more of such an input is read.
 const KINDS: [Kind; 14] = [
     Kind::Flip,
     Kind::Flip,
@@ -55,13 +55,13 @@ const STRETCH: usize = 60;
 const NOISE: usize = 600;
 
 impl Damage {
-    /// A source that inserts these words among other things.
+    /// A generator that inserts these words among other kinds of damage.
     #[must_use]
     pub fn new(seed: u64, words: &'static [&'static str]) -> Self {
         Self { random: ChaCha8Rng::seed_from_u64(seed), words }
     }
 
-    /// One of the examples with one to four things done to it; every sixteenth time nothing but noise.
+    /// One of the examples with one to four kinds of damage; every sixteenth input is pure noise.
     pub fn next_input(&mut self, examples: &[Vec<u8>]) -> Vec<u8> {
         if examples.is_empty() || self.below(16) == 0 {
             return (0..self.below(NOISE)).map(|_| self.random.next_u32() as u8).collect();
@@ -93,7 +93,7 @@ impl Damage {
                 bytes.splice(at..at, word.bytes());
             }
             Kind::Number => {
-                // Every double is as likely: tiny, huge, infinite and not a number come often.
+                // All bit patterns of a double are equally likely, so tiny, huge, infinite and NaN values come often.
                 let number = format!("{:?}", f64::from_bits(self.random.next_u64()));
                 let digit = |byte: &u8| byte.is_ascii_digit();
                 let Some(start) = bytes[at..].iter().position(digit).map(|from| at + from) else { return };
@@ -105,7 +105,7 @@ impl Damage {
     }
 
     fn below(&mut self, bound: usize) -> usize {
-        // Uneven by less than 1 in 2^32, of no account here.
+        // The distribution is uneven by less than 1 in 2^32, which is negligible here.
         (self.random.next_u64() % bound as u64) as usize
     }
 }

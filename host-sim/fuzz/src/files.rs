@@ -1,4 +1,4 @@
-//! What must hold of a reader of files, whatever stands in them, and of what it accepts.
+//! Properties of a reader of files for any content, and of the files that it accepts.
 
 use dynamics_core::control::{Command, Measurement, Reference, Sensed};
 use dynamics_core::trig::Libm;
@@ -8,7 +8,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use robot_compiler::{FileError, Robot, SceneFile, emit, with_dof};
 use std::fmt::Debug;
 
-/// Words of a TOML file that are syntax somewhere, and numbers at the ends of their ranges.
+/// Words that are TOML syntax somewhere, and numbers at the ends of their ranges.
 pub(crate) const TOML_WORDS: [&str; 40] = [
     "0",
     "-1",
@@ -52,9 +52,9 @@ pub(crate) const TOML_WORDS: [&str; 40] = [
     "allow_unphysical = \"x\"\n",
 ];
 
-/// What a reader makes of a text: `None` where it refuses it with an error that can be used.
+/// Read a text; returns `None` if the reader refuses it with a helpful error.
 ///
-/// What it accepts it accepts again, and the same, with a remark behind the end.
+/// An accepted text with a comment appended at its end must give the same result again.
 pub(crate) fn read<T: PartialEq + Debug>(
     text: &str,
     name: &str,
@@ -74,12 +74,12 @@ pub(crate) fn read<T: PartialEq + Debug>(
     }
 }
 
-/// An error says what is wrong and what would be right, and where: a place that is in the text, or a field.
+/// Check an error: it describes the problem, the expected content, and a place in the text or a field.
 fn check_error(error: &FileError, text: &str, name: &str) {
     let mut report = String::new();
     GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).render_report(&mut report, error).unwrap();
     assert!(!error.problem().is_empty() && !error.expected().is_empty(), "{report}");
-    // A scene's robot file has errors and places of its own.
+    // The robot file of a scene has its own errors and places.
     if error.file() != name {
         return;
     }
@@ -94,7 +94,7 @@ fn check_error(error: &FileError, text: &str, name: &str) {
     );
 }
 
-/// An accepted robot has a model in both precisions, the model has torques, and a scene without a file can be made of it.
+/// Check an accepted robot: it has a model in both precisions, the model has torques, and it has a default scene.
 pub(crate) fn check_robot(robot: &Robot) {
     assert!((1..=6).contains(&robot.dof()));
     for (index, joint) in robot.joints.iter().enumerate() {
@@ -107,14 +107,14 @@ pub(crate) fn check_robot(robot: &Robot) {
         let dynamics = Dynamics::new(robot.model::<N>().unwrap().cast::<f32>(), Scene::free_space());
         let q = [0.0; N];
         let torque = dynamics.inverse_dynamics(&Libm.sin_cos_all(&q), &q, &q, &q, &Live::zero());
-        // Nothing moves and nothing pulls.
+        // Without motion and gravity there is no torque.
         assert!(torque.iter().all(|tau| *tau == 0.0), "{torque:?}");
     });
     check_scene(&SceneFile::default_for(robot.clone()));
 }
 
-/// An accepted scene can be hashed and written out as source, has a motion of numbers, and its controller, asked for that motion,
-/// gives torques inside their limits or brakes.
+/// Check an accepted scene: it can be hashed and written out as source, and its motion is finite. The controller on
+/// that motion gives torques inside their limits or brakes.
 pub(crate) fn check_scene(scene: &SceneFile) {
     with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>().unwrap();

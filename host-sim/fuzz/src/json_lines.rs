@@ -1,4 +1,4 @@
-//! Any bytes as the states that `host-sim dynamics` is asked about, a JSON object a line.
+//! Fuzz target: any bytes as states for `host-sim dynamics`, one JSON object per line.
 
 use crate::Target;
 use crate::examples::{files, top};
@@ -11,7 +11,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// Lines for arms of one, two, four and six joints.
+/// Lines for arms with one, two, four and six joints.
 pub const TARGET: Target = Target { name: "json_lines", check, examples, words: &WORDS };
 
 const WORDS: [&str; 32] = [
@@ -70,8 +70,8 @@ fn model<const N: usize>(name: &str) -> Model<f64, N> {
     Robot::load(&top("robots").join(format!("{name}.toml"))).unwrap().model().unwrap()
 }
 
-/// In both precisions every line is answered up to the first that is refused, which the error names; what is answered is what was
-/// asked, and numbers that belong together.
+/// In both precisions every line is answered up to the first refused one, which the error names. An answer belongs to
+/// its question, and its numbers are consistent.
 pub fn check(bytes: &[u8]) {
     check_arm(&ONE, bytes);
     check_arm(&TWO, bytes);
@@ -94,7 +94,7 @@ where
     let mut answers = answers.lines();
     let mut refused = None;
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
-        // What is no text is no empty line.
+        // Invalid UTF-8 does not count as an empty line.
         if std::str::from_utf8(line).is_ok_and(|line| line.trim().is_empty()) {
             continue;
         }
@@ -119,7 +119,8 @@ where
 
 type Fields = BTreeMap<String, Value>;
 
-/// The line asks for what was answered; `D qdd + C qd + G` is the torque where nothing pushes, to this share of its parts.
+/// Check that the answer belongs to the line, and that `D qdd + C qd + G` is the torque without a push, within
+/// `rounding` of its parts.
 fn check_answer<const N: usize>(line: &[u8], answer: &str, rounding: f64) {
     let question: Fields = serde_json::from_slice(line).unwrap();
     let answer: Fields = serde_json::from_str(answer).unwrap();
@@ -150,11 +151,12 @@ fn check_answer<const N: usize>(line: &[u8], answer: &str, rounding: f64) {
     let (qd, qdd) = (given("qd").unwrap_or(still.clone()), given("qdd").unwrap_or(still));
     let position = given("q").unwrap().iter().fold(0.0_f64, |most, q| most.max(q.abs()));
     let pull = given("gravity").unwrap_or(vec![9.81]).iter().map(|x| x.abs()).fold(0.0, f64::max);
-    // A prismatic joint far out has rounded away the arm at its end.
+    // With a prismatic joint far out, rounding loses the arm at its end.
     if given("wrench_tip").is_some_and(|wrench| wrench.iter().any(|x| *x != 0.0)) || position > 10.0 {
         return;
     }
-    // What can cancel on the way: each arm is lighter than 100 kg and shorter than 10 m, a prismatic joint's 10 m included.
+    // Size of the terms that may cancel: each arm is lighter than 100 kg and shorter than 10 m, including 10 m for a
+    // prismatic joint.
     let speed = qd.iter().map(|x| x.abs()).sum::<f64>();
     let acceleration = qdd.iter().map(|x| x.abs()).sum::<f64>();
     let parts = 1e4 * (speed * speed + acceleration) + 1e3 * pull;

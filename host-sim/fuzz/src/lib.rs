@@ -1,19 +1,19 @@
-//! What must hold for any input, once, for two ways of finding an input for which it does not.
+//! Properties that must hold for any input, stated once for two ways of finding a counterexample.
 //!
-//! Each module has a function `check` that takes any bytes and panics when something does not hold of them. `cargo fuzz run NAME`
-//! gives it to libFuzzer, which looks for bytes that reach new code (needs a nightly compiler, see `docs/fuzzing.md`);
-//! `cargo test -p fuzz` gives it the examples, every input that was ever a finding, and some thousand inputs made of them by
-//! [`damage`] with a fixed seed.
+//! Each module has a function `check` that takes any bytes and panics if a property does not hold for them.
+//! `cargo fuzz run NAME` passes it to libFuzzer, which looks for bytes that reach new code (needs a nightly compiler,
+//! see `docs/fuzzing.md`). `cargo test -p fuzz` passes it the examples, every input that was ever a finding, and some
+//! thousand inputs made from them by [`damage`] with a fixed seed.
 //!
-//! | module | the bytes are | what must hold |
+//! | module | meaning of the bytes | property |
 //! |---|---|---|
-//! | [`link_decoder`] | bytes on the wire, and the inside of a packet | never a panic; a frame comes back the same; the next packet is read |
-//! | [`link_stream`] | packets and what happens to them on the way | exactly the whole packets arrive, and what is missing is counted |
-//! | [`session`] | packets, damage, readings and ticks | what is refused leaves no trace; torque acts by the rules of `docs/safety.md` alone |
-//! | [`robot_file`] | a robot's or a linkage's TOML | a robot with a model, or an error with a place |
-//! | [`urdf_file`] | a robot's URDF | the same |
-//! | [`scene_file`] | a scene's TOML | a scene with a source, a motion and a controller that keeps its limits, or an error with a place |
-//! | [`json_lines`] | states for `host-sim dynamics` | each line is answered with numbers that belong together, up to the one that an error names |
+//! | [`link_decoder`] | bytes on the wire, and the inside of a packet | no panic; a frame comes back the same; the next packet is read |
+//! | [`link_stream`] | packets and events on the link | exactly the whole packets arrive, and missing ones are counted |
+//! | [`session`] | packets, damage, readings and ticks | refused input leaves no trace; torque acts only by the rules of `docs/safety.md` |
+//! | [`robot_file`] | TOML of a robot or a linkage | a robot with a model, or an error with a place |
+//! | [`urdf_file`] | URDF of a robot | the same |
+//! | [`scene_file`] | TOML of a scene | a scene with a source, a motion and a controller that keeps its limits, or an error with a place |
+//! | [`json_lines`] | states for `host-sim dynamics` | each line is answered with consistent numbers, up to the one that an error names |
 #![forbid(unsafe_code)]
 #![allow(
     clippy::unwrap_used,
@@ -35,20 +35,20 @@ pub mod urdf_file;
 
 pub use examples::found;
 
-/// Something to hold to any input.
+/// A fuzz target.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Its name for `cargo fuzz run`.
+    /// Name for `cargo fuzz run`.
     pub name: &'static str,
-    /// Panics when something does not hold.
+    /// Function that panics if a property does not hold.
     pub check: fn(&[u8]),
-    /// Inputs to begin with, most of them good.
+    /// Inputs to start with, most of them valid.
     pub examples: fn() -> Vec<Vec<u8>>,
-    /// Words that mean something in an input.
+    /// Words with a meaning in an input.
     pub words: &'static [&'static str],
 }
 
-/// All of them.
+/// All fuzz targets.
 pub const TARGETS: [Target; 7] = [
     link_decoder::TARGET,
     link_stream::TARGET,
@@ -59,10 +59,10 @@ pub const TARGETS: [Target; 7] = [
     json_lines::TARGET,
 ];
 
-/// Check the files that the command line names: how a finding is looked at without a fuzzer.
+/// Check the files named on the command line, to examine a finding without a fuzzer.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// A file cannot be read.
 pub fn replay(check: fn(&[u8])) -> std::io::Result<()> {
     for path in std::env::args_os().skip(1) {
         check(&std::fs::read(&path)?);

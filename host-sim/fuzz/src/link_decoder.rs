@@ -1,10 +1,10 @@
-//! Any bytes into the link's decoder: as they are, and as the inside of a packet whose check sum is right.
+//! Fuzz target: any bytes into the link's decoder, as they are, and as the contents of a packet with a valid check sum.
 
 use crate::Target;
 use crate::packets::{PAYLOAD_MAX, all_bits, decode, expected, frame, seal, taken};
 use link::{DecodeError, Decoder, Encoder, Frame, PACKET_MAX, Received};
 
-/// Payloads of every kind of frame, packets of them, and a flood without an end.
+/// Payloads of every kind of frame, packets of them, and a flood of bytes without an end.
 pub const TARGET: Target = Target { name: "link_decoder", check, examples, words: &["\0", "\0\0", "\u{1}\u{1}\u{1}"] };
 
 fn examples() -> Vec<Vec<u8>> {
@@ -21,8 +21,8 @@ fn examples() -> Vec<Vec<u8>> {
     all
 }
 
-/// The decoder takes what an independent reader takes, frame by frame; every frame comes back the same from another packet;
-/// and the next packet is read, whatever came before.
+/// The decoder accepts the same frames as an independent reader. Every frame comes back the same from another packet,
+/// and the next packet is read after any bytes.
 pub fn check(bytes: &[u8]) {
     let mut decoder = Decoder::new();
     let results = decode(&mut decoder, bytes);

@@ -1,10 +1,10 @@
-//! A stream of good packets, and what may happen to them on the way.
+//! Fuzz target: a stream of good packets, and events on the link.
 
 use crate::Target;
 use crate::packets::{Taken, all_bits, decode, expected, frame, taken};
 use link::{Decoder, Encoder, Frame, Packet};
 
-/// Streams in which each thing happens once, and often.
+/// Streams in which each event happens once, and often.
 pub const TARGET: Target = Target { name: "link_stream", check, examples, words: &[] };
 
 fn examples() -> Vec<Vec<u8>> {
@@ -14,22 +14,22 @@ fn examples() -> Vec<Vec<u8>> {
     all
 }
 
-/// Most packets of one stream: sequence numbers wrap twice.
+/// Most packets in one stream: sequence numbers wrap twice.
 const PACKETS_MAX: usize = 700;
 
-/// What happens to the next packet.
+/// An event that happens to the next packet.
 enum Event {
     Arrives,
-    /// So many are lost.
+    /// This many packets are lost.
     Lost(u8),
     Doubled,
-    /// It comes after the one that follows it.
+    /// The packet arrives after the one that follows it.
     Overtaken,
-    /// So many bytes are left, without the zero that ends it.
+    /// Only this many bytes are left, without the final zero.
     Cut(usize),
-    /// This bit is wrong.
+    /// This bit is flipped.
     Flipped(usize),
-    /// So many bytes of noise before it.
+    /// This many bytes of noise come before the packet.
     Noise(usize),
 }
 
@@ -51,13 +51,13 @@ impl Event {
     }
 }
 
-/// What is on the wire, and what of it must arrive.
+/// Bytes on the link, and the packets that must arrive.
 #[derive(Default)]
 struct Wire {
     bytes: Vec<u8>,
-    /// Whole packets that begin at the start or after a zero: nothing may keep them from being read.
+    /// Whole packets that begin at the start or after a zero, and must therefore be read.
     whole: Vec<Vec<u8>>,
-    /// The number of each whole packet, while nothing but loss has happened.
+    /// Number of each whole packet, as long as nothing but loss has happened.
     numbers: Vec<usize>,
     only_loss: bool,
 }
@@ -72,8 +72,8 @@ impl Wire {
     }
 }
 
-/// The decoder takes what an independent reader takes; every whole packet arrives, in the order of the wire; nothing else
-/// does; and where packets were only lost, their number is right.
+/// The decoder accepts the same frames as an independent reader. Exactly the whole packets arrive, in the order of the
+/// link. If packets were only lost, the number of missing ones is right.
 pub fn check(mut bytes: &[u8]) {
     let mut encoder = Encoder::new();
     let mut wire = Wire { only_loss: true, ..Wire::default() };
@@ -116,7 +116,7 @@ pub fn check(mut bytes: &[u8]) {
     }
 
     let read = taken(&decode(&mut Decoder::new(), &wire.bytes));
-    // Noise, or what a cut leaves, may hold a good packet by the bytes' own choice: the reader with its own check sum says so.
+    // Noise or a cut packet may contain a good packet by chance; the reader with its own check sum detects that.
     assert_eq!(read, expected(&wire.bytes));
     let mut rest = read.iter();
     for whole in &wire.whole {
@@ -130,7 +130,7 @@ pub fn check(mut bytes: &[u8]) {
 fn check_only_loss(read: &[Taken], wire: &Wire) {
     assert_eq!(read.iter().map(|taken| &taken.bits).collect::<Vec<_>>(), wire.whole.iter().collect::<Vec<_>>());
     for (pair, taken) in wire.numbers.windows(2).zip(read.iter().skip(1)) {
-        // A hello, tag 0, starts the count afresh.
+        // A hello (tag 0) restarts the count.
         let lost = if taken.bits[0] == 0 { 0 } else { pair[1] - pair[0] - 1 };
         assert_eq!(usize::from(taken.missed), lost % 256);
     }

@@ -1,16 +1,16 @@
-//! Frames out of any bytes, and a receiver to compare the link's with: it is slower, and shares none of its code but the frames'
-//! own layout.
+//! Frames made from any bytes, and an independent receiver to compare with the link's. It is slower, and shares only
+//! the layout of the frames with it.
 
 use link::{DecodeError, Decoder, Frame, PACKET_MAX, PROTOCOL_VERSION, Received};
 
-/// Longest payload that a packet carries: of [`PACKET_MAX`], COBS takes two bytes, version and sequence number two, the
-/// check sum four.
+/// Longest payload of a packet: of [`PACKET_MAX`], COBS takes two bytes, version and sequence number take two, and the
+/// check sum takes four.
 pub(crate) const PAYLOAD_MAX: usize = PACKET_MAX - 8;
 
-/// Enough for any frame that a packet carries.
+/// Large enough for any frame in a packet.
 const FRAME_MAX: usize = PACKET_MAX;
 
-/// A frame from the front of the bytes, which are its fields as far as they can be; without bytes, zeros.
+/// Take a frame from the front of the bytes. Missing bytes count as zeros; invalid fields are replaced by zeros.
 pub(crate) fn frame(bytes: &mut &[u8]) -> Frame {
     let tag = bytes.split_off_first().copied().unwrap_or_default() % Frame::KINDS;
     let mut fields = [0; FRAME_MAX];
@@ -21,51 +21,51 @@ pub(crate) fn frame(bytes: &mut &[u8]) -> Frame {
         *bytes = &bytes[known.min(FRAME_MAX - 1 - rest.len())..];
         return frame;
     }
-    // A test of the link holds that zeros are a frame of any kind.
+    // A test of the link ensures that zeros are a valid frame of any kind.
     fields[1..].fill(0);
     postcard::from_bytes(&fields).unwrap()
 }
 
-/// All that a frame holds, as bytes: `==` on floats would not tell one NaN from another, or accept one at all.
+/// All contents of a frame as bytes: `==` on floats would not distinguish one NaN from another, and rejects every NaN.
 pub(crate) fn all_bits(frame: &Frame) -> Vec<u8> {
     postcard::to_slice(frame, &mut [0; FRAME_MAX]).unwrap().to_vec()
 }
 
-/// What the link makes of some bytes.
+/// Results of the link's decoder for some bytes.
 pub(crate) fn decode(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Result<Received, DecodeError>> {
     bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
 }
 
-/// What a receiver took: the frame's bytes, and how many packets were missing before it.
+/// A received frame: its bytes, and the number of missing packets before it.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Taken {
     pub(crate) bits: Vec<u8>,
     pub(crate) missed: u8,
 }
 
-/// The good packets of what the link received.
+/// The good packets among the decoder's results.
 pub(crate) fn taken(results: &[Result<Received, DecodeError>]) -> Vec<Taken> {
     let good = results.iter().flatten();
     good.map(|Received { frame, missed }| Taken { bits: all_bits(frame), missed: *missed }).collect()
 }
 
-/// The good packets of a stream, read with the whole stream at hand.
+/// The good packets of a stream, read with the whole stream in memory.
 pub(crate) fn expected(stream: &[u8]) -> Vec<Taken> {
     let mut last: Option<u8> = None;
     let mut all = Vec::new();
-    // What follows the last zero has not ended.
+    // Bytes after the last zero belong to an unfinished packet.
     let ended = stream.iter().rposition(|&byte| byte == 0).map_or(0, |at| at + 1);
     for (frame, sequence) in stream[..ended].split(|&byte| byte == 0).filter_map(packet) {
         let afresh = matches!(frame, Frame::Hello(_));
         let missed = last.filter(|_| !afresh).map_or(0, |last| sequence.wrapping_sub(last).wrapping_sub(1));
-        // More than half the numbers ahead is behind: one that was there before.
+        // A sequence number more than half the range ahead is an old one.
         last = if missed < 128 { Some(sequence) } else { last };
         all.push(Taken { bits: all_bits(&frame), missed });
     }
     all
 }
 
-/// Frame and sequence number of a packet, its final zero cut off, if it is a good one.
+/// Frame and sequence number of a packet without its final zero; `None` if the packet is invalid.
 fn packet(bytes: &[u8]) -> Option<(Frame, u8)> {
     let raw = (bytes.len() <= PACKET_MAX).then(|| without_cobs(bytes))??;
     let (body, check) = raw.split_last_chunk::<4>()?;
@@ -77,8 +77,8 @@ fn packet(bytes: &[u8]) -> Option<(Frame, u8)> {
     rest.is_empty().then_some((frame, *sequence))
 }
 
-/// Consistent overhead byte stuffing undone: every block begins with its length, its own byte included, and stands for
-/// its bytes and a zero; the last block, and one of 255, for its bytes alone.
+/// Undo consistent overhead byte stuffing. Every block begins with its length, including that byte, and stands for its
+/// bytes and a zero. The last block and blocks of length 255 stand for their bytes alone.
 fn without_cobs(mut bytes: &[u8]) -> Option<Vec<u8>> {
     let mut raw = Vec::new();
     while let Some((&length, rest)) = bytes.split_first() {
@@ -99,7 +99,7 @@ fn check_sum(bytes: &[u8]) -> [u8; 4] {
     (!bytes.iter().fold(!0, byte)).to_le_bytes()
 }
 
-/// A packet with any payload, its check sum right and its final zero there.
+/// A packet with any payload, a valid check sum and its final zero.
 pub(crate) fn seal(sequence: u8, payload: &[u8]) -> Vec<u8> {
     let mut raw = vec![PROTOCOL_VERSION, sequence];
     raw.extend_from_slice(payload);

@@ -1,4 +1,4 @@
-//! Any text as a robot file, and as a file of a linkage.
+//! Fuzz target: any text as a robot file, and as a linkage file.
 
 use crate::Target;
 use crate::damage::nested;
@@ -9,22 +9,22 @@ use dynamics_core::linkage::{Branch, Linkage, LinkagePosture};
 use dynamics_core::trig::Libm;
 use robot_compiler::{LinkageFile, Robot};
 
-/// Every robot and every linkage that ships, and the bad ones of the compiler's tests.
+/// All shipped robots and linkages, and the invalid ones of the compiler's tests.
 pub const TARGET: Target = Target { name: "robot_file", check, examples, words: &TOML_WORDS };
 
-/// What errors call the text.
+/// Name of the text in errors.
 const NAME: &str = "any.toml";
 
 fn examples() -> Vec<Vec<u8>> {
     let shipped =
         ["robots", "robots/chapter12", "robots/examples", "robot-compiler/tests/data", "robot-compiler/tests/bad"];
     let mut all = files(&shipped, "toml");
-    // As deep as is read, and one deeper.
+    // The greatest depth that is read, and one more.
     all.extend([32, 33].into_iter().flat_map(nested));
     all
 }
 
-/// A robot, a linkage, or errors with a place; what is accepted has a model, torques and a scene.
+/// A text gives a robot, a linkage, or errors with a place; an accepted robot has a model, torques and a scene.
 pub fn check(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     if let Some(robot) = read(&text, NAME, "# the end", |text| Robot::from_toml_str(text, NAME)) {
@@ -35,7 +35,7 @@ pub fn check(bytes: &[u8]) {
     }
 }
 
-/// An accepted linkage says of every crank angle where its links are and what drives them, or why not.
+/// For every crank angle an accepted linkage gives the positions of its links and its driving moment, or an error.
 fn check_linkage(linkage: &LinkageFile) {
     for step in 0..12 {
         let turn = Libm.sin_cos(f64::from(step) * 0.5);

@@ -1,4 +1,4 @@
-//! Any text as a scene file, beside the scenes that ship: it can name their robots.
+//! Fuzz target: any text as a scene file in the folder of the shipped scenes, so that it can name their robots.
 
 use crate::Target;
 use crate::damage::nested;
@@ -6,24 +6,24 @@ use crate::examples::{files, top};
 use crate::files::{TOML_WORDS, check_scene, read};
 use robot_compiler::SceneFile;
 
-/// Every scene that ships, and the bad ones of the compiler's tests.
+/// All shipped scenes, and the invalid ones of the compiler's tests.
 pub const TARGET: Target = Target { name: "scene_file", check, examples, words: &TOML_WORDS };
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["scenes"], "toml");
-    // A robot's path is relative to the scene.
+    // The path of a robot is relative to the scene.
     let below = files(&["scenes/chapter12", "scenes/campaign", "scenes/examples", "robot-compiler/tests/bad"], "toml");
     all.extend(below.into_iter().map(|bytes| {
         let text = String::from_utf8_lossy(&bytes).replace("../../../robots", "../robots");
         text.replace("../../robots", "../robots").replace("../data", "../robot-compiler/tests/data").into()
     }));
-    // As deep as is read, and one deeper.
+    // The greatest depth that is read, and one more.
     all.extend([32, 33].into_iter().flat_map(nested));
     all
 }
 
-/// A scene or an error with a place; what is accepted has a hash, a source, a motion, and a controller that keeps its limits on
-/// it.
+/// A text gives a scene, or an error with a place. An accepted scene has a hash, a source, a motion, and a controller
+/// that keeps its limits on that motion.
 pub fn check(bytes: &[u8]) {
     let path = top("scenes").join("any.toml");
     let text = String::from_utf8_lossy(bytes);
@@ -38,7 +38,7 @@ mod tests {
     use super::{examples, top};
     use robot_compiler::SceneFile;
 
-    /// A wrong path of a robot would leave nothing to be checked.
+    /// A wrong path to a robot would leave nothing to check.
     #[test]
     fn shipped_scenes_are_read_among_the_examples() {
         let path = top("scenes").join("any.toml");

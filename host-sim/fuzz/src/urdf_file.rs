@@ -1,4 +1,4 @@
-//! Any text as a URDF file.
+//! Fuzz target: any text as a URDF file.
 
 use crate::Target;
 use crate::damage::nested;
@@ -6,10 +6,10 @@ use crate::examples::files;
 use crate::files::{check_robot, read};
 use robot_compiler::Robot;
 
-/// The good and the bad arms of the compiler's tests, and elements in elements.
+/// The valid and invalid arms of the compiler's tests, and nested elements.
 pub const TARGET: Target = Target { name: "urdf_file", check, examples, words: &WORDS };
 
-/// What errors call the text.
+/// Name of the text in errors.
 const NAME: &str = "any.urdf";
 
 const WORDS: [&str; 28] = [
@@ -45,13 +45,13 @@ const WORDS: [&str; 28] = [
 
 fn examples() -> Vec<Vec<u8>> {
     let mut all = files(&["robot-compiler/tests/data", "robot-compiler/tests/bad"], "urdf");
-    // As deep as is read, and one deeper.
+    // The greatest depth that is read, and one more.
     all.extend([32, 33].into_iter().flat_map(nested));
     all
 }
 
-/// A robot or an error with a place, with the only chain and with one that ends at a link called `tip`; what is accepted has a
-/// model, torques and a scene.
+/// A text gives a robot, or an error with a place: with the only chain, and with one that ends at a link named `tip`.
+/// An accepted robot has a model, torques and a scene.
 pub fn check(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     for tip in [None, Some("tip")] {

@@ -1,4 +1,4 @@
-//! Every target on its examples, on what was ever found, and on some thousand damaged examples, always the same.
+//! Every target on its examples, on all earlier findings, and on some thousand damaged examples, the same in every run.
 
 use fuzz::damage::{Damage, nested};
 use fuzz::{Target, found};
@@ -6,10 +6,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Any input is read within this time, in a test build on a busy machine.
+/// Longest time to read any input, in a test build on a busy machine.
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// Check one input; if it does not hold, keep the input where it can be looked at.
+/// Check one input; if a property does not hold, save the input.
 fn hold(target: &Target, number: usize, input: &[u8]) {
     let begin = Instant::now();
     let outcome = catch_unwind(AssertUnwindSafe(|| (target.check)(input)));
@@ -84,7 +84,7 @@ fn no_depth_of_nesting_is_too_much_for_a_reader() {
     }
 }
 
-/// Else the judge of the sessions would have nothing to judge.
+/// The session target must reach every state; otherwise its judge would have nothing to judge.
 #[test]
 fn examples_of_sessions_come_to_every_state() {
     let mut all = [0; 6];
@@ -95,7 +95,7 @@ fn examples_of_sessions_come_to_every_state() {
     assert!(all.iter().all(|ticks| *ticks > 50), "{all:?}");
 }
 
-/// A target without a test here would be fuzzed by nobody without a nightly compiler.
+/// Every target has a test here; otherwise it would run only with a nightly compiler.
 #[test]
 fn every_target_has_its_test() {
     let tests = include_str!("targets.rs");

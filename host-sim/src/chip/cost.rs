@@ -1,11 +1,12 @@
-//! What a control tick of each of many scenes costs on the chip: instructions, flash, RAM.
+//! Cost of a control tick on the chip, for many scenes: instructions, flash, RAM.
 //!
-//! Each controller is built into a program of its own, which runs it over the same ticks of the scenes' motion
-//! ([`robot_compiler::emit::cost::inputs`]) in the emulator, in the scene's own scalar. The desk's controller gets the same ticks, and
-//! must give the same bits.
+//! Each controller is built into its own program. The program runs it in the emulator, in the scene's scalar, over the
+//! same ticks of the scenes' motion ([`robot_compiler::emit::cost::inputs`]). The desk's controller gets the same
+//! ticks, and must give the same bits.
 //!
-//! A program of its own, because controllers that share one share functions too, which are then no longer compiled into each tick with
-//! its numbers: a tick of 1,298 instructions took 2,228 in a program with nine others.
+//! Each program holds one controller only, because controllers in one program share functions. The compiler then no
+//! longer inlines these into each tick with its numbers: a tick of 1,298 instructions took 2,228 in a program with nine
+//! others.
 
 use crate::chip::run_cost;
 use crate::failure::Failure;
@@ -21,10 +22,10 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// Scenes that are handed over to be built and run at once; `stop` and the progress are looked at in between.
+/// Number of scenes that are built and run at once. Between batches, `stop` is checked and the progress is shown.
 const BATCH: usize = 8;
 
-/// Instructions of the ticks that drive; all zero where none does.
+/// Instructions of the ticks that drive; all zero if no tick drives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Instructions {
     /// Fewest in a tick.
@@ -35,7 +36,8 @@ pub struct Instructions {
     pub mean: f64,
 }
 
-/// Cycles of the ticks that drive, as `cargo xtask firmware cost` finds them likely, with the core's caches as the ticks before left them.
+/// Cycles of the ticks that drive: the likely number by `cargo xtask firmware cost`, with the core's caches as the
+/// earlier ticks left them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cycles {
     /// Most in a tick.
@@ -47,60 +49,62 @@ pub struct Cycles {
 /// A tick that braked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Braked {
-    /// The first, counted from 0 with the run-up.
+    /// The first such tick, counted from 0 with the run-up.
     pub tick: usize,
     /// The stable number of its fault.
     pub code: u8,
-    /// The joint at fault, counted from 0, if it is one joint's.
+    /// The joint at fault, counted from 0, if the fault belongs to one joint.
     pub joint: Option<u8>,
 }
 
 impl Braked {
-    /// The fault; none where this version does not know its number.
+    /// The fault; `None` if this version does not know its number.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         Fault::from_code(self.code, self.joint.unwrap_or_default())
     }
 }
 
-/// Where the tick lies in the measuring program.
+/// Place of the tick in the measuring program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tick {
-    /// The function's symbol. A tick begins at its first instruction and ends where it returns to: behind the instruction that called it.
+    /// The function's symbol. A tick begins at its first instruction and ends where it returns to, behind the calling
+    /// instruction.
     pub symbol: String,
-    /// Its first instruction.
+    /// Address of its first instruction.
     pub address: u64,
     /// Length of the function alone, bytes.
     pub bytes: u64,
-    /// The program.
+    /// Path of the program.
     pub program: PathBuf,
 }
 
-/// What a control tick of a scene costs.
+/// Cost of a control tick of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cost {
     /// Instructions, over the counted ticks.
     pub instructions: Instructions,
     /// Cycles from flash, over the same ticks: an estimate.
     pub cycles: Cycles,
-    /// Bytes of the tick, of all that it calls and of the constants that they read. What several scenes share counts in full for each.
+    /// Bytes of the tick, its callees and the constants that they read. A part that several scenes share counts in full
+    /// for each.
     pub flash_bytes: u64,
-    /// Bytes of the controller and, where it runs from RAM, of its kernel.
+    /// Bytes of the controller and, if the kernel runs from RAM, of its kernel.
     pub ram_bytes: u64,
-    /// Whether every command is the desk's, bit by bit.
+    /// Whether every command equals the desk's, bit by bit.
     pub matches_desk: bool,
-    /// The first tick that braked, if one did. Those that did are not among the counted.
+    /// The first tick that braked, if one did. Ticks that braked are not counted.
     pub fault: Option<Braked>,
-    /// Where the tick lies.
+    /// Place of the tick.
     pub tick: Tick,
 }
 
 /// Measure a tick of each scene, in the order of the files.
 ///
 /// # Errors
-/// [`Failure::Input`] for a scene that cannot be read or moved, with its file and line, and for scenes that differ in robot, rate, motion,
-/// duration or sensors: what they cost could not be compared. [`Failure::Target`] where a program cannot be built or run, with the scene;
-/// [`Failure::Interrupted`] when `stop` is set on the way.
+/// [`Failure::Input`] for a scene that cannot be read or moved, with its file and line. Also for scenes that differ in
+/// robot, rate, motion, duration or sensors, because their costs are not comparable. [`Failure::Target`], with the
+/// scene, if a program cannot be built or run. [`Failure::Interrupted`] if `stop` is set meanwhile.
 pub fn measure(scenes: &[PathBuf], stop: &AtomicBool, progress: &ProgressBar) -> Result<Vec<Cost>, Failure> {
     let absolute = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
     let files: Vec<SceneFile> =
@@ -136,7 +140,7 @@ fn comparable(files: &[SceneFile]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A list of scene files for the build; it goes with this.
+/// A list of scene files for the build; the file is deleted on drop.
 struct List(PathBuf);
 
 impl List {
@@ -170,7 +174,7 @@ fn measure_batch(scenes: &[SceneFile]) -> Result<Vec<Cost>, Failure> {
     measured.into_iter().zip(&desk).map(|(measured, desk)| cost(measured, desk).map_err(Failure::Target)).collect()
 }
 
-/// The desk's commands in the words of the chip, tick by tick.
+/// The desk's commands in the chip's text format, tick by tick.
 fn commands<const N: usize>(scene: &SceneFile) -> Result<Vec<String>, Failure> {
     match scene.control.scalar {
         ScalarChoice::F32 => commands_in::<f32, N>(scene, &mut simulate::desk(scene, &model(scene)?)),
@@ -197,7 +201,7 @@ fn commands_in<S: Real, const N: usize>(
     inputs.iter().map(command).collect()
 }
 
-/// A command as the chip writes it.
+/// A command in the chip's text format.
 fn words<S: Real, const N: usize>(command: &Command<S, N>) -> String {
     match command {
         Command::Drive { torque, limits } => {
@@ -230,7 +234,7 @@ struct Ticked {
     command: String,
 }
 
-/// The cost from what was measured; `desk` has the desk's commands.
+/// Cost from the measured ticks; `desk` holds the desk's commands.
 fn cost(measured: Measured, desk: &[String]) -> miette::Result<Cost> {
     let Measured { tick, controller_bytes, flash_bytes, sram_bytes, ticks } = measured;
     if ticks.len() != desk.len() {
@@ -262,7 +266,7 @@ fn cost(measured: Measured, desk: &[String]) -> miette::Result<Cost> {
     })
 }
 
-/// `CODE,JOINT`
+/// Parse `CODE,JOINT`.
 fn braked(tick: usize, reason: &str) -> miette::Result<Braked> {
     let fields = reason.split_once(',').and_then(|(code, joint)| Some((code.parse().ok()?, joint)));
     let (code, joint) = fields.ok_or_else(|| miette::miette!("tick {tick} braked for {reason:?}"))?;
@@ -275,7 +279,8 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// A scene whose first tick gave this command, whose run-up took 9 and whose counted ticks took 10, 13 ..
+    /// A scene: its first tick gave this command, its run-up took 9 instructions a tick, and its counted ticks took 10,
+    /// 13 ..
     fn measured(first: &str, count: usize) -> Measured {
         let instructions = |at: usize| if at < RUN_UP { 9 } else { 10 + 3 * (at - RUN_UP) };
         let command = |at: usize| if at == 0 { first } else { "drive,1,0" };

@@ -10,7 +10,7 @@ use std::process::{Child, ChildStderr, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long each wait may last.
+/// Timeouts of each wait.
 #[derive(Clone, Copy, Debug)]
 pub struct Timeouts {
     /// From the start of the emulator to its connection.
@@ -25,7 +25,7 @@ impl Default for Timeouts {
     }
 }
 
-/// A running emulator; it ends when this is dropped.
+/// A running emulator; dropping it ends the process.
 #[derive(Debug)]
 pub struct Emulator {
     pub(super) child: Child,
@@ -45,7 +45,7 @@ pub struct Carried {
     pub from_chip: u64,
 }
 
-/// Ends the child however the start goes.
+/// Ends the child if the start fails.
 struct Guard(Option<Child>);
 
 impl Drop for Guard {
@@ -57,7 +57,7 @@ impl Drop for Guard {
 }
 
 fn end(child: &mut Child) {
-    // Fails only when it has ended already.
+    // Fails only if the child has ended already.
     child.kill().ok();
     child.wait().ok();
 }
@@ -71,10 +71,11 @@ impl Emulator {
         Self::start_with(program, elf, timeouts, &[])
     }
 
-    /// The same with more arguments for the emulator: a log of what it executes, memory that is loaded before it starts.
+    /// As [`Emulator::start`], with more arguments for the emulator: a log of the executed instructions, memory to load
+    /// before it starts.
     ///
-    /// A log on its standard error must be read all the while, see [`Emulator::take_log`]: the emulator stands still when
-    /// nobody does.
+    /// A log on its standard error must be read all the time, see [`Emulator::take_log`]: otherwise the emulator stands
+    /// still.
     ///
     /// # Errors
     /// As [`Emulator::start`].
@@ -98,8 +99,8 @@ impl Emulator {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
-            // A group of its own: Ctrl-C in a terminal reaches every process of the group, and the run is to end cleanly
-            // with the chip still answering.
+            // A process group of its own: Ctrl-C in a terminal reaches every process of the group, and the run should
+            // end cleanly while the chip still answers.
             .process_group(0);
         let child = on_one_processor(|| command.spawn())
             .map_err(|source| ChipError::CannotStart { program: program.to_owned(), source })?;
@@ -119,7 +120,7 @@ impl Emulator {
         self.link.write_all(bytes).map_err(|error| self.explain(error, "room for a frame"))
     }
 
-    /// The next byte; an error names what was waited for.
+    /// The next byte; an error names the awaited answer.
     pub(super) fn read_byte(&mut self, waiting_for: &'static str) -> Result<u8, ChipError> {
         if self.unread.is_empty() {
             let count = loop {
@@ -139,10 +140,10 @@ impl Emulator {
         Ok(byte)
     }
 
-    /// Wait for answers so long from now on.
+    /// Set the timeout of all answers from now on.
     ///
     /// # Errors
-    /// The system refuses, for example a wait of no time.
+    /// The system refuses the timeout, for example if it is zero.
     pub fn set_answer_timeout(&mut self, timeout: Duration) -> Result<(), ChipError> {
         self.timeouts.answer = timeout;
         Ok(self.link.set_read_timeout(Some(timeout))?)
@@ -152,7 +153,7 @@ impl Emulator {
         self.carried
     }
 
-    /// The emulator's standard error, once; an emulator that dies can then not say why.
+    /// The emulator's standard error, once. Without it, the error of a dead emulator has no output.
     pub fn take_log(&mut self) -> Option<ChildStderr> {
         self.child.stderr.take()
     }
@@ -182,9 +183,9 @@ impl Drop for Emulator {
     }
 }
 
-/// Make the error of an emulator that has closed its side: end it, and repeat what it said.
+/// Make the error of an emulator that has closed its side: end it, and repeat its output.
 fn dead(child: &mut Child, waiting_for: &'static str) -> ChipError {
-    // It closes the socket a moment before it ends; give it that moment, so that its own status is told.
+    // The emulator closes the socket a moment before it ends; wait a moment, so that the error holds its exit status.
     let limit = Instant::now() + Duration::from_millis(500);
     let status = loop {
         match child.try_wait() {
@@ -203,7 +204,7 @@ fn dead(child: &mut Child, waiting_for: &'static str) -> ChipError {
     ChipError::Dead { status, waiting_for, output }
 }
 
-/// A listening socket with a file name; the file goes with it.
+/// A listening socket with a file name; the file is deleted on drop.
 struct Socket {
     listener: UnixListener,
     path: PathBuf,
@@ -214,7 +215,7 @@ impl Socket {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("newtau-{}-{count}.sock", std::process::id()));
-        // Left over from a process of the same number that was killed.
+        // The file may be left over from a killed process with the same id.
         std::fs::remove_file(&path).ok();
         let listener = UnixListener::bind(&path)?;
         listener.set_nonblocking(true)?;
@@ -252,14 +253,14 @@ impl Drop for Socket {
     }
 }
 
-/// Run with this thread tied to the processor it is on: a child process inherits that, and keeps it.
+/// Run `start` with this thread pinned to its current processor; a child process inherits the affinity.
 #[cfg(target_os = "linux")]
 fn on_one_processor<T>(start: impl FnOnce() -> T) -> T {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
     let all = sched_getaffinity(None);
     let mut one = CpuSet::new();
     one.set(sched_getcpu());
-    // Only a matter of speed: where it is not allowed, go on without.
+    // The affinity only affects speed: if the system refuses it, go on without.
     sched_setaffinity(None, &one).ok();
     let result = start();
     if let Ok(all) = all {
@@ -268,7 +269,7 @@ fn on_one_processor<T>(start: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Elsewhere the scheduler is left to itself: slower, and otherwise the same.
+/// Other systems leave the affinity to the scheduler: slower, otherwise the same.
 #[cfg(not(target_os = "linux"))]
 fn on_one_processor<T>(start: impl FnOnce() -> T) -> T {
     start()

@@ -1,88 +1,88 @@
-//! What can go wrong between host and chip.
+//! Errors between host and chip.
 
 use link::codec::FrameTooLong;
 use link::{AsymmetricInertia, DecodeError, Frame, Hello, JointCountMismatch, Refusal};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Why the chip is of no use.
+/// Reason why the chip cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ChipError {
-    /// A program or file that is needed is not there.
+    /// A program or file is missing.
     #[error("cannot start {program}: {source}; `cargo xtask setup` installs what is missing")]
     CannotStart {
-        /// What should have been started.
+        /// The program to start.
         program: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// The firmware could not be built.
     #[error("the firmware could not be built:\n{output}")]
     Build {
-        /// What the build said.
+        /// Output of the build.
         output: String,
     },
     /// The emulator ended.
     #[error("the emulator died ({status}) while {waiting_for} was awaited{output}")]
     Dead {
-        /// How it ended.
+        /// Exit status.
         status: String,
-        /// What was waited for.
+        /// The awaited answer.
         waiting_for: &'static str,
-        /// What it said, on lines of its own.
+        /// Output of the emulator, on lines of its own.
         output: String,
     },
-    /// Nothing came in time.
+    /// No answer came in time.
     #[error("the chip is silent: {waiting_for} did not come within {timeout:?}")]
     Silent {
-        /// What was waited for.
+        /// The awaited answer.
         waiting_for: &'static str,
-        /// How long.
+        /// Length of the wait.
         timeout: Duration,
     },
-    /// The firmware was built for something else.
+    /// The firmware was built for another robot or scene.
     #[error(
         "the firmware was built for another robot or scene: {}; build it again from this scene",
         difference(expected, found)
     )]
     OtherRobot {
-        /// What the host simulates.
+        /// Hello of the host.
         expected: Hello,
-        /// What the chip has.
+        /// Hello of the chip.
         found: Hello,
     },
-    /// What came could not be decoded.
+    /// A packet from the chip could not be decoded.
     #[error("from the chip: {0}")]
     Undecodable(#[from] DecodeError),
     /// Packets were lost.
     #[error("{missed} packets from the chip were lost")]
     Lost {
-        /// How many, modulo 256.
+        /// Number of lost packets, modulo 256.
         missed: u8,
     },
     /// The chip did not use what it received.
     #[error("the chip refused: {}", refusal(.0))]
     Refused(Refusal),
-    /// A frame that does not belong here.
+    /// A frame that is not expected here.
     #[error("expected {expected} from the chip, got {found:?}")]
     Unexpected {
-        /// What belongs here.
+        /// The expected frame.
         expected: &'static str,
-        /// What came.
+        /// The received frame.
         found: Box<Frame>,
     },
     /// The answer to another tick.
     #[error("the chip answered tick {found}, expected {expected}")]
     OtherTick {
-        /// The tick that was asked.
+        /// The requested tick.
         expected: u32,
-        /// The tick that was answered.
+        /// The answered tick.
         found: u32,
     },
-    /// A fault with a number that this version does not have.
+    /// A fault whose number this version does not know.
     #[error("the chip reports fault {code}, which this version does not know")]
     UnknownFault {
-        /// Its number.
+        /// The fault's number.
         code: u8,
     },
     /// A command for another number of joints.
@@ -100,7 +100,7 @@ pub enum ChipError {
 }
 
 impl ChipError {
-    /// A frame out of place; a refusal has its own name.
+    /// Error for an unexpected frame; a refusal becomes [`ChipError::Refused`].
     pub(super) fn unexpected(expected: &'static str, found: Frame) -> Self {
         match found {
             Frame::Refusal(refusal) => Self::Refused(refusal),

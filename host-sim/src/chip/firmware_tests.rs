@@ -50,7 +50,7 @@ fn equal_ticks_cost_equal_instructions_and_the_link_costs_none_of_them() {
     let mut chip = chip();
     let first = tick(&mut chip).unwrap().instructions;
     let counts: Vec<_> = (0..20).map(|_| tick(&mut chip).unwrap().instructions.unwrap()).collect();
-    // The first tick has no torque to stay near, so it is not like the others.
+    // The first tick has no earlier torque to stay near, so it differs from the others.
     assert!(first.is_some());
     assert!(counts.iter().all(|&count| count == counts[0]), "{counts:?}");
 }
@@ -65,7 +65,7 @@ fn a_damaged_packet_to_the_chip_is_refused_by_name() {
     chip.emulator.write(&packet).unwrap();
     let answer = chip.receive("a refusal").unwrap();
     assert_eq!(answer, Frame::Refusal(Refusal::Undecodable(DecodeError::BadCrc)));
-    // The packet's number is missing now, and the next is refused for that.
+    // The packet's number is now missing, so the next packet is refused.
     let text = tick(&mut chip).unwrap_err().to_string();
     assert!(text.contains("1 packets to the chip were lost"), "{text}");
 }
@@ -94,7 +94,7 @@ fn a_killed_emulator_is_dead_within_a_second() {
 fn an_emulator_that_stands_still_is_silent_within_its_time() {
     let mut chip = chip();
     chip.emulator.set_answer_timeout(Duration::from_millis(200)).unwrap();
-    // Half a packet: the chip goes on waiting, and so would we.
+    // Half a packet: the chip waits for the rest, and the host for an answer.
     chip.emulator.write(&[5, 1, 2]).unwrap();
     let begun = Instant::now();
     let error = chip.receive("an answer").unwrap_err();

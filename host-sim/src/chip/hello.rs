@@ -1,10 +1,10 @@
-//! Who a firmware is: robot, joints, rate.
+//! Identity of a firmware: robot, joints, rate.
 
 use dynamics_core::Model;
 use link::{Hello, Pacing};
 use robot_compiler::SceneFile;
 
-/// What a scene's firmware says of itself.
+/// The hello that the scene's firmware sends.
 #[must_use]
 pub fn hello<const N: usize>(scene: &SceneFile, model: &Model<f64, N>, pacing: Pacing) -> Hello {
     Hello {

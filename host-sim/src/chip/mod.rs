@@ -11,12 +11,12 @@
 //!                               <------  command {tick} | fault {tick} | refusal
 //! ```
 //!
-//! Nothing here can hang: every wait has the time that [`Timeouts`] states, and its end is a [`ChipError`] that says what
-//! was waited for. The emulator dies with its [`Chip`].
+//! Nothing here can hang: every wait has a timeout from [`Timeouts`]. Its expiry is a [`ChipError`] that names the
+//! awaited answer. The emulator ends with its [`Chip`].
 //!
-//! A byte to the emulated serial port costs about 13 us as long as all threads of the emulator share one processor: each
-//! byte wakes its input thread and its processor thread in turn, and waking across processors takes four times as long.
-//! So [`Chip::start`] ties the emulator to one.
+//! A byte to the emulated serial port costs about 13 us if all threads of the emulator share one processor: each byte
+//! wakes its input thread and its processor thread in turn, and waking across processors takes four times as long. So
+//! [`Chip::start`] pins the emulator to one processor.
 
 pub mod cost;
 mod emulator;
@@ -42,13 +42,14 @@ use link::codec::{FrameTooLong, Received};
 use link::{Cost, Decoder, Encoder, Frame, Hello, Pacing, Packet};
 use std::path::Path;
 
-/// How far apart [`Chip::push`] numbers ticks: more than the chip's timer can count while a measurement is on its way.
+/// Step between the tick numbers of [`Chip::push`]: more than the chip's timer can count while a measurement is on its
+/// way.
 const PUSH_STRIDE: u32 = 10_000;
 
-/// What the chip answered to one measurement.
+/// Answer of the chip to one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChipReply<const N: usize> {
-    /// The command, with the very bits that the chip computed.
+    /// The command, with the exact bits of the chip.
     pub command: Command<f32, N>,
     /// Instructions that the controller took, if the emulator counts them.
     pub instructions: Option<u32>,
@@ -61,7 +62,7 @@ pub struct Chip {
     encoder: Encoder,
     decoder: Decoder,
     tick: u32,
-    /// What the chip holds on to until it is told otherwise, as it was sent.
+    /// The last frames sent, whose values the chip keeps until it gets new ones.
     reference: Option<Frame>,
     live: Option<Frame>,
 }
@@ -70,19 +71,20 @@ impl Chip {
     /// Start the emulator on a program and exchange hellos in lock step.
     ///
     /// # Errors
-    /// No emulator, a program that does not answer in time, or one that was built for something else than `expect`.
+    /// The emulator cannot be started, or the program does not answer in time or was not built for `expect`.
     pub fn start(elf: &Path, expect: Hello) -> Result<Self, ChipError> {
         Self::over(Emulator::start("qemu-system-arm".as_ref(), elf, Timeouts::default())?, expect)
     }
 
-    /// Exchange hellos with an emulator that runs already.
+    /// Exchange hellos with a running emulator.
     ///
     /// # Errors
     /// As [`Chip::start`].
     pub fn over(emulator: Emulator, expect: Hello) -> Result<Self, ChipError> {
         let (encoder, decoder) = (Encoder::new(), Decoder::new());
         let mut chip = Self { emulator, encoder, decoder, tick: 0, reference: None, live: None };
-        // The first comes by itself: whatever is sent before it may meet a receiver that is not on yet, and is lost.
+        // The chip sends its first hello by itself. A packet sent before it may be lost, because the chip's receiver
+        // may still be off.
         chip.agree("the chip's hello", expect)?;
         chip.send(&Frame::Hello(expect))?;
         chip.agree("the chip's answer to a hello", expect)?;
@@ -97,9 +99,9 @@ impl Chip {
         }
     }
 
-    /// What acts on the arm from the next tick on, until this is called again. Costs nothing when it is what it was.
+    /// Set the live inputs, which act on the arm from the next tick until the next call. Unchanged inputs cost nothing.
     ///
-    /// Live inputs that the chip refuses are an error of the next tick.
+    /// If the chip refuses the inputs, the next tick returns the error.
     ///
     /// # Errors
     /// A payload that a frame cannot carry, or a chip that died.
@@ -112,16 +114,17 @@ impl Chip {
         Ok(())
     }
 
-    /// One tick of the chip's controller.
+    /// Run one tick of the chip's controller.
     ///
     /// # Errors
-    /// A chip that refuses, is silent, died, or answers another tick. After an error the chip is of no use: drop it.
+    /// The chip refuses, is silent, died, or answers another tick. After an error the chip cannot be used: drop it.
     pub fn tick<const N: usize>(
         &mut self,
         reference: &Reference<f32, N>,
         measurement: &Measurement<f32, N>,
     ) -> Result<ChipReply<N>, ChipError> {
-        // A reference holds until the next: bytes are what a tick's time goes into.
+        // The chip keeps a reference until the next one, so an unchanged one is not sent: bytes take most of a tick's
+        // time.
         let reference = Frame::Reference(link::Reference::new(reference));
         if differs(self.reference.as_ref(), &reference)? {
             self.send(&reference)?;
@@ -133,7 +136,7 @@ impl Chip {
         self.reply(answer, self.tick)
     }
 
-    /// The next answer of a chip whose own timer paces it, with the number of its tick. See [`Chip::start_timer`].
+    /// The next answer of a chip paced by its own timer, with the number of its tick. See [`Chip::start_timer`].
     ///
     /// # Errors
     /// As [`Chip::tick`].
@@ -147,7 +150,8 @@ impl Chip {
         Ok((tick, self.reply(answer, tick)?))
     }
 
-    /// Hand the pace to the chip's timer, with one reference and one measurement to start from, and the live inputs there are.
+    /// Let the chip's timer set the pace. Sends one reference and one measurement to start from, and the current live
+    /// inputs.
     ///
     /// # Errors
     /// As [`Chip::start`].
@@ -160,7 +164,7 @@ impl Chip {
         let timed = Hello { pacing: Pacing::Timer, ..expect };
         self.send(&Frame::Hello(timed))?;
         self.agree("the chip's answer to a hello", timed)?;
-        // A hello has made the chip forget them.
+        // The hello has made the chip forget its live inputs.
         if let Some(live) = self.live.clone() {
             self.send(&live)?;
         }
@@ -168,8 +172,9 @@ impl Chip {
         self.send(&Frame::Measurement(link::Measurement::new(0, measurement)))
     }
 
-    /// Send all that a host sends before it waits, live inputs, reference and measurement, to a chip whose own timer paces it;
-    /// the answer is the number of the tick that takes them. An answer of that tick or a later one says that all were taken.
+    /// Send live inputs, reference and measurement to a chip paced by its own timer, without waiting for an answer.
+    /// Returns the number of the tick that takes them. An answer for this tick or a later one confirms that the chip
+    /// took all of them.
     ///
     /// # Errors
     /// A payload that a frame cannot carry, or a chip that died.
@@ -179,7 +184,8 @@ impl Chip {
         reference: &Reference<f32, N>,
         measurement: &Measurement<f32, N>,
     ) -> Result<u32, ChipError> {
-        // The timer counts on from a measurement's number: the next lies well beyond all that it reaches meanwhile.
+        // The timer counts on from a measurement's number: the next number lies beyond any that the timer reaches
+        // meanwhile.
         self.tick = self.tick.wrapping_add(PUSH_STRIDE);
         self.send(&Frame::Live(link::Live::new(live)?))?;
         self.send(&Frame::Reference(link::Reference::new(reference)))?;
@@ -187,7 +193,7 @@ impl Chip {
         Ok(self.tick)
     }
 
-    /// Bytes that the link has carried since the emulator was started.
+    /// Bytes that the link has carried since the emulator's start.
     #[must_use]
     pub fn carried(&self) -> Carried {
         self.emulator.carried()
@@ -212,7 +218,7 @@ impl Chip {
         Ok(ChipReply { command, instructions })
     }
 
-    /// Begin anew with another pacing: what the chip was told is forgotten on both sides.
+    /// Restart with another pacing; both sides forget the live inputs and the reference.
     ///
     /// # Errors
     /// As [`Chip::start`].
@@ -227,7 +233,7 @@ impl Chip {
         self.write(&packet)
     }
 
-    /// Send bytes, whatever they are.
+    /// Send raw bytes, valid or not.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
         self.emulator.write(bytes)
     }
@@ -245,7 +251,8 @@ impl Chip {
     }
 }
 
-/// Whether a frame says anything but what was sent before. By the bits: to `==`, -0 is 0, and NaN never itself.
+/// Returns whether a frame differs from the last one sent. Compares the bits, because `==` takes -0 for 0 and NaN never
+/// equals NaN.
 fn differs(before: Option<&Frame>, now: &Frame) -> Result<bool, FrameTooLong> {
     let packet = |frame: &Frame| Encoder::new().encode(frame);
     let before: Option<Packet> = before.map(packet).transpose()?;

@@ -1,4 +1,4 @@
-//! A run with the chip in the loop, and the desk's own controller beside it on the very same inputs.
+//! A run with the chip in the loop, and with the desk's own controller beside it on the same inputs.
 
 use crate::chip::{Chip, build_firmware_with, hello};
 use crate::failure::Failure;
@@ -32,8 +32,8 @@ impl<const N: usize> Torques<f32, N> for Chip {
 
 /// Build the firmware for a scene, start it in the emulator, and close the loop through it.
 ///
-/// The firmware is built from the scene's file, with the law, and the sine and cosine, of `scene`. Nothing else that a tick
-/// reads may have been changed since the file was read; the hello that both sides exchange would find it out.
+/// The firmware is built from the scene's file, with the law and the sine and cosine method of `scene`. No other
+/// setting of a tick may have changed since the file was read; the exchanged hellos would reveal such a change.
 ///
 /// # Errors
 /// A scene that cannot be run; a firmware that cannot be built; an emulator that cannot be started or does not agree.
@@ -41,7 +41,7 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     let mut scene = scene.clone();
     scene.control.scalar = ScalarChoice::F32;
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
-    // A motion that cannot be should be said before the compiler is started.
+    // Report an impossible motion before the compiler starts.
     simulate::world::<N>(&scene)?;
     let target = |error| Failure::Target(miette::Report::from_err(error));
     progress.set_message("building the firmware");
@@ -58,7 +58,7 @@ pub fn run<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &Prog
     Ok(run)
 }
 
-/// The firmware of a scene's file, with the law, and the sine and cosine, that were changed since it was read.
+/// Build the firmware of the scene's file, with the law and the sine and cosine method of `scene` if they were changed.
 fn build(scene: &SceneFile) -> Result<PathBuf, Failure> {
     let file = SceneFile::load(&scene.path).map_err(Failure::input)?;
     let ((law, trig), (law_there, trig_there)) = (scene.control.names(), file.control.names());

@@ -1,21 +1,21 @@
-//! The firmware for a scene.
+//! Builds of the firmware for a scene.
 
 use super::ChipError;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Build the firmware with a scene's arm and controller, and say where the program lies.
+/// Build the firmware with a scene's arm and controller. Returns the path of the program.
 ///
-/// Installs what building and emulating need where it is missing, and says so on standard error.
+/// Installs missing tools for building and emulating, and reports that on standard error.
 ///
 /// # Errors
-/// cargo cannot be started, or the build fails; the error holds what it said.
+/// cargo cannot be started, or the build fails; the error holds the build's output.
 pub fn build_firmware(scene: &Path) -> Result<PathBuf, ChipError> {
     build_firmware_with(scene, [])
 }
 
-/// The same with another law, or another sine and cosine, than the scene file's: pairs of
+/// As [`build_firmware`], with another law or another sine and cosine method than the scene file's: pairs of
 /// [`robot_compiler::emit::CHOICES`] and names.
 ///
 /// # Errors
@@ -32,16 +32,16 @@ pub fn build_firmware_with<'a>(
     }
 }
 
-/// Build and run the program that measures a tick, for each scene of a list, and give what `cargo xtask firmware cost` says: a JSON object
-/// a line for each.
+/// Build and run the program that measures a tick, for each scene of a list. Returns the output of
+/// `cargo xtask firmware cost`: a JSON object on one line for each scene.
 ///
 /// # Errors
-/// As [`build_firmware`]; a program that gives up.
+/// As [`build_firmware`]; a measuring program that fails.
 pub(crate) fn run_cost(list: &Path) -> Result<String, ChipError> {
     xtask(["firmware", "cost", "--scenes"], list, [])
 }
 
-/// What a task prints; an error holds what it said beside that.
+/// Standard output of an xtask command; an error holds its standard error.
 fn xtask<'a, const M: usize>(
     arguments: [&str; M],
     file: &Path,
@@ -69,7 +69,8 @@ fn xtask<'a, const M: usize>(
     }
 }
 
-/// Everything that a build says. What it installs is told at once; the rest is of interest only when it fails.
+/// Collect all messages of a build. Messages about installations are printed at once; the others matter only if the
+/// build fails.
 fn relay(pipe: impl Read) -> String {
     let mut all = String::new();
     for line in BufReader::new(pipe).lines().map_while(Result::ok) {

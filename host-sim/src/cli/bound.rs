@@ -1,12 +1,12 @@
 //! `bound`: between what was found and what is proven, how wrong the torques of single precision are.
 
-use crate::cli::document::Document;
+use crate::cli::document;
 use crate::cli::names::named;
 use crate::cli::output::print;
 use crate::cli::progress::progress_bar;
 use crate::failure::Failure;
 use crate::study::bound::{Question, answer, load, markdown, work};
-use crate::study::subject::Subject;
+use crate::study::robot_or_scene::RobotOrScene;
 use clap::Args;
 use robot_compiler::kernel::Level;
 use robot_compiler::with_dof;
@@ -73,7 +73,7 @@ pub struct BoundArgs {
 /// # Errors
 /// [`Failure::Input`] for a file or an option that is wrong; [`Failure::Output`] where a document cannot be written.
 pub fn run(args: &BoundArgs) -> Result<(), Failure> {
-    let files: Vec<Subject> = args.files.iter().map(|path| load(path)).collect::<Result<_, _>>()?;
+    let files: Vec<RobotOrScene> = args.files.iter().map(|path| load(path)).collect::<Result<_, _>>()?;
     let question = Question {
         level: args.level,
         samples: args.samples as usize,
@@ -83,7 +83,7 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
         acceleration: args.acceleration.clone(),
     };
     let steps: u64 = files.iter().map(|file| work(file.file.robot.dof(), &question)).sum();
-    let document = args.write.as_deref().map(|path| Document::read(path, &["bound"])).transpose()?;
+    let page = document::page(args.write.as_deref(), &["bound"])?;
     let progress = progress_bar(Some(steps), "");
     let mut answers = Vec::new();
     for subject in &files {
@@ -94,9 +94,8 @@ pub fn run(args: &BoundArgs) -> Result<(), Failure> {
         answers.push(found);
     }
     progress.finish_and_clear();
-    if let Some(mut document) = document {
-        document.put("bound", &markdown(&answers))?;
-        return document.write();
+    if let Some(page) = page {
+        return document::fill(page, &[("bound", markdown(&answers))]);
     }
     let mut text = String::new();
     for answer in &answers {

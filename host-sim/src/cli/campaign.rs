@@ -1,6 +1,6 @@
 //! `campaign`: every fault in every state, each tick judged.
 
-use crate::cli::document::Document;
+use crate::cli::document;
 use crate::cli::names::Target;
 use crate::cli::output::{json, print};
 use crate::cli::progress::progress_bar;
@@ -79,7 +79,7 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Qemu => "campaign, qemu",
     };
     // Better now than after the runs.
-    let document = args.write.as_deref().map(|path| Document::read(path, &[place])).transpose()?;
+    let page = document::page(args.write.as_deref(), &[place])?;
     let campaign = Campaign {
         scenes,
         seed: args.seed,
@@ -88,9 +88,8 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     };
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };
     let report = campaign.report(stop, &progress)?;
-    if let Some(mut document) = document {
-        document.put(place, &report.markdown())?;
-        document.write()?;
+    if let Some(page) = page {
+        document::fill(page, &[(place, report.markdown())])?;
     }
     let text = if args.json { json(&report)? } else { report.table() };
     print(&format!("{text}\n"))?;

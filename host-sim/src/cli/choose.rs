@@ -4,7 +4,7 @@ use crate::cli::output::{json, print};
 use crate::cli::trade::{AxisArgs, folder, measured};
 use crate::failure::{Failure, in_file};
 use crate::study::trade::Costs;
-use crate::study::trade::base::Base;
+use crate::study::trade::baseline::Baseline;
 use crate::study::trade::product::choices;
 use crate::study::trade::request::{Budget, Request, Share};
 use clap::Args;
@@ -63,7 +63,7 @@ pub fn run(args: &ChooseArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<()
             "nothing was asked for: expected --max-torque-error, --max-tracking-error, --budget, or several of them"
         )));
     }
-    let base = Base::load(&args.scene)?;
+    let base = Baseline::load(&args.scene)?;
     let work = folder(None, &base)?;
     let rate = args.budget.map(|budget| budget.rate);
     let trade =

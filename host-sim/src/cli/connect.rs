@@ -8,10 +8,10 @@ use crate::session::drill::{OnChip, OnDesk};
 use crate::session::frame_log::Head;
 use crate::session::operate::console::Console;
 use crate::session::operate::converse::converse;
-use crate::session::operate::in_drill::InDrill;
+use crate::session::operate::device::{Device, DeviceError};
+use crate::session::operate::drill_device::DrillDevice;
 use crate::session::operate::on_wire::OnWire;
 use crate::session::operate::report::Report;
-use crate::session::operate::station::{Station, StationError};
 use crate::session::operate::{Operator, Presses, Stop};
 use crate::session::serial::{BAUD, SerialLink};
 use clap::{ArgGroup, Args};
@@ -89,26 +89,26 @@ fn run_arm<const N: usize>(
     let report = Report::new(args.json);
     let world = || simulate::world::<N>(scene);
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
-    let station: Box<dyn Station> = match (&args.port, args.target) {
+    let device: Box<dyn Device> = match (&args.port, args.target) {
         (Some(port), _) => {
-            let station = SerialLink::open(port, args.baud).map(OnWire::new).map_err(StationError::from);
-            Box::new(station.map_err(|error| failure(error.into(), port))?)
+            let device = SerialLink::open(port, args.baud).map(OnWire::new).map_err(DeviceError::from);
+            Box::new(device.map_err(|error| failure(error.into(), port))?)
         }
         (None, Some(Target::Qemu)) => {
             let bench = hello(scene, &model, Pacing::LockStep);
             let start = || OnChip::start(Chip::start(&build_firmware(&scene.path)?, bench)?, bench);
             let target = start().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
-            Box::new(InDrill::new(target, world()?))
+            Box::new(DrillDevice::new(target, world()?))
         }
-        (None, _) => Box::new(InDrill::new(OnDesk::start(scene, &model), world()?)),
+        (None, _) => Box::new(DrillDevice::new(OnDesk::start(scene, &model), world()?)),
     };
-    operate(args, Operator::new(station, scene, &model, head, report, presses).map_err(wrong)?, console)
+    operate(args, Operator::new(device, scene, &model, head, report, presses).map_err(wrong)?, console)
 }
 
 /// Why it ended; `place` is where a wrong command stands.
 fn failure(stop: Stop, place: &str) -> Failure {
     match stop {
-        Stop::Board(StationError::Record(error)) | Stop::Output(error) => Failure::Output(error),
+        Stop::Board(DeviceError::Record(error)) | Stop::Output(error) => Failure::Output(error),
         Stop::Board(error) => Failure::Target(miette::miette!("{error}")),
         Stop::Input(problem) => Failure::Input(miette::miette!("{place}: {problem}")),
         Stop::Interrupted => Failure::Interrupted,

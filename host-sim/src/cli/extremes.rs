@@ -1,6 +1,6 @@
 //! `extremes`: what happens at the edges, cell by cell.
 
-use crate::cli::document::Document;
+use crate::cli::document;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
 use crate::study::extremes::{Report, time, write_plots};
@@ -56,16 +56,16 @@ pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
     }
     // Better now than after the run.
     let places: &[&str] = if args.long.is_some() { &["extremes", "extremes, long"] } else { &["extremes"] };
-    let document = args.write.as_deref().map(|path| Document::read(path, places)).transpose()?;
+    let page = document::page(args.write.as_deref(), places)?;
     let mut report = Report::new()?;
     let long = args.long.map(|hours| time::long_cells(hours).map(Report::of)).transpose()?;
-    if let Some(mut document) = document {
-        document.put("extremes", &report.markdown())?;
-        if let Some(long) = &long {
-            document.put("extremes, long", &long.markdown())?;
-        }
-        document.write()?;
-        write_plots(document.folder())?;
+    if let Some(page) = page {
+        let folder = page.folder().to_owned();
+        let long = long.iter().map(|long| ("extremes, long", long.markdown()));
+        let tables: Vec<_> = core::iter::once(("extremes", report.markdown())).chain(long).collect();
+        document::fill(page, &tables)?;
+        // After the tables: a picture that cannot be written loses no measurement.
+        write_plots(&folder)?;
     }
     if let Some(long) = long {
         report.cells.extend(long.cells);

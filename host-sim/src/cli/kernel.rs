@@ -4,7 +4,7 @@ use crate::cli::names::named;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
 use crate::study::kernel::{Asked, Kernels};
-use crate::study::subject::scene_about;
+use crate::study::robot_or_scene::scene_about;
 use clap::Args;
 use robot_compiler::kernel::functions::Springs;
 use robot_compiler::kernel::{Function, Level};

@@ -3,7 +3,7 @@
 use crate::cli::names::Presence;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
-use crate::study::subject::scene_about;
+use crate::study::robot_or_scene::scene_about;
 use crate::study::terms::{Method, Question, describe, terms};
 use clap::Args;
 use robot_compiler::with_dof;

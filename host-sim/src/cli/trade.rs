@@ -1,12 +1,12 @@
 //! `trade`: what every choice of accuracy costs.
 
-use crate::cli::document::Document;
+use crate::cli::document;
 use crate::cli::names::named;
 use crate::cli::output::{json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
-use crate::study::trade::base::Base;
+use crate::study::trade::baseline::Baseline;
 use crate::study::trade::choice::{Choice, Every, TermSet};
 use crate::study::trade::product::{Axes, choices};
 use crate::study::trade::{Costs, Trade, Workshop, trade};
@@ -141,9 +141,9 @@ impl AxisArgs {
 /// # Errors
 /// A scene that is wrong or a choice that it cannot have; a chip that cannot be built or run; an interruption.
 pub fn run(args: &TradeArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
-    let base = Base::load(&args.scene)?;
+    let base = Baseline::load(&args.scene)?;
     let place = place_of(&base.file.name);
-    let document = args.write.as_deref().map(|path| Document::read(path, &[&place])).transpose()?;
+    let page = document::page(args.write.as_deref(), &[&place])?;
     let folder = folder(args.out.as_deref(), &base)?;
     let trade =
         measured(&base, &args.scene, &choices(&args.axes.axes(), &base, None)?, costs, &folder, args.fresh, stop)?;
@@ -151,12 +151,12 @@ pub fn run(args: &TradeArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(),
     trade.write_csv(&csv)?;
     let plot = folder.join("trade.svg");
     trade.write_plot(&plot).map_err(|error| in_file(&plot, &error))?;
-    if let Some(mut document) = document {
+    if let Some(page) = page {
         let picture = format!("trade_{}.svg", file_name(&base.file.name));
-        let path = document.folder().join(&picture);
+        let path = page.folder().join(&picture);
         trade.write_plot(&path).map_err(|error| in_file(&path, &error))?;
-        document.put(&place, &format!("{}\n![every choice of {}]({picture})\n", trade.markdown(), trade.scene))?;
-        document.write()?;
+        let tables = format!("{}\n![every choice of {}]({picture})\n", trade.markdown(), trade.scene);
+        document::fill(page, &[(&place, tables)])?;
     }
     let text = if args.json {
         json(&trade)? + "\n"
@@ -171,7 +171,7 @@ fn place_of(scene: &str) -> String {
 }
 
 /// Where the files go, made if it is not there.
-pub(super) fn folder(out: Option<&Path>, base: &Base) -> Result<PathBuf, Failure> {
+pub(super) fn folder(out: Option<&Path>, base: &Baseline) -> Result<PathBuf, Failure> {
     let folder = out.map_or_else(|| Path::new("out/trade").join(file_name(&base.file.name)), Path::to_owned);
     fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
     Ok(folder)
@@ -179,7 +179,7 @@ pub(super) fn folder(out: Option<&Path>, base: &Base) -> Result<PathBuf, Failure
 
 /// Measure these choices, with a bar.
 pub(super) fn measured(
-    base: &Base,
+    base: &Baseline,
     scene: &Path,
     choices: &[Choice],
     costs: &Costs<'_>,

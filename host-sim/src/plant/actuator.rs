@@ -1,10 +1,11 @@
-//! Actuators: transport delay, saturation, first-order lag, torque ripple; each only when asked for.
+//! Actuators: transport delay, saturation, first-order lag, torque ripple; each only if the scene asks for it.
 
 use dynamics_core::JointKind;
+use robot_compiler::scene::Ripple;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// What the actuators do to a commanded torque, in this order.
+/// Effects of the actuators on a commanded torque, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct ActuatorSettings {
     /// Ticks between command and action.
@@ -13,33 +14,22 @@ pub struct ActuatorSettings {
     pub saturation: bool,
     /// Time constant of the torque, s; `None` acts at once.
     pub lag: Option<f64>,
-    /// How the torque swings as the joint moves.
+    /// Ripple of the torque over the joint's position.
     pub ripple: Option<Ripple>,
 }
 
-/// Torque ripple: at the joint position `q` the torque `tau` acts as `tau (1 + a sin(2 pi n x))`, where `x` is `q` in turns or metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ripple {
-    /// Amplitude `a`, a share of the torque.
-    pub share: f64,
-    /// Cycles `n` per turn of the joint, or per metre.
-    pub cycles: f64,
-}
-
-impl Ripple {
-    /// What acts at these joint positions of these torques, N m or N.
-    #[must_use]
-    pub fn acting<const N: usize>(&self, kinds: &[JointKind; N], torque: &[f64; N], q: &[f64; N]) -> [f64; N] {
-        #[cfg(test)]
-        super::calls::count(super::calls::Effect::Ripple);
-        core::array::from_fn(|i| {
-            let phase = match kinds[i] {
-                JointKind::Revolute => self.cycles * q[i],
-                JointKind::Prismatic => TAU * self.cycles * q[i],
-            };
-            torque[i] * (1.0 + self.share * libm::sin(phase))
-        })
-    }
+/// Torques after ripple, N m or N, at these joint positions.
+#[must_use]
+pub fn rippled<const N: usize>(ripple: Ripple, kinds: &[JointKind; N], torque: &[f64; N], q: &[f64; N]) -> [f64; N] {
+    #[cfg(test)]
+    super::calls::count(super::calls::Effect::Ripple);
+    core::array::from_fn(|i| {
+        let phase = match kinds[i] {
+            JointKind::Revolute => ripple.cycles * q[i],
+            JointKind::Prismatic => TAU * ripple.cycles * q[i],
+        };
+        torque[i] * (1.0 + ripple.share * libm::sin(phase))
+    })
 }
 
 /// The actuators of an arm.
@@ -49,11 +39,11 @@ pub(super) struct Actuators<const N: usize> {
     torque_max: [f64; N],
     /// Commands on their way, oldest first.
     pipe: VecDeque<[f64; N]>,
-    /// What acts since the last command, as the last tick counts time.
+    /// Torque curve since the last command, in the time of the last tick.
     last: Drive<N>,
 }
 
-/// Torque since the instant `s` in a tick: `goal + (start - goal) exp(-(t - s) / lag)`.
+/// Torque from the instant `s` of a tick on: `goal + (start - goal) exp(-(t - s) / lag)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drive<const N: usize> {
     start: [f64; N],
@@ -63,20 +53,20 @@ pub(super) struct Drive<const N: usize> {
 }
 
 impl<const N: usize> Actuators<N> {
-    /// Actuators that give no torque until the first command has come through.
+    /// Actuators without torque until the first command has passed the delay.
     pub(super) fn new(settings: ActuatorSettings, torque_max: [f64; N]) -> Self {
         let pipe = core::iter::repeat_n([0.0; N], settings.delay).collect();
         let last = Drive { start: [0.0; N], goal: [0.0; N], lag: settings.lag, since: 0.0 };
         Self { settings, torque_max, pipe, last }
     }
 
-    /// The drives were off: nothing is left of the commands from before.
+    /// Forget all earlier commands, because the drives were off.
     pub(super) fn released(&mut self) {
         *self = Self::new(self.settings, self.torque_max);
     }
 
-    /// The torque over the next tick, of length `period` (s), for a new command that acts from `since` (s into the tick) on: what
-    /// acts until then, and what from then on.
+    /// Torque over the next tick, of length `period` (s), for a new command that acts from `since` (s into the tick)
+    /// on. Returns the curve before that instant and the curve after it.
     pub(super) fn drive(&mut self, command: &[f64; N], period: f64, since: f64) -> (Drive<N>, Drive<N>) {
         let mut goal = if self.settings.delay > 0 {
             #[cfg(test)]

@@ -1,8 +1,8 @@
-//! How often the simulated world computes each of its effects; in tests only.
+//! Counters of the simulated effects, for tests only.
 
 use core::cell::Cell;
 
-/// An effect that a scene has to ask for.
+/// An effect that the simulation computes only if a scene asks for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effect {
     Friction,
@@ -41,7 +41,7 @@ impl Effect {
 }
 
 thread_local! {
-    /// Of this thread alone: tests run side by side.
+    /// Counters of this thread alone: tests run side by side.
     static CALLS: [Cell<u64>; Effect::ALL.len()] = const { [const { Cell::new(0) }; Effect::ALL.len()] };
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn count(effect: Effect) {
     CALLS.with(|calls| calls[effect as usize].set(calls[effect as usize].get() + 1));
 }
 
-/// The effects that were called since the last time this was asked, each with how often.
+/// Effects computed since the last call of this function, each with its count.
 pub(crate) fn taken() -> Vec<(Effect, u64)> {
     let all = CALLS.with(|calls| Effect::ALL.map(|effect| (effect, calls[effect as usize].take())));
     all.into_iter().filter(|(_, calls)| *calls > 0).collect()

@@ -1,36 +1,37 @@
 //! The arm's equations of motion, by moving bodies in base axes.
 //!
-//! The simulation must not confirm the controller's mistakes, so nothing here shares a line with the controller's
-//! recursion: every vector is in base axes, every body is described by its mass centre and its inertia about it, and weight
-//! is a force. With `d` from one joint's origin to the next, `r` from a joint's origin to a mass centre, and `z` the axes:
+//! The simulation must not repeat the controller's mistakes, so nothing here shares a line with the controller's
+//! recursion: every vector is in base axes, every body is described by its mass centre and its inertia about it, and
+//! weight is a force. With `d` from one joint's origin to the next, `r` from a joint's origin to a mass centre, and `z`
+//! the axes:
 //!
 //! ```text
 //! w_i = w + z qd,  alpha_i = alpha + w x z qd,  a_i = a + alpha x d + w x (w x d)      outward, at qdd = 0
 //! F = m (a + alpha x r + w x (w x r)),  M = I alpha + w x I w + r x F                  of each body (Euler's laws)
 //! ```
 //!
-//! (a slide adds `2 w x z qd` to `a` and nothing to the others), and with sums over what lies beyond a joint, moved from
-//! origin to origin inward: of mass, first moment `h` and inertia `J` about the origin, of `F` and of `M`,
+//! (a prismatic joint adds `2 w x z qd` to `a` and nothing to the others). Inward, sums over all bodies beyond a joint
+//! are moved from origin to origin: mass, first moment `h` and inertia `J` about the origin, `F` and `M`. Then
 //!
 //! ```text
-//! D_ij = z_i . (what J and h make of a unit acceleration about z_j, moved to i), i <= j;  rotors on the diagonal
-//! h_i  = z_i . M,   G_i = -z_i . (h x g)          (along a slide: forces instead of moments)
+//! D_ij = z_i . (load of J and h under a unit acceleration about z_j, moved to i), i <= j;  rotors on the diagonal
+//! h_i  = z_i . M,   G_i = -z_i . (h x g)          (prismatic joint: forces instead of moments)
 //! D qdd = drive - friction + tip - h - G
 //! ```
 //!
-//! The source is generic in its scalar and has no branch on data, so that it can be traced.
+//! The source is generic in its scalar and has no data-dependent branch, so that it can be traced.
 
 use super::kinematics::{Chain, Pose};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Body, Field, JointKind, JointSpec, Scalar, SinCos, Tool, Trig, Wrench};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// An arm and what acts on it, as nature has it.
+/// The simulated arm and all its loads, as opposed to the controller's model of them.
 #[derive(Clone, Debug)]
 pub struct Arm<const N: usize> {
     /// Joints and links, base first.
     pub joints: [JointSpec; N],
-    /// What is mounted on the last link.
+    /// Tool on the last link.
     pub tool: Tool,
     /// A body held at the tip, in the tip frame.
     pub payload: Option<Body>,
@@ -40,7 +41,7 @@ pub struct Arm<const N: usize> {
     pub tip_wrench: Option<Wrench<f64>>,
 }
 
-/// An arm made ready: what does not change with its state is computed once.
+/// An arm prepared for simulation: all constants are computed once.
 #[derive(Clone, Debug)]
 pub struct Mechanism<const N: usize> {
     chain: Chain<N>,
@@ -61,17 +62,17 @@ pub struct Terms<const N: usize, S = f64> {
     pub tip: [S; N],
 }
 
-/// Accelerations, and the pivots that they were divided by: without meaning unless all of those are above zero.
+/// Accelerations, and the pivots of their solution. The accelerations are meaningful only if all pivots are above zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Solution<S, const N: usize> {
     /// Joint acceleration, rad/s^2 or m/s^2.
     pub qdd: [S; N],
-    /// Inertia that the joint feels with the joints before it free, kg m^2 or kg.
+    /// Inertia that the joint feels while the joints before it are free, kg m^2 or kg.
     pub pivot: [S; N],
 }
 
 impl<const N: usize> Arm<N> {
-    /// The arm made ready.
+    /// The arm prepared for simulation.
     #[must_use]
     pub fn mechanism(&self) -> Mechanism<N> {
         Mechanism {
@@ -87,7 +88,7 @@ impl<const N: usize> Arm<N> {
         self.mechanism().terms(&Polynomial.sin_cos_all(q), q, qd)
     }
 
-    /// Joint accelerations under joint torques `drive`; `None` when the inertia matrix is not positive definite.
+    /// Joint accelerations under joint torques `drive`; `None` if the inertia matrix is not positive definite.
     #[must_use]
     pub fn acceleration(&self, q: &[f64; N], qd: &[f64; N], drive: &[f64; N]) -> Option<[f64; N]> {
         self.mechanism().acceleration(q, qd, drive)
@@ -121,22 +122,22 @@ impl<const N: usize> Arm<N> {
 }
 
 impl<const N: usize> Mechanism<N> {
-    /// What pushes at the tip.
+    /// Wrench of the environment on the tip.
     pub(super) fn tip_wrench(&self) -> Option<Wrench<f64>> {
         self.tip_wrench
     }
 
-    /// What pushes at the tip from now on.
+    /// Set the wrench of the environment on the tip.
     pub(super) fn push(&mut self, wrench: Option<Wrench<f64>>) {
         self.tip_wrench = wrench;
     }
 
-    /// Take the rotors out: what they were felt as, kg m^2 or kg.
+    /// Remove the rotors from the arm. Returns their reflected inertias, kg m^2 or kg.
     pub(super) fn take_rotors(&mut self) -> [f64; N] {
         self.chain.joints.each_mut().map(|joint| core::mem::take(&mut joint.rotor))
     }
 
-    /// Joint accelerations under joint torques `drive`; `None` when the inertia matrix is not positive definite, or a
+    /// Joint accelerations under joint torques `drive`; `None` if the inertia matrix is not positive definite, or a
     /// position is beyond [`Polynomial::LIMIT_F64`].
     #[must_use]
     pub fn acceleration(&self, q: &[f64; N], qd: &[f64; N], drive: &[f64; N]) -> Option<[f64; N]> {
@@ -144,13 +145,13 @@ impl<const N: usize> Mechanism<N> {
         pivot.iter().all(|&pivot| pivot > 0.0 && pivot.is_finite()).then_some(qdd)
     }
 
-    /// Torques `J^T w` of what pushes at the tip, N m or N; `None` where nothing does.
+    /// Torques `J^T w` of the wrench at the tip, N m or N; `None` without a wrench.
     #[must_use]
     pub fn contact(&self, q: &[f64; N]) -> Option<[f64; N]> {
         self.tip_wrench.map(|_| self.terms(&Polynomial.sin_cos_all(q), q, &[0.0; N]).tip)
     }
 
-    /// As [`Mechanism::acceleration`], in any scalar, with the pivots instead of a judgement on them.
+    /// As [`Mechanism::acceleration`], in any scalar; returns the pivots and does not judge them.
     #[must_use]
     pub fn solution<S: Field>(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N], drive: &[S; N]) -> Solution<S, N> {
         let terms = self.terms(turn, q, qd);
@@ -190,7 +191,7 @@ impl<const N: usize> Mechanism<N> {
         terms
     }
 
-    /// What each joint moves by itself, and what its motion takes at `qdd = 0`; both about the joint's origin.
+    /// Own bodies of each joint, and the load of their motion at `qdd = 0`; both about the joint's origin.
     fn outward<S: Scalar>(&self, pose: &[Pose<S>; N], qd: &[S; N]) -> ([Bodies<S>; N], [Load<S>; N]) {
         let mut bodies = [Bodies::none(); N];
         let mut loads = [Load::none(); N];
@@ -235,7 +236,7 @@ struct Motion<S> {
 }
 
 impl<S: Scalar> Motion<S> {
-    /// Of the link beyond the next joint.
+    /// Motion of the link beyond the next joint.
     fn next(&self, pose: &Pose<S>, qd: S) -> Self {
         let own = pose.axis * qd;
         let across = self.w.cross(&own);
@@ -246,7 +247,7 @@ impl<S: Scalar> Motion<S> {
         }
     }
 
-    /// Acceleration of a point of the link.
+    /// Acceleration of a point on the link.
     fn at(&self, point: &Vector3<S>) -> Vector3<S> {
         self.a + self.alpha.cross(point) + self.w.cross(&self.w.cross(point))
     }
@@ -307,7 +308,7 @@ impl<S: Scalar> Bodies<S> {
         }
     }
 
-    /// The same about a point from which `d` leads here: `J + 2 (d.h) 1 - d h^T - h d^T + m (d.d 1 - d d^T)`.
+    /// The same bodies about a point from which `d` leads here: `J + 2 (d.h) 1 - d h^T - h d^T + m (d.d 1 - d d^T)`.
     fn moved(&self, d: &Vector3<S>) -> Self {
         let h = self.first_moment;
         let moved = h + d * self.mass;
@@ -316,7 +317,7 @@ impl<S: Scalar> Bodies<S> {
         Self { mass: self.mass, first_moment: moved, inertia: self.inertia.moved(&along, &across) }
     }
 
-    /// What a unit acceleration of a joint at the origin takes.
+    /// Load of the bodies under a unit acceleration of a joint at the origin.
     fn taken(&self, pose: &Pose<S>) -> Load<S> {
         let (z, h) = (&pose.axis, &self.first_moment);
         match pose.kind {
@@ -348,7 +349,7 @@ impl<S: Scalar> Symmetric<S> {
         Self { diagonal: self.diagonal + other.diagonal, beside: self.beside + other.beside }
     }
 
-    /// With `(along.x + along.y + along.z) 1 - diag(along)` added, and `across` taken off beside the diagonal.
+    /// The matrix plus `(along.x + along.y + along.z) 1 - diag(along)`, and less `across` beside the diagonal.
     fn moved(&self, along: &Vector3<S>, across: &Vector3<S>) -> Self {
         let whole = Vector3::repeat(along.x + along.y + along.z);
         Self { diagonal: self.diagonal + (whole - along), beside: self.beside - across }
@@ -382,12 +383,12 @@ impl<S: Scalar> Load<S> {
         Self { force: self.force + other.force, moment: self.moment + other.moment }
     }
 
-    /// The same about a point from which `d` leads here.
+    /// The same load about a point from which `d` leads here.
     fn moved(&self, d: &Vector3<S>) -> Self {
         Self { force: self.force, moment: self.moment + d.cross(&self.force) }
     }
 
-    /// What a joint feels of it.
+    /// Component of the load along or about the joint's axis.
     fn along(&self, pose: &Pose<S>) -> S {
         match pose.kind {
             JointKind::Revolute => pose.axis.dot(&self.moment),
@@ -396,9 +397,9 @@ impl<S: Scalar> Load<S> {
     }
 }
 
-/// `x` with `A x = b` by Cholesky's factors without their square roots, `A = L P L^T`; the lower triangle is read.
+/// Solution `x` of `A x = b` by Cholesky factors without square roots, `A = L P L^T`; reads the lower triangle.
 pub(super) fn solve<S: Field, const N: usize>(a: &SMatrix<S, N, N>, b: &[S; N]) -> Solution<S, N> {
-    // Below the diagonal first `L P`, then, once a row is done, `L`.
+    // Entries below the diagonal hold `L P` first, and `L` once their row is done.
     let mut l = *a;
     let mut inverse = [S::zero(); N];
     let mut x = *b;

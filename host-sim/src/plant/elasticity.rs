@@ -1,27 +1,28 @@
 //! Elastic joints: a motor side and a link side, joined by a spring, a damper and, if asked for, play.
 //!
-//! With `theta` the motor's position as the joint has it (behind its gear), `q` the link's, `J` the rotor's reflected inertia, `D` the
-//! arm's inertia without rotors, and `x = theta - q` the twist:
+//! With `theta` the motor's position on the joint side of its gear, `q` the link's position, `J` the rotor's reflected
+//! inertia, `D` the arm's inertia without rotors, and `x = theta - q` the twist:
 //!
 //! ```text
 //! J theta'' = tau - friction(theta') - s          the motor side: drive, friction, brake
 //! D(q) q'' + h + G = s + J^T w                    the link side
 //! s = k x + d x'                                  without play
-//! s = k b + d x', never against b, b = x less what of it lies within -w/2 .. w/2      with play w
+//! s = k b + d x', never against b; b = x less its part within -w/2 .. w/2          with play w
 //! ```
 //!
-//! A flank in play pushes and does not pull, hence "never against". As without springs, a rotor turns about its own joint only.
-//! (M. W. Spong, Modeling and control of elastic joint robots, 1987; M. Nordin, P.-O. Gutman, Controlling mechanical systems with
-//! backlash, 2002.)
+//! A flank in play pushes and does not pull, hence "never against". As in a rigid joint, a rotor turns about its own
+//! joint only. (M. W. Spong, Modeling and control of elastic joint robots, 1987; M. Nordin, P.-O. Gutman, Controlling
+//! mechanical systems with backlash, 2002.)
 
+use super::State;
 use super::dynamics::{Arm, Mechanism};
 use super::integrator::Point;
-use super::{Side, State};
 use dynamics_core::Trig;
 use dynamics_core::trig::Polynomial;
 use nalgebra::DMatrix;
+use robot_compiler::scene::Side;
 
-/// What joins the two sides of every joint.
+/// Springs, dampers and play between the two sides of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elasticity<const N: usize> {
     /// `k`, N m/rad or N/m, above zero.
@@ -39,7 +40,7 @@ pub(super) struct Motors<const N: usize> {
     /// Reflected rotor inertia, kg m^2 or kg.
     pub(super) inertia: [f64; N],
     pub(super) state: State<N>,
-    /// Which side the sensors see.
+    /// The side that the sensors measure.
     pub(super) side: Side,
 }
 
@@ -99,7 +100,7 @@ impl<const N: usize> Elasticity<N> {
         (0..N).map(|i| 0.5 * self.stiffness[i] * stretch(i) * stretch(i)).sum()
     }
 
-    /// Twist under which the springs carry these torques, rad or m; in the middle of the play where there is none to carry.
+    /// Twist under which the springs carry these torques, rad or m; the middle of the play for a zero torque.
     fn twist(&self, torques: &[f64; N]) -> [f64; N] {
         core::array::from_fn(|i| {
             let side = if torques[i] == 0.0 { 0.0 } else { torques[i].signum() };
@@ -107,8 +108,8 @@ impl<const N: usize> Elasticity<N> {
         })
     }
 
-    /// Natural frequencies of the undriven, undamped arm about `q`, rad/s, in falling order: `2 N`, of which `N` are zero, for the
-    /// joints turn freely. `None` where the arm without its rotors has a joint that moves no mass.
+    /// Natural frequencies of the undriven, undamped arm about `q`, rad/s, in falling order: `2 N`. `N` of them are
+    /// zero, because the joints turn freely. `None` if the arm without its rotors has a joint that moves no mass.
     #[must_use]
     pub fn natural_frequencies(&self, arm: &Arm<N>, q: &[f64; N]) -> Option<Vec<f64>> {
         let mut found: Vec<f64> = spectrum(&self.stiffness, arm, q)?.iter().map(|x| libm::sqrt(x.max(0.0))).collect();
@@ -116,7 +117,7 @@ impl<const N: usize> Elasticity<N> {
         Some(found)
     }
 
-    /// Greatest rate at `q`, 1/s: of an oscillation or of the dampers' decay.
+    /// Greatest rate at `q`, 1/s, of an oscillation or of the dampers' decay.
     #[must_use]
     pub fn fastest(&self, arm: &Arm<N>, q: &[f64; N]) -> Option<f64> {
         let decay = spectrum(&self.damping, arm, q)?.into_iter().fold(0.0, f64::max);
@@ -124,7 +125,7 @@ impl<const N: usize> Elasticity<N> {
     }
 }
 
-/// What of a twist is left beyond the play.
+/// Part of a twist beyond the play.
 fn beyond(backlash: f64, twist: f64) -> f64 {
     #[cfg(test)]
     super::calls::count(super::calls::Effect::Backlash);
@@ -152,7 +153,8 @@ fn spectrum<const N: usize>(c: &[f64; N], arm: &Arm<N>, q: &[f64; N]) -> Option<
 }
 
 impl<const N: usize> Motors<N> {
-    /// The rotors, taken out of the arm, at rest where the springs hold the arm at `link` against gravity and what pushes at the tip.
+    /// The rotors, taken out of the arm, at rest. The springs hold the arm at `link` against gravity and the wrench at
+    /// the tip.
     pub(super) fn new(springs: Elasticity<N>, mechanism: &mut Mechanism<N>, link: &State<N>, side: Side) -> Self {
         let inertia = mechanism.take_rotors();
         let terms = mechanism.terms(&Polynomial.sin_cos_all(&link.q), &link.q, &link.qd);

@@ -1,4 +1,4 @@
-//! Joint friction, as nature has it.
+//! Joint friction of the simulated arm.
 
 use super::dynamics::Arm;
 use dynamics_core::JointSpec;
@@ -6,16 +6,16 @@ use nalgebra::SMatrix;
 
 /// Viscous and Coulomb friction: `tau_f = b qd + c tanh(qd / v)`, opposed to the motion.
 ///
-/// The hyperbolic tangent is a sign function that an explicit integrator can follow: within 1 % of the whole Coulomb
-/// torque above `2.6 v`. A joint held by friction alone is not locked but creeps, at `v atanh(load / c)`: with the
+/// The hyperbolic tangent is a sign function that an explicit integrator can follow: above `2.6 v` it is within 1 % of
+/// the whole Coulomb torque. A joint held by friction alone is not locked but creeps, at `v atanh(load / c)`: with the
 /// speeds `v` used here, some hundredths of a millimetre or of a milliradian in a tenth of a second.
 ///
-/// With a [`Breakaway`] Stribeck's rise towards rest stands in place of `c`: `c + (s - c) exp(-(qd / v_s)^2)`, where
+/// With a [`Breakaway`], Stribeck's rise towards rest replaces `c`: `c + (s - c) exp(-(qd / v_s)^2)`, where
 /// `s = s_0 + l |tau|` is the breakaway level under the actuator's torque `tau`.
 ///
-/// `v` is 1 mrad/s (1 mm/s), or more where Runge-Kutta's fourth-order step `h` could not follow so steep a slope: its
-/// stability ends at a decay rate of `2.78 / h`, and the steepest decay is `c (D^-1)_ii / v`. `v` keeps that below `0.5 / h`
-/// at the start, which leaves room for the inertia to change fivefold on the way.
+/// `v` is 1 mrad/s (1 mm/s), or more if Runge-Kutta's fourth-order step `h` cannot follow so steep a slope: its
+/// stability ends at a decay rate of `2.78 / h`, and the steepest decay is `c (D^-1)_ii / v`. `v` keeps this decay
+/// below `0.5 / h` at the start. This leaves room for the inertia to change fivefold on the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointFriction {
     /// Viscous coefficient `b`, N m s/rad or N s/m.
@@ -24,7 +24,7 @@ pub struct JointFriction {
     pub coulomb: f64,
     /// Speed scale `v` of the sign function, rad/s or m/s.
     pub sign_speed: f64,
-    /// What a motion starts against, where that is more than `c`.
+    /// Breakaway level, if it is more than `c`.
     pub breakaway: Option<Breakaway>,
 }
 
@@ -33,10 +33,10 @@ pub struct JointFriction {
 pub struct Breakaway {
     /// Level `s_0` without load, N m or N; not below the Coulomb torque.
     pub torque: f64,
-    /// Stribeck velocity `v_s`, rad/s or m/s. The sign function is not yet whole where the rise begins to fall, so of what
-    /// breakaway is above Coulomb 83 % is reached where `v_s` is `5 v`, 93 % where it is `10 v`.
+    /// Stribeck velocity `v_s`, rad/s or m/s. The sign function is not yet complete where the rise begins to fall. So
+    /// friction reaches 83 % of the excess over Coulomb if `v_s` is `5 v`, and 93 % if it is `10 v`.
     pub speed: f64,
-    /// What the level gains per torque of the actuator, `l`.
+    /// Gain `l` of the level per unit of the actuator's torque.
     pub load: f64,
 }
 
@@ -47,7 +47,7 @@ pub struct FrictionLaw {
     pub viscous: f64,
     /// Coulomb torque or force, N m or N.
     pub coulomb: f64,
-    /// What a motion starts against.
+    /// Breakaway level, if there is one.
     pub breakaway: Option<Breakaway>,
 }
 
@@ -82,27 +82,27 @@ impl JointFriction {
         self.viscous * qd + level * sign
     }
 
-    /// Friction of every joint from its `(viscous, coulomb)`, with the speed scale that the step `h` (s) allows at `q`.
+    /// Friction of every joint from its `(viscous, coulomb)`, with a speed scale suited to the step `h` (s) at `q`.
     #[must_use]
     pub fn all<const N: usize>(coefficients: &[(f64, f64); N], arm: &Arm<N>, q: &[f64; N], h: f64) -> [Self; N] {
         let laws = coefficients.map(|(viscous, coulomb)| FrictionLaw { viscous, coulomb, breakaway: None });
         Self::of_laws(&laws, arm, q, h)
     }
 
-    /// As [`JointFriction::all`], with what a motion starts against.
+    /// As [`JointFriction::all`], with breakaway.
     #[must_use]
     pub fn of_laws<const N: usize>(laws: &[FrictionLaw; N], arm: &Arm<N>, q: &[f64; N], h: f64) -> [Self; N] {
         let matrix = arm.terms(q, &[0.0; N]).mass_matrix;
         Self::moving(laws, arm, h, |i| mobility(&matrix, i, &arm.joints[i]))
     }
 
-    /// As [`JointFriction::of_laws`], of joints whose friction is felt by their rotors alone.
+    /// As [`JointFriction::of_laws`], for joints with the friction on their rotors alone.
     #[must_use]
     pub fn on_motors<const N: usize>(laws: &[FrictionLaw; N], arm: &Arm<N>, h: f64) -> [Self; N] {
         Self::moving(laws, arm, h, |i| arm.joints[i].rotor.reflected().recip())
     }
 
-    /// With what a unit of torque accelerates each joint by.
+    /// Friction of every joint from its law; `mobility` is the joint's acceleration per unit of torque.
     fn moving<const N: usize>(
         laws: &[FrictionLaw; N],
         arm: &Arm<N>,
@@ -129,7 +129,7 @@ fn mobility<const N: usize>(matrix: &SMatrix<f64, N, N>, i: usize, joint: &Joint
     if found.pivot.iter().all(|&pivot| pivot > 0.0 && pivot.is_finite()) {
         found.qdd[i]
     } else {
-        // The first step will report the singular matrix; until then the rotor alone bounds the acceleration.
+        // The first step will report the singular matrix. Until then the rotor alone bounds the acceleration.
         joint.rotor.reflected().recip().min(1.0)
     }
 }

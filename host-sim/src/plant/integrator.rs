@@ -1,42 +1,28 @@
-//! Integrators: how the simulated arm gets from one instant to the next.
+//! Integrators: they advance the simulated arm from one instant to the next.
 //!
-//! The torque is held over a tick, so the right-hand side jumps where ticks meet. Every method therefore begins anew at each
-//! tick, and where a jitter moves the jump into the tick, there: no step reaches across one.
+//! The torque is constant over a tick, so the right-hand side jumps between ticks. Every method therefore restarts at
+//! each tick, and also inside a tick if a jitter moves the jump there: no step crosses a jump.
 //!
-//! The embedded pair is our own. Of the crates, `ode_solvers` 0.6 (another nalgebra, a vector of results allocated in every tick) and
-//! `differential-equations` 0.7 take no right-hand side that can fail, and raise to powers with the platform's own library, so that
-//! a run would not have the same bits on every machine; `diffsol` 0.18 is made for stiff systems and brings a matrix library.
+//! The embedded pair is our own. Two crates, `ode_solvers` 0.6 (another nalgebra, a vector of results allocated in
+//! every tick) and `differential-equations` 0.7, accept no right-hand side that can fail. They also compute powers with
+//! the platform's library, so that a run would not have the same bits on every machine. A third, `diffsol` 0.18, is
+//! made for stiff systems and brings a matrix library.
 
 use super::{Diverged, State};
+use robot_compiler::scene::Integrator;
 
-/// How the equations of motion are integrated.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Integrator {
-    /// The classical method of fourth order: four accelerations a step.
-    #[default]
-    RungeKutta,
-    /// `qd += h qdd(q, qd)`, then `q += h qd`: first order, one acceleration a step.
-    SemiImplicitEuler,
-    /// Dormand and Prince's pair of orders 5 and 4, six accelerations a step and one more a tick. The step is the method's own: in it
-    /// no component `x` of the state is off by more than `tolerance (1 + |x|)`, as the pair estimates it, in rad, m and their rates.
-    Adaptive {
-        /// Error in a step, absolute and relative.
-        tolerance: f64,
-    },
-}
-
-/// Steps of the adaptive method in a tick, taken or not, before it is given up.
+/// Limit on the adaptive method's steps in a tick, accepted or not.
 const ATTEMPTS_MAX: u32 = 100_000;
 
-/// Something with positions and velocities.
+/// A point of the state space, with positions and velocities.
 pub(super) trait Point: Copy {
-    /// `f` of every component and of the same component of each of the others.
+    /// Apply `f` to every component and the same components of the others.
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(f64, [f64; K]) -> f64) -> Self;
 
-    /// The velocities advanced along the slope, then the positions along the new velocities.
+    /// Advance the velocities along the slope, then the positions along the new velocities.
     fn kicked(&self, slope: &Self, h: f64) -> Self;
 
-    /// Largest magnitude of a component; NaN where one is NaN.
+    /// Largest magnitude of a component; NaN if any is NaN.
     fn largest(&self) -> f64;
 }
 
@@ -58,19 +44,19 @@ impl<const N: usize> Point for State<N> {
     }
 }
 
-/// What moves a point.
+/// Differential equation of a point.
 pub(super) trait Flow<Y> {
-    /// What acts from outside at one instant.
+    /// Inputs from outside at one instant.
     type Input;
 
-    /// What acts at `t` (s into the tick).
+    /// Inputs at `t` (s into the tick).
     fn input(&self, t: f64) -> Self::Input;
 
-    /// How the point changes under it, per second.
+    /// Rate of change of the point under the input, per second.
     fn slope(&self, point: &Y, input: &Self::Input) -> Result<Y, Diverged>;
 }
 
-/// A part of a tick without a jump in it, s, and the steps that it is cut into.
+/// A part of a tick without a jump, s, and its number of steps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
     pub(super) from: f64,
@@ -78,7 +64,7 @@ pub(super) struct Stretch {
     pub(super) steps: u32,
 }
 
-/// A step that was made: from `t`, of length `h` (s).
+/// A completed step: from `t`, of length `h` (s).
 pub(super) struct Step<'a, Y> {
     pub(super) t: f64,
     pub(super) h: f64,
@@ -86,34 +72,32 @@ pub(super) struct Step<'a, Y> {
     pub(super) after: &'a Y,
 }
 
-impl Integrator {
-    /// Move a point along a stretch and tell `each` of every step; `next` is the adaptive method's next step, s. On an error the
-    /// point is the last good one.
-    pub(super) fn advance<Y: Point, F: Flow<Y>>(
-        self,
-        flow: &F,
-        point: &mut Y,
-        stretch: Stretch,
-        next: &mut f64,
-        mut each: impl FnMut(&Step<'_, Y>),
-    ) -> Result<(), Diverged> {
-        let method = match self {
-            Self::RungeKutta => runge_kutta,
-            Self::SemiImplicitEuler => semi_implicit_euler,
-            Self::Adaptive { tolerance } => return adapt(flow, point, stretch, tolerance, next, each),
-        };
-        let h = (stretch.to - stretch.from) / f64::from(stretch.steps);
-        for step in 0..stretch.steps {
-            let t = stretch.from + f64::from(step) * h;
-            let after = method(flow, point, t, h)?;
-            if !after.largest().is_finite() {
-                return Err(Diverged::NotFinite);
-            }
-            each(&Step { t, h, before: point, after: &after });
-            *point = after;
+/// Advance a point along a stretch and call `each` after every step; `next` is the adaptive method's next step, s.
+/// After an error, `point` holds the last good state.
+pub(super) fn advance<Y: Point, F: Flow<Y>>(
+    integrator: Integrator,
+    flow: &F,
+    point: &mut Y,
+    stretch: Stretch,
+    next: &mut f64,
+    mut each: impl FnMut(&Step<'_, Y>),
+) -> Result<(), Diverged> {
+    let method = match integrator {
+        Integrator::RungeKutta => runge_kutta,
+        Integrator::SemiImplicitEuler => semi_implicit_euler,
+        Integrator::Adaptive { tolerance } => return adapt(flow, point, stretch, tolerance, next, each),
+    };
+    let h = (stretch.to - stretch.from) / f64::from(stretch.steps);
+    for step in 0..stretch.steps {
+        let t = stretch.from + f64::from(step) * h;
+        let after = method(flow, point, t, h)?;
+        if !after.largest().is_finite() {
+            return Err(Diverged::NotFinite);
         }
-        Ok(())
+        each(&Step { t, h, before: point, after: &after });
+        *point = after;
     }
+    Ok(())
 }
 
 /// `start + slope * h`.
@@ -131,7 +115,7 @@ fn runge_kutta<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Res
     Ok(start.combine([&k1, &k2, &k3, &k4], |x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h / 6.0)))
 }
 
-/// One step of first order, symplectic for a free arm whose inertia does not change.
+/// One step of first order, symplectic for a free arm of constant inertia.
 fn semi_implicit_euler<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
     Ok(start.kicked(&flow.slope(start, &flow.input(t))?, h))
 }
@@ -141,8 +125,9 @@ fn sum<const K: usize>(a: [f64; K], k: [f64; K]) -> f64 {
     a.into_iter().zip(k).fold(0.0, |sum, (a, k)| sum + a * k)
 }
 
-/// One step of Dormand and Prince's pair: the point of fifth order, its slope, and the error of the point of fourth order over
-/// what is allowed. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta formulae, 1980.)
+/// One step of Dormand and Prince's pair. Returns the point of fifth order, its slope, and the error of the point of
+/// fourth order relative to the tolerance. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta formulae,
+/// 1980.)
 fn dormand_prince<Y: Point, F: Flow<Y>>(
     flow: &F,
     start: &Y,
@@ -163,7 +148,7 @@ fn dormand_prince<Y: Point, F: Flow<Y>>(
     const B5: [f64; 5] = [35.0 / 384.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
     let end = start.combine([k1, &k3, &k4, &k5, &k6], |x, k| x + h * sum(B5, k));
     let k7 = slope(1.0, end)?;
-    // The weights of fifth order less those of fourth.
+    // The weights of fifth order less the weights of fourth.
     const E: [f64; 6] =
         [71.0 / 57_600.0, -71.0 / 16_695.0, 71.0 / 1920.0, -17_253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];
     let error = start.combine([&end, k1, &k3, &k4, &k5, &k6, &k7], |x, [end, k @ ..]| {
@@ -172,7 +157,7 @@ fn dormand_prince<Y: Point, F: Flow<Y>>(
     Ok((end, k7, error.largest()))
 }
 
-/// Along a stretch in steps as long as the tolerance allows.
+/// Advance along a stretch in steps as long as the tolerance allows.
 fn adapt<Y: Point, F: Flow<Y>>(
     flow: &F,
     point: &mut Y,
@@ -185,18 +170,18 @@ fn adapt<Y: Point, F: Flow<Y>>(
     let mut slope = flow.slope(point, &flow.input(t))?;
     for _ in 0..ATTEMPTS_MAX {
         let left = stretch.to - t;
-        // A remainder of a rounding error is none of its own.
+        // A remainder of the size of a rounding error gets no step of its own.
         let last = *next >= left * (1.0 - 1e-9);
         let h = if last { left } else { *next };
         let (after, slope_after, error) = match dormand_prince(flow, point, &slope, (t, h), tolerance) {
             Ok(found) => found,
-            // A stage so far out that it has no sine: too long a step, not yet the end.
+            // A stage can be so far out that it has no sine: the step is too long, so try a shorter one.
             Err(Diverged::NotFinite) => (*point, slope, f64::INFINITY),
             Err(diverged) => return Err(diverged),
         };
         let factor = if error.is_finite() { (0.9 * libm::pow(error, -0.2)).clamp(0.2, 5.0) } else { 0.2 };
         if error <= 1.0 {
-            // A step that the end of the stretch cut short says nothing against the longer one.
+            // The end of the stretch may have cut the last step short; then keep the longer one.
             *next = if last { next.max(h * factor) } else { h * factor };
             each(&Step { t, h, before: point, after: &after });
             (*point, slope) = (after, slope_after);

@@ -1,17 +1,18 @@
-//! Jitter: instants that are not where the clock has them.
+//! Jitter: random offsets from the instants of the clock.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// A time from zero up to a bound, anew in every tick, each as likely as any other: its mean is half the bound, its standard
-/// deviation the bound over `sqrt(12)`.
+/// Uniformly distributed random time between zero and a bound, new in every tick: its mean is half the bound, its
+/// standard deviation the bound over `sqrt(12)`.
 #[derive(Clone, Debug)]
 pub struct Jitter {
     most: f64,
     generator: ChaCha8Rng,
 }
 
-/// What a jitter moves. Each has a stream of random numbers of its own, so one does not change the other, nor the sensors' noise.
+/// Instant that a jitter moves. Each has its own stream of random numbers, so it changes neither the other nor the
+/// sensors' noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moved {
     /// The instant of the measurement, to before the tick.
@@ -21,7 +22,7 @@ pub enum Moved {
 }
 
 impl Jitter {
-    /// Times below `most` (s), which is less than a control period.
+    /// Times below `most` (s), less than a control period.
     #[must_use]
     pub fn new(most: f64, seed: u64, moved: Moved) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
@@ -35,7 +36,7 @@ impl Jitter {
     }
 }
 
-/// 53 random bits as a number from zero to one; an offset of a half keeps off both.
+/// 53 random bits as a number from zero to one. An offset of a half avoids both ends.
 pub(super) fn uniform(generator: &mut ChaCha8Rng, offset: f64) -> f64 {
     ((generator.next_u64() >> 11) as f64 + offset) * f64::EPSILON / 2.0
 }

@@ -1,27 +1,27 @@
-//! Where everything is: the rows of the robot file, multiplied out once, and joint axes in the base frame.
+//! Kinematics: the constant transforms of the robot file, multiplied out once, and joint axes in the base frame.
 
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Scalar, SinCos, Tool};
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
-/// A frame's rotation and origin (m), seen from another.
+/// Rotation and origin (m) of a frame, seen from another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place<S> {
     pub(super) rotation: Matrix3<S>,
     pub(super) origin: Vector3<S>,
 }
 
-/// A joint as the frame that moves with the joint before it sees it: what is constant stands before the motion, and the
-/// motion is about or along z.
+/// A joint, given in the frame that moves with the joint before it. The constant transform comes before the motion, and
+/// the motion is about or along z.
 #[derive(Clone, Debug)]
 pub(super) struct Joint {
     pub(super) kind: JointKind,
     pub(super) place: Place<f64>,
-    /// What the joint moves, rigidly joined, in the frame that moves with it.
+    /// Bodies that the joint moves, rigidly joined, in the frame that moves with it.
     pub(super) bodies: Vec<Body>,
     pub(super) rotor: f64,
 }
 
-/// The joints of an arm, and its tip in the frame that moves with the last.
+/// The joints of an arm, and its tip in the frame that moves with the last joint.
 #[derive(Clone, Debug)]
 pub(super) struct Chain<const N: usize> {
     pub(super) joints: [Joint; N],
@@ -29,9 +29,10 @@ pub(super) struct Chain<const N: usize> {
 }
 
 impl<const N: usize> Chain<N> {
-    /// `base_from_link_i = base_from_link_{i-1} A_i(q_i)`, with `A_i` as the joint's own convention has it.
+    /// Multiply out `base_from_link_i = base_from_link_{i-1} A_i(q_i)`, with `A_i` by the joint's own convention.
     pub(super) fn new(joints: &[JointSpec; N], tool: &Tool, payload: Option<&Body>) -> Self {
-        // From the frame that moves with a joint to the one that the link's data, and the next joint, are given in.
+        // Transform from the frame that moves with a joint to the link frame, in which the link's data and the next
+        // joint are given.
         let mut moved_from_link = Matrix4::identity();
         let mut chain = joints.each_ref().map(|joint| {
             let (before, after) = constant_parts(joint);
@@ -90,7 +91,7 @@ pub(super) struct Pose<S> {
     pub(super) kind: JointKind,
     /// Unit vector along the joint.
     pub(super) axis: Vector3<S>,
-    /// From the origin of the frame before (the base's, for the first) to this one's, m.
+    /// From the origin of the frame before (the base frame, for the first) to the origin of this frame, m.
     pub(super) offset: Vector3<S>,
     pub(super) rotation: Matrix3<S>,
 }
@@ -103,12 +104,12 @@ impl Place<f64> {
 }
 
 impl<S: Scalar> Place<S> {
-    /// `next`, given in this frame, in the frame that this one is given in.
+    /// `next`, given in this frame, in the parent of this frame.
     pub(super) fn then(&self, next: &Self) -> Self {
         Self { rotation: self.rotation * next.rotation, origin: self.at(&next.origin) }
     }
 
-    /// A point of this frame in the frame that this one is given in.
+    /// A point of this frame in the parent of this frame.
     pub(super) fn at(&self, point: &Vector3<S>) -> Vector3<S> {
         self.rotation * point + self.origin
     }
@@ -156,13 +157,13 @@ fn homogeneous(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Matrix4<f
     m
 }
 
-/// Of a homogeneous matrix; what rounding leaves of the zeros of right angles is dropped.
+/// Rotation and origin of a homogeneous matrix; drops rounding errors in the zeros and ones of right angles.
 fn place(m: &Matrix4<f64>) -> Place<f64> {
     let whole = |x: f64| if (x - x.round()).abs() < 1e-15 { x.round() } else { x };
     Place { rotation: m.fixed_view::<3, 3>(0, 0).map(whole), origin: m.fixed_view::<3, 1>(0, 3).into_owned() }
 }
 
-/// A body given in a frame, seen from where that frame is placed.
+/// A body given in a frame, seen from the frame's parent.
 fn moved(body: &Body, frame: &Matrix4<f64>) -> Body {
     let Place { rotation, origin } = place(frame);
     Body { mass: body.mass, com: rotation * body.com + origin, inertia: rotation * body.inertia * rotation.transpose() }

@@ -1,20 +1,20 @@
-//! What has put energy into the arm and taken it out.
+//! Energy put into the arm and taken out of it.
 
 use super::dynamics::Mechanism;
 use super::{JointFriction, State};
 use dynamics_core::chapter::work::WorkMeter;
 
-/// Work on the arm while its actuators drive it, by the trapezoid rule over the integration's own steps; what the brakes do is
-/// not in it.
+/// Work on the arm while its actuators drive it, by the trapezoid rule over the steps of the integration. It excludes
+/// the work of the brakes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ledger<const N: usize> {
-    /// Of each actuator, with the torque that really acts, after delay, saturation and lag.
+    /// Work of each actuator, with the real torque after delay, saturation and lag.
     pub actuators: WorkMeter<f64, N>,
-    /// Of each joint's friction; all of it is negative.
+    /// Work of each joint's friction; all of it is negative.
     pub friction: WorkMeter<f64, N>,
-    /// Of what pushes at the tip, as the joints feel it.
+    /// Work of the wrench at the tip, as the joints feel it.
     pub contact: WorkMeter<f64, N>,
-    /// State at the begin.
+    /// State at the start.
     pub start: State<N>,
     /// State at the end of the last step.
     pub end: State<N>,
@@ -26,7 +26,7 @@ impl<const N: usize> Ledger<N> {
         Self { actuators: none, friction: none, contact: none, start, end: start }
     }
 
-    /// A step of `h` (s) between two states under their torques.
+    /// Add a step of `h` (s) between two states under their torques.
     pub(super) fn step(
         &mut self,
         h: f64,

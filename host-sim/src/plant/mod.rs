@@ -1,4 +1,4 @@
-//! The simulated arm: f64, an algorithm of its own.
+//! The simulated arm: f64, with its own algorithm.
 //!
 //! | module | holds |
 //! |---|---|
@@ -7,9 +7,9 @@
 //! | [`elasticity`] | motor and link sides of elastic joints, play between them |
 //! | [`friction`] | viscous, Coulomb and Stribeck friction |
 //! | [`actuator`] | delay, saturation, lag and ripple of the torque |
-//! | [`jitter`] | instants of measuring and acting that wander |
+//! | [`jitter`] | random offsets of the instants of measuring and acting |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
-//! | [`ledger`] | what has put energy into the arm and taken it out |
+//! | [`ledger`] | energy put into the arm and taken out of it |
 
 pub mod actuator;
 #[cfg(test)]
@@ -25,7 +25,7 @@ pub mod sensor;
 #[cfg(test)]
 mod tests;
 
-use actuator::{ActuatorSettings, Actuators, Drive, Ripple};
+use actuator::{ActuatorSettings, Actuators, Drive, rippled};
 use core::cell::Cell;
 pub use dynamics::Arm;
 use dynamics::Mechanism;
@@ -33,10 +33,10 @@ use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Wrench};
 use elasticity::{Elasticity, Motors, Pair};
 pub use friction::JointFriction;
-pub use integrator::Integrator;
 use integrator::{Flow, Step, Stretch};
 use jitter::Jitter;
 use ledger::Ledger;
+use robot_compiler::scene::{Integrator, Push, Ripple, Side};
 
 /// Position and velocity of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,31 +47,21 @@ pub struct State<const N: usize> {
     pub qd: [f64; N],
 }
 
-/// The arm could not be simulated further.
+/// Reason why the simulation of the arm cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Diverged {
     /// The joint-space inertia matrix has a pivot that is not above zero.
     #[error("the plant's inertia matrix is not positive definite: a joint moves no mass")]
     SingularInertia,
-    /// A position or velocity has become infinite or NaN, or a position so large that it has no sine.
+    /// A position or velocity is infinite or NaN, or a position is too large for the sine.
     #[error("the plant's motion has grown beyond all bounds: the loop is unstable, or the step too long")]
     NotFinite,
-    /// The adaptive integrator has cut a tick into a hundred thousand steps and is not at its end.
+    /// The adaptive integrator has tried a hundred thousand steps in a tick without reaching its end.
     #[error("the plant's integrator cannot keep its tolerance: something acts too suddenly or too fast")]
     ToleranceOutOfReach,
 }
 
-/// Which side of an elastic joint is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Side {
-    /// The motor's, behind its gear, as the joint has it: where most arms have their encoders.
-    #[default]
-    Motor,
-    /// The link's.
-    Link,
-}
-
-/// How time is cut up.
+/// Division of time into ticks and steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// Control period, s.
@@ -88,21 +78,10 @@ impl Clock {
     }
 }
 
-/// A wrench at the tip for a while, beside what pushes all the time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
-    /// When it begins, s: with the tick that is nearest.
-    pub at: f64,
-    /// How long it lasts, s: whole ticks.
-    pub duration: f64,
-    /// At the tip's origin, in tip axes.
-    pub wrench: Wrench<f64>,
-}
-
 /// The simulated arm with its actuators and brakes.
 ///
-/// Brakes are stronger than the arm: from the tick in which they engage every joint loses its speed at a constant rate
-/// within [`BRAKING_TIME`] and then stands, whatever pulls at it; of an elastic joint both sides do.
+/// Brakes are stronger than the arm. From the tick in which they engage, every joint loses its speed at a constant rate
+/// within [`BRAKING_TIME`] and then stands, under any load. In an elastic joint both sides do so.
 #[derive(Clone, Debug)]
 pub struct Plant<const N: usize> {
     body: Acted<N>,
@@ -112,14 +91,14 @@ pub struct Plant<const N: usize> {
     /// Next step of the adaptive integrator, s.
     next_step: f64,
     state: State<N>,
-    /// What pushes all the time, and what does so for a while.
+    /// Permanent wrench at the tip, and a push of limited duration.
     push: Option<(Option<Wrench<f64>>, Push)>,
     /// Ticks driven.
     driven: u64,
     motors: Option<Motors<N>>,
     sampling: Option<Jitter>,
     acting: Option<Jitter>,
-    /// What the sensors saw where that was not now.
+    /// The state that the sensors sampled, if they sample at another instant than now.
     sampled: Option<State<N>>,
     brake: Option<Braking<N>>,
     ledger: Option<Ledger<N>>,
@@ -135,14 +114,14 @@ struct Braking<const N: usize> {
     ticks: u32,
 }
 
-/// The arm's bodies and what acts on them, but for the torque.
+/// The arm's bodies, with gravity, wrench at the tip, friction and ripple, but without the torque.
 #[derive(Clone, Debug)]
 struct Acted<const N: usize> {
     mechanism: Mechanism<N>,
     friction: Option<[JointFriction; N]>,
     ripple: Option<Ripple>,
     kinds: [JointKind; N],
-    /// How often the equations of motion were solved.
+    /// Number of solutions of the equations of motion.
     solved: Cell<u64>,
 }
 
@@ -183,14 +162,14 @@ impl<const N: usize> Plant<N> {
         Self { integrator, ..self }
     }
 
-    /// The same arm, pushed for a while.
+    /// The same arm, with a push of limited duration.
     #[must_use]
     pub fn with_push(self, push: Option<Push>) -> Self {
         let always = self.body.mechanism.tip_wrench();
         Self { push: push.map(|push| (always, push)), ..self }
     }
 
-    /// What pushes in the tick that begins.
+    /// Set the wrench at the tip for the tick that begins.
     fn begin_tick(&mut self) {
         let Some((always, Push { at, duration, wrench })) = self.push else { return };
         let tick = |t: f64| (t / self.clock.period).round() as u64;
@@ -200,59 +179,59 @@ impl<const N: usize> Plant<N> {
         self.body.mechanism.push(if pushes { Some(both()) } else { always });
     }
 
-    /// The same arm, standing where it did, with its rotors behind springs and measured on one side of them. Every rotor needs an
-    /// inertia. Friction, if there is any, is that of the rotors: [`JointFriction::on_motors`].
+    /// The same arm at the same position, with its rotors behind springs, and measured on one side of them. Every rotor
+    /// needs an inertia. Friction, if there is any, must be the rotors': [`JointFriction::on_motors`].
     #[must_use]
     pub fn with_elasticity(mut self, springs: Elasticity<N>, side: Side) -> Self {
         self.motors = Some(Motors::new(springs, &mut self.body.mechanism, &self.state, side));
         self
     }
 
-    /// The same arm, measured at an instant that `sampling` moves to before the tick, and driven from one on that `acting` moves to
-    /// after it.
+    /// The same arm with jitter: `sampling` moves the measurement to before the tick, and `acting` moves the torque's
+    /// start to after it.
     #[must_use]
     pub fn with_jitter(self, sampling: Option<Jitter>, acting: Option<Jitter>) -> Self {
         Self { sampling, acting, ..self }
     }
 
-    /// The same arm, with a ledger from now on; where something pushes at the tip, it costs the terms of two
-    /// more states a step. Energy in springs is not in it: an elastic arm's ledger stays empty.
+    /// The same arm, with a ledger from now on. With a wrench at the tip, the ledger costs the terms of two more states
+    /// a step. It excludes energy in springs: an elastic arm's ledger stays empty.
     #[must_use]
     pub fn with_ledger(self) -> Self {
         Self { ledger: Some(Ledger::new(self.state)), ..self }
     }
 
-    /// Where the energy came from and went, if that was asked for.
+    /// Energy ledger of the arm, if [`Plant::with_ledger`] asked for it.
     #[must_use]
     pub fn ledger(&self) -> Option<&Ledger<N>> {
         self.ledger.as_ref()
     }
 
-    /// How often its equations of motion have been solved: what an integrator's step costs.
+    /// Number of solutions of the equations of motion: the cost of the integration.
     #[must_use]
     pub fn accelerations(&self) -> u64 {
         self.body.solved.get()
     }
 
-    /// Where the arm is now; of elastic joints, their link sides.
+    /// Current state of the arm; for elastic joints, of their link sides.
     #[must_use]
     pub fn state(&self) -> &State<N> {
         &self.state
     }
 
-    /// Where the motor sides of elastic joints are now.
+    /// Current state of the motor sides of elastic joints.
     #[must_use]
     pub fn motors(&self) -> Option<&State<N>> {
         self.motors.as_ref().map(|motors| &motors.state)
     }
 
-    /// What the sensors of this tick see: the side that they are on, at the instant at which they look.
+    /// State seen by the sensors in this tick, on their side of the joints and at their sampling instant.
     #[must_use]
     pub fn measured(&self) -> &State<N> {
         self.sampled.as_ref().unwrap_or_else(|| self.seen())
     }
 
-    /// The side that the sensors are on, now.
+    /// Current state of the side that the sensors are on.
     fn seen(&self) -> &State<N> {
         match &self.motors {
             Some(Motors { state, side: Side::Motor, .. }) => state,
@@ -260,10 +239,11 @@ impl<const N: usize> Plant<N> {
         }
     }
 
-    /// Let one control period pass with this torque command held (before the actuators' own effects), and the brakes released.
+    /// Simulate one control period with this torque command held (before the actuators' own effects), and the brakes
+    /// released.
     ///
     /// # Errors
-    /// [`Diverged`] when the motion cannot be continued; the state is then the last good one.
+    /// [`Diverged`] if the motion cannot be continued; the state is then the last good one.
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
         if self.brake.take().is_some() {
@@ -281,7 +261,7 @@ impl<const N: usize> Plant<N> {
         events.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (to, sample) in events {
             if to > from {
-                // A part of a step is a step; a rounding error is none.
+                // A part of a step counts as a step; a rounding error does not.
                 let steps = libm::ceil((to - from) / self.clock.step() - 1e-9).max(1.0) as u32;
                 self.pass(if from < acts { &before } else { &drive }, Stretch { from, to, steps })?;
                 from = to;
@@ -309,17 +289,17 @@ impl<const N: usize> Plant<N> {
         Some(self.clock.period - jitter.draw())
     }
 
-    /// Let a part of a tick pass.
+    /// Simulate a part of a tick.
     fn pass(&mut self, drive: &Drive<N>, stretch: Stretch) -> Result<(), Diverged> {
         let Self { body, integrator, next_step, state, motors, ledger, .. } = self;
         if let Some(motors) = motors {
             let mut pair = Pair { link: *state, motor: motors.state };
             let flow = Elastic { body, motors: &*motors, drive };
-            let passed = integrator.advance(&flow, &mut pair, stretch, next_step, |_| ());
+            let passed = integrator::advance(*integrator, &flow, &mut pair, stretch, next_step, |_| ());
             (*state, motors.state) = (pair.link, pair.motor);
             return passed;
         }
-        integrator.advance(&Rigid { body, drive }, state, stretch, next_step, |step| {
+        integrator::advance(*integrator, &Rigid { body, drive }, state, stretch, next_step, |step| {
             if let Some(ledger) = ledger {
                 let Step { t, h, before, after } = *step;
                 let ends = [(t, before), (t + h, after)].map(|(t, s)| (body.acting(&drive.at(t), s), *s));
@@ -328,7 +308,8 @@ impl<const N: usize> Plant<N> {
         })
     }
 
-    /// Let one control period pass with the drives released and the brakes engaged, from where the arm is until it is driven again.
+    /// Simulate one control period with the drives released and the brakes engaged. The arm brakes from its state at
+    /// the first such call, until it is driven again.
     pub fn brake(&mut self) {
         let (from, motor_from) = (self.state, self.motors().copied());
         let brake = self.brake.get_or_insert(Braking { from, motor_from, ticks: 0 });
@@ -342,7 +323,7 @@ impl<const N: usize> Plant<N> {
         self.slow_down(end);
     }
 
-    /// To where the arm is `t` (s) after the brakes have engaged.
+    /// Set the state at `t` (s) after the brakes have engaged.
     fn slow_down(&mut self, t: f64) {
         let Some(brake) = &self.brake else {
             return;
@@ -354,7 +335,7 @@ impl<const N: usize> Plant<N> {
     }
 }
 
-/// A motion `t` (s) after the brakes have engaged.
+/// State at `t` (s) after the brakes have engaged.
 fn braked<const N: usize>(from: &State<N>, t: f64) -> State<N> {
     let t = t.min(BRAKING_TIME);
     let left = 1.0 - t / BRAKING_TIME;
@@ -365,12 +346,12 @@ fn braked<const N: usize>(from: &State<N>, t: f64) -> State<N> {
 }
 
 impl<const N: usize> Acted<N> {
-    /// The actuators' torques as the joints, or their motors, feel them at this state.
+    /// Torques of the actuators after ripple, on the joints or their motors, at this state.
     fn acting(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
-        self.ripple.map_or(*torque, |ripple| ripple.acting(&self.kinds, torque, &state.q))
+        self.ripple.map_or(*torque, |ripple| rippled(ripple, &self.kinds, torque, &state.q))
     }
 
-    /// The same less friction.
+    /// Torques of the actuators after ripple, less friction.
     fn driving(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
         let mut torque = self.acting(torque, state);
         if let Some(friction) = &self.friction {
@@ -393,7 +374,7 @@ impl<const N: usize> Acted<N> {
     }
 }
 
-/// Joints that follow their motors.
+/// Arm with rigid joints.
 struct Rigid<'a, const N: usize> {
     body: &'a Acted<N>,
     drive: &'a Drive<N>,
@@ -411,7 +392,7 @@ impl<const N: usize> Flow<State<N>> for Rigid<'_, N> {
     }
 }
 
-/// Joints with springs in them.
+/// Arm with springs in its joints.
 struct Elastic<'a, const N: usize> {
     body: &'a Acted<N>,
     motors: &'a Motors<N>,

@@ -1,4 +1,4 @@
-//! Sensors: noise, quantisation to encoder counts, measurement delay; each only when asked for.
+//! Sensors: noise, quantisation to encoder counts, measurement delay; each only if the scene asks for it.
 
 use super::State;
 use super::jitter::uniform;
@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use std::collections::VecDeque;
 
-/// How one encoder counts.
+/// Zero and resolution of one encoder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counter {
     /// Counts at `q = 0`.
@@ -15,7 +15,7 @@ pub struct Counter {
     pub per_count: f64,
 }
 
-/// What the sensors do to the state, in this order.
+/// Effects of the sensors on the state, in this order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorSettings<const N: usize> {
     /// White noise on each position, rms, rad or m.
@@ -46,9 +46,9 @@ pub enum Sample<const N: usize> {
 /// A reading and its age.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading<const N: usize> {
-    /// What was sampled.
+    /// The sample.
     pub sample: Sample<N>,
-    /// Ticks since.
+    /// Ticks since it was taken.
     pub age_ticks: u32,
 }
 
@@ -69,9 +69,9 @@ impl<const N: usize> Sensors<N> {
         Self { settings, generator: ChaCha8Rng::seed_from_u64(seed), pipe: VecDeque::new(), tick: 0 }
     }
 
-    /// Sample the state, once per tick, and deliver what arrives now.
+    /// Sample the state, once per tick, and deliver the sample that arrives now.
     ///
-    /// Until the first sample has had time to arrive it is delivered early: the arm has been standing there all along.
+    /// Before the first sample can have arrived, it is delivered early: the arm has not moved before it.
     pub fn read(&mut self, state: &State<N>) -> Reading<N> {
         let sample = self.sample(state);
         if self.settings.delay == 0 {
@@ -106,18 +106,18 @@ impl<const N: usize> Sensors<N> {
     fn normal(&mut self) -> f64 {
         #[cfg(test)]
         super::calls::count(super::calls::Effect::Noise);
-        // The first is shifted off zero for the logarithm.
+        // The offset keeps the first number off zero, for the logarithm.
         let radius = libm::sqrt(-2.0 * libm::log(uniform(&mut self.generator, 0.5)));
         radius * libm::cos(core::f64::consts::TAU * uniform(&mut self.generator, 0.0))
     }
 }
 
 impl Counter {
-    /// The nearest count; the range of `i32` is not left.
+    /// The nearest count, saturated to the range of `i32`.
     fn read(&self, q: f64) -> i32 {
         #[cfg(test)]
         super::calls::count(super::calls::Effect::Encoder);
-        // `as` saturates, and sends NaN to zero.
+        // `as` saturates, and maps NaN to zero.
         let counts = libm::round(q / self.per_count) as i32;
         counts.saturating_add(self.zero)
     }

@@ -1,4 +1,4 @@
-//! What a scene does not ask for, the simulated world does not compute.
+//! The simulated world computes only the effects that a scene asks for.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -7,7 +7,7 @@ use crate::run::simulate;
 use dynamics_core::{Term, Wrench};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use robot_compiler::scene::{BreakawaySpec, ElasticitySpec, FrictionSpec, IntegratorChoice, RippleSpec};
+use robot_compiler::scene::{BreakawaySpec, ElasticitySpec, FrictionSpec, Integrator, Ripple};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -20,7 +20,7 @@ fn shipped() -> Vec<PathBuf> {
     paths
 }
 
-/// An arm that moves for a tenth of a second, and nothing else.
+/// A scene in which the arm moves for a tenth of a second, without any effect.
 fn bare(path: &Path) -> SceneFile {
     let mut scene = SceneFile::default_for(Robot::load(path).unwrap());
     scene.duration = Some(0.1);
@@ -28,7 +28,7 @@ fn bare(path: &Path) -> SceneFile {
     scene
 }
 
-/// What the run of a scene calls, and how often.
+/// Effects that the run of a scene calls, with their counts.
 fn called(scene: &SceneFile) -> Vec<(Effect, u64)> {
     calls::taken();
     let (stop, bar) = (AtomicBool::new(false), ProgressBar::hidden());
@@ -46,14 +46,14 @@ fn a_step_calls_nothing_that_the_scene_did_not_ask_for() {
     }
 }
 
-/// Joints with springs, and play or not, in steps that can follow the bare Puma's flange.
+/// Springs in the joints, with or without play, and a step short enough for the bare Puma's flange.
 fn elastic(scene: &mut SceneFile, backlash: Option<Vec<f64>>) {
     scene.plant.step /= 4.0;
     let (stiffness, damping) = (vec![2e3; 6], vec![0.0; 6]);
     scene.plant.elasticity = Some(ElasticitySpec { stiffness, damping, backlash });
 }
 
-/// Makes a scene ask for something.
+/// Change of a scene that asks for an effect.
 type Ask = fn(&mut SceneFile);
 
 #[test]
@@ -76,7 +76,7 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
         (Effect::ActuatorDelay, |scene| scene.actuators.delay = 1),
         (Effect::Saturation, |scene| scene.actuators.saturation = true),
         (Effect::Lag, |scene| scene.actuators.lag = 1e-3),
-        (Effect::Ripple, |scene| scene.actuators.ripple = Some(RippleSpec { share: 0.1, cycles: 6.0 })),
+        (Effect::Ripple, |scene| scene.actuators.ripple = Some(Ripple { share: 0.1, cycles: 6.0 })),
         (Effect::Elasticity, |scene| elastic(scene, None)),
         (Effect::Backlash, |scene| elastic(scene, Some(vec![1e-3; 6]))),
         (Effect::SensorJitter, |scene| scene.sensors.jitter = 1e-4),
@@ -88,11 +88,11 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
         ask(&mut scene);
         let mut called = called(&scene);
         if effect == Effect::Breakaway {
-            // It is friction's.
+            // Breakaway is part of friction.
             assert_eq!(called.remove(0).0, Effect::Friction);
         }
         if effect == Effect::Backlash {
-            // It is the springs'.
+            // Backlash is part of the springs.
             assert_eq!(called.remove(0).0, Effect::Elasticity);
         }
         assert_eq!(called.iter().map(|(effect, _)| *effect).collect::<Vec<_>>(), [effect]);
@@ -150,11 +150,11 @@ fn a_step_too_long_for_the_springs_is_refused_with_one_that_is_not() {
     let help = report.help().unwrap().to_string();
     let step: f64 = help.split(' ').find_map(|word| word.parse().ok()).unwrap();
     assert!(step < scene.plant.step, "{help}");
-    // The adaptive integrator finds its own.
+    // The adaptive integrator finds its own steps.
     let mut adaptive = scene.clone();
-    adaptive.plant.integrator = IntegratorChoice::Adaptive { tolerance: 1e-6 };
+    adaptive.plant.integrator = Integrator::Adaptive { tolerance: 1e-6 };
     assert!(simulate::world::<6>(&adaptive).is_ok());
-    // Half of it, which the period may have to be cut a little longer than.
+    // Half of the allowed step, because the period may have to be cut into slightly longer steps.
     scene.plant.step = 0.5 * step;
     assert!(simulate::world::<6>(&scene).is_ok(), "{help}");
     // A damper can ask for a shorter step than its spring.

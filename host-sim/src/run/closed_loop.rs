@@ -1,4 +1,4 @@
-//! The loop: reference, sensors, whoever computes, actuators, arm; once per control period.
+//! The control loop: reference, sensors, controller (on any target), actuators, arm; once per control period.
 
 use crate::plant::sensor::{Reading, Sample, Sensors};
 use crate::plant::{Diverged, Plant};
@@ -17,39 +17,39 @@ pub struct World<const N: usize> {
     pub plant: Plant<N>,
     /// Its sensors.
     pub sensors: Sensors<N>,
-    /// Where it should be.
+    /// The motion that the arm should follow.
     pub motion: Motion<f64, N>,
-    /// Begin the motion anew whenever it has ended.
+    /// Restart the motion each time it ends.
     pub repeat: bool,
     /// Control period, s.
     pub period: f64,
 }
 
-/// Why a run ended.
+/// Reason why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// It has run its time.
+    /// The run lasted its whole duration.
     Complete,
-    /// Somebody asked it to stop.
+    /// The caller set the stop flag.
     Interrupted,
-    /// The simulated arm could not be followed further.
+    /// The simulation of the arm diverged.
     Diverged(Diverged),
-    /// The target died or answered nonsense.
+    /// The target failed or sent an invalid answer.
     TargetFailed,
 }
 
-/// How a run went.
+/// Outcome of a run.
 #[derive(Debug)]
 pub struct Closed {
-    /// Why it ended.
+    /// Reason why the run ended.
     pub end: End,
-    /// How long it took.
+    /// Time that the run took.
     pub timing: Timing,
-    /// What the target died of.
+    /// Error of the target, if it failed.
     pub failure: Option<miette::Report>,
 }
 
-/// How long it took.
+/// Wall-clock time of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Timing {
     /// The whole loop.
@@ -58,10 +58,10 @@ pub struct Timing {
     pub ticks: Duration,
 }
 
-/// Run `ticks` control periods, or until `stop` is set; `after_tick` is called with the number of ticks done.
+/// Run `ticks` control periods, or until `stop` is set. Calls `after_tick` with the number of ticks done.
 ///
-/// A fault brakes the arm, and the run goes on to its end: what the arm does then is part of the answer. A target that
-/// fails ends the run; what was recorded until then stays in `record`.
+/// A fault brakes the arm, and the run goes on to its end: the motion of the arm on its brakes is part of the result. A
+/// target that fails ends the run; `record` keeps all ticks before the failure.
 pub fn run<S: Real, const N: usize>(
     world: &mut World<N>,
     controller: &mut impl Torques<S, N>,
@@ -116,7 +116,7 @@ pub fn run<S: Real, const N: usize>(
 }
 
 impl<const N: usize> World<N> {
-    /// Where the arm should be at `t` (s).
+    /// Reference of the arm at `t` (s).
     pub(crate) fn reference(&self, t: f64) -> Reference<f64, N> {
         self.motion.sample(if self.repeat { t % self.motion.duration() } else { t })
     }

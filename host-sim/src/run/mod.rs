@@ -2,10 +2,10 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`target`] | who computes the torques: the desk, the chip, or both beside each other |
+//! | [`target`] | the targets that compute the torques: the desk, the chip, or both beside each other |
 //! | [`closed_loop`] | the loop itself, once per control period |
 //! | [`simulate`] | from a scene to a finished run |
-//! | [`record`] | what happened, tick by tick, and its CSV |
+//! | [`record`] | the record of every tick, and its CSV |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
 //! | `files` | all of these as files |

@@ -1,15 +1,15 @@
-//! What happened, tick by tick.
+//! Record of a run, tick by tick.
 
 use dynamics_core::control::LimitFlags;
 use dynamics_core::{Fault, JointKind};
 use std::io::Write;
 
-/// How a joint is called and measured.
+/// Name and kind of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointLabel {
     /// Its name in the robot file.
     pub name: String,
-    /// Turns or slides: decides the units.
+    /// Revolute or prismatic; decides the units.
     pub kind: JointKind,
 }
 
@@ -32,7 +32,7 @@ impl JointLabel {
         }
     }
 
-    /// What its actuator gives.
+    /// Name of the actuator's output: torque or force.
     #[must_use]
     pub fn effort(&self) -> &'static str {
         match self.kind {
@@ -87,7 +87,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// Nothing yet, with room for `ticks`.
+    /// Empty record with room for `ticks`.
     #[must_use]
     pub fn new(joints: Vec<JointLabel>, ticks: usize) -> Self {
         let room = ticks.min(1 << 20);
@@ -139,7 +139,7 @@ impl Record {
     /// 16 collision.
     ///
     /// # Errors
-    /// As the writer has it.
+    /// Errors of the writer.
     pub fn write_csv(&self, to: impl Write) -> csv::Result<()> {
         let mut out = csv::Writer::from_writer(to);
         let names = (1..=self.joints.len()).flat_map(|k| {

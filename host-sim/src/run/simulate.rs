@@ -1,12 +1,12 @@
 //! From a scene to a finished run, in memory.
 
 use crate::failure::Failure;
-use crate::plant::actuator::{ActuatorSettings, Ripple};
+use crate::plant::actuator::ActuatorSettings;
 use crate::plant::elasticity::Elasticity;
 use crate::plant::friction::{Breakaway, FrictionLaw};
 use crate::plant::jitter::{Jitter, Moved};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
-use crate::plant::{Arm, Clock, Integrator, JointFriction, Plant, Push, Side};
+use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::run::closed_loop::{self, Closed, End, World};
 use crate::run::record::{JointLabel, Record};
 use crate::run::summary::{ModelTicks, Setting, Summary};
@@ -18,23 +18,23 @@ use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use robot_compiler::choose::ArmDynamics;
 use robot_compiler::names::name;
-use robot_compiler::scene::{ElasticitySpec, IntegratorChoice, MeasuredSide, PushSpec, RippleSpec, ScalarChoice};
+use robot_compiler::scene::{ElasticitySpec, Integrator, ScalarChoice, joints};
 use std::sync::atomic::AtomicBool;
 
 /// A finished run.
 #[derive(Debug)]
 pub struct Run {
-    /// What happened.
+    /// Every tick of the run.
     pub record: Record,
-    /// In a few numbers.
+    /// The run in a few numbers.
     pub summary: Summary,
-    /// Why it ended.
+    /// Reason why the run ended.
     pub end: End,
-    /// What the target died of; the record then ends there.
+    /// Error of the target, if it failed; the record then ends there.
     pub failure: Option<miette::Report>,
 }
 
-/// Samples that fit in memory with ease: ticks times joints.
+/// Limit on the samples of a run (ticks times joints), which fit in memory with ease.
 const SAMPLES_MAX: f64 = 2e7;
 
 /// Run a scene on the desk, until its end or until `stop` is set.
@@ -45,7 +45,7 @@ pub fn on_desk<const N: usize>(scene: &SceneFile, stop: &AtomicBool, progress: &
     on_desk_in::<N>(&mut world(scene)?, scene, stop, progress)
 }
 
-/// As [`on_desk`], in a world that the caller keeps.
+/// As [`on_desk`], in a world that the caller owns.
 ///
 /// # Errors
 /// As [`on_desk`].
@@ -66,7 +66,7 @@ pub fn on_desk_in<const N: usize>(
 pub type Desk<S, const N: usize> =
     Controller<S, N, EveryNth<ArmDynamics<S, N>, S, N>, Method, ControllerConfig<S, N>, Watch<S, N>>;
 
-/// What watches the arm for collisions, where the scene asks for it.
+/// Collision watch, if the scene asks for one.
 pub type Watch<S, const N: usize> = Option<CollisionWatch<S, N, Dynamics<S, N>>>;
 
 /// The controller that a scene asks for, computing here in `S`; every live input is zero until [`with`] sets it.
@@ -93,17 +93,17 @@ where
         .with_protection(scene.watch(model))
 }
 
-/// What acts on the scene's simulated arm, as a controller in `S` is told of it.
+/// Live inputs of the scene (gravity, payload, wrench at the tip), for a controller in `S`.
 #[must_use]
 pub fn live_inputs<S: Real, const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Live<S, N> {
     scene.live(model).cast()
 }
 
-/// Run a scene with this controller, whoever it is, after telling it what acts on the arm.
+/// Run a scene with this controller, on any target, after setting its live inputs.
 ///
 /// # Errors
-/// [`Failure::Input`] for a scene that cannot be run; [`Failure::Target`] when the target cannot be told. A target that
-/// dies in the run is no error here: see [`Run::failure`].
+/// [`Failure::Input`] for a scene that cannot be run; [`Failure::Target`] when the target cannot take the live inputs.
+/// A target that fails during the run is no error here: see [`Run::failure`].
 pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
     scene: &SceneFile,
     target: &str,
@@ -114,7 +114,7 @@ pub fn with<S: Real, const N: usize, C: Torques<S, N>>(
     within(&mut world::<N>(scene)?, scene, target, controller, stop, progress)
 }
 
-/// As [`with`], in a world that the caller keeps.
+/// As [`with`], in a world that the caller owns.
 ///
 /// # Errors
 /// As [`with`].
@@ -132,7 +132,7 @@ pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
     controller.set_live(&live_inputs(scene, &model)).map_err(Failure::Target)?;
     let labels = scene.robot.joints.iter().map(|j| JointLabel { name: j.name.clone(), kind: j.spec.kind }).collect();
     let mut record = Record::new(labels, usize::try_from(ticks).unwrap_or(usize::MAX));
-    // The bar itself limits how often it is drawn; asking it less often costs less still.
+    // The bar limits its own redraws; fewer calls cost less still.
     let after_tick = |tick: u64| {
         if tick.is_multiple_of(64) {
             progress.set_position(tick);
@@ -144,10 +144,10 @@ pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
     Ok(Run { record, summary, end, failure })
 }
 
-/// The arm that a scene simulates, and what acts on it.
+/// The arm that a scene simulates, with its tool, payload, gravity and wrench at the tip.
 ///
 /// # Errors
-/// [`Failure::Input`]: the robot has another number of joints.
+/// [`Failure::Input`]: the robot does not have `N` joints.
 pub fn arm<const N: usize>(scene: &SceneFile) -> Result<Arm<N>, Failure> {
     let specs: Vec<JointSpec> = scene.robot.joints.iter().map(|joint| joint.spec).collect();
     let wrong = |_| Failure::Input(miette::miette!("{} does not have {N} joints", scene.robot.path.display()));
@@ -163,22 +163,22 @@ pub fn arm<const N: usize>(scene: &SceneFile) -> Result<Arm<N>, Failure> {
 /// The simulated world of a scene.
 ///
 /// # Errors
-/// [`Failure::Input`]: the robot has another number of joints, or the motion cannot be.
+/// [`Failure::Input`]: the robot does not have `N` joints, or the motion is not possible.
 pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     let motion = scene
         .trajectory(&model)
         .map_err(|error| Failure::Input(miette::miette!("{}: the motion cannot be: {error}", scene.path.display())))?;
     let arm = arm::<N>(scene)?;
-    let start: [f64; N] = core::array::from_fn(|i| scene.plant.start.get(i).copied().unwrap_or(0.0));
+    let start: [f64; N] = joints(&scene.plant.start);
     let clock = Clock { period: scene.period(), steps_per_tick: scene.steps_per_tick() };
-    let (integrator, step) = integrator(scene, &clock);
+    let step = longest_step(scene.plant.integrator, &clock);
     let elasticity = scene.plant.elasticity.as_ref().map(springs::<N>);
     let friction = scene.plant.friction.then(|| match elasticity {
         None => JointFriction::of_laws(&friction_laws(scene), &arm, &start, step),
         Some(_) => JointFriction::on_motors(&friction_laws(scene), &arm, step),
     });
-    // The steepest joint asks for the shortest step.
+    // The joint with the steepest friction needs the shortest step.
     let steepest = friction.iter().flatten().enumerate().max_by(|a, b| a.1.sign_speed.total_cmp(&b.1.sign_speed));
     steepest.map_or(Ok(()), |(joint, friction)| can_follow(scene, joint, friction))?;
     let fastest = elasticity.and_then(|springs| springs.fastest(&arm, &start));
@@ -187,7 +187,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         delay: scene.actuators.delay as usize,
         saturation: scene.actuators.saturation,
         lag: (scene.actuators.lag > 0.0).then_some(scene.actuators.lag),
-        ripple: scene.actuators.ripple.map(|RippleSpec { share, cycles }| Ripple { share, cycles }),
+        ripple: scene.actuators.ripple,
     };
     let encoder = scene.controller_config(&model).encoder;
     let sensors = SensorSettings {
@@ -198,17 +198,13 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     };
     let jitter = |most: f64, moved| (most > 0.0).then(|| Jitter::new(most, scene.seed, moved));
     let plant = Plant::new(&arm, friction, actuators, clock, start)
-        .with_integrator(integrator)
-        .with_push(scene.plant.push.map(|PushSpec { at, duration, wrench }| Push { at, duration, wrench }))
+        .with_integrator(scene.plant.integrator)
+        .with_push(scene.plant.push)
         .with_jitter(jitter(scene.sensors.jitter, Moved::Sampling), jitter(scene.actuators.jitter, Moved::Acting));
-    let side = match scene.sensors.side {
-        MeasuredSide::Motor => Side::Motor,
-        MeasuredSide::Link => Side::Link,
-    };
     Ok(World {
         plant: match elasticity {
             None => plant,
-            Some(springs) => plant.with_elasticity(springs, side),
+            Some(springs) => plant.with_elasticity(springs, scene.sensors.side),
         },
         sensors: Sensors::new(sensors, scene.seed),
         motion,
@@ -217,18 +213,16 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     })
 }
 
-/// The scene's integrator, and the longest step (s) that it takes whatever happens in it: none where the steps follow.
-fn integrator(scene: &SceneFile, clock: &Clock) -> (Integrator, f64) {
-    match scene.plant.integrator {
-        IntegratorChoice::RungeKutta => (Integrator::RungeKutta, clock.step()),
-        IntegratorChoice::SemiImplicitEuler => (Integrator::SemiImplicitEuler, clock.step()),
-        IntegratorChoice::Adaptive { tolerance } => (Integrator::Adaptive { tolerance }, 0.0),
+/// Longest step (s) that the integrator is sure to take; zero if it adapts its steps.
+fn longest_step(integrator: Integrator, clock: &Clock) -> f64 {
+    match integrator {
+        Integrator::RungeKutta | Integrator::SemiImplicitEuler => clock.step(),
+        Integrator::Adaptive { .. } => 0.0,
     }
 }
 
 /// Springs, dampers and play of the simulated joints.
 fn springs<const N: usize>(spec: &ElasticitySpec) -> Elasticity<N> {
-    let joints = |list: &[f64]| core::array::from_fn(|i| list.get(i).copied().unwrap_or(0.0));
     Elasticity {
         stiffness: joints(&spec.stiffness),
         damping: joints(&spec.damping),
@@ -236,10 +230,11 @@ fn springs<const N: usize>(spec: &ElasticitySpec) -> Elasticity<N> {
     }
 }
 
-/// A step too long for the fastest oscillation or decay in the joints would make its own of it.
+/// Refuse a step that is too long for the fastest oscillation or decay in the joints; it would falsify them.
 ///
-/// At the start it must be below `1 / (2 rate)`: there a Runge-Kutta step loses 1.1e-4 of an oscillation's amplitude, semi-implicit
-/// Euler is 1 % off in its frequency, and stability (2.8 and 2 in place of 1/2) has room for the inertia to change on the way.
+/// At the start the step must be below `1 / (2 rate)`: there a Runge-Kutta step loses 1.1e-4 of an oscillation's
+/// amplitude, and semi-implicit Euler is 1 % off in its frequency. Stability (2.8 and 2 in place of 1/2) has room for
+/// the inertia to change on the way.
 fn can_swing(scene: &SceneFile, step: f64, fastest: f64) -> Result<(), Failure> {
     const RATIO: f64 = 0.5;
     if step * fastest <= RATIO {
@@ -274,7 +269,7 @@ fn friction_laws<const N: usize>(scene: &SceneFile) -> [FrictionLaw; N] {
     })
 }
 
-/// A step too long for the steep friction at rest would smooth the breakaway away without a word.
+/// Refuse a step that is too long for the steep friction at rest; it would silently smooth the breakaway away.
 fn can_follow(scene: &SceneFile, joint: usize, friction: &JointFriction) -> Result<(), Failure> {
     const RATIO: f64 = 5.0;
     let Some(Breakaway { speed, .. }) = friction.breakaway.filter(|b| b.speed < RATIO * friction.sign_speed) else {

@@ -7,22 +7,22 @@ use crate::table::table;
 use dynamics_core::control::LimitFlags;
 use serde::Serialize;
 
-/// What was run.
+/// Scene, robot, target and settings of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Setting {
     /// The scene's name.
     pub scene: String,
     /// The robot's name.
     pub robot: String,
-    /// Who computed: `desk` or `qemu`.
+    /// Target that computed the torques: `desk` or `qemu`.
     pub target: String,
     /// `f32` or `f64`.
     pub scalar: String,
     /// The control law.
     pub law: String,
-    /// Sine and cosine.
+    /// Method for sine and cosine.
     pub trig: String,
-    /// In which ticks the model is evaluated; none if in all.
+    /// Ticks in which the model is evaluated; `None` if in all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<ModelTicks>,
     /// Control period, s.
@@ -32,9 +32,9 @@ pub struct Setting {
 /// The ticks in which a model is evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ModelTicks {
-    /// Every so many.
+    /// Number of ticks from one evaluation to the next.
     pub every: u32,
-    /// What its torque does between: `hold` or `extrapolate`.
+    /// Model torque in the ticks between: `hold` or `extrapolate`.
     pub between: String,
 }
 
@@ -54,21 +54,21 @@ pub struct LimitCounts {
     pub collision: u64,
 }
 
-/// Whether there is nothing to say.
+/// Returns whether the count is zero and may be left out.
 fn is_zero(count: &u64) -> bool {
     *count == 0
 }
 
-/// A fault, when it came.
+/// A fault and the tick in which it came.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct FaultEvent {
     /// Tick, counted from 0.
     pub tick: usize,
     /// The fault's stable number.
     pub code: u8,
-    /// Joint, counted from 1, if it is one joint's.
+    /// Joint, counted from 1, if the fault belongs to one joint.
     pub joint: Option<u8>,
-    /// In words.
+    /// The fault in words.
     pub message: String,
 }
 
@@ -81,35 +81,35 @@ pub struct Instructions {
     pub max: u64,
 }
 
-/// A run in numbers. Errors and torques are over the ticks before a fault; an arm on its brakes follows no reference.
+/// A run in numbers. Errors and torques are over the ticks before a fault, because a braked arm follows no reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// What was run.
+    /// Scene, robot, target and settings.
     #[serde(flatten)]
     pub setting: Setting,
     /// Ticks run.
     pub ticks: usize,
     /// Simulated time, s.
     pub duration: f64,
-    /// Whether it ended early: `interrupted`, or why the plant could not go on.
+    /// Reason of an early end: `interrupted`, or why the plant or the target failed. `None` if the run was complete.
     pub stopped: Option<String>,
     /// Per joint, root mean square of reference less actual position, rad or m.
     pub tracking_rms: Vec<f64>,
-    /// Per joint, greatest magnitude of it.
+    /// Per joint, greatest magnitude of this error, rad or m.
     pub tracking_max: Vec<f64>,
     /// Per joint, root mean square of the commanded torque, N m or N.
     pub torque_rms: Vec<f64>,
-    /// Per joint, greatest magnitude of it.
+    /// Per joint, greatest magnitude of this torque, N m or N.
     pub torque_peak: Vec<f64>,
     /// Per joint, ticks in which each limit acted.
     pub limits: Vec<LimitCounts>,
     /// Each fault at the tick in which it came.
     pub faults: Vec<FaultEvent>,
-    /// Simulated time over the time it took.
+    /// Simulated time over wall-clock time.
     pub realtime_factor: f64,
     /// Time of one controller tick, mean, s.
     pub seconds_per_tick: f64,
-    /// Desk against chip.
+    /// Bitwise comparison of desk and chip.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parity: Option<Parity>,
     /// Instructions per tick on the chip.
@@ -120,7 +120,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Sum up a run.
+    /// Summarize a run.
     #[must_use]
     pub fn new(setting: Setting, record: &Record, end: End, timing: Timing) -> Self {
         let ticks = record.ticks();
@@ -172,7 +172,7 @@ impl Summary {
         format!("{scene}: {robot}, {law}, {target}, {scalar}, {trig} trig\n{table}\n{}", self.lines())
     }
 
-    /// What concerns the whole arm, a line each.
+    /// Lines about the whole arm.
     fn lines(&self) -> String {
         let mut lines = vec![
             format!(
@@ -236,7 +236,7 @@ fn count_limits(record: &Record, joint: usize) -> LimitCounts {
     }
 }
 
-/// The ticks in which a fault came that was not in force before.
+/// Each tick in which a new fault came.
 fn fault_events(record: &Record) -> Vec<FaultEvent> {
     let mut last = None;
     let mut events = Vec::new();
@@ -259,7 +259,7 @@ fn peak(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 
-/// A quotient that is zero where nothing was counted.
+/// Quotient of the two; zero if `whole` is not positive.
 fn ratio(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }

@@ -1,29 +1,29 @@
-//! Who computes the torques: the desk, the chip, or both beside each other.
+//! Targets that compute the torques: the desk, the chip, or both beside each other.
 
 use dynamics_core::control::Protection;
 use dynamics_core::{Command, Controller, ControllerConfig, InverseDynamics, Live, Measurement, Real, Reference, Trig};
 
-/// One tick's outcome.
+/// Outcome of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ticked<S, const N: usize> {
-    /// What the actuators should do.
+    /// Command for the actuators.
     pub command: Command<S, N>,
-    /// Instructions that the tick took, where the target counts them.
+    /// Instructions of the tick, if the target counts them.
     pub instructions: Option<u64>,
 }
 
-/// The one seam between the loop and whoever computes: measurement in, command out.
+/// The one interface between the loop and a target: measurement in, command out.
 pub trait Torques<S, const N: usize> {
-    /// What acts on the arm from the next tick on, for the terms of the scene that are live.
+    /// Set the live inputs of the scene, which act on the arm from the next tick on.
     ///
     /// # Errors
     /// As [`Torques::tick`].
     fn set_live(&mut self, live: &Live<S, N>) -> miette::Result<()>;
 
-    /// One tick.
+    /// Compute one tick.
     ///
     /// # Errors
-    /// The target cannot be reached or answers nonsense; the desk's own controller never fails.
+    /// The target cannot be reached or sends an invalid answer; the desk's own controller never fails.
     fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> miette::Result<Ticked<S, N>>;
 }
 
@@ -44,7 +44,7 @@ where
     }
 }
 
-/// The chip's commands, each compared with what the desk's own controller makes of the very same inputs.
+/// The chip's commands, each compared with the command of the desk's own controller from the same inputs.
 ///
 /// Torques, limits and faults must agree to the last bit.
 #[derive(Clone, Debug)]
@@ -55,7 +55,7 @@ pub struct Beside<C, D> {
     instructions: Option<(u64, u64)>,
 }
 
-/// How often desk and chip agreed.
+/// Counts of the comparison between desk and chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Parity {
     /// Ticks compared.
@@ -70,7 +70,7 @@ impl<C, D> Beside<C, D> {
         Self { chip, desk, seen: Parity::default(), instructions: None }
     }
 
-    /// How often they agreed.
+    /// Result of the comparison so far.
     pub fn parity(&self) -> Parity {
         self.seen
     }
@@ -122,7 +122,7 @@ mod tests {
     use dynamics_core::control::LimitFlags;
     use dynamics_core::{Fault, Sensed};
 
-    /// Always the same command.
+    /// A target that always returns the same command.
     struct Says(Command<f32, 1>);
 
     impl Torques<f32, 1> for Says {

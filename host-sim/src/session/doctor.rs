@@ -1,7 +1,8 @@
-//! Is everything there that a use of the project needs? One [`Check`] for each thing, with what to do about it.
+//! Checks of everything that a use of the project needs. One [`Check`] for each item, with advice if it is missing or
+//! wrong.
 //!
-//! What is missing is a [`State::Problem`] for the uses that need it and a [`State::Warning`] for all others, so the same list
-//! serves who simulates on a desk and who stands in front of a board.
+//! A missing item is a [`State::Problem`] for the uses that need it and a [`State::Warning`] for all others. So the
+//! same list serves a simulation on a desk and the work at a board.
 
 mod board;
 mod program;
@@ -15,7 +16,7 @@ pub use tools::checks as tool_checks;
 use clap::ValueEnum;
 use serde::Serialize;
 
-/// What somebody wants to do.
+/// A use of the project to check for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Use {
@@ -27,25 +28,25 @@ pub enum Use {
     Flash,
 }
 
-/// How a check came out.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
-    /// As it should be.
+    /// Present and correct.
     Ok,
-    /// Not needed for what was asked; something else will miss it.
+    /// Missing or wrong, but not needed for the checked uses.
     Warning,
-    /// What was asked for does not work without it.
+    /// Missing or wrong, and needed for a checked use.
     Problem,
 }
 
 impl State {
-    /// What something missing or wrong is to a use that needs it, or does not.
+    /// State of a missing or wrong item: a problem if a checked use needs it, otherwise a warning.
     const fn wrong(needed: bool) -> Self {
         if needed { Self::Problem } else { Self::Warning }
     }
 
-    /// As it is printed.
+    /// Name for the output.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -56,16 +57,16 @@ impl State {
     }
 }
 
-/// One thing that was looked at.
+/// One checked item.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Check {
-    /// What was looked at.
+    /// Name of the item.
     pub name: &'static str,
-    /// How it came out.
+    /// Result of the check.
     pub state: State,
-    /// What was found.
+    /// Details of the item as found.
     pub found: String,
-    /// What to do, where something is not as it should be.
+    /// Advice, if the item is missing or wrong.
     pub advice: Option<String>,
 }
 

@@ -1,5 +1,5 @@
-//! The firmware under its safety state machine, tick by tick, with this program in the place of board and joints: on the desk the very
-//! same session as in the chip, and the chip itself.
+//! The firmware under its safety state machine, tick by tick, with this program in place of board and joints. The drill
+//! runs on the desk, with the same session as in the chip, or in the chip itself.
 //!
 //! ```text
 //! hello {drill}, then for every tick:
@@ -7,7 +7,7 @@
 //! measurement {tick}                       ->    status {tick}: state, torque or safe action, limits, cost
 //! ```
 //!
-//! Both sides answer frame by frame with the same bits, but for what a tick cost ([`without_cost`]).
+//! Both sides answer frame by frame with the same bits, except for the cost of a tick ([`without_cost`]).
 
 use crate::chip::{Chip, ChipError, hello};
 use crate::run::simulate::{Watch, desk};
@@ -25,26 +25,26 @@ use session::{Reaction, Session};
 
 /// A target of a drill.
 pub trait Drill {
-    /// Send a frame that starts no tick. What is answered comes with the next tick.
+    /// Send a frame that starts no tick. Its answers come with the next tick.
     ///
     /// # Errors
     /// The target cannot be reached.
     fn send(&mut self, frame: &Frame) -> Result<(), ChipError>;
 
-    /// Send a measurement: all that was answered since the tick before, the status of this tick last.
+    /// Send a measurement. Returns all answers since the previous tick; the last is the status of this tick.
     ///
     /// # Errors
-    /// The target cannot be reached, or answers with something else.
+    /// The target cannot be reached, or sends an unexpected answer.
     fn tick(&mut self, measurement: &link::Measurement) -> Result<Vec<Frame>, ChipError>;
 
-    /// The black box, once [`Frame::Dump`] was sent: before the next tick, which would move it.
+    /// The black box after [`Frame::Dump`]. Call this before the next tick, which would change the black box.
     ///
     /// # Errors
     /// As [`Drill::tick`].
     fn dumped(&mut self) -> Result<Vec<Frame>, ChipError>;
 }
 
-/// The firmware's session with the desk's controller in it.
+/// The firmware's session with the desk's controller.
 pub type DeskSession<const N: usize> = Session<
     N,
     EveryNth<ArmDynamics<f32, N>, f32, N>,
@@ -63,7 +63,7 @@ pub fn desk_session<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) ->
         .with_tuning(scene.control.tunable)
 }
 
-/// A counter that counts nothing: what a tick costs on the desk is no instruction of the chip.
+/// A counter that always reads zero: the cost of a tick on the desk is not comparable with instructions of the chip.
 #[derive(Clone, Copy, Debug)]
 pub struct Uncounted;
 
@@ -87,7 +87,7 @@ pub struct OnDesk<const N: usize> {
 }
 
 impl<const N: usize> OnDesk<N> {
-    /// Say hello to the session of a scene.
+    /// Start a drill: send a hello to the session of a scene.
     #[must_use]
     pub fn start(scene: &SceneFile, model: &Model<f64, N>) -> Self {
         let mut desk = Self { session: desk_session(scene, model), meter: Meter::new(Uncounted), answers: Vec::new() };
@@ -101,13 +101,13 @@ impl<const N: usize> OnDesk<N> {
         &self.session
     }
 
-    /// Whether a tick is asked for; answers are kept.
+    /// Give the session a frame and keep its answers. Returns whether the frame starts a tick.
     fn take(&mut self, frame: Frame) -> bool {
         match self.session.receive(Ok(Received { frame, missed: 0 })) {
             Reaction::Tick => return true,
             Reaction::Reply(frame) => self.answers.push(frame),
             Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
-            // Its hello is no answer of a tick.
+            // The hello in this reaction is no answer of a tick.
             Reaction::Start(..) | Reaction::None => {}
         }
         false
@@ -139,7 +139,7 @@ impl<const N: usize> Drill for OnDesk<N> {
 pub struct OnChip(Chip);
 
 impl OnChip {
-    /// Begin a drill with a chip that agreed on the bench's hello.
+    /// Begin a drill on a chip that has already agreed on a hello.
     ///
     /// # Errors
     /// As [`Chip::start`].
@@ -182,7 +182,7 @@ impl Drill for OnChip {
     }
 }
 
-/// The same answer without what it cost.
+/// The same answer without the cost.
 #[must_use]
 pub fn without_cost(frame: Frame) -> Frame {
     match frame {

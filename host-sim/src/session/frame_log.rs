@@ -1,105 +1,106 @@
-//! A file of all that was said over a link: every frame that was sent and received, in order, to the last bit.
+//! Record of a link as a file: every frame sent and received, in order, to the last bit.
 //!
-//! All numbers least significant byte first:
+//! All numbers are little-endian:
 //!
-//! | part | bytes | what |
+//! | part | bytes | content |
 //! |---|---|---|
 //! | head | 8 | `NEWTAULG` |
 //! | | 2 | version of this layout: 1 |
 //! | | 1 | version of the link's protocol, [`link::PROTOCOL_VERSION`] |
-//! | | 8 | hash of robot, scene and controller, as both hellos have it |
+//! | | 8 | hash of robot, scene and controller, as in both hellos |
 //! | | 4, n | length and text of the scene file's path |
 //! | | 4, n | length and text of the scene file |
 //! | entry | 1 | 0 sent to the board, 1 received from it |
-//! | | 1 | packets that were lost before a received one, modulo 256 |
+//! | | 1 | number of packets lost before a received frame, modulo 256 |
 //! | | 2 | length of the frame |
-//! | | 8 | time since the session began, us: the host's in a live session, the arm's in a drill |
-//! | | n | the frame, as postcard has it on the wire |
+//! | | 8 | time since the start of the session, us: the host's in a live session, the arm's in a drill |
+//! | | n | the frame in postcard's encoding, as on the wire |
 //!
-//! Entries follow each other until the end of the file. There is no check sum: a replay finds what a bit changes. A file whose
-//! writer was killed ends within an entry; what is whole before it can be read ([`Log::cut`]).
+//! Entries follow each other until the end of the file. There is no checksum: a replay finds the effect of a flipped
+//! bit. If the writer was killed, the file ends within an entry; all complete entries before it can be read
+//! ([`Log::cut`]).
 
 use link::{Frame, PACKET_MAX, PROTOCOL_VERSION};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// What such a file begins with.
+/// First bytes of such a file.
 pub const MAGIC: [u8; 8] = *b"NEWTAULG";
 
 /// Version of the layout.
 pub const VERSION: u16 = 1;
 
-/// What the frames are about.
+/// Robot, scene and controller of the frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {
     /// Hash of robot, scene and controller.
     pub hash: u64,
-    /// Where the scene file was: what it names is relative to that.
+    /// Path of the scene file; the paths in the scene are relative to it.
     pub scene: PathBuf,
-    /// The scene file.
+    /// Text of the scene file.
     pub text: String,
 }
 
-/// Who said it.
+/// Sender of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// The host.
+    /// Sent by the host.
     Sent,
-    /// The board.
+    /// Sent by the board, received by the host.
     Received,
 }
 
-/// A frame.
+/// A frame in the log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// Who said it.
+    /// Its sender.
     pub way: Way,
     /// Packets lost before it, modulo 256.
     pub missed: u8,
-    /// Since the session began.
+    /// Time since the start of the session.
     pub at: Duration,
-    /// What was said.
+    /// The frame itself.
     pub frame: Frame,
 }
 
-/// Why a file cannot be read.
+/// Reason why a file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LogError {
-    /// It begins with something else.
+    /// The file begins with other bytes.
     #[error("byte 0: no record of a session; expected a file that begins with NEWTAULG")]
     NotALog,
-    /// It ends within its head.
+    /// The file ends within its head.
     #[error("the file ends within its head, at byte {0}")]
     Headless(usize),
-    /// It was written by another version.
+    /// The file was written by another version.
     #[error("byte {at}: version {found} of the {what}, expected {expected}")]
     OtherVersion {
-        /// Where the version stands.
+        /// Offset of the version.
         at: usize,
-        /// Of what.
+        /// The versioned part: the layout or the link's protocol.
         what: &'static str,
-        /// What it says.
+        /// Version in the file.
         found: u16,
-        /// What this program reads.
+        /// Version that this program reads.
         expected: u16,
     },
-    /// A text of the head is no UTF-8.
+    /// A text of the head is not UTF-8.
     #[error("byte {0}: a text of the head is not UTF-8")]
     NotText(usize),
-    /// An entry makes no frame.
+    /// An entry does not decode to a frame.
     #[error("entry {number}, byte {at}: {problem}")]
     BadEntry {
-        /// Counted from 1.
+        /// Number of the entry, counted from 1.
         number: usize,
-        /// Where it begins.
+        /// Offset of the entry.
         at: usize,
-        /// What is wrong.
+        /// Description of the error.
         problem: String,
     },
 }
 
-/// Writes such a file.
+/// Writer of such a file.
 #[derive(Debug)]
 pub struct Writer<W>(W);
 
@@ -136,7 +137,7 @@ impl<W: Write> Writer<W> {
         self.0.write_all(bytes)
     }
 
-    /// Write what is still in memory.
+    /// Write all buffered bytes.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -145,13 +146,13 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// A file that was read.
+/// A log that was read.
 #[derive(Clone, Debug)]
 pub struct Log {
-    /// What the frames are about.
+    /// Robot, scene and controller of the frames.
     pub head: Head,
     bytes: Vec<u8>,
-    /// Where the entries begin.
+    /// Offset of the first entry.
     begin: usize,
 }
 
@@ -179,7 +180,7 @@ impl Log {
         Ok(Self { head: Head { hash, scene: scene.into(), text }, bytes, begin: at })
     }
 
-    /// The frames, in order, as far as they are whole.
+    /// The frames, in order, up to the last complete entry.
     pub fn entries(&self) -> impl Iterator<Item = Result<Entry, LogError>> {
         let mut at = self.begin;
         (1..).map_while(move |number| {
@@ -191,7 +192,7 @@ impl Log {
         })
     }
 
-    /// Bytes of an entry that is not whole at the end of the file.
+    /// Bytes of an incomplete entry at the end of the file.
     #[must_use]
     pub fn cut(&self) -> usize {
         let mut at = self.begin;
@@ -202,7 +203,7 @@ impl Log {
     }
 }
 
-/// Where the frame of the entry at this place begins and ends, if it is whole.
+/// Begin and end of the frame of the entry at this offset, if it is complete.
 fn whole(bytes: &[u8], at: usize) -> Option<(usize, usize)> {
     let length = bytes.get(at + 2..at + 4)?;
     let begin = at + ENTRY;

@@ -3,12 +3,12 @@
 //! | module | holds |
 //! |---|---|
 //! | [`drill`] | the firmware under its safety state machine, on the desk and in the chip |
-//! | [`states`] | the numbers of that machine's states, and the ways between them |
+//! | [`states`] | the numbers of that machine's states, and the transitions between them |
 //! | [`operate`] | an operator at a board on a serial port, or in a drill |
-//! | [`frame_log`] | all that was said over a link, as a file |
+//! | [`frame_log`] | all frames over a link, as a file |
 //! | [`replay`] | such a file through the same session on the desk |
 //! | [`serial`] | a serial port to a board, as whole frames |
-//! | [`doctor`] | is everything there that a use of the project needs |
+//! | [`doctor`] | checks of everything that a use of the project needs |
 
 pub mod doctor;
 pub mod drill;

@@ -1,38 +1,39 @@
-//! An operator at a board: what is asked, what came of it, and the points of a motion kept ahead of the arm.
+//! An operator at a board: requests, their answers, and the points of a motion, sent ahead of the arm.
 //!
 //! ```text
-//! console -> command -> operator <-> station: a board on a serial port, or a drill with a simulated arm
+//! console -> command -> operator <-> device: a board on a serial port, or a drill with a simulated arm
 //!                          |            `-- tap: every frame, counted and kept in a record
 //!                          `-> report
 //! ```
 //!
-//! What a board has taken it says itself: every status has the number of frames that had been taken before its tick. A request is
-//! answered by the first tick that had taken it, and the room for points by the last status less those that are still under way.
+//! The board itself confirms the frames: every status holds the number of frames taken before its tick. The first tick
+//! that has taken a request answers it. The room for points is the room in the last status less the points that are
+//! still under way.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`station`] | a board, or what stands in its place |
-//! | [`in_drill`], [`on_wire`] | the two that there are |
-//! | [`command`] | what an operator types |
-//! | [`console`] | where that comes from |
-//! | `converse` | every line of it obeyed |
-//! | `arm` | what depends on the arm, and on the number of its joints |
-//! | [`feed`] | motions as points |
-//! | [`parameters`] | what can be read back and changed, by name |
-//! | [`words`] | the numbers of the protocol in words |
-//! | [`report`], [`table`] | what an operator is told |
+//! | [`device`] | interface of a board or a drill |
+//! | [`drill_device`], [`on_wire`] | its two implementations |
+//! | [`command`] | the commands that an operator types |
+//! | [`console`] | the source of the commands: a script, a pipe or a terminal |
+//! | `converse` | the loop that executes them line by line |
+//! | `arm` | the parts that depend on the arm, and on the number of its joints |
+//! | [`motion_queue`] | motions as points, waiting to be sent |
+//! | [`parameters`] | parameters by name: reading and changing them |
+//! | [`messages`] | messages for the protocol's numbers |
+//! | [`report`], [`table`] | output for the operator |
 
 pub mod command;
 pub mod console;
 pub(crate) mod converse;
-pub mod feed;
-pub mod in_drill;
+pub mod device;
+pub mod drill_device;
+pub mod messages;
+pub mod motion_queue;
 pub mod on_wire;
 pub mod parameters;
 pub mod report;
-pub mod station;
 pub mod table;
-pub mod words;
 
 mod arm;
 mod moves;
@@ -43,28 +44,28 @@ use crate::session::frame_log::Head;
 use crate::session::states::{ARMED, FAULT, HOLDING, RUNNING};
 use ::session::trajectory::WAYS;
 use arm::Arm;
+use device::{Device, DeviceError};
 use dynamics_core::Model;
-use feed::Feed;
 use link::{Denial, Frame, Lines, Pacing, Refusal, Status, Value};
+use motion_queue::MotionQueue;
 use report::{Report, Seen};
 use robot_compiler::SceneFile;
-use station::{Station, StationError};
 use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long a board may say nothing that it was asked for.
+/// Timeout for an answer or a status of the board.
 pub const SILENCE: Duration = Duration::from_secs(2);
 
-/// Why a command was not carried out to its end.
+/// Reason why a command was not completed.
 #[derive(Debug, thiserror::Error)]
 pub enum Stop {
-    /// The board is of no use any more.
+    /// The board can no longer be used.
     #[error(transparent)]
-    Board(#[from] StationError),
-    /// What was asked for cannot be.
+    Board(#[from] DeviceError),
+    /// The input is wrong or asks for something impossible.
     #[error("{0}")]
     Input(String),
     /// Ctrl-C.
@@ -81,65 +82,65 @@ impl From<ChipError> for Stop {
     }
 }
 
-/// How often somebody has pressed Ctrl-C.
+/// Counter of Ctrl-C presses.
 pub type Presses = Arc<AtomicU32>;
 
 /// An operator at a board.
 pub struct Operator {
-    station: Box<dyn Station>,
+    device: Box<dyn Device>,
     arm: Arm,
     report: Report,
     presses: Presses,
-    /// Presses that were seen to.
+    /// Number of presses already handled.
     seen: u32,
     status: Option<Status>,
     heard: Instant,
     q: Option<Vec<f64>>,
-    feed: Feed,
-    /// Points on their way, as the number of frames that had been sent with each.
+    feed: MotionQueue,
+    /// Points on their way: for each, the number of frames sent up to and including it.
     under_way: VecDeque<u16>,
-    /// Where the arm is to be when all that was asked for is done.
+    /// Position of the arm after all requested motions.
     goal: Option<Vec<f64>>,
-    /// What the board reports now, in ticks.
+    /// Interval of the board's reports now, in ticks.
     watched: u16,
-    /// Print a status every so many ticks, and the tick of the last one.
+    /// Interval of the printed statuses, in ticks, and the tick of the last printed one.
     print: (u64, u32),
-    /// Lines of the board that this program plays.
+    /// State of the board's input lines, which this program simulates in a drill.
     lines: Lines,
-    /// What the black box has said so far, while it speaks.
+    /// Ticks of the black box received so far, while it is being dumped.
     past: Option<Vec<Status>>,
-    /// All that it had to say.
+    /// All ticks of the black box, once it is complete.
     whole: Option<Vec<Status>>,
-    /// What was said to questions that are answered by a value or a refusal, while one is under way.
+    /// Answers received so far to questions that expect a value or a refusal; `None` while no question is pending.
     expected: Option<Vec<Result<Value, Refusal>>>,
-    /// A request is under way: what changes is its answer.
+    /// A request is under way: a change of state is its answer.
     asking: bool,
-    /// Why it was not granted.
+    /// Reason why the board denied the request.
     denial: Option<Denial>,
-    /// Something was refused.
+    /// Whether anything was refused.
     refused: bool,
     agreed: bool,
 }
 
 impl Operator {
-    /// An operator who has said nothing yet.
+    /// An operator that has not sent anything yet.
     ///
     /// # Errors
-    /// A scene whose motion or payload cannot be.
+    /// A scene whose motion or payload is not possible.
     pub fn new<const N: usize>(
-        station: Box<dyn Station>,
+        device: Box<dyn Device>,
         scene: &SceneFile,
         model: &Model<f64, N>,
         head: Head,
         report: Report,
         presses: Presses,
     ) -> Result<Self, Stop> {
-        let hello = crate::chip::hello(scene, model, station.pacing());
+        let hello = crate::chip::hello(scene, model, device.pacing());
         let arm = Arm::new(scene, model, head, hello)?;
         let lines = Lines::CALM;
         Ok(Self {
-            feed: Feed::new(arm.period),
-            station,
+            feed: MotionQueue::new(arm.period),
+            device,
             arm,
             report,
             seen: presses.load(Ordering::Relaxed),
@@ -167,14 +168,14 @@ impl Operator {
         self.arm.joints.iter().map(|(name, ..)| name.clone()).collect()
     }
 
-    /// Whether something was refused, or a fault stands.
+    /// Whether nothing was refused and the board is not in a fault.
     pub fn is_content(&self) -> bool {
         !self.refused && self.state() != Some(FAULT)
     }
 
-    /// Whether time passes by itself.
+    /// Whether time passes by itself, as it does on a real board.
     pub fn is_live(&self) -> bool {
-        self.station.pacing() == Pacing::Live
+        self.device.pacing() == Pacing::Live
     }
 
     /// Whether a motion is under way.
@@ -183,7 +184,7 @@ impl Operator {
         self.state() == Some(RUNNING) && (pending || !self.feed.is_empty() || !self.under_way.is_empty())
     }
 
-    /// Where a person looks.
+    /// Output for the user.
     pub fn report(&self) -> &Report {
         &self.report
     }
@@ -192,28 +193,28 @@ impl Operator {
         self.status.as_ref().map(|status| status.state)
     }
 
-    /// Whether torque acts.
+    /// Whether the drives apply torque.
     fn drives(&self) -> bool {
         matches!(self.state(), Some(ARMED | RUNNING | HOLDING))
     }
 
-    /// Let time pass: points are sent, what the board says is taken.
+    /// Let time pass: send points, and receive frames of the board.
     ///
     /// # Errors
-    /// The board is of no use any more; Ctrl-C.
+    /// The board can no longer be used; Ctrl-C.
     pub fn step(&mut self) -> Result<(), Stop> {
         self.unless_interrupted()?;
         self.pass()
     }
 
-    /// As [`Operator::step`], whoever presses what.
+    /// As [`Operator::step`], regardless of Ctrl-C.
     fn pass(&mut self) -> Result<(), Stop> {
         self.fill()?;
-        for frame in self.station.pass()? {
+        for frame in self.device.pass()? {
             self.take(frame)?;
         }
         if self.heard.elapsed() > SILENCE {
-            return Err(StationError::Silent { what: "status", time: SILENCE }.into());
+            return Err(DeviceError::Silent { what: "status", time: SILENCE }.into());
         }
         if let Some(seen) = self.seen_now().as_ref().filter(|_| self.is_moving()) {
             self.report.live(seen);
@@ -221,7 +222,7 @@ impl Operator {
         Ok(())
     }
 
-    /// What the last status says.
+    /// The last status in the units of the arm.
     fn seen_now(&self) -> Option<Seen<'_>> {
         let status = self.status.as_ref()?;
         let q = self.q.as_deref();
@@ -230,7 +231,7 @@ impl Operator {
 
     fn take(&mut self, frame: Frame) -> Result<(), Stop> {
         match frame {
-            // Before the hellos agree a status is one of the session before.
+            // A status before the hellos agree belongs to the previous session.
             Frame::Status(status) if self.agreed => self.told(status)?,
             Frame::Past(Some(status)) => self.past.get_or_insert_default().push(status),
             Frame::Past(None) => self.past_is_whole(),
@@ -245,7 +246,7 @@ impl Operator {
                     return Ok(());
                 }
                 self.refused = true;
-                self.say("refusal", &words::frame(&refusal))?;
+                self.say("refusal", &messages::frame(&refusal))?;
             }
             Frame::Hello(theirs) => self.greeted(theirs)?,
             _ => {}
@@ -258,7 +259,7 @@ impl Operator {
         while self.under_way.front().is_some_and(|&sent| has_taken(&status, sent)) {
             self.under_way.pop_front();
         }
-        let sensed = status.sensed.as_ref().map(|sensed| &sensed.sensed).or(self.station.reading());
+        let sensed = status.sensed.as_ref().map(|sensed| &sensed.sensed).or(self.device.reading());
         if let Some(q) = sensed.and_then(|sensed| self.arm.limbs.positions(sensed)) {
             self.q = Some(q);
         }
@@ -274,7 +275,7 @@ impl Operator {
             self.goal = None;
         }
         if changed && !self.asking {
-            let text = format!("tick {}: {}", status.tick, words::doing(status));
+            let text = format!("tick {}: {}", status.tick, messages::doing(status));
             self.report.say("change", &text, self.seen_now().as_ref())?;
         }
         let (every, last) = self.print;
@@ -293,11 +294,11 @@ impl Operator {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), Stop> {
-        Ok(self.station.send(frame)?)
+        Ok(self.device.send(frame)?)
     }
 }
 
-/// Whether so many frames had been taken before this tick.
+/// Whether the board had taken the frame with number `sent` before this tick.
 fn has_taken(status: &Status, sent: u16) -> bool {
     status.taken.wrapping_sub(sent) < 0x8000
 }

@@ -1,19 +1,20 @@
-//! A record of a session through the very same session on the desk: every status must have the same bits.
+//! Replay of a recorded session through the same session on the desk: every status must have the same bits.
 //!
-//! In a drill a measurement starts each tick, so the record's frames are all that there is to a tick. Live, the board's timer starts
-//! ticks, and each status says what the tick was told: how many frames had been taken before it, and what the joints and lines said.
-//! That is why a live record needs a status of every tick with [`Parts::SENSED`](link::Parts::SENSED) and
-//! [`Parts::TORQUE`](link::Parts::TORQUE), from the first tick behind the hello on: what comes behind a tick that is missing
-//! cannot be replayed, since nobody knows what that one was told.
+//! In a drill a measurement starts each tick, so the record's frames determine every tick. In a live session the
+//! board's timer starts the ticks, and each status holds the inputs of its tick: how many frames had been taken before
+//! it, and the readings of joints and lines. A live record therefore needs a status of every tick with
+//! [`Parts::SENSED`](link::Parts::SENSED) and [`Parts::TORQUE`](link::Parts::TORQUE), from the first tick after the
+//! hello on. Without the status of a tick its inputs are unknown, and neither it nor the ticks after it can be
+//! replayed.
 //!
 //! | compared | drill | live |
 //! |---|---|---|
 //! | state, cause, joint, homed, refusal of a request, torques and limits | every status | every status |
-//! | readings, lines, reference | where the status has them | where the status has them |
+//! | readings, lines, reference | if the status has them | if the status has them |
 //! | room for points | every status | not: it is counted when the status is sent, and frames may come before that |
-//! | refusals of frames | each, in order | not: they come when they come |
+//! | refusals of frames | each, in order | not: their times are not determined |
 //! | the black box | each tick, in order | not |
-//! | cost | not: the desk's is another | not |
+//! | cost | not: the desk's cost differs | not |
 
 mod drill;
 mod live;
@@ -24,38 +25,38 @@ use link::{Frame, PACKET_MAX, Pacing, Status};
 use robot_compiler::SceneFile;
 use serde::Serialize;
 
-/// What came of a replay.
+/// Result of a replay.
 #[derive(Clone, Debug, PartialEq, Eq, Default, Serialize)]
 pub struct Replay {
     /// Ticks that were compared.
     pub ticks: u64,
-    /// Ticks of them that differ.
+    /// Number of compared ticks that differ.
     pub differences: u64,
-    /// The first of those.
+    /// The first difference.
     pub first: Option<Difference>,
-    /// Why the record cannot be replayed any further.
+    /// Reason why the replay stopped before the end of the record.
     pub end: Option<Gap>,
 }
 
-/// Two answers that should have been the same.
+/// Two answers that should be the same.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Difference {
     /// The tick.
     pub tick: u32,
-    /// What differs.
+    /// Name of the field.
     pub field: String,
-    /// What the record has.
+    /// Its value in the record.
     pub recorded: String,
-    /// What the desk has.
+    /// Its value on the desk.
     pub replayed: String,
 }
 
-/// Where a record cannot be replayed any further.
+/// Tick from which a record cannot be replayed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Gap {
-    /// The first tick that cannot.
+    /// The first tick that cannot be replayed.
     pub tick: u32,
-    /// Why.
+    /// The reason.
     pub why: String,
 }
 
@@ -72,13 +73,13 @@ impl Replay {
     }
 }
 
-/// Why a record makes no session.
+/// Reason why a record is not a session.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReplayError {
-    /// It cannot be read.
+    /// The record cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// It has no hello of a drill or of a live session before its first tick.
+    /// The record has no hello of a drill or of a live session before its first tick.
     #[error("no hello of a drill or a live session before entry {0}")]
     NoHello(usize),
 }
@@ -86,14 +87,14 @@ pub enum ReplayError {
 /// Run the entries of a record through the session of its scene.
 ///
 /// # Errors
-/// A record that cannot be read, or is not one of an operated session.
+/// A record that cannot be read, or is not of an operated session.
 pub fn replay<const N: usize>(
     scene: &SceneFile,
     model: &Model<f64, N>,
     entries: impl Iterator<Item = Result<Entry, LogError>>,
 ) -> Result<Replay, ReplayError> {
     let mut entries = entries.enumerate().peekable();
-    // What was on the line before the hello belongs to another session.
+    // Frames before the hello belong to another session.
     while entries.next_if(|(_, entry)| entry.as_ref().is_ok_and(|entry| entry.way == Way::Received)).is_some() {}
     match entries.peek() {
         None => Err(ReplayError::NoHello(1)),
@@ -114,16 +115,16 @@ fn bits(frame: &Frame) -> Vec<u8> {
     postcard::to_slice(frame, &mut buffer).map_or_else(|_| Vec::new(), |bytes| bytes.to_vec())
 }
 
-/// A part of a status: its name, its text, and how it is taken over from another.
+/// A field of a status: its name, its text, and a function that copies it from another status.
 type Field = (&'static str, fn(&Status) -> String, fn(&mut Status, &Status));
 
-/// The first thing in which two statuses of a tick differ, to the bit.
+/// The first field in which two statuses of a tick differ, to the bit.
 fn difference(recorded: &Status, replayed: &Status) -> Option<Difference> {
     let same = |a: &Status, b: &Status| bits(&Frame::Status(a.clone())) == bits(&Frame::Status(b.clone()));
     if same(recorded, replayed) {
         return None;
     }
-    // Field by field: what differs is what makes the difference when it alone is taken over.
+    // Copy one field at a time into the recorded status: the field differs if the copy changes the bits.
     let fields: [Field; 11] = [
         ("state", |s| s.state.to_string(), |s, o| s.state = o.state),
         ("cause", |s| s.cause.to_string(), |s, o| s.cause = o.cause),
@@ -147,7 +148,7 @@ fn difference(recorded: &Status, replayed: &Status) -> Option<Difference> {
     Some(Difference { tick: recorded.tick, field: field.to_owned(), recorded: recorded_text, replayed: replayed_text })
 }
 
-/// Torques with their bits: two that differ in the last one are the same in decimals.
+/// Torques with their bits, because two torques that differ in the last bit can look the same in decimals.
 fn actuation(status: &Status) -> String {
     match &status.actuation {
         Some(link::Actuation::Drive { torque, limits }) => {

@@ -1,7 +1,7 @@
 //! A serial port to a board, as whole frames.
 //!
-//! Nothing here waits without a bound: [`SerialLink::receive`] is given its time, and sending has [`SEND_TIMEOUT`]. Opening
-//! a port tells the board nothing but one zero byte, which ends a packet that another program may have left half sent.
+//! Every wait here has a limit: the caller gives [`SerialLink::receive`] its timeout, and sending has [`SEND_TIMEOUT`].
+//! Opening a port sends the board only one zero byte, which ends a packet that another program may have left half sent.
 
 use link::codec::FrameTooLong;
 use link::{DecodeError, Decoder, Encoder, Frame, Received};
@@ -10,30 +10,30 @@ use std::io;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// What the boards' serial port runs at (`firmware/src/boards/f405.rs`).
+/// Baud rate of the boards' serial port (`firmware/src/boards/f405.rs`).
 pub const BAUD: u32 = 1_000_000;
 
-/// A packet of the greatest length takes 1.2 ms at [`BAUD`]; this is for a driver that is stuck.
+/// Timeout for sending. A packet of the greatest length takes 1.2 ms at [`BAUD`], so only a stuck driver reaches it.
 pub const SEND_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Why a port is of no use.
+/// Reason why a port cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SerialError {
-    /// It cannot be opened.
+    /// The port cannot be opened.
     #[error("serial port {path}: {source}")]
     Open {
-        /// The port, as it was named.
+        /// The port's name, as given.
         path: String,
-        /// What the system says.
+        /// Error of the system.
         source: serialport::Error,
     },
-    /// It failed while it was open.
+    /// The open port failed.
     #[error("serial port: {0}")]
     Io(#[from] io::Error),
-    /// The other end is gone: unplugged, or a terminal that was closed.
+    /// The other end is gone: unplugged, or a closed terminal.
     #[error("serial port: the other end is gone")]
     Gone,
-    /// A packet came that cannot be read. What comes after it can be.
+    /// A packet could not be decoded. Later packets can still be read.
     #[error("from the board: {0}")]
     Undecodable(#[from] DecodeError),
     /// A frame that cannot be sent.
@@ -42,7 +42,7 @@ pub enum SerialError {
 }
 
 impl SerialError {
-    /// Whether the port is there but not open to this user.
+    /// Whether the port exists but this user may not open it.
     #[must_use]
     pub fn is_forbidden(&self) -> bool {
         let Self::Open { source, .. } = self else { return false };
@@ -60,10 +60,10 @@ pub struct SerialLink {
 }
 
 impl SerialLink {
-    /// Open a port. What it received before is thrown away.
+    /// Open a port and discard the bytes that it received before.
     ///
     /// # Errors
-    /// [`SerialError::Open`]: there is no such port, it is in use, or this user may not open it.
+    /// [`SerialError::Open`]: the port does not exist, it is in use, or this user may not open it.
     pub fn open(path: &str, baud: u32) -> Result<Self, SerialError> {
         let open = || {
             let mut port = serialport::new(path, baud).timeout(SEND_TIMEOUT).open()?;
@@ -85,11 +85,11 @@ impl SerialLink {
         self.port.write_all(&packet).map_err(gone)
     }
 
-    /// The next frame, with the number of packets lost before it; `None` when none was whole within `timeout`.
+    /// The next frame, with the number of packets lost before it; `None` if no complete frame came within `timeout`.
     ///
     /// # Errors
-    /// [`SerialError::Undecodable`] for a packet that cannot be read: the next call goes on behind it. Any other error ends
-    /// the link.
+    /// [`SerialError::Undecodable`] for a packet that cannot be decoded: the next call continues after it. Any other
+    /// error ends the link.
     pub fn receive(&mut self, timeout: Duration) -> Result<Option<Received>, SerialError> {
         let end = Instant::now() + timeout;
         loop {
@@ -106,7 +106,7 @@ impl SerialLink {
             match self.port.read(&mut self.buffer) {
                 Ok(0) => return Err(SerialError::Gone),
                 Ok(count) => self.unread = 0..count,
-                // A signal to this program says nothing about the port; the time that was given goes on.
+                // A signal to this program says nothing about the port; the same timeout keeps running.
                 Err(error) if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) => {}
                 Err(error) => return Err(gone(error)),
             }
@@ -114,7 +114,7 @@ impl SerialLink {
     }
 }
 
-/// Tell a cable that was pulled from other failures.
+/// Distinguish an unplugged cable from other failures.
 fn gone(error: io::Error) -> SerialError {
     match error.kind() {
         io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof => SerialError::Gone,

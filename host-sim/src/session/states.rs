@@ -1,22 +1,23 @@
-//! The states of the firmware's safety state machine, as a [`Status`] numbers them, and the ways between them that
-//! `docs/safety.md` draws. Written from that page, not from the machine: who judges the machine uses it.
+//! The states of the firmware's safety state machine, as a [`Status`] numbers them, and the transitions of
+//! `docs/safety.md`. Written from that page, not from the machine, because the tests of the machine use it.
 
 use link::{Request, Status};
 
-/// No torque, nothing asked for.
+/// No torque, no request.
 pub const IDLE: u8 = 0;
-/// The joints look for their zeros.
+/// The joints search for their zeros.
 pub const HOMING: u8 = 1;
-/// Torque holds the arm where it is.
+/// Torque holds the arm in its place.
 pub const ARMED: u8 = 2;
 /// The arm follows its trajectory.
 pub const RUNNING: u8 = 3;
 /// Torque brings the arm to rest and holds it there.
 pub const HOLDING: u8 = 4;
-/// The safe action, until it is cleared.
+/// The safe action acts until the fault is cleared.
 pub const FAULT: u8 = 5;
 
-/// Whether one tick may lead from a state with its cause to what a status says, where this was asked for.
+/// Whether one tick may lead from a state and its cause to the state of a status; `asked` tells whether a request was
+/// made.
 #[must_use]
 pub fn may_lead((before, cause): (u8, u8), status: &Status, asked: impl Fn(Request) -> bool) -> bool {
     match (before, status.state) {
@@ -30,7 +31,7 @@ pub fn may_lead((before, cause): (u8, u8), status: &Status, asked: impl Fn(Reque
         (IDLE, ARMED) => asked(Request::Arm),
         (ARMED | HOLDING, RUNNING) => asked(Request::Run),
         (ARMED | HOLDING, IDLE) => asked(Request::Disarm),
-        // On its own it stops for every cause but the first, which is to have been asked.
+        // The machine stops by itself for every cause but the first, which needs a request.
         (RUNNING, HOLDING) => status.cause != 1 || asked(Request::Hold),
         // The host fell silent.
         (ARMED, HOLDING) => status.cause == 2,

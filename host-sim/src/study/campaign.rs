@@ -1,4 +1,4 @@
-//! Fault injection: every fault in every state of the safety state machine, at random ticks, each tick judged.
+//! Fault injection: every fault in every state of the safety state machine, at random ticks. Every tick is judged.
 //!
 //! ```text
 //!          readings, lines                      drives, status
@@ -9,26 +9,27 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `case` | which faults there are, which states |
-//! | `injection` | one fault with its numbers: what it does to readings, lines, frames and the arm |
-//! | `host` | what the host sends, and what becomes of it on the link |
-//! | `machine` | who is put to the test: the session on the desk, or the chip with the desk beside it |
-//! | [`judge`] | whether a command was safe: from docs/safety.md, and nothing of the machine |
+//! | `case` | the faults and the states |
+//! | `injection` | one fault with its random parameters: its effect on readings, lines, frames and the arm |
+//! | `host` | the host's frames, and the link's faults on them |
+//! | `machine` | the machine under test: the session on the desk, or the chip with the desk beside it |
+//! | [`judge`] | the safety check of each command, written from docs/safety.md, independent of the machine's code |
 //! | `run` | one run, from the first tick to the last |
-//! | `report` | what came of all of them |
+//! | `report` | the results of all runs |
 //!
-//! On the desk a run is [`link::Pacing::Live`]: the very path that drives drives, with the readings and lines of a board, and a host that
-//! can fall silent. In the emulated chip it is a drill, beside the desk's on the same bytes. There each measurement is a word of the
-//! host, so that it is never silent, and all joints' readings are equally old.
+//! On the desk a run uses [`link::Pacing::Live`], the path that drives real actuators: a board supplies readings and
+//! lines, and the host can fall silent. In the emulated chip a run is a drill, compared with a drill of the desk on the
+//! same bytes. In a drill each measurement counts as a message of the host. The host is therefore never silent, and the
+//! readings of all joints have the same age.
 //!
-//! Run `k` of a campaign depends on seed, `k` and scenes alone: not on threads, nor on the runs before it.
+//! Run `k` of a campaign depends on the seed, `k` and the scenes alone, not on threads or earlier runs.
 
 mod case;
-mod dice;
 mod host;
 mod injection;
 pub mod judge;
 mod machine;
+mod random;
 mod report;
 mod run;
 
@@ -48,24 +49,24 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Which runs.
+/// The runs of a campaign.
 #[derive(Clone, Debug)]
 pub struct Campaign {
-    /// The scenes, run by run in turn.
+    /// Scenes, used in turn from run to run.
     pub scenes: Vec<SceneFile>,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// The runs' numbers.
+    /// Numbers of the runs.
     pub runs: Vec<u64>,
-    /// In the emulated chip, the desk beside it.
+    /// Run in the emulated chip with the desk beside it.
     pub on_chip: bool,
 }
 
 impl Campaign {
-    /// Do all the runs; until `stop` is set.
+    /// Do all runs, or stop early when `stop` is set.
     ///
     /// # Errors
-    /// A scene that cannot be run, a chip that is of no use, an interruption.
+    /// A scene cannot be run, the chip fails, or the campaign is interrupted.
     pub fn report(&self, stop: &AtomicBool, progress: &ProgressBar) -> Result<Report, Failure> {
         let start = Instant::now();
         progress.set_length(self.runs.len() as u64);
@@ -108,7 +109,7 @@ impl Campaign {
             let mut both = Both::new(Chip::start(&program, bench).map_err(target)?, scene, &model);
             return numbers.into_iter().map(|number| one(&stage, &mut both, number)).collect();
         }
-        // A session takes longer to make than to run: those that are free are kept.
+        // A session takes longer to create than to run: idle ones are kept for reuse.
         let free = Mutex::new(vec![(stage, Desk::new(scene, &model, Pacing::Live))]);
         let on_desk = |index: usize| {
             let number = numbers[index];

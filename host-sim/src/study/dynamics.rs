@@ -11,10 +11,10 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::io::{BufRead, Write};
 
-/// Gravity on a floor, m/s^2.
+/// Gravity for an arm on a floor, m/s^2.
 const FLOOR: [f64; 3] = [0.0, 0.0, -9.81];
 
-/// A state to work on.
+/// State for which dynamics are asked.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Question {
@@ -24,7 +24,7 @@ pub struct Question {
     pub qd: Option<Vec<f64>>,
     /// Joint acceleration; zero if not given.
     pub qdd: Option<Vec<f64>>,
-    /// Actuator torque, to get accelerations from, N m or N.
+    /// Actuator torque for forward dynamics, N m or N.
     pub tau: Option<Vec<f64>>,
     /// Force (N) and moment (N m) of the environment on the robot at the tip's origin, in tip axes.
     pub wrench_tip: Option<Vec<f64>>,
@@ -32,7 +32,7 @@ pub struct Question {
     pub gravity: Option<Vec<f64>>,
 }
 
-/// What there is to say about a state. Single-precision results are given as the doubles that they exactly are.
+/// Dynamics of a state. Single-precision results are widened to doubles exactly.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Answer {
     /// `D qdd + C qd + G - J^T w`, N m or N.
@@ -55,15 +55,15 @@ pub struct Answer {
 pub struct TipPose {
     /// `base_from_tip`, rows.
     pub rotation: [[f64; 3]; 3],
-    /// Origin, m.
+    /// Origin of the tip frame, m.
     pub position: [f64; 3],
 }
 
-/// Answer every line of the input; empty ones are passed over. `source` is what errors call the input.
+/// Answer every line of the input and skip empty lines. `source` names the input in errors.
 ///
 /// # Errors
-/// [`Failure::Input`] with the number of the first line that is wrong; the lines before it have been answered.
-/// [`Failure::Output`]: an answer cannot be written.
+/// [`Failure::Input`] with the number of the first invalid line; the lines before it have been answered.
+/// [`Failure::Output`] if an answer cannot be written.
 pub fn answer_all<S: Real, const N: usize>(
     model: &Model<S, N>,
     source: &str,
@@ -90,24 +90,24 @@ where
     Ok(())
 }
 
-/// A line as a question, or what is wrong with it.
+/// Parse a line as a question; the error describes the problem.
 fn read(line: &str) -> Result<Question, String> {
-    // serde would take a list as the fields in their order.
+    // serde would accept a list as the fields in their order.
     if !line.trim_start().starts_with('{') {
         return Err("not a JSON object".to_owned());
     }
     serde_json::from_str(line).map_err(|error| {
         let text = error.to_string();
-        // Every line is its own document: only the column is news.
+        // Every line is its own document, so only the column is useful.
         let what = text.split(" at line ").next().unwrap_or(&text);
         format!("{what} (column {})", error.column())
     })
 }
 
-/// What there is to say about one state, or what is wrong with it.
+/// Compute the dynamics of one state.
 ///
 /// # Errors
-/// A list of the wrong length, a number that the scalar cannot hold, a result that is none.
+/// A list has the wrong length, the scalar cannot hold a number, or a result is not finite.
 pub fn answer<S: Real, const N: usize>(model: &Model<S, N>, question: &Question) -> Result<Answer, String>
 where
     Libm: Trig<S>,

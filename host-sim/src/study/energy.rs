@@ -1,4 +1,4 @@
-//! Where the energy of a run came from and went.
+//! Energy balance of a run.
 
 use crate::failure::Failure;
 use crate::plant::ledger::Ledger;
@@ -11,71 +11,71 @@ use robot_compiler::SceneFile;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
-/// Where the energy of a run came from and went, until its end or a fault.
+/// Energy balance of a run until its end or a fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Account {
-    /// The scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// Time accounted for, s.
+    /// Time covered, s.
     pub duration: f64,
     /// Every joint, base first.
     pub joints: Vec<JointWork>,
-    /// Work of what pushes at the tip, J.
+    /// Work of the push at the tip, J.
     pub contact: f64,
-    /// `1/2 qd^T D qd`, J.
+    /// Kinetic energy `1/2 qd^T D qd`, J.
     pub kinetic: Change,
-    /// `-sum m g . r`, J.
+    /// Potential energy `-sum m g . r`, J.
     pub potential: Change,
     /// Work of actuators, friction and contact, less the gain of kinetic and potential energy, J.
     pub residual: f64,
-    /// The same over all work, each sign counted as positive; zero where there was none.
+    /// [`Account::residual`] over the sum of the magnitudes of all work; zero without any work.
     pub residual_relative: f64,
-    /// Each fault at the tick in which it came.
+    /// Each fault with its tick.
     pub faults: Vec<FaultEvent>,
-    /// Whether the run ended early, and why.
+    /// Reason why the run ended early; `None` if it did not.
     pub stopped: Option<String>,
 }
 
 /// Work on a joint, J.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointWork {
-    /// Its name.
+    /// Name of the joint.
     pub name: String,
-    /// What the actuator gave.
+    /// Positive work of the actuator.
     pub positive: f64,
-    /// What the actuator took back; not above zero.
+    /// Negative work of the actuator; not above zero.
     pub negative: f64,
-    /// Both together.
+    /// Sum of positive and negative work.
     pub total: f64,
-    /// What friction took; not above zero.
+    /// Work of friction; not above zero.
     pub friction: f64,
     /// Greatest magnitude of the commanded torque times the velocity, W.
     pub power_peak: f64,
 }
 
-/// An energy before and after, J.
+/// An energy at the start and at the end, J.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Change {
-    /// Before.
+    /// Energy at the start.
     pub start: f64,
-    /// After.
+    /// Energy at the end.
     pub end: f64,
 }
 
 impl Change {
-    /// What has been gained, J.
+    /// Gain of energy, J.
     #[must_use]
     pub fn gain(&self) -> f64 {
         self.end - self.start
     }
 }
 
-/// Run a scene on the desk, and where its energy came from and went.
+/// Run a scene on the desk and compute its energy balance.
 ///
 /// # Errors
-/// [`Failure::Input`] for a scene that cannot be run.
+/// [`Failure::Input`] if the scene cannot be run.
 pub fn account<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<(Run, Account), Failure> {
     if scene.plant.elasticity.is_some() {
         return Err(Failure::Input(miette::miette!(
@@ -133,7 +133,7 @@ impl Account {
         }
     }
 
-    /// The table and the lines below it, as a person reads them.
+    /// The table and the lines below it for the terminal.
     #[must_use]
     pub fn table(&self) -> String {
         let mut table = table(["joint", "given", "taken back", "together", "friction", "power peak"], 1);

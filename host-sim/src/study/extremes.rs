@@ -1,14 +1,14 @@
-//! The extremes: what the dynamics, the controller and the simulated arm do at the edges, cell by cell.
+//! Extremes: the dynamics, the controller and the simulated arm at the edges of their range, cell by cell.
 //!
-//! A cell has a requirement, which is what a user may rely on, and, where its outcome is a number, the number that was
-//! measured (`extremes/expected.csv`). It passes when the requirement holds and the number is still the one expected, to
-//! [`PINNED_WITHIN`]. A number that has become better fails too, so that every change is seen. What cannot meet its
-//! requirement stays in the table as failing, with the reason.
+//! A cell has a requirement, on which a user may rely. A cell with a numeric outcome also has an expected number, which
+//! was measured before (`extremes/expected.csv`). The cell passes if the requirement holds and the number is within
+//! [`PINNED_WITHIN`] of the expected one. A better number fails too, so that every change is seen. A cell that cannot
+//! meet its requirement stays in the table as failing, with the reason.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`masses`] | masses and inertias, massless links, nearly singular inertia matrices |
-//! | [`inputs`] | angles, rates, accelerations, non-finite numbers, the region of small error |
+//! | [`inputs`] | angles, rates, accelerations, NaN and infinite numbers, the region of small error |
 //! | [`integrators`] | order, energy, chaos |
 //! | [`time`] | steps, a million ticks, slow encoders, a day |
 //! | [`control`] | saturation, wrong models, rough joints |
@@ -33,78 +33,78 @@ use robot_compiler::Robot;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// How far a number may be from the expected one, relative to it.
+/// Largest relative deviation from an expected number.
 pub const PINNED_WITHIN: f64 = 0.02;
 
-/// The numbers that were measured: `group,name,value`.
+/// The expected numbers: `group,name,value`.
 const EXPECTED: &str = include_str!("extremes/expected.csv");
 
-/// One extreme, and what came of it.
+/// One extreme case with its result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cell {
-    /// What it is about.
+    /// Group of the cell.
     pub group: &'static str,
-    /// Its name, unique in the group.
+    /// Name, unique in the group.
     pub name: String,
-    /// What is done.
+    /// Description of the test.
     pub done: String,
-    /// What is expected: the number and its requirement, or the outcome.
+    /// Expected result: the number and its requirement, or the outcome in words.
     pub expected: String,
-    /// What was found.
+    /// Result of the test.
     pub found: String,
-    /// The number found, where the outcome is one.
+    /// The measured number; `None` for an outcome in words.
     pub value: Option<f64>,
-    /// The number that was measured before, where there is one; long cells have only their requirement.
+    /// The expected number from an earlier measurement, if any; long cells have only their requirement.
     pub pinned: Option<f64>,
-    /// Whether the outcome is another than the expected one, in either direction.
+    /// Whether the outcome differs from the expected one, in either direction.
     pub moved: bool,
-    /// Whether the requirement holds and nothing has moved.
+    /// Whether the requirement holds and the outcome is the expected one.
     pub passed: bool,
-    /// Why it fails.
+    /// Reason for a failure.
     pub reason: Option<String>,
 }
 
-/// All cells, counted.
+/// All cells with their counts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     /// Number of cells.
     pub count: usize,
-    /// Those that pass.
+    /// Number of passing cells.
     pub passed: usize,
-    /// Those that fail.
+    /// Number of failing cells.
     pub failed: usize,
     /// The cells.
     pub cells: Vec<Cell>,
 }
 
-/// What came of a cell, before it is judged.
+/// Outcome of a cell before it is judged.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outcome {
-    /// A number, where it must lie, and its unit.
+    /// A number with its allowed range and unit.
     Number { value: f64, least: f64, most: f64, unit: &'static str },
-    /// Words, which must be the expected ones.
+    /// Words, compared with the expected words.
     Words { found: String, expected: String },
 }
 
 impl Outcome {
-    /// A number that must not be above `most`.
+    /// A number with an upper bound.
     pub(crate) fn at_most(value: f64, most: f64, unit: &'static str) -> Self {
         Self::Number { value, least: f64::NEG_INFINITY, most, unit }
     }
 
-    /// A number between two bounds.
+    /// A number with two bounds.
     pub(crate) fn between(value: f64, least: f64, most: f64, unit: &'static str) -> Self {
         Self::Number { value, least, most, unit }
     }
 
-    /// Words against the expected ones.
+    /// Words and the expected words.
     pub(crate) fn words(found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::Words { found: found.into(), expected: expected.into() }
     }
 }
 
 impl Cell {
-    /// Judge an outcome; `reason` is why the requirement cannot be met, where that is so.
+    /// Judge an outcome; `reason` explains a requirement that cannot be met.
     pub(crate) fn new(
         group: &'static str,
         name: impl Into<String>,
@@ -146,7 +146,7 @@ impl Report {
     /// Run every cell but the long ones.
     ///
     /// # Errors
-    /// A shipped robot that cannot be read.
+    /// A shipped robot cannot be read.
     pub fn new() -> Result<Self, Failure> {
         let mut cells = masses::cells();
         cells.extend(inputs::cells()?);
@@ -157,14 +157,14 @@ impl Report {
         Ok(Self::of(cells))
     }
 
-    /// Count cells.
+    /// Build a report and count its cells.
     #[must_use]
     pub fn of(cells: Vec<Cell>) -> Self {
         let passed = cells.iter().filter(|cell| cell.passed).count();
         Self { count: cells.len(), passed, failed: cells.len() - passed, cells }
     }
 
-    /// As a person reads it in a terminal.
+    /// Table for the terminal.
     #[must_use]
     pub fn table(&self) -> String {
         let mut table = table(["group", "cell", "expected", "found", ""], usize::MAX);
@@ -180,7 +180,7 @@ impl Report {
         text + &self.count()
     }
 
-    /// As Markdown, a table per group, then the counts.
+    /// Markdown: a table per group, then the counts.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = format!("{}\n", self.count());
@@ -210,13 +210,13 @@ impl Report {
     }
 }
 
-/// A group's name with a capital.
+/// A group's name with a capital letter.
 fn title(group: &str) -> String {
     let mut letters = group.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Three digits, with an exponent where the number is very large or small.
+/// Number with three digits, with an exponent if it is very large or small.
 fn number(x: f64, unit: &str) -> String {
     let size = x.abs();
     let text = if x == 0.0 {
@@ -230,14 +230,14 @@ fn number(x: f64, unit: &str) -> String {
     if unit.is_empty() { text } else { format!("{text} {unit}") }
 }
 
-/// The number that was measured for a cell.
+/// The expected number of a cell.
 fn pinned(group: &str, name: &str) -> Option<f64> {
     let mut rows = csv::ReaderBuilder::new().has_headers(true).from_reader(EXPECTED.as_bytes());
     let found = rows.records().flatten().find(|row| row.get(0) == Some(group) && row.get(1) == Some(name))?;
     found.get(2)?.parse().ok()
 }
 
-/// Numbers in [-1, 1), the same in every run: a linear congruence with Knuth's multiplier.
+/// Random numbers in [-1, 1), the same in every run: a linear congruential generator with Knuth's multiplier.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
@@ -251,7 +251,7 @@ impl Random {
     }
 }
 
-/// `f32` or `f64`.
+/// Name of a scalar, `f32` or `f64`.
 pub(crate) fn scalar_name<S: Real>() -> &'static str {
     if size_of::<S>() == size_of::<f32>() { "f32" } else { "f64" }
 }
@@ -266,7 +266,7 @@ pub(crate) fn ur5() -> Result<Robot, Failure> {
     Robot::from_toml_str(include_str!("../../../robots/ur5.toml"), "robots/ur5.toml").map_err(Failure::input)
 }
 
-/// The shipped planar arm of two rods.
+/// The shipped planar arm with two rods.
 pub(crate) fn planar() -> Result<Robot, Failure> {
     Robot::from_toml_str(include_str!("../../../robots/planar2r.toml"), "robots/planar2r.toml").map_err(Failure::input)
 }
@@ -278,7 +278,7 @@ pub(crate) fn joints<const N: usize>(robot: &Robot) -> Result<[JointSpec; N], Fa
         .map_err(|_| Failure::Input(miette::miette!("{} does not have {N} joints", robot.name)))
 }
 
-/// The same joints without limits.
+/// Joints without their limits.
 pub(crate) fn unlimited<const N: usize>(joints: [JointSpec; N]) -> [JointSpec; N] {
     joints.map(|joint| JointSpec { limits: Limits::none(), ..joint })
 }

@@ -1,19 +1,19 @@
-//! Studies: answers that are computed, for the command line to print.
+//! Studies: computations whose results the command line prints.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`bound`] | how wrong single precision is: what is proven, what was found |
+//! | [`bound`] | error of single precision: a proven bound, and the largest error found |
 //! | [`campaign`] | every fault in every state of the safety state machine, each tick judged |
 //! | [`dynamics`] | inverse and forward dynamics of given states |
-//! | [`energy`] | where the energy of a run came from and went |
-//! | [`explain`] | what each term of a model costs, and what goes wrong without it |
-//! | [`extremes`] | what happens at the edges, cell by cell |
-//! | [`kernel`] | the arm's dynamics as source, and what each rewrite is worth |
-//! | [`linkage`] | a closed loop, driven round and let run |
-//! | [`posture_search`] | the posture that makes least of something |
-//! | [`statics`] | what holds an arm at rest |
+//! | [`energy`] | energy balance of a run |
+//! | [`explain`] | cost of each term of a model, and the errors without it |
+//! | [`extremes`] | behaviour at the extremes, cell by cell |
+//! | [`kernel`] | the arm's dynamics as source code, and the operations that each rewrite saves |
+//! | [`linkage`] | a closed loop of links, driven at constant speed or simulated under a constant moment |
+//! | [`posture_search`] | the posture that minimises a function |
+//! | [`statics`] | torques and forces that hold an arm at rest |
 //! | [`terms`] | the matrices of the equations of motion |
-//! | [`trade`] | speed for accuracy: what every choice costs |
+//! | [`trade`] | speed against accuracy: the cost and the errors of every choice |
 
 pub mod bound;
 pub mod campaign;
@@ -26,7 +26,7 @@ pub mod linkage;
 mod numbers;
 mod parallel;
 pub mod posture_search;
+pub(crate) mod robot_or_scene;
 pub mod statics;
-pub(crate) mod subject;
 pub mod terms;
 pub mod trade;

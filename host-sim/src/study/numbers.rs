@@ -1,8 +1,8 @@
-//! Lists of numbers that a person gives.
+//! Checks of lists of numbers from the user.
 
 use dynamics_core::Real;
 
-/// `K` finite numbers.
+/// Convert a list to `K` finite numbers.
 pub(crate) fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[S; K], String> {
     let wrong = |_| {
         let count = |n: usize| if n == 1 { "1 number".to_owned() } else { format!("{n} numbers") };
@@ -16,13 +16,13 @@ pub(crate) fn numbers<S: Real, const K: usize>(name: &str, values: &[f64], meani
     }
 }
 
-/// `K` finite numbers.
+/// Convert a list to `K` finite numbers.
 pub(super) fn finite<const K: usize>(name: &str, values: &[f64], meaning: &str) -> Result<[f64; K], String> {
     finite_entries(name, values)?;
     numbers::<f64, K>(name, values, meaning)
 }
 
-/// Whether all are finite.
+/// Check that all numbers are finite.
 pub(super) fn finite_entries(name: &str, values: &[f64]) -> Result<(), String> {
     match values.iter().position(|x| !x.is_finite()) {
         None => Ok(()),

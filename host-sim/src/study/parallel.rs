@@ -1,12 +1,13 @@
-//! Work shared out among the cores, in one place.
+//! Parallel work on all cores, in one place.
 //!
-//! A parallel iterator is compiled anew for every closure: for eleven of them, six joint counts each, that was a twentieth of the program.
+//! A parallel iterator is compiled anew for every closure and, in a study, for every number of joints; this module is
+//! compiled once.
 
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// Results of `work` for the numbers below `count`, in their order, on all cores.
+/// Results of `work` for the indices below `count`, in their order, computed on all cores.
 pub(crate) fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
     share_out(count, &|number| {
@@ -16,10 +17,10 @@ pub(crate) fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Syn
     results.into_iter().filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
 }
 
-/// As [`in_parallel`], where work may fail: nothing is begun after a failure.
+/// As [`in_parallel`] for fallible work: nothing new starts after a failure.
 ///
 /// # Errors
-/// That of the lowest number that failed.
+/// The error of the lowest index that failed.
 pub(crate) fn try_in_parallel<T: Send, E: Send>(
     count: usize,
     work: impl Fn(usize) -> Result<T, E> + Sync,

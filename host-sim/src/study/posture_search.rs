@@ -1,15 +1,15 @@
-//! The posture inside a box that makes least of something: many starts, each followed downhill.
+//! Search for the posture inside a box that minimises a function: descent from many starting points.
 //!
-//! Deterministic and without derivatives. Starts: the given posture, the middle of the box, and points of an additive sequence
-//! with the powers of a generalised golden ratio, which fills a box of any dimension evenly. Downhill: each joint in turn is
-//! tried a step to either side, the first gain is kept, and when no joint gains, the steps are halved. The best of all starts is
-//! then followed further. A smooth function ends where no joint alone can improve it; that nothing less exists elsewhere is
-//! likely with so many starts, not proved.
+//! The search is deterministic and needs no derivatives. The starting points are the given posture, the middle of the
+//! box, and points of an additive sequence with the powers of a generalised golden ratio, which fills a box of any
+//! dimension evenly. The descent tries a step to either side on each joint in turn and keeps the first gain; when no
+//! joint gains, it halves the steps. The best result of all starts is then refined further. For a smooth function no
+//! joint alone can improve the result. A global minimum is likely with so many starts, but not proved.
 
 use core::f64::consts::{PI, TAU};
 use dynamics_core::JointKind;
 
-/// Where the search begins: this many points.
+/// Number of starting points.
 pub const STARTS: usize = 64;
 
 /// First step, as a share of a joint's range.
@@ -18,23 +18,23 @@ const FIRST: f64 = 1.0 / 8.0;
 const COARSE: f64 = 1e-4;
 /// Last step for the best start.
 const FINE: f64 = 1e-9;
-/// Rounds of all joints in one descent: a bound for valleys too narrow to follow.
+/// Most rounds over all joints in one descent: a bound for valleys too narrow to follow.
 const ROUNDS: usize = 20_000;
 
-/// The least that was found.
+/// The least value found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Least<const N: usize> {
-    /// Where.
+    /// Posture of the least value, rad or m.
     pub q: [f64; N],
-    /// How much.
+    /// The least value.
     pub value: f64,
-    /// How often the function was asked.
+    /// Number of evaluations of the function.
     pub evaluations: u64,
 }
 
-/// Search a box for the least value of a function; a joint whose bounds are equal stays there.
+/// Search a box for the least value of a function; a joint with equal bounds stays there.
 ///
-/// `start` must lie in the box. Values that are NaN are never better.
+/// `start` must lie in the box. A NaN value never counts as better.
 pub fn minimise<const N: usize>(
     bounds: &[(f64, f64); N],
     start: &[f64; N],
@@ -60,7 +60,7 @@ pub fn minimise<const N: usize>(
     best
 }
 
-/// Follow a point downhill with steps from the first share of each joint's range to the last.
+/// Descend from a point, with steps from the first share of each joint's range to the last.
 fn downhill<const N: usize>(
     bounds: &[(f64, f64); N],
     at: &mut Least<N>,
@@ -95,13 +95,13 @@ fn downhill<const N: usize>(
     }
 }
 
-/// The root above one of `x^(n + 1) = x + 1`: the golden ratio for one dimension.
+/// Root greater than one of `x^(n + 1) = x + 1`: the golden ratio for one dimension.
 fn golden(n: usize) -> f64 {
     let power = 1.0 / (n as f64 + 1.0);
     (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(power))
 }
 
-/// Where a joint may stand: its limits, one turn where it has none; `None` for a slide without limits.
+/// Range of a joint: its limits, or one turn without limits; `None` for a prismatic joint without limits.
 #[must_use]
 pub fn positions(kind: JointKind, limits: (f64, f64)) -> Option<(f64, f64)> {
     match (kind, limits.0.is_finite(), limits.1.is_finite()) {

@@ -1,39 +1,38 @@
-//! Speed for accuracy, measured: every choice of a set, what it costs on the chip and what it costs in newton-metres and radians.
+//! Speed against accuracy, measured: the cost of every choice on the chip, and its errors in newton-metres and radians.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`choice`] | what can be chosen, and what of a scene file says so |
-//! | [`product`] | which choices are measured |
-//! | [`base`] | the scene that choices are written into |
-//! | [`mod@courses`] | the motions that every choice is measured on |
-//! | [`measure`] | torque error against 31 digits, tracking of the closed loop |
-//! | `store` | what has been measured already |
-//! | [`mod@front`] | which choices nothing beats |
-//! | [`simulator`] | what an integrator and its step are wrong by |
-//! | [`request`] | what is asked of a choice, and the cheapest that meets it |
+//! | [`choice`] | the choices, and how a scene file states them |
+//! | [`product`] | the set of choices to measure |
+//! | [`baseline`] | the scene that choices are written into |
+//! | [`mod@test_motions`] | the motions on which every choice is measured |
+//! | [`measure`] | torque error against a computation in 31 digits, tracking error of the closed loop |
+//! | `store` | measurements of earlier calls |
+//! | [`mod@pareto_front`] | the choices on the Pareto front |
+//! | [`simulator`] | errors of an integrator and its step |
+//! | [`request`] | requirements on a choice, and the cheapest choice that meets them |
 //! | [`report`] | tables, CSV, plot, Markdown |
 //!
-//! A choice is a scene file: the desk's simulation, the chip's program and the person who takes it read the same text.
+//! A choice is a scene file: the desk's simulation, the chip's program and the user read the same text.
 
-pub mod base;
+pub mod baseline;
 pub mod choice;
-pub mod courses;
-pub mod front;
 pub mod measure;
+pub mod pareto_front;
 pub mod product;
 pub mod report;
 pub mod request;
 pub mod simulator;
 mod store;
+pub mod test_motions;
 
 use crate::chip::cost;
 use crate::failure::{Failure, in_file};
 use crate::study::parallel::try_in_parallel;
-use base::Base;
+use baseline::Baseline;
 use choice::{Choice, Named};
-use courses::{Course, CourseReport, courses};
 use indicatif::ProgressBar;
-use measure::{Exact, OnCourse, on_course};
+use measure::{Exact, OnMotion, on_motion};
 use robot_compiler::{SceneFile, with_dof};
 use serde::{Deserialize, Serialize};
 use simulator::MethodReport;
@@ -42,23 +41,24 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use store::{Store, digest, of_this_program};
+use test_motions::{TestMotion, TestMotionReport, test_motions};
 
-/// What a tick takes on the chip.
+/// Cost of a tick on the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Mean instructions of a tick.
+    /// Mean number of instructions per tick.
     pub instructions: f64,
-    /// Most instructions of a tick.
+    /// Greatest number of instructions per tick.
     pub instructions_max: u64,
-    /// Mean cycles of a tick from flash: an estimate.
+    /// Mean number of cycles per tick from flash: an estimate.
     pub cycles: f64,
-    /// Most cycles of a tick from flash: an estimate.
+    /// Greatest number of cycles per tick from flash: an estimate.
     pub cycles_max: f64,
-    /// Bytes of the tick and of all that it reaches.
+    /// Code size of the tick and of everything it calls, bytes.
     pub flash: u64,
-    /// Bytes that the controller remembers.
+    /// State of the controller, bytes.
     pub ram: u64,
-    /// Whether the chip's torques were the desk's to the last bit.
+    /// Whether the chip's torques equal the desk's to the last bit.
     pub matches_desk: bool,
 }
 
@@ -77,8 +77,8 @@ impl From<cost::Cost> for Cost {
     }
 }
 
-/// Measure on the emulated chip; installs what that needs. A tick that brakes, and a torque that is not the desk's to the last bit,
-/// is an error: a cost that was counted on something else is none.
+/// Measure on the emulated chip, and install the tools that this needs. A tick that brakes is an error, and so is a
+/// torque that differs from the desk's in any bit: the cost of such a tick would be meaningless.
 ///
 /// # Errors
 /// As [`cost::measure`].
@@ -96,27 +96,28 @@ pub fn on_the_chip(paths: &[PathBuf], stop: &AtomicBool) -> Result<Vec<Cost>, Fa
     Ok(costs.into_iter().map(Cost::from).collect())
 }
 
-/// Measures costs of scene files on the chip, in their order.
+/// Function that measures the costs of scene files on the chip, in their order.
 pub type Costs<'a> = dyn Fn(&[PathBuf], &AtomicBool) -> Result<Vec<Cost>, Failure> + 'a;
 
-/// A choice and everything that was measured of it.
+/// A choice and its measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
     /// The choice, by the names of the command line.
     pub choice: Named,
-    /// What measures this point again.
+    /// Command that repeats the measurement of this point.
     pub command: String,
-    /// On the chip.
+    /// Cost on the chip.
     pub cost: Cost,
-    /// On each course.
-    pub courses: Vec<OnCourse>,
-    /// Greatest torque error over its joint's limit on any course; none where the controller braked.
+    /// Errors on each test motion.
+    pub courses: Vec<OnMotion>,
+    /// Greatest torque error over its joint's limit on any test motion; `None` if the controller braked.
     pub torque_of_limit: Option<f64>,
-    /// Greatest tracking error of any joint on any course, rad or m; none where a loop ended early.
+    /// Greatest tracking error of any joint on any test motion, rad or m; `None` if a loop ended early.
     pub tracking: Option<f64>,
-    /// No other point takes fewer cycles with a smaller torque error.
+    /// On the Pareto front of cycles and torque error: no other point takes fewer cycles with a smaller torque error.
     pub on_torque_front: bool,
-    /// No other point takes fewer cycles with a smaller tracking error.
+    /// On the Pareto front of cycles and tracking error: no other point takes fewer cycles with a smaller tracking
+    /// error.
     pub on_tracking_front: bool,
     #[serde(skip)]
     pub(crate) chosen: Choice,
@@ -125,41 +126,41 @@ pub struct Point {
 /// A trade-off.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trade {
-    /// The scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// The joints' names.
+    /// Names of the joints.
     pub joints: Vec<String>,
-    /// The motions.
-    pub courses: Vec<CourseReport>,
-    /// What the scene's own file chooses.
+    /// The test motions.
+    pub courses: Vec<TestMotionReport>,
+    /// The choice in the scene's own file.
     pub own: Named,
-    /// Every choice, the fewest cycles first.
+    /// Every choice, sorted by cycles, the fewest first.
     pub points: Vec<Point>,
     /// Integrators of the simulated arm and their steps.
     pub simulator: Vec<MethodReport>,
 }
 
-/// Where a trade-off is worked out.
+/// Working environment of a trade-off.
 pub struct Workshop<'a> {
-    /// What was measured, and the scene of every choice.
+    /// Folder for the measurements and the scene of every choice.
     pub folder: &'a Path,
-    /// Measure again what is known.
+    /// Repeat measurements that are already stored.
     pub fresh: bool,
     /// Set by Ctrl-C.
     pub stop: &'a AtomicBool,
-    /// How far it is.
+    /// Progress bar.
     pub progress: &'a ProgressBar,
 }
 
 /// Measure every choice.
 ///
 /// # Errors
-/// A choice that the scene cannot have; a chip that cannot be built or run; a file that cannot be written; an interruption,
-/// after which the next call goes on.
+/// A choice that the scene does not allow; a chip that cannot be built or run; a file that cannot be written; an
+/// interruption. After an interruption the next call resumes the work.
 pub fn trade(
-    base: &Base,
+    base: &Baseline,
     named: &Path,
     choices: &[Choice],
     costs: &Costs<'_>,
@@ -168,7 +169,7 @@ pub fn trade(
     with_dof!(base.file.robot.dof(), N => of_arm::<N>(base, named, choices, costs, shop))
 }
 
-/// A choice as a scene.
+/// A choice written as a scene.
 struct Candidate {
     choice: Choice,
     text: String,
@@ -176,7 +177,7 @@ struct Candidate {
 }
 
 fn of_arm<const N: usize>(
-    base: &Base,
+    base: &Baseline,
     named: &Path,
     choices: &[Choice],
     costs: &Costs<'_>,
@@ -195,7 +196,7 @@ fn of_arm<const N: usize>(
     let key = |what: &str, text: &str| format!("{what}-{:016x}", digest(&(program, &robot, text)));
 
     let model = base.file.robot.model::<N>().map_err(Failure::input)?;
-    let courses = courses::<N>(&base.file, &model)?;
+    let courses = test_motions::<N>(&base.file, &model)?;
     shop.progress.set_length(2 * candidates.len() as u64);
     let desk = on_desk(&candidates, &model, &base.file, &courses, &store, &key, shop)?;
     let chip = on_chip(&candidates, &points, costs, &store, &key, shop)?;
@@ -219,7 +220,7 @@ fn of_arm<const N: usize>(
     });
     let mut points: Vec<Point> = points.collect();
     points.sort_by(|a, b| a.cost.cycles.total_cmp(&b.cost.cycles));
-    front::mark(&mut points);
+    pareto_front::mark(&mut points);
     Ok(Trade {
         scene: base.file.name.clone(),
         robot: base.file.robot.name.clone(),
@@ -231,16 +232,16 @@ fn of_arm<const N: usize>(
     })
 }
 
-/// Torque and tracking errors of every candidate; those of a text that is known are not measured again.
+/// Torque and tracking errors of every candidate; stored measurements of the same text are reused.
 fn on_desk<const N: usize>(
     candidates: &[Candidate],
     model: &dynamics_core::Model<f64, N>,
     base: &SceneFile,
-    courses: &[Course<N>; 3],
+    courses: &[TestMotion<N>; 3],
     store: &Store,
     key: &(impl Fn(&str, &str) -> String + Sync),
     shop: &Workshop<'_>,
-) -> Result<Vec<Vec<OnCourse>>, Failure> {
+) -> Result<Vec<Vec<OnMotion>>, Failure> {
     let mut exact: HashMap<u64, Vec<Exact<N>>> = HashMap::new();
     for candidate in candidates {
         let period = candidate.file.period();
@@ -260,8 +261,8 @@ fn on_desk<const N: usize>(
             None => {
                 let exact = &exact[&candidate.file.period().to_bits()];
                 let each = courses.iter().zip(exact);
-                let found = each.map(|(course, exact)| on_course(&candidate.file, model, course, exact, shop.stop));
-                let found: Vec<OnCourse> = found.collect::<Result<_, _>>()?;
+                let found = each.map(|(course, exact)| on_motion(&candidate.file, model, course, exact, shop.stop));
+                let found: Vec<OnMotion> = found.collect::<Result<_, _>>()?;
                 store.put(&key, &found)?;
                 found
             }
@@ -271,7 +272,7 @@ fn on_desk<const N: usize>(
     })
 }
 
-/// Costs of every candidate, those that are not known measured together.
+/// Cost of every candidate; all missing costs are measured together.
 fn on_chip(
     candidates: &[Candidate],
     folder: &Path,
@@ -284,7 +285,7 @@ fn on_chip(
     let mut found: Vec<Option<Cost>> = keys.iter().map(|key| store.get(key)).collect();
     shop.progress.inc(found.iter().flatten().count() as u64);
     let missing: Vec<usize> = (0..found.len()).filter(|&i| found[i].is_none()).collect();
-    // Written down batch by batch: what is done stays done.
+    // Stored batch by batch, so that an interruption loses no finished batch.
     for batch in missing.chunks(BATCH) {
         if shop.stop.load(Ordering::Relaxed) {
             return Err(Failure::Interrupted);
@@ -306,5 +307,5 @@ fn on_chip(
     all.ok_or_else(|| Failure::Target(miette::miette!("the chip's program did not measure every choice")))
 }
 
-/// Choices that are measured on the chip before they are written down.
+/// Number of choices that are measured on the chip before they are stored.
 const BATCH: usize = 8;

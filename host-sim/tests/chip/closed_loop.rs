@@ -1,15 +1,20 @@
-//! Whole closed loops through the emulated chip, as a person runs them: every tick gives the desk's bits.
+//! Whole closed loops in the emulated chip, run as by a user: every tick gives the desk's bits.
 
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// The summary of a run in the emulator, with more options.
+/// Summary of a run in the emulator, with additional options.
 fn run(scene: &str, options: &[&str]) -> Value {
+    run_file(&format!("scenes/{scene}.toml"), scene, options)
+}
+
+/// As [`run`], of a scene file anywhere in the project.
+fn run_file(file: &str, scene: &str, options: &[&str]) -> Value {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let out = workspace.join("target/tmp").join(format!("closed_loop-{scene}"));
     let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-    command.current_dir(&workspace).args(["run", &format!("scenes/{scene}.toml"), "--target", "qemu", "--json"]);
+    command.current_dir(&workspace).args(["run", file, "--target", "qemu", "--json"]);
     let output = command.arg("--out").arg(&out).args(options).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
@@ -27,7 +32,7 @@ fn assert_parity(summary: &Value, ticks: u64) {
 fn the_whole_puma_run_gives_the_desks_bits() {
     let summary = run("puma560_pick", &[]);
     assert_parity(&summary, 2_100);
-    // Encoders, observer, trig, kernel, law, friction, guard and limits: the whole tick, and each the same.
+    // The whole tick (encoders, observer, trig, kernel, law, friction, guard and limits) costs the same each time.
     let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
     assert!((1_300..1_420).contains(&most), "{most} instructions in a tick, pinned at 1,300 to 1,420");
     assert_eq!(least, most, "no tick of this run is unlike the others");
@@ -54,10 +59,15 @@ fn a_model_evaluated_in_some_ticks_gives_the_desks_bits_and_a_cheap_tick_between
 }
 
 #[test]
+fn a_scene_whose_gains_can_be_changed_builds_and_gives_the_desks_bits() {
+    assert_parity(&run_file("host-sim/tests/fixtures/tunable.toml", "tunable", &[]), 1_000);
+}
+
+#[test]
 fn a_law_and_trig_chosen_on_the_command_line_reach_the_chip() {
     let summary = run("scara_pick", &["--duration", "0.2", "--law", "pd", "--trig", "libm"]);
     assert_parity(&summary, 200);
     assert_eq!((summary["law"].as_str(), summary["trig"].as_str()), (Some("pd"), Some("libm")));
-    // Without a model in the loop there is no sine and no kernel to pay for.
+    // A loop without a model pays for no sine and no kernel.
     assert!(summary["instructions_per_tick"]["max"].as_u64().unwrap() < 500);
 }

@@ -1,4 +1,4 @@
-//! What the tick of each of many scenes costs on the chip: the desk's bits, and the firmware's count.
+//! Cost of the tick on the chip for many scenes: the desk's bits, and the firmware's instruction count.
 
 use host_sim::chip::cost::{Cost, measure};
 use indicatif::ProgressBar;
@@ -9,7 +9,7 @@ fn top() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// A shipped scene with lines of its `[control]` put in place of others.
+/// A shipped scene with some lines of its `[control]` replaced.
 fn variant(scene: &str, name: &str, control: &[(&str, &str)]) -> PathBuf {
     let mut text = std::fs::read_to_string(top().join(format!("scenes/{scene}.toml"))).unwrap();
     let robots = top().join("robots").canonicalize().unwrap();
@@ -50,26 +50,26 @@ fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
         puma("sram", &[("kernel_memory", "sram")]),
     ];
     let mut costs = measured(&scenes);
-    // Measured states in place of counts.
+    // Measured states instead of encoder counts.
     costs.extend(measured(&[top().join("scenes/planar2r_swing.toml")]));
     assert!(costs.iter().all(|cost| cost.matches_desk && cost.fault.is_none()));
     let [exact, regrouped, generic, libm, double, sram, planar] = costs.as_slice() else {
         unreachable!("seven scenes")
     };
 
-    // The firmware of the scene is pinned at the same in `closed_loop.rs`.
+    // `closed_loop.rs` pins the scene's firmware at the same count.
     let Cost { instructions, .. } = exact;
     assert!((1_300..1_420).contains(&instructions.max), "{instructions:?}");
     assert_eq!(instructions.min, instructions.max);
     let most = |cost: &Cost| cost.instructions.max;
     assert!(most(regrouped) < most(exact) && most(exact) < most(generic));
     assert!(most(planar) < most(regrouped));
-    // Soft double: in the sine and cosine alone, and in everything.
+    // Software double precision: in sine and cosine only, and in everything.
     assert!(most(libm) > 3 * most(exact), "{} instructions", most(libm));
     assert!(double.instructions.mean > 10.0 * exact.instructions.mean, "{:?}", double.instructions);
 
     assert!((9_500..11_500).contains(&exact.flash_bytes) && (200..300).contains(&exact.ram_bytes));
-    // A kernel in RAM lies there as well as in flash; elsewhere RAM holds the controller alone.
+    // A kernel in RAM also occupies flash; otherwise RAM holds only the controller.
     assert_eq!(regrouped.ram_bytes, exact.ram_bytes);
     assert!(sram.ram_bytes > exact.ram_bytes + 1_000);
     assert!(double.ram_bytes > exact.ram_bytes && generic.ram_bytes > exact.ram_bytes + 1_000);

@@ -1,5 +1,5 @@
-//! The closed loop through the real firmware under its safety state machine: home, confirm, arm, run a motion, stop; every status of
-//! the chip is the desk's, to the last bit.
+//! The closed loop through the real firmware under its safety state machine: home, confirm, arm, run a motion, stop.
+//! Every status of the chip equals the desk's to the last bit.
 
 use dynamics_core::{Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware, hello};
@@ -10,7 +10,7 @@ use std::path::Path;
 
 const N: usize = 6;
 
-/// Two targets that must say the same.
+/// Two targets that must give the same answers.
 struct Both {
     chip: OnChip,
     desk: OnDesk<N>,
@@ -35,7 +35,7 @@ impl Both {
         self.desk.send(frame).unwrap();
     }
 
-    /// One tick with these encoder counts; what both say of it.
+    /// Run one tick with these encoder counts; returns the status of both.
     fn tick(&mut self, counts: [i32; N]) -> Status {
         self.tick += 1;
         let measurement = Measurement { sensed: Sensed::<f32, N>::Counts(counts), age_ticks: 0 };
@@ -82,7 +82,7 @@ fn a_motion_under_supervision_has_the_desk_s_bits_in_every_status() {
     let (step, ticks) = (10_u16, 600);
     let mut sent = 0;
     for k in 0..ticks {
-        // An arm that is exactly where the motion is: what a plant would add is another test's.
+        // The arm follows the motion exactly; another test covers the effects of a plant.
         let here = motion.sample(f64::from(k) * scene.period());
         while sent < k + 100 && sent < ticks {
             sent += u32::from(step);

@@ -1,5 +1,5 @@
-//! A processor that can go no further turns the drives off and ends, whatever brought it there: an instruction that is none, a stack
-//! that ran over. The emulator's program is the real one with the first instructions of its tick replaced.
+//! A processor that cannot go on turns the drives off and ends, after an undefined instruction as after a stack
+//! overflow. The emulator's program is the real one with the first instructions of its tick replaced.
 
 use dynamics_core::{Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, ChipError, build_firmware, hello};
@@ -14,7 +14,7 @@ fn sabotaged(elf: &Path, name: &str, halfwords: &[u16]) -> PathBuf {
     let at = {
         let file = object::File::parse(bytes.as_slice()).unwrap();
         let tick = file.symbols().find(|symbol| symbol.name() == Ok("TIM3")).unwrap();
-        // The lowest bit says Thumb.
+        // The lowest bit marks Thumb code.
         let address = tick.address() & !1;
         let holds = |s: &object::Section<'_, '_>| s.address() <= address && address < s.address() + s.size();
         let section = file.sections().find(holds).unwrap();
@@ -28,7 +28,7 @@ fn sabotaged(elf: &Path, name: &str, halfwords: &[u16]) -> PathBuf {
     copy
 }
 
-/// What becomes of the chip in its first tick.
+/// Run the chip's first tick.
 fn first_tick(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
     let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml")).unwrap();
     let model = scene.robot.model::<2>().unwrap();
@@ -39,7 +39,7 @@ fn first_tick(name: &str, halfwords: &[u16]) -> Result<(), ChipError> {
     chip.tick(&reference, &Measurement { sensed, age_ticks: 0 }).map(|_| ())
 }
 
-/// What the program's own last act, and nothing else, ends the emulator with: a processor that locks up ends it by a signal.
+/// Whether the program itself ended the emulator: a processor that locks up ends it by a signal.
 fn ended_by_itself(result: Result<(), ChipError>) -> bool {
     match result {
         Err(ChipError::Dead { status, .. }) => status == "exit status: 1",

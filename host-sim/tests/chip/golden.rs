@@ -1,4 +1,5 @@
-//! Outside reference torques (`robots/golden/`) against the firmware's on the emulated chip, in single precision.
+//! External reference torques (`robots/golden/`) compared with the firmware's on the emulated chip, in single
+//! precision.
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware, hello};
@@ -22,7 +23,7 @@ fn roll_pitch_yaw(rows: &Value) -> [f64; 3] {
     [at(2, 1).atan2(at(2, 2)), (-at(2, 0)).atan2(at(0, 0).hypot(at(1, 0))), at(1, 0).atan2(at(0, 0))]
 }
 
-/// A robot file without limits, rotors and friction: what the reference data describe.
+/// A robot file without limits, rotors and friction, as the reference data assume.
 fn robot_file(golden: &Value) -> String {
     let mut text = String::from("name = \"golden\"\nsource = \"Pinocchio\"\nallow_unphysical = \"as published\"\n");
     for (i, joint) in golden["joints"].as_array().unwrap().iter().enumerate() {
@@ -71,7 +72,7 @@ fn worst<const N: usize>(robot: &str) -> f64 {
     let mut chip = Chip::start(&build_firmware(&scene).unwrap(), hello).unwrap();
     let mut worst = 0.0_f64;
     for state in golden["states"].as_array().unwrap() {
-        // On the reference there is no error to correct: computed torque is then inverse dynamics alone.
+        // On the reference there is no error to correct, so computed torque equals inverse dynamics.
         let (q, qd) = (array::<N>(&state["q"]), array::<N>(&state["qd"]));
         let reference = Reference { q, qd, qdd: array(&state["qdd"]) };
         let reply = chip.tick(&reference, &Measurement { sensed: Sensed::State { q, qd }, age_ticks: 0 }).unwrap();
@@ -87,7 +88,7 @@ fn worst<const N: usize>(robot: &str) -> f64 {
     worst
 }
 
-/// Both sides: an error that shrinks without anyone saying why is a finding too.
+/// Assert within both bounds: an error that shrinks without an explanation is a finding too.
 fn assert_pinned(measured: f64, found: f64) {
     assert!(found < measured * 1.05 && found > measured * 0.95, "error {found:.3e}, measured before: {measured:.3e}");
 }

@@ -1,4 +1,5 @@
-//! Live terms through the chip: gravity, payload, tip wrench and rotors that the link tells, not the firmware's build.
+//! Live terms in the chip: gravity, payload, tip wrench and rotors that come over the link, not from the firmware's
+//! build.
 
 use dynamics_core::{Command, Inertia, Live, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, ChipError, build_firmware, hello};
@@ -14,7 +15,7 @@ use std::sync::atomic::AtomicBool;
 /// Joints of the arm in [`scene`].
 const N: usize = 6;
 
-/// Ticks in its run.
+/// Number of ticks in the run.
 const TICKS: u64 = 250;
 
 fn scene() -> SceneFile {
@@ -38,15 +39,15 @@ fn a_closed_loop_with_every_term_live_has_identical_bits_and_follows_its_referen
     assert_eq!(run.end, End::Complete);
     assert!(run.summary.faults.is_empty());
     assert_eq!(run.summary.parity, Some(Parity { ticks: TICKS, mismatches: 0 }));
-    // All that is left is the error of holding the torque for a tick. Measured: 3.27e-5 rad.
+    // The remaining error comes from holding the torque for a tick. Measured: 3.27e-5 rad.
     let error = largest(&run.summary.tracking_max);
     assert!((3e-5..3.6e-5).contains(&error), "{error:e} rad");
 }
 
-/// A lie.
+/// A change that makes the live inputs wrong.
 type Change = fn(&mut Live<f32, N>);
 
-/// A desk that is told something else than the chip.
+/// A desk that receives other live inputs than the chip.
 struct Misinformed<C>(C, Change);
 
 impl<C: Torques<f32, N>> Torques<f32, N> for Misinformed<C> {
@@ -100,7 +101,7 @@ fn an_arm_whose_controller_misses_a_live_term_is_off_its_reference() {
     }
 }
 
-/// A state on its reference, so that the torque is the inverse dynamics alone.
+/// A state on its reference, so that the torque equals the inverse dynamics.
 fn state() -> (Reference<f32, N>, Measurement<f32, N>) {
     let (q, qd) = ([0.2, 0.8, -1.5, 0.1, 0.4, 0.2], [0.3, -0.2, 0.4, 0.1, -0.5, 0.2]);
     let reference = Reference { q, qd, qdd: [1.0, -0.5, 0.8, 2.0, -1.0, 0.5] };
@@ -123,7 +124,7 @@ fn a_payload_that_is_laid_down_and_taken_up_again_between_ticks_gives_the_bits_o
     let (reference, measurement) = state();
     let holding = simulate::live_inputs::<f32, N>(&scene, &model);
     let empty = Live { payload: Inertia::zero(), ..holding };
-    // -0 in place of 0 is another value: a tick must not be computed with the one before.
+    // -0 differs from 0: a tick must not reuse the value computed for the other.
     let minus = Live { gravity: -empty.gravity * 0.0, ..empty };
     let plus = Live { gravity: empty.gravity * 0.0, ..empty };
     let mut torques = Vec::new();

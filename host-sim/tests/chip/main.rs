@@ -1,4 +1,5 @@
-//! The real firmware in the emulated chip. One emulator at a time: it keeps one processor busy and the test another.
+//! Tests of the real firmware in the emulated chip. They run one emulator at a time: it keeps one processor busy and
+//! the test another.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod campaign;

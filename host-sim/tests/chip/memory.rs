@@ -1,4 +1,4 @@
-//! A kernel that the scene places in static RAM lies and runs there, and gives the same bits.
+//! A kernel that the scene places in static RAM is linked there, runs there, and gives the same bits.
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware, hello};
@@ -13,7 +13,7 @@ const N: usize = 6;
 /// Static RAM of the chip.
 const SRAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
 
-/// The arm's scene with its kernel in this memory.
+/// The arm's scene with its kernel in the given memory.
 fn scene(memory: &str) -> PathBuf {
     let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let text = std::fs::read_to_string(top.join("scenes/puma560_pick.toml")).unwrap();
@@ -26,19 +26,19 @@ fn scene(memory: &str) -> PathBuf {
     path
 }
 
-/// Where the inverse dynamics lie as functions of their own, and how long they are.
+/// Addresses and sizes of the inverse dynamics that are functions of their own.
 fn kernels(elf: &Path) -> Vec<(u64, u64)> {
     let bytes = std::fs::read(elf).unwrap();
     let file = object::File::parse(&*bytes).unwrap();
-    // The linker's own steps on the way from flash to RAM carry the name of where they lead.
+    // The linker's veneers from flash to RAM carry the name of their destination.
     let named = |symbol: &object::Symbol<'_, '_>| {
         symbol.name().is_ok_and(|name| name.contains("inverse_dynamics") && !name.contains("Thunk"))
     };
-    // The lowest bit of a function's address says that it is in the chip's short instructions.
+    // The lowest bit of a function's address marks Thumb code.
     file.symbols().filter(named).map(|s| (s.address() & !1, s.size())).collect()
 }
 
-/// The torques' bits and the instructions of some ticks.
+/// Torque bits and instruction counts of some ticks.
 fn run(path: &Path, elf: &Path) -> Vec<([u32; N], u32)> {
     let file = SceneFile::load(path).unwrap();
     let model = file.robot.model::<N>().unwrap();
@@ -72,7 +72,7 @@ fn a_kernel_placed_in_sram_is_there_and_gives_the_bits_of_the_one_in_flash() {
 
     let (in_flash, in_sram) = (run(&paths[0], &flash), run(&paths[1], &sram));
     assert!(in_flash.iter().zip(&in_sram).all(|(a, b)| a.0 == b.0));
-    // Each is called in the same instructions for ever; one that is called costs more of them than one that is part of the tick.
+    // Each kernel takes the same number of instructions in every tick. A called kernel takes more than an inlined one.
     let [(_, count), (_, called)] = [in_flash[0], in_sram[0]];
     assert!(in_flash.iter().all(|tick| tick.1 == count) && in_sram.iter().all(|tick| tick.1 == called));
     println!("{count} instructions in flash, {called} in SRAM");

@@ -1,4 +1,4 @@
-//! `connect` in a drill of the emulated chip, and its record on the desk: the same bits in every status.
+//! `connect` in a drill of the emulated chip, and its record replayed on the desk: the same bits in every status.
 
 use crate::program::{at_the_top, printed, told};
 use std::path::Path;
@@ -19,4 +19,27 @@ fn a_session_on_the_chip_has_the_desk_s_bits_in_every_status_refusal_and_remembe
     let out = printed(at_the_top().arg("replay").arg(&log).output().unwrap());
     let ticks: u64 = out.strip_suffix(" ticks compared, 0 differ\n").unwrap().parse().unwrap();
     assert!(ticks > 400, "{ticks}");
+}
+
+#[test]
+fn gains_are_changed_on_the_chip_within_their_bounds_and_its_record_has_the_same_bits_again() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let (script, log) = (folder.join("chip_tuned.txt"), folder.join("chip_tuned.log"));
+    let commands = "home\nconfirm\narm\nset elbow position gain 500\nset elbow position gain 1601\nget elbow position gain\n\
+                    goto -0.6 0.8 1\nwait\n";
+    std::fs::write(&script, commands).unwrap();
+    let mut connect = at_the_top();
+    connect.args(["connect", "host-sim/tests/fixtures/tunable.toml", "--target", "qemu", "--script"]).arg(&script);
+    let (code, out, error) = told(connect.arg("--record").arg(&log).output().unwrap());
+    assert_eq!(code, 3, "one value was refused: {out}{error}");
+    for line in [
+        "set: elbow position gain 500 1/s^2 (100 to 1600)",
+        "set: refused: the value is outside its bounds",
+        "get: elbow position gain 500 1/s^2 (100 to 1600)",
+    ] {
+        assert!(out.lines().any(|said| said == line), "{line}: {out}");
+    }
+    let out = printed(at_the_top().arg("replay").arg(&log).output().unwrap());
+    let ticks: u64 = out.strip_suffix(" ticks compared, 0 differ\n").unwrap().parse().unwrap();
+    assert!(ticks > 900, "{ticks}");
 }

@@ -1,4 +1,4 @@
-//! A chip that is too slow for its own timer says so and brakes; one that is not drives on.
+//! A chip that is too slow for its own timer reports it and brakes; a fast enough one keeps driving.
 
 use dynamics_core::{Command, Fault, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, ChipReply, build_firmware, hello};
@@ -8,14 +8,14 @@ use std::path::Path;
 
 const N: usize = 6;
 
-/// Answers that are looked at in the timer's pace; measurements may be as old as that.
+/// Number of answers examined at the timer's pace; measurements may have the same age.
 const ANSWERS: usize = 20;
 
-/// What a tick takes on the emulated chip, an instruction in a nanosecond: longer than 10 us, shorter than 20. Most of it
-/// is libm's sine and cosine, which compute in double precision, and the chip has none.
+/// Duration of a tick on the emulated chip at one instruction per nanosecond: longer than 10 us, shorter than 20. Most
+/// of it is libm's sine and cosine, which use double precision; the chip has no hardware for it.
 const TICK_NS: std::ops::Range<u32> = 11_000..18_000;
 
-/// First answers of the chip in the pace of its own timer.
+/// First answers of the chip at the pace of its own timer.
 fn in_the_timers_pace(rate: u32) -> Vec<(u32, ChipReply<N>)> {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("overrun_{rate}.toml"));
     let text = format!(
@@ -47,8 +47,8 @@ fn in_the_timers_pace(rate: u32) -> Vec<(u32, ChipReply<N>)> {
 #[test]
 fn a_tick_that_is_longer_than_the_timers_period_brakes_with_fault_6_and_stays_braked() {
     let answers = in_the_timers_pace(100_000);
-    // The first tick drives, and is found too long when it ends. The next is due at that moment, so its answer, which is
-    // the fault, may take the place of the first one's.
+    // The first tick drives, and its end reveals that it took too long. The next tick is due at that moment, so its
+    // answer (the fault) may replace the first one.
     let faults = &answers[usize::from(answers[0].0 == 0)..];
     assert_eq!(faults[0].0, 1);
     assert!(faults.iter().all(|(_, reply)| reply.command == Command::Brake(Fault::Overrun)), "{faults:?}");

@@ -12,19 +12,19 @@ use std::path::{Path, PathBuf};
 /// Joints of the arm in [`scene`].
 const N: usize = 6;
 
-/// At least this many, says the promise.
+/// Least number of states that the documentation promises.
 const STATES: usize = 2_000;
 
 fn scene() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/puma560_pick.toml")
 }
 
-/// Uniform in the range.
+/// Random number, uniform in the range.
 fn uniform(rng: &mut ChaCha8Rng, (lo, hi): (f32, f32)) -> f32 {
     lo + (hi - lo) * (rng.next_u32() as f32 / u32::MAX as f32)
 }
 
-/// Every bit of a command.
+/// All bits of a command.
 fn bits(command: &Command<f32, N>) -> ([u32; N], [u8; N], Option<u8>) {
     match command {
         Command::Drive { torque, limits } => (torque.map(f32::to_bits), limits.map(|l| l.bits()), None),

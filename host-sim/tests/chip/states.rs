@@ -1,7 +1,7 @@
-//! A tick costs what it costs: the same number of instructions in 10,000 states of the arm, with the desk's bits in each.
+//! Constant cost of a tick: the same number of instructions in 10,000 states of the arm, with the desk's bits in each.
 //!
-//! Four tests of 2,500 ticks, because most of a tick's time goes into the bytes of the emulated link. What they find is
-//! compared through one number of the build, so that the four are one.
+//! The work is split into four tests of 2,500 ticks, because most of a tick's time goes into the bytes of the emulated
+//! link. All four compare their count with the same constant.
 
 use dynamics_core::{Command, Measurement, Reference, Sensed};
 use host_sim::chip::{Chip, build_firmware, hello};
@@ -12,17 +12,17 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use robot_compiler::SceneFile;
 use std::path::Path;
 
-/// Joints of the arm.
+/// Number of joints.
 const N: usize = 6;
 
-/// Four times this many states.
+/// Number of states in each of the four tests.
 const STATES: u32 = 2_500;
 
-/// Instructions of a whole tick: counts to angles, observer, guard, sine and cosine, kernel, law, friction, limits. From
-/// both sides: measured 1,353 built by rustc 1.95.
+/// Instructions of a whole tick: counts to angles, observer, guard, sine and cosine, kernel, law, friction, limits.
+/// Bounded from both sides: measured 1,353 built by rustc 1.95.
 const TICK: std::ops::RangeInclusive<u32> = 1_300..=1_420;
 
-/// The scene's controller on the desk and its firmware in the emulator.
+/// The scene's controller on the desk, and its firmware in the emulator.
 struct Pair {
     desk: Desk<f32, N>,
     chip: Chip,
@@ -39,7 +39,7 @@ impl Pair {
         }
     }
 
-    /// One tick on both, bits compared: whether a limit acted, and the chip's instructions.
+    /// Run one tick on both and compare the bits. Returns whether a limit acted, and the chip's instructions.
     fn tick(&mut self, reference: &Reference<f32, N>, counts: [i32; N]) -> (bool, u32) {
         let measurement = Measurement { sensed: Sensed::Counts(counts), age_ticks: 0 };
         let expected = self.desk.tick(reference, &measurement);
@@ -58,19 +58,19 @@ impl Pair {
     }
 }
 
-/// Uniform in `[-width, width)`.
+/// Random number, uniform in `[-width, width)`.
 fn within(rng: &mut ChaCha8Rng, width: f64) -> f64 {
     width * (f64::from(rng.next_u32()) / f64::from(1_u32 << 31) - 1.0)
 }
 
-/// Every joint swings from the middle of its range to near one end and back, at a speed of its own, while the reference is
-/// somewhere about it: 2,500 states, no two alike. The least and the most instructions of a tick.
+/// Swing every joint from the middle of its range to near one end and back, at its own speed, with a random reference
+/// around it: 2,500 different states. Returns the least and the greatest number of instructions of a tick.
 fn swing(seed: u64) -> (u32, u32) {
     let mut pair = Pair::new();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let limits = pair.desk.config().limits;
     let middle = limits.map(|l| f64::from(l.position.0 + l.position.1) / 2.0);
-    // To one side or the other, up to 95 % of the way, and at half to four fifths of the greatest speed.
+    // Each joint moves to one side, up to 95 % of the way, at half to four fifths of its greatest speed.
     let reach: [f64; N] = std::array::from_fn(|i| {
         let side = if rng.next_u32() % 2 == 0 { 1.0 } else { -1.0 };
         side * 0.95 * f64::from(limits[i].position.1 - limits[i].position.0) / 2.0
@@ -95,7 +95,7 @@ fn swing(seed: u64) -> (u32, u32) {
     range
 }
 
-/// What a tick at rest in the middle of every joint's range takes: the first after a hello, and the second.
+/// Instructions of a tick at rest in the middle of every joint's range: the first tick after a hello, and the second.
 fn at_rest() -> [u32; 2] {
     let mut pair = Pair::new();
     let middle = pair.desk.config().limits.map(|l| (l.position.0 + l.position.1) / 2.0);
@@ -141,7 +141,7 @@ fn only_a_limit_that_acts_takes_longer() {
     strong.qdd[3] = 500.0;
     let mut fast = still;
     fast.qd[3] = 1.1 * pair.desk.config().limits[3].velocity;
-    // Beyond every position limit, and on the way back too fast.
+    // A reference beyond every position limit, moving back too fast.
     let everything = Reference { q: middle.map(|q| q + 10.0), qd: [-10.0; N], qdd: [0.0; N] };
     for (what, reference, longest) in [
         ("one joint's torque", strong, 60),
@@ -151,7 +151,7 @@ fn only_a_limit_that_acts_takes_longer() {
         let (limited, count) = pair.tick(&reference, counts);
         println!("{what}: {count} instructions, {} more", count - plain);
         assert!(limited && count > plain && count < plain + longest, "{what}: {count} after {plain}");
-        // And the next is as before.
+        // The next tick is as before.
         assert_eq!(pair.tick(&still, counts), (false, plain), "{what}");
     }
 }

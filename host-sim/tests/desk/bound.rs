@@ -1,4 +1,4 @@
-//! The torque error of single precision: what is proven holds in every state that is looked at, and a wrong proof is seen.
+//! Torque error of single precision: the proven bound holds in every evaluated state, and a wrong proof is detected.
 
 use crate::program;
 use dynamics_core::trig::Polynomial;
@@ -19,7 +19,7 @@ use crate::wrong_rounding::{FreeProducts, QuarterUnit};
 
 const TOP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// A shipped arm in its default scene, and everything within its limits.
+/// A shipped arm in its default scene, and its region of all states within limits.
 fn arm<const N: usize>(name: &str, level: Level) -> (TorqueError<N>, Region<N>) {
     let robot = Robot::load(&Path::new(TOP).join(format!("robots/{name}.toml"))).unwrap();
     let file = SceneFile::default_for(robot);
@@ -35,8 +35,8 @@ fn proven<R: Rounding, const N: usize>(bounds: &Bounds<'_, R, N>, region: &Regio
     bounds.everywhere(region, boxes, &ProgressBar::hidden())
 }
 
-/// The largest error of each joint in so many thousands of random states, from above: f64 is itself wrong by no more than
-/// its own bound.
+/// Upper estimate of each joint's largest error in `thousands` of random states: the error of f64 itself is at most its
+/// own bound.
 fn largest_error<const N: usize>(arm: &TorqueError<N>, region: &Region<N>, thousands: usize) -> [f64; N] {
     let of_double = arm.bounds_of_double().over(region);
     let largest = (0..thousands)
@@ -105,7 +105,7 @@ fn no_climb_on_the_error_passes_the_bound_of_its_own_state() {
         let (arm, region) = arm::<6>("puma560", level);
         let bounds = arm.bounds();
         let everywhere = proven(&bounds, &region, 500);
-        // Every state that the climbs look at, not only the ones they end in.
+        // Every state that the climbs evaluate, not only their last ones.
         search(
             &region,
             &Effort { climbs: 2, ..EFFORT },
@@ -121,7 +121,7 @@ fn no_climb_on_the_error_passes_the_bound_of_its_own_state() {
     }
 }
 
-/// Found and proven are those written here, to a twentieth.
+/// Assert that found and proven errors are within a twentieth of the numbers given here.
 #[track_caller]
 fn assert_pinned<const N: usize>(name: &str, found: [f64; N], bound: [f64; N]) {
     let (arm, region) = arm::<N>(name, Level::Exact);
@@ -170,7 +170,7 @@ fn cutting_boxes_only_lowers_the_bound_and_holds_for_each_part() {
     assert!(last[0] < 0.997 * bounds.over(&region)[0], "{last:?}");
 }
 
-/// In how many of some thousand states of two rods the bound of the state itself fails.
+/// Number of states, out of some thousand of the two-rod arm, in which the state's own bound fails.
 fn failures<R: Rounding>(trig: Option<(f64, f64)>) -> usize {
     let (arm, region) = arm::<2>("planar2r", Level::Exact);
     let bounds = arm.bounds_of::<R>(trig);

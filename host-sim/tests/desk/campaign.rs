@@ -1,5 +1,5 @@
-//! The fault-injection campaign on the desk: nothing unsafe in some hundred runs, and a judge that bites: every machine that is broken on
-//! purpose is found, by the law that it breaks.
+//! The fault-injection campaign on the desk: no unsafe command in some hundred runs. The judge finds every machine that
+//! is broken on purpose, by the law that it breaks.
 
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
@@ -19,14 +19,14 @@ pub(super) fn scene(name: &str) -> SceneFile {
     SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/campaign").join(name)).unwrap()
 }
 
-/// A machine that is told or says something else than the firmware would.
+/// A machine with falsified inputs or outputs.
 struct Broken<F> {
     desk: Desk<N>,
     breaks: F,
     said: Option<Said<N>>,
 }
 
-/// How a machine is broken: before it is told, and before it says. `Before` is what it said the tick before.
+/// Falsification of the machine's inputs, or of its outputs. The latter also receives the outputs of the previous tick.
 pub(super) enum Moment<'a> {
     Told(&'a mut Told<N>, &'a mut Vec<u8>),
     Said(&'a mut Said<N>, Option<&'a Said<N>>),
@@ -47,7 +47,7 @@ impl<F: FnMut(Moment<'_>)> Machine<N> for Broken<F> {
     }
 }
 
-/// The law that the judge finds broken in some of these runs of a broken machine; panics where none is.
+/// The law that the judge finds broken in some of these runs of a broken machine; panics if it finds none.
 pub(super) fn found(scene_name: &str, fault: FaultKind, situation: Situation, breaks: impl FnMut(Moment<'_>)) -> Law {
     let scene = scene(scene_name);
     let stage = Stage::<N>::new(&scene).unwrap();
@@ -65,14 +65,14 @@ pub(super) fn found(scene_name: &str, fault: FaultKind, situation: Situation, br
     panic!("{fault:?} in {situation:?} was not found in 20 runs");
 }
 
-/// Let this torque act, and be reported.
+/// Let this torque act, and report it.
 fn drive(said: &mut Said<N>, torque: [f32; N]) {
     said.drives = Drives::Drive(torque);
     said.status.actuation =
         Some(link::Actuation::Drive { torque: link::convert::joints(&torque), limits: link::convert::joints(&[0; N]) });
 }
 
-/// Let the brake hold, and be reported.
+/// Let the brake hold, and report it.
 pub(super) fn brake(said: &mut Said<N>) {
     said.drives = Drives::Safe(SafeAction::Brake);
     said.status.actuation = Some(Actuation::Brake);
@@ -157,7 +157,7 @@ fn a_fault_that_does_not_stay_or_changes_its_number_is_found() {
     assert_eq!(law, Law::Latched);
 }
 
-/// Hide a part of what the machine is told.
+/// Hide a part of the machine's inputs.
 fn hide(fault: FaultKind, scene: &str, mut from: impl FnMut(&mut Told<N>)) -> Law {
     found(scene, fault, Situation::Running, |moment| {
         if let Moment::Told(told, _) = moment {
@@ -180,7 +180,7 @@ fn a_machine_that_does_not_look_at_one_of_its_inputs_is_found() {
         assert_eq!(hide(fault, "states.toml", hides), Law::Fault, "{fault:?}");
         assert_eq!(hide(fault, "encoders.toml", hides), Law::Fault, "{fault:?}");
     }
-    // A reading that is older than it says has moved farther than it can have: that takes the homing away, too.
+    // A reading older than its stated age has moved too far for that age; this also cancels the homing.
     let law = hide(FaultKind::Stale, "states.toml", |told| told.age_ticks = [0; N]);
     assert!(matches!(law, Law::Fault | Law::Homed), "{law:?}");
 }
@@ -201,12 +201,12 @@ fn a_machine_that_does_not_look_at_a_wild_reading_is_found() {
             });
             told.sensed = *last;
         });
-        // A jump takes the homing away, too.
+        // A jump also cancels the homing.
         assert!(matches!(law, Law::Fault | Law::Homed), "{fault:?}, {name}: {law:?}");
     }
 }
 
-/// A reading in which whatever is wild is what it was.
+/// A reading in which every wild number is replaced by the previous one.
 fn smoothed(last: Sensed<f32, N>, sensed: Sensed<f32, N>) -> Sensed<f32, N> {
     match (last, sensed) {
         (Sensed::State { q: before, .. }, Sensed::State { q, qd }) => {
@@ -230,7 +230,7 @@ fn a_host_that_is_never_missed_is_found() {
         let law = found("states.toml", FaultKind::HostSilent, situation, |moment| {
             if let Moment::Told(_, bytes) = moment {
                 quiet = if bytes.is_empty() { quiet + 1 } else { 0 };
-                // The host itself never says so little.
+                // The host itself is never silent for so long.
                 if quiet > 25 {
                     bytes.extend(encoder.encode(&Frame::Alive).unwrap());
                 }
@@ -242,7 +242,7 @@ fn a_host_that_is_never_missed_is_found() {
 
 #[test]
 fn an_arm_that_holds_and_creeps_is_found() {
-    // The machine is shown another place than the arm's, from which it drives away: 0.1 rad/s, twice the speed of rest.
+    // The machine reads a wrong position, from which it drives away at 0.1 rad/s, twice the speed of rest.
     let mut held = 0_u16;
     let law = found("states.toml", FaultKind::HostSilent, Situation::Holding, |moment| match moment {
         Moment::Told(told, _) => {
@@ -315,7 +315,7 @@ fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
         });
         assert_eq!(by, law);
     }
-    // The flag of a velocity that is held, taken away.
+    // Remove the flag of a held velocity.
     let by = found("states.toml", FaultKind::Nothing, Situation::Running, |moment| {
         if let Moment::Said(said, ..) = moment
             && let Some(reference) = &mut said.status.reference
@@ -340,11 +340,11 @@ fn no_command_is_unsafe_whatever_fails_in_whatever_state() {
     assert_eq!((report.runs, report.rows.len()), (406, FaultKind::NAMES.len()));
     let row = |fault| report.rows.iter().find(|row| row.fault == fault).unwrap();
     assert!(report.rows.iter().all(|row| row.cells.iter().all(|cell| cell.runs > 0)));
-    // The machine is no safer than it must be: nothing happens where nothing is wrong.
+    // The machine is not overcautious: without a fault nothing happens.
     for cell in &row(FaultKind::Nothing).cells {
         assert!(cell.outcomes.iter().all(|(outcome, _)| *outcome == Outcome::Unaffected), "{cell:?}");
     }
-    // And what must be noticed in every state is.
+    // Faults that must be detected in every state are detected.
     for (fault, code) in [(FaultKind::EmergencyStop, 9), (FaultKind::Overrun, 6), (FaultKind::Drive, 11)] {
         for cell in row(fault).cells.iter().take(6) {
             assert!(cell.outcomes.iter().all(|(outcome, _)| *outcome == Outcome::Fault(code)), "{fault:?} {cell:?}");

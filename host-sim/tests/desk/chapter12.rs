@@ -1,4 +1,5 @@
-//! The robot-dynamics chapter's mechanisms as files: every arm under `robots/chapter12`, every scene under `scenes/chapter12`.
+//! Mechanisms of the robot-dynamics chapter as files: every arm in `robots/chapter12`, every scene in
+//! `scenes/chapter12`.
 #![allow(clippy::float_cmp, reason = "a joint that moves nothing takes exactly no torque")]
 
 use crate::reference;
@@ -16,7 +17,7 @@ use std::sync::atomic::AtomicBool;
 
 const G: f64 = 9.81;
 
-/// The TOML files of a folder that describe serial arms or scenes of them: those without a `kind` before their first table.
+/// TOML files of a folder that describe serial arms or scenes of them: files without a `kind` before their first table.
 fn files(folder: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder).join("chapter12");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -48,12 +49,12 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// A posture, a velocity and an acceleration, at a share of every joint's range.
+/// Posture, velocity and acceleration at a share of every joint's range.
 fn question(robot: &Robot, share: f64, gravity: Vector3<f64>) -> Question {
     let each = |f: &dyn Fn(usize) -> f64| (0..robot.dof()).map(f).collect::<Vec<f64>>();
     let q = each(&|i| {
         let (lo, hi) = robot.joints[i].spec.limits.position;
-        // Not all joints at one place of their range, or the arm would lie straight.
+        // The joints stand at different shares of their ranges; otherwise the arm would be straight.
         lo + (hi - lo) * (share + 0.07 * i as f64) % 1.0
     });
     Question {
@@ -111,8 +112,8 @@ fn every_arm_gives_the_torques_of_another_derivation_and_the_accelerations_back(
     println!("torques {:.1e}, accelerations {:.1e}", worst[0], worst[1]);
 }
 
-/// Mass matrix and gravity torques of a general 2R arm by the chapter's letters (eq. 12.322-12.325, and 12.330-12.331 with the
-/// factor g that is missing there).
+/// Mass matrix and gravity torques of a general 2R arm in the chapter's notation (eq. 12.322-12.325, and 12.330-12.331
+/// with the missing factor g).
 struct Letters {
     l: [f64; 2],
     c: [f64; 2],
@@ -170,7 +171,7 @@ fn the_shuttles_arm_is_made_of_the_exercises_cylinders() {
             assert!((moments[k] - wanted).abs() < 1e-8, "joint {i}: {moments}");
         }
     }
-    // 603 inches from the shoulder pitch to the tip, and 12 below it.
+    // 603 inches from the shoulder pitch to the tip, and 12 inches below it.
     assert!((length - 615.0 * 0.0254).abs() < 1e-9, "{length} m");
 }
 
@@ -201,7 +202,7 @@ fn every_scene_runs_to_its_end_without_a_fault() {
     assert!((1e-4..5e-4).contains(&worst), "{worst:e}");
 }
 
-/// Exercise 32: on a ceiling, angles from the plumb line, with 14 g newtons down at the end.
+/// Exercise 32: an arm on a ceiling, angles from the plumb line, with a load of 14 g newtons at its end.
 #[test]
 fn statics_under_a_ceiling_are_the_closed_form() {
     let done = run(&scene("planar2r_ceiling_uniform"));
@@ -217,12 +218,12 @@ fn gravity_and_what_it_holds_are_felt_by_the_shuttles_arm() {
     let peak = |name: &str| run(&scene(name)).summary.torque_peak[1];
     let [orbit, orbit_held, earth, earth_held] =
         ["srms_orbit", "srms_orbit_payload", "srms_earth", "srms_earth_payload"].map(peak);
-    // Measured: 1194, 1401, 11151 and 14253 N m at the shoulder's pitch. On Earth the motion is the lesser part.
+    // Measured: 1194, 1401, 11151 and 14253 N m at the shoulder's pitch. On Earth the motion is the smaller part.
     assert!((1190.0..1200.0).contains(&orbit) && (1395.0..1405.0).contains(&orbit_held), "{orbit} {orbit_held} N m");
     assert!((11.1e3..11.2e3).contains(&earth) && (14.2e3..14.3e3).contains(&earth_held), "{earth} {earth_held} N m");
 }
 
-/// Two links; the second has this mass, this tensor and this rotor.
+/// Two links; the second has the given mass, tensor and rotor.
 fn two_links(second: &str) -> Robot {
     let joint = |name: &str, body: &str| {
         format!(
@@ -253,7 +254,7 @@ fn a_last_link_without_mass_is_refused_where_accelerations_are_asked_for_unless_
         refused,
         "no accelerations follow from `tau`: joint 2 moves neither mass nor rotor: the inertia matrix is singular"
     );
-    // Torques do follow: none at the second joint.
+    // The torques are defined: none at the second joint.
     assert_eq!(ask::<2>(&bare, &Question { tau: None, ..asked.clone() }).tau[1], 0.0);
     assert_eq!(run(&SceneFile::default_for(bare)).end, End::Diverged(Diverged::SingularInertia));
 

@@ -1,4 +1,4 @@
-//! The closed loop on the desk: what must hold of every run.
+//! The closed loop on the desk: properties of every run.
 
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
@@ -11,7 +11,7 @@ use host_sim::run::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::Named as _;
-use robot_compiler::scene::{IntegratorChoice, MeasuredSide, MotionSpec, ScalarChoice};
+use robot_compiler::scene::{Integrator, MotionSpec, ScalarChoice, Side};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,7 +39,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// The scene at another rate, four plant steps per tick.
+/// Tracking error of the scene at another rate, with four plant steps per tick.
 fn at_rate(rate: f64) -> f64 {
     let mut scene = swing();
     scene.control.rate = rate;
@@ -49,7 +49,7 @@ fn at_rate(rate: f64) -> f64 {
 
 #[test]
 fn with_an_exact_model_only_the_error_of_holding_the_torque_is_left() {
-    // The torque is held for a tick while the arm moves on: an error of first order in the period, whatever the gains.
+    // The torque is held for a tick while the arm moves on: an error of first order in the period at any gains.
     // Measured: 1.54e-4 rad at 1 kHz, 3.86e-5 rad at 4 kHz, for a swing of 0.8 rad in half a second.
     let (slow, fast) = (at_rate(1000.0), at_rate(4000.0));
     assert!((1.4e-4..1.7e-4).contains(&slow), "{slow:e} rad");
@@ -65,7 +65,7 @@ fn the_scene_chooses_sine_and_cosine_in_either_precision() {
             run(&scene)
         });
         assert_eq!((ours.summary.setting.trig.as_str(), libms.summary.setting.trig.as_str()), ("polynomial", "libm"));
-        // The same loop but for last bits, which is how one knows that there were two.
+        // The two loops differ only in their last bits, and this proves that two different methods ran.
         let [one, other] = [&ours, &libms].map(|run| largest(&run.summary.tracking_max));
         assert!((one - other).abs() < 1e-3 * one, "{one:e} and {other:e} rad");
         assert_ne!(csv(&ours.record), csv(&libms.record), "{scalar:?}");
@@ -76,7 +76,7 @@ fn the_scene_chooses_sine_and_cosine_in_either_precision() {
 fn a_payload_a_fifth_too_heavy_keeps_the_error_bounded() {
     let body = |mass| Body { mass, com: Vector3::zeros(), inertia: Matrix3::zeros() };
     let mut scene = swing();
-    // Slower than the fixture, so that the heavier arm stays within its torques.
+    // Slower than the fixture, so that the heavier arm stays within its torque limits.
     if let MotionSpec::Quintic { points, .. } = &mut scene.motion {
         points[1].duration = Some(1.5);
         points[2].duration = Some(1.5);
@@ -124,8 +124,8 @@ fn every_law_drives_every_robot_without_a_fault() {
             let name = format!("{} with {law:?}", path.display());
             assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]), "{name}");
             assert_eq!(done.summary.ticks, 250, "{name}");
-            // Measured: at most 7.8e-4 (Puma, by the friction model's smoothing) with a model of the motion, at most 0.032
-            // with none in the loop, where an arm sags under its weight by G / (M0 omega^2).
+            // Measured: at most 7.8e-4 (Puma, from the smoothed friction model) with a model of the motion, at most
+            // 0.032 without one in the loop, because an arm sags under its weight by G / (M0 omega^2).
             let models_the_motion = [Law::ComputedTorque, Law::Feedforward].contains(&law);
             let bound = if models_the_motion { 1e-3 } else { 0.05 };
             assert!(largest(&done.summary.tracking_max) < bound, "{name}: {:?}", done.summary.tracking_max);
@@ -151,7 +151,7 @@ fn every_shipped_scene_runs_to_its_end_without_a_fault_but_the_one_that_is_hit()
                     "{}",
                     path.display()
                 );
-                // Measured: at most 20 mrad, where a scene starts off its reference on purpose.
+                // Measured: at most 20 mrad, for scenes that start off their reference on purpose.
                 assert!(largest(&done.summary.tracking_max) < 0.03, "{}", path.display());
             });
         }
@@ -178,12 +178,12 @@ fn effects_that_are_not_there_change_no_bit() {
         change(&mut scene);
         csv(&run(&scene).record)
     };
-    // The torque limits are never reached, so clipping at them is no effect; a seed without noise is none either.
+    // The torque limits are never reached, so clipping has no effect; a seed without noise has none either.
     assert!(plain.summary.limits.iter().all(|limits| limits.torque == 0));
     assert_eq!(log, changed(&|scene| scene.actuators.saturation = true));
     assert_eq!(log, changed(&|scene| scene.seed = 99));
     assert_eq!(log, changed(&|scene| scene.plant.tip_wrench = Some(dynamics_core::Wrench::zero())));
-    // Every effect that is there is felt.
+    // Every effect that is switched on changes the log.
     assert_ne!(log, changed(&|scene| scene.actuators.lag = 1e-3));
     assert_ne!(log, changed(&|scene| scene.actuators.delay = 1));
     assert_ne!(log, changed(&|scene| scene.sensors.delay = 1));
@@ -191,7 +191,7 @@ fn effects_that_are_not_there_change_no_bit() {
     assert_ne!(log, changed(&|scene| scene.sensors.position_noise = 1e-9));
     assert_ne!(log, changed(&|scene| scene.sensors.jitter = 1e-6));
     assert_ne!(log, changed(&|scene| scene.actuators.jitter = 1e-6));
-    assert_ne!(log, changed(&|scene| scene.plant.integrator = IntegratorChoice::SemiImplicitEuler));
+    assert_ne!(log, changed(&|scene| scene.plant.integrator = Integrator::SemiImplicitEuler));
     assert_ne!(log, changed(&|scene| scene.plant.friction = true));
     assert_ne!(log, changed(&|scene| scene.plant.gravity = Vector3::new(0.0, -9.8, 0.0)));
 }
@@ -213,8 +213,8 @@ fn encoders_friction_lag_delay_and_noise_together_are_followed() {
     assert!((1e-3..1e-2).contains(&largest(&done.summary.tracking_max)), "{:?}", done.summary.tracking_max);
 }
 
-/// What an integrator makes of the swing: its largest tracking error, and how far any position is from Runge-Kutta's.
-fn integrated(integrator: IntegratorChoice) -> (f64, f64) {
+/// Tracking error of the swing with an integrator, and the largest distance of any position from Runge-Kutta's.
+fn integrated(integrator: Integrator) -> (f64, f64) {
     let positions = |scene: &SceneFile| -> (f64, Vec<f64>) {
         let done = run(scene);
         let q = (0..2).flat_map(|joint| done.record.joint(joint).map(|sample| sample.q).collect::<Vec<_>>()).collect();
@@ -229,11 +229,11 @@ fn integrated(integrator: IntegratorChoice) -> (f64, f64) {
 
 #[test]
 fn every_integrator_makes_the_same_loop_to_its_own_accuracy() {
-    let euler = integrated(IntegratorChoice::SemiImplicitEuler);
-    let [fine, coarse] = [1e-9, 1e-4].map(|tolerance| integrated(IntegratorChoice::Adaptive { tolerance }));
+    let euler = integrated(Integrator::SemiImplicitEuler);
+    let [fine, coarse] = [1e-9, 1e-4].map(|tolerance| integrated(Integrator::Adaptive { tolerance }));
     // Measured: 1.84e-4 rad of tracking error, of which 1.43e-4 are the integrator's own, in four steps a tick.
     assert!((1.75e-4..1.95e-4).contains(&euler.0) && (1.35e-4..1.5e-4).contains(&euler.1), "{euler:?}");
-    // A tick of the adaptive pair is one step at either tolerance: 9.1e-15 rad from Runge-Kutta's four.
+    // A tick of the adaptive pair is a single step at either tolerance: 9.1e-15 rad from Runge-Kutta's four steps.
     for (error, off) in [fine, coarse] {
         assert!((1.5e-4..1.6e-4).contains(&error) && (1e-16..1e-13).contains(&off), "{error:e} rad, {off:e} rad");
     }
@@ -258,7 +258,7 @@ fn springs_play_and_jitter_are_felt_and_followed() {
             springs.backlash = None;
         }
     });
-    let link = worst(&|scene| scene.sensors.side = MeasuredSide::Link);
+    let link = worst(&|scene| scene.sensors.side = Side::Link);
     let near = |found: (f64, Option<_>), before: f64| {
         assert!((found.0 / before - 1.0).abs() < 0.05 && found.1.is_none(), "{found:?}, {before:e} rad before");
     };
@@ -267,7 +267,7 @@ fn springs_play_and_jitter_are_felt_and_followed() {
     near(still, 2.408e-3);
     near(tight, 2.319e-3);
     assert!(all.0 - still.0 > 4e-6 && all.0 - tight.0 > 5e-5, "{all:?} {still:?} {tight:?}");
-    // Measured on the links, the same gains feed the springs until the second joint is too fast.
+    // With link measurements, the same gains excite the springs until the second joint is too fast.
     assert!(matches!(link.1, Some((800..970, 5))), "{link:?}");
 }
 
@@ -279,14 +279,14 @@ fn a_stale_measurement_brakes_the_arm_and_the_run_goes_on() {
     assert_eq!(done.end, End::Complete);
     assert_eq!(done.summary.ticks, 1000);
     let faults: Vec<_> = done.summary.faults.iter().map(|fault| (fault.tick, fault.code, fault.joint)).collect();
-    // Age 3 is the first beyond the two ticks that are allowed.
+    // Age 3 is the first beyond the allowed two ticks.
     assert_eq!(faults, [(3, 3, None)]);
     let last = done.record.joint(0).last().unwrap();
     assert_eq!((last.torque, last.qd), (0.0, 0.0));
     assert!(done.summary.table().contains("the brakes held from then on"));
 }
 
-/// A controller beside which somebody presses Ctrl-C after so many ticks.
+/// A controller that simulates Ctrl-C after a number of ticks.
 struct Interrupting<'a, C> {
     controller: C,
     left: u32,
@@ -321,7 +321,7 @@ fn an_interrupted_run_keeps_what_was_recorded() {
     assert!(whole.starts_with(&part), "the first 50 ticks are those of the whole run");
 }
 
-/// A target that answers so many ticks and then dies.
+/// A target that answers a number of ticks and then fails.
 struct Dying(u32);
 
 impl Torques<f64, 2> for Dying {

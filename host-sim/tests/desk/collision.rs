@@ -1,4 +1,5 @@
-//! Collisions of the Puma: what the observer sees in free motion, how soon it sees a push, and what is done then.
+//! Collisions of the Puma: the observer's residuals in free motion, the delay until it detects a push, and the
+//! reaction.
 
 use dynamics_core::control::{LimitFlags, Reaction};
 use dynamics_core::{Command, Fault, Live, Measurement, Reference, Wrench};
@@ -7,7 +8,7 @@ use host_sim::run::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
-use robot_compiler::scene::{MotionSpec, PushSpec};
+use robot_compiler::scene::{MotionSpec, Push};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -15,12 +16,12 @@ fn scene(name: &str) -> SceneFile {
     SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/{name}.toml"))).unwrap()
 }
 
-/// The desk's controller, and what its observer has seen.
+/// The desk's controller, and a record of its observer.
 struct Watched {
     desk: Desk<f32, 6>,
     /// Largest residual of each joint, N m.
     worst: [f64; 6],
-    /// The first tick in which something was done about a collision.
+    /// First tick with a reaction to a collision.
     collided: Option<(usize, Option<Fault>)>,
     ticks: usize,
 }
@@ -60,13 +61,13 @@ fn run(scene: &SceneFile) -> (Watched, Run) {
     (target, run)
 }
 
-/// Within so large a share of what was measured, in either direction.
+/// Assert that a value is within a share of the measured one, in either direction.
 fn assert_near(found: f64, measured: f64, share: f64, what: &str) {
     assert!((found / measured - 1.0).abs() <= share, "{what}: {found:.4e}, measured before: {measured:.4e}");
 }
 
-/// Largest residual of each joint without a push, as a share of its threshold in `puma560_collision.toml`, whose watch must see
-/// nothing.
+/// Largest residual of each joint without a push, as a share of its threshold in `puma560_collision.toml`. The watch
+/// must detect nothing.
 fn free(name: &str) -> [f64; 6] {
     let mut scene = scene(name);
     scene.collision = self::scene("puma560_collision").collision;
@@ -82,7 +83,7 @@ fn free(name: &str) -> [f64; 6] {
 fn free_motion_of_the_shipped_puma_scenes_is_no_collision() {
     let measured = [
         ("puma560_pick", [0.53, 0.45, 0.46, 0.49, 0.50, 0.56]),
-        // No friction, no counts: rounding and sampling alone.
+        // Without friction and encoder counts only rounding and sampling remain.
         ("puma560_ideal", [0.00, 0.00, 0.00, 0.00, 0.00, 0.00]),
         ("puma560_pd_gravity", [0.39, 0.24, 0.29, 0.41, 0.36, 0.26]),
         ("puma560_slow_model", [0.54, 0.52, 0.45, 0.49, 0.48, 0.56]),
@@ -100,11 +101,12 @@ fn free_motion_of_the_shipped_puma_scenes_is_no_collision() {
             assert!(off < 0.005 + 0.05 * measured[joint], "{name}, joint {}: {}", joint + 1, found[joint]);
         }
     }
-    // The margin that the thresholds were chosen for.
+    // The margin with which the thresholds were chosen.
     assert!(largest.iter().all(|share| (0.5..0.59).contains(share)), "{largest:?}");
 }
 
-/// `puma560_collision.toml`, this much slower, pushed at the tip with this force (N, tip axes) from a share of the motion on.
+/// `puma560_collision.toml`, slowed down, with a push at the tip (force in N, tip axes) that starts at a share of the
+/// motion.
 fn pushed(slower: f64, share: f64, force: Vector3<f64>, reaction: Reaction) -> SceneFile {
     let mut scene = scene("puma560_collision");
     if let MotionSpec::Quintic { points, .. } = &mut scene.motion {
@@ -113,13 +115,13 @@ fn pushed(slower: f64, share: f64, force: Vector3<f64>, reaction: Reaction) -> S
         }
     }
     let at = share * 2.1 * slower;
-    scene.plant.push = Some(PushSpec { at, duration: 0.5, wrench: Wrench { force, moment: Vector3::zeros() } });
+    scene.plant.push = Some(Push { at, duration: 0.5, wrench: Wrench { force, moment: Vector3::zeros() } });
     scene.duration = Some(at + 0.5);
     scene.collision.as_mut().unwrap().reaction = reaction;
     scene
 }
 
-/// Ticks from the begin of a push to the fault; a tick is 1 ms.
+/// Number of ticks from the start of a push to the fault; a tick is 1 ms.
 fn detected(slower: f64, share: f64, force: Vector3<f64>) -> Option<usize> {
     let scene = pushed(slower, share, force, Reaction::Stop);
     let begin = (scene.plant.push.unwrap().at * scene.control.rate).round() as usize;
@@ -131,7 +133,7 @@ fn detected(slower: f64, share: f64, force: Vector3<f64>) -> Option<usize> {
 
 #[test]
 fn pushes_are_detected_in_the_times_that_are_documented() {
-    // How many of 30 pushes, and the shortest, middle and longest time, ms.
+    // Number of detections in 30 pushes, and the shortest, median and longest delay, ms.
     let measured = [
         ("fast", 1.0, 30.0, 3, [47, 385, 407]),
         ("fast", 1.0, 50.0, 25, [14, 27, 434]),
@@ -157,7 +159,7 @@ fn pushes_are_detected_in_the_times_that_are_documented() {
         };
         let (found, number) = (ends(&found), found.len());
         println!("(\"{motion}\", {slower:.1}, {newtons:.1}, {number}, {found:?}),");
-        // A millisecond, or a tenth: other roundings may shift a tick.
+        // Within a millisecond or a tenth, because other roundings may shift a tick.
         let near = found.iter().zip(times).all(|(&a, b)| a.abs_diff(b) <= 1 + b / 10);
         wrong += usize::from(number != count || !near);
     }
@@ -166,7 +168,7 @@ fn pushes_are_detected_in_the_times_that_are_documented() {
 
 #[test]
 fn a_hold_stands_against_the_push_and_what_complies_gives_way() {
-    // How far the farthest joint is from where it was felt first, at the end of the push, mrad.
+    // Distance of the farthest joint from its position at detection, at the end of the push, mrad.
     let measured = [(Reaction::Hold, 5.57), (Reaction::Comply, 72.06)];
     for (reaction, measured) in measured {
         let scene = pushed(1.0, 0.4, Vector3::new(0.0, 0.0, -100.0), reaction);

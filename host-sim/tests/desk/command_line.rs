@@ -1,4 +1,4 @@
-//! The program as a person or a script meets it.
+//! The program as used by a person or a script.
 
 use crate::program::at_its_fixtures;
 use serde_json::Value;
@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// Code and standard error; standard output is empty.
+/// Exit code and standard error; asserts that standard output is empty.
 fn refusal(arguments: &[&str], input: &str) -> String {
     let output = with_input(arguments, input);
     let error = String::from_utf8(output.stderr).unwrap();
@@ -22,12 +22,12 @@ fn with_input(arguments: &[&str], input: &str) -> Output {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // A program that refuses its options does not read its input.
+    // A program that rejects its options does not read its input.
     child.stdin.take().unwrap().write_all(input.as_bytes()).ok();
     child.wait_with_output().unwrap()
 }
 
-/// A fresh folder of this name.
+/// A new folder of this name.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::remove_dir_all(&path).ok();
@@ -52,7 +52,7 @@ fn run_writes_table_log_summary_and_plots() {
     {
         assert!(table.contains(word), "{word} in {table}");
     }
-    // Not a terminal: no bar.
+    // Standard error is not a terminal, so there is no progress bar.
     assert_eq!(output.stderr, b"");
 
     let mut log = csv::Reader::from_path(out.join("log.csv")).unwrap();
@@ -64,7 +64,7 @@ fn run_writes_table_log_summary_and_plots() {
     assert_eq!(rows.len(), 1000);
     assert!(rows.iter().all(|row| row.len() == header.len()));
 
-    // The summary is that of the log.
+    // The summary agrees with the log.
     let summary: Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
     let max = rows.iter().map(|row| (row[1] - row[2]).abs()).fold(0.0, f64::max);
     assert_eq!(summary["tracking_max"][0], max);
@@ -131,14 +131,14 @@ fn a_run_that_ends_in_a_fault_says_so_and_exits_with_3() {
 fn an_interrupt_ends_a_run_cleanly_with_130() {
     use std::time::{Duration, Instant};
     let out = folder("interrupted");
-    // Long enough to be caught in the middle on any machine.
+    // Long enough to be interrupted in the middle on any machine.
     let child = at_its_fixtures()
         .args(["run", SCENE, "--json", "--duration", "5000", "--out"])
         .arg(&out)
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
-    // The folder is made after the handler is set and before the loop starts.
+    // The program creates the folder after it sets the handler and before it starts the loop.
     let start = Instant::now();
     while !out.exists() && start.elapsed() < Duration::from_secs(10) {
         std::thread::sleep(Duration::from_millis(5));
@@ -164,7 +164,7 @@ fn dynamics_answers_in_order_and_reads_back_exactly() {
     assert_eq!(lines.len(), 2);
     assert_eq!(lines[0]["tau"], lines[0]["gravity"]);
     assert!(lines[0].get("qdd").is_none() && lines[1].get("qdd").is_some());
-    // tau = D qdd + C qd + G, and all of it 17 digits.
+    // tau = D qdd + C qd + G, all with 17 digits.
     let number = |value: &Value| value.as_f64().unwrap();
     let row = &lines[1];
     let sum = number(&row["mass_matrix"][0][0]) * 3.0
@@ -247,7 +247,7 @@ fn bad_options_and_files_are_named() {
 
 #[test]
 fn a_log_that_cannot_be_written_is_an_outside_failure() {
-    // A file stands where the folder should be.
+    // A file occupies the path of the folder.
     let output = run(SCENE, &Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"), &[]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8(output.stderr).unwrap().contains("cannot be written"));

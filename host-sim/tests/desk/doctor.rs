@@ -1,4 +1,4 @@
-//! `doctor` with scripted tools on the path and a scripted firmware behind a pseudo-terminal.
+//! `doctor` with scripted tools on the path, and scripted firmware behind a pseudo-terminal.
 #![cfg(unix)]
 
 use crate::program::{at_the_top, told};
@@ -17,7 +17,7 @@ use std::time::Duration;
 
 const SCENE: &str = "scenes/examples/mit6_wave.toml";
 
-/// A folder of scripts that stand for tools, the only ones that the program finds.
+/// A folder of scripts that replace tools; the program finds no other tools.
 struct Tools(PathBuf);
 
 impl Tools {
@@ -35,7 +35,7 @@ impl Tools {
         self
     }
 
-    /// Compiler with the chip's target, emulator, and a probe.
+    /// A complete set: compiler with the chip's target, emulator, and a probe.
     fn complete(test: &str) -> Self {
         let tools = Self::new(test);
         let target = tools.0.join("lib/rustlib/thumbv7em-none-eabihf/lib");
@@ -62,7 +62,7 @@ impl Tools {
     }
 }
 
-/// The check of this name: its state, what was found, and whether there is advice.
+/// The check of this name: its state, its finding, and whether it has advice.
 fn check(report: &Value, name: &str) -> (String, String, bool) {
     let checks = report["checks"].as_array().unwrap();
     let check = checks.iter().find(|check| check["name"] == name).unwrap_or_else(|| panic!("no {name} in {report}"));
@@ -140,7 +140,8 @@ fn a_scene_that_is_wrong_is_refused_with_its_line() {
     assert!(error.contains("scene.toml:2:9") && error.contains("nowhere.toml"), "{error}");
 }
 
-/// Firmware at the far end of a terminal: it answers a hello as the real one does, in the protocol's version or another.
+/// Firmware at the far end of a terminal: it answers a hello like the real one, in the same or another protocol
+/// version.
 struct Board {
     name: String,
     stop: Arc<AtomicBool>,
@@ -148,11 +149,11 @@ struct Board {
 }
 
 impl Board {
-    /// `answer` makes the bytes of the answer to a hello; nothing for silence.
+    /// `answer` returns the bytes of the answer to a hello; an empty answer means silence.
     fn start(mut answer: impl FnMut(Hello) -> Vec<u8> + Send + 'static) -> Self {
         let (mut firmware, port) = TTYPort::pair().unwrap();
         let name = port.name().unwrap();
-        // It holds the lock that keeps others out.
+        // It holds the lock that excludes other processes.
         drop(port);
         firmware.set_timeout(Duration::from_millis(20)).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
@@ -161,7 +162,7 @@ impl Board {
             let (mut decoder, mut heard, mut byte) = (Decoder::new(), Vec::new(), [0]);
             while !stopped.load(Ordering::Relaxed) {
                 if firmware.read(&mut byte).is_err() {
-                    // Nothing came, or nobody has the other end open: then this comes back at once.
+                    // Reading returns at once if nothing arrived or the other end is closed.
                     std::thread::sleep(Duration::from_millis(1));
                     continue;
                 }
@@ -177,21 +178,21 @@ impl Board {
         Self { name, stop, thread }
     }
 
-    /// Every hello that came.
+    /// All hellos received.
     fn heard(self) -> Vec<Hello> {
         self.stop.store(true, Ordering::Relaxed);
         self.thread.join().unwrap()
     }
 }
 
-/// What firmware built from the scene says of itself.
+/// Hello of firmware built from the scene.
 fn built() -> Hello {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE);
     let scene = SceneFile::load(&path).unwrap();
     hello(&scene, &scene.robot.model::<6>().unwrap(), Pacing::LockStep)
 }
 
-/// As `session::Session` does it: its own hello, and a refusal where they do not agree.
+/// Answer as `session::Session` does: its own hello, and a refusal if the two do not agree.
 fn like_the_session(own: Hello) -> impl FnMut(Hello) -> Vec<u8> {
     let mut encoder = Encoder::new();
     move |theirs| {
@@ -216,7 +217,7 @@ fn firmware_of_this_scene_is_known_by_its_hash_and_is_not_started() {
     );
     assert_eq!(check(&report, "robot hash"), ("ok".into(), "the scene's".into(), false));
     let heard = board.heard();
-    // One that agrees would let the ticks run.
+    // Matching firmware lets the ticks run.
     assert!(
         !heard.is_empty() && heard.iter().all(|hello| hello.joints == 0 && hello.robot != built().robot),
         "{heard:?}"
@@ -231,7 +232,7 @@ fn firmware_of_another_scene_is_a_problem_with_both_hashes() {
     let hash = check(&report, "robot hash");
     assert_eq!((code, hash.0.as_str(), hash.2), (2, "problem", true));
     assert!(hash.1.contains("0000000000000bad") && hash.1.contains(&format!("{:016x}", built().robot)), "{hash:?}");
-    // Without a scene there is nothing to compare with, and firmware is all that was asked for.
+    // Without a scene there is nothing to compare with; only the presence of firmware is checked.
     let (code, report) = tools.report(&["--port", &board.name]);
     assert_eq!((code, check(&report, "firmware").0.as_str()), (0, "ok"));
     board.heard();
@@ -260,7 +261,7 @@ fn silence_noise_and_a_port_that_is_not_there_are_told_apart() {
     let silent = Board::start(|_| Vec::new());
     let (code, report) = Tools::complete("silent").report(&["--port", &silent.name]);
     assert_eq!((code, check(&report, "firmware").1.as_str()), (2, "does not answer"));
-    // It was asked again before it was given up.
+    // It was asked several times before the timeout.
     assert_eq!(silent.heard().len(), 3);
 
     let noisy = Board::start(|_| vec![0x55, 0xaa, 0x17, 0x99, 0x02, 0]);
@@ -273,12 +274,12 @@ fn silence_noise_and_a_port_that_is_not_there_are_told_apart() {
     assert_eq!((code, check(&report, "port").0.as_str(), check(&report, "port").2), (2, "problem", true));
 }
 
-/// A whole packet, check sum and all, of a version that is not ours.
+/// A whole packet with a valid check sum, in an unsupported version.
 fn packet_of_version(version: u8) -> Vec<u8> {
     let mut raw = vec![version, 0, 0];
     let check = crc32(&raw);
     raw.extend(check.to_le_bytes());
-    // COBS: each zero is replaced by the distance to the next.
+    // COBS replaces each zero by the distance to the next one.
     let mut packet = vec![0];
     let mut code = 0;
     for byte in raw {
@@ -295,7 +296,7 @@ fn packet_of_version(version: u8) -> Vec<u8> {
     packet
 }
 
-/// CRC-32 as in Ethernet, a bit at a time.
+/// CRC-32 as in Ethernet, one bit at a time.
 fn crc32(bytes: &[u8]) -> u32 {
     let step = |crc: u32| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), |crc, _| step(crc)))

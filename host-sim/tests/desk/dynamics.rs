@@ -1,4 +1,4 @@
-//! `dynamics` against the outside reference data (`robots/golden/`).
+//! `dynamics` compared with external reference data (`robots/golden/`).
 
 use crate::reference::{Golden, Reference, relative};
 use dynamics_core::trig::Libm;

@@ -1,10 +1,10 @@
-//! `energy`: what comes in goes somewhere.
+//! Energy balance of the command `energy`.
 #![allow(clippy::float_cmp, reason = "what is not there is exactly zero")]
 
 use crate::program::{at_its_fixtures, told};
 use host_sim::study::energy::{Account, account};
 use nalgebra::Vector3;
-use robot_compiler::scene::IntegratorChoice;
+use robot_compiler::scene::Integrator;
 use robot_compiler::{SceneFile, with_dof};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ fn of(scene: &SceneFile) -> Account {
     with_dof!(scene.robot.dof(), N => account::<N>(scene, &AtomicBool::new(false))).unwrap().1
 }
 
-/// The swing with friction and a push at the tip, at this many steps a tick.
+/// Account of the swing with friction and a push at the tip, at `steps` per tick.
 fn rough(steps: f64) -> Account {
     let mut scene = scene("tests/fixtures/swing.toml");
     scene.plant.friction = true;
@@ -61,8 +61,8 @@ fn the_account_closes_with_every_integrator_and_refuses_springs() {
         scene.plant.integrator = integrator;
         of(&scene).residual_relative
     };
-    let euler = with(IntegratorChoice::SemiImplicitEuler);
-    let adaptive = with(IntegratorChoice::Adaptive { tolerance: 1e-9 });
+    let euler = with(Integrator::SemiImplicitEuler);
+    let adaptive = with(Integrator::Adaptive { tolerance: 1e-9 });
     scene.sensors.jitter = 2e-4;
     scene.actuators.jitter = 2e-4;
     let jitter = of(&scene).residual_relative;
@@ -79,7 +79,7 @@ fn without_friction_a_swing_that_comes_back_takes_back_what_it_gave() {
     let account = of(&scene("tests/fixtures/swing.toml"));
     assert!(account.residual_relative.abs() < 1e-10, "{:e}", account.residual_relative);
     assert!(account.contact == 0.0 && account.joints.iter().all(|joint| joint.friction == 0.0));
-    // 2 kg at 0.5 m and 1.5 kg at 1 m and 0.4 m, up by the sines of the way: no less than that was given.
+    // 2 kg at 0.5 m and 1.5 kg at 1 m and 0.4 m are lifted by the sines of the angles: at least that work was done.
     let height = |q1: f64, q12: f64| 9.81 * ((2.0 * 0.5 + 1.5) * q1.sin() + 1.5 * 0.4 * q12.sin());
     let lift = height(0.8, 1.8) - height(0.0, 0.5);
     let given: f64 = account.joints.iter().map(|joint| joint.positive).sum();

@@ -1,4 +1,4 @@
-//! `host-sim explain` as a person or a script meets it.
+//! `host-sim explain` as used by a person or a script.
 
 use crate::program;
 use crate::program::at_the_top;
@@ -8,7 +8,7 @@ use std::process::Output;
 const PICK: &str = "scenes/puma560_pick.toml";
 const AUTO: &str = "scenes/puma560_auto.toml";
 
-/// Run in the folder at the top of the project.
+/// Run the command in the project's root folder.
 fn explain(arguments: &[&str]) -> Output {
     at_the_top().arg("explain").args(arguments).output().unwrap()
 }
@@ -35,7 +35,7 @@ fn largest(list: &Value) -> f64 {
     numbers(list).into_iter().fold(0.0, f64::max)
 }
 
-/// Number of the first line of a file that starts so.
+/// Number of the first line in a file with this start.
 fn line(file: &str, start: &str) -> usize {
     let path = format!("{}/../{file}", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();
@@ -66,10 +66,10 @@ fn every_term_is_there_with_the_line_that_says_so() {
 fn without_gravity_the_torque_is_off_by_the_weight_and_the_arm_sags() {
     let pick = json(&[PICK]);
     let gravity = &term(&pick, "gravity")["dropped"];
-    // Measured: 51.7 N m on the shoulder; the loop then stands off by 5.21 mrad there, 0.336 mrad with everything.
+    // Measured: 51.7 N m on the shoulder; the loop's error there is then 5.21 mrad, and 0.336 mrad with all terms.
     let error = numbers(&gravity["torque_error"]["max"]);
     assert!((40.0..60.0).contains(&error[1]), "{error:?}");
-    // Nothing weighs on an upright axis.
+    // Gravity exerts no torque about a vertical axis.
     assert!(error[0] < 1e-9, "{error:?}");
     let [all, without] = [&pick, gravity].map(|run| numbers(&run["tracking"]["max"])[1]);
     assert!(without > 10.0 * all, "{without} rad without, {all} rad with");
@@ -93,7 +93,7 @@ fn operations_are_those_of_the_kernel_command() {
         let whole = pick["operations"][key].as_i64().unwrap();
         assert_eq!(whole - 6 * per_joint, kernel[0][key].as_i64().unwrap(), "{key}");
     }
-    // What the rotors add: a product and a sum a joint. Held in the link, a payload costs next to nothing.
+    // Rotors add one product and one sum per joint. A payload merged into the link costs almost nothing.
     assert_eq!(term(&pick, "rotors")["dropped"]["operations"]["mul"], 6);
 }
 
@@ -117,7 +117,7 @@ fn rotors_within_the_tolerance_stay_for_the_loop_that_would_be_weak_without_them
     let wide = json(&[AUTO, "--tolerance", "0.003"]);
     let rotors = &term(&wide, "rotors")["dropped"];
     assert_eq!((&rotors["within_tolerance"], &rotors["may_go"]), (&Value::Bool(true), &Value::Bool(false)));
-    // Measured: 2.02e-4 of the full model's, on the flange, which then strays by 125 mrad in place of 1.38.
+    // Measured: 2.02e-4 of the full model's, on the flange. The flange then deviates by 125 mrad instead of 1.38.
     let gain = rotors["loop_gain"].as_f64().unwrap();
     assert!((1e-4..4e-4).contains(&gain), "{gain}");
     assert_eq!(rotors["weakest_joint"], 5);

@@ -1,12 +1,12 @@
-//! The extremes, held from both sides: a cell that passes must go on passing with its number, and one that fails must go on
-//! failing for its reason until it is taken off the list here.
+//! The extremes, tested from both sides: a passing cell must go on passing with its number, and a failing one must go
+//! on failing for its reason until it is removed from the list here.
 
 use crate::program::at_the_top;
 use host_sim::study::extremes::{Cell, Report, control, inputs, integrators, masses, stability, time};
 use serde_json::Value;
 use std::process::Output;
 
-/// What fails today.
+/// Cells that fail today.
 const FAILING: [(&str, &str); 9] = [
     ("inputs", "angles of 1e6 turns, f32, libm"),
     ("integrators", "energy over 100 s, steps of 1 ms, planar 2R, semi-implicit Euler"),
@@ -19,7 +19,7 @@ const FAILING: [(&str, &str); 9] = [
     ("control", "torque limits times 0.25"),
 ];
 
-/// Cells of one group: nothing moved, and exactly those fail that are known to.
+/// Assert for the cells of one group that none moved, and that exactly the known ones fail.
 fn hold(group: &str, count: usize, cells: Vec<Cell>) {
     let report = Report::of(cells);
     let wrong: Vec<String> = report
@@ -38,20 +38,20 @@ fn hold(group: &str, count: usize, cells: Vec<Cell>) {
     );
     let known = FAILING.iter().filter(|(of, _)| *of == group).count();
     assert_eq!((report.count, report.failed, report.passed), (count, known, count - known));
-    // Every cell that fails says why, and no name stands for two.
+    // Every failing cell has a reason, and all names are unique.
     assert!(report.cells.iter().all(|cell| cell.passed || cell.reason.as_ref().is_some_and(|why| !why.is_empty())));
     let mut names: Vec<&String> = report.cells.iter().map(|cell| &cell.name).collect();
     names.sort();
     names.dedup();
     assert_eq!(names.len(), count);
-    // The page says what was measured: every row of the group's table, and nothing else under its heading.
+    // The page matches the measurements: every row of the group's table, and nothing else under its heading.
     let page = include_str!("../../../docs/measured/extremes.md");
     let table = report.markdown();
     let table = &table[table.find("### ").unwrap()..];
     assert!(page.contains(table), "docs/measured/extremes.md is not what `host-sim extremes --write` writes:\n{table}");
 }
 
-/// The program, run in the folder at the top of the project.
+/// Run the command in the project's root folder.
 fn extremes(arguments: &[&str]) -> Output {
     at_the_top().arg("extremes").args(arguments).output().unwrap()
 }

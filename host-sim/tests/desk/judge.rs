@@ -1,4 +1,5 @@
-//! The judge of safety by itself: laws that only who knows each word of the host can hold a machine to, and faults out of nothing.
+//! The judge of safety by itself: laws that need the knowledge of every message of the host, and faults without a
+//! cause.
 
 use super::campaign::{Moment, N, brake, found, scene};
 use dynamics_core::Sensed;
@@ -41,7 +42,7 @@ fn idle() -> Status {
     }
 }
 
-/// The law that a first tick breaks for a judge who knows each word that was taken, and for one who does not.
+/// Law that a first tick breaks for a judge with knowledge of every accepted message, and for one without.
 fn first_tick(requests: &[Request], spoke: bool, status: &Status) -> [Option<Law>; 2] {
     let scene = scene("states.toml");
     let model = scene.robot.model::<N>().unwrap();

@@ -1,4 +1,4 @@
-//! `host-sim kernel` as a person or a script meets it.
+//! `host-sim kernel` as used by a person or a script.
 
 use crate::program;
 use crate::program::at_the_top;
@@ -8,7 +8,7 @@ use std::process::Output;
 const PUMA: &str = "robots/puma560.toml";
 const PICK: &str = "scenes/puma560_pick.toml";
 
-/// Run in the folder at the top of the project.
+/// Run the command in the project's root folder.
 fn kernel(arguments: &[&str]) -> Output {
     at_the_top().arg("kernel").args(arguments).output().unwrap()
 }
@@ -34,6 +34,12 @@ fn source_is_that_of_robot_scene_level_function_and_scalar() {
     let text = printed(&[PUMA, "--level", "regrouped", "--function", "mass-matrix", "--scalar", "f64"]);
     assert!(text.starts_with("//! Mass matrix of Puma 560 in the scene Puma 560: level regrouped, f64.\n"), "{text}");
     assert!(text.contains("pub fn mass_matrix(turn: &[SinCos<f64>; 6]) -> [f64; 21] {"), "{text}");
+}
+
+#[test]
+fn the_core_s_example_is_the_kernel_that_is_printed() {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../dynamics-core/examples/kernel/planar2r.rs");
+    assert_eq!(printed(&["robots/planar2r.toml"]), std::fs::read_to_string(example).unwrap());
 }
 
 #[test]
@@ -77,7 +83,7 @@ fn tables_name_every_rewrite_and_every_term_of_the_scene() {
     for term in ["gravity", "payload", "rotors", "velocity terms"] {
         assert!(text.contains(&format!("inverse-dynamics \u{2506} exact     \u{2506} {term}")), "{term} in {text}");
     }
-    // What the scene does not have is no row.
+    // Terms that are not in the scene have no row.
     assert!(!text.contains("tip wrench"), "{text}");
     let regrouped = printed(&[PUMA, "--table", "--level", "regrouped", "--function", "gravity"]);
     assert!(!regrouped.contains("exact") && !regrouped.contains("mass-matrix"), "{regrouped}");

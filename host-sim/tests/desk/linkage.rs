@@ -1,4 +1,4 @@
-//! `host-sim linkage` as a person or a script meets it.
+//! `host-sim linkage` as used by a person or a script.
 #![allow(clippy::float_cmp, reason = "a log is the summary's numbers, to the last digit")]
 
 use crate::program::at_its_fixtures;
@@ -15,7 +15,7 @@ fn host_sim(arguments: &[&str]) -> Output {
     at_its_fixtures().args(arguments).output().unwrap()
 }
 
-/// A fresh folder of this name.
+/// A new folder of this name.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("linkage_{name}"));
     std::fs::remove_dir_all(&path).ok();
@@ -28,7 +28,7 @@ fn linkage(file: &str, out: &Path, more: &[&str]) -> Output {
     host_sim(&all)
 }
 
-/// The summary that `--json` prints, and the exit code.
+/// The summary from `--json`, and the exit code.
 fn summary(file: &str, name: &str, more: &[&str]) -> (Value, i32) {
     let mut all = vec!["--json"];
     all.extend(more);
@@ -41,7 +41,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
 }
 
-/// A log as columns by name.
+/// A log as columns with names.
 struct Log {
     names: Vec<String>,
     rows: Vec<Vec<f64>>,
@@ -94,7 +94,7 @@ fn a_turn_writes_table_log_summary_and_plots() {
     let moment = log.column("driving_moment");
     assert_eq!(number(&summary["driving_moment"]["max"]), moment.iter().copied().fold(f64::MIN, f64::max));
     assert_eq!(number(&summary["driving_moment"]["min"]), moment.iter().copied().fold(f64::MAX, f64::min));
-    // 12.47.
+    // Eq. 12.47.
     for axis in ["x", "y"] {
         let (f3, f0) = (log.column(&format!("f3{axis}")), log.column(&format!("f0{axis}")));
         let shaking = log.column(&format!("shaking_force_{axis}"));
@@ -108,7 +108,7 @@ fn a_turn_writes_table_log_summary_and_plots() {
     }
 }
 
-/// Neither weight nor inertia takes anything from a crank that ends as it began.
+/// Weight and inertia do no net work on a crank that ends as it began.
 #[test]
 fn over_a_turn_at_constant_speed_the_moment_does_no_work() {
     for (file, branch) in [(FOUR_BAR, "open"), (FOUR_BAR, "crossed"), (SLIDER_CRANK, "open"), (SLIDER_CRANK, "crossed")]
@@ -121,7 +121,7 @@ fn over_a_turn_at_constant_speed_the_moment_does_no_work() {
     }
 }
 
-/// The ground carries the weight, on the average over a turn.
+/// The ground carries the weight on average over a turn.
 #[test]
 fn the_mean_shaking_force_is_the_weight() {
     let out = folder("weight");
@@ -132,7 +132,7 @@ fn the_mean_shaking_force_is_the_weight() {
     assert!((mean("shaking_force_y") + (0.24 + 0.72 + 0.60) * 9.81).abs() < 1e-12);
 }
 
-/// A piston's textbook formula: `x = r cos + sqrt(l^2 - r^2 sin^2)`, `F = -m x''`, `M = m x'' x' / w`.
+/// Textbook formula of a piston: `x = r cos + sqrt(l^2 - r^2 sin^2)`, `F = -m x''`, `M = m x'' x' / w`.
 #[test]
 fn a_piston_shakes_and_loads_the_motor_as_its_formula_says() {
     let out = folder("piston");
@@ -168,7 +168,7 @@ fn a_crank_that_rocks_is_driven_where_the_loop_closes() {
         assert_eq!(inside.len(), 107);
         assert!(inside[0] - arc.start < steps && arc.end - inside[106] < steps);
     }
-    // Two pieces, and nothing drawn between them.
+    // The plot has two pieces with nothing drawn between them.
     let plot = std::fs::read_to_string(out.join("driving_moment.svg")).unwrap();
     assert_eq!(plot.matches("stroke=\"#1F4E9C\"").count(), 1 + 2);
 }
@@ -192,7 +192,7 @@ fn a_free_linkage_keeps_the_balance_of_energy_and_work() {
     for i in 0..log.rows.len() {
         assert!((work[i] - 0.8 * angle[i]).abs() < 1e-12);
         let gain = kinetic[i] + potential[i] - kinetic[0] - potential[0];
-        // Measured: 5.1e-8, at 122 rad/s in the end.
+        // Measured: 5.1e-8, at 122 rad/s at the end.
         assert!((gain - work[i]).abs() < 1e-7 * greatest, "{i}: {gain} {}", work[i]);
     }
     for plot in ["motion.svg", "energy.svg"] {
@@ -200,7 +200,7 @@ fn a_free_linkage_keeps_the_balance_of_energy_and_work() {
     }
 }
 
-/// The method is of fourth order, and the balance shows it: half the step, a sixteenth of the error or less.
+/// The energy balance shows that the method is of fourth order: half the step, a sixteenth of the error or less.
 #[test]
 fn the_balance_error_falls_with_the_fourth_power_of_the_step() {
     let error = |step: &str| {
@@ -229,7 +229,7 @@ fn a_free_linkage_stops_before_a_dead_point_and_exits_with_3() {
         let (summary, code) = summary(ROCKER, "stops", &["--simulate", "1", "--branch", branch]);
         assert_eq!(code, 3);
         assert_eq!(summary["stopped"], "a dead point is 0.02 rad away, where coupler and follower lie in line");
-        // It started in the middle of the arc and fell to the end where the crank lies lower.
+        // The crank started in the middle of the arc and fell to the lower end.
         assert!((number(&summary["angle_start"]) - 0.5 * (0.1452 + 2.0170)).abs() < 1e-4);
         assert!((number(&summary["angle_end"]) - 0.1452).abs() < 2e-3, "{summary}");
         assert!(number(&summary["balance_error_relative"]) < 1e-6);
@@ -246,7 +246,7 @@ fn json_is_the_summary_file_and_nothing_else() {
     assert_eq!((&summary["kind"], &summary["linkage"]), (&"slider-crank".into(), &"exercise 7".into()));
     assert_eq!(summary["joint_forces"].as_array().unwrap().len(), 4);
     assert!(summary.get("class").is_none() && summary.get("follower_angle").is_none());
-    // Its stroke ends where crank and rod lie in line: at the square roots of (l + r)^2 - e^2 and (l - r)^2 - e^2.
+    // The stroke ends with crank and rod in line: at the square roots of (l + r)^2 - e^2 and (l - r)^2 - e^2.
     let position = &summary["slider_position"];
     assert!((number(&position["max"]) - (0.21_f64.powi(2) - 1e-4).sqrt()).abs() < 1e-4);
     assert!((number(&position["min"]) - (0.11_f64.powi(2) - 1e-4).sqrt()).abs() < 1e-4);
@@ -308,7 +308,7 @@ fn the_help_names_the_equations() {
     }
 }
 
-/// What `docs/linkages.md` shows is what is printed, to the last digit.
+/// The program prints the numbers in `docs/linkages.md`, to the last digit.
 #[test]
 fn the_documents_examples_are_real() {
     let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

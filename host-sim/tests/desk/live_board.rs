@@ -1,5 +1,5 @@
-//! A board at the other end of a pseudo-terminal: the firmware's own session on the desk, in the pace of a timer, with a scene's simulated
-//! arm as its joints.
+//! A board at the other end of a pseudo-terminal: the firmware's own session on the desk, at the pace of a timer, with
+//! a scene's simulated arm as its joints.
 #![allow(unreachable_pub, reason = "a part of a test")]
 
 use dynamics_core::Sensed;
@@ -20,24 +20,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time stands still on the board when its host has been away for so long: a machine that is busy with other tests keeps a program from its
-/// turn for longer than a heartbeat, and that is not what is tested. The host is heard every 20 ms at least.
+/// Time stops on the board when its host has been away for this long. On a machine busy with other tests a program may
+/// wait for its turn longer than a heartbeat, and these tests are not about that. The host sends at least every 20 ms.
 const AWAY: Duration = Duration::from_millis(40);
 
-/// A running board; it ends when this is dropped.
+/// A running board; it stops on drop.
 pub struct LiveBoard {
-    /// The port that it is on.
+    /// Name of the port.
     pub port: String,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl LiveBoard {
-    /// A board with the firmware of a scene.
+    /// Start a board with the firmware of a scene.
     pub fn start<const N: usize>(scene: SceneFile) -> Self {
         let (board, host) = TTYPort::pair().unwrap();
         let port = host.name().unwrap();
-        // It holds the lock that keeps others out.
+        // It holds the lock that excludes other processes.
         drop(host);
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
@@ -65,10 +65,10 @@ fn run<const N: usize>(scene: &SceneFile, mut port: TTYPort, stop: &AtomicBool) 
     let mut heard = Instant::now();
     while !stop.load(Ordering::Relaxed) {
         let mut answers = Vec::new();
-        // Nothing where nobody has the other end open.
+        // No bytes if the other end is closed.
         let mut bytes = vec![0; port.bytes_to_read().unwrap_or(0) as usize];
         if port.read_exact(&mut bytes).is_err() {
-            // It was closed in between.
+            // The other end was closed in between.
             bytes.clear();
         }
         if !bytes.is_empty() {
@@ -104,6 +104,6 @@ fn run<const N: usize>(scene: &SceneFile, mut port: TTYPort, stop: &AtomicBool) 
 }
 
 fn send(port: &mut TTYPort, encoder: &mut Encoder, frame: &Frame) {
-    // A host that has left takes nothing any more.
+    // A host that has left receives nothing.
     port.write_all(&encoder.encode(frame).unwrap()).ok();
 }

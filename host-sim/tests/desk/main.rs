@@ -1,5 +1,5 @@
-//! The simulator on the desk: its parts, and the program as a person runs it. One program for all, which links in a fraction of the
-//! time and of the disk of thirty.
+//! Tests of the simulator on the desk: its parts, and the program as run by a user. All are one test program, which
+//! links in a fraction of the time and disk space of thirty.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod bound;
@@ -25,6 +25,8 @@ mod plant_integrators;
 mod program;
 mod rates;
 mod reference;
+#[path = "../../../robot-compiler/tests/common/rooms.rs"]
+mod room_names;
 mod rooms;
 mod statics;
 mod terms_command;

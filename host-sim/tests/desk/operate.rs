@@ -1,4 +1,4 @@
-//! `connect` and `replay` as a script meets them: in a drill on the desk, and at a board on a port.
+//! `connect` and `replay` as used by a script: in a drill on the desk, and with a board on a port.
 
 use crate::live_board::LiveBoard;
 use crate::program::{at_the_top, told};
@@ -15,7 +15,7 @@ fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// Run a script; exit code, standard output, standard error.
+/// Run a script; returns exit code, standard output and standard error.
 fn connect(name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
     connect_to(SCENE, name, script, more)
 }
@@ -30,7 +30,7 @@ fn replay(log: &Path) -> (i32, String, String) {
     told(at_the_top().arg("replay").arg(log).output().unwrap())
 }
 
-/// The same record with other entries.
+/// A record with its entries changed.
 fn changed(log: &Path, change: impl FnOnce(&mut Vec<Entry>)) -> PathBuf {
     let read = Log::new(std::fs::read(log).unwrap()).unwrap();
     let mut entries: Vec<Entry> = read.entries().collect::<Result<_, _>>().unwrap();
@@ -43,7 +43,7 @@ fn changed(log: &Path, change: impl FnOnce(&mut Vec<Entry>)) -> PathBuf {
     path
 }
 
-/// The place and the tick of a status with torque in the middle of a record.
+/// Index and tick of a status with torque in the middle of a record.
 fn a_status_with_torque(entries: &[Entry]) -> (usize, u32) {
     let drives = |entry: &Entry| match &entry.frame {
         Frame::Status(status) if matches!(status.actuation, Some(Actuation::Drive { .. })) => Some(status.tick),
@@ -103,7 +103,7 @@ fn a_board_on_a_port_is_operated_and_its_record_has_the_same_bits_again() {
     assert!(lines[4].starts_with("wait: arrived; furthest off: "), "{out}");
     assert_eq!(lines[5..], ["jog: running; 0.60 s", "hold: holding: as asked", "disarm: idle, homed"]);
 
-    // A second session at the same board, which was not started anew, and without a record.
+    // A second session with the same board, without a restart of the board and without a record.
     let (code, out, error) = connect("again", "arm\n", &["--port", &board.port]);
     assert_eq!((code, error.as_str()), (3, ""));
     assert!(out.starts_with("arm: refused: the arm has not been homed"), "{out}");
@@ -126,7 +126,7 @@ fn a_board_on_a_port_is_operated_and_its_record_has_the_same_bits_again() {
         lost + 1
     );
     let compared = out.strip_suffix(&end).and_then(|before| before.strip_suffix(" ticks compared, 0 differ\n"));
-    // A hello that had to be said again leaves some ticks of its own before those that are counted from it.
+    // A repeated hello leaves some ticks of its own before those counted from the last hello.
     let compared: u32 = compared.unwrap().parse().unwrap();
     assert!(compared >= lost - 1 && compared < ticks, "{compared} of {ticks}, lost {lost}");
 }
@@ -169,7 +169,7 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     let (code, out, _) = replay(&log);
     assert!(code == 0 && out.ends_with(" ticks compared, 0 differ\n"), "{out}");
 
-    // A scene that says nothing of it leaves them as they were built in, and has no use for a payload that is told.
+    // A scene that does not mention them leaves them as built in, and a payload is refused.
     let (code, out, _) =
         connect("fixed", "get 1 position gain\nset 1 position gain 1\npayload 1\n", &["--target", "desk"]);
     assert_eq!(code, 3);

@@ -1,30 +1,31 @@
-//! The plant against reference data from Pinocchio, and against the laws of mechanics.
+//! The plant compared with reference data from Pinocchio and with the laws of mechanics.
 #![allow(clippy::float_cmp, reason = "a trace claims equality")]
 
 use crate::reference::{Golden, Reference, matrix, relative, wrench};
 use dynamics_core::geometry::{about_x, about_z};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Body, Dh, Frame, JointKind, SinCos, Trig};
-use host_sim::plant::actuator::{ActuatorSettings, Ripple};
+use host_sim::plant::actuator::{ActuatorSettings, rippled};
 use host_sim::plant::dynamics::Mechanism;
 use host_sim::plant::friction::{Breakaway, FrictionLaw};
 use host_sim::plant::{Arm, Clock, JointFriction, Plant, State};
 use nalgebra::{Matrix3, SVector, Vector3};
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Precision, Program, RuleSet};
+use robot_compiler::scene::Ripple;
 
 fn array<const N: usize>(values: &[f64]) -> [f64; N] {
     values.try_into().unwrap()
 }
 
-/// Worst relative difference over all states: of what the equations of motion hold, and of forward dynamics.
+/// Worst relative difference over all states: of the terms of the equations of motion, and of forward dynamics.
 fn worst<const N: usize>(arm: &Arm<N>, states: &[Reference]) -> (f64, f64) {
     let (mut terms_off, mut forward_off) = (0.0_f64, 0.0_f64);
     for state in states {
         let (q, qd) = (array(&state.q), array::<N>(&state.qd));
         let terms = arm.terms(&q, &qd);
         let rows: Vec<f64> = state.mass_matrix.concat();
-        // Symmetric, so nalgebra's column order is the reference's row order.
+        // The matrix is symmetric, so nalgebra's column order equals the reference's row order.
         terms_off = terms_off.max(relative(terms.mass_matrix.as_slice(), &rows));
         terms_off = terms_off.max(relative(&terms.gravity, &state.gravity));
         terms_off = terms_off.max(relative(&terms.coriolis, &state.coriolis_qd));
@@ -42,7 +43,8 @@ fn worst<const N: usize>(arm: &Arm<N>, states: &[Reference]) -> (f64, f64) {
         terms_off = terms_off.max((rotation - matrix(&state.tip_rotation)).amax());
         terms_off = terms_off.max(relative(origin.as_slice(), &state.tip_p));
         terms_off = terms_off.max(relative(&[arm.kinetic(&q, &qd)], &[state.kinetic]));
-        // Nearly balanced masses leave a small potential: relative to what one metre of height is worth.
+        // Nearly balanced masses have a small potential, so the difference is relative to the energy of one metre of
+        // height.
         terms_off = terms_off.max((arm.potential(&q) - state.potential).abs() / 100.0);
 
         let drive = array(&state.tau_in);
@@ -73,7 +75,7 @@ fn equations_of_motion_agree_with_pinocchio() {
     }
 }
 
-/// The plant's source run on a tape, as a program of sines, cosines, positions, velocities and torques.
+/// The plant's source traced on a tape, as a program of sines, cosines, positions, velocities and torques.
 fn traced<const N: usize>(mechanism: &Mechanism<N>) -> Program {
     let (outputs, tape) = trace(Arena::new(RuleSet::ALL, Precision::Double), || {
         let joints = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
@@ -116,7 +118,7 @@ fn an_arm_that_moves_no_mass_has_no_acceleration() {
     assert!(arm.acceleration(&[0.3, 0.5], &[0.0; 2], &[1.0; 2]).is_some());
     arm.joints[1].body = Body::massless();
     assert_eq!(arm.acceleration(&[0.3, 0.5], &[0.0; 2], &[1.0; 2]), None);
-    // A position without a sine is none either.
+    // A position without a sine has no acceleration either.
     let arm: Arm<2> = Golden::load("planar2r").classical(false);
     assert_eq!(arm.acceleration(&[2e6, 0.5], &[0.0; 2], &[1.0; 2]), None);
 }
@@ -133,7 +135,7 @@ fn rotors_add_their_reflected_inertia() {
         let inertial = terms.mass_matrix * SVector::<f64, 6>::from_column_slice(&state.qdd);
         let tau: [f64; 6] = core::array::from_fn(|i| inertial[i] + terms.coriolis[i] + terms.gravity[i]);
         assert!(relative(&tau, &with.tau) < 1e-14);
-        // Rotors bring the condition number down to about 30, and the error with it.
+        // Rotors reduce the condition number to about 30, and the error with it.
         assert!(relative(&arm.acceleration(&q, &qd, &array(&state.tau_in)).unwrap(), &with.qdd_fd) < 1e-14);
     }
 }
@@ -151,7 +153,7 @@ fn modified_dh_is_the_same_arm_as_its_placements() {
     let tool = puma.tool;
     let base = Arm { joints: [puma.joints[1]; 3], tool, payload: None, gravity: puma.gravity, tip_wrench: None };
     let (mut modified, mut placed) = (base.clone(), base.clone());
-    // The placed arm's link frames stop short of Rz(theta) Tz(d): the next placement, and the body, begin with it.
+    // The placed arm's link frames end before Rz(theta) Tz(d): the next placement and the body begin with it.
     let (mut turn, mut shift) = (Matrix3::identity(), Vector3::zeros());
     for (i, row) in rows.iter().enumerate() {
         modified.joints[i].frame = Frame::ModifiedDh(*row);
@@ -250,14 +252,14 @@ fn work_done_by_torques_less_friction_is_the_energy_gained() {
     }
     let gained = energy(&arm, plant.state()) - before;
     assert!(spent > 10.0, "the arm should have moved: {spent} J");
-    // Measured: 5.4e-5 J of 103 J, Simpson's error over the onset of friction.
+    // Measured: 5.4e-5 J of 103 J, Simpson's error at the onset of friction.
     assert!((gained - work).abs() < 2e-6 * spent, "gained {gained} J for {work} J of work");
 }
 
 #[test]
 fn coulomb_friction_holds_what_it_can_and_opposes_motion() {
     let arm: Arm<2> = Golden::load("planar2r").classical(false);
-    // Almost hanging: gravity asks for 1.6 N m of the 5 N m that friction gives the first joint.
+    // The arm almost hangs: gravity needs 1.6 N m of the 5 N m of friction in the first joint.
     let start = [-1.52, 0.0];
     let friction = JointFriction::all(&[(0.0, 5.0), (0.0, 0.5)], &arm, &start, 2.5e-4);
     let mut held = plant(&arm, Some(friction), 40, start);
@@ -267,7 +269,7 @@ fn coulomb_friction_holds_what_it_can_and_opposes_motion() {
         free.drive(&[0.0; 2]).unwrap();
     }
     let moved = |p: &Plant<2>| (p.state().q[0] - start[0]).abs();
-    // What is left is the creep at v atanh(load / c) over 0.2 s.
+    // The remaining motion is creep at v atanh(load / c) over 0.2 s.
     let load = arm.terms(&start, &[0.0; 2]).gravity[0].abs();
     let creep = friction[0].sign_speed * (load / 5.0).atanh() * 0.2;
     assert!(moved(&held) < 1.1 * creep && moved(&held) > 0.5 * creep, "{} of {creep}", moved(&held));
@@ -275,7 +277,7 @@ fn coulomb_friction_holds_what_it_can_and_opposes_motion() {
     assert!(friction[0].torque(1.0) > 4.999 && friction[0].torque(-1.0) < -4.999);
 }
 
-/// Friction of the planar arm's first joint: 4 N m once it slides, 12 N m before.
+/// Friction of the planar arm's first joint: 4 N m when sliding, 12 N m at breakaway.
 fn sticky(load: f64) -> [FrictionLaw; 2] {
     let breakaway = Some(Breakaway { torque: 12.0, speed: 0.05, load });
     let first = FrictionLaw { viscous: 0.2, coulomb: 4.0, breakaway };
@@ -288,14 +290,14 @@ fn friction_falls_from_breakaway_to_coulomb_as_stribeck_has_it() {
     let [friction, plain] = JointFriction::of_laws(&sticky(0.0), &arm, &[0.0; 2], 1e-4);
     let curve = |qd: f64| friction.torque(qd) - 0.2 * qd;
     let peak = (1..2000).map(|k| curve(f64::from(k) * 1e-4)).fold(0.0, f64::max);
-    // Of the 8 N m above Coulomb, 93 % where the Stribeck velocity is ten times the sign's.
+    // With a Stribeck velocity of ten times the sign's velocity, 93 % of the 8 N m above Coulomb are reached.
     let reached = (peak - 4.0) / 8.0;
     assert!(friction.sign_speed <= 0.005 && (0.93..1.0).contains(&reached), "{reached} at {}", friction.sign_speed);
-    // At the Stribeck velocity the rise is down to 1/e; far above it only Coulomb is left.
+    // At the Stribeck velocity the rise has fallen to 1/e; far above it only Coulomb friction remains.
     assert!((curve(0.05) - (4.0 + 8.0 / 1.0_f64.exp())).abs() < 1e-6, "{}", curve(0.05));
     assert!((curve(0.5) - 4.0).abs() < 1e-12 && (curve(-0.5) + 4.0).abs() < 1e-12);
     assert_eq!(plain, JointFriction::all(&[(0.0, 0.0), (0.0, 0.5)], &arm, &[0.0; 2], 1e-4)[1]);
-    // A load raises breakaway and leaves sliding friction alone.
+    // A load raises breakaway friction but not sliding friction.
     let [loaded, _] = JointFriction::of_laws(&sticky(0.1), &arm, &[0.0; 2], 1e-4);
     let rise = |drive: f64| loaded.torque_under(drive, 0.05) - loaded.torque_under(0.0, 0.05);
     assert!((rise(20.0) - 2.0 / 1.0_f64.exp()).abs() < 1e-6 && (rise(-20.0) - rise(20.0)).abs() < 1e-12);
@@ -312,10 +314,10 @@ fn a_joint_breaks_away_above_its_level_and_then_slides_on_less() {
         (0..30).for_each(|_| plant.drive(&[torque, 0.0]).unwrap());
         plant.state().q[0]
     };
-    // 10 N m is more than sliding friction, less than breakaway: it only creeps. 13 N m tears it off.
+    // 10 N m lies between sliding and breakaway friction, so the joint only creeps. 13 N m breaks it loose.
     let (held, torn) = (moved(10.0, 0.0), moved(13.0, 0.0));
     assert!((0.0..5e-3).contains(&held) && torn > 0.1, "{held} rad and {torn} rad");
-    // Half of the load more holds that too.
+    // With half of the load added to breakaway friction, the joint holds 13 N m too.
     let loaded = moved(13.0, 0.5);
     assert!((0.0..1e-2).contains(&loaded), "{loaded} rad");
 }
@@ -324,12 +326,13 @@ fn a_joint_breaks_away_above_its_level_and_then_slides_on_less() {
 fn torque_ripple_swings_about_the_command_as_the_joint_turns() {
     let ripple = Ripple { share: 0.1, cycles: 6.0 };
     let kinds = [JointKind::Revolute, JointKind::Prismatic];
-    // A quarter of a cycle: a twelfth of pi of a turn, 1/24 m.
+    // A quarter of a cycle: pi / 12 of an angle, 1/24 m.
     let quarter = [core::f64::consts::PI / 12.0, 1.0 / 24.0];
-    let acting = ripple.acting(&kinds, &[10.0, -20.0], &quarter);
+    let acting = rippled(ripple, &kinds, &[10.0, -20.0], &quarter);
     assert!((acting[0] - 11.0).abs() < 1e-12 && (acting[1] + 22.0).abs() < 1e-12, "{acting:?}");
-    assert_eq!(ripple.acting(&kinds, &[10.0, -20.0], &[0.0; 2]), [10.0, -20.0]);
-    // In the loop it does the work that the ledger says, and over whole turns none of its own: the integral of the sine is zero.
+    assert_eq!(rippled(ripple, &kinds, &[10.0, -20.0], &[0.0; 2]), [10.0, -20.0]);
+    // In the loop it does the work stated in the ledger, and no net work over whole turns, because the integral of the
+    // sine is zero.
     let mut arm: Arm<2> = Golden::load("planar2r").classical(false);
     arm.gravity = Vector3::zeros();
     let clock = Clock { period: 0.01, steps_per_tick: 40 };
@@ -357,7 +360,7 @@ fn brakes_that_were_released_engage_where_the_arm_is_then_and_nothing_is_left_of
     assert!(moving.qd[0] > 0.1 && moving.q[0] > 0.31, "{moving:?}");
     plant.brake();
     let braked = *plant.state();
-    // A tenth of the braking time: nine tenths of the speed, and the way of their mean.
+    // After a tenth of the braking time: nine tenths of the speed, and the distance at the mean speed.
     assert!((braked.qd[0] - 0.9 * moving.qd[0]).abs() < 1e-12, "{moving:?}, {braked:?}");
     assert!((braked.q[0] - moving.q[0] - 0.0095 * moving.qd[0]).abs() < 1e-12, "{moving:?}, {braked:?}");
     (0..10).for_each(|_| plant.brake());
@@ -379,11 +382,11 @@ fn brakes_bring_the_arm_to_rest_and_hold_it() {
     }
     let stopped = *plant.state();
     assert!(stopped.qd.iter().all(|v| v.abs() < 1e-12));
-    // Constant deceleration over a tenth of a second: half the speed times the time.
+    // Constant deceleration over a tenth of a second: the distance is half the speed times the time.
     assert!((stopped.q[0] - (at.q[0] + at.qd[0] * 0.05)).abs() < 1e-12);
     plant.brake();
     assert_eq!(plant.state().q.map(f64::to_bits), stopped.q.map(f64::to_bits));
-    // Released and engaged again: from where the arm is then.
+    // A brake that is released and engaged again starts from the arm's state at that time.
     for _ in 0..20 {
         plant.drive(&[1.0, 0.0]).unwrap();
     }

@@ -1,4 +1,4 @@
-//! Elastic joints against closed forms and the laws of mechanics.
+//! Elastic joints compared with closed forms and the laws of mechanics.
 #![allow(clippy::float_cmp, reason = "what is not touched has not moved")]
 
 use crate::reference::Golden;
@@ -6,10 +6,11 @@ use dynamics_core::trig::Polynomial;
 use dynamics_core::{Rotor, Trig};
 use host_sim::plant::actuator::ActuatorSettings;
 use host_sim::plant::elasticity::Elasticity;
-use host_sim::plant::{Arm, Clock, Integrator, Plant, Side, State};
+use host_sim::plant::{Arm, Clock, Plant, State};
 use nalgebra::Vector3;
+use robot_compiler::scene::{Integrator, Side};
 
-/// The two rods with rotors of so much inertia.
+/// The two rods with this rotor inertia.
 fn rods(rotor: f64) -> Arm<2> {
     let mut arm: Arm<2> = Golden::load("planar2r").classical(false);
     for joint in &mut arm.joints {
@@ -18,7 +19,7 @@ fn rods(rotor: f64) -> Arm<2> {
     arm
 }
 
-/// The first of the two alone, without gravity, and its inertia about its joint.
+/// The first rod alone, without gravity, and its inertia about its joint.
 fn rod(rotor: f64) -> (Arm<1>, f64) {
     let Arm { joints: [first, _], tool, .. } = rods(rotor);
     let arm = Arm { joints: [first], tool, payload: None, gravity: Vector3::zeros(), tip_wrench: None };
@@ -46,7 +47,7 @@ fn natural_frequencies_are_those_of_the_closed_forms() {
     let found = springs(500.0, 0.0).natural_frequencies(&arm, &[0.4]).unwrap();
     let wanted = (500.0 * (1.0 / inertia + 1.0 / 0.3)).sqrt();
     assert!((found[0] / wanted - 1.0).abs() < 1e-12 && found[1].abs() < 1e-5 * wanted, "{found:?} and {wanted}");
-    // Motors that nothing moves: det(K - w^2 D) = 0, a quadratic for two joints.
+    // Motors too heavy to move: det(K - w^2 D) = 0, a quadratic for two joints.
     let arm = rods(1e12);
     let q = [0.3, 0.9];
     let found = springs(500.0, 0.0).natural_frequencies(&arm, &q).unwrap();
@@ -61,7 +62,7 @@ fn natural_frequencies_are_those_of_the_closed_forms() {
     }
 }
 
-/// Largest error of the twist against its closed form, over its amplitude, while the motor is pushed steadily.
+/// Largest error of the twist against its closed form, relative to its amplitude, under a constant motor torque.
 fn oscillation(rotor: f64, damping: f64, steps: u32) -> f64 {
     const TORQUE: f64 = 3.0;
     let (arm, inertia) = rod(rotor);
@@ -81,7 +82,7 @@ fn oscillation(rotor: f64, damping: f64, steps: u32) -> f64 {
 
 #[test]
 fn a_pushed_motor_swings_against_its_link_as_the_closed_form_says() {
-    // Free, as good as clamped, and damped to a tenth of its critical value.
+    // Free, practically clamped, and damped to a tenth of the critical value.
     for (name, rotor, damping, before) in
         [("free", 0.3, 0.0, 6.92e-7), ("clamped", 1e5, 0.0, 3.72e-8), ("damped", 0.3, 2.0, 1.83e-7)]
     {
@@ -92,7 +93,7 @@ fn a_pushed_motor_swings_against_its_link_as_the_closed_form_says() {
     }
 }
 
-/// Kinetic, potential and springs' energy, J.
+/// Kinetic, potential and spring energy, J.
 fn energy(arm: &Arm<2>, rotor: f64, springs: &Elasticity<2>, plant: &Plant<2>) -> f64 {
     let mut bare = arm.clone();
     bare.joints.iter_mut().for_each(|joint| joint.rotor = Rotor::default());
@@ -101,7 +102,7 @@ fn energy(arm: &Arm<2>, rotor: f64, springs: &Elasticity<2>, plant: &Plant<2>) -
     bare.kinetic(&link.q, &link.qd) + bare.potential(&link.q) + rotors + springs.energy(motor, link)
 }
 
-/// Greatest change of energy in half a second of falling, J, and the change at its end.
+/// Greatest change of energy while falling for half a second, J, and the change at the end.
 fn drift(damping: f64, backlash: Option<[f64; 2]>, integrator: Integrator, steps: u32) -> (f64, f64) {
     let arm = rods(0.3);
     let springs = Elasticity { backlash, ..springs(500.0, damping) };
@@ -124,7 +125,7 @@ fn without_damping_energy_is_kept_and_with_it_lost() {
     let lost = drift(2.0, None, Integrator::RungeKutta, 2).1;
     let near =
         |found: f64, before: f64| assert!((found / before - 1.0).abs() < 0.05, "{found:e} J, {before:e} J before");
-    // What Runge-Kutta takes from an oscillation falls with the fifth power of the step.
+    // The energy loss of Runge-Kutta in an oscillation falls with the fifth power of the step.
     near(coarse, 2.80e-8);
     near(fine, 8.90e-10);
     near(adaptive, 1.10e-9);
@@ -164,9 +165,10 @@ fn flanks_in_play_meet_push_and_do_not_pull() {
     assert_eq!(torque(0.9e-3, &moved), 0.0);
     assert!((torque(3e-3, &state) - 1.0).abs() < 1e-12 && (torque(-3e-3, &state) + 1.0).abs() < 1e-12);
     assert!((torque(3e-3, &moved) - 6.0).abs() < 1e-12);
-    // The flank of the other side is pushed less by a motor that leaves it, and not below nothing.
+    // A motor that moves away reduces the torque on the other flank, but not below zero.
     assert_eq!(torque(-3e-3, &moved), 0.0);
-    // The link stands until the motor has crossed half of the play, then goes along: with 3 N m at J + D, less what it takes to turn D.
+    // The link stands still until the motor has crossed half of the backlash. Then it moves along: with 3 N m at J + D,
+    // less the torque that accelerates D.
     let mut plant = plant(&arm, springs, 8, [0.4]);
     let mut crossed = 0;
     while twist(&plant, 0) < 0.45 * PLAY {
@@ -196,7 +198,7 @@ fn an_elastic_arm_starts_where_its_springs_hold_it_and_stops_on_both_sides() {
     for i in 0..2 {
         assert!((twist(&plant, i) - weight[i] / 500.0 - 0.5e-3).abs() < 1e-12);
     }
-    // Motors that hold exactly that keep it there.
+    // Motors that hold exactly that torque keep the arm there.
     for _ in 0..200 {
         plant.drive(&weight).unwrap();
     }

@@ -1,12 +1,13 @@
-//! The plant's integrators: each of its order, and jitter where it is said to be.
+//! The plant's integrators: the order of each, and jitter at the given place.
 
 use crate::reference::Golden;
 use host_sim::plant::actuator::ActuatorSettings;
 use host_sim::plant::jitter::{Jitter, Moved};
-use host_sim::plant::{Arm, Clock, Diverged, Integrator, Plant};
+use host_sim::plant::{Arm, Clock, Diverged, Plant};
 use nalgebra::Vector3;
+use robot_compiler::scene::Integrator;
 
-/// Where the free arm is after half a second, in one tick of so many steps.
+/// Position of the free arm after half a second, in one tick of `steps_per_tick`.
 fn fall<const N: usize>(arm: &Arm<N>, start: [f64; N], integrator: Integrator, steps_per_tick: u32) -> [f64; N] {
     let clock = Clock { period: 0.5, steps_per_tick };
     let mut plant = Plant::new(arm, None, ActuatorSettings::default(), clock, start).with_integrator(integrator);
@@ -14,7 +15,7 @@ fn fall<const N: usize>(arm: &Arm<N>, start: [f64; N], integrator: Integrator, s
     plant.state().q
 }
 
-/// Largest distance from the fall in 5,000 steps of Runge-Kutta, rad, by each of the methods.
+/// Largest distance from the fall with 5,000 Runge-Kutta steps, rad, for each method.
 fn errors<const N: usize>(arm: &Arm<N>, start: [f64; N], by: &[(Integrator, u32)]) -> Vec<f64> {
     let exact = fall(arm, start, Integrator::RungeKutta, 5_000);
     let error = |&(integrator, steps): &(Integrator, u32)| {
@@ -24,12 +25,12 @@ fn errors<const N: usize>(arm: &Arm<N>, start: [f64; N], by: &[(Integrator, u32)
     by.iter().map(error).collect()
 }
 
-/// Whether a measured number is near the one that stands here.
+/// Whether a number is near the measured one.
 fn near(found: f64, before: f64) -> bool {
     (found / before - 1.0).abs() < 0.05
 }
 
-/// `euler` and `runge_kutta`: the errors measured before.
+/// Check the order of every method; `euler` and `runge_kutta` are the errors measured before.
 fn every_order<const N: usize>(arm: &Arm<N>, start: [f64; N], euler: f64, runge_kutta: f64) {
     let mut by = vec![(Integrator::SemiImplicitEuler, 1000), (Integrator::SemiImplicitEuler, 2000)];
     by.extend([(Integrator::RungeKutta, 50), (Integrator::RungeKutta, 100)]);
@@ -41,7 +42,7 @@ fn every_order<const N: usize>(arm: &Arm<N>, start: [f64; N], euler: f64, runge_
     assert!((0.95..1.05).contains(&first) && near(errors[0], euler), "order {first}: {errors:?}");
     assert!((3.9..4.1).contains(&fourth) && near(errors[2], runge_kutta), "order {fourth}: {errors:?}");
     for (tolerance, error) in tolerances.iter().zip(&errors[4..]) {
-        // Measured: 0.28 to 0.74 of the tolerance over six decades of it.
+        // Measured: 0.28 to 0.74 of the tolerance over six decades.
         assert!((0.2..1.0).contains(&(error / tolerance)), "{tolerance:e}: {error:e} rad");
     }
 }
@@ -73,7 +74,7 @@ fn a_jitter_moves_the_measurement_to_before_the_tick_and_the_torque_to_after_it(
     for integrator in [Integrator::RungeKutta, Integrator::SemiImplicitEuler, Integrator::Adaptive { tolerance: 1e-9 }]
     {
         let plant = || Plant::new(&arm, None, ActuatorSettings::default(), clock, [0.0; 2]).with_integrator(integrator);
-        // How far the arm has come since the measurement, over its speed: uniform from 0 to MOST.
+        // Distance of the arm since the measurement, over its speed: uniform from 0 to MOST.
         let mut early = plant().with_jitter(Some(Jitter::new(MOST, 7, Moved::Sampling)), None);
         (0..50).for_each(|_| early.drive(&[0.2, 0.02]).unwrap());
         let times: Vec<f64> = (0..TICKS)
@@ -91,7 +92,7 @@ fn a_jitter_moves_the_measurement_to_before_the_tick_and_the_torque_to_after_it(
         let inside = |times: &[f64]| times.iter().all(|t| (-1e-6..1.01 * MOST).contains(t));
         let (mean, rms) = of(&times);
         assert!(inside(&times) && (mean - 0.5).abs() < 0.03 && (rms - 1.0).abs() < 0.03, "{mean} {rms}");
-        // From rest under one tick's torque: the speed that is missing, over the acceleration.
+        // From rest under the torque of one tick: the missing speed, over the acceleration.
         let speed = |plant: &mut Plant<2>| {
             plant.drive(&[1.0, 0.1]).unwrap();
             plant.state().qd[0]

@@ -1,4 +1,4 @@
-//! Loops with a model that is cheaper than it could be: a fixed inertia, an evaluation in some ticks only, two precisions.
+//! Loops with a simplified model: a fixed inertia, an evaluation in some ticks only, two precisions.
 
 use dynamics_core::control::{Between, Law};
 use host_sim::run::closed_loop::End;
@@ -15,7 +15,7 @@ fn load(path: &str) -> SceneFile {
     SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap()
 }
 
-/// The Puma, undisturbed, with an exact model.
+/// The undisturbed Puma with an exact model.
 fn puma() -> SceneFile {
     load("../scenes/puma560_ideal.toml")
 }
@@ -38,7 +38,7 @@ fn csv(record: &Record) -> Vec<u8> {
     bytes
 }
 
-/// Within 3 % of what was measured, in either direction.
+/// Assert that a number is within 3 % of the measured one, in either direction.
 fn assert_near(found: f64, measured: f64, what: &str) {
     println!("{what}: {found:.3e}");
     assert!((found / measured - 1.0).abs() < 0.03, "{what}: {found:e}, measured before: {measured:e}");
@@ -91,12 +91,12 @@ fn the_shipped_scene_tracks_nearly_as_the_pick_does() {
     assert_near(error(&slow), 7.234e-4, "in every 4th tick, along a line");
     slow.control.model_between = Between::Hold;
     assert_near(error(&slow), 7.201e-4, "in every 4th tick, held");
-    // The same world: with its model in every tick it is the pick, to the bit.
+    // The same world: with its model in every tick it equals the pick, to the bit.
     slow.control.model_every = 1;
     assert_eq!(csv(&run(&slow).record), csv(&run(&load("../scenes/puma560_pick.toml")).record));
 }
 
-/// The planar arm so many turns from the origin, with an encoder of a million counts a turn.
+/// The planar arm `turns` turns from the origin, with an encoder of a million counts per turn.
 fn far(turns: f64, scalar: ScalarChoice) -> SceneFile {
     let mut scene = load("tests/fixtures/swing.toml");
     scene.control.scalar = scalar;

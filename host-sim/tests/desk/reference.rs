@@ -1,4 +1,4 @@
-//! Outside reference data: robots and states, as `robots/golden/*.json` hold them.
+//! External reference data: robots and states from `robots/golden/*.json`.
 
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool, Wrench};
 use host_sim::plant::Arm;
@@ -74,7 +74,7 @@ pub(crate) struct Reference {
     pub(crate) rotor: Option<WithRotor>,
 }
 
-/// The same state with the rotors counted.
+/// Results for the same state with rotors.
 #[derive(Deserialize)]
 pub(crate) struct WithRotor {
     pub(crate) tau: Vec<f64>,
@@ -86,7 +86,7 @@ pub(crate) struct WithRotor {
 /// Largest difference relative to the largest entry of the reference.
 pub(crate) fn relative(found: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
-    // f64::max drops a NaN; a test must not.
+    // f64::max drops a NaN, so it must be rejected here.
     assert!(found.iter().all(|x| x.is_finite()), "{found:?}");
     let scale = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs())).max(1e-12);
     found.iter().zip(expected).fold(0.0, |m, (a, b)| f64::max(m, (a - b).abs())) / scale

@@ -1,4 +1,4 @@
-//! `statics`: against the dynamics of the same arm, against closed forms, and as a person meets it.
+//! `statics` compared with the dynamics of the same arm and with closed forms, and as used by a person.
 #![allow(clippy::float_cmp, reason = "a joint that is held stays where it is")]
 
 use crate::program::{at_its_fixtures, told};
@@ -40,7 +40,7 @@ fn planar(question: &Question) -> Answer {
     ask(&Robot::load(&here(PLANAR)).unwrap(), question)
 }
 
-/// What `dynamics` finds for the same arm, which shares no line with statics but the robot file's reader.
+/// Torques from `dynamics` for the same arm. It shares no code with statics except the robot file's reader.
 fn torques(robot: &Robot, question: &Question) -> Vec<f64> {
     let same = dynamics::Question {
         q: question.q.clone().unwrap(),
@@ -98,13 +98,13 @@ fn a_load_is_a_tip_wrench_of_its_weight_and_in_base_axes_the_base_carries_it_all
     }
 }
 
-/// As exercise 33: the second joint at 45 degrees, the first one free.
+/// As in exercise 33: the second joint at 45 degrees, the first one free.
 #[test]
 fn the_posture_of_least_potential_is_the_one_that_hangs_and_needs_no_shoulder() {
     let elbow = core::f64::consts::FRAC_PI_4;
     let held =
         |what: &str| Question { minimise: Some(what.to_owned()), hold: vec!["elbow".to_owned()], ..at(&[0.5, elbow]) };
-    // V = g (a sin q1 + b sin(q1 + q2)), least where the whole arm's mass centre is under the shoulder.
+    // V = g (a sin q1 + b sin(q1 + q2)), least with the whole arm's mass centre below the shoulder.
     let (a, b) = (2.0 * 0.5 + 1.5 * 1.0, 1.5 * 0.4);
     let angle = -core::f64::consts::FRAC_PI_2 - (b * elbow.sin()).atan2(a + b * elbow.cos());
     let least = -9.81 * (a * a + b * b + 2.0 * a * b * elbow.cos()).sqrt();
@@ -142,7 +142,7 @@ fn a_free_search_finds_the_hanging_arm_and_the_same_one_every_time() {
     assert_eq!(planar(&free("potential")), hanging);
     assert!(planar(&free("total")).minimised.unwrap().value < 1e-10);
 
-    // Held straight up or straight down, a Puma needs no torque but a wrist's that its masses all but balance.
+    // Held straight up or straight down, a Puma needs no torque except in a wrist whose masses almost balance.
     let puma = Robot::load(&here("../robots/puma560.toml")).unwrap();
     let floor = Question { gravity: vec![0.0, 0.0, -9.81], ..free("total") };
     let found = ask(&puma, &floor);

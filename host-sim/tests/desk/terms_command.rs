@@ -1,4 +1,4 @@
-//! `host-sim terms` as a person or a script meets it.
+//! `host-sim terms` as used by a person or a script.
 
 use crate::program;
 use crate::program::at_the_top;
@@ -25,7 +25,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&printed(&all)).unwrap()
 }
 
-/// All numbers of a list of lists, in order.
+/// All numbers of nested lists, in order.
 fn flat(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(list) => list.iter().flat_map(flat).collect(),
@@ -33,7 +33,7 @@ fn flat(value: &Value) -> Vec<f64> {
     }
 }
 
-/// What the program says when it refuses.
+/// The program's message when it refuses.
 fn refusal(arguments: &[&str]) -> String {
     let output = terms(arguments);
     assert_eq!((output.status.code(), output.stdout), (Some(2), vec![]));
@@ -74,7 +74,7 @@ fn the_terms_are_those_of_dynamics() {
         let off = relative(&flat(&found[term]), &flat(&wanted[same]));
         assert!(off < 1e-14, "{term}: {off:e}");
     }
-    // Without its rotors the matrix is smaller on its diagonal, by gear^2 inertia, and nowhere else.
+    // Without its rotors the matrix is smaller by gear^2 inertia on its diagonal only.
     let bare = flat(&json(&[PUMA, "--q", Q, "--rotor", "absent"])["mass_matrix"]);
     let all = flat(&found["mass_matrix"]);
     for (i, (all, bare)) in all.iter().zip(&bare).enumerate() {
@@ -93,7 +93,7 @@ fn two_rods_have_their_closed_forms() {
     let symbols = flat(&rods["christoffel"]);
     let bend = -coupling * 0.7_f64.sin();
     assert!(relative(&symbols, &[0.0, bend, bend, bend, -bend, 0.0, 0.0, 0.0]) < 1e-14, "{symbols:?}");
-    // Gravity across the plane does nothing.
+    // Gravity perpendicular to the plane has no effect.
     assert!(flat(&rods["gravity"]).iter().all(|torque| torque.abs() < 1e-14));
 }
 
@@ -142,7 +142,7 @@ fn what_cannot_be_is_named() {
         let said = refusal(arguments);
         assert!(said.contains(expected), "{arguments:?}: {said}");
     }
-    // Wrong only by overflow: a message, no infinity in the answer.
+    // Only an overflow is wrong: the program prints a message and no infinity.
     let said = refusal(&[PUMA, "--q", Q, "--qd", "1e200,1e200,1e200,1e200,1e200,1e200"]);
     assert!(said.contains("the numbers are too large"), "{said}");
 }

@@ -1,4 +1,4 @@
-//! The trade-off of speed and accuracy: what is measured, what is written, what is chosen.
+//! The trade-off between speed and accuracy: its measurements, its files, its choices.
 #![allow(
     clippy::unwrap_used,
     clippy::float_cmp,
@@ -8,7 +8,7 @@
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
 use host_sim::failure::Failure;
-use host_sim::study::trade::base::Base;
+use host_sim::study::trade::baseline::Baseline;
 use host_sim::study::trade::choice::{Choice, Every, TermSet};
 use host_sim::study::trade::request::{Budget, Share};
 use host_sim::study::trade::{Cost, Point, Trade, Workshop, trade};
@@ -33,7 +33,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Costs without a chip: by what the scene files say, so that the order is known.
+/// Costs without a chip, made up from the scene files, so that their order is known.
 fn made_up(paths: &[PathBuf]) -> Vec<Cost> {
     let cost = |path: &PathBuf| {
         let scene = SceneFile::load(path).unwrap();
@@ -56,7 +56,7 @@ fn made_up(paths: &[PathBuf]) -> Vec<Cost> {
     paths.iter().map(cost).collect()
 }
 
-fn choices(base: &Base) -> Vec<Choice> {
+fn choices(base: &Baseline) -> Vec<Choice> {
     let mut all = Vec::new();
     for scalar in [ScalarChoice::F32, ScalarChoice::F64] {
         for terms in [TermSet::Full, TermSet::NoCoriolis, TermSet::Gravity, TermSet::None] {
@@ -72,7 +72,7 @@ fn choices(base: &Base) -> Vec<Choice> {
 }
 
 fn measured(scene: &Path, folder: &Path, fresh: bool) -> (Trade, usize) {
-    let base = Base::load(scene).unwrap();
+    let base = Baseline::load(scene).unwrap();
     let asked = RefCell::new(0);
     let costs = |paths: &[PathBuf], _: &AtomicBool| {
         *asked.borrow_mut() += paths.len();
@@ -96,14 +96,15 @@ fn errors_are_what_the_choices_leave_out() {
     let (trade, _) = measured(&shipped("scenes/planar2r_swing.toml"), &folder, true);
     assert_eq!(trade.points.len(), 2 * (3 * 2 + 1));
     let error = |scalar: &str, terms: &str, kernel: &str| point(&trade, scalar, terms, kernel).torque_of_limit.unwrap();
-    // Rounding: that of double precision is that of its constants and 1e-16 of the torque; that of single is 5e8 as large.
+    // Rounding errors. Double precision: that of its constants, and 1e-16 of the torque. Single precision: 5e8 times as
+    // large.
     let double = error("f64", "full", "exact");
     assert!(double > 1e-18 && double < 2e-15, "{double:e}");
     let single = error("f32", "full", "exact");
     assert!(single > 1e-8 && single < 1e-6, "{single:e}");
     let regrouped = error("f32", "full", "regrouped");
     assert!(regrouped > 1e-8 && regrouped < 1e-6, "{regrouped:e}");
-    // Fewer terms are farther off, in either precision alike.
+    // Fewer terms give larger errors, in both precisions.
     for scalar in ["f32", "f64"] {
         let [full, less, gravity, none] =
             [("full", "exact"), ("no-coriolis", "exact"), ("gravity", "exact"), ("none", "exact")]
@@ -118,7 +119,7 @@ fn errors_are_what_the_choices_leave_out() {
     let names: Vec<&str> = trade.courses.iter().map(|course| course.name).collect();
     assert_eq!(names, ["slow", "fast", "singular"]);
     assert!(trade.courses[0].speed < 0.11 && trade.courses[1].speed > 0.3, "{:?}", trade.courses);
-    // Two rods are nearest to singular where they are stretched or folded.
+    // Two rods are nearest to singular when stretched or folded.
     assert!(trade.courses[2].least_eigenvalue <= trade.courses[1].least_eigenvalue, "{:?}", trade.courses);
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -161,7 +162,7 @@ fn what_is_known_is_not_measured_again() {
     assert_eq!((asked, &second), (0, &first));
     let (third, asked) = measured(&scene, &folder, true);
     assert_eq!((asked, &third), (first.points.len(), &first));
-    // Half of what was written is lost: the other half stays.
+    // Half of the file is lost: the other half is kept.
     let path = folder.join("measured.jsonl");
     let text = std::fs::read_to_string(&path).unwrap();
     let chip: Vec<&str> = text.lines().filter(|line| line.contains("\"chip-")).collect();
@@ -175,7 +176,7 @@ fn what_is_known_is_not_measured_again() {
 #[test]
 fn an_interrupted_work_says_so_and_keeps_what_it_has() {
     let (folder, scene) = (folder("interrupted"), shipped("scenes/planar2r_swing.toml"));
-    let base = Base::load(&scene).unwrap();
+    let base = Baseline::load(&scene).unwrap();
     let stop = AtomicBool::new(false);
     let progress = ProgressBar::hidden();
     let shop = Workshop { folder: &folder, fresh: true, stop: &stop, progress: &progress };
@@ -189,7 +190,7 @@ fn an_interrupted_work_says_so_and_keeps_what_it_has() {
 #[test]
 fn a_choice_is_written_into_the_scene_and_nothing_else_is() {
     let path = shipped("scenes/puma560_pick.toml");
-    let base = Base::load(&path).unwrap();
+    let base = Baseline::load(&path).unwrap();
     let own = SceneFile::from_toml_str(&base.with(&base.own()), &path).unwrap();
     let mut plain = SceneFile::load(&path).unwrap();
     plain.robot.path.clone_from(&own.robot.path);
@@ -221,7 +222,7 @@ fn a_choice_is_written_into_the_scene_and_nothing_else_is() {
 #[test]
 fn terms_that_were_chosen_by_a_tolerance_are_written_out() {
     let path = shipped("scenes/puma560_auto.toml");
-    let base = Base::load(&path).unwrap();
+    let base = Baseline::load(&path).unwrap();
     let auto = SceneFile::load(&path).unwrap();
     assert!(base.file.model.auto.is_none());
     let full = robot_compiler::scene::ModelSpec { auto: None, ..auto.model.full().clone() };
@@ -232,7 +233,7 @@ fn terms_that_were_chosen_by_a_tolerance_are_written_out() {
 fn a_robot_alone_gets_a_scene_of_its_own() {
     for robot in ["robots/ur5.toml", "robots/scara.toml", "robots/chapter12/cartesian_pp.toml"] {
         let path = shipped(robot);
-        let base = Base::load(&path).unwrap();
+        let base = Baseline::load(&path).unwrap();
         let default = SceneFile::default_for(base.file.robot.clone());
         assert_eq!(
             (&base.file.motion, &base.file.model, &base.file.control),

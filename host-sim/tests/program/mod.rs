@@ -1,14 +1,14 @@
-//! The program as a person or a script runs it.
+//! The program as run by a person or a script.
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its part")]
 
 use std::process::{Command, Output};
 
-/// In the folder at the top of the project.
+/// Command in the project's root folder.
 pub fn at_the_top() -> Command {
     within(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// In the simulator's own folder, where its fixtures are: messages that name them are the same on every machine.
+/// Command in the simulator's own folder with its fixtures: messages that name them are the same on every machine.
 pub fn at_its_fixtures() -> Command {
     within(env!("CARGO_MANIFEST_DIR"))
 }
@@ -19,14 +19,14 @@ fn within(folder: &str) -> Command {
     command
 }
 
-/// What it printed, having ended well and complained of nothing.
+/// Standard output of a program that succeeded with an empty standard error.
 pub fn printed(output: Output) -> String {
     let (code, printed, error) = told(output);
     assert_eq!((code, error.as_str()), (0, ""));
     printed
 }
 
-/// Exit code, standard output, standard error.
+/// Exit code, standard output and standard error.
 pub fn told(output: Output) -> (i32, String, String) {
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))

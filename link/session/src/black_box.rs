@@ -11,7 +11,7 @@ use link::{Denial, Frame, Parts, SensedLines, Status, TickCost};
 /// Ticks that are remembered.
 pub const TICKS: usize = 39;
 
-/// Ticks that are still remembered after the one with a fault; the others are those before it.
+/// Ticks remembered after a tick with a fault; the others are the ticks before it.
 pub const TICKS_AFTER: u8 = 8;
 
 /// A tick.
@@ -21,9 +21,9 @@ pub struct Record<const N: usize> {
     pub tick: u32,
     /// Frames that had been taken before it, modulo 65,536.
     pub taken: u16,
-    /// All that the machine was told.
+    /// Inputs of the machine.
     pub inputs: Inputs<f32, N>,
-    /// All that it said.
+    /// Outputs of the machine.
     pub output: Output<f32, N>,
     /// Its cost.
     pub cost: Option<TickCost>,
@@ -44,7 +44,7 @@ impl<const N: usize> Record<N> {
         cost: None,
     };
 
-    /// Status frame with these parts, and with how many points the trajectory has room for.
+    /// Status frame with these parts, and the number of points that the trajectory has room for.
     #[must_use]
     pub fn status(&self, parts: Parts, room: u8) -> Status {
         let Output { actuation, state, homed, refused } = &self.output;
@@ -67,7 +67,7 @@ impl<const N: usize> Record<N> {
     }
 }
 
-/// Why the machine is in this state, and which joint's doing it is: the number of the fault or of the cause to hold.
+/// Reason for the machine's state: the number of the fault or of the cause to hold, and the joint that caused it.
 fn cause(state: State) -> (u8, Option<u8>) {
     match state {
         State::Fault(fault) => (fault.code(), fault.joint()),
@@ -79,7 +79,7 @@ fn cause(state: State) -> (u8, Option<u8>) {
     }
 }
 
-/// All that a board said.
+/// Readings and lines of a board.
 fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
     let drive_fault = inputs.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault));
     SensedLines {
@@ -102,7 +102,7 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
 pub enum Report<const N: usize> {
     /// The answer of a bench tick.
     Answer(Frame),
-    /// A tick, these parts of it, and how many points the trajectory has room for.
+    /// A tick, these parts of it, and the number of points that the trajectory has room for.
     Tick(Record<N>, Parts, u8),
     /// A tick of the black box; `None` behind the last.
     Past(Option<Record<N>>),
@@ -120,16 +120,16 @@ impl<const N: usize> Report<N> {
     }
 }
 
-/// A ring of the last ticks, which stands still a few ticks after a fault until the fault is cleared.
+/// A ring of the last ticks, which stops a few ticks after a fault until the fault is cleared.
 #[derive(Clone, Debug)]
 pub struct BlackBox<const N: usize> {
-    /// One more than are remembered: where the tick of now goes while the others stand still.
+    /// One place more than the remembered ticks: the current tick is written there while the others are frozen.
     ring: Vec<Record<N>, { TICKS + 1 }>,
-    /// The tick of now.
+    /// Place of the current tick.
     now: usize,
-    /// How many there are, that of now too.
+    /// Number of records, the current one included.
     length: usize,
-    /// Ticks that are still to be remembered, while there is a fault.
+    /// Ticks still to be remembered, while there is a fault.
     left: Option<u8>,
 }
 
@@ -145,7 +145,7 @@ impl<const N: usize> BlackBox<N> {
         (self.now, self.length, self.left) = (0, 0, None);
     }
 
-    /// The tick of now; call [`BlackBox::begin`] first.
+    /// The current tick; call [`BlackBox::begin`] first.
     #[inline]
     #[must_use]
     pub fn now(&self) -> &Record<N> {
@@ -155,7 +155,7 @@ impl<const N: usize> BlackBox<N> {
         }
     }
 
-    /// Room for the tick of now. The one before is remembered, unless all stands still.
+    /// Room for the current tick. The one before is remembered, unless the ring is frozen.
     #[inline]
     pub fn begin(&mut self) -> Option<&mut Record<N>> {
         let still = match (self.now().output.state, &mut self.left) {
@@ -178,13 +178,13 @@ impl<const N: usize> BlackBox<N> {
             self.length = (self.length + 1).min(TICKS + 1);
         }
         if self.now >= self.ring.len() {
-            // Once around the ring: a chip that starts has better things to do than to fill it.
+            // Only in the first round: the ring is filled tick by tick, not at the chip's start.
             self.ring.push(Record::NONE).ok()?;
         }
         self.ring.get_mut(self.now)
     }
 
-    /// The tick that is remembered at this place, the oldest at 0 and that of now not among them; `None` behind the last.
+    /// The remembered tick at this place, the oldest at 0, without the current one; `None` behind the last.
     #[must_use]
     pub fn get(&self, place: usize) -> Option<&Record<N>> {
         let remembered = self.length.checked_sub(1)?;

@@ -18,7 +18,7 @@ pub trait Counter {
 #[derive(Clone, Copy, Debug)]
 pub struct Meter<C> {
     counter: C,
-    /// The count that an empty measurement shows; `None` when the counter is not to be believed.
+    /// The count that an empty measurement shows; `None` when the counter is unreliable.
     overhead: Option<u32>,
 }
 
@@ -26,7 +26,7 @@ impl<C: Counter> Meter<C> {
     /// Try the counter: it must advance over a fixed piece of work, and by the same amount each time.
     ///
     /// A counter that stands still (the emulator's cycle counter) or that follows the host's clock (its timers, when
-    /// instructions are not counted) is found out here, and reports nothing from then on. The first two runs warm the
+    /// instructions are not counted) is detected here, and reports nothing from then on. The first two runs warm the
     /// caches and are not compared.
     pub fn new(counter: C) -> Self {
         let runs: [u32; 6] = core::array::from_fn(|_| trial(&counter));
@@ -42,7 +42,7 @@ impl<C: Counter> Meter<C> {
         self.overhead.is_some()
     }
 
-    /// Do the work, and say what it cost.
+    /// Do the work, and return its cost.
     #[inline]
     pub fn measure<R>(&self, work: impl FnOnce() -> R) -> (R, Option<Cost>) {
         let start = self.counter.now();
@@ -65,7 +65,7 @@ mod tests {
     use super::{Cost, Counter, Meter};
     use core::cell::Cell;
 
-    /// Each look counts 1, each exercise what `steps` says next.
+    /// Each look counts 1, each exercise the next number of `steps`.
     struct Scripted<'a>(&'a Cell<u32>, &'a [u32], &'a Cell<usize>);
 
     impl Counter for Scripted<'_> {

@@ -2,21 +2,22 @@
 //!
 //! A parameter's number is 16 times its joint (counted from 0) plus one of these:
 //!
-//! | number | parameter | unit | bounds, as multiples of what was built in |
+//! | number | parameter | unit | bounds, as multiples of the built-in value |
 //! |---|---|---|---|
 //! | 0 | position gain | 1/s^2 | 1/4 to 4 |
 //! | 1 | velocity gain | 1/s | 1/2 to 2 |
-//! | 2 | viscous friction that is made up for | N m s/rad, N s/m | 0 to 2 |
-//! | 3 | Coulomb friction that is made up for | N m, N | 0 to 2 |
+//! | 2 | compensated viscous friction | N m s/rad, N s/m | 0 to 2 |
+//! | 3 | compensated Coulomb friction | N m, N | 0 to 2 |
 //! | 4 | torque limit | N m, N | fixed |
-//! | 5 | most that the torque changes in a tick | N m, N | fixed |
+//! | 5 | greatest change of torque in a tick | N m, N | fixed |
 //! | 6 | velocity limit | rad/s, m/s | fixed |
 //! | 7, 8 | lower and upper position limit | rad, m | fixed |
 //! | 9 | position per encoder count | rad, m | fixed |
 //!
-//! and for the whole arm, from 96 on: payload mass (kg), its first moment (kg m, x y z), its inertia about the last link's origin
-//! (kg m^2: xx yy zz xy xz yz), gravity (m/s^2, x y z). These are live inputs and are set together, by a frame of their own: the
-//! payload one that can be, no heavier and no larger than the rules say ([`InertiaBounds`]); gravity of at most [`GRAVITY_MAX`].
+//! and for the whole arm, from 96 on: payload mass (kg), its first moment (kg m, x y z), its inertia about the last
+//! link's origin (kg m^2: xx yy zz xy xz yz), gravity (m/s^2, x y z). These are live inputs and are set together, by a
+//! frame of their own: the payload must be possible, and no heavier and no larger than the rules allow
+//! ([`InertiaBounds`]); gravity of at most [`GRAVITY_MAX`].
 //!
 //! The first four can be changed where the scene says `tunable = true` under `[control]`: only then are they in RAM.
 
@@ -28,7 +29,7 @@ use link::{Refusal, Setting, Value};
 /// The first number of the whole arm.
 pub const ARM: u8 = 96;
 
-/// Most gravity that can be told, m/s^2: twice the earth's, for a base that is accelerated.
+/// Greatest gravity that can be set, m/s^2: twice the earth's, for a base that is accelerated.
 pub const GRAVITY_MAX: f32 = 20.0;
 
 /// The parameters of a joint, by number.
@@ -62,7 +63,7 @@ pub const ARM_NAMES: [&str; 13] = [
     "gravity z",
 ];
 
-/// Name of a number, and of which joint (counted from 0) it is.
+/// Name of a parameter's number, and its joint (counted from 0).
 #[must_use]
 pub fn name(index: u8) -> Option<(&'static str, Option<u8>)> {
     match index.checked_sub(ARM) {
@@ -83,7 +84,7 @@ fn changeable<const N: usize>(config: &mut ControllerConfig<f32, N>, index: u8) 
     }
 }
 
-/// Least and most of what can be changed, as multiples of what was built in.
+/// Lower and upper bounds of the changeable parameters, as multiples of the built-in values.
 const BOUNDS: [(f32, f32); 4] = [(0.25, 4.0), (0.5, 2.0), (0.0, 2.0), (0.0, 2.0)];
 
 /// Value of a parameter, and its bounds where it can be changed. The payload's mass has its own, though it is set by another frame.
@@ -133,7 +134,7 @@ fn value<const N: usize>(index: u8, config: &ControllerConfig<f32, N>, live: &Li
     }
     let joint = usize::from(index / 16);
     let (gains, limits) = (config.gains.get(joint)?, config.limits.get(joint)?);
-    // What is not made up for is made up for by nothing.
+    // Without friction compensation the value is zero.
     let friction = config.friction.as_ref().and_then(|all| all.get(joint));
     Some(match index % 16 {
         0 => gains.position,

@@ -1,4 +1,4 @@
-//! What the joints and the lines of a board say in a tick, whatever reaches them.
+//! Readings of a board's joints and lines in a tick, for every kind of board.
 
 use core::ops::{BitOr, BitOrAssign};
 use dynamics_core::control::Sensed;
@@ -10,13 +10,13 @@ pub struct JointFaults(u8);
 impl JointFaults {
     /// Nothing.
     pub const NONE: Self = Self(0);
-    /// No measurement for more ticks than the way of reaching it allows, or none ever.
+    /// No measurement for more ticks than its connection allows, or none ever.
     pub const MISSING: Self = Self(1);
     /// The drive reports an error of its own.
     pub const DRIVE: Self = Self(2);
-    /// The position is at the end of what a reply can carry: the true one may lie beyond.
+    /// The position is at the end of a reply's range: the true one may lie beyond.
     pub const RANGE: Self = Self(4);
-    /// The sensor doubts itself: its magnet is too far or too near.
+    /// The sensor reports doubt: its magnet is too far or too near.
     pub const SENSOR: Self = Self(8);
     /// The sensor moved further than the joint can, and its turn is lost. Stays until the sensor is started anew.
     pub const LOST: Self = Self(16);
@@ -117,6 +117,6 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// No line, or none that says anything.
+    /// No line, or no line with a signal.
     pub const NONE: Self = Self { emergency_stop: false, supply: None, temperature: None };
 }

@@ -1,4 +1,4 @@
-//! The state machine between frames and ticks: its parts, its states, and what a hello does.
+//! The state machine between frames and ticks: its parts, its states, and the effect of a hello.
 
 mod change;
 mod receive;
@@ -31,7 +31,7 @@ pub enum State {
     Waiting,
     /// Ticks run on the bench; the controller brakes where there is a fault.
     Bench(Pacing, Option<Fault>),
-    /// Ticks run under the safety state machine, which does this.
+    /// Ticks run under the safety state machine, in this state.
     Supervised(Pacing, safety::State),
 }
 
@@ -62,7 +62,7 @@ impl<const N: usize> Buffers<N> {
     }
 }
 
-/// The state machine. `B` has the buffers: they themselves, or a reference to them.
+/// The state machine. `B` holds the buffers: by value, or as a reference.
 pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Unprotected, B = Buffers<N>> {
     own: Hello,
     pacing: Option<Pacing>,
@@ -79,11 +79,11 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     taken: u16,
     /// Answer of the last bench tick, until it is sent.
     answer: Option<Frame>,
-    /// The last tick under supervision, which the black box has, is still to be sent.
+    /// The last tick under supervision is still to be sent; the black box holds it.
     unsaid: bool,
     /// A change that waits for the next tick, while torque acts.
     change: Option<Change<N>>,
-    /// Whether parameters may be changed where the controller's configuration can be.
+    /// Whether parameters may be changed, if the controller's configuration can be changed at all.
     tunable: bool,
     watch: Watch,
     /// Ticks until the next report.
@@ -161,19 +161,20 @@ where
         self.pacing == Some(Pacing::Live)
     }
 
-    /// The safe action: what the drives do when no torque is commanded.
+    /// The safe action: the action of the drives when no torque is commanded.
     #[inline]
     pub fn safe_action(&self) -> SafeAction {
         self.safety.rules().safe_action
     }
 
-    /// The tick had not ended when the next was due: the next one says the fault, and this one must not drive.
+    /// The tick had not ended when the next was due: the next one reports the fault, and this one must not drive.
     pub fn overrun(&mut self) {
         self.controller.overrun();
         self.supervisor.overrun();
     }
 
-    /// Take what the board's own lines and joints say. Call it at the start of a tick. On the bench and in a drill the host plays them.
+    /// Take the readings of the board's own joints and lines. Call it at the start of a tick. On the bench and in a
+    /// drill the host simulates them.
     #[inline]
     pub fn sense(&mut self, readings: Option<&Readings<N>>, lines: &Lines) {
         if !self.is_live() {
@@ -209,5 +210,5 @@ where
 /// Report nothing.
 const QUIET: Watch = Watch { every: 0, parts: Parts::NONE };
 
-/// Report what each tick did.
+/// Report every part of each tick.
 const EVERYTHING: Watch = Watch { every: 1, parts: Parts::TORQUE.and(Parts::REFERENCE).and(Parts::COST) };

@@ -1,14 +1,14 @@
-//! The safety state machine between the controller and the drives, with all that it is told.
+//! The safety state machine between the controller and the drives, with all its inputs.
 //!
-//! There is no link and no chip in here. What came since the tick before is kept until the tick that takes it: requests and overruns
-//! for one tick, lines and readings until there are others, each reading a tick older every time.
+//! There is no link and no chip in here. Inputs since the tick before are kept until the tick that takes them: requests
+//! and overruns for one tick, lines and readings until new ones come. Each tick makes a kept reading one tick older.
 
 use crate::readings::{JointFaults, Lines, Readings};
 use crate::trajectory::{NotTaken, Trajectory};
 use dynamics_core::control::{Command, Measurement, Reference, Sensed};
 use dynamics_core::safety::{Ask, Configuration, Inputs, Output, Request, Safety, State};
 
-/// Faults that count as a drive's. A missing measurement is none of them: it is known by its age.
+/// Faults that count as a drive's. A missing measurement is not among them: its age shows it.
 const DRIVE_FAULTS: JointFaults = JointFaults::NONE
     .and(JointFaults::DRIVE)
     .and(JointFaults::RANGE)
@@ -18,7 +18,7 @@ const DRIVE_FAULTS: JointFaults = JointFaults::NONE
     .and(JointFaults::NON_FINITE)
     .and(JointFaults::OUTPUT);
 
-/// The safety state machine and all that it is told. The trajectory is kept elsewhere: it is large.
+/// The safety state machine and its inputs. The trajectory is kept elsewhere, because it is large.
 #[derive(Clone, Debug)]
 pub struct Supervisor<const N: usize, K> {
     safety: Safety<f32, N, K>,
@@ -31,13 +31,13 @@ pub struct Supervisor<const N: usize, K> {
 }
 
 impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
-    /// An idle machine that has heard nobody and measured nothing.
+    /// An idle machine, before any measurement and any sign of the host.
     pub fn new(config: K) -> Self {
         let period = config.rules().period;
         Self { safety: Safety::new(config), ran: false, period, inputs: silence() }
     }
 
-    /// Idle again, as if nobody had been heard and nothing measured.
+    /// Back to idle, as before any measurement and any sign of the host.
     pub fn reset(&mut self, config: K) {
         (self.safety, self.ran) = (Safety::new(config), false);
         self.inputs = silence();
@@ -48,7 +48,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.safety.state()
     }
 
-    /// All that the next tick is told; in [`Supervisor::tick`]'s callback and until [`Supervisor::age`], what this one was.
+    /// Inputs of the next tick; those of this tick in [`Supervisor::tick`]'s callback and until [`Supervisor::age`].
     pub fn inputs(&self) -> &Inputs<f32, N> {
         &self.inputs
     }
@@ -93,7 +93,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.inputs.age_ticks = [measurement.age_ticks; N];
     }
 
-    /// Take drive faults, and whether the joints know their zeros: in place of readings that carry it.
+    /// Take drive faults, and whether the joints know their zeros: in place of readings with these values.
     pub fn drives_say(&mut self, drive_fault: [bool; N], zeroed: bool) {
         (self.inputs.drive_fault, self.inputs.zeroed) = (drive_fault, zeroed);
     }
@@ -115,7 +115,8 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         }
     }
 
-    /// One tick. `control` is called at most once: where torque may act. Call [`Supervisor::age`] when what it was told was looked at.
+    /// One tick. `control` is called at most once: where torque may act. Call [`Supervisor::age`] when its inputs are
+    /// no longer needed.
     #[inline]
     pub fn tick(&mut self, control: impl FnOnce(Ask<'_, f32, N>) -> Command<f32, N>) -> Output<f32, N> {
         self.ran = self.state() == State::Running;
@@ -129,7 +130,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         if runs {
             trajectory.advance(&mut inputs.reference);
         } else if self.ran {
-            // The arm has left it: what comes next starts where the arm is.
+            // The arm has left the trajectory: the next one starts at the arm.
             trajectory.clear();
             inputs.reference = None;
         }

@@ -1,7 +1,7 @@
-//! Where the arm should be, ahead of time: a bounded buffer of points, and a polynomial of fifth degree between each two.
+//! The reference motion, ahead of time: a bounded buffer of points, and a polynomial of fifth degree between each two.
 //!
-//! The polynomial agrees with both of its points in position, velocity and acceleration, so that the host chooses how far apart
-//! they are. With `s = k / T` in tick `k` of `T`, and `D = T h`:
+//! The polynomial agrees with both of its points in position, velocity and acceleration, so the host is free to choose
+//! their distance in time. With `s = k / T` in tick `k` of `T`, and `D = T h`:
 //!
 //! ```text
 //! q(s) = c0 + c1 s + c2 s^2 + c3 s^3 + c4 s^4 + c5 s^5,   q' = (dq/ds) / D,   q'' = (d2q/ds2) / D^2
@@ -11,9 +11,10 @@
 //! c5 =   6 d - 3 q0' D - 3 q1' D - (q0'' - q1'') D^2 / 2
 //! ```
 //!
-//! In the tick of a point itself the reference is the point, to the last bit. In between, f32 costs acceleration most: positions of
-//! 1 rad are rounded to 6e-8 rad, which a way of 10 ms makes up to 0.007 rad/s^2 of (5.8 / D^2 times it), and a way of 1 ms has no
-//! tick in between. Coefficients are computed where a point arrives, below the priority of the tick.
+//! In the tick of a point itself the reference is the point, to the last bit. In between, f32 costs acceleration most:
+//! positions of 1 rad are rounded to 6e-8 rad. A way of 10 ms turns this into up to 0.007 rad/s^2 (5.8 / D^2 times it);
+//! a way of 1 ms has no tick in between. Coefficients are computed where a point arrives, below the priority of the
+//! tick.
 
 use dynamics_core::control::Reference;
 use heapless::Deque;
@@ -24,20 +25,20 @@ pub const WAYS: usize = 16;
 /// Why a point was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotTaken {
-    /// It, or what the way to it is computed from, is NaN or infinite.
+    /// The point, or a number from which the way to it is computed, is NaN or infinite.
     NonFinite,
     /// There is no room.
     Full,
-    /// It takes time, and there is no point to start from.
+    /// The point takes time, and there is no point to start from.
     NoStart,
-    /// It is a start, and the trajectory is being followed.
+    /// The point is a start, and the arm follows the trajectory now.
     Running,
 }
 
 /// A way between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Way<const N: usize> {
-    /// Of each power of `s`.
+    /// Coefficients of each power of `s`.
     coefficients: [[f32; N]; 6],
     /// `1 / T`.
     per_tick: f32,
@@ -69,7 +70,7 @@ impl<const N: usize> Way<N> {
             ];
             for (power, c) in all.into_iter().enumerate() {
                 coefficients[power][i] = c;
-                // Infinity and NaN outlive every sum.
+                // An infinite or NaN coefficient makes the sum NaN.
                 sum += 0.0 * c;
             }
             sum += 0.0 * (end.qd[i] + end.qdd[i]);
@@ -96,7 +97,7 @@ impl<const N: usize> Way<N> {
     }
 }
 
-/// The buffer. The reference of the tick that comes is kept by whoever uses it, so that no tick copies it: `None` before a start, and
+/// The buffer. The caller keeps the reference of the next tick, so that no tick copies it: `None` before a start, and
 /// where the last point was reached in motion.
 #[derive(Clone, Debug)]
 pub struct Trajectory<const N: usize> {
@@ -162,7 +163,8 @@ impl<const N: usize> Trajectory<N> {
 
     /// Go on by one tick, from the reference of the last to that of the next.
     ///
-    /// Behind the last point the reference stays there if it is at rest; else there is none any more, and a new start is needed.
+    /// Behind the last point the reference stays there if it is at rest; else it becomes `None`, and a new start is
+    /// needed.
     #[inline]
     pub fn advance(&mut self, reference: &mut Option<Reference<f32, N>>) {
         let (Some(way), Some(now)) = (self.ways.front(), &mut *reference) else {

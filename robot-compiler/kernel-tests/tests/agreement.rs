@@ -1,4 +1,4 @@
-//! Generated kernels as a compiler made them, against the recursion on the model.
+//! Compiled kernels against the recursion on the model.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 #![allow(clippy::float_cmp, reason = "level exact claims equality")]
 
@@ -147,7 +147,7 @@ fn kernels_read_their_live_inputs() {
     compare(&file, Level::Regrouped, f32::BOUND, &kernel_tests::all_live_inverse_dynamics_regrouped_f32::Kernel);
 }
 
-/// Outputs of the other functions in a state, from the core's own, in the kernels' order.
+/// Expected outputs of the other functions in a state, computed by the core's own functions, in the kernels' order.
 fn expected(function: Function, at: &State<f64, 6>) -> Vec<f64> {
     let file = scene("stanford_reach");
     let model = file.robot.model::<6>().unwrap();
@@ -184,7 +184,7 @@ fn expected(function: Function, at: &State<f64, 6>) -> Vec<f64> {
     }
 }
 
-/// Any numbers will do.
+/// Joint torques. Any numbers will do, so these are the accelerations.
 const fn tau(at: &State<f64, 6>) -> &[f64; 6] {
     &at.qdd
 }

@@ -8,7 +8,8 @@ use core::cell::RefCell;
 use dynamics_core::control::CollisionWatch;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Real, SinCos};
 
-/// The recursion, or a kernel run by an interpreter: the same operations, and so the same bits, as its source on the chip.
+/// Inverse dynamics on the desk: the recursion, or a kernel run by an interpreter. The interpreter does the operations of
+/// the kernel's source on the chip, so it gives the same bits.
 #[derive(Clone, Debug)]
 pub enum ArmDynamics<S, const N: usize> {
     /// The recursion. It stands for the exact kernel too, to which it is equal.
@@ -39,8 +40,8 @@ impl KernelChoice {
 }
 
 impl SceneFile {
-    /// What watches the arm for collisions, if the scene asks for it. The chip's kernel of the momentum is always an exact one, to
-    /// which the recursion is equal.
+    /// Collision watch of the arm, or `None` if the scene asks for none. The chip's kernel of the momentum is always exact,
+    /// so the recursion used here gives equal results.
     #[must_use]
     pub fn watch<S: Real, const N: usize>(
         &self,

@@ -1,24 +1,24 @@
-//! How strong the feedback of a loop is with a lesser model, against the same loop with the full one.
+//! Feedback strength of a loop with a reduced model, relative to the same loop with the full model.
 //!
-//! What feedback wants is an acceleration, `Kd e' + Kp e`; a matrix `B(q)` makes it a torque, and the arm's inertia `M(q)` makes
-//! an acceleration of that again. About the reference, with weight and velocity terms set aside,
+//! The feedback asks for an acceleration, `Kd e' + Kp e`. A matrix `B(q)` turns it into a torque, and the arm's inertia
+//! `M(q)` turns the torque back into an acceleration. About the reference, with weight and velocity terms set aside,
 //!
 //! ```text
 //! M e'' + B (Kd e' + Kp e) = 0
 //! ```
 //!
-//! In computed torque `B` is the model's inertia matrix, `M` itself where the model is full; in the other laws it is the diagonal of
-//! fixed inertias. Without a term that has inertia `B` is less. With like gains on every joint, each eigenvalue `g` of
-//! `B_full^-1 B_less` is the loop gain of a mode: it has `g` times the stiffness, so a steady torque pushes it `1 / g` times as far,
-//! and `sqrt(g)` times the natural frequency and damping ratio. Both matrices are symmetric and nothing that is left out has
-//! negative inertia, so `g` lies between 0 and 1.
+//! In computed torque `B` is the model's inertia matrix: `M` itself where the model is full. In the other laws it is the
+//! diagonal of fixed inertias. Without a term that has inertia `B` is smaller. With like gains on every joint, each
+//! eigenvalue `g` of `B_full^-1 B_less` is the loop gain of a mode: it has `g` times the stiffness, so a steady torque
+//! pushes it `1 / g` times as far, and `sqrt(g)` times the natural frequency and damping ratio. Both matrices are
+//! symmetric, and no omitted term has negative inertia, so `g` lies between 0 and 1.
 
 use crate::describe::scene::{ModelSpec, SceneFile};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::{Dynamics, Live, Model, SinCos};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// The least loop gain of a model with less than all of its terms.
+/// The least loop gain of a model that lacks some of its terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopGain {
     /// Least eigenvalue of `B_full^-1 B_less`, 0 to 1.
@@ -28,14 +28,14 @@ pub struct LoopGain {
 }
 
 impl LoopGain {
-    /// That of the full model.
+    /// Loop gain of the full model.
     pub const FULL: Self = Self { least: 1.0, joint: 0 };
 
-    /// Least loop gain with which a term may go: a mode that was asked to be critically damped then has a damping ratio of 0.71,
-    /// overshoots by 4 %, and a steady torque pushes it twice as far.
+    /// Least loop gain with which a term may be dropped. A mode tuned for critical damping then has a damping ratio of
+    /// 0.71, overshoots by 4 %, and a steady torque pushes it twice as far.
     pub const LEAST: f64 = 0.5;
 
-    /// Whether a model with this loop gain has too weak a feedback. A NaN is too weak.
+    /// Whether the feedback is too weak with this loop gain. NaN counts as too weak.
     #[must_use]
     pub fn is_too_weak(&self) -> bool {
         self.least.is_nan() || self.least < Self::LEAST
@@ -47,8 +47,8 @@ impl LoopGain {
         if other.least < self.least { other } else { self }
     }
 
-    /// At one posture, from what turns accelerations into torques with the full model and with less of it. Zero where the full
-    /// model's matrix is singular: nothing is known of such a loop.
+    /// Loop gain at one posture, from `B` of the full and of the reduced model. Zero where the full model's matrix is
+    /// singular: nothing is known of such a loop.
     pub(super) fn of<const N: usize>(full: &SMatrix<f64, N, N>, less: &SMatrix<f64, N, N>) -> Self {
         let [full, less] = [full, less].map(|matrix| DMatrix::from_fn(N, N, |i, j| matrix[(i, j)]));
         let scale: Vec<f64> = (0..N).map(|i| full[(i, i)]).collect();
@@ -72,7 +72,7 @@ impl LoopGain {
     }
 }
 
-/// What turns the wanted acceleration into torques.
+/// Matrix that turns the commanded acceleration of the feedback into torques.
 pub(super) enum Feedback<const N: usize> {
     /// The model's inertia matrix.
     Model(Box<Dynamics<f64, N>>),
@@ -81,7 +81,7 @@ pub(super) enum Feedback<const N: usize> {
 }
 
 impl<const N: usize> Feedback<N> {
-    /// That of a scene's law with this model.
+    /// Feedback matrix of a scene's law with this model.
     pub(super) fn new(file: &SceneFile, model: &Model<f64, N>, spec: &ModelSpec) -> Self {
         if file.control.law.feeds_back_through_model() {
             Self::Model(Box::new(Dynamics::new(*model, spec.scene(model))))
@@ -90,7 +90,7 @@ impl<const N: usize> Feedback<N> {
         }
     }
 
-    /// `B`.
+    /// The matrix `B`.
     pub(super) fn matrix(&self, turn: &[SinCos<f64>; N], q: &[f64; N], live: &Live<f64, N>) -> SMatrix<f64, N, N> {
         match self {
             Self::Model(dynamics) => mass_matrix(dynamics, turn, q, live),

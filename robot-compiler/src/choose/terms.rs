@@ -1,4 +1,4 @@
-//! What dropping terms of a scene's model costs in torque, and the fewest that a tolerance allows.
+//! Torque error from dropping terms of a scene's model, and the fewest terms that a tolerance allows.
 
 use super::loop_gain::{Feedback, LoopGain};
 use crate::describe::scene::{ModelSpec, ModelTerm, SceneFile};
@@ -7,41 +7,41 @@ use dynamics_core::control::trajectory::MotionError;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Reference, SinCos, Trig};
 
-/// What friction feedforward takes of one joint: `tau += b qd + x (1.5 c - 0.5 c x^2)` with `x = qd / v`, the constants folded;
-/// holding `x` inside `[-1, 1]` comes on top.
+/// Operations of the friction feedforward of one joint: `tau += b qd + x (1.5 c - 0.5 c x^2)` with `x = qd / v`, the
+/// constants folded. Clamping `x` to `[-1, 1]` is not counted.
 const FRICTION_OPERATIONS: Operations = Operations { mul: 5, add: 2, sub: 1, div: 0, neg: 0 };
 
-/// Torque that a model leaves out along a reference motion. Each list holds a number per joint.
+/// Torque that a model leaves out along a reference motion. Each list holds one number per joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TorqueError {
     /// Greatest magnitude, N m or N.
     pub max: Vec<f64>,
     /// Root mean square, N m or N.
     pub rms: Vec<f64>,
-    /// Greatest magnitude over the joint's torque limit; `None` where it has none.
+    /// Greatest magnitude divided by the joint's torque limit; `None` where the joint has no limit.
     pub of_limit: Vec<Option<f64>>,
 }
 
 impl TorqueError {
-    /// Greatest of the shares of torque limits; zero where no joint has a limit.
+    /// Greatest share of a torque limit among the joints; zero where no joint has a limit.
     #[must_use]
     pub fn worst_of_limit(&self) -> f64 {
         self.of_limit.iter().flatten().fold(0.0, |worst, share| f64::max(worst, *share))
     }
 }
 
-/// The fewest terms that keep a tolerance.
+/// The smallest set of terms that keeps a tolerance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FewestTerms {
-    /// What goes, in the order of [`ModelTerm::ALL`].
+    /// The dropped terms, in the order of [`ModelTerm::ALL`].
     pub given_up: Vec<ModelTerm>,
-    /// What that leaves out, all together.
+    /// Torque error of dropping all of them together.
     pub error: TorqueError,
-    /// How strong the feedback still is.
+    /// Loop gain of the remaining model.
     pub loop_gain: LoopGain,
 }
 
-/// The scene's reference motion, to compare models along.
+/// The scene's reference motion, along which models are compared.
 ///
 /// One instant per control period, at most [`Along::INSTANTS_MAX`] of them, evenly spaced from start to end.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ pub struct Along<'a, const N: usize> {
     model: &'a Model<f64, N>,
     live: Live<f64, N>,
     instants: Vec<(Reference<f64, N>, [SinCos<f64>; N])>,
-    /// Torques of the full model at each.
+    /// Torques of the full model at each instant.
     full: Vec<[f64; N]>,
 }
 
@@ -61,10 +61,10 @@ impl<'a, const N: usize> Along<'a, N> {
     /// Most instants at which loop gains are compared: inertia follows the posture, which changes slowly.
     pub const POSTURES_MAX: usize = 400;
 
-    /// Along the scene's own motion.
+    /// Samples the scene's own motion.
     ///
     /// # Errors
-    /// A motion that cannot be.
+    /// [`MotionError`] where the motion is not possible.
     pub fn new(file: &'a SceneFile, model: &'a Model<f64, N>) -> Result<Self, MotionError> {
         let motion = file.trajectory(model)?;
         let steps = (motion.duration() / file.period()).ceil().clamp(1.0, f64::from(Self::INSTANTS_MAX)) as u32;
@@ -88,8 +88,8 @@ impl<'a, const N: usize> Along<'a, N> {
         })
     }
 
-    /// How strong the feedback is without these terms, where it is weakest along the motion: at one instant per control period,
-    /// at most [`Along::POSTURES_MAX`] of them.
+    /// Least loop gain without these terms along the motion, taken at one instant per control period, at most
+    /// [`Along::POSTURES_MAX`] of them.
     #[must_use]
     pub fn loop_gain_without(&self, terms: &[ModelTerm]) -> LoopGain {
         if !terms.iter().any(|term| term.is_inertia()) {
@@ -105,13 +105,13 @@ impl<'a, const N: usize> Along<'a, N> {
         self.instants.iter().step_by(stride).map(at).fold(LoopGain::FULL, LoopGain::weaker)
     }
 
-    /// Torques that the full model has and the model without these terms has not.
+    /// Torques of the full model minus those of the model without these terms.
     fn missing(&self, terms: &[ModelTerm]) -> impl Iterator<Item = [f64; N]> + use<'_, N> {
         let without = self.torques(&self.file.model.full().without(terms));
         self.full.iter().zip(without).map(|(full, less)| core::array::from_fn(|i| full[i] - less[i]))
     }
 
-    /// What the full model without these terms leaves out.
+    /// Torque error of the full model without these terms.
     #[must_use]
     pub fn error_without(&self, terms: &[ModelTerm]) -> TorqueError {
         let (mut max, mut squares) = ([0.0; N], [0.0; N]);
@@ -130,22 +130,23 @@ impl<'a, const N: usize> Along<'a, N> {
         }
     }
 
-    /// Whether the full model without these terms stays within a share of every torque limit. A joint without a limit has no
-    /// say.
+    /// Whether the full model without these terms stays within a share of every torque limit. A joint without a limit
+    /// always passes.
     fn keeps(&self, tolerance: f64, terms: &[ModelTerm]) -> bool {
         let limits = self.model.links().map(|link| link.limits.torque);
         let allowed = |i: usize| if limits[i].is_finite() { tolerance * limits[i] } else { f64::INFINITY };
         let allowed: [f64; N] = core::array::from_fn(allowed);
-        // A NaN is not kept.
+        // NaN fails the comparison.
         self.missing(terms).all(|missing| (0..N).all(|i| missing[i].abs() <= allowed[i]))
     }
 
-    /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit, and the loop gain at
-    /// [`LoopGain::LEAST`], everywhere on the motion.
+    /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit, and the loop
+    /// gain at [`LoopGain::LEAST`] or above, everywhere on the motion.
     ///
-    /// A set of terms may go if its error is within the tolerance, its loop gain suffices and every smaller set may go too: that two errors cancel on
-    /// this motion is no reason to make both. Of the sets to which nothing can be added the one goes that leaves the fewest
-    /// operations; of equals the one that takes more terms, then the one that keeps the earlier of [`ModelTerm::ALL`].
+    /// A set of terms may be dropped if its error is within the tolerance, its loop gain suffices, and every subset may be
+    /// dropped too. The last condition excludes two large errors that merely cancel on this motion. Among the sets to which
+    /// no further term can be added, the set is chosen that leaves the fewest operations. Among equals the choice is the
+    /// set with more terms, then the one that keeps the earlier of [`ModelTerm::ALL`].
     #[must_use]
     pub fn fewest_terms(&self, tolerance: f64) -> FewestTerms {
         let present = self.file.model.full().terms();
@@ -156,11 +157,12 @@ impl<'a, const N: usize> Along<'a, N> {
         let bits = |set: usize| (0..present.len()).map(|bit| 1 << bit).filter(move |bit| set & bit != 0);
         let mut may_go = vec![false; sets];
         may_go[0] = true;
-        // A set comes after all of its parts.
+        // Bit order visits a set after all of its subsets.
         for set in 1..sets {
             may_go[set] = bits(set).all(|bit| may_go[set & !bit]) && {
                 let terms = terms(set);
-                // What else goes leaves the loop gain as it is, and the part that bears on it may go.
+                // Only inertia terms change the loop gain. A set with other terms passes if its subset of inertia terms
+                // passes, which is checked as a subset.
                 let felt = terms.iter().all(|term| term.is_inertia());
                 self.keeps(tolerance, &terms) && !(felt && self.loop_gain_without(&terms).is_too_weak())
             };
@@ -181,8 +183,8 @@ impl<'a, const N: usize> Along<'a, N> {
         FewestTerms { error: self.error_without(&given_up), loop_gain: self.loop_gain_without(&given_up), given_up }
     }
 
-    /// Operations of a tick's inverse dynamics and friction feedforward, in the full model without these terms: of the
-    /// kernel at the scene's level (exact for the recursion), in single precision.
+    /// Operations per tick of inverse dynamics and friction feedforward, in the full model without these terms. They are
+    /// those of the kernel at the scene's level (exact for the recursion), in single precision.
     #[must_use]
     pub fn operations_without(&self, terms: &[ModelTerm]) -> Operations {
         let spec = self.file.model.full().without(terms);

@@ -1,11 +1,11 @@
-//! What is wrong with a file, where, and what was expected.
+//! Errors in a file: the place, the problem, and the expected value.
 
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-/// A file and its text: what errors point into.
+/// A file and its text, which errors point into.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     pub(crate) file: String,
@@ -31,7 +31,7 @@ struct Details {
 }
 
 impl Source {
-    /// Something is wrong with `field`, at `span` in the text.
+    /// An error about `field`, at `span` in the text.
     ///
     /// `problem` says what was found, `expected` what would have been right.
     pub(crate) fn error(
@@ -94,7 +94,7 @@ impl FileError {
         }))
     }
 
-    /// The file, as it was named by whoever opened it.
+    /// The file, under the name with which it was opened.
     #[must_use]
     pub fn file(&self) -> &str {
         &self.0.file
@@ -112,13 +112,13 @@ impl FileError {
         &self.0.field
     }
 
-    /// What was found.
+    /// The problem: what was found.
     #[must_use]
     pub fn problem(&self) -> &str {
         &self.0.problem
     }
 
-    /// What would have been right.
+    /// The expectation: what would have been right.
     #[must_use]
     pub fn expected(&self) -> &str {
         &self.0.expected
@@ -156,7 +156,7 @@ impl Diagnostic for FileError {
     }
 }
 
-/// The known word nearest to an unknown one, when it is near enough to be meant.
+/// The known word nearest to an unknown one, or `None` if no known word is near enough.
 pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let near = |candidate: &&'a str| strsim::damerau_levenshtein(word, candidate);
     let best = known.iter().copied().min_by_key(|candidate| near(candidate))?;

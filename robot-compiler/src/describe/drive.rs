@@ -1,9 +1,9 @@
-//! What drives a joint, as a robot file says it: in the units of data sheets.
+//! Drive of a joint, as a robot file describes it: in the units of data sheets.
 
-/// Counts a turn of the magnetic encoder.
+/// Counts per turn of the magnetic encoder.
 pub(crate) const ENCODER_COUNTS: u16 = 1 << 14;
 
-/// What drives a joint.
+/// The drive of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JointDrive {
     /// An actuator on CAN that takes MIT-mode frames.
@@ -13,7 +13,7 @@ pub enum JointDrive {
 }
 
 impl JointDrive {
-    /// As a robot file calls it.
+    /// Name of the kind in a robot file.
     #[must_use]
     pub const fn kind(&self) -> &'static str {
         match self {
@@ -34,19 +34,19 @@ pub struct MitSpec {
     pub reply_id: u16,
     /// Bytes of a reply, 6 to 8.
     pub reply_bytes: u8,
-    /// Shaft radians per joint radian or metre, negative where they turn against each other.
+    /// Shaft radians per joint radian or metre; negative where shaft and joint turn in opposite directions.
     pub ratio: f64,
     /// Position of the shaft at `q = 0`, rad.
     pub zero: f64,
-    /// Position, rad.
+    /// Position range, rad.
     pub position: (f64, f64),
-    /// Velocity, rad/s.
+    /// Velocity range, rad/s.
     pub velocity: (f64, f64),
-    /// Stiffness, N m/rad.
+    /// Stiffness range, N m/rad.
     pub kp: (f64, f64),
-    /// Damping, N m s/rad.
+    /// Damping range, N m s/rad.
     pub kd: (f64, f64),
-    /// Torque, N m.
+    /// Torque range, N m.
     pub torque: (f64, f64),
     /// Damping of a damped stop, N m s/rad.
     pub damping: f64,
@@ -57,11 +57,11 @@ pub struct MitSpec {
 pub struct PwmSpec {
     /// The board's channel, counted from 1.
     pub channel: u8,
-    /// Motor radians per joint radian or metre, negative where they turn against each other.
+    /// Motor radians per joint radian or metre; negative where motor and joint turn in opposite directions.
     pub ratio: f64,
-    /// What the encoder shows at `q = 0`, counts.
+    /// Encoder reading at `q = 0`, counts.
     pub encoder_zero: u16,
-    /// The encoder counts down as the joint moves up.
+    /// Whether the encoder counts down as the joint moves up.
     pub encoder_reversed: bool,
     /// Torque constant, N m/A; also the back-EMF constant, V s/rad.
     pub torque_constant: f64,

@@ -1,7 +1,7 @@
-//! One number for everything that decides the bits of a tick.
+//! Hash of everything that decides the bits of a tick.
 //!
-//! The desk and the chip compare it before a run: equal hashes mean equal arm, scene, controller, sine and cosine, joint
-//! count and rate, all as the single-precision numbers that the chip computes with.
+//! The desk and the chip compare their hashes before a run. Equal hashes mean equal arm, scene, controller, sine and
+//! cosine, joint count and rate, all as the single-precision numbers that the chip computes with.
 
 use crate::describe::scene::{KernelChoice, SceneFile};
 use dynamics_core::control::Between;
@@ -27,7 +27,7 @@ impl Fnv1a {
         }
     }
 
-    /// A number of a small set: a variant, a count.
+    /// A number from a small set, such as a variant or a count.
     fn tag(&mut self, tag: u32) {
         self.bytes(&tag.to_le_bytes());
     }
@@ -78,11 +78,12 @@ impl Visitor<f32> for Fnv1a {
 
 impl SceneFile {
     /// Hash of everything that decides the bits of a tick: model, scene, controller, safety rules, sine and cosine, `N`,
-    /// rate, whether the operations were regrouped, in which ticks the model is evaluated, what is a collision, and what lies
-    /// between the joints and their drives, where the file says it.
+    /// rate, whether the operations were regrouped, the ticks in which the model is evaluated, the collision settings,
+    /// and the drives between the chip and the joints where the file describes them.
     ///
-    /// Not in it, because no tick of the chip reads it: names, the motion, the plant, the sensors, the actuators; and what memory the
-    /// kernel runs from, because no bit depends on it. Stable across runs and platforms.
+    /// Not included, because no tick of the chip reads it: names, the motion, the plant, the sensors, the actuators. Also
+    /// not included is the memory that the kernel runs from, because no bit depends on it. Stable across runs and
+    /// platforms.
     #[must_use]
     pub fn hash<const N: usize>(&self, model: &Model<f64, N>) -> u64 {
         let mut fnv = Fnv1a(Fnv1a::BASIS);
@@ -93,7 +94,7 @@ impl SceneFile {
             Method::Libm => 1,
             Method::Polynomial5 => 2,
             Method::Polynomial3 => 3,
-            // 5 was a choice that has left (docs/decisions/0006).
+            // 5 stood for a method that has been removed (docs/decisions/0006).
             Method::Table => 4,
         });
         // The recursion and its exact kernel give the same bits, and either side may run either.
@@ -105,7 +106,7 @@ impl SceneFile {
         hash_scene(&mut fnv, &self.scene(model).cast());
         self.controller_config(model).cast::<f32>().visit(&mut fnv);
         self.safety_rules(model).cast::<f32>().visit(&mut fnv);
-        // A scene that does not ask for it has the hash that it would have without the choice.
+        // A scene without this setting keeps the hash that it had before the setting existed.
         if self.control.model_every > 1 {
             fnv.tag(self.control.model_every);
             fnv.tag(match self.control.model_between {
@@ -121,7 +122,8 @@ impl SceneFile {
     }
 }
 
-// What is no configuration is taken apart by name below, so that a field added to one does not compile until it is hashed.
+// The types below that are no configuration are destructured by field name: a new field does not compile until it is
+// hashed.
 
 fn hash_model<const N: usize>(fnv: &mut Fnv1a, model: &Model<f32, N>) {
     for Link { kind, rotation, translation, inertia, rotor, limits } in model.links() {
@@ -159,7 +161,7 @@ fn hash_scene<const N: usize>(fnv: &mut Fnv1a, scene: &Scene<f32, N>) {
     fnv.term(coriolis, |fnv, coriolis| fnv.numbers(coriolis));
 }
 
-/// Nothing where the joints are reached over the link: such a hash is what it was before there were drives.
+/// Adds nothing where the joints are reached over the link. Such a scene keeps the hash that it had before drives existed.
 fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
     match drives {
         Drives::Link => {}

@@ -1,4 +1,4 @@
-//! What a planar closed loop is, as a linkage file says it.
+//! Planar closed loop, as a linkage file describes it.
 
 use crate::names::Named;
 use dynamics_core::SinCos;
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub(crate) const FOUR_BAR: &str = "four-bar";
 pub(crate) const SLIDER_CRANK: &str = "slider-crank";
 
-/// A linkage: lengths that close at some crank angle, bodies that can be, and the gravity that it is mounted in.
+/// A linkage: lengths that close at some crank angle, physically possible bodies, and the gravity at its mounting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkageFile {
     /// Short name.
@@ -37,7 +37,7 @@ impl Named for Branch {
     ];
 }
 
-/// One of the loops that there are.
+/// The supported kinds of loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mechanism {
     /// Ground, crank, coupler, follower.
@@ -47,7 +47,7 @@ pub enum Mechanism {
 }
 
 impl Mechanism {
-    /// The word for it in a file.
+    /// The name of the kind in a file.
     #[must_use]
     pub const fn kind(&self) -> &'static str {
         match self {
@@ -56,7 +56,7 @@ impl Mechanism {
         }
     }
 
-    /// Crank, coupler (rod), follower (slider).
+    /// Bodies of crank, coupler (rod) and follower (slider), in this order.
     #[must_use]
     pub const fn bodies(&self) -> &[PlanarBody<f64>; 3] {
         match self {

@@ -1,4 +1,4 @@
-//! What an arm is, as a robot file says it.
+//! Arm, as a robot file describes it.
 
 use crate::describe::diagnostics::FileError;
 use crate::describe::drive::JointDrive;
@@ -13,18 +13,18 @@ pub(crate) const DOF: std::ops::RangeInclusive<usize> = 1..=6;
 
 /// An arm: a serial chain of one to six joints.
 ///
-/// Whatever [`Robot::load`] returns has been checked: [`Robot::model`] with the right `N` then succeeds.
+/// [`Robot::load`] returns only checked robots: [`Robot::model`] with the right `N` then succeeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Short name.
     pub name: String,
     /// Where the numbers come from.
     pub source: String,
-    /// Why bodies that no mass distribution could have are accepted; `None` refuses them.
+    /// Reason for accepting bodies that no mass distribution could have; `None` refuses them.
     pub allow_unphysical: Option<String>,
     /// The joints and their links, base first.
     pub joints: Vec<RobotJoint>,
-    /// What is mounted on the last link.
+    /// The tool on the last link.
     pub tool: Tool,
     /// The file it came from.
     pub path: PathBuf,
@@ -41,7 +41,7 @@ pub struct RobotJoint {
     pub friction: Option<JointFriction>,
     /// The encoder, where there is one.
     pub encoder: Option<JointEncoder>,
-    /// What drives it, where the file says so: every joint of an arm has one, or none has.
+    /// The drive, where the file gives one: either every joint of an arm has one, or none has.
     pub drive: Option<JointDrive>,
 }
 
@@ -72,12 +72,12 @@ pub struct JointEncoder {
     pub counts_per_turn: f64,
 }
 
-/// Why a description makes no arm.
+/// Reasons why a description makes no arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum BuildError {
     /// The core refused it.
     Impossible(ModelError),
-    /// A link's number is beyond what single precision, and so the chip, can hold; the joint counted from 0.
+    /// A number of a link that single precision, and so the chip, cannot hold; the joint is counted from 0.
     TooLarge(usize),
 }
 
@@ -104,7 +104,7 @@ impl Robot {
         })
     }
 
-    /// What is impossible about the arm, if anything is.
+    /// Checks that the arm is possible, and reports the reason if it is not.
     pub(crate) fn check(&self) -> Result<(), BuildError> {
         let specs: Vec<JointSpec> = self.joints.iter().map(|joint| joint.spec).collect();
         with_dof!(specs.len(), N => {
@@ -114,7 +114,7 @@ impl Robot {
         })
     }
 
-    /// How errors call a joint: by number, counted from 1, and name.
+    /// Name of a joint in errors: its number, counted from 1, and its name.
     pub(crate) fn joint_label(index: usize, name: &str) -> String {
         format!("joint {} ({name})", index + 1)
     }
@@ -168,7 +168,7 @@ fn build<const N: usize>(specs: &[JointSpec; N], tool: &Tool, unphysical: bool) 
     }
 }
 
-/// Whether some mass distribution could have this body; else what was found and what was expected.
+/// Checks that some mass distribution could have this body; the error says what was found and what was expected.
 pub(crate) fn physical_body(body: &Body) -> Result<(), (String, &'static str)> {
     let joint = JointSpec {
         kind: JointKind::Revolute,
@@ -184,7 +184,7 @@ pub(crate) fn physical_body(body: &Body) -> Result<(), (String, &'static str)> {
     })
 }
 
-/// What would have been possible.
+/// The expected value, for the error message.
 fn expectation(what: &Impossible) -> &'static str {
     match what {
         Impossible::NotFinite(_) => "a finite number",

@@ -1,4 +1,4 @@
-//! What acts on an arm, how it is controlled and what is simulated, as a scene file says it.
+//! Loads on an arm, its controller and the simulated world, as a scene file describes them.
 
 use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::control::{
@@ -8,7 +8,6 @@ use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Libm;
 use dynamics_core::{ControllerConfig, Dynamics, Inertia, Live, Model, Real, Scene, Trig, Wrench};
-use lists::joints;
 use model::inertia;
 use nalgebra::SVector;
 use std::path::PathBuf;
@@ -26,18 +25,18 @@ mod trajectory;
 
 pub use control::{CollisionSpec, ControlSpec, KernelChoice, KernelMemory, ScalarChoice};
 pub(crate) use drives::UNREAD_MAX;
+pub use lists::joints;
 pub use model::{AutoTerms, ModelSpec, ModelTerm};
 pub use motion::{MotionSpec, ViaPoint};
 pub use plant::{
-    ActuatorSpec, BreakawaySpec, ElasticitySpec, FrictionSpec, IntegratorChoice, MeasuredSide, PlantSpec, PushSpec,
-    RippleSpec, SensorSpec,
+    ActuatorSpec, BreakawaySpec, ElasticitySpec, FrictionSpec, Integrator, PlantSpec, Push, Ripple, SensorSpec, Side,
 };
 pub use safety::SafetySpec;
 
-/// A scene: an arm, what acts on it, its controller, its motion, and the simulated world.
+/// A scene: an arm, the loads on it, its controller, its motion, and the simulated world.
 ///
-/// Plain data, free to change after loading (a command line may replace the law or the scalar). Whatever
-/// [`SceneFile::load`] returns has been checked.
+/// Plain data, free to change after loading (a command line may replace the law or the scalar). [`SceneFile::load`] returns
+/// only checked scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFile {
     /// Short name.
@@ -46,25 +45,25 @@ pub struct SceneFile {
     pub robot: Robot,
     /// The file it came from; empty for [`SceneFile::default_for`].
     pub path: PathBuf,
-    /// How long to run, s; `None`: as long as the motion.
+    /// Duration of the run, s; `None` means as long as the motion.
     pub duration: Option<f64>,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// What the controller's inverse dynamics computes.
+    /// Terms of the controller's inverse dynamics.
     pub model: ModelSpec,
-    /// How it is controlled.
+    /// The controller.
     pub control: ControlSpec,
-    /// When torque acts, and what happens instead.
+    /// Conditions for torque, and the reaction when they are not met.
     pub safety: SafetySpec,
-    /// What counts as a collision; `None`: nothing is looked for.
+    /// Collision detection; `None` where it is off.
     pub collision: Option<CollisionSpec>,
-    /// What it should do.
+    /// The reference motion.
     pub motion: MotionSpec,
-    /// What is simulated.
+    /// The simulated arm and its surroundings.
     pub plant: PlantSpec,
-    /// What the sensors do.
+    /// The simulated sensors.
     pub sensors: SensorSpec,
-    /// What the actuators do.
+    /// The simulated actuators.
     pub actuators: ActuatorSpec,
 }
 
@@ -75,13 +74,13 @@ impl SceneFile {
         1.0 / self.control.rate
     }
 
-    /// What acts on the arm, as the controller sees it.
+    /// Loads on the arm, as the controller knows them.
     #[must_use]
     pub fn scene<const N: usize>(&self, model: &Model<f64, N>) -> Scene<f64, N> {
         self.model.scene(model)
     }
 
-    /// Values for what the scene calls live, taken from the simulated world; the payload in the last link's frame.
+    /// Values of the scene's live terms, taken from the simulated world; the payload is given in the last link's frame.
     #[must_use]
     pub fn live<const N: usize>(&self, model: &Model<f64, N>) -> Live<f64, N> {
         let tip = model.tip();
@@ -121,7 +120,8 @@ impl SceneFile {
         }
     }
 
-    /// When something has been hit, and what is done then; `None` where the scene does not look for it.
+    /// Thresholds of the collision detection and the reaction to a collision; `None` where the scene has no collision
+    /// detection.
     #[must_use]
     pub fn collision_config<const N: usize>(&self) -> Option<CollisionConfig<f64, N>> {
         let spec = self.collision.as_ref()?;
@@ -136,7 +136,8 @@ impl SceneFile {
         })
     }
 
-    /// These inverse dynamics, evaluated in the ticks in which the scene asks for it, with the fixed inertia of `config` between.
+    /// Wraps inverse dynamics so that it is evaluated only in the ticks for which the scene asks, with the fixed inertia of
+    /// `config` in the ticks between.
     #[must_use]
     pub fn every_nth<D, S: Real, const N: usize>(
         &self,
@@ -146,7 +147,7 @@ impl SceneFile {
         EveryNth::new(inner, self.control.model_every, self.control.model_between, &config.gains)
     }
 
-    /// Diagonal of the inertia matrix that a model of this scene has where the motion starts, kg m^2 or kg.
+    /// Diagonal of the inertia matrix of this model at the start of the motion, kg m^2 or kg.
     pub(crate) fn fixed_inertia<const N: usize>(&self, model: &Model<f64, N>, spec: &ModelSpec) -> SVector<f64, N> {
         let start: [f64; N] = joints(self.motion.start());
         let dynamics = Dynamics::new(*model, spec.scene(model));
@@ -157,7 +158,7 @@ impl SceneFile {
     #[must_use]
     pub fn safety_rules<const N: usize>(&self, model: &Model<f64, N>) -> Rules<f64, N> {
         let (safety, period) = (&self.safety, self.period());
-        // A number too large for the type is its largest.
+        // The cast saturates at the largest value of the type.
         let ticks = |time: f64| (time * self.control.rate - 1e-6).ceil() as u32;
         let list = |list: &[f64]| joints::<N>(list);
         let (rest_speed, resolution) = (list(&safety.rest_speed), list(&safety.resolution));
@@ -185,7 +186,7 @@ impl SceneFile {
         }
     }
 
-    /// How many steps of the plant make one control period.
+    /// Number of steps of the plant in one control period.
     #[must_use]
     pub fn steps_per_tick(&self) -> u32 {
         let ratio = (self.period() / self.plant.step).round();

@@ -9,15 +9,15 @@ use dynamics_core::{ControllerConfig, Model, Scene, Term};
 
 /// Rust source of a module with the arm, its scene and its controller, for a crate without std.
 ///
-/// | item | type | what |
+/// | item | type | meaning |
 /// |---|---|---|
 /// | `N` | `usize` | joints |
 /// | `NAME`, `ROBOT` | `&str` | the scene's and the robot's name |
 /// | `HASH` | `u64` | [`SceneFile::hash`] |
 /// | `RATE_HZ` | `f32` | control rate |
-/// | `TRIG` | `Trig` | which sine and cosine; an alias of a type of `dynamics_core::trig` and its value |
+/// | `TRIG` | `Trig` | sine and cosine; an alias of a type of `dynamics_core::trig` and its value |
 /// | `model()` | `Model<f32, N>` | the arm |
-/// | `scene()` | `Scene<f32, N>` | what acts on it |
+/// | `scene()` | `Scene<f32, N>` | the loads on it |
 /// | `config()` | `ControllerConfig<f32, N>` | the controller |
 /// | `rules()` | `Rules<f32, N>` | the safety state machine around it |
 ///
@@ -81,7 +81,7 @@ fn hexadecimal(hash: u64) -> String {
     format!("0x{:04x}_{:04x}_{:04x}_{:04x}", part(48), part(32), part(16), part(0))
 }
 
-/// Only what the items use, in rustfmt's order.
+/// Imports of the items in use, in rustfmt's order.
 fn imports<S: Float, const N: usize>(scene: &Scene<S, N>, config: &ControllerConfig<S, N>, trig: &str) -> String {
     let friction = if config.friction.is_some() { "Friction, " } else { "" };
     let wrench = if matches!(scene.tip_wrench, Term::Constant(_)) { ", Wrench" } else { "" };

@@ -1,6 +1,6 @@
-//! The controllers of many scenes in one program, to measure what a tick of each costs.
+//! Controllers of many scenes in one program, which measures the cost of a tick of each.
 //!
-//! All of them get the same ticks: [`inputs`], which the desk computes too, so that both can be compared bit by bit.
+//! All of them get the same ticks, [`inputs`]. The desk computes these too, so both can be compared bit by bit.
 
 use super::arm::arm_module_in;
 use super::dynamics::dynamics_module_in;
@@ -15,23 +15,23 @@ use dynamics_core::{Live, Measurement, Model, Real, Reference, Sensed};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// Ticks before those that are counted, for the observer and the limits on a step to come in.
+/// Ticks before the counted ones, in which the observer and the limits on a step settle.
 pub const RUN_UP: usize = 32;
 
-/// Ticks that are counted.
+/// Number of counted ticks.
 pub const COUNTED: usize = 32;
 
-/// What a controller is given in one tick.
+/// Inputs of a controller in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input<const N: usize> {
-    /// Where the arm should be, and is.
+    /// Reference of the arm; its measured state is equal to it.
     pub reference: Reference<f64, N>,
     /// The encoders' counts there, where the scene measures in counts.
     pub counts: Option<[i32; N]>,
 }
 
 impl<const N: usize> Input<N> {
-    /// What the sensors say, in the controller's scalar.
+    /// Sensor readings, in the controller's scalar.
     #[must_use]
     pub fn measurement<S: Real>(&self) -> Measurement<S, N> {
         let Reference { q, qd, .. } = self.reference.cast::<S>();
@@ -40,14 +40,14 @@ impl<const N: usize> Input<N> {
     }
 }
 
-/// [`RUN_UP`] and [`COUNTED`] consecutive ticks of the scene's motion, followed without error, that end where it is fastest: where the
-/// sum of the squares of all joints' velocities, each as a share of its limit, is greatest.
+/// [`RUN_UP`] and [`COUNTED`] consecutive ticks of the scene's motion, followed without error. They end where the motion is
+/// fastest: where the sum of the squares of all joints' velocities, each as a share of its limit, is greatest.
 ///
-/// Position and velocity are measured as they are, or as whole counts where the scene has encoders; no noise, no delay. A motion that is
-/// fastest sooner is taken from its start, and one that is shorter stands still at its end.
+/// Position and velocity are measured exactly, or as whole counts where the scene has encoders; no noise, no delay. If the
+/// motion is fastest too early for so many ticks, they begin at its start. If it is shorter, they stand still at its end.
 ///
 /// # Errors
-/// A motion that cannot be.
+/// [`MotionError`] where the motion is not possible.
 pub fn inputs<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Result<Vec<Input<N>>, MotionError> {
     let motion = scene.trajectory(model)?;
     let duration = scene.duration.unwrap_or(motion.duration());
@@ -80,7 +80,7 @@ fn at<const N: usize>(motion: &Motion<f64, N>, repeat: bool, t: f64) -> Referenc
     motion.sample(if repeat { t % motion.duration() } else { t })
 }
 
-/// What two scenes do not have in common of what one table of inputs asks for: arm, rate, motion, duration, sensors.
+/// First difference between two scenes that prevents a common table of inputs: arm, rate, motion, duration or sensors.
 #[must_use]
 pub fn difference(one: &SceneFile, other: &SceneFile) -> Option<&'static str> {
     let differs = [
@@ -93,9 +93,10 @@ pub fn difference(one: &SceneFile, other: &SceneFile) -> Option<&'static str> {
     differs.into_iter().find(|(_, differs)| *differs).map(|(name, _)| name)
 }
 
-/// Write `kernels.rs` and the modules that it names into a folder, for these scene files: all that the measuring program includes.
+/// Writes `kernels.rs` and its modules into a folder, for these scene files: everything that the measuring program
+/// includes.
 ///
-/// | item | what |
+/// | item | meaning |
 /// |---|---|
 /// | `N` | joints |
 /// | `RUN_UP` | ticks before those that are counted |
@@ -141,7 +142,7 @@ fn program<const N: usize>(scenes: &[SceneFile], folder: &Path) -> Result<(), Bo
             ScalarChoice::F32 => (f32::NAME, live_item::<f32, N>(&scene.live(&model))),
             ScalarChoice::F64 => (f64::NAME, live_item::<f64, N>(&scene.live(&model))),
         };
-        // The compiler names the file where it finds something: let it say whose it is.
+        // Compiler messages name the file, so its name tells the scene.
         let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let arm = modules.file(&format!("{k}_{stem}_arm"), &arm_module_in(scene, &model, scalar))?;
         let dynamics = modules.file(&format!("{k}_{stem}_dynamics"), &dynamics_module_in(scene, &model, scalar))?;
@@ -157,7 +158,7 @@ fn program<const N: usize>(scenes: &[SceneFile], folder: &Path) -> Result<(), Bo
     modules.finish(&format!("{rest}\npub(crate) fn all(counter: &Counter) {{\n{calls}}}\n"))
 }
 
-/// The ticks as a constant.
+/// The ticks as the source of a constant.
 fn table<const N: usize>(rows: &[Input<N>]) -> String {
     let row = |Input { reference: Reference { q, qd, qdd }, counts }: &Input<N>| {
         let counts = counts.map_or_else(

@@ -1,4 +1,4 @@
-//! How the joints are reached, as Rust source.
+//! Drives of the joints, as Rust source.
 
 use super::expression::{Item, call, integer, list, number, record, word};
 use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};

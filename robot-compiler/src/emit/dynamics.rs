@@ -6,7 +6,7 @@ use crate::kernel::{Function, Precision};
 use dynamics_core::Model;
 
 impl ScalarChoice {
-    /// The precision of kernels for it.
+    /// Precision of the kernels for this scalar.
     #[must_use]
     pub const fn precision(self) -> Precision {
         match self {
@@ -18,9 +18,9 @@ impl ScalarChoice {
 
 /// Rust source of a module with the arm's inverse dynamics, for use beside [`arm_module`](super::arm_module).
 ///
-/// | item | what |
+/// | item | meaning |
 /// |---|---|
-/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the kernel that the scene asks for, where it asks for it, or the recursion, in the ticks in which it is asked for |
+/// | `Arm` | a type that implements `InverseDynamics<f32, N>`: the scene's kernel or the recursion, in the ticks that it asks for |
 /// | `arm()` | its value |
 #[must_use]
 pub fn dynamics_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
@@ -54,15 +54,15 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
     text + "\n" + &arm_items::<N>(file, inner, precision.name())
 }
 
-/// The dynamics of an emitted module: its type, its value, and whether that is one that a `const fn` can give.
+/// The dynamics of an emitted module: its type, its value, and whether a `const fn` can return it.
 struct Inner {
     kind: String,
     value: String,
     constant: bool,
 }
 
-/// `Arm` and `arm()`: the inner dynamics themselves or, where the scene evaluates its model in some ticks only, those in
-/// [`dynamics_core::control::EveryNth`].
+/// `Arm` and `arm()`: the inner dynamics themselves. Where the scene evaluates its model in some ticks only, they are
+/// wrapped in [`dynamics_core::control::EveryNth`].
 fn arm_items<const N: usize>(file: &SceneFile, inner: Inner, real: &str) -> String {
     let Inner { kind, value, constant } = inner;
     let ControlSpec { model_every, model_between, .. } = &file.control;
@@ -82,7 +82,7 @@ fn arm_items<const N: usize>(file: &SceneFile, inner: Inner, real: &str) -> Stri
     )
 }
 
-/// The type `InSram`, whose one function holds the kernel and lies in static RAM.
+/// The type `InSram`. Its one function holds the kernel and lies in static RAM.
 fn in_sram(joints: usize, real: &str) -> String {
     format!(
         "/// The arm's inverse dynamics, run from static RAM.\n\

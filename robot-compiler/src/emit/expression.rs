@@ -3,7 +3,7 @@
 use dynamics_core::Real;
 use std::fmt::Debug;
 
-/// A float whose numbers can be written out.
+/// A float whose values can be written as source.
 pub(crate) trait Float: Real + Debug {
     /// The name of its type.
     const NAME: &'static str;
@@ -22,7 +22,7 @@ const WIDTH: usize = 120;
 
 /// An expression.
 pub(crate) enum Item {
-    /// Something without parts.
+    /// An expression without parts.
     Word(String),
     /// `open part, part close`, on one line where it fits, else one part a line.
     Group { open: String, close: &'static str, spaced: bool, parts: Vec<Item> },
@@ -71,12 +71,12 @@ pub(super) fn literal<S: Float>(x: S) -> String {
 }
 
 impl Item {
-    /// As source, from a column `indent` on.
+    /// The expression as source, starting at column `indent`.
     pub(crate) fn print(&self, indent: usize) -> String {
         self.lay_out(indent, 0, 0)
     }
 
-    /// `before` columns of the line are taken in front of the expression, `after` follow it.
+    /// Lays the expression out; `before` columns of the line are taken in front of it, `after` columns follow it.
     fn lay_out(&self, indent: usize, before: usize, after: usize) -> String {
         let flat = self.flat();
         if indent + before + flat.len() + after <= WIDTH {

@@ -10,7 +10,7 @@ pub(super) fn item<S: Float>(of: &impl Fields<S>) -> Item {
     written.0.pop().unwrap_or_else(|| word("()"))
 }
 
-/// Expressions of the parts that have been visited, one each.
+/// Expressions of the visited parts, one each.
 struct Written(Vec<Item>);
 
 impl<S: Float> Visitor<S> for Written {

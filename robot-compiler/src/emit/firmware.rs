@@ -1,6 +1,7 @@
-//! All that a firmware is built from, written into a folder.
+//! Source files of a firmware, written into a folder.
 
 use super::arm::arm_module;
+use super::changed::write_changed;
 use super::drives::drives_module;
 use super::dynamics::dynamics_module;
 use super::protection::protection_module;
@@ -9,13 +10,14 @@ use crate::describe::scene::{SceneFile, UNREAD_MAX};
 use crate::with_dof;
 use std::path::Path;
 
-/// Variables of the environment that stand for a scene's own law, and sine and cosine, when a firmware is built.
+/// Environment variables that replace a scene's own law, and sine and cosine, in a firmware's build.
 pub const CHOICES: [&str; 2] = ["NEWTAU_LAW", "NEWTAU_TRIG"];
 
 /// Slowest rate of the boards' timers, Hz: the emulated one has 16 bits at 1 MHz.
 const RATE_MIN: f64 = 16.0;
 
-/// Write `arm.rs`, `dynamics.rs`, `protection.rs` and `drives.rs` for a scene into a folder: the whole of a firmware's build script.
+/// Writes `arm.rs`, `dynamics.rs`, `drives.rs`, `protection.rs` and `tuning.rs` for a scene into a folder; `firmware/arm`
+/// includes them.
 ///
 /// # Errors
 /// A scene that cannot be read, a rate that the boards' timers do not have, or a folder that cannot be written to.
@@ -47,16 +49,15 @@ pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::er
             drives_module(&file.drives::<N>()),
         )
     });
-    // A module's own documentation cannot stand in an included file.
-    std::fs::write(folder.join("arm.rs"), arm.replace("//!", "//"))?;
-    std::fs::write(folder.join("dynamics.rs"), dynamics.replace("//!", "//"))?;
-    std::fs::write(folder.join("drives.rs"), drives.replace("//!", "//"))?;
-    std::fs::write(folder.join("protection.rs"), protection.replace("//!", "//"))?;
-    std::fs::write(folder.join("tuning.rs"), tuning_module(file.control.tunable))?;
+    // An included file cannot hold a module's own documentation.
+    let modules = [("arm", arm), ("dynamics", dynamics), ("drives", drives), ("protection", protection)];
+    for (name, text) in modules.into_iter().chain([("tuning", tuning_module(file.control.tunable))]) {
+        write_changed(&folder.join(format!("{name}.rs")), &text.replace("//!", "//"))?;
+    }
     Ok(())
 }
 
-/// Where the controller finds its configuration: in RAM where it can be changed, else in the program.
+/// Location of the controller's configuration: in RAM where it can be changed, else in the program.
 fn tuning_module(tunable: bool) -> String {
     let (kind, value) = if tunable {
         ("dynamics_core::control::ControllerConfig<f32, { super::arm::N }>", "super::arm::config()")

@@ -1,6 +1,6 @@
-//! The core's structures as expressions, but for configurations.
+//! Structures of the core as expressions, except configurations.
 //!
-//! Each is taken apart by name, so that a field added to one does not compile until it is written out.
+//! Each structure is destructured by field name: a new field does not compile until it is written out.
 
 use super::expression::{Float, Item, call, list, number, record, word};
 use super::fields::item;

@@ -1,12 +1,12 @@
-//! A program as Rust that a person can read: `no_std`, without `unsafe`, as rustfmt leaves it.
+//! Kernel as readable Rust source: `no_std`, without `unsafe`, in rustfmt's layout.
 
 use crate::kernel::{Function, Level, Precision, Program, compile};
 use dynamics_core::{Model, Scene};
 use text::{INVERSE_DYNAMICS, MOMENTUM, Scalars, Text};
 
+mod phrases;
 mod text;
 mod title;
-mod words;
 mod writer;
 
 pub use title::Title;
@@ -17,7 +17,7 @@ pub use title::Title;
 /// |---|---|
 /// | inverse dynamics | `Kernel`, a type that implements `InverseDynamics<S, N>` |
 /// | momentum | `Kernel`, a type that implements `GeneralizedMomentum<S, N>` |
-/// | any other | `fn NAME(turn, q, qd, qdd, live) -> [S; M]`, with the arguments that it reads |
+/// | any other | `fn NAME(turn, q, qd, qdd, live) -> [S; M]`, with only the arguments that the function reads |
 ///
 /// `S` is `f32` or `f64`; the module depends on `dynamics-core` alone.
 #[must_use]
@@ -32,7 +32,7 @@ pub fn module<const N: usize>(
     module_of(&compile(function, model, scene, level, precision), function, scene, level, precision, title)
 }
 
-/// As [`module`], of a program that was compiled from these before.
+/// As [`module`], from a program that was already compiled from these inputs.
 #[must_use]
 pub fn module_of<const N: usize>(
     program: &Program,
@@ -51,9 +51,9 @@ pub fn module_of<const N: usize>(
 /// |---|---|
 /// | inverse dynamics | `Kernel`, a type that implements `InverseDynamics<S, N>` for every `S: Scalar` |
 /// | momentum | `Kernel`, a type that implements `GeneralizedMomentum<S, N>` for every `S: Scalar` |
-/// | any other | `fn NAME<S: Scalar>(turn, q, qd, qdd, live) -> [S; M]`, with the arguments that it reads |
+/// | any other | `fn NAME<S: Scalar>(turn, q, qd, qdd, live) -> [S; M]`, with only the arguments that the function reads |
 ///
-/// What divides asks for `S: Field`.
+/// Functions with a division need `S: Field`.
 ///
 /// Numbers are folded in `precision` and read through `Scalar::literal`: the bits are the recursion's where the scalar
 /// computes in that precision.

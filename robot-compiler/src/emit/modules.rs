@@ -1,5 +1,6 @@
-//! Kernels as the modules of a crate: what a build script writes.
+//! Kernels as modules of a crate, in files that the crate includes.
 
+use super::changed::write_changed;
 use super::kernel::{Title, generic_module, module};
 use crate::describe::scene::SceneFile;
 use crate::kernel::{Function, Level, Precision};
@@ -8,7 +9,7 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-/// Kernels in files of a folder, and the modules that they are.
+/// Kernels in files of a folder, and their module declarations.
 #[derive(Clone, Debug)]
 pub struct Modules {
     folder: PathBuf,
@@ -16,16 +17,16 @@ pub struct Modules {
 }
 
 impl Modules {
-    /// None yet; files go to `folder`.
+    /// An empty list; files go to `folder`.
     #[must_use]
     pub fn new(folder: PathBuf) -> Self {
         Self { folder, declarations: String::new() }
     }
 
-    /// Write a kernel of the scene's arm, and give the name of its module: scene, function, level and precision.
+    /// Writes a kernel of the scene's arm, and returns the name of its module: scene, function, level and precision.
     ///
     /// # Errors
-    /// An arm that cannot be, or a folder that cannot be written to.
+    /// An impossible arm, or a folder that cannot be written to.
     pub fn kernel(
         &mut self,
         scene: &SceneFile,
@@ -73,7 +74,7 @@ impl Modules {
         Ok(name)
     }
 
-    /// Write any other module of this name.
+    /// Writes any other module of this name.
     ///
     /// # Errors
     /// A folder that cannot be written to.
@@ -83,13 +84,13 @@ impl Modules {
         Ok(())
     }
 
-    /// Write a module of this name for a declaration that the caller makes, and say where it lies.
+    /// Writes a module of this name and returns its path; the caller makes the declaration.
     ///
     /// # Errors
     /// A folder that cannot be written to.
     pub fn file(&self, name: &str, text: &str) -> Result<PathBuf, Box<dyn Error>> {
         let path = self.folder.join(format!("{name}.rs"));
-        std::fs::write(&path, text)?;
+        write_changed(&path, text)?;
         Ok(path)
     }
 
@@ -98,6 +99,6 @@ impl Modules {
     /// # Errors
     /// A folder that cannot be written to.
     pub fn finish(self, rest: &str) -> Result<(), Box<dyn Error>> {
-        Ok(std::fs::write(self.folder.join("kernels.rs"), self.declarations + "\n" + rest)?)
+        Ok(write_changed(&self.folder.join("kernels.rs"), &(self.declarations + "\n" + rest))?)
     }
 }

@@ -1,4 +1,4 @@
-//! What watches the arm.
+//! Collision watch of the arm.
 
 use super::fields::item;
 use super::kernel::{Title, module};
@@ -6,11 +6,11 @@ use crate::describe::scene::SceneFile;
 use crate::kernel::{Function, Level, Precision};
 use dynamics_core::Model;
 
-/// Rust source of a module with what watches the arm, for use beside [`arm_module`](super::arm_module).
+/// Rust source of a module with the arm's collision watch, for use beside [`arm_module`](super::arm_module).
 ///
-/// | item | what |
+/// | item | meaning |
 /// |---|---|
-/// | `Protection` | a type that implements `Protection<f32, N>`: a watch for collisions where the scene asks for one, else nothing |
+/// | `Protection` | a type that implements `Protection<f32, N>`: a collision watch where the scene asks for one, else `Unprotected` |
 /// | `protection()` | its value |
 #[must_use]
 pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> String {
@@ -27,7 +27,7 @@ pub fn protection_module<const N: usize>(file: &SceneFile, model: &Model<f64, N>
             format!("Dynamics<f32, {N}>"),
             "Dynamics::new(super::arm::model(), super::arm::scene())",
         ),
-        // Exact whatever the level: the desk has the recursion.
+        // Exact at every level, because the desk uses the recursion.
         Some(_) => {
             let title = Title { robot: &file.robot.name, scene: &file.name, hash: file.hash(model) };
             let (scene, precision) = (file.scene(model), Precision::Single);

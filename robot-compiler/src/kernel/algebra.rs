@@ -1,4 +1,4 @@
-//! Level `regrouped`: sums and products of many terms, with what is common taken out.
+//! Level `regrouped`: sums and products of many terms, with common parts taken out.
 //!
 //! The tape has operations of two operands, in the order in which the recursion spells them. In exact arithmetic a sum is a
 //! set of signed parts and a product a set of factors, and both can be taken apart anew. Three moves save operations:
@@ -9,8 +9,8 @@
 //! | share a product | `a b c`, `a b d` | a multiplication each time but the first |
 //! | take a factor out | `a b + a c - a d = a (b + c - d)` | a multiplication each time but the first |
 //!
-//! Each move makes others possible or impossible. They are made greedily, the one that saves most first; what to prefer
-//! among equals is tried out in every order, and the cheapest end is taken.
+//! Each move enables or prevents others. They are made greedily, the one that saves most first. Every order of preference
+//! among equals is tried, and the cheapest result is taken.
 
 use super::arena::{Arena, Expr, Precision};
 use super::program::Program;
@@ -30,7 +30,7 @@ pub(super) fn fewest_operations(arena: Arena, outputs: &[Expr], precision: Preci
     let preferences = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let ends =
         preferences.into_iter().flat_map(|rank| [false, true].map(|late| start.clone().reduced(moves, rank, late)));
-    // A value that finds no register costs as much as an operation.
+    // A value without a register costs as much as an operation.
     let costed = |program: Program| {
         let operations = program.operations();
         ((operations.total() + program.spills(), operations.neg), program)
@@ -41,7 +41,7 @@ pub(super) fn fewest_operations(arena: Arena, outputs: &[Expr], precision: Preci
     });
     let least = reduced.min_by_key(|(cost, _)| *cost);
     let plain = costed(Program::new(arena, outputs));
-    // What reduces nothing still has its terms in their place.
+    // Without a saving, the plain program keeps the terms in their order.
     least.filter(|(cost, _)| *cost <= plain.0).unwrap_or(plain).1
 }
 

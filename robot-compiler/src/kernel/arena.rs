@@ -1,14 +1,14 @@
-//! What a function did, written down: nodes, each made of earlier ones.
+//! Record of a function's operations: nodes, each made of earlier ones.
 //!
-//! Every operation passes the rules in force before it is written down, and equal expressions are written down once
-//! (hash-consing), so the arena holds only simplified, shared expressions and no later pass has to look for them.
+//! Every operation passes the active rules before it is recorded, and equal expressions are recorded once (hash-consing).
+//! So the arena holds only simplified, shared expressions, and no later pass has to look for them.
 
 use super::rules::{Rule, RuleSet};
 use dynamics_core::Real;
 use dynamics_core::scalar::Label;
 use rustc_hash::FxHashMap as HashMap;
 
-/// The precision in which constants are folded: the one that the kernel will compute in, or its bits would differ.
+/// The precision in which constants are folded. It must be the precision of the kernel; otherwise the bits would differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// `f32`
@@ -35,7 +35,7 @@ impl Precision {
         }
     }
 
-    /// `x` as this precision holds it.
+    /// Returns `x` rounded to this precision.
     #[must_use]
     pub fn round(self, x: f64) -> f64 {
         match self {
@@ -50,14 +50,14 @@ impl Precision {
 pub struct Expr(u32);
 
 impl Expr {
-    /// Its place in the arena: an expression comes after everything that it is made of.
+    /// Place in the arena: an expression comes after all its operands.
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// How a value comes about.
+/// Origin of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Node {
     /// A number, by its bits in double precision.
@@ -70,7 +70,7 @@ pub enum Node {
     Sub(Expr, Expr),
     /// Product.
     Mul(Expr, Expr),
-    /// Quotient. The recursions cannot write one down: only a function on [`Field`](dynamics_core::Field) can.
+    /// Quotient. The recursions cannot record one, only a function on [`Field`](dynamics_core::Field).
     Div(Expr, Expr),
     /// The opposite.
     Neg(Expr),
@@ -90,13 +90,13 @@ impl Node {
         }
     }
 
-    /// Whether it is computed, and not a number or an input.
+    /// Whether the node is computed, that is, neither a number nor an input.
     #[must_use]
     pub(super) fn is_statement(self) -> bool {
         !matches!(self, Self::Constant(_) | Self::Input(_))
     }
 
-    /// What it is made of, one or two.
+    /// One or two operands.
     pub fn operands(self) -> impl Iterator<Item = Expr> {
         let (first, second) = match self {
             Self::Constant(_) | Self::Input(_) => (None, None),
@@ -107,35 +107,35 @@ impl Node {
     }
 }
 
-/// A rewrite: what stands there instead of a node, if the rule applies.
+/// A rewrite: returns the replacement of a node, if the rule applies.
 pub(super) type Rewrite = fn(&mut Arena, Node) -> Option<Expr>;
 
-/// Everything written down while a function is traced.
+/// Everything recorded while a function is traced.
 #[derive(Clone, Debug)]
 pub struct Arena {
     nodes: Vec<Node>,
     index: HashMap<Node, Expr>,
     labels: HashMap<Expr, Label>,
     rules: RuleSet,
-    /// What each rule does: the table of [`super::rewrites`], unless a test puts a wrong one in.
+    /// Rewrite of each rule: the table of [`super::rewrites`], unless a test replaces one by a wrong rewrite.
     table: &'static [(Rule, Rewrite)],
     precision: Precision,
 }
 
 impl Arena {
-    /// An empty arena whose rules do what `table` says, in its order.
+    /// An empty arena with these rules; `table` gives their rewrites and their order.
     #[must_use]
     pub(super) fn with_table(rules: RuleSet, table: &'static [(Rule, Rewrite)], precision: Precision) -> Self {
         Self { nodes: Vec::new(), index: HashMap::default(), labels: HashMap::default(), rules, table, precision }
     }
 
-    /// How `expr` comes about.
+    /// Origin of `expr`.
     #[must_use]
     pub fn node(&self, expr: Expr) -> Node {
         self.nodes[expr.index()]
     }
 
-    /// Its number, if it is one.
+    /// The value of a constant; `None` for any other expression.
     #[must_use]
     pub fn number(&self, expr: Expr) -> Option<f64> {
         match self.node(expr) {
@@ -144,25 +144,25 @@ impl Arena {
         }
     }
 
-    /// What it was called when it was traced.
+    /// Name that the value had in the traced function.
     #[must_use]
     pub fn label(&self, expr: Expr) -> Option<Label> {
         self.labels.get(&expr).copied()
     }
 
-    /// Every node, each after what it is made of.
+    /// Every node, each after its operands.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// A number, rounded to the tape's precision; -0 becomes +0, which `==` cannot tell apart.
+    /// A number, rounded to the tape's precision; -0 becomes +0, because `==` cannot tell them apart.
     pub fn constant(&mut self, x: f64) -> Expr {
         let x = self.precision.round(x);
         self.write(Node::Constant(if x == 0.0 { 0.0_f64.to_bits() } else { x.to_bits() }))
     }
 
-    /// Write a node down through the rules: the first that applies says what stands there instead.
+    /// Records a node through the rules: the first rule that applies gives the replacement.
     pub fn make(&mut self, node: Node) -> Expr {
         for &(rule, rewrite) in self.table {
             if self.rules.contains(rule)
@@ -174,12 +174,12 @@ impl Arena {
         self.write(node)
     }
 
-    /// Remember what a value is called; the first name stays.
+    /// Stores the name of a value; the first name stays.
     pub fn name(&mut self, expr: Expr, label: Label) {
         self.labels.entry(expr).or_insert(label);
     }
 
-    /// Write a node down as it is; one that stands there already is not written again.
+    /// Records a node as it is; an equal node that exists already is used instead.
     pub fn write(&mut self, node: Node) -> Expr {
         let shared = self.rules.contains(Rule::Share) || matches!(node, Node::Constant(_) | Node::Input(_));
         if shared && let Some(expr) = self.index.get(&node) {

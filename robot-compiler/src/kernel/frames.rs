@@ -1,15 +1,16 @@
-//! Level `regrouped`: in which frame each link's quantities are written.
+//! Level `regrouped`: the choice of the frame for each link's quantities.
 //!
-//! Nothing but custom ties a link's frame to one place and one attitude. Two freedoms leave every joint torque as it is,
-//! and cost or save operations:
+//! The place and attitude of a link's frame are only a convention. Two freedoms leave every joint torque unchanged, and
+//! cost or save operations:
 //!
-//! - **Where the origin lies.** A revolute joint's may be anywhere on its axis, a prismatic joint's anywhere at all. Where two
-//!   axes meet, or an offset along one axis can be charged to another, components of the step from link to link vanish.
-//! - **Whether the frame turns with its link.** A frame that stands still while its joint turns hands the turn on: the next
+//! - **The place of the origin.** A revolute joint's may be anywhere on its axis, a prismatic joint's anywhere at all.
+//!   Where two axes meet, or an offset along one axis can be moved to another, components of the step from link to link
+//!   vanish.
+//! - **Whether the frame turns with its link.** A frame that stands still while its joint turns hands the turn on. The next
 //!   step takes it, and the link's own constants (first moment, inertia, place of the next joint) turn instead of the
 //!   vectors. Behind parallel axes the turns add up to one angle, and velocities and accelerations are not turned at all.
 //!
-//! Which choice is cheapest depends on every zero of the arm, so it is searched, by counting what the kernel would cost.
+//! The cheapest choice depends on every zero of the arm. So it is found by a search that counts the kernel's operations.
 
 use super::arena::Expr;
 use super::regroup::{Across, without_dust};
@@ -22,22 +23,22 @@ use num_traits::{One, Zero};
 /// The choice for every link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frames<const N: usize> {
-    /// By how much the origin moves from where the model has it, in the link's frame, m; along z for a revolute joint.
+    /// Shift of the origin from the model's, in the link's frame, m; along z for a revolute joint.
     pub(super) shift: [Vector3<f64>; N],
     /// Whether the frame stands still while its joint turns.
     pub(super) still: [bool; N],
-    /// What each link gives away of its inertia across its axis.
+    /// Part of the inertia across its axis that each link gives away.
     pub(super) across: [Across; N],
 }
 
 impl<const N: usize> Frames<N> {
-    /// As the model has them.
+    /// The frames of the model.
     #[must_use]
     pub(super) fn of_the_model() -> Self {
         Self { shift: [Vector3::zeros(); N], still: [false; N], across: [Across::Iyy; N] }
     }
 
-    /// The same arm with its origins moved. Torques stay as they are in exact arithmetic; wrenches are about other points.
+    /// The same arm with its origins moved. Torques stay equal in exact arithmetic; wrenches refer to other points.
     #[must_use]
     pub(super) fn shifted(&self, model: &Model<f64, N>) -> Model<f64, N> {
         let mut before = Vector3::zeros();
@@ -53,7 +54,7 @@ impl<const N: usize> Frames<N> {
         Model::from_checked(links, Placement { translation, ..*tip })
     }
 
-    /// The choice with the least cost that can be reached by changing one link at a time, or two neighbours at once.
+    /// The cheapest choice that can be reached by changing one link at a time, or two neighbours at once.
     ///
     /// `free[i]` says whether link `i` may be changed at all.
     #[must_use]
@@ -80,7 +81,7 @@ impl<const N: usize> Frames<N> {
                     let mut moved = best;
                     moved.shift[i] = shift;
                     candidates.push(moved);
-                    // An offset is often best handed on along axes that are parallel or meet.
+                    // An offset is often best handed on between axes that are parallel or meet.
                     if i + 1 < N && free[i + 1] {
                         for next in moved.worth_trying(model, i + 1) {
                             let mut both = moved;
@@ -102,15 +103,15 @@ impl<const N: usize> Frames<N> {
         }
     }
 
-    /// Shifts of one link that may save something: those that make a component of the step to it, or from it, zero.
+    /// Shifts of one link that may save operations: those that make a component of the step to it, or from it, zero.
     ///
-    /// None beyond the arm's own reach: axes that nearly meet, or are nearly parallel, would send the origin far away, where
-    /// moments of inertia are large and cancel.
+    /// Shifts beyond the arm's own reach are left out. Axes that nearly meet, or are nearly parallel, would send the origin
+    /// far away, where moments of inertia are large and cancel.
     #[must_use]
     fn worth_trying(&self, model: &Model<f64, N>, i: usize) -> Vec<Vector3<f64>> {
         let links = model.links();
         let (here, before) = (&links[i], if i == 0 { Vector3::zeros() } else { self.shift[i - 1] });
-        // The steps to this link, in its own axes, and from it, as they would be without a shift of this one.
+        // The steps to this link, in its own axes, and from it, without a shift of this link.
         let step_to = here.rotation.transpose() * (here.translation - before);
         let step_from = match links.get(i + 1) {
             Some(next) => next.translation + next.rotation * self.shift[i + 1],
@@ -131,10 +132,10 @@ impl<const N: usize> Frames<N> {
         found
     }
 
-    /// The arm on the tape with its frames as chosen, and the turn of each joint as its frame sees it.
+    /// The arm on the tape with the chosen frames, and the turn of each joint as its frame sees it.
     ///
-    /// `turn` are the sines and cosines of the joints. The recursion that runs on the result is the ordinary one: what
-    /// stands still is told to it as a joint that does not turn, with inertia and steps that do.
+    /// `turn` holds the sines and cosines of the joints. The ordinary recursion runs on the result. A frame that stands
+    /// still appears there as a joint that does not turn, with inertia and steps that do.
     pub(super) fn on_tape(
         &self,
         model: &Model<f64, N>,
@@ -179,17 +180,17 @@ impl<const N: usize> Frames<N> {
     }
 }
 
-/// What a link hands on when its frame stands still. A test puts wrong ones in.
+/// Operations that a standing frame hands on. A test replaces some by wrong ones.
 pub(super) struct Turning {
     /// The step to the next link.
     pub(super) step: fn(SinCos<Expr>, &Vector3<Expr>) -> Vector3<Expr>,
     /// The link's own body.
     pub(super) inertia: fn(SinCos<Expr>, &Inertia<Expr>) -> Inertia<Expr>,
-    /// One turn after the other about the same direction.
+    /// Two turns in sequence about the same direction.
     pub(super) both: fn(SinCos<Expr>, SinCos<Expr>) -> SinCos<Expr>,
 }
 
-/// The right ones.
+/// The correct operations.
 pub(super) const TURNING: Turning = Turning {
     step: |turn, v| apply(&about_z(turn), v),
     inertia: |turn, body| body.in_parent(&about_z(turn), &Vector3::from_element(Expr::zero())).symmetric(),
@@ -212,7 +213,7 @@ fn about_z(turn: SinCos<Expr>) -> Matrix3<Expr> {
     Matrix3::new(cos, -sin, zero, sin, cos, zero, zero, zero, one)
 }
 
-/// A step that was made from another by differences, without what rounding leaves of those that cancel.
+/// A step computed from another by differences; components that cancel are set to zero instead of their rounding error.
 fn differing(step: &Vector3<f64>, from: &Vector3<f64>) -> Vector3<f64> {
     let size = from.amax().max(step.amax());
     step.map(|x| without_dust(x, size))

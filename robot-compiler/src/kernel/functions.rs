@@ -1,4 +1,4 @@
-//! Which function is traced, and what its inputs and outputs are called.
+//! Functions that can be traced, and the names of their inputs and outputs.
 
 use super::frames::{Frames, Turning};
 use super::program::Program;
@@ -14,12 +14,12 @@ use dynamics_core::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// What a kernel computes.
+/// The function that a kernel computes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Function {
     /// `tau = D qdd + C qd + G - J^T w`
     InverseDynamics,
-    /// `G(q)`, with what the arm holds.
+    /// `G(q)`, with the payload of the arm.
     Gravity,
     /// `C(q, qd) qd`
     Coriolis,
@@ -27,7 +27,7 @@ pub enum Function {
     MassMatrix,
     /// Force and moment at every joint, base first.
     JointWrenches,
-    /// `p = D qd`, then `C^T qd - G + J^T w`: what the observer of external torques reads.
+    /// `p = D qd`, then `C^T qd - G + J^T w`: the input of the observer of external torques.
     Momentum,
     /// `qdd = D^-1 (tau - C qd - G + J^T w)`, then the pivots: the only one that divides.
     ForwardDynamics,
@@ -62,7 +62,7 @@ impl Springs {
 }
 
 impl Function {
-    /// All that take no more than an arm in a scene.
+    /// All functions that need only an arm in a scene.
     pub const ALL: [Self; 7] = [
         Self::InverseDynamics,
         Self::Gravity,
@@ -79,7 +79,7 @@ impl Function {
         names::name(self)
     }
 
-    /// The same with these gains, if it is a law.
+    /// The function with these gains, if it is a law; otherwise unchanged.
     #[must_use]
     pub const fn with(self, springs: Springs) -> Self {
         match self {
@@ -88,19 +88,19 @@ impl Function {
         }
     }
 
-    /// What of a scene it sees: what does not enter its equation is absent.
+    /// The scene as this function sees it: terms outside its equation are absent.
     #[must_use]
     pub fn sees<const N: usize>(self, scene: &Scene<f64, N>) -> Scene<f64, N> {
         let weight = Scene { tip_wrench: Term::Absent, coriolis: Term::Absent, ..*scene };
         match self {
             Self::InverseDynamics | Self::ForwardDynamics | Self::ComputedTorque(_) => *scene,
-            // Standing still, rotors do nothing.
+            // At rest, rotors have no effect.
             Self::Gravity => Scene { rotor: Term::Absent, ..weight },
             Self::Coriolis => Scene { gravity: Term::Absent, tip_wrench: Term::Absent, rotor: Term::Absent, ..*scene },
             Self::MassMatrix => Scene { gravity: Term::Absent, ..weight },
-            // Of its own velocity terms it leaves nothing out.
+            // The momentum keeps all its velocity terms.
             Self::Momentum => Scene { coriolis: Term::Live, ..*scene },
-            // A rotor turns between motor and link: no joint carries its wrench.
+            // A rotor turns between motor and link, so no joint carries its wrench.
             Self::JointWrenches => Scene { rotor: Term::Absent, ..*scene },
         }
     }
@@ -127,7 +127,7 @@ impl Named for Function {
 /// Inputs that come once per joint, in this order; the live ones follow, and then those of [`REFERENCE`].
 const PER_JOINT: [&str; 6] = ["turn[].sin", "turn[].cos", "q[]", "qd[]", "qdd[]", "tau[]"];
 
-/// The last inputs, once per joint: what the law reads in place of the wanted acceleration.
+/// The last inputs, once per joint: the law reads them in place of the desired acceleration.
 const REFERENCE: [&str; 3] = ["reference.q[]", "reference.qd[]", "reference.qdd[]"];
 
 /// Live inputs that come once; the rotors follow, one per joint.
@@ -171,7 +171,7 @@ pub(crate) fn input_name(number: u32, joints: usize) -> String {
     LIVE.get(live).map_or_else(|| format!("live.rotor[{}]", live - LIVE.len()), |name| (*name).to_owned())
 }
 
-/// Which argument an input is part of.
+/// The argument that an input belongs to.
 #[must_use]
 pub const fn argument(number: u32, joints: usize) -> &'static str {
     match number as usize / joints {
@@ -185,14 +185,14 @@ pub const fn argument(number: u32, joints: usize) -> &'static str {
     }
 }
 
-/// How many live inputs a program of an arm with so many joints reads.
+/// Number of live inputs that a program reads, for an arm with `joints` joints.
 #[must_use]
 pub fn live_inputs(program: &Program, joints: usize) -> usize {
     program.inputs().into_iter().filter(|&number| argument(number, joints) == "live").count()
 }
 
-/// The values of the inputs in the order of their numbers, for every function but forward dynamics and the law; for that one
-/// those of [`reference_values`] follow.
+/// Input values in the order of their numbers, for every function except forward dynamics and the law. For the law, those
+/// of [`reference_values`] follow.
 #[must_use]
 pub fn input_values<S: Scalar, const N: usize>(
     turn: &[SinCos<S>; N],
@@ -242,7 +242,7 @@ pub(crate) fn write_input_values<S: Scalar, const N: usize>(
     values.extend(rotor);
 }
 
-/// How many there are; the reference's follow.
+/// Number of inputs before those of the reference.
 pub(crate) const fn input_count(joints: usize) -> usize {
     (PER_JOINT.len() + 1) * joints + LIVE.len()
 }
@@ -253,7 +253,7 @@ pub fn reference_values<S: Real, const N: usize>(reference: &Reference<S, N>) ->
     reference.q.iter().chain(&reference.qd).chain(&reference.qdd).copied().collect()
 }
 
-/// Call the core's own function on an empty tape, and take the tape and the outputs.
+/// Runs the core's own function on an empty tape, and returns the tape and the outputs.
 pub(super) fn record<const N: usize>(
     function: Function,
     model: &Model<f64, N>,

@@ -1,23 +1,25 @@
-//! Level `regrouped`: what is equal in every state is computed once, and what is always zero not at all.
+//! Level `regrouped`: expressions that are equal in every state are computed once, and those that are always zero not at
+//! all.
 //!
-//! Rules on single operations cannot see that `s^2 + c^2` is one, or that the weight of an arm has no moment about a vertical
-//! axis. A random state can. It is taken in a finite field, the whole numbers modulo the prime `2^61 - 1`, where nothing is
-//! rounded: every `f64` constant has its exact place there, a sine and its cosine are a random point of the circle
-//! `s^2 + c^2 = 1`, and all other inputs are random. Two different polynomials of degree `d` agree in such a state with a chance
-//! of at most `d / 2^61` (Schwartz 1980, Zippel 1979), so that what agrees is the same function of the state.
+//! Rules on single operations cannot see that `s^2 + c^2` is one, or that the weight of an arm has no moment about a
+//! vertical axis. A random state can. It is taken in a finite field, the whole numbers modulo a prime above `2^60`, where
+//! nothing is rounded: every `f64` constant has its exact place there, a sine and its cosine are a random point of the
+//! circle `s^2 + c^2 = 1`, and all other inputs are random. Two different polynomials of degree `d` agree in such a state
+//! with a chance of at most `d / 2^60` (Schwartz 1980, Zippel 1979). So expressions that agree there are the same function
+//! of the state.
 //!
-//! The identities are those of the arm with its constants as they are written: what is equal but for the rounding of a
-//! constant (of the sine of a twist of 30 degrees, say) counts as different.
+//! The identities are those of the arm with its constants as written. Expressions that are equal except for the rounding of
+//! a constant (of the sine of a twist of 30 degrees, say) count as different.
 
 use super::arena::{Arena, Expr, Node, Precision};
 use super::program::needed;
 use super::rules::RuleSet;
 use rustc_hash::FxHashMap;
 
-/// Sine and cosine, in the field, of a random angle. A test puts a wrong one in.
+/// Sine and cosine of a random angle, in the field. A test replaces this by a wrong one.
 pub(super) type Angle = fn(Element) -> [Element; 2];
 
-/// The right one: `2 t / (1 + t^2)`, `(1 - t^2) / (1 + t^2)`.
+/// The correct one: `2 t / (1 + t^2)`, `(1 - t^2) / (1 + t^2)`.
 pub(super) const ANGLE: Angle = |t| {
     let (one, square) = (Element(1), t.times(t));
     // Minus one has no square root modulo this prime: the sum is not zero.
@@ -25,7 +27,7 @@ pub(super) const ANGLE: Angle = |t| {
     [t.plus(t).times(all), one.plus(square.negative()).times(all)]
 };
 
-/// The outputs on a new tape, with every expression replaced by an equal, an opposite or a number that is known before it.
+/// The outputs on a new tape. Every expression is replaced by an earlier one that is equal or opposite, or by a number.
 ///
 /// `joints` says which inputs are sine and cosine of the same angle; see [`super::functions`].
 #[must_use]
@@ -51,7 +53,7 @@ pub(super) fn once(
             Node::Neg(a) => Some(of(a).1.negative()),
             Node::Div(a, b) => Some(of(b).1).filter(|b| *b != Element(0)).map(|b| of(a).1.times(b.inverse())),
         };
-        // What has no value in the field is like nothing else.
+        // An expression without a value in the field gets a random one, which equals no other.
         let value = value.unwrap_or_else(|| Element::random(usize::MAX - k));
         let place = match node {
             Node::Constant(bits) => fresh.constant(f64::from_bits(bits)),
@@ -90,60 +92,73 @@ fn input(number: usize, joints: usize, angle: Angle) -> Element {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Element(u64);
 
-/// A Mersenne prime: `2^61 = 1` makes reduction an addition and powers of two a rotation.
-const PRIME: u64 = (1 << 61) - 1;
+/// A prime below `2^61` over the golden ratio, three more than a multiple of four. Constants are whole numbers times powers of two, so these
+/// powers must be far from small numbers: modulo `2^61 - 1` a constant of `2^-61`, the rounding of a rotation, would be 1.
+const PRIME: u64 = 1_425_089_352_415_399_771;
+
+/// `2^-1074` and its doubles: every power of two in an `f64`.
+static POWERS: [u64; 2046] = {
+    let mut power = 1_u64;
+    let mut halvings = 0;
+    while halvings < 1074 {
+        power = if power.is_multiple_of(2) { power / 2 } else { power.midpoint(PRIME) };
+        halvings += 1;
+    }
+    let mut powers = [0; 2046];
+    let mut k = 0;
+    while k < powers.len() {
+        powers[k] = power;
+        power = 2 * power % PRIME;
+        k += 1;
+    }
+    powers
+};
 
 impl Element {
-    fn reduced(x: u64) -> Self {
-        let folded = (x & PRIME) + (x >> 61);
-        Self(if folded >= PRIME { folded - PRIME } else { folded })
-    }
-
     /// `SplitMix64` (Steele, Lea and Flood, 2014).
     fn random(number: usize) -> Self {
         let mut z = (number as u64).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        Self::reduced(z ^ (z >> 31))
+        Self((z ^ (z >> 31)) % PRIME)
     }
 
-    /// The exact place of a number `m 2^e`; none for what is not finite.
+    /// The exact place of a number `m 2^e`; `None` for NaN and infinity.
     fn from_f64(x: f64) -> Option<Self> {
         let bits = x.to_bits();
-        let (exponent, fraction) = ((bits >> 52) as i32 & 0x7ff, bits & ((1 << 52) - 1));
-        let (mantissa, exponent) = match exponent {
+        let (exponent, fraction) = ((bits >> 52) as usize & 0x7ff, bits & ((1 << 52) - 1));
+        let mantissa = match exponent {
             0x7ff => return None,
-            0 => (fraction, -1074),
-            _ => (fraction | 1 << 52, exponent - 1075),
+            0 => fraction,
+            _ => fraction | 1 << 52,
         };
-        let shift = exponent.rem_euclid(61) as u32;
-        // Bits that leave at the top come back at the bottom.
-        let rotated = Self::reduced((mantissa << shift & PRIME) | (mantissa >> (61 - shift)));
-        Some(if x < 0.0 { rotated.negative() } else { rotated })
+        // Subnormal numbers have the exponent of the smallest normal ones.
+        let size = Self(mantissa).times(Self(POWERS[exponent.max(1) - 1]));
+        Some(if x < 0.0 { size.negative() } else { size })
     }
 
     fn plus(self, other: Self) -> Self {
-        Self::reduced(self.0 + other.0)
+        Self((self.0 + other.0) % PRIME)
     }
 
     fn negative(self) -> Self {
-        Self::reduced(PRIME - self.0)
+        Self((PRIME - self.0) % PRIME)
     }
 
     fn times(self, other: Self) -> Self {
-        let product = u128::from(self.0) * u128::from(other.0);
-        Self::reduced((product as u64 & PRIME) + (product >> 61) as u64)
+        Self((u128::from(self.0) * u128::from(other.0) % u128::from(PRIME)) as u64)
     }
 
     /// `x^(p - 2)` (Fermat); of zero, zero.
     fn inverse(self) -> Self {
-        // p - 2 is 61 ones with the second lowest bit cleared.
-        let (mut power, mut found) = (self, self);
-        for bit in 1..61 {
-            power = power.times(power);
-            if bit != 1 {
+        let (mut power, mut found) = (self, Self(1));
+        let mut exponent = PRIME - 2;
+        while exponent > 0 {
+            if exponent % 2 == 1 {
                 found = found.times(power);
             }
+            power = power.times(power);
+            exponent /= 2;
         }
         found
     }
@@ -154,7 +169,7 @@ mod tests {
     use super::super::tape::{input, trace};
     use super::*;
 
-    /// Operations that are left of a function of an arm with two joints: sines are inputs 0 and 1, cosines 2 and 3.
+    /// Operations that remain of a function of an arm with two joints: sines are inputs 0 and 1, cosines 2 and 3.
     fn left<const M: usize>(f: impl FnOnce([Expr; 6]) -> [Expr; M]) -> usize {
         let (outputs, arena) =
             trace(Arena::new(RuleSet::ALL, Precision::Double), || f(core::array::from_fn(|i| input(i as u32))));
@@ -165,7 +180,7 @@ mod tests {
     #[test]
     fn squares_of_sine_and_cosine_of_one_angle_make_one() {
         assert_eq!(left(|[s, _, c, _, x, _]| [(s * s + c * c) * x]), 0);
-        // Of two angles they do not.
+        // The sine and cosine of two different angles give no identity.
         assert_eq!(left(|[s, _, _, c, x, _]| [(s * s + c * c) * x]), 4);
     }
 
@@ -180,8 +195,30 @@ mod tests {
     #[test]
     fn what_is_always_zero_is_not_computed() {
         assert_eq!(left(|[s, _, c, _, x, y]| [(x * s + y * c) * c - (x * c - y * s) * s - y]), 0);
-        // Nor is what is divided by it known to be anything.
+        // A quotient by such an expression is left alone too.
         assert_eq!(left(|[s, _, c, _, x, y]| [x / (s * s + c * c - (x + y) / (y + x)), y]), 1);
+    }
+
+    #[test]
+    fn no_power_of_two_is_a_small_number() {
+        // Up to the product of the smallest and of the largest number of an f64 with another.
+        let (two, half) = (Element(2), Element(2).inverse());
+        let size = |x: Element| x.0.min(PRIME - x.0);
+        let (mut up, mut down) = (Element(1), Element(1));
+        for exponent in 1..=2148 {
+            (up, down) = (up.times(two), down.times(half));
+            assert!(exponent < 49 || size(up) >= 1 << 48, "2^{exponent} is {}", size(up));
+            assert!(size(down) >= 1 << 48, "2^-{exponent} is {}", size(down));
+        }
+    }
+
+    #[test]
+    fn the_rounding_of_a_constant_is_no_number_that_is_left_out() {
+        let dust = |power: i32| <Expr as dynamics_core::Scalar>::literal(2.0_f64.powi(power));
+        for power in [-122, -62, -61, -60, 61] {
+            // One multiplication and an addition each; x + y is another sum.
+            assert_eq!(left(|[.., x, y]| [x * dust(power) + y, x + y]), 3, "2^{power}");
+        }
     }
 
     #[test]

@@ -1,23 +1,23 @@
-//! A program run fast where no compiler is at hand: the desk's stand-in for a compiled kernel.
+//! Fast interpreter of a program, for the desk, where no compiler is at hand.
 //!
-//! [`Program::evaluate`] looks at one node after the other and allocates; this one is made ready once. Statements that do
-//! the same (a product, a sum, ..) stand in runs, one loop each, so that what a statement does is decided once a run and
-//! not once a statement; their values stand in slots that are used again when a value has been read for the last time.
-//! The operations, and so the bits, are those of the program: only their order differs.
+//! [`Program::evaluate`] looks at one node after another and allocates; this interpreter is prepared once. Statements of
+//! the same kind (a product, a sum, ..) form runs, one loop each, so the kind is decided once per run and not once per
+//! statement. Values lie in slots; a slot is used again after the last read of its value. The operations, and so the bits,
+//! are those of the program: only their order differs.
 
 use super::arena::{Expr, Node};
 use super::program::Program;
 use dynamics_core::Real;
 use std::collections::{BTreeSet, HashMap};
 
-/// Slots for inputs, numbers and values. A power of two: a place that is cut to so many bits is inside, so that the
-/// compiler leaves the check out. A six-joint arm takes less than half of them.
+/// Slots for inputs, numbers and values. The count is a power of two: a slot number masked to that many bits is always
+/// inside, so the compiler omits the bounds check. A six-joint arm takes less than half of the slots.
 const SLOTS: usize = 1024;
 
 /// A place in the memory.
 type Slot = u16;
 
-/// What a run of statements does.
+/// The operation of a run of statements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Kind {
     Add,
@@ -27,7 +27,7 @@ enum Kind {
     Neg,
 }
 
-/// Where a result goes and where its operands are; an opposite has one operand, twice.
+/// Slots of a result and its operands; a negation has the same operand twice.
 #[derive(Clone, Copy, Debug)]
 struct Statement {
     to: Slot,
@@ -42,7 +42,7 @@ struct Run {
     end: usize,
 }
 
-/// A program made ready to run in `S`.
+/// A program prepared to run in `S`.
 #[derive(Clone, Debug)]
 pub struct Interpreter<S> {
     /// Inputs first, then numbers, which no statement overwrites, and values.
@@ -54,13 +54,14 @@ pub struct Interpreter<S> {
 }
 
 impl<S: Real> Interpreter<S> {
-    /// Make a program ready; `inputs` is how many its caller will give. `None` if it needs more than 1,024 places.
+    /// Prepares a program; `inputs` is the number of inputs that the caller will give. `None` if it needs more than 1,024
+    /// slots.
     #[must_use]
     pub fn new(program: &Program, inputs: usize) -> Option<Self> {
         Builder::new(program, inputs)?.build()
     }
 
-    /// Run it on these inputs: the values of the outputs, into `outputs`. Missing inputs count as zero.
+    /// Runs the program on these inputs and writes the values of the outputs to `outputs`. Missing inputs count as zero.
     pub fn run(&mut self, inputs: &[S], outputs: &mut [S]) {
         let memory = &mut *self.memory;
         for (place, input) in memory[..self.inputs].iter_mut().enumerate() {
@@ -95,10 +96,10 @@ fn each<S: Real>(memory: &mut [S; SLOTS], statements: &[Statement], operation: i
 struct Builder<'a> {
     program: &'a Program,
     inputs: usize,
-    /// Statements that wait for operands: for how many.
+    /// Statements that wait for operands, with the number of operands.
     waits: HashMap<Expr, usize>,
     users: HashMap<Expr, Vec<Expr>>,
-    /// How often a value will still be read; outputs count once more and are never given up.
+    /// Number of reads left for a value; outputs count once more and are never released.
     reads: HashMap<Expr, usize>,
     slots: HashMap<Expr, Slot>,
     free: Vec<Slot>,
@@ -161,7 +162,8 @@ impl<'a> Builder<'a> {
         (self.used <= SLOTS).then_some(slot)
     }
 
-    /// Run after run: of the kind of which most statements are ready, all that are or become so.
+    /// Builds run after run: picks the kind with the most ready statements, and takes all of that kind that are or become
+    /// ready.
     fn build<S: Real>(mut self) -> Option<Interpreter<S>> {
         let mut memory = Box::new([S::zero(); SLOTS]);
         for (&expr, &slot) in &self.slots {
@@ -215,13 +217,13 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// The kind of which most are ready.
+/// The kind with the most ready statements.
 fn most(ready: &HashMap<Kind, BTreeSet<Expr>>) -> Option<Kind> {
     let waiting = ready.iter().filter(|(_, statements)| !statements.is_empty());
     waiting.max_by_key(|(kind, statements)| (statements.len(), **kind)).map(|(kind, _)| *kind)
 }
 
-/// What a statement does; `None` for a number or an input.
+/// The operation of a statement; `None` for a number or an input.
 const fn kind(node: Node) -> Option<Kind> {
     match node {
         Node::Add(..) => Some(Kind::Add),

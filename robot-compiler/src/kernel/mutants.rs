@@ -112,7 +112,7 @@ mutants! {
         _ => None,
     };
     sums_are_regrouped: Order, |arena, node| match node {
-        // True in exact arithmetic: only the last bits show it.
+        // True in exact arithmetic: only the last bits reveal the fault.
         Node::Add(a, b) => match arena.node(a) {
             Node::Add(c, d) if d < b && c < d => {
                 let end = arena.write(Node::Add(d, b));
@@ -130,7 +130,7 @@ mutants! {
     };
 }
 
-/// Inputs of a function of an arm in a scene, and what the recursion gives for them, operation by operation.
+/// Inputs of a function of an arm in a scene, and the recursion's results for them, operation by operation.
 struct Case {
     file: SceneFile,
     function: Function,
@@ -188,7 +188,7 @@ fn every_seeded_fault_is_found_and_the_shipped_rules_have_none() {
     assert_eq!(missed, [""; 0]);
 }
 
-/// What is wrong with level `regrouped`.
+/// A fault in level `regrouped`: its name, and the change that causes it.
 type Fault = (&'static str, fn(&mut Regrouping));
 
 const WRONG_REGROUPINGS: [Fault; 10] = [
@@ -219,8 +219,8 @@ const WRONG_REGROUPINGS: [Fault; 10] = [
     ("signs in a bracket are lost", |how| how.moves.inside = |_| false),
 ];
 
-/// Whether the torques regrouped so, in the frames that the right regrouping chooses, leave the recursion's by more than
-/// rounding.
+/// Whether the torques of this regrouping, in the frames that the correct regrouping chooses, differ from the recursion's
+/// by more than rounding.
 fn leaves<const N: usize>(case: &Case, how: &Regrouping) -> bool {
     let model = case.file.robot.model::<N>().unwrap();
     let (model, scene) = holding(&model, &case.file.scene(&model));
@@ -236,7 +236,7 @@ fn leaves<const N: usize>(case: &Case, how: &Regrouping) -> bool {
 #[test]
 fn every_wrong_regrouping_is_found_and_the_right_one_is_none() {
     let mut cases = cases();
-    // The functions that regrouping serves; the others are parts of the first.
+    // The functions that benefit from regrouping; the others are parts of the first.
     cases.retain(|case| matches!(case.function, Function::InverseDynamics | Function::MassMatrix));
     let wrong = |how: &Regrouping| {
         cases.iter().filter(|case| with_dof!(case.file.robot.dof(), N => leaves::<N>(case, how))).count()

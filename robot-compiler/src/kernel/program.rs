@@ -1,4 +1,4 @@
-//! What is left of a tape when only the outputs count: a list of statements.
+//! Program: the statements of a tape that the outputs need.
 
 use super::arena::{Arena, Expr, Node};
 use super::schedule;
@@ -13,7 +13,7 @@ pub struct Program {
     live_max: usize,
 }
 
-/// How much work a program is.
+/// Operation counts of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Operations {
     /// Multiplications.
@@ -22,14 +22,14 @@ pub struct Operations {
     pub add: usize,
     /// Subtractions.
     pub sub: usize,
-    /// Divisions: none but in forward dynamics.
+    /// Divisions; only forward dynamics has any.
     pub div: usize,
     /// Negations.
     pub neg: usize,
 }
 
 impl Operations {
-    /// Multiplications, additions, subtractions and divisions; a negation is a bit.
+    /// Multiplications, additions, subtractions and divisions. A negation only flips a bit and does not count.
     #[must_use]
     pub const fn total(&self) -> usize {
         self.mul + self.add + self.sub + self.div
@@ -37,7 +37,7 @@ impl Operations {
 }
 
 impl Program {
-    /// What of `arena` the outputs need, in an order that keeps few values alive.
+    /// The part of `arena` that the outputs need, in an order that keeps few values alive.
     #[must_use]
     pub fn new(mut arena: Arena, outputs: &[Expr]) -> Self {
         let outputs: Vec<Expr> = outputs.iter().map(|&output| turn_over(&mut arena, output)).collect();
@@ -54,50 +54,50 @@ impl Program {
         &self.order
     }
 
-    /// The values that are asked for; one may be a number, an input, or asked for twice.
+    /// The values of the outputs. An output may be a number or an input, and may occur twice.
     #[must_use]
     pub fn outputs(&self) -> &[Expr] {
         &self.outputs
     }
 
-    /// How a value comes about.
+    /// Origin of a value.
     #[must_use]
     pub fn node(&self, expr: Expr) -> Node {
         self.arena.node(expr)
     }
 
-    /// What a value is called.
+    /// Name of a value.
     #[must_use]
     pub fn label(&self, expr: Expr) -> Option<Label> {
         self.arena.label(expr)
     }
 
-    /// Its number, if it is one.
+    /// The value of a constant; `None` for any other expression.
     #[must_use]
     pub fn number(&self, expr: Expr) -> Option<f64> {
         self.arena.number(expr)
     }
 
-    /// The most computed values that are alive at once: what a register file would have to hold.
+    /// Most computed values alive at once: the size of the register file that would hold them.
     #[must_use]
     pub fn live_max(&self) -> usize {
         self.live_max
     }
 
-    /// The same, had the statements stayed in the order in which they were traced.
+    /// Most values alive at once with the statements in traced order.
     #[must_use]
     pub fn live_max_as_traced(&self) -> usize {
         schedule::live_max(&self.arena, &self.traced(), &self.outputs)
     }
 
-    /// The same program with its statements in the order in which they were traced.
+    /// The same program with its statements in traced order.
     #[must_use]
     pub fn as_traced(&self) -> Self {
         let (order, live_max) = (self.traced(), self.live_max_as_traced());
         Self { order, live_max, ..self.clone() }
     }
 
-    /// Stores and loads that a Cortex-M4F's 32 registers would make necessary, were the order of the statements kept.
+    /// Stores and loads that a Cortex-M4F's 32 registers would require, with the statements in this order.
     #[must_use]
     pub fn spills(&self) -> usize {
         schedule::spills(&self.arena, &self.order)
@@ -109,7 +109,7 @@ impl Program {
         traced
     }
 
-    /// How much work it is.
+    /// Operation counts of the program.
     #[must_use]
     pub fn operations(&self) -> Operations {
         let mut operations = Operations::default();
@@ -126,7 +126,7 @@ impl Program {
         operations
     }
 
-    /// The numbers of the inputs that it reads, in order.
+    /// The numbers of the inputs that the program reads, in order.
     #[must_use]
     pub fn inputs(&self) -> Vec<u32> {
         let mut inputs: Vec<u32> = needed(&self.arena, &self.outputs)
@@ -137,7 +137,7 @@ impl Program {
         inputs
     }
 
-    /// Run it: the interpreter of the tape. Missing inputs count as zero.
+    /// Runs the program: the interpreter of the tape. Missing inputs count as zero.
     #[must_use]
     pub fn evaluate<S: dynamics_core::Field>(&self, inputs: &[S]) -> Vec<S> {
         let mut values = vec![S::zero(); self.arena.nodes().len()];
@@ -172,7 +172,7 @@ pub(super) fn operations(arena: &Arena, outputs: &[Expr]) -> usize {
     needed(arena, outputs).iter().filter(counts).count()
 }
 
-/// An output `-(a - b)` is `b - a`: the sign that floated out of the last difference goes back in.
+/// Rewrites an output `-(a - b)` as `b - a`: the sign that floated out of the last difference goes back in.
 fn turn_over(arena: &mut Arena, output: Expr) -> Expr {
     if let Node::Neg(inner) = arena.node(output)
         && let Node::Sub(a, b) = arena.node(inner)
@@ -182,7 +182,7 @@ fn turn_over(arena: &mut Arena, output: Expr) -> Expr {
     output
 }
 
-/// Everything that the outputs are made of, each after what it is made of.
+/// All operands of the outputs, direct and indirect, each after its own operands.
 pub(super) fn needed(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
     let mut seen = vec![false; arena.nodes().len()];
     let mut pending = outputs.to_vec();

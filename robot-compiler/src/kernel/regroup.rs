@@ -1,31 +1,32 @@
-//! Level `regrouped`: what a joint cannot feel moves into its parent.
+//! Level `regrouped`: inertia that a joint cannot feel moves into its parent.
 //!
-//! A link's ten inertial parameters act on the joints before it only in combinations. What the link's own joint cannot
-//! tell from a body fixed to the parent may be handed to the parent, whatever the joint's position (the base inertial
+//! A link's ten inertial parameters act on the joints before it only in combinations. Inertia that the link's own joint
+//! cannot tell from a body fixed to the parent, at any joint position, may be handed to the parent (the base inertial
 //! parameters of Gautier and Khalil, *Direct calculation of minimum set of inertial parameters*, 1990):
 //!
 //! - a revolute joint: the mass and the first moment along the axis (points on the axis do not move), and an inertia
-//!   `diag(t, t, 0)`, which a turn about z leaves as it is. Any `t` will do. With `t = Iyy` the link keeps `Ixx - Iyy`, `Izz`, the
-//!   products of inertia and the first moments across the axis; which `t` saves most is searched ([`Across`]).
-//! - a prismatic joint: the whole inertia about the origin, once the first moment says where it is. A slide changes the
-//!   inertia about the parent's origin through mass and first moment alone.
+//!   `diag(t, t, 0)`, which a turn about z leaves unchanged. Any `t` will do. With `t = Iyy` the link keeps `Ixx - Iyy`,
+//!   `Izz`, the products of inertia and the first moments across the axis. A search finds the `t` that saves most
+//!   ([`Across`]).
+//! - a prismatic joint: the whole inertia about the origin, together with the first moment that gives its place. A slide
+//!   changes the inertia about the parent's origin through mass and first moment alone.
 //!
-//! What reaches the base is felt by nobody. The torques stay the same in exact arithmetic; rounding changes.
+//! No joint feels inertia that reaches the base. The torques stay the same in exact arithmetic; rounding changes.
 
 use dynamics_core::model::{Link, Model};
 use dynamics_core::{Inertia, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
-/// Which moment of inertia across a revolute axis a link gives away: what then vanishes from its moments.
+/// The moment of inertia across a revolute axis that a link gives away. Each variant names the moment that then vanishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Across {
     /// `Iyy = 0`
     Iyy,
     /// `Ixx = 0`
     Ixx,
-    /// `Iyy = Izz`: nothing about x but what accelerates it.
+    /// `Iyy = Izz`: of the terms about x, only the one in the acceleration remains.
     IyyToIzz,
-    /// `Ixx = Izz`: nothing about y but what accelerates it.
+    /// `Ixx = Izz`: of the terms about y, only the one in the acceleration remains.
     IxxToIzz,
 }
 
@@ -44,7 +45,7 @@ impl Across {
     }
 }
 
-/// What of a link's inertia its own joint cannot tell from the parent's.
+/// Function that gives the part of a link's inertia that its own joint cannot tell from the parent's.
 pub(super) type Unfelt = fn(&Link<f64>, Across) -> Inertia<f64>;
 
 /// The same arm with base inertial parameters: equal torques, more zeros. The wrenches at the joints are *not* the same.
@@ -69,7 +70,7 @@ pub(super) fn moved_inward<const N: usize>(
         }
     }
     for (link, size) in links.iter_mut().zip(sizes) {
-        // What was made equal to another is so up to rounding; to be seen, it must be so to the bit.
+        // The two moments are equal only up to rounding; later passes see the equality only if the bits agree.
         let j = &mut link.inertia.about_origin;
         (j.m11, j.m22) = (equal_if_near(j.m11, j.m33, size.second), equal_if_near(j.m22, j.m33, size.second));
         link.inertia.about_origin = link.inertia.about_origin.map(|x| without_dust(x, size.second));
@@ -78,7 +79,7 @@ pub(super) fn moved_inward<const N: usize>(
     Model::from_checked(links, *model.tip())
 }
 
-/// The part of a link's inertia that its own joint cannot tell from the parent's, whatever the joint's position.
+/// The part of a link's inertia that its own joint cannot tell from the parent's, at any joint position.
 pub(super) fn unfelt(link: &Link<f64>, across: Across) -> Inertia<f64> {
     let Inertia { mass, first_moment, about_origin } = link.inertia;
     match link.kind {
@@ -94,14 +95,14 @@ pub(super) fn unfelt(link: &Link<f64>, across: Across) -> Inertia<f64> {
     }
 }
 
-/// How large the numbers were that were summed to a link's inertia: what of the sum is rounding is measured by them.
+/// Magnitudes of the numbers summed to a link's inertia. They tell how much of the sum is rounding.
 ///
-/// Each link has its own: a gripper's moments are not dust because the base is heavy.
+/// Each link has its own, so that a gripper's moments are not taken for rounding because the base is heavy.
 #[derive(Clone, Copy)]
 struct Sizes {
-    /// Of first moments, kg m.
+    /// Magnitude of the first moments, kg m.
     first: f64,
-    /// Of second moments, kg m^2.
+    /// Magnitude of the second moments, kg m^2.
     second: f64,
 }
 
@@ -110,7 +111,7 @@ impl Sizes {
         Self { first: body.first_moment.amax(), second: body.about_origin.amax() }
     }
 
-    /// About a point at a distance, by the parallel-axis rule without its signs.
+    /// Magnitudes about a point at a distance, by the parallel-axis rule without its signs.
     fn at(self, distance: f64, mass: f64) -> Self {
         let first = self.first + mass.abs() * distance;
         Self { first, second: self.second + 2.0 * self.first * distance + mass.abs() * distance * distance }
@@ -125,7 +126,7 @@ fn equal_if_near(x: f64, to: f64, size: f64) -> f64 {
     if without_dust(x - to, size) == 0.0 { to } else { x }
 }
 
-/// Sums that cancel leave a rest of rounding; a zero there saves operations.
+/// Returns zero if `x` is only the rounding error of a sum that cancels; a zero there saves operations.
 pub(super) fn without_dust(x: f64, size: f64) -> f64 {
     const DUST: f64 = 16.0 * f64::EPSILON;
     if x.abs() <= DUST * size { 0.0 } else { x }

@@ -1,8 +1,8 @@
-//! The rewrites of level `exact`: less work, the same value.
+//! Rewrites of level `exact`: less work, the same value.
 //!
-//! Each is one function from a node to what stands there instead. All of them keep every result equal (`==`) to that of
-//! the operations as they were traced, for finite inputs in round-to-nearest: rounding is symmetric in sign, addition
-//! and multiplication are commutative to the bit, and only the sign of a zero can change, which `==` does not see.
+//! Each rewrite is one function from a node to its replacement. All of them keep every result equal (`==`) to that of the
+//! traced operations, for finite inputs in round-to-nearest. Rounding is symmetric in sign, addition and multiplication are
+//! commutative to the bit, and only the sign of a zero can change, which `==` does not see.
 
 use super::arena::{Arena, Expr, Node, Precision, Rewrite};
 use super::rules::{Rule, RuleSet};
@@ -15,17 +15,18 @@ impl Arena {
     }
 }
 
-/// The rules in the order in which they are tried. Numbers first: the others need not think about two constants.
+/// The rules in the order in which they are tried. Constant folding comes first, so that the other rules never see two
+/// constants.
 pub(super) const TABLE: [(Rule, Rewrite); 5] =
     [(Rule::Fold, fold), (Rule::Zero, zero), (Rule::One, one), (Rule::Signs, signs), (Rule::Order, order)];
 
-/// Operations on numbers are done in the kernel's own precision, so they give the bits that the kernel would have.
+/// Folds operations on numbers in the kernel's own precision, so that the bits are those of the kernel.
 fn fold(arena: &mut Arena, node: Node) -> Option<Expr> {
     let value = match node {
         Node::Add(a, b) => arena.number(a)? + arena.number(b)?,
         Node::Sub(a, b) => arena.number(a)? - arena.number(b)?,
         Node::Mul(a, b) => arena.number(a)? * arena.number(b)?,
-        // By zero stays as it is: what is not finite has no literal.
+        // A division by zero stays: infinity and NaN have no literal.
         Node::Div(a, b) => arena.number(a)? / arena.number(b).filter(|b| *b != 0.0)?,
         Node::Neg(a) => -arena.number(a)?,
         Node::Constant(_) | Node::Input(_) => return None,
@@ -35,7 +36,8 @@ fn fold(arena: &mut Arena, node: Node) -> Option<Expr> {
     Some(arena.constant(value))
 }
 
-/// Inputs are checked to be finite before a kernel runs, so `0 x` is 0. `0 / x` is 0 unless `x` is: who divides checks that.
+/// Inputs are checked to be finite before a kernel runs, so `0 x` is 0. `0 / x` is 0 unless `x` is 0; code that divides
+/// checks that.
 fn zero(arena: &mut Arena, node: Node) -> Option<Expr> {
     let is_zero = |e: Expr| arena.number(e) == Some(0.0);
     match node {

@@ -1,9 +1,9 @@
-//! The rules of level `exact` by name: what they do is in `rewrites`.
+//! Rules of level `exact` by name; the rewrites are in `rewrites`.
 
 /// One rewrite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Operations on numbers alone are done here.
+    /// Operations on numbers alone are done by the compiler.
     Fold,
     /// `0 x = 0`, `x + 0 = x`, `0 - x = -x`, `x - x = 0`, `0 / x = 0`.
     Zero,

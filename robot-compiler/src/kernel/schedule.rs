@@ -1,16 +1,16 @@
-//! The order of statements: few values alive at once, because every one beyond the registers costs a store and a load.
+//! Order of the statements: few values alive at once, because every value beyond the registers costs a store and a load.
 
 use super::arena::{Arena, Expr};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// The best of three orders: as traced, depth first from the outputs, and greedily by what frees most.
+/// The best of three orders: as traced, depth first from the outputs, and greedy by the values that a statement frees.
 pub(super) fn few_alive(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
     let candidates = [traced.to_vec(), depth_first(arena, outputs), greedy(arena, traced, outputs)];
     let cost = |order: &Vec<Expr>| (spills(arena, order), live_max(arena, order, outputs));
     candidates.into_iter().min_by_key(cost).unwrap_or_default()
 }
 
-/// What a statement takes from earlier ones. Numbers and inputs do not count: they can be loaded when they are used.
+/// Operands that earlier statements compute. Numbers and inputs do not count: they can be loaded when they are used.
 fn computed_operands(arena: &Arena, expr: Expr) -> impl Iterator<Item = Expr> {
     arena.node(expr).operands().filter(|&e| arena.node(e).is_statement())
 }
@@ -18,8 +18,8 @@ fn computed_operands(arena: &Arena, expr: Expr) -> impl Iterator<Item = Expr> {
 /// Single-precision registers of a Cortex-M4F, less two for the inputs and numbers of a statement.
 const REGISTERS: usize = 30;
 
-/// Stores and loads of values that find no register: whenever one is needed, the value whose next use is farthest goes
-/// (Belady's rule, the best there is for loads). An output goes where it is asked for and takes no register afterwards.
+/// Stores and loads of values that find no register. When a register is needed, the value whose next use is farthest goes
+/// (Belady's rule, which is optimal for loads). An output is stored at its destination and takes no register afterwards.
 pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
     let mut uses: BTreeMap<Expr, VecDeque<usize>> = BTreeMap::new();
     for (place, &expr) in order.iter().enumerate() {
@@ -82,7 +82,7 @@ pub(super) fn live_max(arena: &Arena, order: &[Expr], outputs: &[Expr]) -> usize
     most
 }
 
-/// Each output in turn, and before it what it needs, the larger operand first.
+/// Each output in turn, preceded by its operands, the larger operand first.
 fn depth_first(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
     let mut weight = vec![0_usize; arena.nodes().len()];
     for (i, node) in arena.nodes().iter().enumerate() {
@@ -110,7 +110,7 @@ fn depth_first(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
     order
 }
 
-/// Among what can be computed next, what ends the most lives; among equals, what was traced first.
+/// Takes, among the statements that are ready, the one that ends the most lives; among equals, the one traced first.
 fn greedy(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
     let mut uses: BTreeMap<Expr, usize> = BTreeMap::new();
     let mut users: BTreeMap<Expr, Vec<Expr>> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! A scalar that writes down what is done to it.
+//! Scalar that records every operation done to it.
 //!
 //! [`Expr`] is a `Copy` handle into an arena that belongs to the thread while [`trace`] runs. Any public function written
 //! on [`Scalar`] can be traced: call it with `Expr` arguments.
@@ -17,7 +17,7 @@ thread_local! {
     static ARENA: RefCell<Arena> = RefCell::new(Arena::with_table(RuleSet::ALL, &[], Precision::Double));
 }
 
-/// Run `function` on a tape, and take both its result and the tape.
+/// Runs `function` on a tape, and returns its result and the tape.
 pub fn trace<T>(tape: Arena, function: impl FnOnce() -> T) -> (T, Arena) {
     let before = ARENA.replace(tape);
     let result = function();

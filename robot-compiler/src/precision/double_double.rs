@@ -26,7 +26,7 @@ impl DoubleDouble {
         self.0.hi()
     }
 
-    /// `self - x` to the nearest `f64`: taken before anything is rounded away.
+    /// `self - x`, rounded to the nearest `f64`; the difference is taken before rounding.
     #[must_use]
     pub fn minus(self, x: f64) -> f64 {
         (self.0 - x).hi()
@@ -39,7 +39,7 @@ impl DoubleDouble {
     #[must_use]
     pub fn sin_cos(angle: f64) -> SinCos<Self> {
         let turns = (angle * FRAC_2_PI).round();
-        // Each product is kept whole, so what is left of the angle is good to 2^-104 of pi/2.
+        // Each product is kept whole, so the remainder of the angle is good to 2^-104 of pi/2.
         let rest = HALF_PI.iter().fold(Self::literal(angle), |rest, part| rest - Self(TwoFloat::new_mul(turns, *part)));
         let square = rest * rest;
         let (mut sine, mut cosine) = (Self::one(), Self::one());

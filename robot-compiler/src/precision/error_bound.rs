@@ -1,8 +1,8 @@
 //! A scalar that carries a proven bound on its rounding error through the recursion.
 //!
 //! A [`Bounded`] stands for all states of a box at once: an interval `[lo, hi]` that holds the exact value `x` in each of
-//! them, and `e` with `|x_computed - x| <= e` in each. Every operation of precision `R` adds its own rounding to what its
-//! operands bring:
+//! them, and an error `e` with `|x_computed - x| <= e` in each. Every operation of precision `R` adds its own rounding to
+//! the errors of its operands:
 //!
 //! ```text
 //! a + b    e = ea + eb                         + r(|a + b| + ea + eb)
@@ -10,14 +10,14 @@
 //! r(M) = half a unit in the last place of M  = u 2^floor(log2 M),  u = 2^-24 in f32, and of a product never below 2^-150
 //! ```
 //!
-//! `|a|` is the largest magnitude of the interval. Products with zero and sums with zero are exact, so are products with
-//! powers of two. All arithmetic is in `f64`, rounded outwards by a unit in the last place an operation. What could
-//! overflow in `R` is unbounded from there on.
+//! `|a|` is the largest magnitude of the interval. Products with zero and sums with zero are exact, and so are products
+//! with powers of two. All arithmetic is in `f64`, rounded outwards by a unit in the last place per operation. A value that
+//! could overflow in `R` is unbounded from there on.
 //!
-//! Intervals forget that `sin^2 + cos^2 = 1`. Therefore sines and cosines carry the number of their joint, and where
-//! `sin A` meets `cos B` of the same joint in a sum, Cauchy's inequality holds the sum of both to
-//! `sqrt(|A|^2 + |B|^2)`, and the errors that they bring to `sqrt(eA^2 + eB^2)`: the plain sum is up to 1.41 times as much
-//! in each of the rotations that a recursion goes through, on the way out and on the way back.
+//! Intervals forget that `sin^2 + cos^2 = 1`. Therefore sines and cosines carry the number of their joint. Where `sin A`
+//! meets `cos B` of the same joint in a sum, Cauchy's inequality bounds the sum of both by `sqrt(|A|^2 + |B|^2)`, and their
+//! error contributions by `sqrt(eA^2 + eB^2)`. The plain sum is up to 1.41 times as much in each rotation of a recursion,
+//! on the way out and on the way back.
 
 use super::rounding::{Rounding, binade};
 use core::marker::PhantomData;
@@ -25,7 +25,7 @@ use dynamics_core::SinCos;
 
 mod operators;
 
-/// All values that a number takes in a box of states, and how far the computed ones may be from them.
+/// All values that a number takes in a box of states, and the largest error of the computed ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounded<R> {
     lo: f64,
@@ -35,13 +35,13 @@ pub struct Bounded<R> {
     format: PhantomData<R>,
 }
 
-/// What Cauchy's inequality needs to know.
+/// Origin of a value, as Cauchy's inequality needs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Origin {
     Other,
     /// The sine or the cosine of a joint, either sign.
     Turn(Turn),
-    /// One of them times something of magnitude up to `size`, known to `error`; `rest` is what the product adds to the error.
+    /// A turn times a factor of magnitude up to `size`, known to `error`; `rest` is the product's further error.
     Turned {
         by: Turn,
         size: f64,
@@ -91,7 +91,8 @@ impl<R: Rounding> Bounded<R> {
         (self.lo, self.hi)
     }
 
-    /// How far a computed value may be from the exact one, in any state of the box. Infinite where overflow is possible.
+    /// Largest distance of a computed value from the exact one, in any state of the box. Infinite where overflow is
+    /// possible.
     #[must_use]
     pub const fn error(&self) -> f64 {
         self.error
@@ -114,7 +115,7 @@ impl<R: Rounding> Bounded<R> {
         self.size() == 0.0 && self.error == 0.0
     }
 
-    /// Its power of two, either sign, if it is one and known exactly.
+    /// The value, if it is a power of two of either sign and known exactly.
     #[inline]
     fn power_of_two(&self) -> Option<f64> {
         let exact = self.error == 0.0 && self.lo.to_bits() == self.hi.to_bits();
@@ -122,16 +123,16 @@ impl<R: Rounding> Bounded<R> {
             .then_some(self.lo)
     }
 
-    /// Nothing is known.
+    /// An unbounded value: nothing is known of it.
     fn unbounded() -> Self {
         Self::within(f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY)
     }
 
-    /// The result of an operation: its exact interval, what its operands bring, and how it rounds.
+    /// The result of an operation, from its exact interval, the operands' error contribution, and its rounding.
     #[inline]
     fn rounded(lo: f64, hi: f64, brought: f64, rounding: impl Fn(f64) -> f64) -> (Self, f64) {
         let size = plus(lo.abs().max(hi.abs()), brought);
-        // Also where a NaN came in: max drops it, the sum with it does not.
+        // This also catches a NaN: max drops it, the difference does not.
         if !(size < R::MAX && (hi - lo).is_finite()) {
             return (Self::unbounded(), f64::INFINITY);
         }
@@ -139,7 +140,7 @@ impl<R: Rounding> Bounded<R> {
         (Self::within(lo, hi, plus(brought, own)), own)
     }
 
-    /// Times a power of two: exact, but for what falls out of the range of the format.
+    /// The value times a power of two: exact, unless it leaves the range of the format.
     #[inline]
     fn scaled(self, factor: f64) -> Self {
         if self.is_exactly(1.0) {
@@ -149,7 +150,7 @@ impl<R: Rounding> Bounded<R> {
         let (lo, hi) = if factor < 0.0 { (b, a) } else { (a, b) };
         let own = if factor.abs() < 1.0 { R::LEAST } else { 0.0 };
         let scaled = Self::rounded(lo, hi, times(self.error, factor.abs()), |_| own).0;
-        // Only a turn by itself, or its negative, is still one.
+        // Only a turn by itself, or its negative, remains a turn.
         let origin = if factor.abs() > 1.0 || factor.abs() < 1.0 { Origin::Other } else { self.origin };
         Self { origin, ..scaled }
     }
@@ -167,7 +168,7 @@ fn range(f: fn(f64) -> f64, lo: f64, hi: f64, peak: f64) -> (f64, f64) {
     (low, high)
 }
 
-/// `a + b` of numbers that are not negative, no less than exact.
+/// `a + b` of non-negative numbers, never below the exact sum.
 #[inline]
 fn plus(a: f64, b: f64) -> f64 {
     if a == 0.0 {
@@ -179,13 +180,13 @@ fn plus(a: f64, b: f64) -> f64 {
     }
 }
 
-/// `a b` of numbers that are not negative, no less than exact.
+/// `a b` of non-negative numbers, never below the exact product.
 #[inline]
 fn times(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { (a * b).next_up() }
 }
 
-/// `sqrt(a^2 + b^2)`, no less than exact.
+/// `sqrt(a^2 + b^2)`, never below the exact value.
 #[inline]
 fn hypotenuse(a: f64, b: f64) -> f64 {
     plus(times(a, a), times(b, b)).sqrt().next_up()

@@ -1,4 +1,4 @@
-//! Floating-point formats, and what an operation of each is rounded by.
+//! Floating-point formats, and the rounding error of an operation in each.
 
 use core::fmt::Debug;
 
@@ -6,7 +6,7 @@ use core::fmt::Debug;
 pub trait Rounding: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// Unit roundoff: half the distance of the numbers just above 1.
     const UNIT: f64;
-    /// No less than half the smallest number above zero: what a product that underflows may lose.
+    /// At least half the smallest positive number: the most that a product loses by underflow.
     const LEAST: f64;
     /// The largest finite number.
     const MAX: f64;
@@ -14,14 +14,14 @@ pub trait Rounding: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The number of the format that is nearest to `x`.
     fn nearest(x: f64) -> f64;
 
-    /// What a sum of magnitude up to `size` is rounded by, at most.
+    /// Largest rounding error of a sum of magnitude up to `size`.
     #[inline]
     #[must_use]
     fn of_sum(size: f64) -> f64 {
         Self::UNIT * binade(size)
     }
 
-    /// What a product or quotient of magnitude up to `size` is rounded by, at most.
+    /// Largest rounding error of a product or quotient of magnitude up to `size`.
     #[inline]
     #[must_use]
     fn of_product(size: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! The parts that files share: texts, bodies, placements, wrenches.
+//! Parts that several files share: texts, bodies, placements, wrenches.
 
 use crate::describe::diagnostics::FileError;
 use crate::read::table::{Table, Value};
@@ -9,12 +9,12 @@ use nalgebra::{Matrix3, Vector3};
 const COM: &str = "the centre of mass [x, y, z] in m";
 const INERTIA_KEYS: [&str; 6] = ["xx", "yy", "zz", "xy", "xz", "yz"];
 
-/// Where the numbers come from; empty if the file does not say.
+/// Source of the numbers; empty if the file does not say.
 pub(crate) fn origin(root: &Table<'_>) -> Result<String, FileError> {
     root.get("source").map_or(Ok(String::new()), |value| Ok(value.string("where the numbers come from")?.to_owned()))
 }
 
-/// A string with something in it.
+/// A non-empty string.
 pub(crate) fn text(value: &Value<'_>, expected: &str) -> Result<String, FileError> {
     let found = value.string(expected)?;
     if found.trim().is_empty() { Err(value.error("found an empty string", expected)) } else { Ok(found.to_owned()) }
@@ -31,7 +31,7 @@ pub(crate) fn body(table: &Table<'_>) -> Result<Body, FileError> {
     Ok(Body { mass, com, inertia: inertia(table)? })
 }
 
-/// The optional inertia tensor about the centre of mass; what is not given is zero.
+/// The optional inertia tensor about the centre of mass; missing entries are zero.
 fn inertia(table: &Table<'_>) -> Result<Matrix3<f64>, FileError> {
     let Some(tensor) = table.table("inertia")? else {
         return Ok(Matrix3::zeros());

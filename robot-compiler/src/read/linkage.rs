@@ -11,7 +11,7 @@ use dynamics_core::linkage::{
 use nalgebra::Vector2;
 use std::path::{Path, PathBuf};
 
-/// Gravity where the file says nothing, m/s^2: the ground level, the linkage upright.
+/// Default gravity, m/s^2: the ground level, the linkage upright.
 const UPRIGHT: Vector2<f64> = Vector2::new(0.0, -9.81);
 
 const LENGTH: &str = "a length in m, from 1e-9 to 1e6";
@@ -33,7 +33,7 @@ impl LinkageFile {
         Ok(linkage)
     }
 
-    /// From the text of a linkage file; `name` stands for the file in errors.
+    /// Reads the text of a linkage file; `name` stands for the file in errors.
     ///
     /// # Errors
     /// As [`LinkageFile::load`].
@@ -65,7 +65,7 @@ fn read(source: &Source) -> Result<LinkageFile, FileError> {
     })
 }
 
-/// Refuse a file that is a linkage where an arm or a scene was asked for.
+/// Refuses a linkage file where an arm or a scene was asked for.
 pub(super) fn refuse(root: &Table<'_>, wanted: &str) -> Result<(), FileError> {
     match root.get("kind") {
         Some(kind) if kind.string("").is_ok_and(|kind| [FOUR_BAR, SLIDER_CRANK].contains(&kind)) => {
@@ -105,7 +105,7 @@ fn turning(root: &Table<'_>, key: &str) -> Result<(f64, PlanarBody<f64>), FileEr
     Ok((length(&table.require("length", LENGTH)?)?, body(&table)?))
 }
 
-/// Wide of anything that is built, and narrow enough that squares neither vanish nor overflow.
+/// A length wider than any that is built, yet narrow enough that squares neither vanish nor overflow.
 fn length(value: &Value<'_>) -> Result<f64, FileError> {
     value.within(1e-9, 1e6, LENGTH)
 }
@@ -132,13 +132,13 @@ fn pair(value: &Value<'_>, expected: &str) -> Result<Vector2<f64>, FileError> {
     Ok(Vector2::from_column_slice(&value.numbers(2, expected)?))
 }
 
-/// The core's refusal, moved to the field that caused it.
+/// The core's refusal, reported at the field that caused it.
 fn placed(root: &Table<'_>, error: &LinkageError<f64>) -> FileError {
     let (member, expected) = match error {
         LinkageError::NeverCloses { longest, .. } => (*longest, "lengths of which none exceeds the sum of all others"),
         LinkageError::Length(member) => (*member, LENGTH),
         LinkageError::Body(member) => (*member, "a mass and an inertia that a body can have"),
-        // Of one crank angle: no constructor tells of them.
+        // Errors at one crank angle; no constructor reports them.
         _ => (Member::Crank, "a loop that closes"),
     };
     let key = member.to_string();

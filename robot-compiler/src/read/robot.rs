@@ -28,7 +28,7 @@ impl Robot {
         Ok(robot)
     }
 
-    /// From the text of a TOML robot file; `name` stands for the file in errors.
+    /// Reads the text of a TOML robot file; `name` stands for the file in errors.
     ///
     /// # Errors
     /// As [`Robot::load`].
@@ -46,7 +46,7 @@ impl Robot {
         Ok(robot)
     }
 
-    /// From the text of a URDF file; `name` stands for the file in errors.
+    /// Reads the text of a URDF file; `name` stands for the file in errors.
     ///
     /// # Errors
     /// As [`Robot::load`].

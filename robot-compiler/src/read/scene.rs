@@ -33,10 +33,10 @@ const SCENE_KEYS: [&str; 13] = [
     "actuators",
 ];
 impl SceneFile {
-    /// Read a scene file and the robot file that it names.
+    /// Reads a scene file and its robot file.
     ///
     /// # Errors
-    /// A file that cannot be read or parsed, or that asks for what cannot be.
+    /// A file that cannot be read or parsed, or that asks for something impossible.
     pub fn load(path: &Path) -> Result<Self, FileError> {
         let source = read_text(path)?;
         let mut scene = read(&source, path.parent().unwrap_or(Path::new("")))?;
@@ -44,7 +44,7 @@ impl SceneFile {
         Ok(scene)
     }
 
-    /// From the text of a scene file; `path` stands for the file in errors, and the robot's path is relative to it.
+    /// Reads the text of a scene file; `path` stands for the file in errors, and the robot's path is relative to it.
     ///
     /// # Errors
     /// As [`SceneFile::load`].
@@ -53,7 +53,8 @@ impl SceneFile {
         read(&source, path.parent().unwrap_or(Path::new("")))
     }
 
-    /// The line of a key of a table, counted from 1, as the scene's file has it now; `None` where the file does not say it.
+    /// The line of a key of a table, counted from 1, in the scene's file as it is now; `None` where the file does not have
+    /// the key.
     #[must_use]
     pub fn line_of(&self, table: &str, key: &str) -> Option<usize> {
         let source = read_text(&self.path).ok()?;
@@ -63,7 +64,7 @@ impl SceneFile {
     }
 }
 
-/// `folder` is what the path of the robot file is relative to.
+/// Reads a scene; the path of the robot file is relative to `folder`.
 fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
     let document = parse(source)?;
     let root = Table::root(source, &document);

@@ -1,8 +1,8 @@
-//! A TOML document read field by field, so that every complaint knows its place.
+//! TOML document, read field by field, so that every error knows its place.
 //!
-//! The parser keeps the place of every value; this layer walks the values with the path of field names beside it and turns
-//! each mismatch into a [`FileError`]. It is what a derived deserialiser would do, except that semantic errors, found
-//! later, still have the place at hand.
+//! The parser keeps the place of every value. This layer walks the values together with the path of field names, and turns
+//! each mismatch into a [`FileError`]. A derived deserialiser would do the same, but here semantic errors, found later,
+//! still have the place at hand.
 
 use crate::describe::diagnostics::{FileError, Source, one_of};
 use crate::names::Named;
@@ -11,7 +11,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A table and where it stands.
+/// A table and its place.
 #[derive(Clone)]
 pub(crate) struct Table<'a> {
     source: &'a Source,
@@ -21,7 +21,7 @@ pub(crate) struct Table<'a> {
     path: String,
 }
 
-/// A value and where it stands.
+/// A value and its place.
 #[derive(Clone)]
 pub(crate) struct Value<'a> {
     source: &'a Source,
@@ -40,11 +40,11 @@ pub(crate) fn parse(source: &Source) -> Result<Spanned<DeTable<'_>>, FileError> 
 
 impl<'a> Table<'a> {
     pub(crate) fn root(source: &'a Source, document: &'a Spanned<DeTable<'a>>) -> Self {
-        // The whole text would be marked otherwise: a missing key is reported at the top.
+        // An empty span, because a missing key is reported at the top; otherwise the whole text would be marked.
         Self { source, table: Some(document.get_ref()), span: 0..0, path: String::new() }
     }
 
-    /// Call the table by another name in errors, such as a joint's own.
+    /// Sets another name for the table in errors, such as a joint's own.
     pub(crate) fn named(mut self, path: String) -> Self {
         self.path = path;
         self
@@ -54,7 +54,7 @@ impl<'a> Table<'a> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Refuse every key that is not in the list.
+    /// Refuses every key that is not in the list.
     pub(crate) fn only(&self, known: &[&str]) -> Result<(), FileError> {
         let unknown =
             self.table.iter().flat_map(|table| table.keys()).filter(|key| !known.contains(&key.get_ref().as_ref()));
@@ -74,17 +74,17 @@ impl<'a> Table<'a> {
         self.get(key).ok_or_else(|| self.error(key, "missing", expected))
     }
 
-    /// A table under a key, when it is there.
+    /// The table under a key, if it exists.
     pub(crate) fn table(&self, key: &str) -> Result<Option<Table<'a>>, FileError> {
         self.get(key).map(|value| value.table()).transpose()
     }
 
-    /// A table without a key, which stands for one that is not there.
+    /// A table without keys, in place of a missing one.
     pub(crate) fn empty(&self, key: &str) -> Table<'a> {
         Table { source: self.source, table: None, span: self.span.clone(), path: self.field(key) }
     }
 
-    /// An error about a field of this table, at that field, or at the table when the field is not there.
+    /// An error at a field of this table, or at the table if the field is missing.
     pub(crate) fn error(&self, key: &str, problem: impl Into<String>, expected: impl Into<String>) -> FileError {
         let span = self.table.and_then(|table| table.get(key)).map_or(self.span.clone(), Spanned::span);
         self.source.error(span, self.field(key), problem, expected)
@@ -135,7 +135,7 @@ impl<'a> Value<'a> {
         if !number.is_finite() {
             return Err(self.error(format!("found {number}, which is not finite"), expected));
         }
-        // What is infinite on the chip is refused here, where the field is known.
+        // Numbers that overflow single precision on the chip are refused here, where the field is known.
         if !(number as f32).is_finite() {
             return Err(self.error(format!("found {number:e}, too large for single precision"), expected));
         }
@@ -217,7 +217,7 @@ impl<'a> Value<'a> {
         Ok(Vector3::from_column_slice(&self.numbers(3, expected)?))
     }
 
-    /// One of a list of words, each with its meaning.
+    /// One of a list of words, each with its value.
     pub(crate) fn choice<T: Clone>(&self, choices: &[(&str, T)]) -> Result<T, FileError> {
         self.choice_or(choices, "")
     }
@@ -228,7 +228,7 @@ impl<'a> Value<'a> {
         self.choice(&choices)
     }
 
-    /// One of a list of words; `otherwise` says what may stand there instead of a word.
+    /// One of a list of words; `otherwise` names what may stand in place of a word.
     pub(crate) fn choice_or<T: Clone>(&self, choices: &[(&str, T)], otherwise: &str) -> Result<T, FileError> {
         let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
         let found = self.string(&format!("one of {}", words.join(", ")))?;

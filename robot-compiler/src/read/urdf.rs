@@ -1,6 +1,6 @@
-//! URDF files: the serial chain of a robot, with what is fixed merged into what moves.
+//! URDF files: the serial chain of a robot, with fixed parts merged into moving ones.
 //!
-//! The XML is parsed once: what is read from it keeps its element, and so its place, until the robot is checked.
+//! The XML is parsed once. Each value read from it keeps its element, and so its place, until the robot is checked.
 
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::robot::{BuildError, DOF, JointFriction, Robot, RobotJoint};
@@ -18,7 +18,7 @@ use chain::Chain;
 use description::{Description, Joint, Kind};
 use markup::{Markup, child};
 
-/// `tip` names the link that the chain ends at; `None` takes the only chain there is.
+/// Reads a robot; `tip` names the link that the chain ends at, and `None` takes the only chain.
 pub(super) fn read(source: &Source, tip: Option<&str>) -> Result<Robot, FileError> {
     let document = markup::parse(source)?;
     let markup = Markup::new(source, &document)?;
@@ -51,7 +51,7 @@ pub(super) fn read(source: &Source, tip: Option<&str>) -> Result<Robot, FileErro
     Ok(robot)
 }
 
-/// Which file and chain, and what was held still on the way.
+/// File and chain, and the joints held still.
 fn describe(file: &str, urdf: &Description<'_>, chain: &Chain) -> String {
     let mut text = format!("{file}, chain to {}", urdf.links[chain.tip].name);
     if !chain.held.is_empty() {
@@ -95,7 +95,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
     })
 }
 
-/// Version 1.2 made every limit optional; before, what is missing of the travel is zero, and the others must be there.
+/// Version 1.2 made every limit optional. Before, a missing travel limit is zero, and the other limits are required.
 fn limits(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Limits<f64>, FileError> {
     let optional = markup.version >= (1, 2);
     let continuous = joint.kind == Kind::Continuous;
@@ -135,7 +135,7 @@ fn friction(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Optio
     Ok(given.then_some(JointFriction { viscous: joint.damping, coulomb: joint.friction }))
 }
 
-/// The core's refusal, moved to the element that caused it.
+/// The core's refusal, reported at the element that caused it.
 fn placed(error: &BuildError, robot: &Robot, markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain) -> FileError {
     let (label, problem, expected) = error.describe(robot);
     let (index, what) = match error {

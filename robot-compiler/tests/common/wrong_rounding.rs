@@ -1,9 +1,9 @@
-//! Ways to round that single precision does not have: bounds by them must be found wrong.
+//! Wrong rounding models of single precision; the tests must find their bounds wrong.
 #![allow(unreachable_pub, reason = "a module of several test crates")]
 
 use robot_compiler::precision::{Rounding, Single};
 
-/// Single precision with a unit roundoff a quarter of what it is.
+/// Single precision with a quarter of its true unit roundoff.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuarterUnit;
 

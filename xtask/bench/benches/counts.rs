@@ -13,7 +13,7 @@ mod list;
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use list::Work;
 
-/// States that are gone through; `cargo xtask bench` divides.
+/// States that a benchmark runs through; `cargo xtask bench` divides by them.
 const STATES: usize = 64;
 
 fn find(name: &str) -> Work {

@@ -1,7 +1,7 @@
 //! Time on the desk. criterion keeps its estimates in files, from which `cargo xtask bench` writes the tables (divan 0.1
 //! only prints).
 //!
-//! One iteration goes once round the states; `cargo xtask bench` divides.
+//! One iteration runs through all states; `cargo xtask bench` divides by their number.
 #![allow(clippy::unwrap_used, unreachable_pub, reason = "a measurement stops at the first surprise")]
 
 mod list;

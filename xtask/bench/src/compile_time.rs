@@ -1,5 +1,5 @@
-//! How long the kernel compiler takes for the arm that is the most work, from the model to the text: `LEVEL,milliseconds`,
-//! the least of some runs.
+//! Time of the kernel compiler for the arm that takes the most work, from the model to the text: `LEVEL,milliseconds`, the
+//! least of several runs.
 
 use bench::general;
 use robot_compiler::emit::kernel::{Title, module};
@@ -8,7 +8,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// Runs of which the fastest counts.
+/// Number of runs; the fastest counts.
 const RUNS: usize = 10;
 
 fn main() -> Result<(), Box<dyn Error>> {

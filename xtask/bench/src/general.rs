@@ -1,15 +1,15 @@
-//! The six-joint arm that leaves a compiler the least to fold.
+//! Six-joint arm that leaves a compiler the least to fold.
 
 use dynamics_core::{
     Body, Dh, Frame, Inertia, JointKind, JointSpec, Limits, Model, ModelError, Rotor, Scene, Term, Tool, geometry,
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Six turning joints with no right angle and no zero, full inertias, a tool; every term of the scene there, live but for
-/// the payload.
+/// Six revolute joints with no right angle and no zero, full inertias and a tool. Every term of the scene is present, live
+/// except the payload.
 ///
 /// # Errors
-/// None: the numbers are those of an arm that can be.
+/// None: the numbers describe a possible arm.
 pub fn arm() -> Result<(Model<f64, 6>, Scene<f64, 6>), ModelError> {
     let body = |size: f64| Body {
         mass: 1.3 * size,

@@ -1,8 +1,8 @@
-//! Gravity torques written by hand, with every trick that fits: what a kernel of gravity alone has to stand beside.
+//! Gravity torques written by hand, with every trick that fits: the reference for a kernel of gravity alone.
 
 use dynamics_core::{Scalar, SinCos};
 
-/// Standard gravity as the plain scene has it, m/s^2.
+/// Standard gravity in the plain scene, m/s^2.
 const G: f64 = 9.81;
 
 /// The Puma 560 (`robots/puma560.toml`) on the floor: its potential energy by hand, differentiated by hand.
@@ -63,7 +63,7 @@ mod tests {
         }
     }
 
-    /// What the function by hand does as it stands, and what the kernels do.
+    /// Operations of the hand-written function without simplification, and of the kernels.
     #[test]
     fn a_kernel_of_gravity_alone_comes_near_the_hand_written_one() {
         let (outputs, tape) = trace(Arena::new(RuleSet::NONE, Precision::Double), || {

@@ -1,5 +1,5 @@
-//! What `cargo xtask bench` measures: kernels of three arms, generated when this crate is built, and the states that they
-//! are measured in. `no_std`, so that the chip runs the same.
+//! Contents of `cargo xtask bench`: kernels of three arms, generated when this crate is built, and the states for the
+//! measurement. `no_std`, so that the chip runs the same code.
 //!
 //! | module | holds |
 //! |---|---|
@@ -20,7 +20,7 @@ pub mod states;
 
 /// Kernels and numbers of the arms, in the scene of `plain` (feature `kernels`).
 ///
-/// | item | what |
+/// | item | meaning |
 /// |---|---|
 /// | `ARM_inverse_dynamics_LEVEL_SCALAR::Kernel` | implements `InverseDynamics<SCALAR, 6>` |
 /// | `ARM_gravity_LEVEL_SCALAR::gravity` | `fn(turn) -> [SCALAR; 6]` |

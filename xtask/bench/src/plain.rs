@@ -1,4 +1,4 @@
-//! The arms that are measured, in the scene that every neighbour can be measured in too.
+//! The measured arms, in a scene that all peers support too.
 
 use dynamics_core::Term;
 use robot_compiler::{FileError, Robot, SceneFile};
@@ -12,7 +12,7 @@ pub const ARMS: [&str; 3] = ["ur5", "puma560", "stanford"];
 /// # Errors
 /// A robot file that cannot be read.
 pub fn scene(arm: &str) -> Result<SceneFile, FileError> {
-    // More than one package reads this file: the robots lie above each of them.
+    // Several packages read this file; `robots` lies above each of them.
     let above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
     let mut paths = above.map(|folder| folder.join(format!("robots/{arm}.toml")));
     let path = paths.find(|path| path.exists()).unwrap_or_else(|| PathBuf::from(format!("robots/{arm}.toml")));

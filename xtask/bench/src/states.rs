@@ -4,7 +4,7 @@ use dynamics_core::Real;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-/// Where an arm is, how it moves and how it is wanted to.
+/// Position, velocity and desired acceleration of an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<S> {
     /// Joint position, rad or m.
@@ -15,18 +15,19 @@ pub struct State<S> {
     pub qdd: [S; 6],
 }
 
-/// How many states a measurement on the desk goes round: enough that no branch of any contestant is learnt by heart.
+/// Number of states for a measurement on the desk: enough that the branch predictor cannot learn the branches of any
+/// contestant.
 pub const DESK: usize = 1024;
 
-/// States without end: `q` within 3, `qd` within 2, `qdd` within 5, evenly spread.
+/// An endless stream of random states: `q` within 3, `qd` within 2, `qdd` within 5, uniform.
 ///
-/// Every number is a multiple of 2^-20, so that f32 holds it and both precisions get the same state. On the chip no double
-/// precision is needed to make one in f32.
+/// Every number is a multiple of 2^-20, so that f32 holds it and both precisions get the same state. The chip needs no
+/// double precision to make one in f32.
 #[derive(Clone, Debug)]
 pub struct States(ChaCha8Rng);
 
 impl States {
-    /// The same from the start.
+    /// The stream from its start, the same every time.
     #[must_use]
     pub fn new() -> Self {
         Self(ChaCha8Rng::seed_from_u64(1))

@@ -1,18 +1,18 @@
-//! A board on a serial port, on the bench and in lock step: cycles of each tick as its own counter has them, and torques that are the
-//! desk's to the last bit.
+//! A board on a serial port, on the bench and in lock step: cycles of each tick by the board's own counter, and torques
+//! equal to the desk's to the last bit.
 //!
-//! On the bench there is the controller alone, and no drive is ever driven. A measurement starts the tick, and the host is silent until it
-//! is answered: no byte of the link interrupts what is counted.
+//! On the bench the controller runs alone, and no drive is active. A measurement starts the tick, and the host is silent
+//! until the answer, so no byte of the link interrupts the counted code.
 //!
-//! | asked first, in this order | by |
+//! | check, in this order | by |
 //! |---|---|
 //! | a port that opens, firmware that answers, its protocol version, robot hash, joints and rate | [`host_sim::session::doctor`] |
-//! | in every tick: cycles, and a count that can be | [`BadCounter`] |
+//! | in every tick: cycles, and a plausible count | [`BadCounter`] |
 //! | in every tick: the bits that the desk's own controller computes | [`Failure::Differ`] |
 
 use crate::Failure;
+use crate::random_motion::Tick;
 use crate::report::{OnBoard, Spread};
-use crate::swing::Tick;
 use crate::ticks::hello;
 use dynamics_core::Fault;
 use host_sim::chip::ChipError;
@@ -24,19 +24,19 @@ use link::{Cost, Encoder, Frame, Hello, Pacing, Refusal};
 use robot_compiler::SceneFile;
 use std::time::{Duration, Instant};
 
-/// How long an answer may take. On the wire a tick is some 2 ms, and an adapter may keep bytes for 16 ms more.
+/// Timeout of an answer. On the wire a tick is some 2 ms, and an adapter may keep bytes for 16 ms more.
 const ANSWER: Duration = Duration::from_secs(3);
 
-/// How often a hello is said.
+/// Number of times that a hello is sent.
 const TRIES: u32 = 3;
 
-/// Why what a board counts is not taken for cycles.
+/// Reasons why a board's count is not accepted as cycles.
 ///
-/// The counter is CYCCNT, of the core's unit DWT. The firmware switches it on (TRCENA, CYCCNTENA) and tries it when it starts: one that
-/// stands still, or that counts differently over the same work, is not reported from then on.
+/// The counter is CYCCNT, of the core's unit DWT. The firmware switches it on (TRCENA, CYCCNTENA) and tests it at the
+/// start. A counter that stands still, or that differs over the same work, is not reported from then on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BadCounter {
-    /// The firmware itself does not believe it.
+    /// The firmware itself rejected the counter.
     #[error(
         "tick {tick} has no cost: when the firmware started, the cycle counter stood still or did not repeat itself. {STANDS_STILL}"
     )]
@@ -44,15 +44,16 @@ pub enum BadCounter {
         /// The first such tick.
         tick: u32,
     },
-    /// It has stopped since: what is left is at most zero, the reading of the counter itself being taken off.
+    /// The counter has stopped since. The count is then at most zero, because the cost of reading the counter is
+    /// subtracted.
     #[error("tick {tick} took {} cycles: the counter stands still. {STANDS_STILL}", .count.cast_signed())]
     Stuck {
         /// The first such tick.
         tick: u32,
-        /// What was reported.
+        /// The reported count.
         count: u32,
     },
-    /// No core does more than one instruction in a cycle.
+    /// Fewer cycles than instructions; no core runs more than one instruction in a cycle.
     #[error(
         "tick {tick} took {count} cycles, and the emulator counts at least {instructions} instructions in it, of which no core does two at \
          once: the counter does not count every cycle. {STANDS_STILL}"
@@ -60,12 +61,12 @@ pub enum BadCounter {
     TooFew {
         /// The first such tick.
         tick: u32,
-        /// What was reported.
+        /// The reported count.
         count: u32,
-        /// What the emulator counts.
+        /// The emulator's count.
         instructions: u32,
     },
-    /// An emulator, whose instructions are no cycles.
+    /// An emulator, whose instruction counts are not cycles.
     #[error(
         "tick {tick} is counted in instructions, not in cycles: there is the emulated board's firmware on this port; \
          `cargo xtask budget --scene SCENE` without --port measures that"
@@ -76,18 +77,19 @@ pub enum BadCounter {
     },
 }
 
-/// What to look for.
+/// Advice for a counter that stands still.
 const STANDS_STILL: &str = "CYCCNT counts while TRCENA is set in DEMCR and CYCCNTENA in DWT_CTRL, and on a chip that has it (NOCYCCNT is 0 in \
                             DWT_CTRL). The firmware sets both once; a debugger that detaches may clear them: take the probe off, reset the board, \
                             and measure again";
 
 /// Cycles of every tick of a motion.
 ///
-/// `instructions` are what the emulator counts in a tick at the least, where that is known: no tick takes fewer cycles.
+/// `instructions` is the fewest that the emulator counts in a tick, if that is known; no tick takes fewer cycles.
 ///
 /// # Errors
-/// [`Failure::Board`]: there is no such port, or not this scene's firmware on it. [`Failure::Counter`]: what it counts are no cycles.
-/// [`Failure::Differ`]: it computes other torques. A board that brakes, refuses, is silent or is unplugged meanwhile.
+/// [`Failure::Board`]: there is no such port, or it does not have this scene's firmware. [`Failure::Counter`]: the count is
+/// not cycles. [`Failure::Differ`]: the board computes other torques. A board that brakes, refuses, is silent, or is
+/// unplugged meanwhile.
 pub fn measure<const N: usize>(
     scene: &SceneFile,
     port: &str,
@@ -126,17 +128,17 @@ pub fn measure<const N: usize>(
     Ok(OnBoard { hash, rate_hz: scene.control.rate, ticks, bits_differ: differ, cycles_per_tick })
 }
 
-/// What a command cost; the command is left without it.
+/// Takes the cost out of a command and returns it.
 fn cost_of(answer: &mut Frame) -> Option<Cost> {
     if let Frame::Command(command) = answer { command.cost.take() } else { None }
 }
 
-/// Cycles that can be.
+/// Cycles, if the count is plausible.
 fn believed(tick: u32, cost: Option<Cost>, instructions: Option<u32>) -> Result<u32, BadCounter> {
     match cost {
         None => Err(BadCounter::None { tick }),
         Some(Cost::Instructions(_)) => Err(BadCounter::Instructions { tick }),
-        // The firmware takes off what reading the counter costs: one that stands still shows less than nothing.
+        // The firmware subtracts the cost of reading the counter, so a stopped counter shows less than zero.
         Some(Cost::Cycles(count)) if count.cast_signed() <= 0 => Err(BadCounter::Stuck { tick, count }),
         Some(Cost::Cycles(count)) => match instructions.filter(|least| count < *least) {
             Some(instructions) => Err(BadCounter::TooFew { tick, count, instructions }),
@@ -145,7 +147,7 @@ fn believed(tick: u32, cost: Option<Cost>, instructions: Option<u32>) -> Result<
     }
 }
 
-/// By the packets: to `==`, -0 is 0.
+/// Compares packets, because `==` takes -0 for 0.
 fn same_bits(a: &Frame, b: &Frame) -> Result<bool, FrameTooLong> {
     Ok(Encoder::new().encode(a)? == Encoder::new().encode(b)?)
 }
@@ -156,8 +158,8 @@ struct Wire(SerialLink);
 impl Wire {
     fn start(port: &str, own: Hello) -> Result<Self, Failure> {
         let mut wire = Self(SerialLink::open(port, BAUD)?);
-        // Answers to whoever had the port before may still be on their way, one that looks like ours among them. Nobody else asks for a
-        // drill: behind this answer, all are answers to us.
+        // Answers to an earlier user of the port may still arrive, and one may look like ours. No other program asks for a
+        // drill, so every answer after this one is for us.
         wire.agree(Hello { pacing: Pacing::Drill, ..own })?;
         wire.agree(own)?;
         Ok(wire)
@@ -170,9 +172,9 @@ impl Wire {
             while Instant::now() < end {
                 match self.0.receive(end.saturating_duration_since(Instant::now())) {
                     Ok(Some(Received { frame: Frame::Hello(theirs), .. })) if theirs == hello => return Ok(()),
-                    // It counts the packets of whoever had the port before: the next has the right number.
+                    // The board still counts an earlier user's packets; the next one has the right number.
                     Ok(Some(Received { frame: Frame::Refusal(Refusal::Lost { .. }), .. })) => break,
-                    // Left over, or cut in two when the port was opened.
+                    // A leftover, or a packet cut in two when the port was opened.
                     Ok(_) | Err(SerialError::Undecodable(_)) => {}
                     Err(error) => return Err(error.into()),
                 }
@@ -220,7 +222,8 @@ mod tests {
     fn only_cycles_that_can_be_are_believed() {
         let cycles = |count| Some(Cost::Cycles(count));
         let stuck = |count| Err(BadCounter::Stuck { tick: 7, count });
-        // What is reported, the emulator's instructions, what comes of it. A counter that stops shows zero, less what reading it cost.
+        // Reported count, the emulator's instructions, expected result. A stopped counter shows zero, less the cost of
+        // reading it.
         for (cost, instructions, expected) in [
             (cycles(2_805), Some(1_338), Ok(2_805)),
             (cycles(1_338), Some(1_338), Ok(1_338)),

@@ -1,15 +1,15 @@
-//! How late a tick begins while the chip's timer paces it and the link brings all that it can.
+//! Lateness of a tick while the chip's timer paces it and the link is saturated.
 //!
-//! Whenever the chip has taken what was sent, live inputs, reference and measurement come again in one piece: as much as its queue
-//! holds, faster than any wire. The chip answers every tick. Counted is, from the emulator's own log, how many instructions lie
-//! between the timer's interrupt becoming pending and the first instruction of its handler. Those of a tick that still runs are
-//! none of them: that is an overrun, and nothing held the interrupt off.
+//! Whenever the chip has read the bytes sent so far, live inputs, reference and measurement follow in one piece: as much as
+//! its queue holds, faster than any wire. The chip answers every tick. The emulator's own log gives the number of
+//! instructions from the timer's interrupt becoming pending to the first instruction of its handler. Instructions of a tick
+//! that is still running are not counted: that is an overrun, and nothing masked the interrupt.
 
 use crate::Failure;
 use crate::interrupts::TICK;
 use crate::program;
+use crate::random_motion::Tick;
 use crate::report::Late;
-use crate::swing::Tick;
 use crate::ticks::{PATIENCE, QEMU, hello, tell_live};
 use chip_image::cycles::steps::{self, Detail, Event, Step};
 use dynamics_core::Command;
@@ -19,10 +19,10 @@ use robot_compiler::SceneFile;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Let the timer pace so many ticks of a chip that holds still, under a flood.
+/// Lets the timer pace `ticks` ticks of a chip that holds still, under a flood.
 ///
 /// # Errors
-/// A program that cannot be read, a chip that is of no use or brakes, or a log without delays.
+/// A program that cannot be read, an unusable chip or one that brakes, or a log without delays.
 pub fn flood<const N: usize>(scene: &SceneFile, elf: &Path, ticks: u64, still: &Tick<N>) -> Result<Late, Failure> {
     let start = tick_handler(elf)?;
     let arguments: Vec<_> = steps::arguments(Detail::Registers)?.into_iter().map(Into::into).collect();
@@ -65,7 +65,7 @@ pub fn flood<const N: usize>(scene: &SceneFile, elf: &Path, ticks: u64, still: &
     })
 }
 
-/// Where the tick's interrupt begins.
+/// Start address of the tick's interrupt handler.
 fn tick_handler(elf: &Path) -> Result<u32, Failure> {
     let found = program::read(elf)?.handler(usize::from(TICK));
     let why = || format!("its vector table has no handler of exception {TICK}, the control timer's");
@@ -75,7 +75,7 @@ fn tick_handler(elf: &Path) -> Result<u32, Failure> {
 /// Counts from the interrupt to its handler.
 struct Delays {
     start: u32,
-    /// Instructions since the interrupt is pending.
+    /// Instructions since the interrupt became pending.
     waiting: Option<u64>,
     late: Late,
 }
@@ -87,7 +87,7 @@ impl Delays {
 
     fn event(&mut self, event: Event) {
         match event {
-            // Pending again before it is served is the same wait.
+            // Becoming pending again before the handler starts belongs to the same wait.
             Event::Pending { exception: TICK } => drop(self.waiting.get_or_insert(0)),
             Event::Step(step) if step.address == self.start => {
                 if let Some(waited) = self.waiting.take() {
@@ -115,13 +115,13 @@ mod tests {
         let pending = |exception| Event::Pending { exception };
         let mut delays = Delays::new(100);
         let log = [
-            // One that begins at once; the handler's own instructions are no wait.
+            // A handler that starts at once; its own instructions are no wait.
             [step(2), pending(TICK), step(100), step(102)].to_vec(),
-            // One that waits for three, and is pended twice.
+            // A handler that waits for three instructions and is pended twice.
             [pending(54), step(4), pending(TICK), step(6), pending(TICK), step(8), step(10), step(100)].to_vec(),
-            // One that becomes due while the one before still runs, and then waits for one instruction.
+            // An interrupt that becomes pending while the previous tick still runs, and then waits for one instruction.
             [own(100), pending(TICK), own(102), own(104), step(12), own(100)].to_vec(),
-            // A handler that nobody asked for is none of them.
+            // A handler that was never pended does not count.
             [step(100)].to_vec(),
         ];
         log.concat().into_iter().for_each(|event| delays.event(event));

@@ -1,4 +1,4 @@
-//! Numbers of the exceptions of the emulated board, and how the core holds them off.
+//! Exception numbers of the emulated board, and the core's interrupt masks.
 
 use chip_image::{Effect, Instruction};
 
@@ -8,10 +8,10 @@ pub const BYTE: u16 = 16 + 38;
 /// The control tick, TIM3.
 pub const TICK: u16 = 16 + 29;
 
-/// What serves the link: the vector of EXTI0, which no peripheral uses.
+/// The interrupt that serves the link: the vector of EXTI0, which no peripheral uses.
 pub const SERVE: u16 = 16 + 6;
 
-/// What the core's mask registers hold off.
+/// State of the core's mask registers.
 ///
 /// | register | holds off |
 /// |---|---|
@@ -50,10 +50,10 @@ impl Change {
 }
 
 impl Mask {
-    /// The mask behind an instruction, given with the registers before it.
+    /// The mask after an instruction; `registers` holds the values before it.
     #[must_use]
     pub fn after(self, instruction: &Instruction, registers: &[u32; 16]) -> Self {
-        // Eight bits are the register's, and the lowest bit alone is PRIMASK's.
+        // BASEPRI has eight bits; PRIMASK has only the lowest one.
         let byte = |by: usize| registers[by] as u8;
         match Change::of(instruction) {
             None => self,
@@ -81,7 +81,7 @@ mod tests {
     use super::Mask;
     use chip_image::{Instruction, Program};
 
-    /// As the assembler gives them: `cpsid i`, `cpsie i`, `msr BASEPRI, r4`, `msr BASEPRI_MAX, r4`, `msr PRIMASK, r4`.
+    /// As the assembler encodes them: `cpsid i`, `cpsie i`, `msr BASEPRI, r4`, `msr BASEPRI_MAX, r4`, `msr PRIMASK, r4`.
     const CPSID: [u16; 2] = [0xb672, 0];
     const CPSIE: [u16; 2] = [0xb662, 0];
     const TO_BASEPRI: [u16; 2] = [0xf384, 0x8811];

@@ -1,33 +1,33 @@
-//! What a firmware takes of the emulated chip while it runs: the firmware that is flashed, unchanged, measured from outside. And of a
-//! board on a serial port: cycles of its ticks.
+//! Costs of a firmware at run time. On the emulated chip, the flashed firmware is measured unchanged, from outside. On a
+//! board at a serial port, the cycles of its ticks are measured.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`swing`] | random states that the controller drives through, with neither fault nor limit |
+//! | [`random_motion`] | random motions that the controller follows, with neither fault nor limit |
 //! | [`ticks`] | the chip in lock step: instructions of each tick, and the depth of the stack by painting |
-//! | [`drilled`] | the chip under its safety state machine, along a trajectory |
-//! | [`traced`] | from the emulator's trace: the tick's interrupt and its estimated cycles, how long it is masked, what a link byte takes |
-//! | [`flood`] | how late a tick begins while the timer paces and the link is never idle |
+//! | [`supervised`] | the chip under its safety state machine, along a trajectory |
+//! | [`traced`] | from the emulator's trace: the tick's interrupt, its estimated cycles and masked time, the cost of a link byte |
+//! | [`flood`] | lateness of a tick while the timer paces and the link is never idle |
 //! | [`board`] | a board on a serial port, in lock step: cycles of each tick as its own counter has them |
 //! | [`interrupts`] | numbers of the exceptions, and how the core holds them off |
-//! | [`paint`] | RAM filled before the program starts, and read back |
-//! | [`report`] | what is measured, as one JSON object |
+//! | [`stack_paint`] | RAM filled before the program starts, and read back |
+//! | [`report`] | the measured values, as one JSON object |
 #![forbid(unsafe_code)]
 
 pub mod board;
-pub mod drilled;
 pub mod flood;
 pub mod interrupts;
-pub mod paint;
 mod program;
+pub mod random_motion;
 pub mod report;
-pub mod swing;
+pub mod stack_paint;
+pub mod supervised;
 pub mod ticks;
 pub mod traced;
 
 use std::path::PathBuf;
 
-/// Why there is no measurement.
+/// Reasons why there is no measurement.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// The scene cannot be read.
@@ -38,16 +38,16 @@ pub enum Failure {
     Program {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         why: String,
     },
-    /// The chip is of no use.
+    /// The chip is not usable.
     #[error(transparent)]
     Chip(#[from] host_sim::chip::ChipError),
-    /// The emulator's log is of no use.
+    /// The emulator's log is not usable.
     #[error(transparent)]
     Log(#[from] chip_image::cycles::trace::Error),
-    /// A file or a socket.
+    /// A file or a socket failed.
     #[error(transparent)]
     Io(#[from] std::io::Error),
     /// No motion was found that the controller drives through without a fault or a limit.
@@ -55,24 +55,24 @@ pub enum Failure {
     NoSwing {
         /// The scene's name.
         scene: String,
-        /// What the controller did.
+        /// The controller's reaction.
         why: String,
     },
-    /// Something that must be there was not seen.
+    /// An expected event was not seen.
     #[error("{0}")]
     NotSeen(String),
     /// There is no board on the port, or another firmware than this scene's.
     #[error("{found}\n{advice}")]
     Board {
-        /// What was found.
+        /// The finding.
         found: String,
-        /// What to do about it.
+        /// The remedy.
         advice: String,
     },
     /// A board does not count cycles.
     #[error(transparent)]
     Counter(#[from] board::BadCounter),
-    /// A board computes something else than the desk.
+    /// A board computes other results than the desk.
     #[error(
         "{differ} of {ticks} ticks differ from the desk in some bit, tick {first} first: what they take says nothing of this program"
     )]
@@ -90,7 +90,7 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// The exit code, as the simulator has them: 2 where the person has to change something, 1 where something outside has failed.
+    /// The exit code, as in the simulator: 2 if the user has to change something, 1 if something outside has failed.
     #[must_use]
     pub const fn code(&self) -> u8 {
         match self {

@@ -1,13 +1,13 @@
-//! Measures one firmware, in the emulator or on a board, and prints what it takes as JSON: for `cargo xtask budget`, which builds it.
+//! Measures one firmware, in the emulator or on a board, and prints its costs as JSON. `cargo xtask budget` builds and runs this program.
 
 use chip_budget::report::Measured;
-use chip_budget::{Failure, board, drilled, flood, swing, ticks, traced};
+use chip_budget::{Failure, board, flood, random_motion, supervised, ticks, traced};
 use clap::{Parser, Subcommand};
 use robot_compiler::{SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What the motion of the counted ticks is drawn from.
+/// Random seed for the motion of the counted ticks.
 const SEED: u64 = 1;
 
 /// Measure a firmware in the emulated chip, or on a board.
@@ -93,7 +93,7 @@ fn run(what: &What) -> Result<String, Failure> {
         What::Flood { firmware, ticks } => {
             let scene = load(&firmware.scene)?;
             let late = with_dof!(scene.robot.dof(), N => {
-                swing::undisturbed::<N>(&scene, SEED, 1)
+                random_motion::undisturbed::<N>(&scene, SEED, 1)
                     .and_then(|motion| flood::flood::<N>(&scene, &firmware.elf, *ticks, &motion[0]))
             })?;
             serde_json::to_string(&late)
@@ -101,7 +101,7 @@ fn run(what: &What) -> Result<String, Failure> {
         What::Board { scene, port, ticks, instructions } => {
             let scene = load(scene)?;
             let measured = with_dof!(scene.robot.dof(), N => {
-                swing::undisturbed::<N>(&scene, SEED, *ticks)
+                random_motion::undisturbed::<N>(&scene, SEED, *ticks)
                     .and_then(|motion| board::measure::<N>(&scene, port, &motion, *instructions))
             })?;
             serde_json::to_string(&measured)
@@ -121,8 +121,8 @@ fn measure<const N: usize>(
     ticks: usize,
     traced: usize,
 ) -> Result<Measured, Failure> {
-    let motion = swing::undisturbed::<N>(scene, SEED, ticks)?;
-    let supervised = drilled::undisturbed::<N>(scene, SEED, ticks)?;
+    let motion = random_motion::undisturbed::<N>(scene, SEED, ticks)?;
+    let supervised = supervised::undisturbed::<N>(scene, SEED, ticks)?;
     let few = &supervised[..traced.min(motion.len())];
     Ok(Measured {
         ticks: ticks::count(scene, elf, &motion, &supervised)?,

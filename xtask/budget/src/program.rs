@@ -1,13 +1,13 @@
-//! The program that is measured.
+//! The measured program.
 
 use crate::Failure;
 use chip_image::Program;
 use std::path::Path;
 
-/// Read it from its file.
+/// Reads the program from its file.
 ///
 /// # Errors
-/// A file that cannot be read, or is no program.
+/// A file that cannot be read, or is not a program.
 pub(crate) fn read(elf: &Path) -> Result<Program, Failure> {
     let broken = |why: String| Failure::Program { path: elf.to_owned(), why };
     let bytes = std::fs::read(elf).map_err(|error| broken(error.to_string()))?;

@@ -1,15 +1,16 @@
-//! What is measured, as one JSON object: the numbers that `cargo xtask budget` holds to `firmware/budget.toml`, or prints for a board.
+//! Measured values as one JSON object. `cargo xtask budget` compares them with `firmware/budget.toml`, or prints them for a
+//! board.
 
 use serde::Serialize;
 
 /// Ticks in lock step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Ticks {
-    /// How many.
+    /// Number of ticks.
     pub ticks: u64,
-    /// Fewest instructions of the controller in one, as the chip counts them.
+    /// Fewest instructions of the controller in a tick, as the chip counts them.
     pub min: u64,
-    /// Most.
+    /// Most instructions.
     pub max: u64,
     /// Bytes of the stack that were written to, in these ticks and in the supervised ones.
     pub stack: u64,
@@ -20,65 +21,66 @@ pub struct Ticks {
 /// Ticks under the safety state machine, while the arm runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Supervised {
-    /// How many.
+    /// Number of ticks.
     pub ticks: u64,
-    /// Fewest instructions of trajectory, safety state machine and controller in one, as the chip counts them.
+    /// Fewest instructions of trajectory, safety state machine and controller in a tick, as the chip counts them.
     pub min: u64,
-    /// Most.
+    /// Most instructions.
     pub max: u64,
 }
 
-/// What the trace of a few ticks shows.
+/// Results of the trace of a few ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Traced {
-    /// Ticks traced.
+    /// Number of traced ticks.
     pub ticks: u64,
-    /// Most instructions of the tick's interrupt: trajectory, safety state machine, controller, black box, and what copies in and out.
+    /// Most instructions of the tick's interrupt: trajectory, safety state machine, controller, black box, and copying in
+    /// and out.
     pub tick_interrupt: u64,
-    /// Most instructions for which the tick's interrupt is masked, at a stretch.
+    /// Longest time for which the tick's interrupt is masked, instructions.
     pub masked: u64,
     /// Most instructions of the interrupt of a received byte.
     pub byte_interrupt: u64,
-    /// Instructions for each byte of the link in either direction: receiving, decoding, taking, encoding, sending.
+    /// Instructions for each byte of the link in either direction: receiving, decoding, handling, encoding, sending.
     pub link_byte: u64,
-    /// Cycles of the tick's interrupt, **estimated**: the longest of the ticks behind the first.
+    /// Cycles of the tick's interrupt, **estimated**: the longest of the ticks after the first.
     pub cycles_estimate: Cycles,
 }
 
-/// An estimate, and its range: every choice of the manuals for the best and for the worst.
+/// An estimate and its range, from the best case to the worst case of every choice that the manuals leave.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Cycles {
-    /// Every choice for the best.
+    /// Best case.
     pub low: u64,
-    /// The likeliest.
+    /// Most probable case.
     pub likely: u64,
-    /// Every choice for the worst.
+    /// Worst case.
     pub high: u64,
 }
 
-/// How late ticks began while the timer paced them and the link was never idle for long.
+/// Lateness of ticks while the timer paced them and the link was never idle for long.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Late {
-    /// Ticks that the timer began.
+    /// Ticks that the timer started.
     pub ticks: u64,
-    /// Of these, how many did not begin at once.
+    /// Number of these that did not start at once.
     pub delayed: u64,
-    /// Most instructions between the timer's interrupt and its handler's first.
+    /// Most instructions from the timer's interrupt becoming pending to the first one of its handler.
     pub most: u64,
-    /// Bytes from the host meanwhile.
+    /// Bytes from the host in that time.
     pub bytes_to_chip: u64,
     /// Bytes to the host.
     pub bytes_from_chip: u64,
 }
 
-/// Everything of one firmware.
+/// All values of one firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Measured {
     /// Ticks in lock step.
     pub ticks: Ticks,
-    /// What their trace shows, the program as it is.
+    /// Their trace, of the program as it is.
     pub traced: Traced,
-    /// The same of a program whose kernel is in SRAM, where there is one.
+    /// The same for a program with its kernel in SRAM, if there is one.
     pub kernel_in_sram: Option<Traced>,
 }
 
@@ -87,13 +89,13 @@ pub struct Measured {
 pub struct OnBoard {
     /// Hash of robot, scene and configuration, as its firmware and the scene have it: 16 hexadecimal digits.
     pub hash: String,
-    /// Control rate of the scene, Hz: the bench's ticks are not paced by it.
+    /// Control rate of the scene, Hz; it does not pace the ticks on the bench.
     pub rate_hz: f64,
-    /// How many ticks were counted.
+    /// Number of counted ticks.
     pub ticks: u64,
-    /// In how many of them a torque or a limit differed from the desk's by any bit: none, or there is no report.
+    /// Number of ticks in which a torque or a limit differs from the desk's in any bit. Always zero in a report.
     pub bits_differ: u64,
-    /// Cycles of the controller in one, as the board's own counter has them.
+    /// Cycles of the controller in a tick, by the board's own counter.
     pub cycles_per_tick: Spread,
 }
 
@@ -104,12 +106,12 @@ pub struct Spread {
     pub min: u32,
     /// Most.
     pub max: u32,
-    /// Their sum by their number.
+    /// Mean.
     pub mean: f64,
 }
 
 impl Spread {
-    /// Of these counts; `None` where there are none.
+    /// Spread of these counts; `None` for an empty list.
     #[must_use]
     pub fn of(counts: &[u32]) -> Option<Self> {
         let (min, max) = (*counts.iter().min()?, *counts.iter().max()?);

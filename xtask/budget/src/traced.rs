@@ -1,11 +1,11 @@
-//! From the emulator's trace of a few ticks under the safety state machine, in lock step: the tick's interrupt and its estimated cycles, how long it is masked,
-//! and what a byte of the link takes.
+//! Results of the emulator's trace of a few ticks under the safety state machine, in lock step: the tick's interrupt and
+//! its estimated cycles, the time for which it is masked, and the cost of a byte of the link.
 
 use crate::interrupts::{BYTE, Mask, SERVE, TICK};
+use crate::random_motion::Tick;
 use crate::report::{Cycles, Traced};
-use crate::swing::Tick;
 use crate::ticks::{PATIENCE, QEMU, hello};
-use crate::{Failure, drilled, program};
+use crate::{Failure, program, supervised};
 use chip_image::Program;
 use chip_image::cycles::steps::{self, Detail, Event, Step};
 use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
@@ -16,10 +16,10 @@ use std::collections::BTreeMap;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Home, arm and run a chip along a motion, and trace it.
+/// Homes, arms and runs a chip along a motion, and traces it.
 ///
 /// # Errors
-/// A program that cannot be read, a chip that is of no use, or a trace in which something is missing.
+/// A program that cannot be read, an unusable chip, or an incomplete trace.
 pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<Traced, Failure> {
     let program = program::read(elf)?;
     let arguments: Vec<_> = steps::arguments(Detail::Registers)?.into_iter().map(Into::into).collect();
@@ -31,12 +31,12 @@ pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) 
     });
     let expect = hello::<N>(scene)?;
     let mut chip = OnChip::start(Chip::over(emulator, expect)?, expect)?;
-    drilled::drive(&mut chip, scene, motion, |_| ())?;
+    supervised::drive(&mut chip, scene, motion, |_| ())?;
     let carried = chip.chip().carried();
     // The log ends with the emulator.
     drop(chip);
     let found = reader.join().map_err(|_| Failure::NotSeen("the log: its reader stopped".into()))??;
-    found.sum_up(carried.to_chip, carried.from_chip, (drilled::TICKS_BEFORE + motion.len()) as u64)
+    found.sum_up(carried.to_chip, carried.from_chip, (supervised::TICKS_BEFORE + motion.len()) as u64)
 }
 
 /// Instructions of one exception.
@@ -44,13 +44,13 @@ pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) 
 struct Served {
     /// Its first instruction.
     start: u32,
-    /// Since it last began.
+    /// Instructions since its last start.
     now: u64,
-    /// How often it began.
+    /// Number of starts.
     times: u64,
-    /// All together.
+    /// Instructions of all runs together.
     total: u64,
-    /// Most at once.
+    /// Most instructions in one run.
     most: u64,
 }
 
@@ -59,7 +59,7 @@ impl Served {
         if self.times == 0 {
             self.start = step.address;
         }
-        // No instruction of a handler jumps back to its first.
+        // No instruction of a handler jumps back to its first, so this is a new start.
         if step.address == self.start {
             self.now = 0;
             self.times += 1;
@@ -70,19 +70,19 @@ impl Served {
     }
 }
 
-/// What a trace has shown.
+/// Findings of a trace.
 #[derive(Clone, Debug, Default)]
 struct Found {
     byte: Served,
     tick: Served,
     serve: Served,
     masked: u64,
-    /// Of the ticks that have ended.
+    /// Estimates of the completed ticks.
     estimates: Vec<Estimate>,
 }
 
 impl Found {
-    /// Hold together what is seen from both ends, and make one report of it.
+    /// Compares the counts from both ends of the link, and makes one report.
     fn sum_up(self, to_chip: u64, from_chip: u64, ticks: u64) -> Result<Traced, Failure> {
         let missing = |what: String| Err(Failure::NotSeen(what));
         if self.tick.times != ticks {
@@ -92,7 +92,7 @@ impl Found {
         if self.byte.times != to_chip {
             return missing(format!("{to_chip} received bytes in the trace: it has {}", self.byte.times));
         }
-        // The first finds empty caches; in operation there is none before it.
+        // The first tick finds empty caches; in operation no tick is the first.
         let longest = self.estimates.iter().skip(1).max_by_key(|estimate| estimate.cycles.likely);
         let Some(longest) = longest else { return missing("two ticks in the trace".into()) };
         if longest.unknown > 0 {
@@ -116,11 +116,11 @@ struct Watch<'a> {
     estimator: Estimator<'a>,
     mask: Mask,
     priorities: BTreeMap<u16, u8>,
-    /// Instructions since the tick's interrupt is masked.
+    /// Instructions since the tick's interrupt was masked.
     masked: u64,
     /// The exception of the instruction before.
     before: u16,
-    /// The tick that is being served, as far as it has come: another interrupt may cut it in pieces.
+    /// The current tick so far; another interrupt may split it.
     tick: Option<Estimate>,
     found: Found,
 }
@@ -159,7 +159,7 @@ impl<'a> Watch<'a> {
         self.before = step.exception;
     }
 
-    /// Caches and pipeline follow all that is executed; the laps are cut where the tick begins and ends.
+    /// Caches and pipeline follow all executed code; the estimate is cut at the start and end of the tick.
     fn estimate(&mut self, step: &Step) {
         let begins = step.exception == TICK && step.address == self.found.tick.start;
         if step.exception != self.before || begins {
@@ -175,8 +175,8 @@ impl<'a> Watch<'a> {
         self.estimator.execute(step.address);
     }
 
-    /// Count the instructions while the tick must wait for a mask. Not those of the tick itself; nor those of what is more urgent,
-    /// which are counted by themselves; nor those before the first interrupt, when no timer runs.
+    /// Counts the instructions for which the tick must wait for a mask. Not counted are those of the tick itself, those of
+    /// more urgent interrupts, which are counted separately, and those before the first interrupt, when no timer runs.
     fn hold_off(&mut self, step: &Step) {
         let priority = |exception| self.priorities.get(&exception).copied();
         let Some(own) = priority(TICK) else { return };
@@ -239,7 +239,7 @@ mod tests {
         for exception in [TICK, BYTE, 0] {
             assert_eq!(watched(&straight(exception)).masked, 0, "{exception}");
         }
-        // A byte in the middle of a masked stretch: the stretch goes on behind it.
+        // A byte in the middle of a masked stretch; the stretch continues after it.
         let mut steps = straight(SERVE);
         steps.splice(4..4, [(BYTE, 0), (BYTE, 2)]);
         assert_eq!(watched(&steps).masked, 3);

@@ -26,11 +26,12 @@ fn path(scene: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(scene)
 }
 
-/// Readings of the firmware's trial of its counter, and what each costs.
+/// Readings in the firmware's trial of its counter, and the cost of each.
 const TRIAL: u32 = 14;
 const READING: u32 = 2;
 
-/// A counter that wraps soon, and counts what the script says for each tick; nothing at all from the first tick without a count.
+/// A counter that wraps soon, and counts as the script says for each tick. From the first tick without a count, it stands
+/// still.
 struct Scripted<const CYCLES: bool> {
     count: Cell<u32>,
     readings: Cell<u32>,
@@ -48,7 +49,7 @@ impl<const CYCLES: bool> Counter for Scripted<CYCLES> {
         let before = self.readings.replace(self.readings.get() + 1);
         let step = match before.checked_sub(TRIAL) {
             None => Some(READING),
-            // Two readings a tick, the work before the second.
+            // Two readings per tick, with the work before the second.
             Some(in_tick) => (self.work)(in_tick / 2).map(|work| READING + if in_tick % 2 == 1 { work } else { 0 }),
         };
         self.count.set(self.count.get().wrapping_add(step.unwrap_or(0)));
@@ -64,12 +65,12 @@ impl<const CYCLES: bool> Counter for Scripted<CYCLES> {
     }
 }
 
-/// Unlike in every tick, and more than the emulator's instructions.
+/// Counts that differ in every tick and exceed the emulator's instructions.
 fn as_a_chip(tick: u32) -> Option<u32> {
     Some(2_000 + tick * 79 % 101)
 }
 
-/// What becomes of the answer to a tick on its way to the host.
+/// Fate of the answer to a tick on its way to the host.
 #[allow(clippy::large_enum_variant, reason = "made and taken apart at once")]
 enum Way {
     Says(Frame),
@@ -78,18 +79,20 @@ enum Way {
     Unplugged,
 }
 
-/// Held while a terminal is made, and while a program is started: one that inherited the board's end would keep it open.
+/// Held while a terminal is made, and while a program is started: a program that inherits the board's end would keep it
+/// open.
 static INHERITING: Mutex<()> = Mutex::new(());
 
-/// The board's end of a terminal, and the name of the other.
+/// The board's end of a terminal, and the name of the other end.
 fn terminal() -> (TTYPort, String) {
     let _alone = INHERITING.lock().unwrap();
     let (board, host) = TTYPort::pair().unwrap();
-    // Of the copy alone no program that is started inherits anything. The host's own end goes: it holds the lock that keeps others out.
+    // Started programs do not inherit the copy. The host's own end is closed, because it holds the lock that keeps others
+    // out.
     (board.try_clone_native().unwrap(), host.name().unwrap())
 }
 
-/// A board; it ends when this is dropped.
+/// A board; dropping it ends it.
 struct Board {
     port: String,
     stop: Arc<AtomicBool>,
@@ -97,7 +100,7 @@ struct Board {
 }
 
 impl Board {
-    /// With the firmware of a scene. `way` is given each answer and the number of its tick.
+    /// Starts a board with the firmware of a scene. `way` gets each answer and the number of its tick.
     fn start<const N: usize, M: Counter + Send + 'static>(
         scene: &str,
         counter: M,
@@ -131,7 +134,7 @@ impl Drop for Board {
     }
 }
 
-/// As the firmware's program joins session, counter and link.
+/// Joins session, counter and link as the firmware's program does.
 fn run<const N: usize, M: Counter>(
     scene: &SceneFile,
     mut port: TTYPort,
@@ -144,7 +147,7 @@ fn run<const N: usize, M: Counter>(
     let (mut encoder, mut decoder, mut bytes) = (Encoder::new(), Decoder::new(), [0; 512]);
     while !stop.load(Ordering::Relaxed) {
         let Ok(count) = port.read(&mut bytes) else {
-            // Nothing came, or nobody has the other end open: then this comes back at once.
+            // Nothing has arrived, or the other end is closed and the read returns at once.
             std::thread::sleep(Duration::from_millis(1));
             continue;
         };
@@ -169,14 +172,14 @@ fn run<const N: usize, M: Counter>(
                     Way::Silent => Vec::new(),
                     Way::Unplugged => return,
                 };
-                // A host that has left takes nothing any more.
+                // A host that has left reads nothing any more.
                 port.write_all(&said).ok();
             }
         }
     }
 }
 
-/// Exit code, report, complaint.
+/// Exit code, report, and error message.
 fn measured(port: &str, scene: &str, more: &[&str]) -> (i32, Value, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_chip-budget"));
     command.args(["board", "--port", port, "--ticks", &TICKS.to_string(), "--scene"]).arg(path(scene)).args(more);
@@ -191,7 +194,7 @@ fn measured(port: &str, scene: &str, more: &[&str]) -> (i32, Value, String) {
     (output.status.code().unwrap(), report, error)
 }
 
-/// What is said where there is no report.
+/// Exit code and error message where there is no report.
 fn refused(board: &Board, more: &[&str]) -> (i32, String) {
     let (code, report, error) = measured(&board.port, SCENE, more);
     assert!(report.is_null(), "{report}");
@@ -217,7 +220,7 @@ fn every_ticks_cycles_count_in_fewest_most_and_mean() {
 
 #[test]
 fn a_port_that_another_program_has_had_gives_the_same() {
-    // Its packets are counted on, and its last answers may still be under way.
+    // The packet numbers of an earlier user continue, and his last answers may still arrive.
     let board =
         Board::start::<6, _>("puma560_pick.toml", Scripted::<true>::new(|_| Some(2_805)), |_, frame| Way::Says(frame));
     let of = |(code, report, error): (i32, Value, String)| {

@@ -1,10 +1,10 @@
 //! From the instructions that the emulator executes to an **estimate** of the cycles that an STM32F405 takes for them.
 //!
-//! The emulator counts instructions, and an instruction is not a cycle: a division takes 14, code in flash waits for
-//! flash, a load waits for its address. This module works that out from three things: what each instruction is
-//! ([`Program::decode`](crate::Program::decode)), in which order they were executed ([`trace`]), and the manuals' tables of the core and the flash
-//! ([`timing`]). **Nothing here has been compared with silicon**: where a manual leaves a choice, the estimate is a range
-//! from the quickest to the slowest reading, with the likeliest between ([`Range`]).
+//! The emulator counts instructions, and an instruction is not a cycle: a division takes 14, code in flash waits for flash,
+//! a load waits for its address. This module estimates the cycles from three sources: the decoded instructions
+//! ([`Program::decode`](crate::Program::decode)), their order of execution ([`trace`]), and the manuals' tables of the core
+//! and the flash ([`timing`]). **Nothing here has been compared with silicon**: where a manual leaves a choice, the
+//! estimate is a range from the quickest to the slowest reading, with the likeliest between ([`Range`]).
 //!
 //! | module | holds |
 //! |---|---|
@@ -12,12 +12,12 @@
 //! | [`Memory`] | flash with its two caches and its prefetch, or SRAM |
 //! | [`Estimator`] | an [`Estimate`] for each run, from the pipeline: hazards, the float unit, branches |
 //! | [`trace`] | the emulator, an instruction at a time, between addresses |
-//! | [`steps`] | the same with the core's registers, of a program that an emulator is running already |
+//! | [`steps`] | the same with the core's registers, for a program that is already running in an emulator |
 //! | [`calls`] | an estimate of each call of a function, in a program that counts them |
 //!
-//! What it does not know: data addresses are not in a trace. A load relative to the program counter reads flash, and its
-//! address is known; all others are taken to be in SRAM. A constant in flash that is read through a pointer is therefore
-//! counted as SRAM, and an instruction that its IT block skips as executed. There are no interrupts and no DMA.
+//! Limits: data addresses are not in a trace. A load relative to the program counter reads flash, and its address is known;
+//! all others are assumed to be in SRAM. So a constant in flash that is read through a pointer is counted as SRAM. An
+//! instruction skipped by its IT block is counted as executed. There are no interrupts and no DMA.
 
 mod calls;
 mod estimator;

@@ -1,7 +1,7 @@
-//! Instructions of Thumb-2 with FPv4-SP: class, registers, words, and where they go or what they do to the stack.
+//! Thumb-2 instructions with FPv4-SP: class, registers, words, jump target, and effect on the stack.
 //!
-//! From the encodings of the ARMv7-M Architecture Reference Manual, chapters A5 to A7. Own code: the decoders on the crates
-//! registry leave out the float unit's instructions in Thumb, and these are most of a kernel.
+//! From the encodings of the ARMv7-M Architecture Reference Manual, chapters A5 to A7. This is our own code, because the
+//! decoders on the crates registry leave out the float unit's instructions in Thumb. These are most of a kernel.
 
 mod class;
 mod float;
@@ -21,18 +21,19 @@ const LR: u16 = 14;
 /// The program counter.
 const PC: u16 = 15;
 
-/// Bytes of the instruction that begins with this half.
+/// Bytes of the instruction whose first half is given.
 pub(crate) const fn width(first: u16) -> u32 {
     // 11101, 11110 and 11111 begin an instruction of two halves.
     if first < 0xe800 { 2 } else { 4 }
 }
 
-/// The instruction that begins with this half; a wide one has a second.
+/// The instruction whose first half is given; a wide one needs the second half too.
 pub(crate) fn decode(address: u32, first: u16, second: Option<u16>) -> Option<Instruction> {
     if width(first) == 2 { narrow::decode(address, first) } else { wide::decode(address, first, second?) }
 }
 
-/// The goal of a jump that counts from the program counter, which is 4 ahead; the offset has so many bits, the highest for its sign.
+/// The target of a jump relative to the program counter, which is 4 ahead; `bits` is the offset's width, including the sign
+/// bit.
 fn goal(address: u32, offset: u32, bits: u32) -> Effect {
     let signed = (offset << (32 - bits)) as i32 >> (32 - bits);
     Effect::Jump(address.wrapping_add(4).wrapping_add_signed(signed))

@@ -1,35 +1,35 @@
-//! The reader of ELF files.
+//! Reader of ELF files.
 
 use crate::decode::{self, Instruction};
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SectionFlags, SectionKind, SymbolKind, elf};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Static RAM of the chip, where a kernel lies that does not run from flash.
+/// Static RAM of the chip; a kernel that does not run from flash lies there.
 pub const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
 
-/// The section that holds the vector table, as the start-up code names it.
+/// The section of the vector table, as the start-up code names it.
 const VECTORS: &str = ".vector_table";
 
-/// Why a program cannot be read.
+/// Reasons why a program cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// Not the file of a program, or a broken one.
+    /// The file is not a program, or is broken.
     #[error("cannot be read as a program: {0}")]
     Unreadable(#[from] object::Error),
-    /// For another processor.
+    /// The program is for another processor.
     #[error("a program for {0:?}; expected one for 32-bit Arm")]
     OtherProcessor(object::Architecture),
-    /// No code in it.
+    /// The program has no code.
     #[error("a program without code; expected a linked one with a text section")]
     NoCode,
-    /// There is no function where one is asked for.
+    /// No function begins at the given address.
     #[error("no function at {0:#x}")]
     NoFunction(u32),
-    /// Nothing says where the program starts.
+    /// The program has no vector table, so its start is not known.
     #[error("no vector table: expected a section .vector_table")]
     NoVectors,
-    /// Nothing is free below where the stack begins.
+    /// No RAM is free below the stack's top.
     #[error("no room for a stack below {0:#x}: expected RAM without variables")]
     NoStack(u32),
 }
@@ -39,7 +39,7 @@ pub enum ImageError {
 pub(crate) struct Section {
     name: String,
     pub(crate) address: u32,
-    /// None for zeroed variables.
+    /// Empty for zeroed variables.
     pub(crate) bytes: Vec<u8>,
     pub(crate) executable: bool,
 }
@@ -65,7 +65,7 @@ pub(crate) type Named = (String, u32);
 /// A linked program.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// Code first: most questions are about it.
+    /// Code first, because most queries concern it.
     pub(crate) sections: Vec<Section>,
     /// All symbols, in the file's order.
     symbols: Vec<Named>,
@@ -73,13 +73,13 @@ pub struct Program {
     pub(crate) functions: BTreeMap<u32, Named>,
     /// Variables and constants with a symbol, by address.
     pub(crate) objects: BTreeMap<u32, Named>,
-    /// Where numbers begin, `true`, and where instructions do: the mapping symbols `$d` and `$t`.
+    /// Begin of data, `true`, and of instructions: the mapping symbols `$d` and `$t`.
     pub(crate) marks: BTreeMap<u32, bool>,
-    /// Words of the vector table: the stack's top, the start, the handlers; none where there is no such table.
+    /// Words of the vector table: the stack's top, the start, the handlers; empty without such a table.
     pub(crate) vectors: Vec<u32>,
     /// Where the vector table lies.
     pub(crate) vectors_at: u32,
-    /// What lies in static RAM by section: variables, zeroed or not, and code that is copied there.
+    /// Ranges in static RAM, by section: variables, zeroed or not, and code that is copied there.
     variables: Vec<Range<u32>>,
     flash_bytes: u64,
     ram_bytes: u64,
@@ -121,7 +121,7 @@ impl Program {
         if part.name == VECTORS {
             (self.vectors, self.vectors_at) = (part.words().collect(), address);
         }
-        // Zeroed variables have no bytes in the file, and an address all the same.
+        // Zeroed variables have an address, but no bytes in the file.
         if SRAM.contains(&address) {
             self.variables.push(address..address.saturating_add(section.size() as u32));
         }
@@ -146,7 +146,7 @@ impl Program {
         }
     }
 
-    /// Code without a file: its halves from an address on.
+    /// Code without a file: its halves, starting at an address.
     #[must_use]
     pub fn from_halves(address: u32, halves: &[u16]) -> Self {
         let bytes = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
@@ -159,47 +159,47 @@ impl Program {
         self.symbols.iter().map(|(name, size)| (name.as_str(), *size))
     }
 
-    /// Bytes in the file of the section of this name; none where there is no such section.
+    /// Bytes of the section with this name in the file; `None` if there is no such section.
     #[must_use]
     pub fn section_bytes(&self, name: &str) -> Option<u64> {
         self.sections.iter().find(|section| section.name == name).map(|section| section.bytes.len() as u64)
     }
 
-    /// Code, constants, and what variables start with, bytes.
+    /// Code, constants, and initial values of variables, bytes.
     #[must_use]
     pub const fn flash_bytes(&self) -> u64 {
         self.flash_bytes
     }
 
-    /// Variables, and code that runs from RAM, bytes; the stack is not among it.
+    /// Variables, and code that runs from RAM, bytes; without the stack.
     #[must_use]
     pub const fn ram_bytes(&self) -> u64 {
         self.ram_bytes
     }
 
-    /// Where the function that serves an exception begins: 1 is reset, 16 the first interrupt. None where nothing does.
+    /// Start of the handler of an exception: 1 is reset, 16 the first interrupt. `None` if it has no handler.
     #[must_use]
     pub fn handler(&self, exception: usize) -> Option<u32> {
         self.vectors.get(exception).filter(|at| **at != 0).map(|at| at & !1)
     }
 
-    /// RAM that the stack may fill, from where it begins down to what lies below it: variables, or the beginning of RAM where the
-    /// variables lie above the stack.
+    /// RAM free for the stack, from its top down to the nearest variables, or to the beginning of RAM where the variables
+    /// lie above the stack.
     ///
     /// # Errors
-    /// No vector table, whose first word says where the stack begins; or no room below that.
+    /// No vector table, whose first word is the stack's top; or no room below that.
     pub fn stack_room(&self) -> Result<Range<u32>, ImageError> {
         let top = *self.vectors.first().ok_or(ImageError::NoVectors)?;
         room_below(top, &self.variables).ok_or(ImageError::NoStack(top))
     }
 
-    /// The instruction at an address; none where there is no code, or what stands there is no instruction of the core.
+    /// The instruction at an address; `None` where there is no code, or no valid instruction.
     #[must_use]
     pub fn decode(&self, address: u32) -> Option<Instruction> {
         decode::decode(address, self.half(address)?, self.half(address.wrapping_add(2)))
     }
 
-    /// The instructions in a range, in order; numbers among them and what is no instruction are left out.
+    /// The instructions in a range, in order; data and invalid instructions are left out.
     pub(crate) fn instructions(&self, range: Range<u32>) -> impl Iterator<Item = Instruction> {
         let mut at = range.start;
         std::iter::from_fn(move || {
@@ -215,12 +215,12 @@ impl Program {
         })
     }
 
-    /// Whether an address lies in numbers rather than instructions, by the linker's mapping symbols.
+    /// Whether an address lies in data rather than instructions, by the linker's mapping symbols.
     pub(crate) fn is_data(&self, address: u32) -> bool {
         self.marks.range(..=address).next_back().is_some_and(|(_, data)| *data)
     }
 
-    /// The half word at an address; none where nothing is.
+    /// The half word at an address; `None` outside all sections.
     fn half(&self, address: u32) -> Option<u16> {
         self.sections.iter().find_map(|section| {
             let at = address.checked_sub(section.address)? as usize;
@@ -228,14 +228,14 @@ impl Program {
         })
     }
 
-    /// The word at an address; none where nothing is.
+    /// The word at an address; `None` outside all sections.
     pub(crate) fn word(&self, address: u32) -> Option<u32> {
         let [low, high] = [self.half(address)?, self.half(address.wrapping_add(2))?].map(u32::from);
         Some(high << 16 | low)
     }
 }
 
-/// From the top down to the nearest variables; none where these reach the top.
+/// From the top down to the nearest variables; `None` if these reach the top.
 fn room_below(top: u32, variables: &[Range<u32>]) -> Option<Range<u32>> {
     let below = variables.iter().filter(|range| range.start < top).map(|range| range.end);
     let bottom = below.fold(SRAM.start, u32::max);

@@ -1,4 +1,4 @@
-//! Functions of a program, and what they refer to.
+//! Functions of a program, and their references.
 
 use crate::decode::{Class, Effect, Registers};
 use crate::elf::{ImageError, Program};
@@ -10,7 +10,7 @@ const SP: u16 = 13;
 /// A function on the chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Function {
-    /// With the numbers that stand behind it.
+    /// Size, including the numbers behind the code.
     pub bytes: u64,
     /// Single registers stored on the stack.
     pub stores: usize,
@@ -18,27 +18,27 @@ pub struct Function {
     pub loads: usize,
 }
 
-/// What a function refers to.
+/// References of a function.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct References {
-    /// Where it jumps out of itself, calls included.
+    /// Jumps out of the function, calls included.
     pub(crate) jumps: Vec<u32>,
-    /// Numbers that could be addresses: those loaded in two halves, and those that stand behind the code.
+    /// Numbers that could be addresses: those loaded in two halves, and those behind the code.
     pub(crate) numbers: Vec<u32>,
     /// Calls through a register.
     pub(crate) indirect: usize,
-    /// Jumps through a register that are no return, and jumps to an address out of memory.
+    /// Jumps through a register that are not returns, and jumps to an address from memory.
     pub(crate) onward: usize,
 }
 
 impl Program {
-    /// Where the first function whose name satisfies this begins.
+    /// Start of the first function whose name satisfies the predicate.
     #[must_use]
     pub fn address_of(&self, name: impl Fn(&str) -> bool) -> Option<u32> {
         self.functions.iter().find(|(_, (known, _))| name(known)).map(|(address, _)| *address)
     }
 
-    /// The function at an address; its lowest bit, which says Thumb, is ignored.
+    /// The function at an address; the lowest bit, which marks Thumb, is ignored.
     ///
     /// # Errors
     /// No function begins there.
@@ -49,8 +49,7 @@ impl Program {
         Ok(Function { bytes, stores, loads })
     }
 
-    /// Where a function that calls another through a register goes on behind its first such call; the function is the first
-    /// whose linker's name holds these letters.
+    /// Return address of the first call through a register, in the first function whose linker's name contains `name`.
     ///
     /// A program that counts calls one after another with the same few instructions has one such place.
     #[must_use]
@@ -60,10 +59,10 @@ impl Program {
         Some(call.address + call.width)
     }
 
-    /// What the function that lies here refers to.
+    /// References of the function in this range.
     pub(crate) fn references(&self, range: Range<u32>) -> References {
         let mut found = References::default();
-        // Lower halves that are waiting for their upper ones, by register.
+        // Lower halves waiting for their upper ones, by register.
         let mut lower = [None::<u16>; Registers::COUNT];
         for instruction in self.instructions(range.clone()) {
             let register = instruction.writes.numbers().next().unwrap_or_default();
@@ -86,7 +85,7 @@ impl Program {
 
     /// Single registers that VSTR and VLDR move to and from the stack pointer's frame.
     ///
-    /// What is saved on entry goes by VPUSH, and is not counted; inputs and results have pointers of their own.
+    /// Registers saved on entry go by VPUSH and are not counted; inputs and results have pointers of their own.
     fn stack_traffic(&self, range: Range<u32>) -> (usize, usize) {
         let (mut stores, mut loads) = (0, 0);
         for instruction in self.instructions(range).filter(|found| found.address_registers == Registers::core(SP)) {
@@ -99,7 +98,7 @@ impl Program {
         (stores, loads)
     }
 
-    /// Where the function that begins here lies.
+    /// Range of the function that begins at this address.
     pub(crate) fn range(&self, start: u32) -> Result<Range<u32>, ImageError> {
         let none = || ImageError::NoFunction(start);
         let (_, size) = self.functions.get(&start).ok_or_else(none)?;
@@ -108,13 +107,13 @@ impl Program {
         inside.then_some(start..end).ok_or_else(none)
     }
 
-    /// The beginning of the function that an address lies in.
+    /// Start of the function that contains an address.
     pub(crate) fn containing(&self, address: u32) -> Option<u32> {
         let (start, (_, size)) = self.functions.range(..=address).next_back()?;
         (address - start < *size).then_some(*start)
     }
 
-    /// The function that a number is the address of: with the lowest bit set, as the core jumps to it.
+    /// The function whose address is this number, with the lowest bit set, as the core jumps to it.
     pub(crate) fn function_at(&self, number: u32) -> Option<u32> {
         let at = number & !1;
         (number & 1 == 1 && self.functions.contains_key(&at)).then_some(at)
@@ -127,7 +126,7 @@ mod tests {
 
     const START: u32 = 0x0800_1000;
 
-    /// A function of these halves, the last of which are numbers.
+    /// References of a function made of these halves; the last `numbers` of them are data.
     fn references(code: &[u16], numbers: usize) -> References {
         program(code, numbers).references(START..START + 2 * code.len() as u32)
     }
@@ -138,7 +137,7 @@ mod tests {
         program
     }
 
-    /// As the assembler gives them.
+    /// As the assembler encodes them.
     const CODE: [u16; 12] = [
         0xb510, // push {r4, lr}
         0xed8d, 0x0a01, // vstr s0, [sp, #4]
@@ -184,7 +183,7 @@ mod tests {
         assert_eq!(jumps(&[0xd000, 0xbf00, 0xbf00]), []);
         // svc 0 and udf 0; dmb sy; mrs r0, control; msr basepri, r0.
         assert_eq!(jumps(&[0xdf00, 0xde00, 0xf3bf, 0x8f5f, 0xf3ef, 0x8014, 0xf380, 0x8811]), []);
-        // A number that looks like a call.
+        // A number that looks like a call instruction.
         assert_eq!(references(&[0x4770, 0xbf00, 0xf001, 0xf8fe], 2).jumps, []);
     }
 

@@ -1,11 +1,11 @@
-//! A linked program for the chip, read from its ELF file: what is in it, how deep its stack can become, how long it takes.
+//! Linked program for the chip, read from its ELF file: its contents, its largest stack depth, its execution time.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`Program`] | the one reader of ELF files: sections, symbols, the vector table, and any address as an instruction |
 //! | [`decode`](Instruction) | the one decoder of Thumb-2: an instruction's class, registers, words and effect |
-//! | [`Program::function`], [`Program::reached_from`] | bytes of a function, its traffic to the stack, and everything that it calls and refers to |
-//! | [`Program::stack`] | the deepest that the stack can become |
+//! | [`Program::function`], [`Program::reached_from`] | bytes of a function, its stack traffic, and all that it calls and refers to |
+//! | [`Program::stack`] | the worst-case stack depth |
 //! | [`cycles`] | from the emulator's trace of a program to an estimate of its cycles |
 //!
 //! All but [`cycles`] is read from symbols and instructions; nothing is run.

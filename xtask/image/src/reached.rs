@@ -1,4 +1,4 @@
-//! Everything that a function reaches.
+//! Everything reachable from a function.
 
 use crate::elf::{ImageError, Named, Program, SRAM};
 use std::collections::BTreeMap;
@@ -9,31 +9,32 @@ use std::ops::Range;
 pub struct Part {
     /// Its symbol; empty for a table without one.
     pub name: String,
-    /// Where it begins.
+    /// Its start.
     pub address: u32,
-    /// How long it is.
+    /// Its length.
     pub bytes: u32,
 }
 
-/// What a function reaches, itself included: each part once, by address.
+/// Parts reachable from a function, itself included: each part once, by address.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reached {
     /// Functions.
     pub functions: Vec<Part>,
-    /// Constants that the functions refer to by their address, apart from those that stand behind a function and count as its own.
+    /// Constants that the functions refer to by address. Constants behind a function's code count as part of the function
+    /// instead.
     pub tables: Vec<Part>,
-    /// Calls through a register, whose goal is known only where its address stands in the calling function.
+    /// Calls through a register. Their target is known only if its address is a number in the calling function.
     pub indirect: usize,
 }
 
 impl Reached {
-    /// Bytes of all parts. What lies in RAM lies in flash too, which it is copied from.
+    /// Bytes of all parts. Parts in RAM take flash too, because they are copied from there.
     #[must_use]
     pub fn flash_bytes(&self) -> u64 {
         self.functions.iter().chain(&self.tables).map(|part| u64::from(part.bytes)).sum()
     }
 
-    /// Where the functions lie: the code that is executed between the first instruction and the return.
+    /// Ranges of the functions: the code executed between the first instruction and the return.
     #[must_use]
     pub fn ranges(&self) -> Vec<Range<u32>> {
         self.functions.iter().map(|part| part.address..part.address + part.bytes).collect()
@@ -50,11 +51,12 @@ impl Reached {
 impl Program {
     /// The function at an address, and everything that it reaches.
     ///
-    /// Followed are calls and jumps out of a function, and addresses that a function holds as numbers: of functions (the linker's steps
-    /// from flash to RAM) and of constants. A table without a symbol ends where the next thing begins that the program knows of.
+    /// The search follows calls and jumps out of a function, and addresses that a function holds as numbers: of functions
+    /// (the linker's veneers from flash to RAM) and of constants. A table without a symbol ends where the next known object
+    /// begins.
     ///
     /// # Errors
-    /// No function begins there, or one of those that are called is not known.
+    /// No function begins there, or one of the called functions is not known.
     pub fn reached_from(&self, address: u32) -> Result<Reached, ImageError> {
         let mut reached = Reached::default();
         let (mut functions, mut tables) = (BTreeMap::new(), BTreeMap::new());
@@ -82,7 +84,7 @@ impl Program {
         Ok(reached)
     }
 
-    /// The constants that an address lies in: in a section that holds no code, or in a symbol for data.
+    /// The constants that contain an address: in a section without code, or in a data symbol.
     fn table(&self, address: u32) -> Option<Part> {
         if let Some((start, (_, size))) = self.objects.range(..=address).next_back()
             && address - start < *size

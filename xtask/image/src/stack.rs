@@ -1,67 +1,69 @@
-//! How deep the stack of a program can become, from its instructions and its vector table.
+//! Worst-case stack depth of a program, from its instructions and its vector table.
 //!
-//! A function's frame is the sum of all that its instructions take off the stack pointer, wherever they stand in it. On that lies the
-//! deepest of the functions that it calls or jumps to. A call through a register may go to every function whose address the program
-//! holds as a number. Functions that can come back to themselves are counted once each: whoever reads the number must know from
-//! elsewhere that they do no more, and gets their names. Each interrupt handler can lie on all others, with what the core saves on its
-//! entry: an interrupt waits while it is served. A hard fault is no part of the sum: nothing runs behind it.
+//! A function's frame is the sum of all that its instructions take off the stack pointer, at any place in it. To this is
+//! added the deepest of the functions that it calls or jumps to. A call through a register may go to every function whose
+//! address the program holds as a number. Recursive functions are counted once each and listed by name; the reader must
+//! know from elsewhere that they do not recurse deeper. Each interrupt handler can lie on top of all others, with the
+//! registers that the core saves on entry, because an interrupt waits while it is served. A hard fault is not part of the
+//! sum: nothing runs after it.
 
 use crate::decode::Effect;
 use crate::elf::{ImageError, Program};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// What the core puts on the stack when an interrupt comes, bytes: 26 words with the float unit's registers, and one to align
-/// (Arm v7-M Architecture Reference Manual, B1.5.7).
+/// Bytes that the core puts on the stack on entry to an interrupt: 26 words with the float unit's registers, and one to
+/// align (Arm v7-M Architecture Reference Manual, B1.5.7).
 pub const EXCEPTION_FRAME: u64 = 4 * 27;
 
-/// How deep the stack can become below one entry.
+/// Worst-case stack depth below one entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Depth {
-    /// The function that is entered: the program's start, or a handler.
+    /// The entry function: the program's start, or a handler.
     pub name: String,
-    /// Bytes, an exception frame included where the core makes one.
+    /// Bytes, including the exception frame if the core makes one.
     pub bytes: u64,
 }
 
-/// How deep the stack can become, at most.
+/// Worst-case stack depth.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stack {
     /// By entry: the program's start first, then each handler.
     pub entries: Vec<Depth>,
-    /// Functions that can come back to themselves, counted once each.
+    /// Recursive functions, counted once each.
     pub recursive: Vec<String>,
-    /// Functions with calls through a register, which may go to any function whose address is a number in the program.
+    /// Functions with calls through a register. Such a call may go to any function whose address is a number in the
+    /// program.
     pub indirect: Vec<String>,
-    /// Functions that give the stack pointer a value out of a register: what they take is not in the sum.
+    /// Functions that set the stack pointer from a register; that part is not in the sum.
     pub unknown: Vec<String>,
 }
 
 impl Stack {
-    /// Bytes, all handlers on each other.
+    /// Bytes with all handlers on top of each other.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.entries.iter().map(|entry| entry.bytes).sum()
     }
 }
 
-/// What a function takes off the stack pointer.
+/// Bytes that a function takes off the stack pointer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Taken {
     /// The sum over its instructions, bytes.
     bytes: u64,
-    /// Whether one of them gives the stack pointer what is in a register, or takes a register off it.
+    /// Whether an instruction sets the stack pointer from a register, or subtracts a register from it.
     unknown: bool,
 }
 
-/// A function as a place in the graph of calls.
+/// A function as a node of the call graph.
 #[derive(Default)]
 struct Node {
     frame: u64,
     calls: BTreeSet<u32>,
 }
 
-/// The graph of calls, as far as the entries reach.
+/// The call graph, as far as the entries reach.
 #[derive(Default)]
 struct Graph {
     nodes: BTreeMap<u32, Node>,
@@ -69,7 +71,7 @@ struct Graph {
 }
 
 impl Graph {
-    /// All that a function leads to; itself only where it can come back.
+    /// All functions reachable from one; itself only if it is recursive.
     fn reached(&self, from: u32) -> BTreeSet<u32> {
         let mut found = BTreeSet::new();
         let mut open = vec![from];
@@ -79,7 +81,7 @@ impl Graph {
         found
     }
 
-    /// A function and those that it can come back to itself through.
+    /// A function and all members of its recursion.
     fn circle(&self, of: u32) -> BTreeSet<u32> {
         let mut circle: BTreeSet<u32> =
             self.reached(of).into_iter().filter(|other| self.reached(*other).contains(&of)).collect();
@@ -87,7 +89,7 @@ impl Graph {
         circle
     }
 
-    /// The deepest that the stack becomes below a function, its own frame included.
+    /// Worst-case depth of the stack below a function, its own frame included.
     fn depth(&mut self, of: u32) -> u64 {
         if let Some(known) = self.depths.get(&of) {
             return *known;
@@ -111,12 +113,12 @@ impl Graph {
 }
 
 impl Program {
-    /// How deep the stack of this program can become: from its start, with each handler of its vector table on top.
+    /// Worst-case depth of this program's stack: from its start, with each handler of its vector table on top.
     ///
     /// # Errors
-    /// The program has no vector table, or a function of it is not known.
+    /// The program has no vector table, or one of its functions is not known.
     pub fn stack(&self) -> Result<Stack, ImageError> {
-        // The hard fault's handler is left out: it never comes back, and the firmware's starts the stack anew.
+        // The hard fault's handler is left out: it never returns, and the firmware's own starts with a fresh stack.
         let [_, start, unmaskable, _hard_fault, handlers @ ..] = self.vectors.as_slice() else {
             return Err(ImageError::NoVectors);
         };
@@ -153,7 +155,7 @@ impl Program {
         for goal in found.jumps {
             calls.insert(self.containing(goal).ok_or(ImageError::NoFunction(goal))?);
         }
-        // The linker's steps from flash to RAM hold their goal as a number, and jump there through a register.
+        // The linker's veneers from flash to RAM hold their target as a number, and jump there through a register.
         let own: Vec<u32> = found.numbers.iter().filter_map(|number| self.function_at(*number)).collect();
         if found.indirect > 0 || (found.onward > 0 && own.is_empty()) {
             calls.extend(addresses);
@@ -166,7 +168,7 @@ impl Program {
         Ok(Node { frame: taken.bytes, calls })
     }
 
-    /// What the instructions in a range together take off the stack pointer; what they give back is not counted against it.
+    /// Bytes that the instructions in a range take off the stack pointer together; bytes given back are not subtracted.
     fn taken(&self, range: Range<u32>) -> Taken {
         let mut all = Taken::default();
         for instruction in self.instructions(range) {
@@ -178,7 +180,7 @@ impl Program {
         all
     }
 
-    /// Every function whose address stands in the program as a number, but for those of the vector table.
+    /// Every function whose address is a number in the program, except those of the vector table.
     fn addresses_taken(&self) -> Result<BTreeSet<u32>, ImageError> {
         let mut taken = BTreeSet::new();
         for start in self.functions.keys() {

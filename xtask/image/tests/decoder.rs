@@ -1,4 +1,4 @@
-//! Classes, registers and words of instructions that an assembler has encoded.
+//! Classes, registers and words of instructions encoded by an assembler.
 
 #![allow(clippy::unwrap_used, reason = "a test ends at the first thing that is not there")]
 
@@ -10,7 +10,7 @@ fn decode(halves: &[u16]) -> Instruction {
     Program::from_halves(START, halves).decode(START).unwrap()
 }
 
-/// As GNU as encodes them: halves, class, words moved.
+/// Encodings of GNU as: halves, class, words moved.
 const ENCODINGS: [(&str, &[u16], Class, u32); 68] = [
     ("movs r0, #1", &[0x2001], Class::Integer, 0),
     ("adds r0, r0, r1", &[0x1840], Class::Integer, 0),
@@ -93,7 +93,8 @@ fn classes_widths_and_words_are_those_of_the_assembler() {
 
 #[test]
 fn what_is_no_instruction_of_the_core_is_not_decoded() {
-    // A permanently undefined one; VADD.F64, which the single-precision unit has not; a vector sum; a half without its other.
+    // A permanently undefined instruction; VADD.F64, which the single-precision unit lacks; a vector sum; a half without
+    // its second.
     for halves in [&[0xde00][..], &[0xee30, 0x0b01], &[0xef00, 0x0d00], &[0xee30]] {
         assert_eq!(Program::from_halves(START, halves).decode(START), None, "{halves:x?}");
     }

@@ -1,4 +1,4 @@
-//! Cycles worked out by hand, a rule at a time.
+//! Cycles computed by hand, one rule at a time.
 
 use chip_image::Program;
 use chip_image::cycles::timing::{FLASH_WAIT_STATES, INSTRUCTION_LINES};
@@ -13,7 +13,7 @@ const LDR_R5_R4: u16 = 0x6865;
 const LDR_R6_R5: u16 = 0x682e;
 const STR_R5_R4: u16 = 0x6065;
 const STR_R5_R4_R1: u16 = 0x5065;
-/// A wide one of one cycle: add.w r8, r1, r2, lsl #2.
+/// A wide instruction of one cycle: add.w r8, r1, r2, lsl #2.
 const ADD_WIDE: [u16; 2] = [0xeb01, 0x0882];
 const VADD_S0_S1_S2: [u16; 2] = [0xee30, 0x0a81];
 /// vadd.f32 s3, s0, s2
@@ -24,9 +24,9 @@ const VADD_S3_S4_S5: [u16; 2] = [0xee72, 0x1a22];
 const VMLA_S0_S4_S5: [u16; 2] = [0xee02, 0x0a22];
 const VDIV_S0_S1_S2: [u16; 2] = [0xee80, 0x0a81];
 
-/// One after the other, from a core at rest and a cache that has them all.
+/// Runs instructions in sequence, from a core at rest and with all of them cached.
 fn straight(halves: &[u16]) -> Estimate {
-    // What follows lets the float unit end and the pipeline forget.
+    // The instructions that follow let the float unit finish and clear the pipeline.
     let with_rest = [halves, &[NOP; 32]].concat();
     let program = Program::from_halves(SRAM, &with_rest);
     let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
@@ -79,7 +79,7 @@ fn float_results_are_a_cycle_late_but_for_an_addend() {
     assert_eq!(likely(&together(&[&VADD_S0_S1_S2, &VADD_S3_S4_S5])), 2);
     assert_eq!(likely(&together(&[&VADD_S0_S1_S2, &VADD_S3_S0_S2])), 3);
     assert_eq!(likely(&together(&[&VADD_S0_S1_S2, &[NOP], &VADD_S3_S0_S2])), 3, "something between hides it");
-    // The multiply-add takes 3, and what comes after waits for the unit; its addend is in time.
+    // The multiply-add takes 3, and the next instruction waits for the unit; its addend is ready in time.
     let after = together(&[&VADD_S0_S1_S2, &VMLA_S0_S4_S5, &VADD_S3_S4_S5]);
     assert_eq!(likely(&after), 1 + 3 + 1);
     assert_eq!(likely(&together(&[&VMLA_S0_S4_S5, &VMLA_S0_S4_S5, &VADD_S3_S4_S5])), 3 + 3 + 1);
@@ -105,7 +105,7 @@ fn float_loads_are_pipelined_in_all_but_the_high_reading() {
 #[test]
 fn transfers_and_it_are_ranges() {
     assert_eq!(straight(&[0xee00, 0x1a10]).cycles, Range { low: 1, likely: 2, high: 2 });
-    // A narrow instruction, IT, and what it rules.
+    // A narrow instruction, IT, and the instruction it governs.
     assert_eq!(straight(&[NOP, 0xbf08, NOP]).cycles, Range { low: 2, likely: 2, high: 3 });
     assert_eq!(straight(&[0xeb01, 0x0882, 0xbf08, NOP]).cycles, Range { low: 2, likely: 3, high: 3 });
 }
@@ -150,12 +150,12 @@ fn a_straight_line_of_16_kib_runs_at_the_pace_of_flash() {
         run(&program, &mut estimator, FLASH, halves.len());
         let estimate = estimator.finish();
         assert_eq!(estimate.instructions, 4096);
-        // A reading for each line, and the last line's own instructions; the cache of 64 lines helps nobody.
+        // Each line takes a reading, the last line also its own instructions; the cache of 64 lines is of no use here.
         let expected = lines * a_line + 4;
         assert!(estimate.cycles.likely.abs_diff(expected) <= 2 * a_line, "{} for {expected}", estimate.cycles.likely);
         assert_eq!(estimate.cycles.likely, 4096 + estimate.stalls.fetch);
     }
-    // Of narrow instructions, eight a line, the prefetch is always in time: only the first line is waited for.
+    // Narrow instructions, eight per line: the prefetch is always in time, so only the first line is waited for.
     let halves = [NOP; 8192];
     let program = Program::from_halves(FLASH, &halves);
     let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
@@ -171,7 +171,7 @@ fn code_that_fits_the_cache_waits_once_and_a_line_more_does_not_fit() {
         let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
         [0; 3].map(|_| {
             run(&program, &mut estimator, FLASH, halves.len());
-            // The last instruction is not known to branch back: none of these is a branch.
+            // It is not known that the last instruction branches back, so none of these counts as a branch.
             estimator.finish().stalls.fetch
         })
     };
@@ -195,7 +195,7 @@ fn a_literal_waits_for_flash_once_a_line() {
     let again = estimator.finish();
     assert!(first.stalls.literal >= FLASH_WAIT_STATES, "{first:?}");
     assert_eq!(again.stalls.literal, 0);
-    // From SRAM, literals come from SRAM too: no wait, but the bus, once for each.
+    // From SRAM, literals come from SRAM too: no wait except for the bus, once for each.
     let mut estimator = Estimator::new(&program, Memory::new(Placement::Sram));
     run(&program, &mut estimator, FLASH, 8);
     let stalls = estimator.finish().stalls;

@@ -1,4 +1,5 @@
-//! Logs of the chip's programs, in words. A program of its own: the decoder takes longer to compile than all other tasks, and few need it.
+//! Decoder of the logs of the chip's programs. It is a program of its own, because the decoder takes longer to compile than
+//! all other tasks, and few need it.
 //!
 //! | arguments | prints |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Instruction counts that are held to a baseline: a growth is a regression, a fall a baseline that nobody has renewed.
+//! Instruction counts compared with a baseline: an increase is a regression, a decrease an outdated baseline.
 
 use anyhow::{Context as _, Result, bail};
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// Counts by name.
 pub(crate) type Counts = BTreeMap<String, u64>;
 
-/// How far a count may leave the baseline, either way.
+/// Largest difference of a count from the baseline, either way, in percent.
 const TOLERANCE_PERCENT: u64 = 3;
 
 /// The baselines, one for each machine and compiler: `desk, rustc 1.95.0`.
@@ -18,10 +18,10 @@ fn path() -> PathBuf {
     crate::process::root().join("xtask/bench/baseline.toml")
 }
 
-/// Hold counts to the baseline of this name; with `bless`, make them the baseline.
+/// Compares counts with the baseline of this name; with `bless`, makes them the baseline.
 ///
-/// Where there is no baseline of this compiler there is nothing to hold to: it is said, and is no failure. Another
-/// compiler has other counts, and whoever changes the compiler writes a new baseline.
+/// Without a baseline of this compiler there is nothing to compare; a message says so, and it is no failure. Another
+/// compiler has other counts, so a change of the compiler needs a new baseline.
 pub(crate) fn hold(name: &str, counts: &Counts, bless: bool) -> Result<()> {
     let path = path();
     let text = std::fs::read_to_string(&path).unwrap_or_default();
@@ -49,7 +49,7 @@ pub(crate) fn hold(name: &str, counts: &Counts, bless: bool) -> Result<()> {
     Ok(())
 }
 
-/// What is missing, new, or beyond the tolerance, a line each.
+/// Missing, new and deviating counts, one line each.
 fn differences(baseline: &Counts, counts: &Counts) -> Vec<String> {
     let mut lines = Vec::new();
     for (name, &was) in baseline {
@@ -73,7 +73,7 @@ fn print(baselines: &Baselines) -> String {
          # them. Desk: 64 states under callgrind. Chip: one state, the most of 200, in QEMU.\n",
     );
     for (name, counts) in baselines {
-        // A String takes any text.
+        // Writing to a String cannot fail.
         let _ = writeln!(text, "\n[{name:?}]");
         for (name, count) in counts {
             let _ = writeln!(text, "{name} = {count}");

@@ -1,4 +1,4 @@
-//! What kernels take on the emulated chip: instructions, bytes, and what they keep on the stack.
+//! Kernels on the emulated chip: instructions, bytes, and stack traffic.
 
 use super::baseline::Counts;
 use crate::emitted;
@@ -8,24 +8,24 @@ use chip_image::{Function, Program};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// A function that was counted.
+/// A counted function.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Row {
-    /// Where the function begins.
+    /// Start address of the function.
     pub(crate) address: u32,
     /// Fewest instructions over all states.
     pub(crate) least: u64,
-    /// Most.
+    /// Most instructions.
     pub(crate) most: u64,
-    /// Multiplications, additions and subtractions of its program; zero for what is no kernel.
+    /// Multiplications, additions and subtractions of its program; zero for functions other than kernels.
     pub(crate) operations: u64,
     /// Computed values alive at once, at most.
     pub(crate) alive: u64,
-    /// What it is in the linked program.
+    /// The function in the linked program.
     pub(crate) code: Function,
 }
 
-/// Everything that was counted, by name, the program, and the compiler that built it.
+/// All counts by name, the program, and the compiler that built it.
 #[derive(Debug)]
 pub(crate) struct Counted {
     pub(crate) elf: PathBuf,
@@ -35,7 +35,7 @@ pub(crate) struct Counted {
 }
 
 impl Counted {
-    /// A row that must be there.
+    /// A required row.
     pub(crate) fn row(&self, name: &str) -> Result<&Row> {
         self.rows.get(name).with_context(|| format!("the chip's program did not count {name}"))
     }
@@ -46,7 +46,7 @@ impl Counted {
     }
 }
 
-/// Build the program, run it in the emulator, and read what it says.
+/// Builds the program, runs it in the emulator, and reads its output.
 pub(crate) fn count() -> Result<Counted> {
     crate::setup::qemu()?;
     let toolchain = Toolchain::find_or_install()?;

@@ -1,20 +1,20 @@
 //! Instructions on the desk, counted by callgrind through gungraun.
 
 use super::baseline::Counts;
-use super::{cargo, from_json};
-use crate::process::{run, target_directory};
+use super::from_json;
+use crate::process::{cargo, run, target_directory};
 use anyhow::{Context as _, Result, bail};
 use std::path::{Path, PathBuf};
 
-/// Run every counted benchmark; instructions by name, for all states together.
+/// Runs every counted benchmark; returns instructions by name, for all states together.
 pub(crate) fn count() -> Result<Counts> {
     crate::setup::gungraun()?;
     let home = target_directory().join("gungraun");
-    // What an earlier run counted must not be taken for this one's.
+    // Counts of an earlier run must not be taken for this one's.
     if home.exists() {
         std::fs::remove_dir_all(&home)?;
     }
-    let mut command = cargo(&["bench", "--quiet", "--locked", "--package", "bench", "--bench", "counts", "--"]);
+    let mut command = cargo(["bench", "--quiet", "--locked", "--package", "bench", "--bench", "counts", "--"]);
     run(command
         .args(["--save-summary=json", "--nosummary"])
         .env("GUNGRAUN_HOME", &home)

@@ -10,25 +10,25 @@ use std::ops::Range;
 /// The kernel whose instructions are listed by class.
 const LISTED: &str = "puma560_exact_with_trig";
 
-/// Likely cycles an instruction of a kernel that has run before: the least and the most that were estimated over all
-/// kernels, 1.97 and 2.18 from flash, 2.16 and 2.46 from SRAM, and a tenth to both sides. Held to instructions, so that
+/// Likely cycles per instruction of a kernel that has run before. The estimates over all kernels are from 1.97 to 2.18 from
+/// flash and from 2.16 to 2.46 from SRAM; the ranges add a tenth to both sides. The bound is per instruction, so that
 /// another compiler's kernel may be longer or shorter.
 const FROM_FLASH: Range<f64> = 1.78..2.40;
 const FROM_SRAM: Range<f64> = 1.95..2.70;
 
-/// A function, and what its calls take.
+/// A function, and the estimates of its calls.
 struct Traced {
     name: String,
     /// Its first call from flash, with empty caches.
     first: Estimate,
-    /// Its last.
+    /// Its last call from flash.
     flash: Estimate,
     sram: Estimate,
     least: u64,
     most: u64,
 }
 
-/// Trace, hold to what the program counts itself and to the bounds, and print the tables, or write them.
+/// Traces, compares with the program's own counts and with the bounds, and prints the tables, or writes them.
 pub(crate) fn run(write: bool) -> Result<()> {
     let counted = chip::count()?;
     match disassembly::compare(&counted.elf, &counted.program)? {
@@ -51,11 +51,11 @@ pub(crate) fn run(write: bool) -> Result<()> {
     Ok(())
 }
 
-/// The function whose count the program takes from all others.
+/// The empty function; the program subtracts its count from all others.
 const EMPTY: &str = "cases7nothing";
 
-/// The recursion's kernels, alone and with sine and cosine, in every state that the program counts them in; last the
-/// function that does nothing.
+/// The recursion's kernels, alone and with sine and cosine, in every state that the program counts them in; last the empty
+/// function.
 fn traced(counted: &Counted) -> Result<Vec<Traced>> {
     let program = &counted.program;
     let back =
@@ -84,7 +84,7 @@ fn traced(counted: &Counted) -> Result<Vec<Traced>> {
     let mut calls: Vec<Vec<(Estimate, Estimate)>> = vec![Vec::new(); names.len()];
     trace::run(&counted.elf, &between, &ranges, |stretch, address| {
         let (flash, sram) = &mut estimators[stretch];
-        // Each call begins at the function's start, which no instruction inside jumps back to.
+        // No instruction inside jumps back to the function's start, so this is a new call.
         if address == between[stretch].0 && std::mem::replace(&mut begun[stretch], true) {
             calls[stretch].push((flash.finish(), sram.finish()));
         }
@@ -103,11 +103,11 @@ fn traced(counted: &Counted) -> Result<Vec<Traced>> {
     Ok(all)
 }
 
-/// The trace has as many instructions as the chip's timer counted, each known, and cycles within bounds.
+/// Checks that the trace has as many instructions as the chip's timer counted, all known, and cycles within bounds.
 fn hold(function: &Traced, counted: &Counted, empty: u64) -> Result<()> {
     let Traced { name, flash, sram, least, most, .. } = function;
     let row = counted.row(name)?;
-    // The program leaves out what a call that does nothing takes.
+    // The program subtracts the cost of an empty call.
     ensure!(
         (*least, *most) == (row.least + empty, row.most + empty),
         "{name}: {least} to {most} instructions traced, {} to {} and {empty} of a call counted by the chip's timer",

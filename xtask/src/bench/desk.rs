@@ -1,25 +1,25 @@
-//! Times on the desk, measured by criterion, and the compiler's own.
+//! Times on the desk, measured by criterion, and the kernel compiler's own.
 
-use super::{cargo, from_json};
-use crate::process::{output, run, target_directory};
+use super::from_json;
+use crate::process::{cargo, output, run, target_directory};
 use anyhow::{Context as _, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// States that one iteration goes through (`bench::states::DESK`).
+/// States that one iteration runs through (`bench::states::DESK`).
 const STATES: f64 = 1024.0;
 
-/// Nanoseconds a state, by name.
+/// Nanoseconds per state, by name.
 pub(crate) type Times = BTreeMap<String, f64>;
 
-/// Measure everything in one build: the ordinary one, or one for this machine's processor.
+/// Measures everything in one build: the ordinary one, or one for this machine's processor.
 pub(crate) fn measure(native: bool) -> Result<Times> {
     let home = target_directory().join("bench").join(if native { "native" } else { "default" });
-    // What an earlier run measured must not be taken for this one's.
+    // Times of an earlier run must not be taken for this one's.
     if home.exists() {
         std::fs::remove_dir_all(&home)?;
     }
-    let mut command = cargo(&["bench", "--quiet", "--locked", "--package", "bench", "--bench", "desk"]);
+    let mut command = cargo(["bench", "--quiet", "--locked", "--package", "bench", "--bench", "desk"]);
     command.env("CRITERION_HOME", &home);
     if native {
         command.env("RUSTFLAGS", "-C target-cpu=native").arg("--target-dir").arg(target_directory().join("native"));
@@ -37,7 +37,7 @@ pub(crate) fn measure(native: bool) -> Result<Times> {
     Ok(times)
 }
 
-/// The fastest sample, ns an iteration: what the code takes when nothing else runs.
+/// The fastest sample, ns per iteration: the time on an otherwise idle machine.
 fn least(samples: &Path) -> Result<f64> {
     let json = from_json(samples)?;
     let list = |name: &str| -> Vec<f64> {
@@ -48,10 +48,9 @@ fn least(samples: &Path) -> Result<f64> {
     each.reduce(f64::min).with_context(|| format!("no samples in {}", samples.display()))
 }
 
-/// Milliseconds that the kernel compiler takes, by level. Every profile optimises it alike, that of build scripts too.
+/// Milliseconds of the kernel compiler, by level. Every profile optimises it alike, including that of build scripts.
 pub(crate) fn compile_times() -> Result<BTreeMap<String, f64>> {
-    let mut program =
-        cargo(&["run", "--quiet", "--locked", "--release", "--package", "bench", "--bin", "compile-time"]);
+    let mut program = cargo(["run", "--quiet", "--locked", "--release", "--package", "bench", "--bin", "compile-time"]);
     let text = output(&mut program).with_context(|| format!("{program:?} failed"))?;
     let rows = text.lines().filter_map(|line| line.split_once(','));
     rows.map(|(level, ms)| Ok((level.to_owned(), ms.parse::<f64>()?))).collect()

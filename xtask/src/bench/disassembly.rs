@@ -1,4 +1,4 @@
-//! The decoder of `chip-image` held to a disassembler that shares nothing with it: GNU objdump's.
+//! Comparison of the decoder of `chip-image` with an independent disassembler: GNU objdump.
 
 use crate::process::which;
 use anyhow::{Context as _, Result, bail};
@@ -8,8 +8,8 @@ use std::process::Command;
 
 const OBJDUMP: &str = "arm-none-eabi-objdump";
 
-/// Compare width, class, words, literal and goal of every instruction of a program; how many there were, or none where there is no
-/// objdump.
+/// Compares width, class, words, literal and jump target of every instruction of a program. Returns the number of
+/// instructions, or `None` without objdump.
 pub(super) fn compare(elf: &Path, program: &Program) -> Result<Option<usize>> {
     if which(OBJDUMP).is_none() {
         return Ok(None);
@@ -48,7 +48,7 @@ struct Listed<'a> {
 }
 
 impl<'a> Listed<'a> {
-    /// ` 80003be:<tab>eddf dafd <tab>vldr<tab>s27, [pc, #1012]<tab>@ 80007b4 <...>`; none for what is no instruction.
+    /// ` 80003be:<tab>eddf dafd <tab>vldr<tab>s27, [pc, #1012]<tab>@ 80007b4 <...>`; `None` for other lines.
     fn of(line: &'a str) -> Option<Self> {
         let (address, rest) = line.split_once(":\t")?;
         let address = u32::from_str_radix(address.trim(), 16).ok()?;
@@ -74,7 +74,7 @@ impl<'a> Listed<'a> {
         };
         let loads = matches!(class, Class::Load | Class::LoadMultiple | Class::FloatLoad);
         let literal = (loads && self.operands.contains("[pc")).then(|| self.commented()).flatten();
-        // `800ffbc <function>`, behind a register in CBZ and CBNZ; that of a jump through a register is no number.
+        // `800ffbc <function>`, after a register in CBZ and CBNZ; a jump through a register has no number here.
         let goal = || u32::from_str_radix(self.operands.split(", ").last()?.split(' ').next()?, 16).ok();
         let goal = (class == Class::Branch).then(goal).flatten();
         Some((self.width, class, words, literal.or(goal)))
@@ -103,7 +103,7 @@ impl<'a> Listed<'a> {
 
     fn class(&self) -> Option<Class> {
         let name = self.mnemonic.split('.').next().unwrap_or_default();
-        // In an IT block a condition stands behind the name.
+        // In an IT block a condition follows the name.
         let class = named(name).or_else(|| named(name.get(..name.len().checked_sub(2)?)?))?;
         let operands: Vec<&str> = self.operands.split(',').map(str::trim).collect();
         let is_core = |operand: &&str| {
@@ -120,7 +120,7 @@ impl<'a> Listed<'a> {
     }
 }
 
-/// The class of a name without condition and width.
+/// The class of a name that has no condition and width suffix.
 fn named(name: &str) -> Option<Class> {
     const INTEGER: [&str; 35] = [
         "adc", "add", "addw", "adr", "and", "asr", "bfc", "bfi", "bic", "clz", "cmn", "cmp", "eor", "lsl", "lsr",

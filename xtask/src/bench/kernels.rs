@@ -1,6 +1,6 @@
-//! The kernels that are counted on the chip, each in a module of its own, and the list of them.
+//! Source of the kernels counted on the chip, and their list.
 //!
-//! A module of its own for each, so that each has one caller and is compiled into it, as in the firmware.
+//! Each kernel has a module of its own, so that it has one caller and is inlined into it, as in the firmware.
 
 use dynamics_core::{Body, Model, Scene, Term};
 use nalgebra::{Matrix3, Vector3};
@@ -48,9 +48,9 @@ pub(crate) fn write(folder: PathBuf) -> Result<(), Box<dyn Error>> {
     ))
 }
 
-/// Ends the name of a kernel that computes sine and cosine too.
+/// Suffix of the name of a kernel that computes sine and cosine too.
 const WITH_TRIG: &str = "_with_trig";
-/// Ends the name of a kernel whose statements stand in the order in which they were traced.
+/// Suffix of the name of a kernel with its statements in traced order.
 const AS_TRACED: &str = "_as_traced";
 
 struct Arm {
@@ -58,7 +58,7 @@ struct Arm {
     model: Model<f64, 6>,
 }
 
-/// Every term there: gravity, rotors, a payload, a live wrench at the tip, velocity terms.
+/// Every term present: gravity, rotors, a payload, a live wrench at the tip, velocity terms.
 fn everything(arm: &Arm) -> Scene<f64, 6> {
     let payload = Body {
         mass: 2.0,

@@ -1,32 +1,33 @@
-//! The tables of `docs/measured/kernels.md`, between markers; the words around them are written by hand.
+//! Tables of `docs/measured/kernels.md`, between markers; the text around them is written by hand.
 
 use super::baseline;
 use super::chip::{Counted, Row};
 use super::desk::Times;
 use crate::process::{output, root};
 use anyhow::{Context as _, Result};
+use robot_compiler::emit::page::Page;
 use std::collections::BTreeMap;
 use std::process::Command;
 
-/// What was counted: the same in every run.
+/// Counted values: the same in every run.
 pub(crate) struct Counts {
-    /// In the emulated chip.
+    /// Counts of the emulated chip.
     pub(crate) chip: Counted,
-    /// Under callgrind, for all states together.
+    /// Counts of callgrind, for all states together.
     pub(crate) desk: baseline::Counts,
     /// The desk's compiler.
     pub(crate) rustc: String,
 }
 
-/// What was measured by the clock.
+/// Values measured by the clock.
 pub(crate) struct Clock {
-    /// A state of each: the ordinary build, and the one for this processor.
+    /// Times per state: of the ordinary build, and of the one for this processor.
     pub(crate) times: [Times; 2],
-    /// The kernel compiler, ms by level.
+    /// Times of the kernel compiler, ms by level.
     pub(crate) compile: BTreeMap<String, f64>,
 }
 
-/// States that callgrind's counts are of (`xtask/bench/benches/counts.rs`).
+/// Number of states in callgrind's counts (`xtask/bench/benches/counts.rs`).
 const COUNTED_STATES: u64 = 64;
 
 pub(super) const ARMS: [(&str, &str); 3] = [("ur5", "UR5"), ("puma560", "Puma 560"), ("stanford", "Stanford")];
@@ -39,23 +40,15 @@ pub(crate) fn write(tables: &[(&str, String)]) -> Result<()> {
 
 /// Put tables into a document, each by the name of its markers.
 pub(crate) fn write_into(document: &str, tables: &[(&str, String)]) -> Result<()> {
-    let path = root().join(document);
-    let mut text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let places: Vec<_> = tables.iter().map(|(name, _)| *name).collect();
+    let mut page = Page::read(root().join(document), &places)?;
     for (name, table) in tables {
         println!("{name}\n{table}");
-        text = between_markers(&text, name, table)?;
+        page.put(name, table)?;
     }
-    std::fs::write(&path, text)?;
-    println!("written to {}", path.display());
+    page.write()?;
+    println!("written to {document}");
     Ok(())
-}
-
-/// The text with what stands between the markers of this name replaced.
-pub(crate) fn between_markers(text: &str, name: &str, table: &str) -> Result<String> {
-    let (begin, end) = (format!("<!-- measured: {name} -->\n"), format!("<!-- end: {name} -->"));
-    let (before, rest) = text.split_once(&begin).with_context(|| format!("no {begin}"))?;
-    let (_, after) = rest.split_once(&end).with_context(|| format!("no {end}"))?;
-    Ok(format!("{before}{begin}{table}{end}{after}"))
 }
 
 /// A table: the head, and rows of cells.
@@ -72,7 +65,7 @@ impl Table {
     }
 }
 
-/// One number, or two where the least is not the most.
+/// One number, or two if the least and the most differ.
 fn instructions(row: &Row) -> String {
     if row.least == row.most {
         thousands(row.most)
@@ -337,15 +330,7 @@ impl Clock {
 
 #[cfg(test)]
 mod tests {
-    use super::{between_markers, thousands};
-
-    #[test]
-    fn only_what_stands_between_the_markers_changes() {
-        let text = "a\n<!-- measured: x -->\nold\n<!-- end: x -->\nb\n";
-        let new = "a\n<!-- measured: x -->\nnew\n<!-- end: x -->\nb\n";
-        assert_eq!(between_markers(text, "x", "new\n").ok().as_deref(), Some(new));
-        assert!(between_markers(text, "y", "new\n").is_err());
-    }
+    use super::thousands;
 
     #[test]
     fn thousands_are_set_apart() {

@@ -18,23 +18,23 @@ use std::process::{Output, Stdio};
 /// The core's clock, Hz, on every real board (`firmware/src/boards/f405.rs`).
 const CLOCK_HZ: f64 = 168e6;
 
-/// Which board is measured.
+/// The requested measurement.
 pub(super) struct Asked<'a> {
-    /// The serial port that it is on.
+    /// The serial port of the board.
     pub(super) port: &'a str,
-    /// What it was flashed as: the firmware does not say it.
+    /// The board that was flashed; the firmware does not report it.
     pub(super) board: Board,
-    /// What it was flashed with; the board's example where none is named.
+    /// The flashed scene; empty for the board's example.
     pub(super) scenes: &'a [PathBuf],
-    /// How many ticks.
+    /// Number of ticks.
     pub(super) ticks: u32,
 }
 
-/// Measure, and print.
+/// Measures and prints.
 ///
 /// # Errors
-/// [`BadInput`]: several scenes, an emulated board, drives that it has no lines for, no such board on the port, or a counter that counts no
-/// cycles. Anything else that fails, a torque that is not the desk's among it.
+/// [`BadInput`]: several scenes, an emulated board, drives that the board has no lines for, no such board on the port, or a
+/// counter that does not count cycles. Any other failure, including a torque that differs from the desk's.
 pub(super) fn run(asked: &Asked<'_>, json: bool) -> Result<()> {
     let scene = match asked.scenes {
         [] => PathBuf::from(asked.board.scene()),
@@ -62,14 +62,14 @@ pub(super) fn run(asked: &Asked<'_>, json: bool) -> Result<()> {
     Ok(())
 }
 
-/// What `firmware/budget.toml` has of the same scene on the emulated board. Its numbers are ranges.
+/// Ranges in `firmware/budget.toml` for the same scene on the emulated board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Emulator {
-    /// Fewest instructions of the controller in any tick, whichever compiler has built it.
+    /// Fewest instructions of the controller in any tick, with any compiler.
     fewest: Option<u64>,
     /// Most instructions of the controller in a tick.
     instructions: Option<(u64, u64)>,
-    /// Cycles of the whole interrupt of a supervised tick, estimated.
+    /// Estimated cycles of the whole interrupt of a supervised tick.
     interrupt: Option<(u64, u64)>,
 }
 
@@ -83,13 +83,13 @@ impl Emulator {
     }
 }
 
-/// What `chip-budget` said, or why it said nothing.
+/// Output of `chip-budget`, or the reason why there is none.
 fn said(output: &Output) -> Result<Value> {
     if output.status.success() {
         return serde_json::from_slice(&output.stdout).context("what chip-budget prints");
     }
     let complaint = String::from_utf8_lossy(&output.stderr);
-    // A compiler's warnings may come before.
+    // Warnings of a compiler may come before.
     let at = complaint.rfind("error: ").map_or(0, |at| at + "error: ".len());
     let why = match complaint[at..].trim() {
         "" => format!("chip-budget failed: {}", output.status),
@@ -101,7 +101,7 @@ fn said(output: &Output) -> Result<Value> {
     bail!(why)
 }
 
-/// A board's cycles, and what they stand beside.
+/// A board's cycles, and the values to compare them with.
 struct Measured<'a> {
     asked: &'a Asked<'a>,
     scene: PathBuf,
@@ -114,7 +114,7 @@ impl Measured<'_> {
         self.said.pointer(path).and_then(Value::as_f64).with_context(|| format!("no {path} in {}", self.said))
     }
 
-    /// The part of a period, at the scene's rate, that so many cycles take.
+    /// Share of a period, at the scene's rate, for a number of cycles.
     fn share(&self, cycles: f64) -> Result<f64> {
         Ok(cycles * self.number("/rate_hz")? / CLOCK_HZ)
     }
@@ -163,7 +163,7 @@ impl Measured<'_> {
         );
         let mut beside = |range: Option<(u64, u64)>, what: &str| {
             if let Some((low, high)) = range {
-                // A String takes any text.
+                // Writing to a String cannot fail.
                 let _ = writeln!(text, "emulator                   {} to {} {what}", thousands(low), thousands(high));
             }
         };

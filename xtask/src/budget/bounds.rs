@@ -1,6 +1,6 @@
-//! `firmware/budget.toml`: for each firmware a range for each number, and targets that no blessing moves.
+//! `firmware/budget.toml`: a range for each number of each firmware, and targets that `--bless` does not change.
 //!
-//! From below too: a number that suddenly falls has lost something, and nobody has said so.
+//! There are lower bounds too: a number that suddenly falls means that something was lost unnoticed.
 
 use super::measure::Late;
 use super::row::{Field, Row};
@@ -13,32 +13,32 @@ use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// The file, from the workspace.
+/// The file, relative to the workspace.
 const FILE: &str = "firmware/budget.toml";
 
-/// How far a blessed number may move either way, in percent.
+/// Distance of the bounds from a blessed number, either way, in percent.
 const SLACK: u64 = 2;
 
-/// The same where another compiler has built the programs than the one that was blessed.
+/// The same if the programs are built by another compiler than the blessed one.
 const SLACK_OTHER_COMPILER: u64 = 10;
 
-/// What must hold whatever is blessed.
+/// Targets that hold regardless of the blessed ranges.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Targets {
-    /// Bytes of flash of any firmware, at most.
+    /// Most bytes of flash of any firmware.
     flash: u64,
-    /// Bytes of RAM of any firmware at most, its bounded stack included.
+    /// Most bytes of RAM of any firmware, its bounded stack included.
     ram_with_stack: u64,
-    /// Instructions for which the tick's interrupt may be masked.
+    /// Most instructions for which the tick's interrupt may be masked.
     masked: u64,
-    /// The scene whose tick is held to a share of the time.
+    /// The scene whose tick is limited to a share of the time.
     share_scene: String,
     /// Ticks in a second for that.
     share_rate_hz: u64,
     /// The core's clock for that.
     share_clock_hz: u64,
-    /// Estimated cycles of its tick, at most, in percent of a period.
+    /// Most estimated cycles of its tick, in percent of a period.
     share_percent: u64,
 }
 
@@ -55,23 +55,23 @@ struct Bounds {
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Budget {
-    /// The compiler that the ranges are of.
+    /// The compiler of the ranges.
     rustc: String,
     target: Targets,
     #[serde(default)]
     row: Vec<Bounds>,
 }
 
-/// Which fields of a row must have been measured.
+/// Fields of a row that must have been measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fields {
-    /// All that the file has.
+    /// All fields of the file.
     All,
-    /// Those that were.
+    /// Only the measured ones.
     Measured,
 }
 
-/// An error that lists what is broken, or a line that says that nothing is.
+/// An error that lists the violations, or a line that there are none.
 pub(crate) fn verdict(rows: usize, broken: &[String]) -> Result<()> {
     if broken.is_empty() {
         eprintln!("budget: {rows} firmwares are within {FILE}");
@@ -106,12 +106,12 @@ impl Budget {
         Ok(budget)
     }
 
-    /// Whether the ranges are of this compiler.
+    /// Whether the ranges belong to this compiler.
     pub(crate) fn is_of(&self, rustc: &str) -> bool {
         rustc == self.rustc
     }
 
-    /// Make these rows the bounds. Rows of other firmwares go where all were measured, and stay where only some were.
+    /// Makes these rows the bounds. Rows of other firmwares are removed if all were measured, and stay if only some were.
     pub(crate) fn bless(&mut self, rows: &[Row], rustc: &str, all: bool) {
         rustc.clone_into(&mut self.rustc);
         let measured = |bounds: &Bounds| rows.iter().any(|row| row.scene == bounds.scene && row.board == bounds.board);
@@ -145,7 +145,7 @@ impl Budget {
             self.rustc
         );
         for Bounds { scene, board, ranges } in &self.row {
-            // A String takes any text.
+            // Writing to a String cannot fail.
             let _ = writeln!(text, "\n[[row]]\nscene = {scene:?}\nboard = {board:?}");
             for field in Field::ALL {
                 if let Some((low, high)) = ranges.get(field.name()) {
@@ -156,7 +156,7 @@ impl Budget {
         text
     }
 
-    /// What leaves its range or a target, a line each.
+    /// Violations of a range or a target, one line each.
     pub(crate) fn hold(&self, rows: &[Row], rustc: &str, fields: Fields) -> Vec<String> {
         let slack = if self.is_of(rustc) { 0 } else { SLACK_OTHER_COMPILER - SLACK };
         let mut lines = Vec::new();
@@ -179,20 +179,21 @@ impl Budget {
         lines
     }
 
-    /// The range of a number of a firmware, where the file has it.
+    /// The range of a firmware's number, if the file has it.
     pub(crate) fn range(&self, scene: &str, board: Board, field: Field) -> Option<(u64, u64)> {
         let row = self.row.iter().find(|bounds| bounds.scene == scene && bounds.board == board.name())?;
         row.ranges.get(field.name()).copied()
     }
 
-    /// Fewest instructions that a tick of the controller may take, whichever compiler has built it.
+    /// Fewest instructions that a tick of the controller may take, with any compiler.
     pub(crate) fn fewest_instructions(&self, scene: &str, board: Board) -> Option<u64> {
         let (low, high) = self.range(scene, board, Field::Instructions)?;
         let (_, spread) = self.range(scene, board, Field::InstructionsSpread)?;
         Some(widened(low..=high, SLACK_OTHER_COMPILER - SLACK).start().saturating_sub(spread))
     }
 
-    /// A tick may wait for the longest mask and for the bytes that come meanwhile, and some tick must have waited.
+    /// Violations of the lateness: a tick may wait for the longest mask and for the bytes that arrive meanwhile, and some
+    /// tick must have waited.
     pub(crate) fn hold_late(&self, late: &Late) -> Vec<String> {
         let most = self.target.masked;
         let kept = (1..=most).contains(&late.most);
@@ -259,7 +260,7 @@ fn path() -> PathBuf {
     root().join(FILE)
 }
 
-/// The range that a measured number is blessed with.
+/// The blessed range of a measured number.
 fn around(value: u64) -> (u64, u64) {
     let slack = (value * SLACK).div_ceil(100);
     (value - slack.min(value), value + slack)

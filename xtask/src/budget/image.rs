@@ -1,4 +1,4 @@
-//! What the linked program shows without being run.
+//! Sizes of the linked program, without running it.
 
 use anyhow::{Context as _, Result, bail};
 use chip_image::Program;
@@ -7,11 +7,11 @@ use std::path::Path;
 /// Bytes of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Image {
-    /// Code, constants, and what variables start with.
+    /// Code, constants, and initial values of variables.
     pub(crate) flash: u64,
-    /// Variables, and code that runs from RAM; the stack is not among it.
+    /// Variables, and code that runs from RAM; without the stack.
     pub(crate) ram: u64,
-    /// The stack at its deepest, all interrupts on each other.
+    /// Worst-case stack depth, with all interrupts on top of each other.
     pub(crate) stack_bound: u64,
 }
 

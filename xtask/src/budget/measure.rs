@@ -1,22 +1,22 @@
-//! What a firmware takes while it runs, by `chip-budget` in the emulator.
+//! Costs of a firmware while it runs, measured by `chip-budget` in the emulator.
 
 use super::image::Image;
 use super::row::{Field, Row};
 use super::{EMULATED, build, variant};
 use crate::firmware::Board;
-use crate::process::root;
+use crate::process::{cargo_run, root};
 use crate::scene_keys::SceneKeys;
 use anyhow::{Context as _, Result, bail};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// How much is measured.
+/// Extent of the measurement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent {
     pub(super) ticks: u32,
     traced: u32,
-    /// The kernel in SRAM too: a second program.
+    /// Whether to measure the kernel in SRAM too, in a second program.
     sram: bool,
 }
 
@@ -25,14 +25,14 @@ impl Extent {
     pub(crate) const SHORT: Self = Self { ticks: 300, traced: 24, sram: false };
 }
 
-/// What is changed for the flood. A tick every 20,000 instructions, which is less than what is sent at once takes, so that ticks meet
-/// the link at work; and measurements may be old, because the host waits until the chip has taken what was sent.
+/// Settings for the flood. The tick period is 20,000 instructions, less than the chip needs for the bytes sent at once, so
+/// that ticks meet the link at work. Measurements may be old, because the host waits until the chip has read the bytes.
 const FLOOD: [(&str, &str); 2] = [("rate", "50000.0"), ("age_max", "100000")];
 
-/// Ticks under the flood.
+/// Number of ticks under the flood.
 const FLOOD_TICKS: u32 = 400;
 
-/// How late ticks began under a flood of the link.
+/// Lateness of ticks under a flood of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 pub(crate) struct Late {
     pub(crate) ticks: u64,
@@ -42,13 +42,13 @@ pub(crate) struct Late {
     pub(crate) bytes_from_chip: u64,
 }
 
-/// What the linked program shows.
+/// Sizes of the linked program.
 pub(crate) fn sizes(scene: &Path, board: Board) -> Result<Row> {
     let scene = root().join(scene);
     Row::sizes(&scene, board, &Image::measure(&build(&scene, board)?)?)
 }
 
-/// Everything of a scene on the emulated board.
+/// All numbers of a scene on the emulated board.
 pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
     crate::setup::qemu()?;
     let scene = root().join(scene);
@@ -70,7 +70,7 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
     Ok(row)
 }
 
-/// How late ticks of a scene begin under a flood of the link.
+/// Lateness of a scene's ticks under a flood of the link.
 pub(crate) fn flood(scene: &Path) -> Result<Late> {
     let variant = variant::write(scene, "flood", &FLOOD)?;
     let elf = build(&variant, EMULATED)?;
@@ -79,7 +79,7 @@ pub(crate) fn flood(scene: &Path) -> Result<Late> {
     Ok(serde_json::from_str(&output(&mut command)?)?)
 }
 
-/// What `chip-budget` says, as [`Field`]s.
+/// Output of `chip-budget`, as [`Field`]s.
 fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
     let number =
         |path: &str| said.pointer(path).and_then(Value::as_u64).with_context(|| format!("no {path} in {said}"));
@@ -103,24 +103,14 @@ fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
     Ok(all)
 }
 
-/// `chip-budget`, to measure something of a scene.
+/// Command that runs `chip-budget` for a scene.
 pub(super) fn chip_budget(what: &str, scene: &Path) -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root()).args([
-        "run",
-        "--quiet",
-        "--locked",
-        "--release",
-        "--package",
-        "chip-budget",
-        "--",
-        what,
-    ]);
-    command.arg("--scene").arg(scene);
+    let mut command = cargo_run("chip-budget");
+    command.args([what, "--scene"]).arg(scene);
     command
 }
 
-/// What a command prints; its complaints go where ours go.
+/// Standard output of a command; its standard error goes to ours.
 fn output(command: &mut Command) -> Result<String> {
     let output = command.stdin(Stdio::null()).stderr(Stdio::inherit()).output();
     let output = output.with_context(|| format!("cannot start {command:?}"))?;

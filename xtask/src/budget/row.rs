@@ -1,4 +1,4 @@
-//! The numbers of one firmware: one scene on one board.
+//! Numbers of one firmware: one scene on one board.
 
 use super::image::Image;
 use crate::firmware::Board;
@@ -7,7 +7,7 @@ use anyhow::Result;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What is measured. The order is that of the file of bounds.
+/// Measured numbers, in the order of the file of bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Field {
     Flash,
@@ -15,9 +15,9 @@ pub(crate) enum Field {
     StackBound,
     StackPainted,
     Instructions,
-    /// Most less fewest: zero where no tick is unlike another.
+    /// Most less fewest instructions: zero if all ticks take the same.
     InstructionsSpread,
-    /// The same of trajectory, safety state machine and controller together, while the arm runs.
+    /// Instructions of trajectory, safety state machine and controller together, while the arm runs.
     Supervised,
     SupervisedSpread,
     TickInterrupt,
@@ -86,12 +86,12 @@ pub(crate) struct Row {
     pub(crate) scene: String,
     pub(crate) board: String,
     pub(crate) numbers: BTreeMap<Field, u64>,
-    /// Everything that the emulator gave, for JSON; nothing where none runs the board.
+    /// Full output of the emulator, for JSON; `None` where no emulator runs the board.
     pub(crate) emulated: Option<serde_json::Value>,
 }
 
 impl Row {
-    /// A row that knows what the linked program shows.
+    /// A row with the numbers of the linked program only.
     pub(crate) fn sizes(scene: &Path, board: Board, image: &Image) -> Result<Self> {
         let robot = SceneKeys::read(scene)?.robot()?;
         let numbers =
@@ -109,7 +109,7 @@ impl Row {
     }
 }
 
-/// A file's name without folder and ending.
+/// A file's name without folder and extension.
 pub(crate) fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -43,7 +43,7 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
     table.0
 }
 
-/// Scenes of the README: the smallest arm, six joints, and six joints that watch for collisions.
+/// Scenes in the README: the smallest arm, six joints, and six joints with collision detection.
 const SHOWN: [&str; 3] = ["planar2r_sine", "puma560_pick", "puma560_collision"];
 
 /// Three rows of the emulated board, for the README.
@@ -72,7 +72,7 @@ pub(crate) fn teaser(rows: &[Row]) -> String {
     table.0
 }
 
-/// One number, or two where the least is not the most.
+/// One number, or two if the least and the most differ.
 fn between(row: &Row, most: Field, spread: Field) -> String {
     match row.number(most).zip(row.number(spread)) {
         None => "-".into(),
@@ -85,7 +85,7 @@ fn share(cycles: u64) -> String {
     format!("{:.1} %", 100.0 * cycles as f64 / PERIOD_4_KHZ as f64)
 }
 
-/// What the flood has shown.
+/// Table of the flood's results.
 pub(crate) fn late(late: &Late) -> String {
     let mut table =
         Table::new(&["ticks", "began late", "latest, instructions", "bytes to the chip", "bytes from the chip"]);
@@ -93,7 +93,7 @@ pub(crate) fn late(late: &Late) -> String {
     table.0
 }
 
-/// Everything, for other programs.
+/// All numbers as JSON, for other programs.
 pub(crate) fn json(rows: &[Row], late: Option<&Late>) -> Result<String> {
     let rows: Vec<Value> = rows.iter().map(of_row).collect();
     Ok(serde_json::to_string_pretty(&json!({ "rows": rows, "tick_start": late }))?)

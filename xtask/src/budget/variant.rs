@@ -1,4 +1,4 @@
-//! A scene with settings of its `[control]` changed, beside which everything stays as the file has it.
+//! Variant of a scene: some settings of its `[control]` are changed, and the rest stays as in the file.
 
 use crate::process::root;
 use crate::toolchain;
@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
 use toml_edit::{DocumentMut, Item, table, value};
 
-/// Write a variant of a scene into the build folder, under a name of its own.
+/// Writes a variant of a scene into the build folder, under a name of its own.
 pub(crate) fn write(scene: &Path, name: &str, settings: &[(&str, &str)]) -> Result<PathBuf> {
     let scene = root().join(scene);
     let text = std::fs::read_to_string(&scene).with_context(|| format!("no scene file {}", scene.display()))?;
@@ -21,7 +21,7 @@ pub(crate) fn write(scene: &Path, name: &str, settings: &[(&str, &str)]) -> Resu
     Ok(path)
 }
 
-/// The text with these settings in its `[control]`, and its robot named from anywhere.
+/// The text with these settings in its `[control]`, and with an absolute path of its robot.
 fn with(text: &str, folder: &Path, settings: &[(&str, &str)]) -> Result<String> {
     let mut scene: DocumentMut = text.parse()?;
     if let Some(robot) = scene.get("robot").and_then(Item::as_str) {

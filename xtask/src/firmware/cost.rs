@@ -1,4 +1,5 @@
-//! `cargo xtask firmware cost`: what a control tick of each of many scenes takes on the emulated chip, a JSON object a line.
+//! `cargo xtask firmware cost`: cost of a control tick on the emulated chip for each of many scenes, one JSON object per
+//! line.
 
 use super::{fnv1a, keep, lock};
 use crate::emitted;
@@ -10,10 +11,10 @@ use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// The tick's symbol in the program that measures it.
+/// The tick's symbol in the measuring program.
 const TICK: &str = "tick_0";
 
-/// Instructions of a function that gives a fault back and does nothing else: what a trace has more than the program counts.
+/// Instructions of a function that only returns a fault: the difference between the trace and the program's own count.
 const EMPTY: RangeInclusive<u64> = 0..=16;
 
 /// The cost of a scene's tick: a line of the output.
@@ -22,14 +23,14 @@ struct Cost {
     tick: Tick,
     /// Bytes of the controller.
     controller_bytes: u64,
-    /// Bytes of the tick, of all that it calls and of the constants that they read.
+    /// Bytes of the tick, of all functions that it calls and of their constants.
     flash_bytes: u64,
     /// Bytes of those functions that run from RAM.
     sram_bytes: u64,
     ticks: Vec<Ticked>,
 }
 
-/// Where the tick lies.
+/// Location of the tick.
 #[derive(Debug, Serialize)]
 struct Tick {
     symbol: &'static str,
@@ -43,13 +44,13 @@ struct Tick {
 #[derive(Debug, Serialize)]
 struct Ticked {
     instructions: u64,
-    /// From flash, or SRAM where it lies there; with the core's caches as the ticks before left them: an estimate.
+    /// Estimated cycles, from flash, or from SRAM for code there, with the caches as the ticks before left them.
     cycles: u64,
     /// As `firmware/probe/src/bin/probe-cost/main.rs` documents it: `drive,TORQUE..,LIMITS..` or `brake,CODE,JOINT`.
     command: String,
 }
 
-/// Measure the tick of each scene of a list, a path a line, and print what it costs as it is known.
+/// Measures the tick of each scene of a list, one path per line, and prints each cost as soon as it is known.
 pub(crate) fn print(list: &Path) -> Result<()> {
     crate::setup::qemu()?;
     let text = std::fs::read_to_string(list).with_context(|| format!("no list of scene files {}", list.display()))?;
@@ -60,7 +61,7 @@ pub(crate) fn print(list: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Build the program that measures a scene's tick; the answer is a copy that later builds leave alone.
+/// Builds the program that measures a scene's tick; returns a copy that later builds do not touch.
 fn build(scene: &Path) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let toolchain = Toolchain::find_or_install()?;
@@ -71,12 +72,12 @@ fn build(scene: &Path) -> Result<PathBuf> {
     let built = toolchain::build(&mut cargo, toolchain::product("probe-cost"))
         .with_context(|| format!("the program that measures {}", scene.display()))?;
     let text = std::fs::read(&built)?;
-    // Named after what is in it: an emulator or a reader may still need what the same file gave before.
+    // Named after its contents: an emulator or a reader may still need an earlier build of the same file.
     let copy = folder.join(format!("cost-{:08x}.elf", fnv1a(0x811c_9dc5, &text)));
     keep(&text, copy)
 }
 
-/// Run the program, and trace it once more, instruction by instruction; every instruction that was counted must be in the trace.
+/// Runs the program, and traces it once more, instruction by instruction. Every counted instruction must be in the trace.
 fn measure(elf: &Path) -> Result<Cost> {
     let Said { address, controller_bytes, ticks } = Said::parse(&crate::qemu::semihosted(elf)?)?;
     let program = Program::parse(&std::fs::read(elf)?)?;
@@ -103,7 +104,7 @@ fn measure(elf: &Path) -> Result<Cost> {
     })
 }
 
-/// The program's own words of its one scene.
+/// The program's output for its one scene.
 #[derive(Debug, PartialEq, Eq)]
 struct Said {
     address: u32,

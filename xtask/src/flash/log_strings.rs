@@ -1,17 +1,17 @@
-//! Whether what a program logs can be read by whoever holds its file.
+//! Check that a program's log can be decoded from its file.
 
 use crate::qemu::log_strings;
 use anyhow::{Context as _, Result, bail};
 use chip_image::Program;
 use std::path::Path;
 
-/// What a probe looks for in the chip's memory to find the log.
+/// Symbol that a probe looks for in the chip's memory to find the log.
 const RTT_CONTROL_BLOCK: &str = "_SEGGER_RTT";
 
 /// The number of strings that the program can log.
 ///
-/// A log travels as numbers; the strings lie in the program's file, in a section that the linker script `defmt.x` makes, and
-/// the bytes are found through RTT's control block. Without either the log is lost, and nothing else would say so.
+/// A log travels as numbers. The strings lie in the program's file, in a section that the linker script `defmt.x` makes,
+/// and the probe finds the bytes through RTT's control block. Without either the log would be lost silently.
 ///
 /// # Errors
 /// A file that cannot be read, one without strings, or one without the control block.

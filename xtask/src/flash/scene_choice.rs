@@ -1,4 +1,4 @@
-//! Which scene is built in, and whether the board has lines for its drives.
+//! Choice of the scene, and the check that the board has lines for its drives.
 
 use crate::bad_input::BadInput;
 use crate::firmware::Board;
@@ -10,7 +10,7 @@ use robot_compiler::{FileError, SceneFile};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// What was asked for.
+/// The request.
 pub(super) enum Wanted {
     /// This scene.
     Scene(PathBuf),
@@ -22,16 +22,16 @@ pub(super) enum Wanted {
 pub(super) struct Choice {
     /// Its file.
     pub(super) path: PathBuf,
-    /// How its joints are reached.
+    /// Drives of its joints.
     pub(super) drives: Drives,
 }
 
-/// How the joints of a robot are reached.
+/// Drives of a robot's joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Drives {
     /// Over the link to the host.
     Link,
-    /// By drives of this kind, as a robot file calls it.
+    /// By drives of this kind, as a robot file names it.
     Kind(&'static str),
 }
 
@@ -45,22 +45,22 @@ impl fmt::Display for Drives {
 }
 
 impl Drives {
-    /// Loading has seen to it that all joints have a drive of one kind, or none has.
+    /// Loading has checked that all joints have a drive of one kind, or none has.
     fn of(scene: &SceneFile) -> Self {
         let first = scene.robot.joints.first().and_then(|joint| joint.drive.as_ref());
         first.map(JointDrive::kind).map_or(Self::Link, Self::Kind)
     }
 
-    /// Whether `board` has lines for them. A board that talks over the link alone takes any arm.
+    /// Whether `board` has lines for them. A board that uses the link alone takes any arm.
     fn fit(self, board: Board) -> bool {
         board.drives().is_none_or(|kind| self == Self::Kind(kind))
     }
 }
 
-/// The scene that was asked for, loaded and checked, if the board fits.
+/// The requested scene, loaded and checked, if it fits the board.
 ///
 /// # Errors
-/// [`BadInput`]: a file that is wrong, drives of another kind, a robot with no scene or with several.
+/// [`BadInput`]: a wrong file, drives of another kind, a robot with no scene or with several.
 pub(super) fn choose(wanted: &Wanted, board: Board) -> Result<Choice> {
     let chosen = match wanted {
         Wanted::Scene(path) => scene(path, board),
@@ -118,7 +118,7 @@ fn scene_of(robot: &Path, board: Board) -> Result<Choice, String> {
     }
 }
 
-/// The folder of scenes that no board is meant to run: what the fault-injection campaign is run on.
+/// The folder of scenes for the fault-injection campaign, which are not meant for a board.
 const CAMPAIGN: &str = "campaign";
 
 /// Every TOML file in a folder and those inside it, but for [`CAMPAIGN`]'s.
@@ -137,7 +137,7 @@ fn toml_files(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Whether a scene's key `robot`, a path from the scene on, leads to this file.
+/// Whether a scene's key `robot`, a path relative to the scene, leads to this file.
 fn names_robot(scene: &Path, robot: &Path) -> bool {
     let named = SceneKeys::read(scene).and_then(|keys| keys.robot());
     named.is_ok_and(|named| named.canonicalize().is_ok_and(|there| there == robot))
@@ -151,7 +151,7 @@ fn line_of_robot(scene: &Path) -> Option<usize> {
     text.lines().position(names).map(|index| index + 1)
 }
 
-/// Where, what was found and what was expected, on one line.
+/// Place, problem and expected value on one line.
 fn told(error: &FileError) -> String {
     format!("{error}; expected {}", error.expected())
 }

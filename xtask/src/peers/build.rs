@@ -1,4 +1,4 @@
-//! Compiler runs: as many at a time as there are processors, and only where something changed.
+//! Compiler runs: as many at a time as there are processors, and only after a change.
 
 use super::source;
 use anyhow::{Context as _, Result, anyhow, bail};
@@ -9,11 +9,11 @@ use std::time::SystemTime;
 
 /// One run of a compiler or a generator.
 pub(super) struct Job {
-    /// What it makes; of a generator the file that it writes last.
+    /// The output file; for a generator, the file that it writes last.
     pub(super) product: PathBuf,
-    /// What it is made from, beside the headers of the harness.
+    /// Input files, besides the headers of the harness.
     pub(super) sources: Vec<PathBuf>,
-    /// How; the product's place is part of it.
+    /// The command; the path of the product is part of it.
     pub(super) command: Command,
 }
 
@@ -23,37 +23,37 @@ impl Job {
         Self { product, sources: Vec::new(), command: Command::new(program) }
     }
 
-    /// With these arguments too, split at blanks.
+    /// Adds these arguments, split at blanks.
     pub(super) fn words(mut self, words: &str) -> Self {
         self.command.args(words.split_whitespace());
         self
     }
 
-    /// With this argument too.
+    /// Adds this argument.
     pub(super) fn with(mut self, argument: impl AsRef<std::ffi::OsStr>) -> Self {
         self.command.arg(argument);
         self
     }
 
-    /// With this file as an argument, and as a source.
+    /// Adds this file as an argument and as a source.
     pub(super) fn from(mut self, file: &Path) -> Self {
         self.command.arg(file);
         self.depends_on(file)
     }
 
-    /// With a source that is no argument.
+    /// Adds a source that is not an argument.
     pub(super) fn depends_on(mut self, file: &Path) -> Self {
         self.sources.push(file.to_owned());
         self
     }
 
-    /// A compiler writes to its product.
+    /// Adds the option that makes a compiler write to the product.
     pub(super) fn output(mut self) -> Self {
         self.command.arg("-o").arg(&self.product);
         self
     }
 
-    /// Where the command line of the last successful run lies.
+    /// Path of the file with the command line of the last successful run.
     fn stamp(&self) -> PathBuf {
         let mut name = self.product.clone().into_os_string();
         name.push(".command");
@@ -84,7 +84,7 @@ impl Job {
     }
 }
 
-/// Run the jobs whose products are missing or older than what they are made from.
+/// Runs the jobs whose products are missing or older than their sources.
 pub(super) fn all(what: &str, jobs: Vec<Job>) -> Result<()> {
     let headers = newest_header(&source(""))?;
     let (total, mut stale) = (jobs.len(), jobs);
@@ -104,7 +104,7 @@ pub(super) fn all(what: &str, jobs: Vec<Job>) -> Result<()> {
     })
 }
 
-/// When the newest header was changed: of the other files each job names its own.
+/// Time of the last change of any header; each job names its other files itself.
 fn newest_header(folder: &Path) -> Result<SystemTime> {
     let mut newest = SystemTime::UNIX_EPOCH;
     for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {

@@ -1,4 +1,4 @@
-//! Instructions of everybody on the emulated chip.
+//! Instructions of all contestants on the emulated chip.
 
 use super::build::{self, Job};
 use super::contestants::{Family, GENERATORS, Ours, Task, generated};
@@ -17,13 +17,13 @@ pub(super) struct Count {
     pub(super) task: Task,
     /// Compiler and options, in words.
     pub(super) build: &'static str,
-    /// Over the states.
+    /// Fewest over the states.
     pub(super) instructions_min: u32,
-    /// Over the states.
+    /// Mean over the states.
     pub(super) instructions_mean: f64,
-    /// Over the states.
+    /// Most over the states.
     pub(super) instructions_max: u32,
-    /// Of the function alone, without what it calls.
+    /// Bytes of the function alone, without its callees.
     pub(super) code_bytes: u64,
     /// Largest difference from our recursion in f64, relative to the largest torque of the state.
     pub(super) error: f64,
@@ -35,11 +35,11 @@ struct Entry {
     task: Task,
     build: &'static str,
     symbol: String,
-    /// Part of the name of the function that has the arithmetic, where a compiler may have left that outside.
+    /// Part of the name of the function with the arithmetic, for compilers that do not inline it.
     kernel: Option<String>,
 }
 
-/// How far f32 torques may differ from our recursion in f64, relative to the largest of the state.
+/// Largest difference of f32 torques from our recursion in f64, relative to the largest of the state.
 const ERROR_MAX: f64 = 1e-5;
 
 const MACHINE: &str = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -w";
@@ -48,14 +48,14 @@ const MACHINE: &str = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d1
 const OPTIONS: [(&str, &str, &str); 3] =
     [("gcc -O2", "o2", "-O2"), ("gcc -O3", "o3", "-O3"), ("gcc -O3, fast-math", "o3fast", "-O3 -ffast-math")];
 
-/// What the chip measures of generated C; where its text is from; the switches of `generated_chip.c`.
+/// Tasks of generated C on the chip; the file of their source; the switches of `generated_chip.c`.
 const TASKS: [(Task, &str, &str); 3] = [
     (Task::Inverse, "inverse", ""),
     (Task::Kernel, "kernel", "-DKERNEL"),
     (Task::KernelAfterOurTrig, "kernel", "-DKERNEL -DOUR_TRIG"),
 ];
 
-/// Build for one arm, run, check against the reference's torques, and count.
+/// Builds for one arm, runs, checks against the reference's torques, and counts.
 pub(super) fn measure(arm: &str, ours: &Ours, reference: &[Torques]) -> Result<Vec<Count>> {
     let (entries, elf) = build(arm, ours)?;
     let said = qemu::semihosted(&elf)?;
@@ -66,7 +66,7 @@ pub(super) fn measure(arm: &str, ours: &Ours, reference: &[Torques]) -> Result<V
         let line = said.lines().find_map(|line| line.strip_prefix(&entry.symbol)?.strip_prefix(' '));
         let line = line.with_context(|| format!("the chip did not count {}", entry.symbol))?;
         let count = entry.read(line, &program, reference)?;
-        // A NaN is no agreement either.
+        // NaN counts as a difference too.
         if count.error.is_nan() || count.error > ERROR_MAX {
             bail!("{arm}: {} on the chip differs from ours by {:.1e} of the largest", entry.symbol, count.error);
         }
@@ -98,7 +98,7 @@ impl Entry {
 }
 
 impl Entry {
-    /// Of the function, and of the kernel where that is one of its own.
+    /// Bytes of the function, and of the kernel if that is a separate function.
     fn code_bytes(&self, program: &Program) -> Result<u64> {
         let size = |is_it: &dyn Fn(&str) -> bool| program.symbols().find(|(name, _)| is_it(name)).map(|(_, size)| size);
         let own = size(&|name| name == self.symbol).with_context(|| format!("no symbol {}", self.symbol))?;
@@ -107,7 +107,7 @@ impl Entry {
     }
 }
 
-/// The largest difference, relative to the largest torque of its state; infinite when anything is missing or no number.
+/// The largest difference, relative to the largest torque of its state; infinite if a torque is missing or NaN.
 fn error(found: &[f64], wanted: &[Torques]) -> f64 {
     let mut error: f64 = if found.is_empty() { f64::INFINITY } else { 0.0 };
     for (found, wanted) in found.chunks(super::JOINTS).zip(wanted) {
@@ -119,7 +119,7 @@ fn error(found: &[f64], wanted: &[Torques]) -> f64 {
     error
 }
 
-/// The program with everybody in it.
+/// The program with all contestants.
 fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
     let mut entries = Vec::new();
     let mut jobs = Vec::new();
@@ -137,7 +137,7 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
                 let symbol = format!("{generator}_{function}{after}_{short}");
                 let text = generated(arm, generator, function, "f32");
                 let object = folder().join(arm).join(format!("{symbol}.o"));
-                // The generators write their numbers without a suffix: they are meant to be single.
+                // The generators write their numbers without a suffix; they are meant as single precision.
                 let job = Job::new("arm-none-eabi-gcc", object.clone()).words(MACHINE).words(options).words(switches);
                 let job = job.words("-c -fsingle-precision-constant").with(format!("-D{switch}"));
                 let job = job.with(format!("-DENTRY={symbol}")).depends_on(&text);

@@ -1,15 +1,14 @@
-//! Who is measured, and how each is built.
+//! Contestants, and how each is built.
 
 use super::build::{self, Job};
 use super::{ARMS, folder, install, source};
-use crate::process::{root, run, target_directory};
+use crate::process::{cargo, root, run, target_directory};
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Result, bail};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-/// What is computed.
+/// The computed quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Task {
@@ -19,13 +18,13 @@ pub(super) enum Task {
     Kernel,
     /// On the chip: the peer's kernel after our sine and cosine.
     KernelAfterOurTrig,
-    /// As `Inverse`, many states in one call, so that a compiler or a library can put several into one vector.
+    /// As `Inverse`, but many states in one call, so that a compiler or a library can put several into one vector.
     Many,
     /// Accelerations from angles, velocities and torques.
     Forward,
 }
 
-/// Whose code.
+/// Author of the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub(super) enum Family {
     Pinocchio,
@@ -44,7 +43,7 @@ pub(super) enum Family {
 }
 
 impl Family {
-    /// As the tables print it.
+    /// Its name in the tables.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Pinocchio => "Pinocchio",
@@ -59,11 +58,11 @@ impl Family {
     }
 }
 
-/// The generators of C, with what their files and their preprocessor's switches are called.
+/// The generators of C, with their names in file names and in preprocessor switches.
 pub(super) const GENERATORS: [(Family, &str, &str); 2] =
     [(Family::CasADi, "casadi", "CASADI"), (Family::CppADCodeGen, "cppadcg", "CPPADCG")];
 
-/// What a generator writes, and the switch of `generated.c` for it.
+/// Functions written by a generator, and the switch of `generated.c` for each.
 pub(super) const GENERATED: [(Task, &str, &str); 4] = [
     (Task::Inverse, "inverse", ""),
     (Task::Many, "inverse", "-DMANY"),
@@ -80,13 +79,13 @@ pub(super) const COMPILERS: [(&str, &str, &str, &str); 3] = [
 
 const LIBRARY: &str = "-w -shared -fPIC -fvisibility=hidden";
 
-/// What Pinocchio's own build asks of who includes its headers; and its variants are asked for joints that the short
+/// Options that Pinocchio's own build requires of users of its headers. Its variants need joint types that the short
 /// collection in `arm.hpp` does not have.
 const PINOCCHIO: &str = "-std=c++17 -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_LIMIT_VECTOR_SIZE=30 \
     -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -DBOOST_FUSION_INVOKE_MAX_ARITY=12 \
     -DBOOST_VARIANT_USE_RELAXED_GET_BY_DEFAULT";
 
-/// One of them on the desk.
+/// A contestant on the desk.
 #[derive(Clone, Debug)]
 pub(super) struct Contestant {
     pub(super) family: Family,
@@ -97,19 +96,18 @@ pub(super) struct Contestant {
     pub(super) symbol: String,
 }
 
-/// The crate `bench-peers`, built: as everybody builds, for this machine's processor, and for the chip.
+/// The crate `bench-peers`, built in three ways: with ordinary options, for this machine's processor, and for the chip.
 pub(super) struct Ours {
     desk: [(&'static str, PathBuf); 2],
     pub(super) chip: PathBuf,
 }
 
 impl Ours {
-    /// Build it.
+    /// Builds it.
     pub(super) fn build() -> Result<Self> {
         let desk = |flags: &str, target: PathBuf| -> Result<PathBuf> {
-            let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-            // One unit, as a C compiler sees the peers: the profile of the chip's programs.
-            cargo.current_dir(root()).args(["rustc", "--quiet", "--locked", "--package", "bench-peers"]);
+            let mut cargo = cargo(["rustc", "--quiet", "--locked", "--package", "bench-peers"]);
+            // One codegen unit, as a C compiler sees the peers: the profile of the chip's programs.
             cargo.args(["--profile", "firmware", "--crate-type", "cdylib", "--target-dir"]).arg(&target);
             run(cargo.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", flags))?;
             let library = target.join("firmware/libbench_peers.so");
@@ -128,7 +126,7 @@ impl Ours {
         self.contestant(Family::Generic, Task::Inverse, 0, format!("{arm}_generic"))
     }
 
-    /// All of ours.
+    /// All our contestants.
     fn contestants(&self, arm: &str) -> Vec<Contestant> {
         let names = [
             (Family::Generic, Task::Inverse, "generic"),
@@ -156,10 +154,10 @@ impl Ours {
 /// Our build for this machine's processor, as the peers are built.
 const NATIVE: &str = "rustc, native";
 
-/// Our build for any processor of the kind.
+/// Our build for any processor of this architecture.
 pub(super) const ORDINARY: &str = "rustc";
 
-/// The robot file as numbers, and the C that the generators make of it; and the libraries that have their model at run time.
+/// The robot file as numbers, the generators' C for it, and the libraries with their model at run time.
 pub(super) fn generate(python: &Path) -> Result<()> {
     let site = install::site_packages(python)?;
     let prefix = site.join("cmeel.prefix");
@@ -174,7 +172,7 @@ pub(super) fn generate(python: &Path) -> Result<()> {
     };
     let library = prefix.join("lib");
     let mut jobs = Vec::new();
-    // clang takes a default argument of CppAD's for an error.
+    // clang rejects one of CppAD's default arguments.
     let job = flags(Job::new("g++", folder().join("generate_cppadcg")).words("-O0"));
     let job = job.from(&source("generate_cppadcg.cpp")).output();
     jobs.push(linked(job, &library, "-lboost_serialization -lcppad_lib -ldl"));
@@ -228,7 +226,7 @@ pub(super) fn generate(python: &Path) -> Result<()> {
     build::all("contestants", jobs)
 }
 
-/// Everybody, ours first.
+/// All contestants, ours first.
 pub(super) fn all(arm: &str, ours: &Ours) -> Vec<Contestant> {
     let mut all = ours.contestants(arm);
     for (index, (build, ..)) in COMPILERS.into_iter().enumerate() {
@@ -248,12 +246,12 @@ pub(super) fn all(arm: &str, ours: &Ours) -> Vec<Contestant> {
     all
 }
 
-/// The arm as `arm.py` writes it.
+/// The arm's numbers, as written by `arm.py`.
 pub(super) fn numbers(arm: &str) -> PathBuf {
     folder().join(arm).with_extension("arm")
 }
 
-/// C of a generator.
+/// C source from a generator.
 pub(super) fn generated(arm: &str, generator: &str, function: &str, real: &str) -> PathBuf {
     folder().join(arm).join(format!("{generator}_{function}_{real}.c"))
 }

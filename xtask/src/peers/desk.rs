@@ -1,4 +1,4 @@
-//! Times on the desk, after the check that everybody computes the same.
+//! Times on the desk, after the check that all contestants agree.
 
 use super::build::{self, Job};
 use super::contestants::{self, Family, Ours, Task};
@@ -20,29 +20,29 @@ pub(super) struct Time {
     pub(super) error: f64,
 }
 
-/// Torques of one state, of the reference.
+/// Torques of one state from the reference.
 pub(super) type Torques = [f64; JOINTS];
 
-/// How far torques may differ from those of our recursion, relative to the largest of the state.
+/// Largest difference of torques from those of our recursion, relative to the largest of the state.
 const TORQUE_ERROR_MAX: f64 = 1e-9;
 
-/// The same of accelerations, which the condition of the mass matrix magnifies.
+/// The same for accelerations, whose errors the condition of the mass matrix magnifies.
 const ACCELERATION_ERROR_MAX: f64 = 1e-9;
 
-/// How long an arm is measured, s.
+/// Time of measurement per arm, s.
 const SECONDS: u32 = 20;
 
 fn harness() -> std::path::PathBuf {
     folder().join("harness")
 }
 
-/// Build what times them.
+/// Builds the harness that times them.
 pub(super) fn build() -> Result<()> {
     let job = Job::new("g++", harness()).words("-std=c++17 -O2 -Wall").from(&source("harness.cpp"));
     build::all("harness", vec![job.output().words("-ldl")])
 }
 
-/// Check and time everybody; the second answer is the reference's torques, state by state.
+/// Checks and times all contestants; the second result is the reference's torques, state by state.
 pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>)> {
     let mut all = vec![ours.reference(arm)];
     all.extend(contestants::all(arm, ours));
@@ -54,7 +54,7 @@ pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>
     };
     let list: String = all.iter().enumerate().map(line).collect();
     let reference = folder().join(arm).join("torques");
-    // The last processor: the first one serves interrupts.
+    // Runs on the last processor, because the first one serves interrupts.
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let mut child = Command::new(harness())
         .args([(processors - 1).to_string(), SECONDS.to_string()])
@@ -76,7 +76,7 @@ pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>
         let [_, ns, error] = numbers[..] else { bail!("not three numbers: {line}") };
         let contestants::Contestant { family, task, build, .. } = *contestant;
         let allowed = if task == Task::Forward { ACCELERATION_ERROR_MAX } else { TORQUE_ERROR_MAX };
-        // A NaN is no agreement either.
+        // NaN counts as a difference too.
         if error.is_nan() || error > allowed {
             bail!("{arm}: {} ({task:?}, {build}) differs from ours by {error:.1e} of the largest", family.name());
         }
@@ -85,7 +85,7 @@ pub(super) fn measure(arm: &str, ours: &Ours) -> Result<(Vec<Time>, Vec<Torques>
     if times.len() != all.len() {
         bail!("the harness measured {} of {}", times.len(), all.len());
     }
-    // The reference was there only for its torques.
+    // The reference was needed only for its torques.
     times.remove(0);
     let text = std::fs::read_to_string(&reference).with_context(|| reference.display().to_string())?;
     Ok((times, text.lines().map(torques).collect::<Result<_>>()?))
@@ -96,7 +96,7 @@ fn torques(line: &str) -> Result<Torques> {
     numbers.try_into().ok().with_context(|| format!("not {JOINTS} torques: {line}"))
 }
 
-/// The fastest of those that `wanted` picks.
+/// The fastest of those for which `wanted` is true.
 pub(super) fn best(times: &[Time], wanted: impl Fn(&Time) -> bool) -> Option<&Time> {
     times.iter().filter(|time| wanted(time)).min_by(|a, b| a.ns.total_cmp(&b.ns))
 }

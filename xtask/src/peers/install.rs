@@ -1,4 +1,4 @@
-//! What is measured against, installed where it is missing.
+//! Installation of the missing peers.
 
 use super::{folder, source};
 use crate::process::{output, run, which};
@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Debian's packages and the virtual environment; the answer is its Python.
+/// Installs Debian's packages and the virtual environment; returns its Python.
 pub(super) fn all() -> Result<PathBuf> {
     debian()?;
     setup::qemu()?;
@@ -17,7 +17,7 @@ pub(super) fn all() -> Result<PathBuf> {
 /// Compilers, and KDL.
 fn debian() -> Result<()> {
     let program = |name: &str| which(name).is_some();
-    // Asked for a library that it has, the compiler answers with a path.
+    // If the compiler has the library, it prints a path.
     let newlib = output(Command::new("arm-none-eabi-gcc").arg("-print-file-name=libm.a"))
         .is_some_and(|path| Path::new(&path).is_absolute());
     let venv = output(Command::new("python3").args(["-c", "import ensurepip, venv"])).is_some();
@@ -33,7 +33,7 @@ fn debian() -> Result<()> {
     if missing.is_empty() { Ok(()) } else { setup::apt_install(&missing) }
 }
 
-/// A virtual environment with the packages of `requirements.txt`. It counts as made when its copy of that file is there.
+/// A virtual environment with the packages of `requirements.txt`. It counts as complete if it holds a copy of that file.
 fn python() -> Result<PathBuf> {
     let folder = folder().join("venv");
     let (python, stamp) = (folder.join("bin/python"), folder.join("requirements.txt"));
@@ -50,7 +50,7 @@ fn python() -> Result<PathBuf> {
         run(pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]).arg(&file))
     })();
     if made.is_err() {
-        // Half an environment would look like a whole one.
+        // A partial environment would look complete.
         std::fs::remove_dir_all(&folder).ok();
     }
     made.with_context(|| format!("could not install from PyPI: {}", packages.join(", ")))?;
@@ -58,7 +58,7 @@ fn python() -> Result<PathBuf> {
     Ok(python)
 }
 
-/// Where the virtual environment keeps its packages.
+/// Folder of the virtual environment's packages.
 pub(super) fn site_packages(python: &Path) -> Result<PathBuf> {
     let code = "import sysconfig; print(sysconfig.get_path('purelib'))";
     let path =

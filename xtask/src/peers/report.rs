@@ -1,18 +1,17 @@
-//! What came out: targets met or not, tables for people, JSON for programs.
+//! Results: targets met or not, tables for people, JSON for programs.
 
 use super::chip::Count;
 use super::contestants::{Family, GENERATORS, ORDINARY, Task, generated};
 use super::desk::{Time, best};
 use super::{Measured, source};
-use crate::bench::between_markers;
-use crate::process::{output, root};
+use crate::process::output;
 use anyhow::{Context as _, Result};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
-/// Between which markers of the document the tables go.
-const MARKER: &str = "peers";
+/// Name of the markers around the tables in the document.
+pub(super) const PLACE: &str = "peers";
 
 /// A number of ours beside the strongest peer's.
 #[derive(Serialize)]
@@ -21,17 +20,17 @@ struct Target {
     what: &'static str,
     unit: &'static str,
     ours: f64,
-    /// Our fastest build: contestants are all at their best.
+    /// Our fastest build; every contestant is measured at its best.
     our_build: String,
     peer: f64,
-    /// Who that was, and how it was built.
+    /// The strongest peer, and its build.
     strongest: String,
     ratio: f64,
     target: f64,
     met: bool,
 }
 
-/// Everything, as the JSON has it.
+/// All results, in the form of the JSON.
 #[derive(Serialize)]
 pub(super) struct Report<'a> {
     machine: Machine,
@@ -52,12 +51,12 @@ struct Arm<'a> {
     arm: &'static str,
     desk: &'a [Time],
     chip: &'a [Count],
-    /// Multiplications, additions and subtractions in the generated C, sine and cosine given.
+    /// Multiplications, additions and subtractions in the generated C with given sine and cosine.
     operations: Vec<(Family, usize)>,
 }
 
 impl<'a> Report<'a> {
-    /// Find the strongest peer of every row, and the ratios.
+    /// Finds the strongest peer of every row, and the ratios.
     pub(super) fn new(measured: &'a [Measured]) -> Result<Self> {
         let mut targets = Vec::new();
         let mut arms = Vec::new();
@@ -73,12 +72,12 @@ impl<'a> Report<'a> {
         Ok(Self { machine: Machine::this()?, targets, arms })
     }
 
-    /// The tables on the terminal.
+    /// Prints the tables on the terminal.
     pub(super) fn print(&self) {
         println!("{}", self.markdown());
     }
 
-    /// To a file, or to the terminal for `-`.
+    /// Writes to a file, or to the terminal for `-`.
     pub(super) fn write_json(&self, path: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self)? + "\n";
         if path == Path::new("-") {
@@ -88,7 +87,7 @@ impl<'a> Report<'a> {
         std::fs::write(path, text).with_context(|| path.display().to_string())
     }
 
-    fn markdown(&self) -> String {
+    pub(super) fn markdown(&self) -> String {
         let Machine { date, processor, compilers, peers } = &self.machine;
         let mut text =
             format!("{date}, {processor}, one thread. {}. Against {}.\n\n", compilers.join("; "), peers.join(", "));
@@ -146,7 +145,7 @@ impl Count {
     }
 }
 
-/// The rows of the table that have a peer.
+/// The rows of the table for which there is a peer.
 fn targets_of(arm: &'static str, desk: &[Time], chip: &[Count]) -> Result<Vec<Target>> {
     let of_generator = |family| GENERATORS.iter().any(|(generator, ..)| *generator == family);
     let ours = |family, task| {
@@ -202,13 +201,13 @@ fn row(
     Target { arm, what, unit, ours, our_build, peer, strongest, ratio, target, met: ratio <= target }
 }
 
-/// The build of a contestant that takes fewest instructions.
+/// The build of a contestant with the fewest instructions.
 fn fewest(counts: &[Count], family: Family, task: Task) -> Option<&Count> {
     let found = counts.iter().filter(|count| count.family == family && count.task == task);
     found.min_by(|a, b| a.instructions_mean.total_cmp(&b.instructions_mean))
 }
 
-/// Each once, in their order.
+/// Each family once, in the order of the enum.
 fn families(all: impl Iterator<Item = Family>) -> Vec<Family> {
     let mut families: Vec<Family> = all.collect();
     families.sort();
@@ -216,7 +215,8 @@ fn families(all: impl Iterator<Item = Family>) -> Vec<Family> {
     families
 }
 
-/// Multiplications, additions and subtractions in generated C: the operators between two operands, right of an assignment.
+/// Multiplications, additions and subtractions in generated C: the operators between two operands on the right of an
+/// assignment.
 fn operations(text: &str) -> usize {
     text.lines().filter_map(|line| line.split_once('=')).map(|(_, right)| operators(right.as_bytes())).sum()
 }
@@ -254,26 +254,6 @@ impl Machine {
             compilers,
             peers: packages.chain(kdl).collect(),
         })
-    }
-}
-
-/// `docs/measured/peers.md`, read before anything is measured so that a run does not end without a place for its tables.
-pub(super) struct Document {
-    path: PathBuf,
-    text: String,
-}
-
-impl Document {
-    pub(super) fn open() -> Result<Self> {
-        let path = root().join("docs/measured/peers.md");
-        let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-        between_markers(&text, MARKER, "")?;
-        Ok(Self { path, text })
-    }
-
-    pub(super) fn write(&self, report: &Report<'_>) -> Result<()> {
-        let text = between_markers(&self.text, MARKER, &report.markdown())?;
-        std::fs::write(&self.path, text).with_context(|| self.path.display().to_string())
     }
 }
 

@@ -1,15 +1,15 @@
-//! Commands of a page, and the output that it shows of them.
+//! Commands of a page, and the output shown for them.
 
 /// A `console` block.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Block {
-    /// Its `cargo` lines that can be run here, without their comments.
+    /// Its `cargo` lines that can run here, without their comments.
     pub(super) commands: Vec<String>,
     /// The `text` block right below it.
     pub(super) shown: Option<String>,
 }
 
-/// Where a line of the page stands.
+/// Place of a line in the page.
 enum Place {
     Prose,
     Console,
@@ -21,7 +21,7 @@ enum Place {
 pub(super) fn of(page: &str) -> Vec<Block> {
     let mut blocks: Vec<Block> = Vec::new();
     let mut place = Place::Prose;
-    // Output belongs to a block only while nothing stands between the two.
+    // A `text` block belongs to a `console` block only if nothing stands between the two.
     let mut follows = false;
     for line in page.lines() {
         let last = blocks.last_mut();
@@ -60,7 +60,7 @@ pub(super) fn of(page: &str) -> Vec<Block> {
     blocks
 }
 
-/// The command of a line `$ cargo ..`, unless it would start this again or needs a board.
+/// The command of a line `$ cargo ..`, unless it would start this task again or needs a board.
 fn command(line: &str) -> Option<String> {
     let command = line.strip_prefix("$ ")?.split(" #").next().unwrap_or_default().trim();
     let again = command.starts_with("cargo xtask test");

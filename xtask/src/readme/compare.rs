@@ -1,14 +1,14 @@
 //! Shown output against printed output, times masked.
 
-/// Stands in a page for any number of lines, none too.
+/// Placeholder in a page for any number of lines, including none.
 const ANY_LINES: &str = "...";
 
-/// Which lines of a summary need not agree but in their name.
+/// Lines of a summary that need to agree only in their name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Masked {
-    /// How long this machine takes.
+    /// Times of this machine.
     Times,
-    /// Instructions of the chip too, which are of one compiler.
+    /// Times, and instructions of the chip, which depend on the compiler.
     TimesAndInstructions,
 }
 
@@ -20,13 +20,13 @@ impl Masked {
         }
     }
 
-    /// The line without what may differ.
+    /// The line without the part that may differ.
     fn line(self, line: &str) -> &str {
         self.names().iter().find(|&&name| line.starts_with(name)).map_or(line.trim_end(), |&name| name)
     }
 }
 
-/// What is shown and not printed, or printed and not shown; `None` where both agree.
+/// Difference between shown and printed output; `None` if both agree.
 pub(super) fn difference(shown: &str, printed: &str, masked: Masked) -> Option<String> {
     let lines = |text| str::lines(text).map(|line| masked.line(line)).collect::<Vec<_>>();
     let (shown, printed) = (lines(shown), lines(printed));
@@ -44,12 +44,12 @@ pub(super) fn difference(shown: &str, printed: &str, masked: Masked) -> Option<S
         rest = &rest[at + part.len()..];
         (last, anywhere) = (part, true);
     }
-    // Behind the last `...` what is shown must be the end.
+    // After the last `...`, the shown lines must be the end.
     let ends = if anywhere { printed.ends_with(last) } else { rest.is_empty() };
     (!ends).then(|| told(last, &printed))
 }
 
-/// Both texts from the first line that differs.
+/// Both texts, starting at the first line that differs.
 fn told(shown: &[&str], printed: &[&str]) -> String {
     let same = shown.iter().zip(printed).take_while(|(shown, printed)| shown == printed).count();
     let line = |lines: &[&str]| lines.get(same).map_or("nothing", |&line| line).to_owned();

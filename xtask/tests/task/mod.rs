@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// In the folder at the top of the project.
+/// Runs in the folder at the top of the project.
 pub fn xtask() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
     command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
@@ -27,7 +27,7 @@ pub fn folder(name: &str) -> PathBuf {
     path
 }
 
-/// A tool that notes how it was called, a line each call, and then does what the script says.
+/// A tool that notes its arguments, one line per call, and then does what the script says.
 pub struct FakeProbe {
     folder: PathBuf,
 }
@@ -42,21 +42,21 @@ impl FakeProbe {
         Self { folder }
     }
 
-    /// It comes first; compilers and shells are where they always are.
+    /// A `PATH` with this tool first; compilers and shells follow as usual.
     pub fn path(&self) -> OsString {
         let others = std::env::var_os("PATH").unwrap();
         let folders = std::iter::once(self.folder.clone()).chain(std::env::split_paths(&others));
         std::env::join_paths(folders).unwrap()
     }
 
-    /// How it was called so far.
+    /// Its calls so far.
     pub fn calls(&self) -> Vec<String> {
         let text = std::fs::read_to_string(self.folder.join("calls")).unwrap_or_default();
         text.lines().map(str::to_owned).collect()
     }
 }
 
-/// A path without any probe-rs on it.
+/// A `PATH` without any probe-rs.
 pub fn path_without_probe() -> OsString {
     let all = std::env::var_os("PATH").unwrap();
     std::env::join_paths(std::env::split_paths(&all).filter(|folder| !folder.join("probe-rs").exists())).unwrap()

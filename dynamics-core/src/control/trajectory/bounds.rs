@@ -1,10 +1,10 @@
-//! What a motion must not exceed.
+//! Bounds of a motion.
 
 use super::MotionError;
 use crate::joint::Limits;
 use crate::scalar::Real;
 
-/// What a motion must not exceed. Infinity means "no bound".
+/// Bounds of a motion on position, speed and acceleration. Infinity means "no bound".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<S, const N: usize> {
     /// Lowest and highest position per joint, rad or m.
@@ -15,7 +15,7 @@ pub struct Bounds<S, const N: usize> {
     pub acceleration: [S; N],
 }
 
-/// The most that each joint does.
+/// Greatest speed and acceleration of each joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peaks<S, const N: usize> {
     /// Greatest speed per joint, rad/s or m/s.
@@ -116,7 +116,7 @@ impl<S: Real, const N: usize> Bounds<S, N> {
     }
 }
 
-/// The larger of two numbers that are no NaN.
+/// The larger of two numbers, neither of them NaN.
 pub(super) fn largest<S: Real>(a: S, b: S) -> S {
     if a > b { a } else { b }
 }

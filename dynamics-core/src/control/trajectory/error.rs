@@ -27,20 +27,20 @@ pub enum MotionError {
     },
     /// A number that is NaN or infinite.
     NotFinite {
-        /// What it should have been.
+        /// Name of the quantity.
         what: &'static str,
         /// The point it belongs to.
         point: usize,
         /// The joint it belongs to.
         joint: usize,
     },
-    /// A time, frequency or share that cannot be: NaN, infinite, zero or negative, or out of its range.
+    /// An invalid time, frequency or share: NaN, infinite, zero or negative, or out of its range.
     OutOfRange {
-        /// What it should have been.
+        /// Name of the quantity.
         what: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it must be.
+        /// The allowed range, in words.
         wanted: &'static str,
     },
     /// A bound that is NaN, not above zero, or the wrong way round.
@@ -175,7 +175,7 @@ impl fmt::Display for MotionError {
     }
 }
 
-/// Refuse what is not above zero and finite.
+/// Refuse a value that is not above zero and finite.
 pub(super) fn check_time<S: Real>(what: &'static str, value: S) -> Result<(), MotionError> {
     if value > S::zero() && value.is_finite() {
         Ok(())

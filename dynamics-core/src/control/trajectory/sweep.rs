@@ -9,7 +9,7 @@ use core::f64::consts::TAU;
 /// How many periods of its highest frequency a sweep may last. Its peaks are found by sampling, 100 times a period.
 const PERIODS_MAX: f64 = 1e4;
 
-/// What to sweep.
+/// Parameters of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweepSpec<S, const N: usize> {
     /// Where each joint starts, swings about and ends, rad or m.
@@ -41,8 +41,8 @@ pub struct SweepSpec<S, const N: usize> {
 /// never too low, and at most 1 % too high where the ramps last for a fiftieth of a period or more (0.82 % is the most that
 /// was seen), or 0.3 % where they last for a fifth.
 ///
-/// Evaluated in double precision with libm's sine and cosine, whatever `S` is: for the desk, not for a tick on a chip that
-/// has no double precision.
+/// Evaluated in double precision with libm's sine and cosine, for every `S`: for the desk, not for a tick on a chip
+/// without double precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sweep<S, const N: usize> {
     spec: SweepSpec<S, N>,
@@ -101,7 +101,7 @@ impl<S: Real, const N: usize> Sweep<S, N> {
         self.spec.duration
     }
 
-    /// What is swept.
+    /// Parameters of the sweep.
     #[must_use]
     pub fn spec(&self) -> &SweepSpec<S, N> {
         &self.spec
@@ -131,7 +131,7 @@ impl<S: Real, const N: usize> Sweep<S, N> {
     }
 }
 
-/// `y` and what it is made of.
+/// Parameters of `y`.
 struct Chirp {
     omega: f64,
     alpha: f64,

@@ -8,13 +8,13 @@ use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::Trig;
 
-/// What the drives can do, and how finely to look.
+/// Torque limits of the drives, and the number of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueLimits<S, const N: usize> {
-    /// Greatest actuator torque or force per joint, N m or N; infinity means "no limit". Take off what friction and
-    /// feedback need.
+    /// Greatest actuator torque or force per joint, N m or N; infinity means "no limit". Subtract the share that
+    /// friction and feedback need.
     pub torque: [S; N],
-    /// Into how many equal steps the motion is cut; torques are looked at where they meet and at the ends.
+    /// Number of equal steps of the motion; torques are sampled where steps meet and at both ends.
     pub steps: u32,
 }
 
@@ -31,8 +31,8 @@ impl<S: Real, const N: usize> Motion<S, N> {
     /// Cost: two inverse dynamics a step.
     ///
     /// # Errors
-    /// A limit that is NaN or not above zero; no steps; a torque that is no number; a place where holding still alone takes
-    /// the whole torque limit.
+    /// A limit that is NaN or not above zero; no steps; a torque that is NaN or infinite; a position at which holding
+    /// still takes the whole torque limit.
     pub fn torque_scale(
         &self,
         dynamics: &impl InverseDynamics<S, N>,
@@ -76,9 +76,9 @@ impl<S: Real, const N: usize> Motion<S, N> {
 
     /// The same path, slowed until the torque limits hold at every sampled moment; as it is, if they hold already.
     ///
-    /// Made for [`super::Timing::Fastest`] and [`Motion::fastest`]: what keeps to velocity and acceleration bounds then keeps
-    /// to torque limits too, and is as fast as one factor for the whole motion allows. Between the sampled moments a torque
-    /// may exceed its limit by what it changes in half a step.
+    /// Made for [`super::Timing::Fastest`] and [`Motion::fastest`]: a motion within velocity and acceleration bounds
+    /// then keeps to torque limits too, and is as fast as one factor for the whole motion allows. Between the sampled
+    /// moments a torque may exceed its limit by its change in half a step.
     ///
     /// # Errors
     /// As [`Motion::torque_scale`].
@@ -98,7 +98,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
     }
 }
 
-/// What is wrong with one torque.
+/// Fault of one torque.
 enum Problem {
     NotFinite,
     TooSmall { holding: f64, limit: f64 },

@@ -1,4 +1,4 @@
-//! A CAN bus with actuators on it, and what can happen to a reply.
+//! A CAN bus with actuators on it, and the possible fates of a reply.
 
 use crate::mit::Actuator;
 use std::collections::VecDeque;
@@ -12,7 +12,7 @@ pub struct Frame {
     pub data: Vec<u8>,
 }
 
-/// What happens to a reply.
+/// Fate of a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// It arrives within the tick.
@@ -36,7 +36,7 @@ pub struct Bus {
     pub off: bool,
     /// Nobody acknowledges: mailboxes fill and stay full.
     pub stuck: bool,
-    /// What happens to the next replies of an actuator, by identifier; empty: they arrive.
+    /// Fates of the next replies of an actuator, by identifier; empty: they arrive.
     pub fates: Vec<(u16, Fate)>,
     /// Every frame that a controller sent.
     pub sent: Vec<Frame>,
@@ -65,7 +65,7 @@ impl Bus {
         true
     }
 
-    /// Give up what waits.
+    /// Abandon the waiting frames.
     pub fn abandon(&mut self) {
         self.pending.clear();
     }
@@ -80,7 +80,7 @@ impl Bus {
         self.arrived.push_back(frame);
     }
 
-    /// Time goes by: what waits is sent, lowest identifier first, actuators answer and move.
+    /// Let time pass: waiting frames are sent, lowest identifier first, and the actuators answer and move.
     pub fn step(&mut self, dt: f64) {
         self.arrived.extend(self.later.drain(..));
         if !self.off && !self.stuck {

@@ -1,4 +1,4 @@
-//! Actuators and sensors as a controller's wires see them: what arrives, what answers, and how it fails.
+//! Actuators and sensors at a controller's wires: their commands, their replies, and their failures.
 //!
 //! | module | holds |
 //! |---|---|
@@ -7,7 +7,7 @@
 //! | [`wire`] | a CAN frame bit by bit, stuffing included |
 //! | [`encoder`] | an AS5047P: words with parity, replies one word later, a magnet that can go away |
 //!
-//! Written from the documents of the devices, in double precision, and without a line of the firmware's: a mistake in a
+//! Written from the documents of the devices, in double precision, and without code of the firmware: a mistake in a
 //! frame's layout shows as a disagreement instead of cancelling.
 #![forbid(unsafe_code)]
 

@@ -3,7 +3,7 @@
 //! Field layout and special frames after B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller, with its arithmetic:
 //! `float_to_uint` cuts off, `uint_to_float` is `code span / (2^bits - 1) + min`.
 
-/// What the fields span, `(lowest, highest)`, at the shaft.
+/// Ranges of the fields, `(lowest, highest)`, at the shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ranges {
     /// rad
@@ -18,7 +18,7 @@ pub struct Ranges {
     pub torque: (f64, f64),
 }
 
-/// What an actuator was told last.
+/// Last command to an actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Told {
     /// rad
@@ -42,11 +42,11 @@ pub struct Actuator {
     pub reply_id: u16,
     /// Bytes of its replies.
     pub reply_bytes: usize,
-    /// What its frames span.
+    /// Ranges of its frames' fields.
     pub ranges: Ranges,
     /// Inertia at the shaft, kg m^2.
     pub inertia: f64,
-    /// The most that it gives, whatever it is told, N m.
+    /// Its greatest torque, for any command, N m.
     pub torque_max: f64,
     /// Seconds without a frame after which it gives no torque.
     pub timeout: f64,
@@ -95,7 +95,7 @@ impl Actuator {
         self.enabled
     }
 
-    /// What it was told last.
+    /// Last command to it.
     #[must_use]
     pub fn told(&self) -> Told {
         self.told

@@ -9,32 +9,32 @@ use plotters::prelude::{
 use std::ops::Range;
 use std::path::Path;
 
-/// Points drawn per curve: two per pixel column hold every peak.
+/// Number of pixel columns. Two points per column, the lowest and the highest, keep every peak of a curve.
 const COLUMNS: usize = WIDTH as usize;
 
-/// A file of panels above one another, over one abscissa.
+/// A chart: panels above one another with a common abscissa.
 pub struct Chart {
-    /// What stands on top.
+    /// Title of the page.
     pub title: String,
     /// The abscissa and its unit, for example `time / s`.
     pub abscissa: &'static str,
-    /// Ends of the abscissa; those of the curves where it is not given.
+    /// Ends of the abscissa; `None`: the ends of the curves.
     pub range: Option<Range<f64>>,
-    /// From top to bottom.
+    /// Panels, from top to bottom.
     pub panels: Vec<Panel>,
 }
 
 /// One panel of a chart.
 pub struct Panel {
-    /// What stands above it.
+    /// Caption above the panel.
     pub caption: String,
-    /// What it shows.
+    /// Quantity on the ordinate.
     pub quantity: &'static str,
-    /// In which unit, without prefix.
+    /// Unit of the ordinate, without prefix.
     pub unit: &'static str,
     /// Curves, each drawn over those before it.
     pub lines: Vec<Line>,
-    /// A red line across the curves.
+    /// A vertical red line across the curves.
     pub mark: Option<Mark>,
 }
 
@@ -42,9 +42,9 @@ pub struct Panel {
 pub struct Line {
     /// Its name in the legend.
     pub name: &'static str,
-    /// What it is drawn with; a pen for its place among the panel's curves where it is not given.
+    /// Pen of the curve; `None`: a pen by the curve's place in the panel.
     pub pen: Option<Pen>,
-    /// What it goes through.
+    /// Points of the curve.
     pub pieces: Pieces,
 }
 
@@ -56,11 +56,11 @@ pub struct Pen {
 }
 
 impl Pen {
-    /// The first curve's.
+    /// Pen of the first curve.
     pub const BLUE: Self = Self { colour: BLUE, width: 2 };
-    /// Lies under another curve: where the two agree, both are seen.
+    /// Broad pen for a curve under another one: both can be seen where they agree.
     pub const BROAD: Self = Self { colour: ORANGE, width: 5 };
-    /// Curves that ask for none take these in turn.
+    /// Pens for curves without a pen of their own, in turn.
     const TURNS: [Self; 3] = [Self::BLUE, Self { colour: ORANGE, width: 2 }, Self { colour: GREEN, width: 2 }];
 
     fn style(self) -> ShapeStyle {
@@ -68,16 +68,16 @@ impl Pen {
     }
 }
 
-/// Where a red line stands.
+/// Name and place of a vertical red line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
     /// Its name in the legend.
     pub name: &'static str,
-    /// The abscissa.
+    /// Its abscissa.
     pub at: f64,
 }
 
-/// The points of a curve, in pieces without a gap.
+/// The points of a curve, as pieces without gaps.
 pub type Pieces = Vec<Vec<(f64, f64)>>;
 
 /// Draw a chart.
@@ -85,7 +85,7 @@ pub type Pieces = Vec<Vec<(f64, f64)>>;
 /// # Errors
 /// The file cannot be written.
 pub fn write_chart(chart: &Chart, path: &Path) -> Result<(), PlotError> {
-    // The legend is that of the panel with the most curves; the others' are among them.
+    // The legend comes from the panel with the most curves; it includes the curves of the other panels.
     let legend = chart.panels.iter().max_by_key(|panel| panel.lines.len()).map_or(Vec::new(), legend);
     let range = chart.range.clone().unwrap_or_else(|| range(chart));
     on_page(path, &chart.title, &legend, chart.panels.len(), 1, |index, area| {
@@ -104,7 +104,7 @@ fn styles(panel: &Panel) -> impl Iterator<Item = ShapeStyle> {
     panel.lines.iter().zip(turns).map(|(line, turn)| line.pen.unwrap_or(turn).style())
 }
 
-/// From the first point of all curves to the last.
+/// Range from the first to the last abscissa of all curves.
 fn range(chart: &Chart) -> Range<f64> {
     let lines = chart.panels.iter().flat_map(|panel| &panel.lines);
     let all = lines.flat_map(|line| line.pieces.iter().flatten().map(|point| point.0));
@@ -112,7 +112,7 @@ fn range(chart: &Chart) -> Range<f64> {
     if from < to { from..to } else { 0.0..1.0 }
 }
 
-/// Axes, curves and the mark.
+/// Draw axes, curves and the mark.
 fn draw_panel(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     panel: &Panel,
@@ -155,7 +155,7 @@ fn draw_panel(
     Ok(())
 }
 
-/// Where there are many points, the lowest and the highest of each pixel column.
+/// The lowest and the highest point of each pixel column, if there are many points; otherwise all points.
 pub(super) fn thinned(all: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let per_column = all.len().div_ceil(COLUMNS).max(1);
     if per_column <= 2 {
@@ -170,26 +170,26 @@ pub(super) fn thinned(all: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     all.chunks(per_column).flat_map(extremes).collect()
 }
 
-/// Lowest and highest value with some room; never empty.
+/// Lowest and highest value with a margin; never an empty span.
 fn span<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> (f64, f64) {
     let (low, high) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.1), h.max(p.1)));
     if low > high {
         return (-1.0, 1.0);
     }
-    // A constant gets a span of its own size, so that rounding is not blown up to the height of the panel.
+    // A constant gets a span in proportion to its size, so that rounding does not fill the height of the panel.
     let room = (0.08 * (high - low)).max(1e-6 * low.abs().max(high.abs())).max(1e-12);
     (low - room, high + room)
 }
 
-/// The power of a thousand that leaves the largest value between 1 and 1000, from pico to one, and its name.
+/// Power of a thousand and its prefix, from pico to one, such that the largest value lies between 1 and 1000.
 fn prefix<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> (f64, &'static str) {
     let most = points.fold(0.0, |most, p| f64::max(most, p.1.abs()));
     let scales = [(1.0, ""), (1e-3, "m"), (1e-6, "\u{b5}"), (1e-9, "n"), (1e-12, "p")];
-    // Half a unit still reads better as 0.5 than as 500 thousandths.
+    // 0.5 of a unit reads better than 500 thousandths.
     scales.into_iter().find(|(scale, _)| most >= 0.1 * scale).unwrap_or((1.0, ""))
 }
 
-/// A number beside an axis. Ticks are sums of steps, so the one at zero may be a rest of rounding, below zero as likely as not.
+/// Label of a number beside an axis. Ticks are sums of steps: the one at zero can be a rounding error of either sign.
 fn tick_label(value: f64) -> String {
     const STEPS: f64 = 1e6;
     format!("{}", (value * STEPS).round() / STEPS + 0.0)

@@ -1,18 +1,18 @@
-//! What a run shows: one file per quantity, one panel per joint.
+//! Figures of a run: one file per quantity, one panel per joint.
 
 use super::PlotError;
 use super::chart::{Chart, Line, Mark, Panel, Pen, thinned, write_chart};
 use crate::run::record::{JointLabel, JointSample, Record};
 use std::path::{Path, PathBuf};
 
-/// A curve of a panel: its name, its pen, and what it shows.
+/// A curve of a panel: its name, its pen and its value at a sample.
 struct Curve {
     name: &'static str,
     pen: Pen,
     value: fn(&JointSample) -> f64,
 }
 
-/// A file: what it shows of every joint.
+/// A figure: its file, its title, its axis and the curves of every joint.
 struct Figure {
     file: &'static str,
     title: &'static str,
@@ -58,7 +58,7 @@ const FIGURES: [Figure; 4] = [
     },
 ];
 
-/// What [`write_power`] draws.
+/// Figure that [`write_power`] draws.
 const POWER: Figure = Figure {
     file: "power.svg",
     title: "Power of the commanded torques and forces",
@@ -111,7 +111,7 @@ fn line(record: &Record, joint: usize, curve: &Curve) -> Line {
     Line { name: curve.name, pen: Some(curve.pen), pieces: vec![points(record, joint, curve.value)] }
 }
 
-/// A joint's curve over time, as far as it is finite, thinned.
+/// Finite points of a joint's curve over time, thinned.
 fn points(record: &Record, joint: usize, value: fn(&JointSample) -> f64) -> Vec<(f64, f64)> {
     let finite = record.time().iter().copied().zip(record.joint(joint).map(value)).filter(|(_, y)| y.is_finite());
     thinned(finite.collect())

@@ -1,4 +1,4 @@
-//! Curves and the points that are to lie on them.
+//! Curves, and points that should lie on them, both axes logarithmic.
 
 use super::PlotError;
 use plotters::prelude::{
@@ -19,23 +19,23 @@ const COLOURS: [RGBColor; 6] = [
 
 /// Curves in one panel, both axes logarithmic.
 pub(crate) struct LogChart<'a> {
-    /// What stands on top.
+    /// Title of the chart.
     pub(crate) title: &'a str,
     /// Abscissa and ordinate with their units.
     pub(crate) axes: [&'a str; 2],
-    /// Whether the legend is in the upper corner, not half way down.
+    /// Whether the legend is in the upper right corner; otherwise it is halfway down.
     pub(crate) legend_on_top: bool,
     /// Up to six curves.
     pub(crate) curves: &'a [LogCurve],
 }
 
-/// A curve, and the points that are to lie on it.
+/// A curve, and points that should lie on it.
 pub(crate) struct LogCurve {
     /// Its name in the legend.
     pub(crate) name: String,
-    /// What it goes through; both coordinates above zero.
+    /// Points of the curve; both coordinates above zero.
     pub(crate) line: Vec<(f64, f64)>,
-    /// The points.
+    /// Points that should lie on the curve.
     pub(crate) dots: Vec<(f64, f64)>,
 }
 

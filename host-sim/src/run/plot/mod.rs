@@ -4,9 +4,9 @@
 //! |---|---|
 //! | `chart` | curves in panels above one another |
 //! | `scatter` | points of several kinds, both axes logarithmic |
-//! | `log_chart` | curves and the points that are to lie on them, both axes logarithmic |
-//! | `figures` | what a run shows: one chart per quantity, one panel per joint |
-//! | `page` | the sheet that charts and scatters are drawn on |
+//! | `log_chart` | curves, and points that should lie on them, both axes logarithmic |
+//! | `figures` | figures of a run: one chart per quantity, one panel per joint |
+//! | `page` | the sheet under charts and scatters |
 
 mod chart;
 mod figures;
@@ -21,5 +21,5 @@ pub use scatter::{Scatter, ScatterPanel, Spot, write_scatter};
 
 use std::error::Error;
 
-/// Something went wrong in drawing.
+/// Error while drawing a plot.
 pub type PlotError = Box<dyn Error + Send + Sync>;

@@ -1,4 +1,4 @@
-//! The sheet that panels are drawn on: its title, its legend, its colours.
+//! The sheet under the panels: its title, its legend, its colours.
 
 use super::PlotError;
 use plotters::coord::Shift;
@@ -12,10 +12,10 @@ pub(super) const GREEN: RGBColor = RGBColor(0x2e, 0x8b, 0x57);
 pub(super) const WIDTH: u32 = 1000;
 const PANEL: u32 = 240;
 const TITLE: u32 = 40;
-/// Width of an entry of the legend.
+/// Width of a legend entry.
 const LEGEND: i32 = 110;
 
-/// A file with a head and `count` panels, each drawn by `panel` and `taller` times as high as a panel of curves.
+/// Draw a file with a head and `count` panels. `panel` draws each; each is `taller` times as high as a panel of curves.
 pub(super) fn on_page(
     path: &Path,
     title: &str,
@@ -36,7 +36,7 @@ pub(super) fn on_page(
     Ok(())
 }
 
-/// Title on the left, legend on the right: it holds for all panels, and covers no curve up here.
+/// Draw the title on the left and the legend on the right. The legend holds for all panels and covers no curve here.
 fn draw_head(
     head: &DrawingArea<SVGBackend<'_>, Shift>,
     title: &str,

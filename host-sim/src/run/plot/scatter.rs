@@ -7,13 +7,13 @@ use std::path::Path;
 
 /// Points of several kinds, in panels above one another; both axes logarithmic.
 pub struct Scatter {
-    /// What stands on top.
+    /// Title of the page.
     pub title: String,
     /// The abscissa and its unit.
     pub abscissa: &'static str,
     /// Names of the kinds, at most five.
     pub kinds: Vec<String>,
-    /// From top to bottom.
+    /// Panels, from top to bottom.
     pub panels: Vec<ScatterPanel>,
 }
 
@@ -30,15 +30,15 @@ pub struct ScatterPanel {
 pub struct Spot {
     /// Abscissa and ordinate.
     pub at: (f64, f64),
-    /// Which of the kinds.
+    /// Index of the point's kind.
     pub kind: usize,
-    /// Whether it lies on the line that is drawn.
+    /// Whether the point is on the drawn Pareto front.
     pub on_front: bool,
 }
 
 const KINDS: [RGBColor; 5] = [BLUE, GREEN, ORANGE, RGBColor(0x8b, 0x3a, 0x8b), RGBColor(0x80, 0x80, 0x80)];
 
-/// Draw points of several kinds, and a line through those on the front.
+/// Draw points of several kinds, and a stepped line through the Pareto front.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -74,7 +74,7 @@ pub fn write_scatter(scatter: &Scatter, path: &Path) -> Result<(), PlotError> {
             .draw()?;
         let mut front: Vec<(f64, f64)> = panel.spots.iter().filter(|spot| spot.on_front).map(|spot| spot.at).collect();
         front.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // A step down only where the next point lies: what is between costs what the cheaper one does.
+        // The line steps down only at the next point of the front; up to there the cheaper point is the best.
         let steps = front.iter().zip(front.iter().skip(1)).flat_map(|(a, b)| [*a, (b.0, a.1)]);
         chart.draw_series(LineSeries::new(steps.chain(front.last().copied()), BLACK.mix(0.5).stroke_width(1)))?;
         for spot in &panel.spots {
@@ -86,7 +86,7 @@ pub fn write_scatter(scatter: &Scatter, path: &Path) -> Result<(), PlotError> {
     })
 }
 
-/// Numbers with some room, for a logarithmic axis; never empty.
+/// Range of the numbers with a margin, for a logarithmic axis; never empty.
 fn decades(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = numbers.fold((f64::INFINITY, 0.0), |(l, h), x| (f64::min(l, x), f64::max(h, x)));
     if low > high { (1.0, 10.0) } else { (low / 1.5, high * 1.5) }

@@ -1,24 +1,24 @@
-//! The firmware on a port: is there one, which protocol does it speak, was it built from this scene?
+//! The firmware on a port: presence, protocol version, and whether it was built from this scene.
 //!
-//! It is asked by a hello of no robot at all. The firmware answers any hello with its own; to one that does not agree it
-//! stops its ticks and engages the brakes, so asking can never start an arm.
+//! The check sends a hello that no robot matches. The firmware answers any hello with its own. A hello that does not
+//! agree stops its ticks and engages the brakes, so the check can never start an arm.
 
 use super::Check;
 use crate::session::serial::{BAUD, SerialError, SerialLink};
 use link::{DecodeError, Frame, Hello, PROTOCOL_VERSION, Pacing};
 use std::time::{Duration, Instant};
 
-/// How often the firmware is asked, and how long each answer may take: at [`BAUD`] it takes a millisecond.
+/// Number of hellos sent, and timeout of each answer: at [`BAUD`] an answer takes a millisecond.
 const TRIES: u32 = 3;
 const ANSWER: Duration = Duration::from_millis(400);
 
 const WIRES: &str = "is the board powered and flashed (`cargo xtask firmware flash`), PA2 wired to the adapter's RX, PA3 to its TX, and ground \
                      to ground (docs/flash.md)?";
 
-/// A hello that no firmware agrees with: it has at least one joint.
+/// A hello that matches no firmware, because every firmware has at least one joint.
 const NOBODY: Hello = Hello { robot: 0, joints: 0, rate_hz: 0.0, pacing: Pacing::LockStep };
 
-/// What came back.
+/// Answer of the board.
 #[derive(Debug)]
 enum Heard {
     Hello(Hello),
@@ -27,7 +27,8 @@ enum Heard {
     Nothing,
 }
 
-/// Open the port, ask, and compare with what the scene gives, if there is one. All of it is needed: somebody named the port.
+/// Open the port, ask the board, and compare its answer with the scene's hello, if there is one. Every check is needed,
+/// because the user named the port.
 #[must_use]
 pub fn checks(path: &str, scene: Option<&Hello>) -> Vec<Check> {
     let mut link = match SerialLink::open(path, BAUD) {
@@ -58,7 +59,7 @@ fn ask(link: &mut SerialLink) -> Result<Heard, SerialError> {
         loop {
             match link.receive(end.saturating_duration_since(Instant::now())) {
                 Ok(Some(received)) => {
-                    // Anything else was on its way when we asked.
+                    // Other frames were sent before the question.
                     if let Frame::Hello(hello) = received.frame {
                         return Ok(Heard::Hello(hello));
                     }
@@ -70,7 +71,7 @@ fn ask(link: &mut SerialLink) -> Result<Heard, SerialError> {
                 Err(SerialError::Undecodable(error)) => unreadable = Some(error),
                 Err(error) => return Err(error),
             }
-            // Without an end in sight the firmware would be heard and never answer.
+            // Bytes may keep coming without an answer; the time limit ends the wait.
             if Instant::now() >= end {
                 break;
             }
@@ -106,7 +107,7 @@ fn judge(heard: &Heard, scene: Option<&Hello>) -> Vec<Check> {
     checks
 }
 
-/// Hash, joints and rate, as `info` and the firmware's own log have them.
+/// Hash, joints and rate, in the format of `info` and the firmware's own log.
 pub(crate) fn described(hello: &Hello) -> String {
     format!("hash {:016x}, {} joints, {} Hz", hello.robot, hello.joints, hello.rate_hz)
 }

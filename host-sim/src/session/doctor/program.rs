@@ -1,24 +1,24 @@
-//! Other programs, asked who they are.
+//! Other programs, run for their version or their output.
 
 use std::io;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// No program that is asked for its version takes longer; one that looks for probes may take seconds.
+/// Limit on a program's run time. A version query is fast; a search for probes may take seconds.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// What came of asking.
+/// Outcome of a run.
 pub(super) enum Answer {
-    /// There is no such program on the path.
+    /// The path has no such program.
     Missing,
-    /// It could not be asked, failed, or took too long; this is why.
+    /// The program could not start, failed, or took too long; the text is the reason.
     Failed(String),
-    /// It ended well, and said this.
+    /// The program succeeded with this output.
     Said(String),
 }
 
 impl Answer {
-    /// What it said, if it did.
+    /// The output, if the program succeeded.
     pub(super) fn said(self) -> Option<String> {
         match self {
             Self::Said(text) => Some(text),
@@ -37,7 +37,7 @@ pub(super) fn ask(program: &str, arguments: &[&str]) -> Answer {
         Err(error) => return Answer::Failed(format!("cannot be started: {error}")),
     };
     let end = Instant::now() + LIMIT;
-    // What these programs say fits a pipe's buffer, so none waits for a reader before it ends.
+    // The output of these programs fits into a pipe's buffer, so none waits for a reader before it ends.
     while matches!(child.try_wait(), Ok(None)) {
         if Instant::now() >= end {
             child.kill().ok();
@@ -58,7 +58,7 @@ pub(super) fn ask(program: &str, arguments: &[&str]) -> Answer {
     }
 }
 
-/// The first line of what a program says of itself.
+/// The first line of a program's output.
 pub(super) fn first_line(text: &str) -> String {
     text.lines().next().unwrap_or_default().to_owned()
 }

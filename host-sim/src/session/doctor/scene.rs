@@ -1,4 +1,4 @@
-//! What the scene asks of a board.
+//! Requirements of the scene on a board.
 
 use super::Check;
 use super::board::described;
@@ -6,9 +6,9 @@ use link::Hello;
 use robot_compiler::SceneFile;
 use robot_compiler::drive::JointDrive;
 
-/// The scene in the words in which its firmware speaks of itself, and the drives that its board must have lines for.
+/// The scene, described like its firmware's own log, and the drives that the board needs lines for.
 ///
-/// A scene that cannot be loaded never comes here: it is refused with its line.
+/// A scene that cannot be loaded never comes here: loading refuses it, with the line.
 #[must_use]
 pub fn check(scene: &SceneFile, hello: &Hello) -> Check {
     let drive = scene.robot.joints.first().and_then(|joint| joint.drive.as_ref()).map(JointDrive::kind);

@@ -4,19 +4,19 @@ use super::program::{Answer, ask, first_line};
 use super::{Check, Use};
 use std::path::{Path, PathBuf};
 
-/// The chip: Cortex-M4 with a single-precision unit.
+/// Compiler target of the chip: Cortex-M4 with a single-precision unit.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Oldest compiler, `1.95`, from the workspace's manifest.
+/// Oldest supported compiler, `1.95`, from the workspace's manifest.
 const RUST_MIN: &str = env!("CARGO_PKG_RUST_VERSION");
 
-/// Debian's compiler and the folder with its library's sources: what `cargo xtask` falls back to.
+/// Debian's compiler and, in its sysroot, a source file of its core library: the fallback of `cargo xtask`.
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const CORE_SOURCE: &str = "lib/rustlib/src/rust/library/core/src/lib.rs";
 
 const SETUP: &str = "`cargo xtask setup` installs it";
 
-/// Every tool, needed or not for these uses.
+/// Checks of every tool, needed for these uses or not.
 #[must_use]
 pub fn checks(uses: &[Use]) -> Vec<Check> {
     let chip = uses.contains(&Use::Emulator) || uses.contains(&Use::Flash);
@@ -37,7 +37,7 @@ fn rust() -> Check {
     }
 }
 
-/// Whether `rustc 1.95.0 (...)` is as new as the workspace asks for.
+/// Whether `rustc 1.95.0 (...)` is as new as the workspace requires.
 fn is_new_enough(text: &str) -> bool {
     let number = |version: &str| {
         let mut parts = version.split('.').map(str::parse::<u32>);
@@ -47,7 +47,7 @@ fn is_new_enough(text: &str) -> bool {
     found.is_some_and(|found| number(RUST_MIN).is_some_and(|oldest| found >= oldest))
 }
 
-/// The same two ways, in the same order, as xtask/src/toolchain.rs builds.
+/// Checks the same two ways, in the same order, as the builds in xtask/src/toolchain.rs.
 fn chip_target(needed: bool) -> Check {
     let sysroot = |rustc| ask(rustc, &["--print", "sysroot"]).said().map(PathBuf::from);
     if sysroot("rustc").is_some_and(|root| root.join("lib/rustlib").join(TARGET).join("lib").is_dir()) {
@@ -88,7 +88,7 @@ fn probe_tool(needed: bool) -> Check {
     }
 }
 
-/// Nothing to be said without the tool, whose own check says enough.
+/// Check of the connected probes; `None` without the tool, because the tool's own check reports that.
 fn probe(needed: bool) -> Option<Check> {
     let text = match ask("probe-rs", &["list"]) {
         Answer::Missing => return None,
@@ -123,7 +123,7 @@ fn probe(needed: bool) -> Option<Check> {
     })
 }
 
-/// None is no problem: a port that is asked for is opened, whether it is in this list or not.
+/// Check of the serial ports. Finding none is no problem: a named port is opened whether it is in this list or not.
 fn serial_ports() -> Check {
     const ADVICE: &str = "connect a USB-to-serial adapter (3.3 V) to the board's link pins: docs/flash.md";
     match serialport::available_ports() {

@@ -1,4 +1,4 @@
-//! What is written is read, to the last bit; what is damaged is named with its place.
+//! Every written frame is read back, to the last bit; an error names the place of the damage.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use super::{Entry, Head, Log, LogError, Way, Writer};
@@ -10,7 +10,7 @@ fn head() -> Head {
     Head { hash: 0x0123_4567_89ab_cdef, scene: "scenes/ä.toml".into(), text: "name = \"x\"\n".into() }
 }
 
-/// A measurement with a NaN of its own.
+/// A measurement with a special NaN and a negative zero.
 fn odd() -> Frame {
     let q = joints(&[f32::from_bits(0x7fc0_1234), -0.0]);
     Frame::Measurement(link::Measurement { tick: 7, age_ticks: 0, sensed: Sensed::State { qd: q.clone(), q } })

@@ -1,10 +1,10 @@
-//! What an operator knows of a scene's arm.
+//! An operator's data about a scene's arm.
 //!
-//! An operator does the same for every arm: only what is in [`Joints`] and [`Course`] depends on the number of joints, and is compiled
-//! for each of them.
+//! The operator's code is the same for every arm: only [`Joints`] and [`Course`] depend on the number of joints, and
+//! are compiled for each number.
 
 use super::Stop;
-use super::feed::way;
+use super::motion_queue::way;
 use crate::session::frame_log::Head;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError};
 use dynamics_core::control::{ControllerConfig, Encoder};
@@ -12,21 +12,22 @@ use dynamics_core::{Inertia, JointKind, Live, Model, Reference, Term};
 use link::convert::{AsymmetricInertia, array};
 use link::{Hello, Sensed};
 use robot_compiler::SceneFile;
+use robot_compiler::scene::joints;
 use std::fmt;
 use std::rc::Rc;
 
 /// A motion of an arm with any number of joints.
 pub trait Course: fmt::Debug {
-    /// How long it takes, s.
+    /// Duration, s.
     fn duration(&self) -> f64;
 
-    /// Where the arm is to be `t` (s) after its start.
+    /// Reference at `t` (s) after the start.
     fn at(&self, t: f64) -> link::Reference;
 
-    /// The same at its end, to the last bit.
+    /// Reference at the end, to the last bit.
     fn end(&self) -> link::Reference;
 
-    /// Positions at its start and at its end, rad or m.
+    /// Positions at the start and at the end, rad or m.
     fn ends(&self) -> [Vec<f64>; 2];
 }
 
@@ -48,33 +49,28 @@ impl<const N: usize> Course for Motion<f64, N> {
     }
 }
 
-/// What depends on the number of joints.
+/// Operations that depend on the number of joints.
 pub(super) trait Joints: fmt::Debug {
     /// Positions in rad or m; `None` for another number of joints.
     fn positions(&self, sensed: &Sensed) -> Option<Vec<f64>>;
 
-    /// At rest here.
+    /// Reference at rest at these positions.
     fn at_rest(&self, q: &[f64]) -> link::Reference;
 
-    /// From rest to rest: in this time, s, or as fast as the bounds allow.
+    /// Motion from rest to rest: in this time, s, or as fast as the bounds allow.
     fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError>;
 
-    /// What acts on the arm, with another payload where one is given.
+    /// Live inputs of the arm, with another payload if one is given.
     fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia>;
 }
 
 #[derive(Debug)]
 struct OfScene<const N: usize> {
-    /// What acts on the arm, as the board is told.
+    /// Live inputs of the arm, as sent to the board.
     live: Live<f32, N>,
-    /// What a motion of an operator's own must not exceed.
+    /// Bounds of the operator's own motions.
     bounds: Bounds<f64, N>,
     encoder: [Encoder<f64>; N],
-}
-
-/// One number for each joint; zero where the list is short.
-fn joints<const N: usize>(list: &[f64]) -> [f64; N] {
-    core::array::from_fn(|i| list.get(i).copied().unwrap_or(0.0))
 }
 
 impl<const N: usize> Joints for OfScene<N> {
@@ -101,20 +97,20 @@ impl<const N: usize> Joints for OfScene<N> {
     }
 }
 
-/// What an operator knows of a scene's arm.
+/// An operator's data about a scene's arm.
 #[derive(Debug)]
 pub(super) struct Arm {
     pub(super) head: Head,
     pub(super) hello: Hello,
-    /// The payload that the board was last told of, where it was another than the scene's.
+    /// The payload last sent to the board, if it differs from the scene's.
     pub(super) payload: Option<Inertia<f32>>,
-    /// Whether the board's model makes use of a payload.
+    /// Whether the board's model uses a live payload.
     pub(super) payload_is_live: bool,
     pub(super) motion: Rc<dyn Course>,
-    /// How often the motion is repeated.
+    /// Number of repetitions of the motion.
     pub(super) times: u32,
     pub(super) limbs: Box<dyn Joints>,
-    /// Names of the joints, and the units of place and force.
+    /// Names of the joints, and the units of position and force.
     pub(super) joints: Vec<(String, &'static str, &'static str)>,
     pub(super) period: f64,
 }

@@ -1,47 +1,47 @@
-//! What an operator types: one command a line.
+//! Commands that an operator types: one command a line.
 
 use super::parameters;
 use link::{Request, Setting};
 use std::path::PathBuf;
 
-/// What to do.
+/// A command of the operator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     /// Nothing: an empty line or a comment.
     Nothing,
-    /// What there is to type.
+    /// List the commands.
     Help,
-    /// What the board says.
+    /// Print the board's status.
     Status,
-    /// Ask the safety state machine.
+    /// Send a request to the safety state machine.
     Ask(Request),
     /// Follow the scene's motion.
     Run,
-    /// Move one joint by so much, in so many seconds.
+    /// Move one joint by a distance, rad or m, in a time, s.
     Jog(usize, f64, Option<f64>),
-    /// Move all joints to these positions, in so many seconds.
+    /// Move all joints to these positions, rad or m, in a time, s.
     Goto(Vec<f64>, Option<f64>),
-    /// Let so many seconds pass; without a number, until the motion has ended.
+    /// Wait for a time, s; without a number, until the motion has ended.
     Wait(Option<f64>),
-    /// Print the status every so many ticks; 0 never.
+    /// Print the status at an interval of ticks; 0 never.
     Watch(u64),
-    /// Read the black box.
+    /// Read the black box, into a file if one is named.
     Dump(Option<PathBuf>),
-    /// Keep a record, or none any more.
+    /// Start a record in this file, or end the record.
     Record(Option<PathBuf>),
-    /// Read these parameters back.
+    /// Read these parameters.
     Get(Vec<u8>),
     /// Change a parameter.
     Set(Setting),
-    /// There is this mass at this point of the last link's frame, kg and m.
+    /// Set the payload: a mass, kg, at a point of the last link's frame, m.
     Payload(f64, [f64; 3]),
     /// Press or release the emergency stop of a drill.
     EmergencyStop(bool),
-    /// Stop and end.
+    /// Stop the arm and end the session.
     Quit,
 }
 
-/// Each command with what it takes and what it does.
+/// Each command with its arguments and its effect.
 pub const HELP: [(&str, &str); 22] = [
     ("status", "what the board says: state, positions, torques"),
     ("home", "forget the zeros: the joints look for them"),
@@ -67,10 +67,10 @@ pub const HELP: [(&str, &str); 22] = [
     ("quit", "hold, wait for rest, disarm, end; so does the end of the input"),
 ];
 
-/// Read a line. `joints` are the names of the joints, base first.
+/// Parse a line. `joints` are the names of the joints, base first.
 ///
 /// # Errors
-/// What is wrong with it: the field, what was found, and what was expected.
+/// Description of the error: the field, the value found, and the value expected.
 pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
     let line = line.split('#').next().unwrap_or_default();
     let words: Vec<&str> = line.split_whitespace().collect();

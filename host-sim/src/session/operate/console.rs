@@ -1,4 +1,4 @@
-//! Where commands come from: a file, a pipe, or somebody who types.
+//! Sources of commands: a file, a pipe, or a user at a terminal.
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, IsTerminal, Write};
@@ -6,14 +6,14 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::Duration;
 
-/// What there is.
+/// Answer of a source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Line {
-    /// A line.
+    /// A line of text.
     Text(String),
-    /// Nothing yet.
+    /// No line yet.
     None,
-    /// Nothing any more.
+    /// No more lines.
     End,
 }
 
@@ -34,21 +34,21 @@ enum Source {
 }
 
 impl Console {
-    /// A script.
+    /// Lines of a script.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub fn script(path: &Path) -> io::Result<Self> {
         let text = std::fs::read_to_string(path)?;
         let lines = text.lines().map(str::to_owned).collect();
         Ok(Self { source: Source::Script(lines), name: path.display().to_string(), number: 0, prompted: false })
     }
 
-    /// Standard input.
+    /// Lines of standard input.
     #[must_use]
     pub fn standard_input() -> Self {
         let (sender, lines) = channel();
-        // It ends with the program: nobody can be made to type a line.
+        // The thread ends with the program: a blocking read of a line cannot be interrupted.
         std::thread::spawn(move || {
             for line in io::stdin().lock().lines() {
                 if line.is_err() || line.is_ok_and(|line| sender.send(line).is_err()) {
@@ -60,24 +60,24 @@ impl Console {
         Self { source, name: "standard input".into(), number: 0, prompted: false }
     }
 
-    /// Whether somebody types, reads the answers, and can correct what is wrong.
+    /// Whether a user types at a terminal, reads the answers, and can correct errors.
     #[must_use]
     pub fn is_a_person(&self) -> bool {
         matches!(self.source, Source::Terminal(_))
     }
 
-    /// Where the last line stood.
+    /// File and number of the last line.
     #[must_use]
     pub fn place(&self) -> String {
         format!("{}:{}", self.name, self.number)
     }
 
-    /// The next line, waiting for it no longer than this.
+    /// The next line. Waits no longer than `wait`.
     pub fn next(&mut self, wait: Duration) -> Line {
         if self.is_a_person() && !self.prompted {
             self.prompted = true;
             eprint!("> ");
-            // Without it the line is only less clear.
+            // If flushing fails, only the prompt may be missing.
             io::stderr().flush().ok();
         }
         let line = match &mut self.source {

@@ -1,15 +1,15 @@
-//! A conversation: every line of a console is obeyed.
+//! The operator's main loop: executes every line of a console.
 
 use super::command::parse;
 use super::console::{Console, Line};
 use super::{Operator, Stop};
 use std::time::Duration;
 
-/// Line by line, until the end.
+/// Execute commands line by line, until the end.
 pub(crate) fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
-    // In a drill time stands still while a pipe is silent: what comes of it does not depend on who writes how fast.
+    // In a drill, time stands still while a pipe is silent: the result does not depend on the speed of the writer.
     const PATIENCE: Duration = Duration::from_millis(20);
-    // Ctrl-C was pressed, and nothing was typed since.
+    // Whether Ctrl-C was pressed with no line typed since.
     let mut pressed = false;
     loop {
         let person = console.is_a_person();
@@ -28,7 +28,7 @@ pub(crate) fn converse(operator: &mut Operator, console: &mut Console) -> Result
         match done {
             Ok(false) => {}
             Ok(true) => return Ok(()),
-            // Who types reads what was wrong, and goes on.
+            // A user at a terminal reads the error and goes on.
             Err(Stop::Input(problem)) if person => operator.complain(&problem)?,
             Err(Stop::Interrupted) if person && !pressed => {
                 pressed = true;

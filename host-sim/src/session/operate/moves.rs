@@ -1,4 +1,4 @@
-//! Motions: from where the arm is, kept ahead of it.
+//! Motions from the arm's present position, with points sent ahead of the arm.
 
 use super::arm::Course;
 use super::{Operator, Stop};
@@ -8,7 +8,7 @@ use link::{Frame, Request};
 use std::rc::Rc;
 
 impl Operator {
-    /// Send points while there is room for them.
+    /// Send points while the board has room for them.
     pub(super) fn fill(&mut self) -> Result<(), Stop> {
         if self.state() == Some(RUNNING) { self.send_points() } else { Ok(()) }
     }
@@ -18,12 +18,12 @@ impl Operator {
         while self.under_way.len() < room {
             let Some(point) = self.feed.next_point() else { break };
             self.send(&Frame::Point(point))?;
-            self.under_way.push_back(self.station.tap().sent());
+            self.under_way.push_back(self.device.tap().sent());
         }
         Ok(())
     }
 
-    /// Where the next motion starts: where the one before ends, or where the arm is.
+    /// Start of the next motion: the end of the motion before it, or the arm's present position.
     fn here(&self) -> Result<Vec<f64>, Stop> {
         let running = self.goal.as_ref().filter(|_| self.state() == Some(RUNNING));
         running
@@ -32,14 +32,14 @@ impl Operator {
             .ok_or_else(|| Stop::Input("the board has not said where the arm is".into()))
     }
 
-    /// The scene's motion, and the way to its start.
+    /// Run the scene's motion, after a motion to its start.
     pub(super) fn run(&mut self) -> Result<(), Stop> {
         let (motion, times) = (Rc::clone(&self.arm.motion), self.arm.times);
         let (here, [start, goal]) = (self.here()?, motion.ends());
         let lead = if same(&here, &start) { None } else { Some(self.way("run", &here, &start, None)?) };
         let motions = format!("{:.2} s of motion", f64::from(times) * motion.duration());
         let text = match lead.as_ref().map_or(0.0, |lead| lead.duration()) {
-            // What a reading is off by.
+            // So short a motion only makes up for a measurement error.
             way if way < self.arm.period => format!("; {motions}"),
             way => format!("; {way:.2} s to its start, then {motions}"),
         };
@@ -86,7 +86,7 @@ impl Operator {
         })
     }
 
-    /// Go these ways from here, behind those that are under way.
+    /// Send these motions from here, after the motions already under way.
     fn go(
         &mut self,
         name: &str,
@@ -101,7 +101,7 @@ impl Operator {
             self.feed.start(self.arm.limbs.at_rest(here));
             if let Some(start) = self.feed.next_point() {
                 self.send(&Frame::Point(start))?;
-                // It makes all the room there is.
+                // The start point frees all the room of the trajectory.
                 self.until_taken()?;
             }
         }
@@ -118,7 +118,7 @@ impl Operator {
     }
 }
 
-/// The very same place.
+/// Whether the positions are equal, bit by bit.
 fn same(a: &[f64], b: &[f64]) -> bool {
     a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
 }

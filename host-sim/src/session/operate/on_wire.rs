@@ -1,17 +1,17 @@
-//! A board on a serial port as a station. Its own timer paces it; time is the wall's.
+//! A board on a serial port as a device. The board's own timer paces it; time is wall-clock time.
 
-use super::station::{Station, StationError, Tap};
+use super::device::{Device, DeviceError, Tap};
 use crate::session::serial::{SerialError, SerialLink};
 use link::{Frame, Pacing};
 use std::time::{Duration, Instant};
 
-/// How often the board hears of a host that has nothing else to say. A scene's `heartbeat_ms` is 100 where it does not say.
+/// Interval of signs of life to the board if nothing else is sent. A scene's `heartbeat_ms` is 100 by default.
 pub const ALIVE_EVERY: Duration = Duration::from_millis(20);
 
-/// How long [`Station::pass`] waits for the board.
+/// Time that [`Device::pass`] waits for the board.
 const SLICE: Duration = Duration::from_millis(5);
 
-/// Most frames that are taken before somebody looks at them: a board that talks without end must not keep the host from its own turn.
+/// Limit on the frames read in one pass: a board that sends without pause must not block the host.
 const FRAMES: usize = 64;
 
 /// A board on a serial port.
@@ -23,7 +23,7 @@ pub struct OnWire {
 }
 
 impl OnWire {
-    /// A board behind an open port. Nothing is said yet.
+    /// A board behind an open port. Sends nothing yet.
     #[must_use]
     pub fn new(link: SerialLink) -> Self {
         let now = Instant::now();
@@ -31,18 +31,18 @@ impl OnWire {
     }
 }
 
-impl Station for OnWire {
+impl Device for OnWire {
     fn pacing(&self) -> Pacing {
         Pacing::Live
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), StationError> {
+    fn send(&mut self, frame: &Frame) -> Result<(), DeviceError> {
         self.link.send(frame)?;
         self.sent = Instant::now();
         Ok(self.tap.hear_sent(self.begun.elapsed(), frame)?)
     }
 
-    fn pass(&mut self) -> Result<Vec<Frame>, StationError> {
+    fn pass(&mut self) -> Result<Vec<Frame>, DeviceError> {
         if self.sent.elapsed() >= ALIVE_EVERY {
             self.send(&Frame::Alive)?;
         }
@@ -55,7 +55,7 @@ impl Station for OnWire {
                     frames.push(received.frame);
                 }
                 Ok(None) => break,
-                // The next packet says how many are missing before it, and the record keeps that.
+                // The next packet shows how many were lost before it, and the record keeps that number.
                 Err(SerialError::Undecodable(_)) => {}
                 Err(error) => return Err(error.into()),
             }

@@ -1,21 +1,23 @@
-//! Parameters of a board by their names: read back, changed, and a payload told.
+//! Parameters of a board by name: reading and changing them, and setting a payload.
 
 use super::{Operator, SILENCE, Stop};
 use crate::chip::{ChipError, refusal_in_words};
-use crate::session::operate::station::StationError;
+use crate::session::operate::device::DeviceError;
 use dynamics_core::Inertia;
 use link::{Frame, Refusal, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
 use session::parameters::{ARM, ARM_NAMES, JOINT_NAMES, name};
 use std::time::Instant;
 
-/// How many are asked for at once: a board takes three packets of the greatest length before it answers, and these are small.
+/// Number of parameters requested at once: a board takes three packets of the greatest length before it answers, and
+/// these are small.
 const AT_ONCE: usize = 8;
 
-/// The numbers of the parameters that these words name: all of them, those of a joint, one of a joint, one of the whole arm.
+/// Numbers of the parameters named by these words: all of them, those of a joint, one of a joint, or one of the whole
+/// arm.
 ///
 /// # Errors
-/// What was found, and what was expected.
+/// The words found, and the words expected.
 pub fn of_words(command: &str, words: &[&str], joints: &[String]) -> Result<Vec<u8>, String> {
     let of_joint = |joint: usize| (0..JOINT_NAMES.len()).map(move |number| (16 * joint + number) as u8);
     let of_arm = (0..ARM_NAMES.len()).map(|number| ARM + number as u8);
@@ -40,13 +42,13 @@ pub fn of_words(command: &str, words: &[&str], joints: &[String]) -> Result<Vec<
     })
 }
 
-/// A joint by its name, or its number counted from 1; counted from 0.
+/// Index of a joint, counted from 0, by its name or by its number, counted from 1.
 pub(super) fn joint(word: &str, joints: &[String]) -> Option<usize> {
     let by_number = || word.parse::<usize>().ok().filter(|number| (1..=joints.len()).contains(number));
     joints.iter().position(|name| name == word).or_else(|| by_number().map(|number| number - 1))
 }
 
-/// The unit of a parameter, of a joint whose places and torques have these.
+/// Unit of a parameter, for a joint with these units of position and torque.
 fn unit(index: u8, place: &str, force: &str) -> String {
     let per_speed = || format!("{force} s/{place}");
     match index.checked_sub(ARM) {
@@ -68,7 +70,7 @@ fn unit(index: u8, place: &str, force: &str) -> String {
 }
 
 impl Operator {
-    /// Read these back, and say what they are.
+    /// Read these parameters and print their values.
     pub(super) fn get(&mut self, numbers: &[u8]) -> Result<(), Stop> {
         let mut lines = Vec::new();
         for some in numbers.chunks(AT_ONCE) {
@@ -87,7 +89,7 @@ impl Operator {
         self.say("get", &text)
     }
 
-    /// Change one, and say what it is then.
+    /// Change a parameter and print its new value.
     pub(super) fn set(&mut self, setting: Setting) -> Result<(), Stop> {
         let text = match self.answers(&[Frame::Set(setting)])?.pop() {
             Some(Ok(value)) => format!("set: {}", self.value_in_words(&value)),
@@ -97,7 +99,7 @@ impl Operator {
         self.say("set", &text)
     }
 
-    /// Tell the board of a payload: a mass at a point of the last link's frame.
+    /// Send the board a payload: a mass at a point of the last link's frame.
     pub(super) fn payload(&mut self, mass: f64, place: [f64; 3]) -> Result<(), Stop> {
         if !self.arm.payload_is_live {
             self.refused = true;
@@ -108,7 +110,8 @@ impl Operator {
         }
         let payload = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
         let frame = Frame::Live(self.arm.limbs.live(Some(payload)).map_err(ChipError::from)?);
-        // Live inputs are answered only where they are refused, and where torque acts by the tick behind the one that took them.
+        // The board answers live inputs only by a refusal. While torque acts, the refusal comes from the tick after the
+        // one that took them.
         self.send(&frame)?;
         self.expected = Some(Vec::new());
         let taken = self.until_taken().and_then(|()| self.wait(2.0 * self.arm.period));
@@ -128,7 +131,7 @@ impl Operator {
         self.say("payload", &text)
     }
 
-    /// Send frames that are answered by a value or a refusal each, and wait for as many.
+    /// Send frames and wait for an answer to each: a value or a refusal.
     fn answers(&mut self, frames: &[Frame]) -> Result<Vec<Result<Value, Refusal>>, Stop> {
         self.expected = Some(Vec::new());
         let waited = self.until_answered(frames);
@@ -143,7 +146,7 @@ impl Operator {
         let end = Instant::now() + SILENCE;
         while self.expected.as_ref().is_some_and(|answers| answers.len() < frames.len()) {
             if Instant::now() > end {
-                return Err(StationError::Silent { what: "parameter", time: SILENCE }.into());
+                return Err(DeviceError::Silent { what: "parameter", time: SILENCE }.into());
             }
             self.pass()?;
         }
@@ -155,7 +158,7 @@ impl Operator {
         format!("{command}: refused: {}", refusal_in_words(refusal))
     }
 
-    /// `elbow position gain 100 1/s^2 (25 to 400)`
+    /// A value in words, for example `elbow position gain 100 1/s^2 (25 to 400)`.
     fn value_in_words(&self, value: &Value) -> String {
         let Value { index, value, low, high } = *value;
         let Some((name, joint)) = name(index) else { return format!("parameter {index}: {value}") };
@@ -166,7 +169,7 @@ impl Operator {
         let bounds = match low.is_nan() {
             false => format!("{low} to {high}"),
             true if index < ARM => "fixed".into(),
-            // What is told as a whole.
+            // Live inputs, which are sent as a whole.
             true => "live".into(),
         };
         format!("{joint}{name} {value} {} ({bounds})", unit(index, place, force))

@@ -1,19 +1,19 @@
-//! What an operator is told: lines for a person, or one JSON object a line.
+//! Output for the operator: lines of text, or one JSON object a line.
 
-use super::words;
+use super::messages;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use link::{Actuation, Status};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal, Write};
 
-/// What a status says in the units of the arm.
+/// A status in the units of the arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen<'a> {
     /// The status.
     pub status: &'a Status,
-    /// Positions, rad or m, where somebody measured them.
+    /// Positions, rad or m, if they were measured.
     pub q: Option<&'a [f64]>,
-    /// Each joint's name and unit.
+    /// Each joint's name and its units of position and force.
     pub joints: &'a [(String, &'static str, &'static str)],
     /// Control period, s.
     pub period: f64,
@@ -27,11 +27,11 @@ impl Seen<'_> {
         }
     }
 
-    /// In a line.
+    /// The status in one line.
     #[must_use]
     pub fn line(&self) -> String {
         let Status { tick, room, .. } = self.status;
-        let mut line = format!("tick {tick}  {}", words::doing(self.status));
+        let mut line = format!("tick {tick}  {}", messages::doing(self.status));
         if let Some(q) = self.q {
             line += "  q";
             q.iter().for_each(|q| line += &format!(" {q:.4}"));
@@ -43,14 +43,14 @@ impl Seen<'_> {
         line + &format!("  room {room}")
     }
 
-    /// In a few lines.
+    /// The status in several lines.
     #[must_use]
     pub fn text(&self) -> String {
         let Status { tick, homed, room, .. } = self.status;
         let time = f64::from(*tick) * self.period;
         let homed = if *homed { "homed" } else { "not homed" };
         let mut text =
-            format!("{}; {homed}, room for {room} points\ntick {tick}, {time:.3} s", words::doing(self.status));
+            format!("{}; {homed}, room for {room} points\ntick {tick}, {time:.3} s", messages::doing(self.status));
         let limits = match &self.status.actuation {
             Some(Actuation::Drive { limits, .. }) => limits.as_slice(),
             _ => &[],
@@ -60,7 +60,7 @@ impl Seen<'_> {
             let q = q.map_or_else(|| format!("{:>12}", "-"), |q| format!("{q:>12.5} {place}"));
             let torque = self.torque().and_then(|torque| torque.get(i));
             let torque = torque.map_or_else(|| "no torque".into(), |torque| format!("{torque:>10.3} {force}"));
-            let acted = words::limits(limits.get(i).copied().unwrap_or(0));
+            let acted = messages::limits(limits.get(i).copied().unwrap_or(0));
             let acted = if acted.is_empty() { acted } else { format!("  limited: {acted}") };
             text += &format!("\n  {name:<12} {q}  {torque}{acted}");
         }
@@ -77,33 +77,33 @@ impl Seen<'_> {
             _ => Value::Null,
         };
         json!({
-            "tick": tick, "state": words::state(*state), "cause": cause, "joint": joint, "homed": homed, "room": room,
-            "refused": refused, "q": self.q, "torque": self.torque(), "limits": limits,
+            "tick": tick, "state": messages::state(*state), "cause": cause, "joint": joint, "homed": homed,
+            "room": room, "refused": refused, "q": self.q, "torque": self.torque(), "limits": limits,
         })
     }
 }
 
-/// Where it is told.
+/// Writer of the output.
 pub struct Report {
     json: bool,
     bar: ProgressBar,
 }
 
 impl Report {
-    /// To standard output; the live line to standard error, where that is a terminal.
+    /// Report to standard output, with the live line on standard error if that is a terminal.
     #[must_use]
     pub fn new(json: bool) -> Self {
         let bar = if json || !io::stderr().is_terminal() {
             ProgressBar::hidden()
         } else {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-            // The template is ours: without it the line would only be plainer.
+            // The template is a constant of ours: if it were invalid, the line would only be plainer.
             ProgressStyle::with_template("{msg}").map_or(bar.clone(), |style| bar.with_style(style))
         };
         Self { json, bar }
     }
 
-    /// What came of a command, or what happened.
+    /// Print the result of a command, or an event.
     ///
     /// # Errors
     /// Standard output cannot be written.
@@ -120,7 +120,7 @@ impl Report {
         })
     }
 
-    /// The line that changes in its place.
+    /// Update the live line in its place.
     pub fn live(&self, seen: &Seen<'_>) {
         if !self.bar.is_hidden() {
             self.bar.set_message(seen.line());
@@ -128,7 +128,7 @@ impl Report {
         }
     }
 
-    /// Take that line away: somebody is going to type.
+    /// Remove the live line, because the user is about to type.
     pub fn still(&self) {
         self.bar.finish_and_clear();
         self.bar.reset();

@@ -1,8 +1,8 @@
-//! What is said to a board beside motions: hellos, requests, what to report, and how a session ends.
+//! Communication with a board except motions: hellos, requests, the interval of its reports, and the end of a session.
 
 use super::command::{Command, HELP};
-use super::station::StationError;
-use super::{Operator, SILENCE, Stop, has_taken, table, words};
+use super::device::DeviceError;
+use super::{Operator, SILENCE, Stop, has_taken, messages, table};
 use crate::chip::ChipError;
 use crate::session::frame_log::Writer;
 use crate::session::states::{ARMED, HOLDING, HOMING, RUNNING};
@@ -13,27 +13,27 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Statuses a second that a person is shown, where nobody needs every tick.
+/// Statuses per second shown to a user when not every tick is needed.
 const SHOWN: f64 = 50.0;
 
-/// How often a hello is said to a board that does not answer, or whose first tick was missed.
+/// Number of hellos sent to a board that does not answer, or whose first tick was missed.
 const HELLOS: u32 = 8;
 
-/// How long the arm may take to come to rest before it is disarmed, s, and how often it is looked at.
+/// Time limit for the arm to come to rest before it is disarmed, s, and the interval of the checks, s.
 const REST: f64 = 10.0;
 const LOOK: f64 = 0.05;
 
-/// What a board reports: all that a replay needs.
+/// Contents of a board's reports: all that a replay needs.
 const PARTS: Parts = Parts::SENSED.and(Parts::TORQUE);
 
 /// [`dynamics_core::safety::Refusal::NotAtRest`].
 const NOT_AT_REST: u8 = 6;
 
 impl Operator {
-    /// Say hello: the board idles from then on, and both sides know that they speak of the same robot.
+    /// Send a hello: from then on the board idles, and both sides have agreed on the same robot.
     ///
     /// # Errors
-    /// A board that is silent, or was built for something else.
+    /// A board that is silent, or was built for another robot or scene.
     pub fn begin(&mut self) -> Result<(), Stop> {
         for attempt in 1..=HELLOS {
             self.greet()?;
@@ -43,9 +43,9 @@ impl Operator {
             }
             let first = self.status.as_ref().map(|status| status.tick);
             match first {
-                // A record can be replayed from the first tick on alone.
+                // A record can be replayed only from the first tick on.
                 Some(1) => return Ok(()),
-                Some(_) if !self.station.tap().is_recording() => return Ok(()),
+                Some(_) if !self.device.tap().is_recording() => return Ok(()),
                 Some(first) if attempt == HELLOS => {
                     let text = format!(
                         "the board's first ticks were missed: the record begins at tick {first} and cannot be replayed"
@@ -55,18 +55,18 @@ impl Operator {
                 _ => {}
             }
         }
-        Err(StationError::Silent { what: "answer to a hello", time: SILENCE }.into())
+        Err(DeviceError::Silent { what: "answer to a hello", time: SILENCE }.into())
     }
 
     fn greet(&mut self) -> Result<(), Stop> {
         self.feed.clear();
         self.under_way.clear();
         (self.status, self.goal, self.past, self.heard) = (None, None, None, Instant::now());
-        // A drill's target has been asked before, and on the desk there is nobody to ask.
+        // A drill's target has agreed before, and a session on the desk needs no agreement.
         self.agreed = !self.is_live();
         self.send(&Frame::Hello(self.arm.hello))?;
         if self.is_live() {
-            // Behind the hello at once, so that the first tick is reported already.
+            // Send this right after the hello, so that the board reports its first tick too.
             self.watched = self.needed();
             self.send(&Frame::Watch(Watch { every: self.watched, parts: PARTS }))?;
         } else {
@@ -76,7 +76,7 @@ impl Operator {
         self.send(&Frame::Live(live))
     }
 
-    /// A hello of the board.
+    /// Handle a hello of the board.
     pub(super) fn greeted(&mut self, theirs: Hello) -> Result<(), Stop> {
         let own = self.arm.hello;
         if (Hello { pacing: own.pacing, ..theirs }) != own {
@@ -84,16 +84,16 @@ impl Operator {
         }
         match theirs.pacing == own.pacing {
             true => self.agreed = true,
-            // What a board says when it has started.
-            false if self.agreed && self.is_live() => return Err(StationError::StartedAnew.into()),
+            // A board sends this hello when it has started.
+            false if self.agreed && self.is_live() => return Err(DeviceError::StartedAnew.into()),
             false => {}
         }
         Ok(())
     }
 
-    /// How often the board has to report, in ticks.
+    /// Interval at which the board has to report, in ticks.
     fn needed(&mut self) -> u16 {
-        if self.station.tap().is_recording() {
+        if self.device.tap().is_recording() {
             return 1;
         }
         let shown = (1.0 / (SHOWN * self.arm.period)).max(1.0) as u16;
@@ -103,7 +103,7 @@ impl Operator {
         }
     }
 
-    /// Have the board report every so many ticks. A drill reports every tick anyway.
+    /// Set the interval of the board's reports, in ticks. A drill reports every tick anyway.
     fn watch(&mut self, every: u16) -> Result<(), Stop> {
         if !self.is_live() || self.watched == every {
             return Ok(());
@@ -112,22 +112,22 @@ impl Operator {
         self.send(&Frame::Watch(Watch { every, parts: PARTS }))
     }
 
-    /// Let time pass until the board has taken what was sent last.
+    /// Let time pass until the board has taken the last frame sent.
     pub(super) fn until_taken(&mut self) -> Result<(), Stop> {
-        let sent = self.station.tap().sent();
+        let sent = self.device.tap().sent();
         let end = Instant::now() + SILENCE;
         while !self.status.as_ref().is_some_and(|status| has_taken(status, sent)) {
             if Instant::now() > end {
-                return Err(StationError::Silent { what: "answer to a request", time: SILENCE }.into());
+                return Err(DeviceError::Silent { what: "answer to a request", time: SILENCE }.into());
             }
             self.pass()?;
         }
         Ok(())
     }
 
-    /// Ask, and hear why not.
+    /// Send a request. Returns the board's reason if it denies the request.
     pub(super) fn request(&mut self, request: Request) -> Result<Option<Denial>, Stop> {
-        // Only the tick that took it says so.
+        // Only the status of the tick that took the request holds the answer.
         self.watch(1)?;
         (self.asking, self.denial) = (true, None);
         self.send(&Frame::Request(request))?;
@@ -139,16 +139,16 @@ impl Operator {
         Ok(self.denial.take())
     }
 
-    /// What came of a request, in words.
+    /// Print the result of a request, in words.
     pub(super) fn answer(&mut self, name: &str, denial: Option<Denial>, granted: &str) -> Result<(), Stop> {
         let text = match (denial, &self.status) {
             (Some(denial), _) => {
                 self.refused = true;
-                format!("{name}: {}", words::denial(&denial))
+                format!("{name}: {}", messages::denial(&denial))
             }
             (None, Some(status)) => {
                 let homed = if status.state == 0 && status.homed { ", homed" } else { "" };
-                format!("{name}: {}{homed}{granted}", words::doing(status))
+                format!("{name}: {}{homed}{granted}", messages::doing(status))
             }
             (None, None) => name.to_owned(),
         };
@@ -161,7 +161,7 @@ impl Operator {
         self.answer(name, denial, "")
     }
 
-    /// Take the torque away as soon as the arm rests.
+    /// Remove the torque as soon as the arm is at rest.
     fn disarm(&mut self) -> Result<Option<Denial>, Stop> {
         let mut left = REST;
         loop {
@@ -175,7 +175,7 @@ impl Operator {
         }
     }
 
-    /// Let so many seconds of the board's time pass.
+    /// Wait for a time of the board, s.
     pub(super) fn wait(&mut self, seconds: f64) -> Result<(), Stop> {
         let tick = |operator: &Self| operator.status.as_ref().map_or(0, |status| status.tick);
         let (begin, ticks) = (tick(self), (seconds / self.arm.period).round());
@@ -185,7 +185,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Let time pass until the motion has ended, one way or another.
+    /// Wait until the motion has ended, for any reason.
     fn wait_for_the_end(&mut self) -> Result<(), Stop> {
         while self.is_moving() {
             self.step()?;
@@ -198,12 +198,12 @@ impl Operator {
                 let (name, unit) = self.arm.joints.get(joint).map_or(("", ""), |(name, unit, _)| (name, unit));
                 format!("wait: arrived; furthest off: {name}, by {off:.2e} {unit}")
             }
-            _ => format!("wait: {}", self.status.as_ref().map(words::doing).unwrap_or_default()),
+            _ => format!("wait: {}", self.status.as_ref().map(messages::doing).unwrap_or_default()),
         };
         self.say("wait", &text)
     }
 
-    /// Time that passes while nothing is asked for.
+    /// Let time pass without a request.
     ///
     /// # Errors
     /// As [`Operator::step`].
@@ -217,7 +217,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Nothing passes, and nobody has pressed Ctrl-C.
+    /// Check for Ctrl-C without letting time pass.
     ///
     /// # Errors
     /// [`Stop::Interrupted`].
@@ -225,7 +225,7 @@ impl Operator {
         if self.presses.load(Ordering::Relaxed) > self.seen { Err(Stop::Interrupted) } else { Ok(()) }
     }
 
-    /// What was typed makes no command, or asks for what cannot be.
+    /// Report an unknown or impossible input.
     ///
     /// # Errors
     /// Standard output cannot be written.
@@ -233,10 +233,10 @@ impl Operator {
         self.say("input", problem)
     }
 
-    /// Do what was typed; whether that was the end.
+    /// Execute a command. Returns whether it ends the session.
     ///
     /// # Errors
-    /// See [`Stop`]. What the board refuses is no error.
+    /// See [`Stop`]. A refusal of the board is no error.
     pub fn obey(&mut self, command: Command) -> Result<bool, Stop> {
         match command {
             Command::Nothing => {}
@@ -296,7 +296,7 @@ impl Operator {
                 break past;
             }
             if Instant::now() > end {
-                return Err(StationError::Silent { what: "black box", time: SILENCE }.into());
+                return Err(DeviceError::Silent { what: "black box", time: SILENCE }.into());
             }
         };
         let text = match file {
@@ -309,14 +309,14 @@ impl Operator {
         self.say("dump", &text)
     }
 
-    /// The black box has been told.
+    /// The black box is complete.
     pub(super) fn past_is_whole(&mut self) {
         self.whole = Some(self.past.take().unwrap_or_default());
     }
 
     fn record(&mut self, file: Option<&Path>) -> Result<(), Stop> {
         let Some(file) = file else {
-            self.station.tap().record(None)?;
+            self.device.tap().record(None)?;
             let needed = self.needed();
             self.watch(needed)?;
             return self.say("record", "record: off");
@@ -332,7 +332,7 @@ impl Operator {
         self.say("record", &format!("record: {}; a new session, not homed", file.display()))
     }
 
-    /// Keep every frame from here on. [`Operator::begin`] comes next.
+    /// Record every frame from here on. Call [`Operator::begin`] next.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -342,13 +342,13 @@ impl Operator {
             Ok::<_, io::Error>(writer)
         };
         let writer = open().map_err(|error| in_file(file, &error))?;
-        Ok(self.station.tap().record(Some(writer))?)
+        Ok(self.device.tap().record(Some(writer))?)
     }
 
-    /// Stop, wait for rest, and take the torque away.
+    /// Stop the arm, wait for rest, and remove the torque.
     ///
     /// # Errors
-    /// The board is of no use any more; Ctrl-C once more.
+    /// The board can no longer be used; another Ctrl-C.
     pub fn end(&mut self) -> Result<(), Stop> {
         self.seen = self.presses.load(Ordering::Relaxed);
         if self.state() == Some(RUNNING) {
@@ -363,10 +363,10 @@ impl Operator {
     /// Close the record.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The record cannot be written.
     pub fn close(&mut self) -> io::Result<()> {
         self.report.still();
-        self.station.tap().record(None)
+        self.device.tap().record(None)
     }
 }
 

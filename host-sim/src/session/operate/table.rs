@@ -1,15 +1,16 @@
-//! Ticks that the board remembers, as a table.
+//! Ticks of the black box, as a table.
 
-use super::words;
+use super::messages;
 use comfy_table::Table;
 use link::{Actuation, Joints, Sensed, Status};
 use std::io;
 use std::path::Path;
 
-/// Columns of a tick; those of each joint come behind.
+/// Columns of a tick; the columns of each joint follow.
 const HEAD: [&str; 8] = ["tick", "state", "cause", "joint", "emergency_stop", "overrun", "supply", "temperature"];
 
-/// All of it as CSV: positions as the board read them (rad or m, or counts), torques in N m or N, limits as bits; empty where a tick has none.
+/// Write all ticks as CSV: positions in the board's units (rad or m, or counts), torques in N m or N, limits as bits. A
+/// field is empty if a tick has no value for it.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -29,7 +30,7 @@ fn row(status: &Status, joints: usize) -> Vec<String> {
     let of = |number: Option<String>| number.unwrap_or_default();
     let mut row = vec![
         status.tick.to_string(),
-        words::state(status.state),
+        messages::state(status.state),
         status.cause.to_string(),
         of(status.joint.map(|joint| (joint + 1).to_string())),
         of(lines.map(|lines| lines.emergency_stop.to_string())),
@@ -61,7 +62,7 @@ fn texts<T: ToString>(values: &Joints<T>) -> Vec<String> {
     values.iter().map(ToString::to_string).collect()
 }
 
-/// The part of it that a person reads: what it did, and the torques.
+/// The part of the table for a user: state, positions and torques.
 #[must_use]
 pub fn table(past: &[Status], names: &[String]) -> Table {
     let torques =
@@ -70,7 +71,7 @@ pub fn table(past: &[Status], names: &[String]) -> Table {
     for status in past {
         let joints = names.len();
         let all = row(status, joints);
-        let state = if status.state == 5 { format!("fault {}", status.cause) } else { words::state(status.state) };
+        let state = if status.state == 5 { format!("fault {}", status.cause) } else { messages::state(status.state) };
         let part = |column: usize| all.iter().skip(HEAD.len() + column * joints).take(joints).cloned();
         table.add_row([status.tick.to_string(), state].into_iter().chain(part(0)).chain(part(4)));
     }

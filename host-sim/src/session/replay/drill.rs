@@ -1,4 +1,4 @@
-//! A record of a drill: its frames in their order are all that there is to it.
+//! Replay of a drill: its frames in their order determine every tick.
 
 use super::{Difference, Gap, Replay, ReplayError, bits, difference};
 use crate::session::drill::{Drill, OnDesk, without_cost};
@@ -8,7 +8,7 @@ use link::Frame;
 use robot_compiler::SceneFile;
 use std::collections::VecDeque;
 
-/// Answers that wait to be compared. The black box is told beside the rest: between its ticks others may come.
+/// Answers still to be compared. The black box has its own queue, because other frames may come between its ticks.
 #[derive(Debug, Default)]
 struct Answers {
     ticks: VecDeque<Frame>,
@@ -34,7 +34,7 @@ pub(super) fn replay<const N: usize>(
         match (way, frame) {
             (Way::Sent, Frame::Measurement(measurement)) => {
                 tick = measurement.tick;
-                // On the desk nothing fails.
+                // The desk session never fails.
                 for answer in desk.tick(&measurement).unwrap_or_default() {
                     let answer = without_cost(answer);
                     expected.of(&answer).push_back(answer);
@@ -43,7 +43,7 @@ pub(super) fn replay<const N: usize>(
             (Way::Sent, frame) => {
                 let dumps = matches!(frame, Frame::Dump);
                 desk.send(&frame).ok();
-                // Before the next tick moves it.
+                // Read the black box before the next tick changes it.
                 let past = if dumps { desk.dumped().unwrap_or_default() } else { Vec::new() };
                 expected.past.extend(past.into_iter().map(without_cost));
             }

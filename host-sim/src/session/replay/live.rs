@@ -1,4 +1,4 @@
-//! A record of a board that its own timer paced: each status says what its tick was told.
+//! Replay of a board paced by its own timer: each status holds the inputs of its tick.
 
 use super::{Gap, Replay, ReplayError, difference};
 use crate::session::drill::{DeskSession, Uncounted, desk_session};
@@ -14,17 +14,17 @@ use session::readings::Lines;
 use session::readings::{JointFaults, Readings};
 use std::collections::VecDeque;
 
-/// The board again.
+/// The replayed board.
 struct Again<const N: usize> {
     session: DeskSession<N>,
     meter: Meter<Uncounted>,
-    /// Frames that were sent and that no tick is known to have followed.
+    /// Frames sent but not yet taken by a replayed tick.
     waiting: VecDeque<Frame>,
-    /// Frames that were taken, modulo 65,536.
+    /// Number of frames taken, modulo 65,536.
     taken: u16,
-    /// The tick that was replayed last.
+    /// The last replayed tick.
     tick: u32,
-    /// The board has answered the hello.
+    /// Whether the board has answered the hello.
     agreed: bool,
 }
 
@@ -61,7 +61,7 @@ pub(super) fn replay<const N: usize>(
             (Way::Received, Frame::Refusal(refusal @ (Refusal::Lost { .. } | Refusal::Undecodable(_)))) => {
                 Err(format!("what was sent did not all arrive: {refusal:?}"))
             }
-            // Before that it is one of the session before.
+            // An earlier status belongs to the previous session.
             (Way::Received, Frame::Status(status)) if again.agreed => {
                 again.replay(&status).map(|replayed| (status, replayed))
             }
@@ -70,7 +70,7 @@ pub(super) fn replay<const N: usize>(
         match replayed {
             Ok((recorded, replayed)) => {
                 replay.ticks += 1;
-                // Neither can be the same; see the module above.
+                // Room and cost cannot be compared; see the table in the parent module.
                 let comparable = |status: Status| Status { room: 0, cost: None, ..status };
                 if let Some(difference) = difference(&comparable(recorded), &comparable(replayed)) {
                     replay.differs(difference);
@@ -87,11 +87,11 @@ pub(super) fn replay<const N: usize>(
 
 impl<const N: usize> Again<N> {
     fn receive(&mut self, frame: Frame) {
-        // What is answered comes when it comes; what a tick did is in its status.
+        // Answers are ignored, because their times are not determined; a status holds the result of its tick.
         self.session.receive(Ok(Received { frame, missed: 0 }));
     }
 
-    /// The tick of a status; an error says why it cannot be replayed.
+    /// Replay the tick of a status. An error is the reason why that is not possible.
     fn replay(&mut self, recorded: &Status) -> Result<Status, String> {
         let expected = self.tick.wrapping_add(1);
         if recorded.tick != expected {
@@ -115,12 +115,12 @@ impl<const N: usize> Again<N> {
         status.last().ok_or_else(|| "the session on the desk was not asked for its status".into())
     }
 
-    /// What the board's joints and lines said.
+    /// Give the session the recorded readings of joints and lines.
     fn tell(&mut self, sensed: &SensedLines) -> Result<(), String> {
         let wrong = |error: link::JointCountMismatch| error.to_string();
         let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = sensed.lines;
         let drive = |joint: usize| drive_fault >> joint & 1 == 1;
-        // A lost turn is a fault of its drive too, so that nothing else is lost where there is none.
+        // A lost turn is a fault of its drive too. So without a drive fault, nothing else can be lost.
         let lost = if zeroed { JointFaults::NONE } else { JointFaults::LOST };
         let fault = |joint| if drive(joint) { JointFaults::DRIVE | lost } else { JointFaults::NONE };
         let age = |age: u16| if age == u16::MAX { u32::MAX } else { age.into() };
@@ -130,7 +130,7 @@ impl<const N: usize> Again<N> {
             age_ticks: array(&sensed.age_ticks).map_err(wrong)?.map(age),
             faults: core::array::from_fn(fault),
         };
-        // Without joints of its own a board knows neither readings nor zeros.
+        // A board without joints of its own has neither readings nor zeros.
         let has_joints = zeroed || drive_fault != 0;
         self.session.sense(has_joints.then_some(&readings), &Lines { emergency_stop, supply, temperature });
         if overrun {

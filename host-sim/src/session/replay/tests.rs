@@ -1,4 +1,5 @@
-//! A live session made here, with everything that a board can say in it, comes back with the same bits; what was changed is found.
+//! A live session, generated here with every possible event of a board, is replayed with the same bits; any change is
+//! found.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use super::{Replay, ReplayError, replay};
@@ -29,7 +30,7 @@ fn entry(way: Way, frame: Frame) -> Entry {
     Entry { way, missed: 0, at: Duration::ZERO, frame }
 }
 
-/// What happens to the board of a tick.
+/// Events of a tick on the board.
 #[derive(Clone, Copy)]
 struct Happens {
     tick: u32,
@@ -39,7 +40,8 @@ struct Happens {
     overrun: bool,
 }
 
-/// 300 ticks: armed in tick 3, running from 10 on, with these things happening. The arm stands where it is told to be, nearly.
+/// A session of 300 ticks: armed in tick 3, running from tick 10 on, with these events. The arm stands almost exactly
+/// at its reference.
 fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
     let (scene, model) = scene();
     let mut board = desk_session(&scene, &model);
@@ -98,7 +100,7 @@ fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
 const QUIET: Happens =
     Happens { tick: 0, asked: None, faults: [JointFaults::NONE; N], lines: Lines::NONE, overrun: false };
 
-/// Everything that ends in a fault, each cleared again.
+/// A session with every event that ends in a fault, each fault cleared again.
 fn eventful() -> Vec<Entry> {
     let (none, drive, lost) = (JointFaults::NONE, JointFaults::DRIVE, JointFaults::LOST);
     let clear = |tick| Happens { tick, asked: Some(Request::Clear), ..QUIET };
@@ -132,7 +134,7 @@ fn again(entries: &[Entry]) -> Replay {
     replay(&scene, &model, entries.iter().cloned().map(Ok)).unwrap()
 }
 
-/// The entry with the status of a tick.
+/// Index of the entry with the status of a tick, and the status.
 fn of_tick(entries: &mut [Entry], tick: u32) -> (usize, &mut link::Status) {
     let found = entries.iter_mut().enumerate().find_map(|(index, entry)| match &mut entry.frame {
         Frame::Status(status) if status.tick == tick => Some((index, status)),
@@ -232,7 +234,7 @@ fn what_another_session_left_on_the_line_is_not_replayed() {
     let mut entries = eventful();
     let (index, _) = of_tick(&mut entries, 200);
     let stray = entries[index].clone();
-    // Before the hello, and between it and its answer.
+    // Insert it before the hello, and between the hello and its answer.
     entries.insert(1, stray.clone());
     entries.insert(0, stray);
     assert!(again(&entries).is_the_same());

@@ -1,4 +1,4 @@
-//! A pseudo-terminal pair: the link at one end, a scripted firmware at the other.
+//! Tests on a pseudo-terminal pair: the link at one end, a scripted firmware at the other.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
 use super::{BAUD, SerialError, SerialLink};
@@ -9,12 +9,12 @@ use std::time::{Duration, Instant};
 
 const SOON: Duration = Duration::from_secs(5);
 
-/// The board's end, and the link at the other.
+/// The board's end of the pair, and the link at the other end.
 fn pair() -> (TTYPort, SerialLink) {
     let (mut board, host) = TTYPort::pair().unwrap();
     board.set_timeout(SOON).unwrap();
     let name = host.name().unwrap();
-    // It holds the lock that keeps others out.
+    // This end holds the lock that keeps others out.
     drop(host);
     (board, SerialLink::open(&name, BAUD).unwrap())
 }
@@ -53,7 +53,7 @@ fn a_damaged_packet_is_told_and_the_next_is_read_with_the_loss() {
     let mut encoder = Encoder::new();
     let (first, mut second, third) =
         (encoder.encode(&fault(1)).unwrap(), encoder.encode(&fault(2)).unwrap(), encoder.encode(&fault(3)).unwrap());
-    // Of the tick's byte, which must not become a zero: that would end the packet.
+    // Damage the byte of the tick. It must not become a zero, which would end the packet.
     second[4] ^= 0x40;
     board.write_all(&[&first[..], &second[..], &third[..]].concat()).unwrap();
     assert_eq!(link.receive(SOON).unwrap().unwrap().frame, fault(1));
@@ -78,7 +78,7 @@ fn what_is_sent_arrives_behind_a_zero_that_ends_what_another_left() {
     for frame in [Frame::Refusal(Refusal::NoHello), fault(1)] {
         link.send(&frame).unwrap();
     }
-    // A decoder that another program has left in the middle of a packet.
+    // A decoder left in the middle of a packet by another program.
     let mut decoder = Decoder::new();
     for byte in [5, 1, 2] {
         assert_eq!(decoder.push(byte), None);

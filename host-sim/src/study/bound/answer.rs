@@ -1,11 +1,11 @@
-//! What is known of an arm in a scene.
+//! Torque errors of an arm in a scene: found and proven.
 
 use super::{Effort, Found, Region, State, TorqueError, search};
 use crate::failure::Failure;
 use crate::run::record::JointLabel;
 use crate::study::numbers::numbers;
 use crate::study::posture_search::positions;
-use crate::study::subject::Subject;
+use crate::study::robot_or_scene::RobotOrScene;
 use dynamics_core::trig::Method;
 use dynamics_core::{Limits, Model};
 use indicatif::ProgressBar;
@@ -14,53 +14,53 @@ use robot_compiler::kernel::Level;
 use serde::Serialize;
 use std::path::Path;
 
-/// Climbs for every joint, and steps of each.
+/// Number of climbs for every joint, and of steps in each climb.
 const CLIMBS: (usize, usize) = (32, 3000);
 
-/// The bound of one state is looked for with this part of the effort: it is smooth and has few tops.
+/// Divisor of the effort for the largest bound of a single state: this function is smooth and has few maxima.
 const LESS: usize = 10;
 
-/// What is asked of an arm in a scene.
+/// Input of an error bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Question {
-    /// How far the operations leave those of the recursion.
+    /// Level of the kernel: the deviation of its operations from the recursion's.
     pub level: Level,
-    /// Random states; a tenth of them again for the bound of one state.
+    /// Number of random states; a tenth of that number again for the bound of a single state.
     pub samples: usize,
-    /// Boxes that are looked at for each joint.
+    /// Number of boxes to evaluate for each joint.
     pub boxes: usize,
-    /// Of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Greatest joint speeds, rad/s or m/s; the robot file's otherwise.
+    /// Greatest joint speeds, rad/s or m/s; by default those of the robot file.
     pub velocity: Option<Vec<f64>>,
-    /// Greatest joint accelerations, rad/s^2 or m/s^2; five times the speed a second otherwise.
+    /// Greatest joint accelerations, rad/s^2 or m/s^2; by default five times the speed limit per second.
     pub acceleration: Option<Vec<f64>>,
 }
 
-/// What is known of an arm in a scene.
+/// Torque errors of an arm in a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Answer {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// The scene's name, where one was given.
+    /// Name of the scene, if one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
     /// `exact` or `regrouped`.
     pub level: &'static str,
-    /// Random states that were looked at.
+    /// Number of random states.
     pub samples: usize,
-    /// Boxes that were looked at for each joint.
+    /// Number of boxes evaluated for each joint.
     pub boxes: usize,
-    /// Of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Every joint, base first.
     pub joints: Vec<JointAnswer>,
 }
 
-/// What is known of a joint's torque.
+/// Torque error of a joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointAnswer {
-    /// Its name.
+    /// Name of the joint.
     pub name: String,
     /// `N m` or `N`.
     pub unit: &'static str,
@@ -70,26 +70,26 @@ pub struct JointAnswer {
     pub velocity: f64,
     /// Greatest acceleration, rad/s^2 or m/s^2.
     pub acceleration: f64,
-    /// The actuator's limit, N m or N; not there where it has none.
+    /// Limit of the actuator, N m or N; absent without a limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
-    /// The largest error that was found, N m or N.
+    /// The largest error found, N m or N.
     pub found: f64,
-    /// Where: position, velocity, acceleration.
+    /// State of that error: position, velocity, acceleration.
     pub found_at: [Vec<f32>; 3],
-    /// The bound for that state alone.
+    /// Bound for that state alone, N m or N.
     pub bound_there: f64,
-    /// The largest bound of a single state that was found.
+    /// The largest bound found for a single state, N m or N.
     pub one_state: f64,
-    /// The bound for all states in one box.
+    /// Bound for all states in a single box, N m or N.
     pub one_box: f64,
-    /// No state exceeds it.
+    /// Proven bound for all states, N m or N.
     pub proven: f64,
 }
 
-/// A subject whose sine and cosine have known errors.
-pub(crate) fn load(path: &Path) -> Result<Subject, Failure> {
-    let subject = Subject::load(path)?;
+/// Load a robot or scene; its sine and cosine must have known errors.
+pub(crate) fn load(path: &Path) -> Result<RobotOrScene, Failure> {
+    let subject = RobotOrScene::load(path)?;
     if subject.file.control.trig != Method::Polynomial {
         let (_, trig) = subject.file.control.names();
         return Err(Failure::Input(miette::miette!(
@@ -109,7 +109,7 @@ fn less(effort: &Effort) -> Effort {
     Effort { samples: effort.samples / LESS, climbs: effort.climbs / 4, ..*effort }
 }
 
-/// States and boxes that are looked at.
+/// Number of states and boxes to evaluate.
 pub(crate) fn work(joints: usize, asked: &Question) -> u64 {
     let effort = effort(asked);
     let states: usize =
@@ -117,13 +117,13 @@ pub(crate) fn work(joints: usize, asked: &Question) -> u64 {
     (states + joints * asked.boxes) as u64
 }
 
-/// What is known of an arm in a scene.
+/// Compute the torque errors of an arm in a scene.
 ///
 /// # Errors
-/// [`Failure::Input`]: limits that there are not, or within which there is no bound.
+/// [`Failure::Input`]: missing limits, or limits without a finite bound.
 pub(crate) fn answer<const N: usize>(
     asked: &Question,
-    subject: &Subject,
+    subject: &RobotOrScene,
     model: &Model<f64, N>,
     progress: &ProgressBar,
 ) -> Result<Answer, Failure> {
@@ -175,7 +175,7 @@ pub(crate) fn answer<const N: usize>(
     })
 }
 
-/// Everywhere in the joint limits.
+/// Region of all states within the joint limits.
 fn region<const N: usize>(
     asked: &Question,
     robot: &Robot,

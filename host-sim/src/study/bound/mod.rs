@@ -1,15 +1,16 @@
-//! How wrong the joint torques of single precision are: never more than a proven bound, and at least what was found.
+//! Error of the joint torques in single precision: a proven upper bound, and the largest error found.
 //!
 //! The exact torque is that of the robot file's numbers (`f64`) in exact arithmetic, at inputs that `f32` holds. Single
 //! precision rounds the constants, computes sine and cosine with [`dynamics_core::trig::Polynomial`], and rounds every
-//! operation: all three are in the bound, and in what is found. At level `regrouped` the constants are those that the kernel
-//! holds, already in single precision: there the bound is of sine, cosine and arithmetic.
+//! operation. The proven bound and the found errors include all three. At level `regrouped` the constants are those of
+//! the kernel, already in single precision, so the bound covers sine, cosine and arithmetic.
 //!
-//! - **Found.** Random states and corners of the box, then a climb on the error from the worst of them, both against the same
-//!   computation in double-double arithmetic. One seed gives one answer, however many threads there are.
-//! - **Proven.** The same computation on [`Bounded`](robot_compiler::precision::Bounded), for boxes of states that together are all of them. The worst box is cut
-//!   in two, along the input that helps most, until a number of boxes has been looked at: the bound holds after any number,
-//!   and falls with it.
+//! - **Found.** Random states and corners of the box are evaluated, then the error is increased by climbs from the
+//!   worst of them. Both are compared with the same computation in double-double arithmetic. The result depends on the
+//!   seed, not on the number of threads.
+//! - **Proven.** The same computation runs on [`Bounded`](robot_compiler::precision::Bounded), for boxes of states that
+//!   together cover all states. The worst box is repeatedly cut in two along the input that helps most, up to a given
+//!   number of boxes. The bound holds after any number and falls with it.
 
 mod answer;
 mod region;

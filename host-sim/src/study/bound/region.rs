@@ -1,6 +1,6 @@
-//! A motion at one instant, and boxes of them.
+//! States of motion, and boxes of them.
 
-/// A motion at one instant, in numbers that `f32` holds.
+/// State of a motion at one instant, in numbers that `f32` holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<const N: usize> {
     /// Position, rad or m.
@@ -11,7 +11,7 @@ pub struct State<const N: usize> {
     pub qdd: [f32; N],
 }
 
-/// A box of states: lowest and highest of each input.
+/// A box of states: lower and upper end of each input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region<const N: usize> {
     /// Position, velocity, acceleration, in the units of [`State`].
@@ -19,7 +19,8 @@ pub struct Region<const N: usize> {
 }
 
 impl<const N: usize> Region<N> {
-    /// From limits, rounded to `f32` as the controller holds them; velocity and acceleration in both directions.
+    /// Create a region from limits, rounded to `f32` as in the controller; velocity and acceleration extend in both
+    /// directions.
     #[must_use]
     pub fn new(q: [(f64, f64); N], qd: [f64; N], qdd: [f64; N]) -> Self {
         let round = |x: f64| f64::from(x as f32);
@@ -27,14 +28,14 @@ impl<const N: usize> Region<N> {
         Self { inputs: [q.map(|(lo, hi)| (round(lo), round(hi))), qd.map(both), qdd.map(both)] }
     }
 
-    /// A single state.
+    /// Region of a single state.
     #[must_use]
     pub fn of(state: &State<N>) -> Self {
         let point = |x: f32| (f64::from(x), f64::from(x));
         Self { inputs: [state.q, state.qd, state.qdd].map(|all| all.map(point)) }
     }
 
-    /// The two halves along an input, counted through all positions, velocities and accelerations.
+    /// Both halves along an input. The index counts through all positions, velocities and accelerations.
     pub(super) fn halves(&self, input: usize) -> [Self; 2] {
         let (lo, hi) = self.inputs[input / N][input % N];
         let middle = lo + (hi - lo) / 2.0;
@@ -45,14 +46,14 @@ impl<const N: usize> Region<N> {
         })
     }
 
-    /// The state at these shares of each input's range.
+    /// State at given shares of each input's range.
     pub(super) fn state(&self, mut share: impl FnMut() -> f64) -> State<N> {
         let [q, qd, qdd] = self.inputs.map(|all| all.map(|(lo, hi)| clamped(lo + (hi - lo) * share(), (lo, hi))));
         State { q, qd, qdd }
     }
 }
 
-/// Ends of a range are numbers of `f32`, so rounding does not leave it.
+/// Clamp to a range. Its ends are exact in `f32`, so rounding does not leave the range.
 pub(super) fn clamped(x: f64, (lo, hi): (f64, f64)) -> f32 {
     x.clamp(lo, hi) as f32
 }

@@ -1,4 +1,4 @@
-//! What is known of an arm, as tables.
+//! Tables of the torque errors.
 
 use super::Answer;
 use crate::run::summary::engineering;
@@ -33,7 +33,7 @@ impl Answer {
         })
     }
 
-    /// For a person.
+    /// Table for the terminal.
     #[must_use]
     pub fn table(&self) -> String {
         let mut table = table(HEADER, 1);
@@ -51,7 +51,7 @@ impl Answer {
     }
 }
 
-/// For a document.
+/// Markdown for a document.
 #[must_use]
 pub fn markdown(answers: &[Answer]) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));

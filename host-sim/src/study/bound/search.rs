@@ -1,4 +1,4 @@
-//! The states in which something is largest: random ones, then uphill from the worst.
+//! Search for the states with the largest value of a function: random states, then climbs from the worst.
 
 use super::region::{Region, State, clamped};
 use crate::study::parallel::in_parallel;
@@ -6,32 +6,34 @@ use indicatif::ProgressBar;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// How hard to look for a large error.
+/// Effort of a search for a large error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// Random states.
+    /// Number of random states.
     pub samples: usize,
-    /// Climbs for every joint.
+    /// Number of climbs for every joint.
     pub climbs: usize,
-    /// Steps of each climb.
+    /// Number of steps in each climb.
     pub steps: usize,
-    /// Of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
 }
 
-/// The largest value of something that was found for a joint, and where.
+/// The largest value found for a joint, and its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found<const N: usize> {
-    /// N m or N.
+    /// Value, N m or N.
     pub value: f64,
-    /// The state.
+    /// State with that value.
     pub state: State<N>,
 }
 
-/// Random states are drawn in lots, each with a stream of its own, so that threads do not change what is drawn.
+/// Random states are drawn in lots. Each lot has its own random stream, so that the number of threads does not change
+/// the states.
 const LOT: usize = 1000;
 
-/// Random states of a region, lot after lot: every second one with each input at an end of its range, or anywhere, by chance.
+/// Random states of a region for one lot. In every second state each input is, by chance, at an end of its range or
+/// anywhere.
 pub fn random_states<const N: usize>(region: &Region<N>, seed: u64, lot: usize) -> impl Iterator<Item = State<N>> {
     let (region, mut random) = (*region, generator(seed, lot as u64));
     (0..LOT).map(move |k| {
@@ -52,12 +54,12 @@ fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
     random
 }
 
-/// From 0 to 1.
+/// Random number from 0 to 1.
 fn share(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Look for the states in which `what` is largest for each joint: random ones, then uphill from the worst.
+/// Find the states in which `what` is largest for each joint: random states, then climbs from the worst.
 pub fn search<const N: usize>(
     region: &Region<N>,
     effort: &Effort,
@@ -95,8 +97,9 @@ pub fn search<const N: usize>(
     })
 }
 
-/// Steps in random directions, at most three inputs at a time, from a third of the range down to a few units in the last
-/// place: the error rises with the torques and jumps from float to float, and each size of step finds another part of that.
+/// Climb with steps in random directions, at most three inputs at a time, from a third of the range down to a few units
+/// in the last place. The error rises with the torques and jumps from float to float; each step size explores another
+/// part of that.
 fn climb<const N: usize>(
     region: &Region<N>,
     start: Found<N>,

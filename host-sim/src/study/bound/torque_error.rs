@@ -1,4 +1,4 @@
-//! The error of single precision in a state, and bounds on it.
+//! Error of single precision in a state, and bounds on it.
 
 use super::region::{Region, State};
 use crate::study::parallel::in_parallel;
@@ -12,12 +12,12 @@ use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::precision::{Bounded, Double, DoubleDouble, Rounding, Single};
 use std::collections::BinaryHeap;
 
-/// Largest |angle|, rad, and the largest errors of sine and cosine in f32 over every float up to there, as
-/// `dynamics-core/tests/trig.rs` measures and asserts them (the table in [`dynamics_core::trig`]).
+/// Largest |angle|, rad, and the largest errors of sine and cosine in f32 over every float up to it.
+/// `dynamics-core/tests/trig.rs` measures and asserts these errors (the table in [`dynamics_core::trig`]).
 pub const TRIG_ERROR: [(f64, f64, f64); 4] =
     [(FRAC_PI_4, 6.29e-8, 5.87e-8), (TAU, 8.20e-8, 7.80e-8), (100.0, 8.20e-8, 8.12e-8), (8192.0, 8.20e-8, 8.36e-8)];
 
-/// That test's reference is itself rounded to f64, and ends of ranges to f32.
+/// Slack for roundings: the reference of that test is rounded to f64, and ends of ranges are rounded to f32.
 const TRIG_SLACK: f64 = 1e-15;
 
 /// An arm in a scene in one scalar.
@@ -43,7 +43,7 @@ impl<S: Field, const N: usize> Torques<S, N> {
     }
 }
 
-/// An arm in a scene, its torques in single precision and what they should be.
+/// An arm in a scene: its torques in single precision, and the exact ones.
 #[derive(Clone, Debug)]
 pub struct TorqueError<const N: usize> {
     kind: [JointKind; N],
@@ -56,7 +56,7 @@ pub struct TorqueError<const N: usize> {
     reference: Torques<DoubleDouble, N>,
 }
 
-/// Bounds on the error of a precision `R`, for one state or for all of a region.
+/// Bounds on the error of a precision `R`, for one state or for a whole region.
 #[derive(Clone, Debug)]
 pub struct Bounds<'a, R, const N: usize> {
     kind: [JointKind; N],
@@ -66,11 +66,11 @@ pub struct Bounds<'a, R, const N: usize> {
 }
 
 impl<const N: usize> TorqueError<N> {
-    /// Of a model in a scene, live terms at these values.
+    /// Torque errors of a model in a scene, with these values of the live terms.
     #[must_use]
     pub fn new(model: &Model<f64, N>, scene: &Scene<f64, N>, live: &Live<f64, N>, level: Level) -> Self {
         let kernel = match level {
-            // Equal to the recursion's results, so the recursion itself is run.
+            // The kernel's results equal the recursion's, so the recursion itself is run.
             Level::Exact => None,
             Level::Regrouped => Some(compile(Function::InverseDynamics, model, scene, level, Precision::of::<f32>())),
         };
@@ -93,7 +93,7 @@ impl<const N: usize> TorqueError<N> {
         self.single.at(self.kernel.as_ref(), &Polynomial.sin_cos_all(&q), &[q, qd, qdd])
     }
 
-    /// The same in double precision, with libm's sine and cosine.
+    /// Torques in double precision with libm's sine and cosine, N m or N.
     #[must_use]
     pub fn double(&self, state: &State<N>) -> [f64; N] {
         let inputs = inputs(state);
@@ -101,7 +101,7 @@ impl<const N: usize> TorqueError<N> {
         self.double.at(self.kernel.as_ref(), &turn, &inputs)
     }
 
-    /// The same with 27 digits or more.
+    /// Torques with 27 digits or more, N m or N.
     #[must_use]
     pub fn reference(&self, state: &State<N>) -> [DoubleDouble; N] {
         let inputs = inputs(state);
@@ -113,27 +113,27 @@ impl<const N: usize> TorqueError<N> {
         self.reference.at(self.kernel.as_ref(), &turn, &inputs.map(|all| all.map(DoubleDouble::literal)))
     }
 
-    /// What single precision is wrong by in a state, N m or N.
+    /// Error of single precision in a state, N m or N.
     #[must_use]
     pub fn error(&self, state: &State<N>) -> [f64; N] {
         let (single, reference) = (self.single(state), self.reference(state));
         core::array::from_fn(|i| reference[i].minus(f64::from(single[i])).abs())
     }
 
-    /// Bounds on it.
+    /// Bounds on the error of single precision.
     #[must_use]
     pub fn bounds(&self) -> Bounds<'_, Single, N> {
         self.bounds_of(None)
     }
 
-    /// Bounds on what [`Self::double`] is wrong by.
+    /// Bounds on the error of [`Self::double`].
     #[must_use]
     pub fn bounds_of_double(&self) -> Bounds<'_, Double, N> {
         // libm's errors are below a unit in the last place.
         self.bounds_of(Some((f64::EPSILON, f64::EPSILON)))
     }
 
-    /// Bounds with another rounding and, if given, other errors of sine and cosine than [`TRIG_ERROR`].
+    /// Bounds with another rounding. If `trig` is given, its errors of sine and cosine replace [`TRIG_ERROR`].
     #[must_use]
     pub fn bounds_of<R: Rounding>(&self, trig: Option<(f64, f64)>) -> Bounds<'_, R, N> {
         let torques = Torques::new(&self.model, &self.scene, &self.live);
@@ -146,7 +146,7 @@ fn inputs<const N: usize>(state: &State<N>) -> [[f64; N]; 3] {
 }
 
 impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
-    /// What no state of the region exceeds, N m or N. Infinite where a torque may overflow or an angle is beyond 8192 rad.
+    /// Bound for all states of the region, N m or N. Infinite if a torque may overflow or an angle exceeds 8192 rad.
     #[must_use]
     pub fn over(&self, region: &Region<N>) -> [f64; N] {
         let [q, ..] = region.inputs;
@@ -158,7 +158,8 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
         self.torques.at(self.kernel, &turn, &inputs).map(|torque| torque.error())
     }
 
-    /// What no state of the region exceeds, after cutting it into smaller ones: `boxes` of them are looked at for every joint.
+    /// Bound for all states of the region after cutting it into smaller ones, N m or N: `boxes` are evaluated for every
+    /// joint.
     #[must_use]
     pub fn everywhere(&self, region: &Region<N>, boxes: usize, progress: &ProgressBar) -> [f64; N]
     where
@@ -174,7 +175,7 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
         let mut looked_at = 1;
         while looked_at < boxes {
             let Some(worst) = heap.pop() else { break };
-            // The input along which one half is bounded best; sign changes of velocities cost two cuts to pay.
+            // The input with the best bound along one half; sign changes of velocities pay off only after two cuts.
             let mut best: Option<(f64, [Region<N>; 2], f64)> = None;
             for input in 0..3 * N {
                 let (lo, hi) = worst.region.inputs[input / N][input % N];
@@ -194,7 +195,7 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
             };
             looked_at += 1;
             progress.inc(3 * N as u64 + 1);
-            // A bound of a region holds for each half of it.
+            // A bound of a region also holds for each half of it.
             heap.push(Cell { bound: bound(&lower).min(worst.bound), region: lower });
             heap.push(Cell { bound: value.min(worst.bound), region: upper });
         }
@@ -202,14 +203,14 @@ impl<R: Rounding, const N: usize> Bounds<'_, R, N> {
     }
 }
 
-/// Errors of sine and cosine in f32 for angles of a range.
+/// Errors of sine and cosine in f32 for the angles of a range.
 fn trig_error((lo, hi): (f64, f64)) -> (f64, f64) {
     let size = lo.abs().max(hi.abs());
     let row = TRIG_ERROR.iter().find(|(limit, ..)| size <= f64::from(*limit as f32));
     row.map_or((f64::INFINITY, f64::INFINITY), |(_, sin, cos)| (sin + TRIG_SLACK, cos + TRIG_SLACK))
 }
 
-/// A region that waits to be cut, the worst first.
+/// A region that waits to be cut; the worst comes first.
 struct Cell<const N: usize> {
     bound: f64,
     region: Region<N>,

@@ -1,14 +1,14 @@
-//! What a run is about: which fault in which state.
+//! Case of a run: a fault in a state.
 
 use dynamics_core::Term;
 use robot_compiler::SceneFile;
 use serde::Serialize;
 
-/// What is wrong, for a while.
+/// A temporary fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaultKind {
-    /// Nothing: what a machine does that nothing is done to.
+    /// No fault: the behaviour of the undisturbed machine.
     Nothing,
     /// The emergency stop is pressed.
     EmergencyStop,
@@ -16,60 +16,60 @@ pub enum FaultKind {
     Overrun,
     /// A drive says that it has failed.
     Drive,
-    /// The supply voltage is low, high, NaN or infinite.
+    /// The supply voltage is too low, too high, NaN or infinite.
     Supply,
-    /// The temperature is low, high, NaN or infinite.
+    /// The temperature is too low, too high, NaN or infinite.
     Temperature,
     /// A position is NaN or infinite.
     Position,
     /// A velocity is NaN, infinite, or beyond the guard.
     Velocity,
-    /// A position or encoder is somewhere else at once.
+    /// A position or encoder count jumps.
     Jump,
-    /// A position or encoder stands still.
+    /// A position or encoder count stands still.
     Stuck,
-    /// A position or encoder runs away, slower than a jump.
+    /// A position or encoder count drifts away, slower than a jump.
     Runaway,
     /// Readings are some ticks old.
     Stale,
-    /// No reading comes any more.
+    /// No new reading arrives.
     Missing,
-    /// The host says nothing.
+    /// The host sends nothing.
     HostSilent,
-    /// Points come too late.
+    /// Trajectory points arrive too late.
     Underrun,
-    /// A point is far from the one before.
+    /// A trajectory point is far from the one before.
     PointJump,
     /// The trajectory leads to a position limit and beyond.
     ToLimit,
-    /// The trajectory is faster than the joint may be.
+    /// The trajectory is faster than the joint's velocity limit.
     TooFast,
-    /// Points hold NaN, infinities, huge numbers.
+    /// Trajectory points hold NaN, infinite or huge values.
     PointNumbers,
-    /// More points than the buffer holds.
+    /// More points arrive than the buffer holds.
     Flood,
-    /// Every request, again and again.
+    /// The host sends every request again and again.
     Requests,
-    /// Bits flip on the link.
+    /// Bits are flipped on the link.
     Damaged,
     /// Packets are lost.
     Lost,
-    /// Packets come twice.
+    /// Packets arrive twice.
     Doubled,
-    /// Packets come in another order.
+    /// Packets arrive in another order.
     Swapped,
-    /// Bytes that are no packets, and cut ones.
+    /// Garbage bytes arrive, and truncated packets.
     Garbage,
     /// A live input is NaN or infinite.
     LiveNumbers,
     /// A live payload of absurd mass.
     Payload,
-    /// Something pushes at the tip.
+    /// A force pushes at the tip.
     Push,
 }
 
 impl FaultKind {
-    /// Each with what a person calls it.
+    /// All faults with their display names.
     pub const NAMES: [(Self, &'static str); 29] = [
         (Self::Nothing, "nothing"),
         (Self::EmergencyStop, "emergency stop"),
@@ -102,13 +102,14 @@ impl FaultKind {
         (Self::Push, "collision"),
     ];
 
-    /// What a person calls it.
+    /// Display name.
     #[must_use]
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
     }
 
-    /// Whether it can happen in this scene: on the drill's link the host is never silent, as each measurement is a word of it.
+    /// Whether the fault is possible in this scene. In a drill the host is never silent, because each measurement
+    /// counts as one of its messages.
     pub(super) fn is_possible(self, scene: &SceneFile, drill: bool) -> bool {
         match self {
             Self::Position | Self::Velocity => !scene.sensors.encoder,
@@ -118,12 +119,13 @@ impl FaultKind {
         }
     }
 
-    /// Whether packets suffer on the link.
+    /// Whether the fault affects packets on the link.
     pub(super) const fn is_of_the_link(self) -> bool {
         matches!(self, Self::Damaged | Self::Lost | Self::Doubled | Self::Swapped | Self::Garbage)
     }
 
-    /// Whether it leaves true what the machine measures and knows of its arm: only then must the arm stand where it holds.
+    /// Whether the machine's measurements and model stay correct during the fault. Only then must a holding arm come to
+    /// rest.
     pub(super) const fn leaves_the_loop_intact(self) -> bool {
         !matches!(
             self,
@@ -138,12 +140,12 @@ impl FaultKind {
         )
     }
 
-    /// How many ticks it lasts, least and most.
+    /// Shortest and longest duration, ticks.
     pub(super) const fn ticks(self) -> (u32, u32) {
         match self {
-            // Longer than the machine holds without its host; those of a scene are added.
+            // Longer than the machine holds without its host; the limits of the scene are added.
             Self::HostSilent => (1, 400),
-            // Longer than the points last that the host is ahead.
+            // Longer than the points sent ahead of time last.
             Self::Underrun => (20, 80),
             Self::Runaway | Self::Stuck | Self::ToLimit => (1, 300),
             _ => (1, 60),
@@ -151,7 +153,7 @@ impl FaultKind {
     }
 }
 
-/// What the machine is doing when the fault comes.
+/// State of the machine when the fault begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Situation {
@@ -163,16 +165,16 @@ pub enum Situation {
     Homed,
     /// Armed.
     Armed,
-    /// On its way along the scene's motion.
+    /// Following the scene's motion.
     Running,
-    /// Coming to rest, or at rest.
+    /// Braking to rest, or at rest.
     Holding,
-    /// In a fault, what raised it gone.
+    /// In the fault state; the cause has gone.
     Fault,
 }
 
 impl Situation {
-    /// Each with what a person calls it.
+    /// All situations with their display names.
     pub const NAMES: [(Self, &'static str); 7] = [
         (Self::Idle, "idle"),
         (Self::Homing, "homing"),
@@ -183,13 +185,13 @@ impl Situation {
         (Self::Fault, "fault"),
     ];
 
-    /// What a person calls it.
+    /// Display name.
     #[must_use]
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(situation, _)| *situation == self).map_or("", |(_, name)| name)
     }
 
-    /// The number of the machine's state.
+    /// Number of the machine's state.
     #[must_use]
     pub const fn state(self) -> u8 {
         match self {
@@ -203,17 +205,17 @@ impl Situation {
     }
 }
 
-/// A fault in a state.
+/// A fault in a state of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Case {
-    /// What is wrong.
+    /// The fault.
     pub fault: FaultKind,
-    /// When.
+    /// State of the machine when the fault begins.
     pub situation: Situation,
 }
 
 impl Case {
-    /// All that are possible in a scene.
+    /// All cases that are possible in a scene.
     pub(super) fn of(scene: &SceneFile, drill: bool) -> Vec<Self> {
         let faults = FaultKind::NAMES.into_iter().map(|(fault, _)| fault).filter(|f| f.is_possible(scene, drill));
         faults.flat_map(|fault| Situation::NAMES.map(|(situation, _)| Self { fault, situation })).collect()

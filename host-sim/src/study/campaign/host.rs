@@ -1,8 +1,8 @@
-//! The host's side of the link: what it sends in a tick, and what becomes of that on the way.
+//! The host's side of the link: its packets in each tick, and the link's faults on them.
 
 use super::case::FaultKind;
-use super::dice::Dice;
 use super::machine::Told;
+use super::random::Random;
 use dynamics_core::Reference;
 use link::codec::FrameTooLong;
 use link::{Encoder, Frame, Hello, Measurement, Pacing, Packet, Parts, Point, Request, Watch};
@@ -10,48 +10,48 @@ use link::{Encoder, Frame, Hello, Measurement, Pacing, Packet, Parts, Point, Req
 /// Ticks between two points of the trajectory.
 const STEP: u32 = 10;
 
-/// Ticks that the host is ahead with its points.
+/// Number of ticks by which the host sends its points in advance.
 const AHEAD: u32 = 30;
 
-/// Ticks after which the host says that it is there, when it has nothing else to say.
+/// Ticks of silence after which the host sends a sign of life.
 const ALIVE: u32 = 20;
 
-/// Longest that the host talks in a tick: three packets fit into what the chip keeps of bytes that it has not read, and a drill's own
-/// frames come behind.
+/// Most bytes that the host sends in a tick. The chip's receive buffer holds three packets of unread bytes, and a
+/// drill's own frames follow.
 const BYTES: usize = 560;
 
-/// What went over the link in a tick, as the judge may know it.
+/// Traffic of one tick, as far as the judge may know it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sent {
-    /// All the bytes.
+    /// All bytes that were sent.
     pub(super) bytes: Vec<u8>,
-    /// What may have been asked for, whatever became of it on the way.
+    /// Requests that the machine may have received, even if the link damaged them.
     pub(super) requests: Vec<Request>,
-    /// Whether anything was sent that may have been taken for a word of the host.
+    /// Whether the machine may have received any message of the host.
     pub(super) spoke: bool,
 }
 
-/// The host.
+/// The simulated host.
 pub(super) struct Host<const N: usize> {
     encoder: Encoder,
     pacing: Pacing,
     /// Packets of this tick.
     packets: Vec<Packet>,
     requests: Vec<Request>,
-    /// Ticks since it last said anything.
+    /// Ticks since the host last sent anything.
     quiet: u32,
-    /// The lines that it played last.
+    /// Lines that it sent last in a drill.
     lines: Option<link::Lines>,
-    /// The point that it sent last.
+    /// Point that it sent last.
     pub(super) last: Option<Reference<f64, N>>,
-    /// Ticks of the trajectory that it has sent.
+    /// Trajectory ticks sent so far.
     sent: u32,
-    /// Whether it has not sent a byte yet.
+    /// Whether it has not sent anything yet.
     begins: bool,
 }
 
 impl<const N: usize> Host<N> {
-    /// A host that begins with its hello.
+    /// Create a host that starts with its hello.
     pub(super) fn new(hello: Hello) -> Result<Self, FrameTooLong> {
         let mut host = Self {
             encoder: Encoder::new(),
@@ -71,7 +71,7 @@ impl<const N: usize> Host<N> {
         Ok(host)
     }
 
-    /// Send a frame in this tick, if the host has not said too much already.
+    /// Send a frame in this tick, unless the tick's bytes are used up.
     pub(super) fn send(&mut self, frame: &Frame) -> Result<(), FrameTooLong> {
         if self.packets.iter().map(|packet| packet.len()).sum::<usize>() > BYTES {
             return Ok(());
@@ -80,7 +80,7 @@ impl<const N: usize> Host<N> {
         Ok(())
     }
 
-    /// Ask for something.
+    /// Send a request.
     pub(super) fn ask(&mut self, request: Request) -> Result<(), FrameTooLong> {
         self.requests.push(request);
         self.send(&Frame::Request(request))
@@ -92,7 +92,7 @@ impl<const N: usize> Host<N> {
         self.point(0, at)
     }
 
-    /// Send a point.
+    /// Send a trajectory point.
     pub(super) fn point(&mut self, ticks: u16, at: &Reference<f64, N>) -> Result<(), FrameTooLong> {
         self.last = Some(*at);
         self.send(&Frame::Point(Point { ticks, reference: link::Reference::new(&at.cast::<f32>()) }))
@@ -107,13 +107,14 @@ impl<const N: usize> Host<N> {
         Ok(())
     }
 
-    /// End the tick: all that is sent in it, with what the link does to it. A host that is mute sends nothing.
+    /// End the tick: returns its bytes after the link's faults. A mute host sends nothing.
     ///
-    /// In a drill the lines, where they changed, and the measurement come last and unharmed: without them there is no tick.
+    /// In a drill the lines (if they changed) and the measurement come last and undamaged, because without them there
+    /// is no tick.
     pub(super) fn finish(
         &mut self,
         told: &Told<N>,
-        wire: Option<(FaultKind, &mut Dice)>,
+        wire: Option<(FaultKind, &mut Random)>,
         mute: bool,
     ) -> Result<Sent, FrameTooLong> {
         self.quiet += 1;
@@ -124,12 +125,13 @@ impl<const N: usize> Host<N> {
             self.packets.clear();
             self.requests.clear();
         }
-        // Whoever spoke before may have stopped in the middle of a packet, which would take the hello with it.
+        // An earlier host may have stopped in the middle of a packet. The zero ends that packet, so that the hello is
+        // not lost with it.
         let mut bytes = if core::mem::take(&mut self.begins) { vec![0] } else { Vec::new() };
         let harmed = wire.is_some();
         match wire {
             None => bytes.extend(self.packets.iter().flatten()),
-            Some((kind, dice)) => harm(kind, &self.packets, dice, &mut bytes),
+            Some((kind, random)) => harm(kind, &self.packets, random, &mut bytes),
         }
         let spoke = !bytes.is_empty();
         if spoke {
@@ -138,14 +140,14 @@ impl<const N: usize> Host<N> {
         self.packets.clear();
         if self.pacing == Pacing::Drill {
             if harmed {
-                // The end of whatever was cut, and a frame that may be refused because others before it were lost.
+                // A zero ends a truncated packet. The frame after it may be refused if frames before it were lost.
                 bytes.push(0);
                 bytes.extend(self.encoder.encode(&Frame::Alive)?);
             }
             let lines = told.lines();
             if told.overrun || self.lines.is_none_or(|last| !same(&last, &lines)) {
                 bytes.extend(self.encoder.encode(&Frame::Lines(lines))?);
-                // An overrun is said once.
+                // An overrun is reported once.
                 self.lines = (!told.overrun).then_some(lines);
             }
             let measurement = dynamics_core::Measurement { sensed: told.sensed, age_ticks: told.oldest() };
@@ -155,7 +157,7 @@ impl<const N: usize> Host<N> {
     }
 }
 
-/// By the bits: NaN is never itself.
+/// Compare bit by bit, because NaN differs from itself.
 fn same(a: &link::Lines, b: &link::Lines) -> bool {
     let bits = |x: Option<f32>| x.map(f32::to_bits);
     let of = |lines: &link::Lines| {
@@ -165,11 +167,11 @@ fn same(a: &link::Lines, b: &link::Lines) -> bool {
     of(a) == of(b)
 }
 
-/// What comes of the packets on a link with this fault.
-fn harm(kind: FaultKind, packets: &[Packet], dice: &mut Dice, bytes: &mut Vec<u8>) {
+/// Append the packets to `bytes` after this fault of the link.
+fn harm(kind: FaultKind, packets: &[Packet], random: &mut Random, bytes: &mut Vec<u8>) {
     let mut order: Vec<&Packet> = packets.iter().collect();
     if kind == FaultKind::Swapped && order.len() > 1 {
-        let (a, b) = (dice.index(order.len()), dice.index(order.len()));
+        let (a, b) = (random.index(order.len()), random.index(order.len()));
         order.swap(a, b);
     }
     for packet in order {
@@ -177,21 +179,21 @@ fn harm(kind: FaultKind, packets: &[Packet], dice: &mut Dice, bytes: &mut Vec<u8
         bytes.extend(packet);
         match kind {
             FaultKind::Damaged => {
-                for _ in 0..dice.whole(0, 3) {
-                    let at = begin + dice.index(packet.len());
-                    bytes[at] ^= 1 << dice.whole(0, 7);
+                for _ in 0..random.whole(0, 3) {
+                    let at = begin + random.index(packet.len());
+                    bytes[at] ^= 1 << random.whole(0, 7);
                 }
             }
-            FaultKind::Lost if dice.chance(0.5) => bytes.truncate(begin),
-            FaultKind::Doubled if dice.chance(0.5) => bytes.extend(packet),
-            FaultKind::Garbage if dice.chance(0.5) => bytes.truncate(begin + dice.index(packet.len())),
+            FaultKind::Lost if random.chance(0.5) => bytes.truncate(begin),
+            FaultKind::Doubled if random.chance(0.5) => bytes.extend(packet),
+            FaultKind::Garbage if random.chance(0.5) => bytes.truncate(begin + random.index(packet.len())),
             _ => {}
         }
     }
     if kind == FaultKind::Garbage {
-        for _ in 0..dice.whole(0, 80) {
-            // Zeros end packets: more of them than chance would have.
-            bytes.push(if dice.chance(0.1) { 0 } else { dice.bits() as u8 });
+        for _ in 0..random.whole(0, 80) {
+            // Zeros end packets, so they are more frequent here than by chance.
+            bytes.push(if random.chance(0.1) { 0 } else { random.bits() as u8 });
         }
     }
 }

@@ -1,20 +1,20 @@
-//! One fault, with its numbers drawn: what it does to readings, lines, frames and the arm.
+//! One fault with its random parameters: its effect on readings, lines, frames and the arm.
 
 use super::case::FaultKind;
-use super::dice::Dice;
 use super::host::Host;
 use super::machine::Told;
+use super::random::Random;
 use dynamics_core::{Inertia, JointSpec, Live, Reference, Sensed, Wrench};
 use link::codec::FrameTooLong;
 use link::{Frame, Request};
 use nalgebra::{Matrix3, Vector3};
 
-/// What a joint can do, as the faults are measured by it.
+/// Scales of a joint, by which faults are sized.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointScale {
-    /// Farthest that a reading may move in a tick, rad or m.
+    /// Largest allowed change of a reading in a tick, rad or m.
     pub(super) jump_step: f64,
-    /// Position per encoder count; 0 where positions are measured.
+    /// Position per encoder count; 0 if positions are measured directly.
     pub(super) per_count: f64,
     /// Greatest speed, rad/s or m/s.
     pub(super) velocity: f64,
@@ -23,7 +23,7 @@ pub(super) struct JointScale {
 }
 
 impl JointScale {
-    /// Where a joint has no limit the numbers are those of an ordinary one.
+    /// Create the scales of a joint. Missing limits are replaced by those of an ordinary joint.
     pub(super) fn new(spec: &JointSpec, jump_step: f64, per_count: f64) -> Self {
         let finite = |x: f64, or: f64| if x.is_finite() { x } else { or };
         let (low, high) = spec.limits.position;
@@ -36,39 +36,39 @@ impl JointScale {
     }
 }
 
-/// A fault that lasts for a while.
+/// A temporary fault.
 #[derive(Clone, Debug)]
 pub(super) struct Injection<const N: usize> {
     kind: FaultKind,
     joint: usize,
     scale: JointScale,
-    /// A number that is none, or far too large.
+    /// NaN, infinite or far too large.
     wild: f32,
     /// -1 or 1.
     sign: f64,
-    /// How much of it, from 0 to 1.
+    /// Size of the fault, from 0 to 1.
     share: f64,
-    /// The reading from before.
+    /// Reading and ages before the fault.
     before: Option<(Sensed<f32, N>, [u32; N])>,
 }
 
 const WILD: [f32; 6] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1e30, 1e9];
 
 impl<const N: usize> Injection<N> {
-    /// Draw its numbers.
-    pub(super) fn new(kind: FaultKind, scales: &[JointScale; N], dice: &mut Dice) -> Self {
-        let joint = dice.index(N);
-        let wild = dice.pick(&WILD).unwrap_or(f32::NAN);
-        Self { kind, joint, scale: scales[joint], wild, sign: dice.sign(), share: dice.unit(), before: None }
+    /// Draw the parameters of a fault.
+    pub(super) fn new(kind: FaultKind, scales: &[JointScale; N], random: &mut Random) -> Self {
+        let joint = random.index(N);
+        let wild = random.pick(&WILD).unwrap_or(f32::NAN);
+        Self { kind, joint, scale: scales[joint], wild, sign: random.sign(), share: random.unit(), before: None }
     }
 
-    /// What it does to what sensors and lines say, in its tick number `k` from 0.
-    pub(super) fn tell(&mut self, k: u32, told: &mut Told<N>, dice: &mut Dice) {
+    /// Apply the fault to readings and lines in its tick number `k`, counted from 0.
+    pub(super) fn tell(&mut self, k: u32, told: &mut Told<N>, random: &mut Random) {
         let (sensed, ages) = *self.before.get_or_insert((told.sensed, told.age_ticks));
         let bad = |low: f32, high: f32| [low, high, f32::NAN, f32::INFINITY][((self.share * 4.0) as usize).min(3)];
         match self.kind {
             FaultKind::EmergencyStop => told.emergency_stop = true,
-            FaultKind::Overrun => told.overrun = k == 0 || dice.chance(0.3),
+            FaultKind::Overrun => told.overrun = k == 0 || random.chance(0.3),
             FaultKind::Drive => told.drive_fault[self.joint] = true,
             FaultKind::Supply => told.supply = Some(bad(3.0, 60.0)),
             FaultKind::Temperature => told.temperature = Some(bad(-80.0, 150.0)),
@@ -83,7 +83,7 @@ impl<const N: usize> Injection<N> {
                 }
             }
             FaultKind::Jump => {
-                // From half of what is allowed to anything.
+                // From half of the allowed change to far beyond it.
                 let way = self.scale.jump_step * (0.5 * (self.share * 16.0).exp2());
                 move_by(told, self.joint, self.sign * way, &self.scale);
             }
@@ -98,14 +98,15 @@ impl<const N: usize> Injection<N> {
         }
     }
 
-    /// What it makes the host send in its tick number `k` from 0; whether that is all that the host sends.
-    pub(super) fn talk(&self, k: u32, host: &mut Host<N>, dice: &mut Dice) -> Result<bool, FrameTooLong> {
+    /// Apply the fault to the host's frames in its tick number `k`, counted from 0. Returns `true` if the host sends no
+    /// regular points.
+    pub(super) fn talk(&self, k: u32, host: &mut Host<N>, random: &mut Random) -> Result<bool, FrameTooLong> {
         match self.kind {
             FaultKind::Underrun => return Ok(true),
             FaultKind::PointJump => {
                 let way = self.sign * 3.0 * self.share;
                 if k.is_multiple_of(5) {
-                    self.astray(host, dice.whole(1, 10) as u16, |at, i| at.q[i] += way)?;
+                    self.astray(host, random.whole(1, 10) as u16, |at, i| at.q[i] += way)?;
                 }
             }
             FaultKind::ToLimit => {
@@ -129,15 +130,15 @@ impl<const N: usize> Injection<N> {
                 return Ok(true);
             }
             FaultKind::PointNumbers => {
-                let (ticks, which) = (dice.whole(0, 10) as u16, dice.whole(0, 2));
-                let wild = f64::from(dice.pick(&WILD).unwrap_or(f32::NAN));
+                let (ticks, which) = (random.whole(0, 10) as u16, random.whole(0, 2));
+                let wild = f64::from(random.pick(&WILD).unwrap_or(f32::NAN));
                 let before = host.last;
                 self.astray(host, ticks, |at, i| match which {
                     0 => at.q[i] = wild,
                     1 => at.qd[i] = wild,
                     _ => at.qdd[i] = wild,
                 })?;
-                // What came of it stays over there: the next one starts from a number again.
+                // Forget the wild point: the next one starts from the last regular one.
                 host.last = before;
             }
             FaultKind::Flood => {
@@ -147,7 +148,7 @@ impl<const N: usize> Injection<N> {
             }
             FaultKind::LiveNumbers => {
                 let mut live = link::Live::new(&Live::<f32, N>::zero()).map_err(|_| FrameTooLong)?;
-                live.gravity[dice.index(3)] = [f32::NAN, f32::INFINITY][dice.index(2)];
+                live.gravity[random.index(3)] = [f32::NAN, f32::INFINITY][random.index(2)];
                 host.send(&Frame::Live(live))?;
             }
             FaultKind::Payload if k == 0 => {
@@ -155,20 +156,20 @@ impl<const N: usize> Injection<N> {
                 let com = Vector3::new(0.0, 0.0, (0.5 * self.sign) as f32);
                 host.send(&Frame::Live(held::<N>(mass, com).map_err(|_| FrameTooLong)?))?;
             }
-            kind if kind == FaultKind::Requests || kind.is_of_the_link() => chatter(host, dice, kind)?,
+            kind if kind == FaultKind::Requests || kind.is_of_the_link() => chatter(host, random, kind)?,
             _ => {}
         }
         Ok(false)
     }
 
-    /// What pushes at the tip, if that is the fault.
+    /// Force at the tip; `None` for every other fault.
     pub(super) fn push(&self) -> Option<Wrench<f64>> {
         let force = self.sign * 400.0 * self.share;
         (self.kind == FaultKind::Push)
             .then(|| Wrench { force: Vector3::new(force, -force, force), moment: Vector3::zeros() })
     }
 
-    /// Send a point that is the last one, changed on the joint.
+    /// Send the last point again with one joint changed.
     fn astray(
         &self,
         host: &mut Host<N>,
@@ -181,37 +182,37 @@ impl<const N: usize> Injection<N> {
     }
 }
 
-/// Something to be harmed on the way: requests, and words without meaning.
-fn chatter<const N: usize>(host: &mut Host<N>, dice: &mut Dice, kind: FaultKind) -> Result<(), FrameTooLong> {
+/// Send some frames for the link to damage: requests and signs of life.
+fn chatter<const N: usize>(host: &mut Host<N>, random: &mut Random, kind: FaultKind) -> Result<(), FrameTooLong> {
     let most = if kind == FaultKind::Requests { 4 } else { 2 };
-    for _ in 0..dice.whole(0, most) {
-        match dice.pick(&Request::NAMES) {
-            Some((request, _)) if kind == FaultKind::Requests || dice.chance(0.3) => host.ask(request)?,
+    for _ in 0..random.whole(0, most) {
+        match random.pick(&Request::NAMES) {
+            Some((request, _)) if kind == FaultKind::Requests || random.chance(0.3) => host.ask(request)?,
             _ => host.send(&Frame::Alive)?,
         }
     }
     Ok(())
 }
 
-/// Live inputs of an arm on a floor that holds this mass there.
+/// Live inputs of an arm on a floor with this payload.
 fn held<const N: usize>(mass: f32, com: Vector3<f32>) -> Result<link::Live, link::AsymmetricInertia> {
-    // A point on the z axis.
+    // A point mass on the z axis.
     let turned = mass * com.norm_squared();
     let about_origin = Matrix3::from_diagonal(&Vector3::new(turned, turned, 0.0));
     let payload = Inertia { mass, first_moment: com * mass, about_origin };
     link::Live::new(&Live::<f32, N> { gravity: Vector3::new(0.0, 0.0, -9.81), payload, ..Live::zero() })
 }
 
-/// Move the reading of a joint by so many rad or m.
+/// Move the reading of a joint by `way`, rad or m.
 fn move_by<const N: usize>(told: &mut Told<N>, joint: usize, way: f64, scale: &JointScale) {
     match &mut told.sensed {
         Sensed::State { q, .. } => q[joint] += way as f32,
-        // An encoder that runs over the end of its counter comes out at the other.
+        // The encoder's counter wraps around.
         Sensed::Counts(counts) => counts[joint] = counts[joint].wrapping_add((way / scale.per_count) as i32),
     }
 }
 
-/// The reading of a joint as it was.
+/// Replace the reading of a joint by an earlier one.
 fn hold_still<const N: usize>(told: &mut Told<N>, joint: usize, before: &Sensed<f32, N>) {
     match (&mut told.sensed, before) {
         (Sensed::State { q, qd }, Sensed::State { q: q_before, .. }) => (q[joint], qd[joint]) = (q_before[joint], 0.0),

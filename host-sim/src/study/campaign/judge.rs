@@ -1,11 +1,13 @@
-//! Whether a command was safe: from `docs/safety.md`, without a line of the machine that is judged.
+//! Safety check of each command, written from `docs/safety.md` without using any code of the judged machine.
 //!
-//! After every tick the judge is shown what the machine was told, what the host may have asked for, and what the machine did. It keeps
-//! its own account of homing, latched faults, acting torque and silence. Numbers (limits, guards, times) are the scene's; arithmetic is
-//! f64, and only what is beyond a bound by more than the rounding of f32 counts.
+//! After every tick the judge receives the machine's inputs, the requests that the host may have made, and the
+//! machine's output. It keeps its own record of homing, latched faults, acting torque and silence. Limits, guards and
+//! times are those of the scene. The judge computes in f64 and reports a violation only if a bound is exceeded by more
+//! than the rounding of f32.
 //!
-//! A campaign and the fuzz target `session` share it. They differ in what they know: the campaign's readings come from a simulated arm
-//! ([`Trust`]), the fuzz target knows each word that the machine took ([`Heard::exact`]).
+//! A campaign and the fuzz target `session` share the judge. They differ in their knowledge: the campaign's readings
+//! come from a simulated arm ([`Trust`]), and the fuzz target knows every message that the machine accepted
+//! ([`Heard::exact`]).
 
 mod fault;
 mod law;
@@ -24,25 +26,25 @@ use link::Request;
 use observation::Observation;
 use torque::torque;
 
-/// Extent to which readings and model are believed, each more than the one before.
+/// Trust in readings and model; each level includes the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Trust {
-    /// Readings can be anything: each is judged by itself and against the one before.
+    /// Readings may be arbitrary: each is judged by itself and against the previous one.
     Nothing,
-    /// Readings are those of an arm that moves as one: encoders' speeds are judged by their means, too.
+    /// Readings come from a real motion: mean speeds from encoders are judged, too.
     Arm,
-    /// Readings are true, and so is the model, so that holding must lead to rest.
+    /// Readings and model are correct, so holding must lead to rest.
     Loop,
 }
 
-/// Words of the host since the tick before.
+/// Messages of the host since the previous tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard<'a> {
-    /// Requests that may have been taken, the last one last.
+    /// Requests that the machine may have accepted, in order.
     pub requests: &'a [Request],
-    /// Something may have been taken for a word of the host.
+    /// The machine may have received any message of the host.
     pub spoke: bool,
-    /// That is exactly what was taken: at most one request, and what must be answered can be.
+    /// The messages above are exactly those accepted: at most one request, so that its answer can be checked.
     pub exact: bool,
 }
 
@@ -53,30 +55,30 @@ pub struct Judge<const N: usize> {
     rules: Rules<f64, N>,
     observation: Observation<N>,
     now: i64,
-    /// State and cause of the tick before.
+    /// State and cause of the previous tick.
     before: (u8, u8),
     homed: bool,
-    /// The torque that acted in the tick before, N m or N.
+    /// Torque that acted in the previous tick, N m or N.
     torque: Option<[f64; N]>,
-    /// Ticks in a row that torque has acted.
+    /// Number of consecutive ticks with torque.
     acted: usize,
-    /// Ticks since the host may have been heard.
+    /// Ticks since the machine may last have received a message of the host.
     silent: u32,
-    /// Ticks in a row that the arm has held.
+    /// Number of consecutive ticks of holding.
     held: u32,
-    /// Ticks after which an arm that holds rests.
+    /// Ticks of holding after which the arm must be at rest.
     rest_after: u32,
     trust: Trust,
 }
 
 impl<const N: usize> Judge<N> {
-    /// Judge of a machine that has just been started.
+    /// Create the judge of a machine that has just started.
     #[must_use]
     pub fn new(config: &ControllerConfig<f64, N>, rules: &Rules<f64, N>, trust: Trust) -> Self {
         let stop = |i: usize| {
             let velocity = config.limits[i].velocity;
             let slowing = if velocity.is_finite() { velocity / rules.joints[i].deceleration } else { 1.0 };
-            // The error that is left of the way: at five time constants 4 % of its speed.
+            // Remaining position error: at five time constants 4 % of its speed.
             slowing + 5.0 / config.gains[i].position.sqrt() + 0.02
         };
         let rest = (0..N).map(stop).fold(0.0, f64::max);
@@ -96,7 +98,7 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// Begin again, as after a hello.
+    /// Start again, as after a hello.
     pub fn reset(&mut self) {
         *self = Self::new(&self.config, &self.rules, self.trust);
     }
@@ -104,7 +106,7 @@ impl<const N: usize> Judge<N> {
     /// Judge a tick.
     ///
     /// # Errors
-    /// [`Unsafe`]: the first law that is broken.
+    /// [`Unsafe`]: the first broken law.
     pub fn watch(&mut self, told: &Told<N>, heard: &Heard<'_>, said: &Said<N>) -> Result<(), Unsafe> {
         self.now += 1;
         self.silent = if heard.spoke { 0 } else { self.silent.saturating_add(1) };

@@ -1,4 +1,4 @@
-//! Who is put to the test: the firmware's session on the desk, or the emulated chip with the desk beside it.
+//! Machine under test: the firmware's session on the desk, or the emulated chip with the desk beside it.
 
 use crate::chip::{Chip, ChipError};
 use crate::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
@@ -12,22 +12,22 @@ use session::readings::Lines;
 use session::readings::{JointFaults, Readings};
 use session::{Drives, Reaction};
 
-/// What sensors and lines say in a tick.
+/// Sensor readings and lines of one tick.
 #[derive(Clone, Debug)]
 pub struct Told<const N: usize> {
-    /// The tick's number.
+    /// Number of the tick.
     pub tick: u32,
-    /// The sensors' reading.
+    /// Reading of the sensors.
     pub sensed: Sensed<f32, N>,
-    /// How old it is, joint by joint, ticks.
+    /// Age of the reading of each joint, ticks.
     pub age_ticks: [u32; N],
     /// The emergency stop is pressed.
     pub emergency_stop: bool,
-    /// The tick before had not ended when this one was due.
+    /// The previous tick had not ended when this one was due.
     pub overrun: bool,
-    /// Every joint knows its zero.
+    /// Every joint knows its zero position.
     pub zeroed: bool,
-    /// The joint's drive reports a fault.
+    /// Fault reports of the joints' drives.
     pub drive_fault: [bool; N],
     /// Supply voltage, V.
     pub supply: Option<f32>,
@@ -36,7 +36,7 @@ pub struct Told<const N: usize> {
 }
 
 impl<const N: usize> Told<N> {
-    /// What the lines say, for a drill, where the host plays them.
+    /// Lines for a drill, which the host sends.
     pub(super) fn lines(&self) -> link::Lines {
         link::Lines {
             emergency_stop: self.emergency_stop,
@@ -48,7 +48,7 @@ impl<const N: usize> Told<N> {
         }
     }
 
-    /// The age of the whole reading, ticks.
+    /// Greatest age of a joint's reading, ticks.
     pub(super) fn oldest(&self) -> u32 {
         self.age_ticks.iter().fold(0, |oldest, age| oldest.max(*age))
     }
@@ -65,22 +65,22 @@ impl<const N: usize> Told<N> {
     }
 }
 
-/// What the machine did in a tick.
+/// Output of the machine in one tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Said<const N: usize> {
-    /// What the drives do.
+    /// Command to the drives.
     pub drives: Drives<N>,
-    /// What it says of itself.
+    /// Status that the machine reports.
     pub status: Status,
 }
 
-/// Why a run cannot go on.
+/// Reason why a run cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum Trouble {
-    /// The chip is of no use.
+    /// The chip failed.
     #[error(transparent)]
     Chip(#[from] ChipError),
-    /// Chip and desk say different things.
+    /// Chip and desk give different answers.
     #[error("chip and desk differ: {0}")]
     Differs(String),
     /// A tick was not reported.
@@ -90,10 +90,11 @@ pub enum Trouble {
 
 /// A machine under test, tick by tick.
 pub trait Machine<const N: usize> {
-    /// Who starts its ticks: [`Pacing::Live`], with the lines and readings of a board, or [`Pacing::Drill`].
+    /// Source of its ticks: [`Pacing::Live`] with the lines and readings of a board, or [`Pacing::Drill`].
     fn pacing(&self) -> Pacing;
 
-    /// One tick, after these bytes came over the link. In a drill the last of them is the measurement, and `told` is in them.
+    /// Run one tick after these bytes arrived over the link. In a drill the bytes contain `told`, and the measurement
+    /// comes last.
     ///
     /// # Errors
     /// [`Trouble`].
@@ -117,19 +118,19 @@ impl<const N: usize> Desk<N> {
         Self { session, meter: Meter::new(Uncounted), decoder: Decoder::new(), pacing, answers: Vec::new() }
     }
 
-    /// Take what came over the link.
+    /// Feed received bytes to the session.
     fn receive(&mut self, bytes: &[u8]) {
         for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
             match self.session.receive(received) {
                 Reaction::Reply(frame) | Reaction::Start(_, frame) => self.answers.push(frame),
                 Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
-                // A drill's measurement comes last.
+                // The tick follows in `answers`: a drill's measurement comes last.
                 Reaction::Tick | Reaction::None => {}
             }
         }
     }
 
-    /// All that it says of this tick, and what the drives do.
+    /// Runs a tick; returns all frames of the session and the command to the drives.
     fn answers(&mut self, bytes: &[u8], told: &Told<N>) -> (Vec<Frame>, Drives<N>) {
         self.receive(bytes);
         let lines = Lines { emergency_stop: told.emergency_stop, supply: told.supply, temperature: told.temperature };
@@ -151,20 +152,20 @@ impl<const N: usize> Machine<N> for Desk<N> {
     fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
         let (answers, drives) = self.answers(bytes, told);
         let status = status(answers, told.tick, self.pacing)?;
-        // In a drill no drive is driven: what it would do is in what it says.
+        // A drill drives nothing: the status holds the command that would act.
         let drives = if self.pacing == Pacing::Live { drives } else { played(&status) };
         Ok(Said { drives, status })
     }
 }
 
-/// The emulated chip in a drill, and the desk beside it on the very same bytes.
+/// The emulated chip in a drill, and the desk beside it on the same bytes.
 pub struct Both<const N: usize> {
     chip: Chip,
     desk: Desk<N>,
 }
 
 impl<const N: usize> Both<N> {
-    /// A chip that runs the scene's firmware.
+    /// Create a pair from a chip that runs the scene's firmware.
     pub fn new(chip: Chip, scene: &SceneFile, model: &Model<f64, N>) -> Self {
         Self { chip, desk: Desk::new(scene, model, Pacing::Drill) }
     }
@@ -187,7 +188,7 @@ impl<const N: usize> Machine<N> for Both<N> {
                 break;
             }
         }
-        // NaN is what it is on both sides, and equal to nothing: by what is printed, which has every digit.
+        // NaN differs from itself, so compare the printed text, which has every digit.
         let (chip_says, desk_says) = (format!("{chip:?}"), format!("{desk:?}"));
         if chip_says != desk_says {
             return Err(Trouble::Differs(format!("tick {}\n  chip {chip_says}\n  desk {desk_says}", told.tick)));
@@ -197,18 +198,18 @@ impl<const N: usize> Machine<N> for Both<N> {
     }
 }
 
-/// The status of this tick among what was answered.
+/// Finds the status of this tick among the answers.
 fn status(answers: Vec<Frame>, tick: u32, pacing: Pacing) -> Result<Status, Trouble> {
     let statuses = answers.into_iter().filter_map(|frame| match frame {
         Frame::Status(status) => Some(status),
         _ => None,
     });
-    // Where nobody measures over the link the session counts its ticks itself.
+    // Without measurements over the link, the session counts its ticks itself.
     let mut statuses = statuses.filter(|status| pacing == Pacing::Live || status.tick == tick);
     statuses.next_back().ok_or(Trouble::Unreported(tick))
 }
 
-/// Drives as they would be driven if this were no drill.
+/// Command to the drives that would act outside a drill.
 pub(super) fn played<const N: usize>(status: &Status) -> Drives<N> {
     match &status.actuation {
         Some(Actuation::Drive { torque, .. }) => {

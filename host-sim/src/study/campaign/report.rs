@@ -1,4 +1,4 @@
-//! What came of a campaign: a table of faults and states.
+//! Report of a campaign: a table of faults and states.
 
 use super::Campaign;
 use super::case::{FaultKind, Situation};
@@ -9,53 +9,53 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Duration;
 
-/// What came of the runs with one fault in one state.
+/// Results of the runs with one fault in one state.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Cell {
-    /// Runs.
+    /// Number of runs.
     pub runs: u64,
-    /// How many came out how, the most frequent first.
+    /// Number of runs for each outcome, the most frequent first.
     pub outcomes: Vec<(Outcome, u64)>,
 }
 
-/// What came of the runs with one fault.
+/// Results of the runs with one fault.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// The fault.
     pub fault: FaultKind,
-    /// For each state, in the order of [`Situation::NAMES`].
+    /// One cell per state, in the order of [`Situation::NAMES`].
     pub cells: Vec<Cell>,
-    /// Runs.
+    /// Number of runs.
     pub runs: u64,
-    /// Ticks judged.
+    /// Number of judged ticks.
     pub ticks: u64,
-    /// Runs that an unsafe command ended.
+    /// Number of runs that ended with an unsafe command.
     pub unsafe_commands: u64,
 }
 
-/// What came of a campaign.
+/// Results of a campaign.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The scenes.
     pub scenes: Vec<String>,
     /// `desk` or `qemu`.
     pub target: &'static str,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Runs.
+    /// Number of runs.
     pub runs: u64,
-    /// Ticks judged.
+    /// Number of judged ticks.
     pub ticks: u64,
-    /// How long it took, s.
+    /// Wall-clock time, s.
     pub seconds: f64,
-    /// A row per fault.
+    /// One row per fault.
     pub rows: Vec<Row>,
     /// Every unsafe command, and every tick in which chip and desk differ.
     pub counterexamples: Vec<Counterexample>,
 }
 
 impl Report {
-    /// Of finished runs.
+    /// Summarise finished runs.
     pub(super) fn new(scenes: Vec<String>, campaign: &Campaign, finished: Vec<Finished>, time: Duration) -> Self {
         let rows = FaultKind::NAMES.into_iter().map(|(fault, _)| Row::of(fault, &finished));
         Self {
@@ -70,7 +70,7 @@ impl Report {
         }
     }
 
-    /// The counts, in a sentence.
+    /// Counts as a sentence.
     #[must_use]
     pub fn count(&self) -> String {
         let Self { runs, ticks, seconds, seed, .. } = self;
@@ -83,7 +83,7 @@ impl Report {
         )
     }
 
-    /// For a person.
+    /// Text for the terminal.
     #[must_use]
     pub fn table(&self) -> String {
         let mut table = table(self.header(), usize::MAX);
@@ -102,7 +102,7 @@ impl Report {
         text
     }
 
-    /// For the documentation.
+    /// Markdown for the documentation.
     #[must_use]
     pub fn markdown(&self) -> String {
         let header = self.header();
@@ -119,7 +119,7 @@ impl Report {
     }
 }
 
-/// What the cells of the table say.
+/// Legend of the table's cells.
 const LEGEND: &str = "F9 50: fault 9 in 50 runs; H2: held, cause 2; asked: went where it was asked to; -: went on (docs/safety.md has the numbers)";
 
 impl Row {
@@ -149,7 +149,7 @@ impl Cell {
             *counts.entry(run.outcome).or_insert(0) += 1;
         }
         let mut outcomes: Vec<(Outcome, u64)> = counts.into_iter().collect();
-        // Stable: of those that are as frequent the order is that of the outcomes.
+        // The sort is stable: equally frequent outcomes keep their order.
         outcomes.sort_by_key(|(_, count)| core::cmp::Reverse(*count));
         Self { runs: outcomes.iter().map(|(_, count)| count).sum(), outcomes }
     }

@@ -1,14 +1,14 @@
-//! One run: a machine is taken to a state, something goes wrong for a while, and every tick is judged.
+//! One run: bring a machine to a state, inject a fault for a while, and judge every tick.
 
 use super::case::{Case, FaultKind, Situation};
-use super::dice::Dice;
 use super::host::Host;
 use super::injection::{Injection, JointScale};
 use super::judge::{Heard, Judge, Law, Trust, Unsafe};
 use super::machine::{Machine, Said, Told, Trouble};
+use super::random::Random;
 use crate::chip::hello;
 use crate::failure::Failure;
-use crate::plant::{Diverged, Push};
+use crate::plant::Diverged;
 use crate::run::closed_loop::{World, measurement};
 use crate::run::simulate;
 use dynamics_core::safety::{Rules, SafeAction};
@@ -16,13 +16,14 @@ use dynamics_core::{ControllerConfig, Reference};
 use link::codec::FrameTooLong;
 use link::{Frame, Hello, Request, Status};
 use robot_compiler::SceneFile;
+use robot_compiler::scene::Push;
 use serde::Serialize;
 use session::Drives;
 use std::path::PathBuf;
 
-/// What all runs of a scene share.
+/// Data shared by all runs of a scene.
 pub struct Stage<const N: usize> {
-    /// The scene's name, and its file.
+    /// Name of the scene, and its file.
     scene: (String, PathBuf),
     world: World<N>,
     hello: Hello,
@@ -30,15 +31,15 @@ pub struct Stage<const N: usize> {
     rules: Rules<f64, N>,
     live: Frame,
     scales: [JointScale; N],
-    /// Supply voltage and temperature in order.
+    /// Normal supply voltage and temperature.
     calm: (Option<f32>, Option<f32>),
 }
 
 impl<const N: usize> Stage<N> {
-    /// That of a scene.
+    /// Prepare the runs of a scene.
     ///
     /// # Errors
-    /// A scene that cannot be run.
+    /// The scene cannot be run.
     pub fn new(scene: &SceneFile) -> Result<Self, Failure> {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;
         let (config, rules) = (scene.controller_config(&model), scene.safety_rules(&model));
@@ -66,55 +67,55 @@ impl<const N: usize> Stage<N> {
     }
 }
 
-/// What came of a fault.
+/// Effect of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// The machine went into this fault.
+    /// The machine entered the fault state with this code.
     Fault(u8),
-    /// It held, for this cause.
+    /// The machine held, with this cause.
     Held(u8),
-    /// It went where it was asked to.
+    /// The machine followed a request.
     Asked,
-    /// It went on.
+    /// The machine carried on.
     Unaffected,
 }
 
-/// A run in which a command was unsafe, with all that is needed to see why.
+/// A run with an unsafe command, and the data to reproduce and understand it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Counterexample {
-    /// The scene.
+    /// Name of the scene.
     pub scene: String,
-    /// The campaign's seed.
+    /// Seed of the campaign.
     pub seed: u64,
-    /// The run's number.
+    /// Number of the run.
     pub run: u64,
-    /// The tick.
+    /// Tick of the unsafe command.
     pub tick: u32,
-    /// Which fault in which state.
+    /// The fault and the state.
     pub case: Case,
-    /// What is broken; `None` where chip and desk differ.
+    /// The law that is broken; `None` if chip and desk differ.
     pub law: Option<Law>,
-    /// How.
+    /// Description of the violation.
     pub what: String,
-    /// What the machine was told and what it did.
+    /// Inputs and outputs of the machine in that tick.
     pub inputs: String,
 }
 
 /// A finished run.
 #[derive(Clone, Debug)]
 pub struct Finished {
-    /// Which fault in which state.
+    /// The fault and the state.
     pub case: Case,
-    /// What came of it.
+    /// Effect of the fault.
     pub outcome: Outcome,
-    /// Ticks, all of them judged.
+    /// Number of ticks, all of them judged.
     pub ticks: u32,
-    /// The unsafe command that ended it.
+    /// The unsafe command that ended the run.
     pub counterexample: Option<Counterexample>,
 }
 
-/// Why a run ended before its end.
+/// Reason why a run ended early.
 #[derive(Debug)]
 enum Stop {
     Unsafe {
@@ -123,7 +124,7 @@ enum Stop {
         inputs: String,
     },
     Trouble(Trouble),
-    /// The machine did not come to the state that the run is about.
+    /// The machine did not reach the state of the case.
     NotReached(Box<Status>),
 }
 
@@ -133,19 +134,19 @@ impl From<FrameTooLong> for Stop {
     }
 }
 
-/// Which run of which campaign.
+/// Identification of a run: campaign and number.
 #[derive(Clone, Copy, Debug)]
 pub struct Number {
-    /// The campaign's seed.
+    /// Seed of the campaign.
     pub seed: u64,
-    /// The run's number.
+    /// Number of the run.
     pub run: u64,
 }
 
-/// Do one run with a machine, whatever it did before: it begins with a hello.
+/// Do one run. The machine may have done anything before, because the run begins with a hello.
 ///
 /// # Errors
-/// [`Failure::Target`] for a chip that is of no use; [`Failure::Input`] for a scene whose machine does not come to the state.
+/// [`Failure::Target`] if the chip fails; [`Failure::Input`] if the scene's machine does not reach the state.
 pub fn run<const N: usize>(
     stage: &Stage<N>,
     machine: &mut dyn Machine<N>,
@@ -162,7 +163,7 @@ pub fn run<const N: usize>(
         host,
         judge,
         world: stage.world.clone(),
-        dice: Dice::new(number.seed, number.run),
+        random: Random::new(number.seed, number.run),
         tick: 0,
         status: None,
         along: 0,
@@ -190,27 +191,27 @@ pub fn run<const N: usize>(
     Ok(Finished { case, outcome, ticks: bench.tick, counterexample })
 }
 
-/// A run under way.
+/// A run in progress.
 struct Bench<'a, const N: usize> {
     stage: &'a Stage<N>,
     machine: &'a mut dyn Machine<N>,
     host: Host<N>,
     judge: Judge<N>,
     world: World<N>,
-    dice: Dice,
+    random: Random,
     tick: u32,
     status: Option<Status>,
     /// Ticks along the trajectory.
     along: u32,
-    /// Ticks that the arm has been driven.
+    /// Ticks in which the drives have moved the arm.
     driven: u32,
 }
 
-/// What goes wrong in a tick.
+/// The fault in a tick.
 struct Wrong<'a, const N: usize> {
     kind: FaultKind,
     injection: &'a mut Injection<N>,
-    /// For how many ticks already.
+    /// Ticks since the fault began.
     k: u32,
 }
 
@@ -224,32 +225,32 @@ impl<const N: usize> Bench<'_, N> {
                 .clone()
                 .map_or(Stop::Trouble(Trouble::Unreported(0)), |s| Stop::NotReached(Box::new(s))));
         }
-        let mut injection = Injection::new(case.fault, &self.stage.scales, &mut self.dice);
+        let mut injection = Injection::new(case.fault, &self.stage.scales, &mut self.random);
         let (least, most) = case.fault.ticks();
-        let mut ticks = self.dice.whole(least, most);
+        let mut ticks = self.random.whole(least, most);
         if case.fault == FaultKind::HostSilent {
             ticks += self.stage.rules.heartbeat_max.saturating_add(self.stage.rules.hold_max).min(5000);
         }
         let mut outcome = Outcome::Unaffected;
         for k in 0..ticks {
-            // Somebody who clears without looking.
-            if case.fault != FaultKind::Nothing && self.dice.chance(0.05) {
+            // Simulate a host that clears faults without looking.
+            if case.fault != FaultKind::Nothing && self.random.chance(0.05) {
                 self.host.ask(Request::Clear)?;
             }
             self.pass(Some(Wrong { kind: case.fault, injection: &mut injection, k }))?;
             outcome = self.came_of(outcome, before);
         }
-        for _ in 0..self.dice.whole(5, 40) {
+        for _ in 0..self.random.whole(5, 40) {
             self.pass(None)?;
             outcome = self.came_of(outcome, before);
         }
-        if case.fault != FaultKind::Nothing && self.dice.chance(0.5) {
+        if case.fault != FaultKind::Nothing && self.random.chance(0.5) {
             self.recover()?;
         }
         Ok(outcome)
     }
 
-    /// What has come of the fault so far: the first fault counts, or else the first hold.
+    /// Effect of the fault so far: the first fault counts, otherwise the first hold.
     fn came_of(&self, so_far: Outcome, before: (u8, u8)) -> Outcome {
         let now = (self.state(), self.cause());
         match (so_far, now) {
@@ -262,7 +263,7 @@ impl<const N: usize> Bench<'_, N> {
         }
     }
 
-    /// Take the machine to a state, and wait there.
+    /// Bring the machine to a state and wait there.
     fn approach(&mut self, situation: Situation) -> Result<(), Stop> {
         let live = self.stage.live.clone();
         self.host.send(&live)?;
@@ -301,7 +302,7 @@ impl<const N: usize> Bench<'_, N> {
         self.wait(1, 60)
     }
 
-    /// Clear, and on to torque, whether it is granted or not.
+    /// Ask to clear the fault and to go on to torque, whether or not the machine grants it.
     fn recover(&mut self) -> Result<(), Stop> {
         for request in [Request::Clear, Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold] {
             self.host.ask(request)?;
@@ -311,27 +312,27 @@ impl<const N: usize> Bench<'_, N> {
     }
 
     fn wait(&mut self, least: u32, most: u32) -> Result<(), Stop> {
-        for _ in 0..self.dice.whole(least, most) {
+        for _ in 0..self.random.whole(least, most) {
             self.pass(None)?;
         }
         Ok(())
     }
 
-    /// A tick with the emergency stop pressed.
+    /// Run a tick with the emergency stop pressed.
     fn stop(&mut self) -> Result<(), Stop> {
-        let mut press = Injection::new(FaultKind::EmergencyStop, &self.stage.scales, &mut self.dice);
+        let mut press = Injection::new(FaultKind::EmergencyStop, &self.stage.scales, &mut self.random);
         self.pass(Some(Wrong { kind: FaultKind::EmergencyStop, injection: &mut press, k: 0 }))
     }
 
-    /// One tick: sensors, host, machine, judge, arm.
+    /// Run one tick: sensors, host, machine, judge, arm.
     fn pass(&mut self, wrong: Option<Wrong<'_, N>>) -> Result<(), Stop> {
         self.tick += 1;
         let mut told = self.calm();
         let (mut mute, mut wire) = (false, None);
         let mut feeds = self.state() == Situation::Running.state();
         if let Some(Wrong { kind, injection, k }) = wrong {
-            injection.tell(k, &mut told, &mut self.dice);
-            feeds &= !injection.talk(k, &mut self.host, &mut self.dice)?;
+            injection.tell(k, &mut told, &mut self.random);
+            feeds &= !injection.talk(k, &mut self.host, &mut self.random)?;
             mute = kind == FaultKind::HostSilent;
             wire = kind.is_of_the_link().then_some(kind);
             if let Some(wrench) = injection.push().filter(|_| k == 0) {
@@ -345,7 +346,7 @@ impl<const N: usize> Bench<'_, N> {
         if feeds {
             self.feed()?;
         }
-        let sent = self.host.finish(&told, wire.map(|kind| (kind, &mut self.dice)), mute)?;
+        let sent = self.host.finish(&told, wire.map(|kind| (kind, &mut self.random)), mute)?;
         let said = match self.machine.tick(&sent.bytes, &told) {
             Ok(said) => said,
             Err(Trouble::Differs(what)) => {
@@ -371,7 +372,7 @@ impl<const N: usize> Bench<'_, N> {
         Ok(())
     }
 
-    /// What sensors and lines say where nothing is wrong.
+    /// Sensor readings and lines without a fault.
     fn calm(&mut self) -> Told<N> {
         let measured = measurement::<f32, N>(&self.world.sensors.read(self.world.plant.measured()));
         Told {
@@ -387,18 +388,18 @@ impl<const N: usize> Bench<'_, N> {
         }
     }
 
-    /// The scene's motion, so many ticks from its start.
+    /// Reference of the scene's motion `ticks` after its start.
     fn motion(&self, ticks: u32) -> Reference<f64, N> {
         self.world.reference(f64::from(ticks) * self.world.period)
     }
 
-    /// Send the points that are due.
+    /// Send the trajectory points that are due.
     fn feed(&mut self) -> Result<(), FrameTooLong> {
         let (world, period) = (&self.world, self.world.period);
         self.host.feed(self.along, |ticks| world.reference(f64::from(ticks) * period))
     }
 
-    /// Let the arm do what the drives do.
+    /// Move the arm as the drives command.
     fn move_arm(&mut self, said: &Said<N>) -> Result<(), Diverged> {
         let plant = &mut self.world.plant;
         let torque = match &said.drives {

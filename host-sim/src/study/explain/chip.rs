@@ -1,9 +1,9 @@
-//! What each term takes on the chip.
+//! Cost of each term on the chip.
 
 use super::{ChipSaving, Explanation};
 use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
-use crate::study::trade::base::Base;
+use crate::study::trade::baseline::Baseline;
 use crate::study::trade::{Cost, Costs};
 use robot_compiler::scene::ModelTerm;
 use std::fs;
@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 impl Explanation {
-    /// Measure the tick of the chip with every term and without each.
+    /// Measure the chip's tick with every term and without each of them.
     pub(crate) fn measure(&mut self, scene: &Path, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
-        let base = Base::load(scene)?;
+        let base = Baseline::load(scene)?;
         let folder = Path::new("out/explain").join(file_name(&self.scene));
         fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
         let term = |name: &str| ModelTerm::ALL.into_iter().find(|term| term.name() == name);

@@ -1,4 +1,4 @@
-//! An explanation, term by term.
+//! Data of an explanation, term by term.
 
 use crate::study::trade::Cost;
 use dynamics_core::JointKind;
@@ -6,12 +6,12 @@ use robot_compiler::choose::TorqueError;
 use robot_compiler::kernel::Operations;
 use serde::Serialize;
 
-/// What a scene's model computes, and why.
+/// Terms of a scene's model: their cost and their benefit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
-    /// The scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
     /// The control law.
     pub law: &'static str,
@@ -19,35 +19,35 @@ pub struct Explanation {
     pub level: &'static str,
     /// Every joint, base first.
     pub joints: Vec<Joint>,
-    /// Share of each joint's torque limit that the terms are held against.
+    /// Tolerance of the torque error, as a share of each joint's torque limit.
     pub tolerance: f64,
-    /// Operations of a tick's inverse dynamics and friction feedforward with every term.
+    /// Operations per tick with every term: inverse dynamics and friction feedforward.
     pub operations: Count,
-    /// What a tick of the chip takes with every term, where it was measured.
+    /// Cost of a chip's tick with every term, if measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chip: Option<Cost>,
     /// The closed loop with every term.
     pub tracking: Tracking,
-    /// Each term.
+    /// Report on each term.
     pub terms: Vec<TermReport>,
-    /// The fewest terms that keep the tolerance.
+    /// The smallest set of terms that keeps the tolerance.
     pub fewest: Fewest,
 }
 
-/// A joint.
+/// A joint of the arm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Joint {
-    /// Its name.
+    /// Name of the joint.
     pub name: String,
     /// `N m` or `N`.
     pub torque_unit: &'static str,
     /// `rad` or `m`.
     pub position_unit: &'static str,
-    /// Greatest torque or force; none where there is no limit.
+    /// Greatest torque or force; `None` without a limit.
     pub torque_limit: Option<f64>,
 }
 
-/// Operations.
+/// Number of operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Count {
     /// Multiplications.
@@ -58,53 +58,53 @@ pub struct Count {
     pub sub: i64,
 }
 
-/// What one term is worth.
+/// Cost and benefit of one term.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TermReport {
-    /// Its name.
+    /// Name of the term.
     pub term: &'static str,
     /// `absent`, `constant`, `live`, or `given up` by `terms = "auto"`.
     pub state: &'static str,
-    /// Where that was said.
+    /// Source of the state.
     pub why: String,
-    /// What dropping it does; none where it is absent.
+    /// Effect of dropping the term; `None` if it is absent.
     pub dropped: Option<Dropped>,
 }
 
-/// What dropping terms does.
+/// Effect of dropping terms.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Dropped {
-    /// Operations less.
+    /// Operations saved.
     pub operations: Count,
-    /// What a tick of the chip takes less; where it was measured.
+    /// Cost saved on the chip, if measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chip: Option<ChipSaving>,
-    /// Torque that the model then leaves out on the reference motion.
+    /// Torque error of the reduced model on the reference motion.
     pub torque_error: Error,
-    /// The closed loop with that model, in the same world.
+    /// The closed loop with the reduced model, in the same world.
     pub tracking: Tracking,
     /// Whether the torque error keeps the tolerance.
     pub within_tolerance: bool,
-    /// Least loop gain along the motion, where the full model has 1.
+    /// Least loop gain along the motion, relative to 1 for the full model.
     pub loop_gain: f64,
-    /// The joint that moves most in the mode of that loop gain; none where it is 1.
+    /// Joint that moves most in the mode of that loop gain; `None` if the loop gain is 1.
     pub weakest_joint: Option<usize>,
-    /// Whether both allow it to go.
+    /// Whether both the torque error and the loop gain allow dropping.
     pub may_go: bool,
 }
 
-/// What a tick of the chip takes less without a term.
+/// Cost of a chip's tick saved by dropping a term.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ChipSaving {
-    /// Instructions, mean.
+    /// Mean number of instructions.
     pub instructions: f64,
-    /// Cycles, mean: an estimate.
+    /// Mean number of cycles: an estimate.
     pub cycles: f64,
-    /// Bytes of the tick and all that it reaches.
+    /// Code size of the tick and of everything it calls, bytes.
     pub flash: i64,
 }
 
-/// A torque error per joint.
+/// Torque error per joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Error {
     /// Greatest magnitude, N m or N.
@@ -115,25 +115,25 @@ pub struct Error {
     pub of_limit: Vec<Option<f64>>,
 }
 
-/// How a closed loop went.
+/// Tracking of a closed loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tracking {
-    /// Per joint, greatest error, rad or m.
+    /// Greatest error per joint, rad or m.
     pub max: Vec<f64>,
-    /// Per joint, root mean square of it.
+    /// Root mean square error per joint, rad or m.
     pub rms: Vec<f64>,
-    /// What ended it early, or braked it.
+    /// Reason why the loop ended early or braked.
     pub fault: Option<String>,
 }
 
-/// The fewest terms that keep the tolerance.
+/// The smallest set of terms that keeps the tolerance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fewest {
-    /// Whether the scene asks for them: `terms = "auto"`, at this tolerance.
+    /// Whether the scene uses this set: `terms = "auto"`, at this tolerance.
     pub chosen: bool,
-    /// What goes.
+    /// Names of the dropped terms.
     pub given_up: Vec<&'static str>,
-    /// What that does, all together.
+    /// Effect of dropping all of them together.
     pub dropped: Dropped,
 }
 
@@ -167,7 +167,8 @@ impl From<TorqueError> for Error {
 }
 
 impl Error {
-    /// The joint that is worst off, by its share of the limit, or where no joint has one by the torque.
+    /// The joint with the greatest error relative to its limit, or with the greatest torque error if no joint has a
+    /// limit.
     pub(super) fn worst(&self) -> usize {
         let by = |i: &usize| (self.of_limit[*i].unwrap_or(0.0), self.max[*i]);
         let worse = |a: &usize, b: &usize| by(a).partial_cmp(&by(b)).unwrap_or(core::cmp::Ordering::Equal);

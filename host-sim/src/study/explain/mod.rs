@@ -1,4 +1,4 @@
-//! What each term of a scene's model costs, and what goes wrong without it.
+//! Cost of each term of a scene's model, and the errors without it.
 
 mod chip;
 mod explanation;
@@ -17,13 +17,13 @@ use robot_compiler::kernel::Operations;
 use robot_compiler::scene::ModelTerm;
 use std::sync::atomic::AtomicBool;
 
-/// The tolerance where neither scene nor command line gives one: a share of each joint's torque limit.
+/// Default tolerance, if neither the scene nor the command line gives one: a share of each joint's torque limit.
 pub const TOLERANCE: f64 = 0.002;
 
-/// What the scene's model computes, and why.
+/// Explain the terms of the scene's model.
 ///
 /// # Errors
-/// [`Failure::Input`] for a scene that cannot be run, [`Failure::Interrupted`].
+/// [`Failure::Input`] if the scene cannot be run, [`Failure::Interrupted`].
 pub fn explain<const N: usize>(
     file: &SceneFile,
     tolerance: Option<f64>,
@@ -62,7 +62,7 @@ pub fn explain<const N: usize>(
     })
 }
 
-/// What a term is in the scene, and where that was said.
+/// State of a term in the scene, and the source of that state.
 fn state(file: &SceneFile, term: ModelTerm) -> (&'static str, String) {
     let name = |state: Term<()>| match state {
         Term::Absent => "absent",
@@ -73,7 +73,7 @@ fn state(file: &SceneFile, term: ModelTerm) -> (&'static str, String) {
     if file.model.auto.is_some() {
         let (full, now) = (file.model.full().state(term), file.model.state(term));
         let state = if full == now { name(now) } else { "given up" };
-        // What acts stands in [plant]; the rest is the robot's, or always there.
+        // Acting terms are stated in [plant]; the other terms come from the robot or always act.
         let world = match term {
             ModelTerm::Rotors | ModelTerm::VelocityTerms => None,
             _ => line("plant", term.key()),
@@ -90,7 +90,7 @@ fn default() -> String {
     "default".to_owned()
 }
 
-/// A scene, to try models in.
+/// A scene in which models are tried.
 struct Lab<'a, const N: usize> {
     file: &'a SceneFile,
     along: Along<'a, N>,
@@ -116,7 +116,7 @@ impl<const N: usize> Lab<'_, N> {
         })
     }
 
-    /// The loop with the full model less these terms, in the world and along the motion of the scene.
+    /// Run the loop with the full model less these terms, in the scene's world and along its motion.
     fn tracking(&self, terms: &[ModelTerm]) -> Result<Tracking, Failure> {
         let mut world = simulate::world::<N>(self.file)?;
         let mut scene = self.file.clone();

@@ -1,4 +1,4 @@
-//! An explanation as tables.
+//! Tables of an explanation.
 
 use super::{Count, Dropped, Explanation, Fewest, Tracking};
 use crate::run::summary::engineering;
@@ -8,7 +8,7 @@ use comfy_table::Table;
 use robot_compiler::choose::LoopGain;
 
 impl Explanation {
-    /// The tables, as a person reads them.
+    /// The tables for the terminal.
     #[must_use]
     pub fn text(&self) -> String {
         let Self { scene, robot, law, level, operations: Count { mul, add, sub }, .. } = self;
@@ -64,7 +64,7 @@ impl Explanation {
         table
     }
 
-    /// The least loop gain, and the joint that feels it.
+    /// The least loop gain and its weakest joint.
     fn loop_gain(&self, dropped: &Dropped) -> String {
         dropped.weakest_joint.map_or_else(
             || "1".to_owned(),
@@ -72,8 +72,8 @@ impl Explanation {
         )
     }
 
-    /// A row per joint; a column without anything dropped, where that is given, one per term that is not absent, and one for all
-    /// that can go together.
+    /// Table with a row per joint. Its columns: the errors without dropping anything (if given), the errors without
+    /// each present term, and the errors without all terms that can be dropped together.
     fn joint_table(
         &self,
         nothing: Option<&dyn Fn(usize) -> String>,

@@ -1,4 +1,4 @@
-//! The closed loop where its model, its actuators or its joints are not what the controller takes them for.
+//! The closed loop with a wrong model, imperfect actuators or imperfect joints.
 
 use super::{Cell, Outcome, puma};
 use crate::failure::Failure;
@@ -14,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 
 const GROUP: &str = "control";
 
-/// The Puma fetching 2 kg, with encoders, friction and saturation, as `scenes/puma560_pick.toml` has it.
+/// The Puma picking up 2 kg, with encoders, friction and saturation, as in `scenes/puma560_pick.toml`.
 fn pick() -> Result<SceneFile, Failure> {
     let mut scene = SceneFile::default_for(puma()?);
     let steel = Body {
@@ -45,7 +45,7 @@ fn pick() -> Result<SceneFile, Failure> {
     Ok(scene)
 }
 
-/// A controller whose drives give `constant` times the torque that it asks for.
+/// A controller with drives that give `constant` times the commanded torque.
 struct Drives<C> {
     controller: C,
     constant: f32,
@@ -70,7 +70,7 @@ impl<C: Torques<f32, 6>> Torques<f32, 6> for Drives<C> {
     }
 }
 
-/// A run to its end, this many seconds beyond its motion, or what ended it.
+/// Run a motion and `beyond` seconds after it. Returns the record, or the reason why the run ended early.
 fn follow(told: &SceneFile, nature: &SceneFile, constant: f32, beyond: f64) -> Result<Result<Record, String>, Failure> {
     let mut world = simulate::world::<6>(nature)?;
     let model: Model<f64, 6> = told.robot.model().map_err(Failure::input)?;
@@ -95,12 +95,12 @@ fn largest_error(record: &Record) -> f64 {
     errors.fold(0.0, f64::max)
 }
 
-/// Largest tracking error of any joint, rad, or what ended the run.
+/// Largest tracking error of any joint, rad, or the reason why the run ended early.
 fn track(told: &SceneFile, nature: &SceneFile, constant: f32) -> Result<Result<f64, String>, Failure> {
     Ok(follow(told, nature, constant, 0.0)?.map(|record| largest_error(&record)))
 }
 
-/// Every cell.
+/// All cells of this group.
 ///
 /// # Errors
 /// A shipped robot cannot be read, or its scene cannot be run.
@@ -168,9 +168,9 @@ pub fn cells() -> Result<Vec<Cell>, Failure> {
     Ok(cells)
 }
 
-/// Joints that break away at three times the Coulomb torque they then slide with, which the controller takes for all of it.
+/// Joints that break away at three times their sliding Coulomb torque. The controller models the Coulomb torque only.
 ///
-/// Three motions: the pick, two seconds of standing still after it, and every joint creeping at 20 mrad/s.
+/// Three motions: the pick, standing still for two seconds after it, and every joint creeping at 20 mrad/s.
 fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failure> {
     const STRIBECK: f64 = 0.05;
     const CREEP: f64 = 0.02;
@@ -187,7 +187,7 @@ fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failur
             coulomb,
             breakaway: Some(BreakawaySpec { torque, speed: STRIBECK, load: 0.0 }),
         });
-        // The steep friction at rest asks for it.
+        // Steep friction near rest requires this small step.
         sticky.plant.step = 6.25e-5;
         sticky
     };
@@ -224,7 +224,7 @@ fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failur
     add("hunting at rest", what, last_second(|low, high, _| high - low), 1e-3, "rad", "the arm hunts");
     let what = "mean distance of the worst joint from its goal in that second: where it has stuck";
     add("stuck at rest", what, last_second(|_, _, mean| mean), 0.05, "rad", "the arm sticks far from its goal");
-    // The same joints with Coulomb's friction alone stand beside the stick-slip.
+    // The same joints with Coulomb friction alone, to compare with the stick-slip.
     for (name, nature) in [("creeping", sticky(&creep)), ("creeping, Coulomb's friction alone", creep.clone())] {
         let run = follow(&creep, &nature, 1.0, 0.0)?;
         let what = "every joint at 20 mrad/s, fastest speed of any joint over that";
@@ -240,7 +240,8 @@ fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failur
     Ok(())
 }
 
-/// How often a joint that stands, below a tenth of a speed, breaks away and passes half of it; its start is one.
+/// Number of times that a standing joint (below a tenth of `speed`) breaks away and passes half of `speed`; the start
+/// counts as one.
 fn slips(record: &Record, joint: usize, speed: f64) -> usize {
     let (mut moving, mut slips) = (false, 0);
     for sample in record.joint(joint) {

@@ -1,8 +1,8 @@
-//! Numbers at their extremes, through the real controller: a right torque or the documented fault.
+//! Extreme numbers as inputs of the real controller: it gives a correct torque or the documented fault.
 //!
-//! The arm is the shipped Puma, for the region of small error also the UR5, without limits, guards or friction, so that nothing
-//! stands between an input and the torque. What a torque should be comes from the recursion in double-double arithmetic at the
-//! state as it is, before it is rounded to the controller's scalar: the rounding of a large angle counts as error.
+//! The arm is the shipped Puma, and also the UR5 for the region of small error. It has no limits, guards or friction,
+//! so that nothing stands between an input and the torque. The exact torque is that of the recursion in double-double
+//! arithmetic, at the state before rounding to the controller's scalar: the rounding of a large angle counts as error.
 
 use super::{Cell, Outcome, Random, joints, puma, scalar_name, unlimited, ur5};
 use crate::failure::Failure;
@@ -19,16 +19,17 @@ use std::f64::consts::TAU;
 
 const GROUP: &str = "inputs";
 
-/// Share of the torque limit that an error must not pass.
+/// Largest allowed error as a share of the torque limit.
 const SHARE: f64 = 1e-4;
-/// The same of the largest torque of the state, where that is far beyond any limit, in single and double precision.
+/// Largest allowed error as a share of the state's largest torque, for torques far beyond any limit, in single and
+/// double precision.
 const RELATIVE: [f64; 2] = [1e-5, 1e-13];
-/// States in each point of the region.
+/// Number of states at each point of the region.
 const STATES: usize = 24;
 
 type Loop<S> = Controller<S, 6, Dynamics<S, 6>, Method>;
 
-/// The arm, what it should do, and its torque limits.
+/// The arm, its exact law, and its torque limits.
 struct Bench {
     model: Model<f64, 6>,
     scene: Scene<f64, 6>,
@@ -61,7 +62,7 @@ impl Input {
         }
     }
 
-    /// The fault for a number that is not finite.
+    /// Fault raised by a NaN or infinite input.
     fn fault(self, joint: u8) -> Fault {
         match self {
             Self::Position | Self::Velocity => Fault::NonFiniteMeasurement { joint },
@@ -70,7 +71,7 @@ impl Input {
     }
 }
 
-/// Everything that goes into a tick, `[reference q, qd, qdd, measured q, qd]`.
+/// All inputs of a tick, `[reference q, qd, qdd, measured q, qd]`.
 type Inputs = [[f64; 6]; 5];
 
 impl Bench {
@@ -125,7 +126,8 @@ impl Bench {
         self.reference.inverse_dynamics(&turn, &q, &qd, &qdd, &Live::zero())
     }
 
-    /// Largest error over `scale` of the joint, of the states in which the controller drives; a fault ends it.
+    /// Largest error relative to the joint's `scale`, over all states in which the controller drives; a fault ends the
+    /// search.
     fn error<S: Real>(&self, trig: Method, states: &[Inputs], scale: Scale) -> Result<f64, Fault>
     where
         Method: Trig<S>,
@@ -149,7 +151,7 @@ impl Bench {
     }
 }
 
-/// What an error is held against.
+/// Scale of an error.
 #[derive(Clone, Copy)]
 enum Scale {
     /// The joint's torque limit.
@@ -158,7 +160,7 @@ enum Scale {
     State,
 }
 
-/// States at angles of up to `angle`, half of it at least, and speeds of up to `rate`; the reference is where the arm is.
+/// States with angles from half of `angle` to `angle` and speeds up to `rate`; the reference equals the arm's state.
 fn states(angle: f64, rate: f64, acceleration: f64) -> Vec<Inputs> {
     let mut random = Random(11);
     let mut state = || {
@@ -172,7 +174,7 @@ fn states(angle: f64, rate: f64, acceleration: f64) -> Vec<Inputs> {
     (0..STATES).map(|_| state()).collect()
 }
 
-/// Every cell.
+/// All cells of this group.
 ///
 /// # Errors
 /// The shipped robot cannot be read.
@@ -252,15 +254,15 @@ where
     size_cells::<S>(bench, cells);
 }
 
-/// A number of the live inputs.
+/// Access to one number of the live inputs.
 type LiveNumber<S> = fn(&mut Live<S, 6>, usize) -> &mut S;
 
-/// Live inputs that are no numbers, or too large.
+/// Live inputs that are NaN, infinite or too large.
 fn live_cells<S: Real>(bench: &Bench, cells: &mut Vec<Cell>, home: &Inputs)
 where
     Method: Trig<S>,
 {
-    // Of the payload's tensor the six entries that the link carries.
+    // The six entries of the payload's tensor that the link carries.
     const TENSOR: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     let inputs: [(&str, usize, LiveNumber<S>); 7] = [
         ("gravity", 3, |live, i| &mut live.gravity[i]),
@@ -307,7 +309,7 @@ where
     ));
 }
 
-/// With limits and guards in force.
+/// Cells with active limits and guards.
 fn guard_cells<S: Real>(bench: &Bench, cells: &mut Vec<Cell>, home: &Inputs)
 where
     Method: Trig<S>,
@@ -392,7 +394,7 @@ where
     ));
 }
 
-/// A command in words.
+/// Description of a command in words.
 fn describe(found: &Result<[f64; 6], Fault>) -> String {
     match found {
         Ok(torque) => {
@@ -403,7 +405,7 @@ fn describe(found: &Result<[f64; 6], Fault>) -> String {
     }
 }
 
-/// Angles of many turns.
+/// Cells with angles of many turns.
 fn angle_cells(bench: &Bench, cells: &mut Vec<Cell>) {
     for turns in [1.0, 10.0, 100.0, 1e3, 1e6] {
         let found = bench.error::<f32>(Method::Polynomial, &states(turns * TAU, 1.0, 1.0), Scale::Limit);
@@ -450,7 +452,7 @@ fn turns_name(turns: f64) -> String {
     }
 }
 
-/// Largest rate, rad/s, at which the error stays under [`SHARE`] of the torque limit; zero where it does not at any.
+/// Largest rate, rad/s, at which the error stays under [`SHARE`] of the torque limit; zero if there is none.
 fn rate_max<S: Real>(bench: &Bench, angle: f64) -> f64
 where
     Method: Trig<S>,
@@ -473,11 +475,11 @@ where
     libm::exp2(low)
 }
 
-/// An arm whose region is shown.
+/// An arm for the region of small error.
 struct RegionArm {
     name: &'static str,
     bench: Bench,
-    /// The fastest of its joints, rad/s: the region must hold it.
+    /// Speed of its fastest joint, rad/s: the region must include it.
     own_rate: f64,
 }
 
@@ -504,7 +506,7 @@ where
     ));
 }
 
-/// A name, and points of angle (rad) and largest rate (rad/s).
+/// Name of a border, and its points: angle (rad) and largest rate (rad/s).
 pub(super) type Border = (String, Vec<(f64, f64)>);
 
 /// The border of the region for both arms and scalars.

@@ -1,30 +1,33 @@
-//! The plant's integration methods: their order, the energy they keep, and how long two scalars agree about a chaotic arm.
+//! The plant's integration methods: their order, their energy errors, and the time for which two scalars agree about a
+//! chaotic arm.
 //!
-//! A method is a row of `METHODS`; every row is held to the same falls.
+//! A method is a row of `METHODS`; every row is tested on the same falls.
 
 use super::{Cell, Outcome, joints, planar, puma};
 use crate::failure::Failure;
 use crate::plant::actuator::ActuatorSettings;
 use crate::plant::dynamics::Mechanism;
-use crate::plant::{Arm, Clock, Integrator, Plant, State};
+use crate::plant::{Arm, Clock, Plant, State};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointSpec, Real, Tool, Trig};
 use nalgebra::Vector3;
+use robot_compiler::scene::Integrator;
 
 const GROUP: &str = "integrators";
 
 /// Length of a tick, s.
 const TICK: f64 = 1e-2;
-/// The adaptive method's, s: a tick ends a step, and its steps are longer than the others' tick.
+/// Length of a tick for the adaptive method, s. A tick ends a step, and the adaptive steps are longer than the other
+/// methods' tick.
 const LONG_TICK: f64 = 0.1;
 
-/// How finely a method is made to work.
+/// Step size or tolerance of a method.
 #[derive(Clone, Copy, Debug)]
 struct Grain {
     name: &'static str,
     integrator: Integrator,
     clock: Clock,
-    /// Step, s; of the adaptive method the tolerance.
+    /// Step, s; for the adaptive method its tolerance.
     size: f64,
 }
 
@@ -39,17 +42,17 @@ impl Grain {
     }
 }
 
-/// An integration method of the plant, and what may be expected of it.
+/// An integration method of the plant and its expected accuracy.
 struct Method {
     name: &'static str,
-    /// The power of the step that the position's error after a second goes with, and at least that of the energy's. The adaptive
-    /// method's error goes with its tolerance.
+    /// Order of the position's error after a second as a power of the step, and the least order of the energy's error.
+    /// For the adaptive method the power is that of its tolerance.
     order: f64,
-    /// Coarse and fine, for a second.
+    /// Coarse and fine grain, for a second.
     order_from: [Grain; 2],
-    /// Largest change of energy in a second of the coarse one, J.
+    /// Largest change of energy in a second with the coarse grain, J.
     energy: f64,
-    /// For a hundred seconds, with the largest change of energy, J.
+    /// Grains for a hundred seconds, with the largest change of energy, J.
     long: [(Grain, f64); 2],
     drift_reason: &'static str,
 }
@@ -89,10 +92,10 @@ const METHODS: [Method; 3] = [
     },
 ];
 
-/// What the others' positions are held against.
+/// Reference for the positions of the other grains.
 const NEAR: Grain = Grain::steps("steps of 0.16 ms", RUNGE_KUTTA, 64);
 
-/// Every cell.
+/// All cells of this group.
 ///
 /// # Errors
 /// A shipped robot cannot be read.
@@ -112,14 +115,14 @@ fn free<const N: usize>(joints: [JointSpec; N], gravity: Vector3<f64>) -> Arm<N>
     Arm { joints, tool: Tool::default(), payload: None, gravity, tip_wrench: None }
 }
 
-/// A fall that has been computed.
+/// Result of a simulated fall.
 struct Fall<const N: usize> {
     /// Largest change of energy between two ticks, J.
     energy: f64,
     state: State<N>,
 }
 
-/// The arm let go from `start` for so many seconds; `None` where the plant gives up.
+/// Release the arm from `start` and simulate `seconds`; `None` if the plant diverges.
 fn fall<const N: usize>(grain: Grain, arm: &Arm<N>, start: [f64; N], seconds: f64) -> Option<Fall<N>> {
     let Grain { integrator, clock, .. } = grain;
     let mut plant = Plant::new(arm, None, ActuatorSettings::default(), clock, start).with_integrator(integrator);
@@ -182,7 +185,7 @@ fn method_cells<const N: usize>(cells: &mut Vec<Cell>, method: &Method, arm_name
     }
 }
 
-/// A state in a scalar, one step of the plant's method on.
+/// One step of the plant's method in a scalar.
 fn step<S: Real>(mechanism: &Mechanism<2>, q: [S; 2], qd: [S; 2], h: f64) -> ([S; 2], [S; 2])
 where
     Polynomial: Trig<S>,
@@ -204,7 +207,7 @@ where
     (mix(&q, [&v1, &v2, &v3, &v4]), mix(&qd, [&a1, &a2, &a3, &a4]))
 }
 
-/// Joint angles after every step of a millisecond.
+/// Joint angles after every step of one millisecond.
 fn path<S: Real>(mechanism: &Mechanism<2>, start: [f64; 2], steps: usize) -> Vec<[f64; 2]>
 where
     Polynomial: Trig<S>,
@@ -218,16 +221,16 @@ where
     path
 }
 
-/// First time, s, at which two paths are `apart` rad from each other; infinite if never.
+/// First time, s, at which two paths differ by `apart` rad; infinite if never.
 fn parting(one: &[[f64; 2]], other: &[[f64; 2]], apart: f64) -> f64 {
     let near = |a: &[f64; 2], b: &[f64; 2]| (0..2).all(|i| (a[i] - b[i]).abs() < apart);
     one.iter().zip(other).position(|(a, b)| !near(a, b)).map_or(f64::INFINITY, |step| 1e-3 * (step + 1) as f64)
 }
 
-/// The two rods let go level and stretched, a little bent: all of their energy for a chaotic fall.
+/// Cells of a chaotic fall: the two rods are released level and almost stretched, so with all of their energy.
 fn chaos_cells(cells: &mut Vec<Cell>, arm: &Arm<2>) {
     let mechanism = arm.mechanism();
-    // What single precision holds, so that both start in the same state.
+    // Numbers that single precision holds, so that both scalars start in the same state.
     let start = [1.25, 0.75];
     let double = path::<f64>(&mechanism, start, 60_000);
     let mut cell = |name: &str, done: &str, time: f64, least: f64| {

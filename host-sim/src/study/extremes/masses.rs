@@ -1,10 +1,10 @@
-//! Masses and inertias at their extremes: inverse dynamics at both kernel levels, and forward dynamics.
+//! Extreme masses and inertias: inverse dynamics at both kernel levels, and forward dynamics.
 //!
-//! The error of inverse dynamics is that against the recursion in double-double arithmetic on the same inputs, joint by
-//! joint, relative to the largest torque that this joint has in any of the states: a heavy base cannot hide a light tip. That
-//! of forward dynamics is taken on the torques: those that double-double inverse dynamics needs for the accelerations found, less
-//! those that were given; that of the accelerations themselves stands beside it, for a nearly singular `D` has many that give almost the
-//! same torques.
+//! Errors of inverse dynamics are those against the recursion in double-double arithmetic on the same inputs. They are
+//! taken joint by joint, relative to the largest torque of that joint in any of the states, so that a heavy base cannot
+//! hide a light tip. Errors of forward dynamics are taken on the torques: double-double inverse dynamics gives the
+//! torques for the computed accelerations, and the given torques are subtracted. The error of the accelerations is
+//! shown as well, because for a nearly singular `D` many accelerations give almost the same torques.
 
 use super::{Cell, Outcome, Random, scalar_name};
 use dynamics_core::forward_dynamics::forward_dynamics;
@@ -22,26 +22,26 @@ use std::f64::consts::FRAC_PI_2;
 const GROUP: &str = "masses";
 const STATES: usize = 40;
 
-/// Requirements, in single and double precision: torques, torques of the accelerations found, accelerations.
+/// Largest allowed errors in single and double precision: inverse dynamics, torques of forward dynamics, accelerations.
 const INVERSE_MOST: [f64; 2] = [1e-5, 1e-13];
 const FORWARD_MOST: [f64; 2] = [1e-5, 1e-13];
 const ACCELERATION_MOST: [f64; 2] = [1e-2, 1e-10];
 
-/// A torque that is smaller than the arm's largest by this much is zero but for rounding.
+/// A torque smaller than this share of the arm's largest is zero up to rounding.
 const NOTHING: f64 = 1e-25;
 
-/// An arm at the edge.
+/// An arm with extreme masses.
 struct Arm {
     name: &'static str,
     what: &'static str,
     joints: [JointSpec; 6],
-    /// Where it stands, and how far around that.
+    /// Centre of the postures, and the distance around it.
     posture: ([f64; 6], f64),
-    /// The joint that forward dynamics must name, counted from 0.
+    /// Joint that forward dynamics must name as singular, counted from 0.
     singular: Option<usize>,
 }
 
-/// Six joints in space with these masses, and moments of inertia in their proportion.
+/// Six joints in space with these masses and proportional moments of inertia.
 fn spatial(masses: [f64; 6]) -> [JointSpec; 6] {
     const A: [f64; 6] = [0.0, 0.45, 0.1, 0.0, 0.05, 0.0];
     const TWIST: [f64; 6] = [FRAC_PI_2, 0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, 0.0];
@@ -62,7 +62,7 @@ fn spatial(masses: [f64; 6]) -> [JointSpec; 6] {
     })
 }
 
-/// Six joints about parallel level axes, rods of 0.3 m and 1 kg, so that the arm carries its weight.
+/// Six joints with parallel level axes and rods of 0.3 m and 1 kg, so that the arm carries its weight.
 fn parallel() -> [JointSpec; 6] {
     core::array::from_fn(|i| {
         let row = if i == 0 { Dh { alpha: FRAC_PI_2, ..Dh::default() } } else { Dh { a: 0.3, ..Dh::default() } };
@@ -99,7 +99,7 @@ fn point_masses(mut joints: [JointSpec; 6], tip: Vector3<f64>) -> [JointSpec; 6]
     joints
 }
 
-/// Evenly spaced in the logarithm, from `first` by `ratio`.
+/// Geometric sequence that starts at `first`, with ratio `ratio`.
 fn graded(first: f64, ratio: f64) -> [f64; 6] {
     let mut mass = first;
     core::array::from_fn(|_| {
@@ -110,7 +110,7 @@ fn graded(first: f64, ratio: f64) -> [f64; 6] {
 }
 
 fn arms() -> Vec<Arm> {
-    /// `1e12^(1/5)`: six masses from one end of the range to the other.
+    /// `1e12^(1/5)`: ratio of six masses that span the whole range.
     const STEP: f64 = 251.188_643_150_958;
     let anywhere = ([0.0; 6], 3.0);
     let arm = |name, what, joints| Arm { name, what, joints, posture: anywhere, singular: None };
@@ -168,7 +168,7 @@ fn arms() -> Vec<Arm> {
     ]
 }
 
-/// Every cell.
+/// All cells of this group.
 #[must_use]
 pub fn cells() -> Vec<Cell> {
     let mut cells = Vec::new();
@@ -234,7 +234,7 @@ fn add<S: Real>(cells: &mut Vec<Cell>, arm: &Arm, precision: usize) {
     ));
 }
 
-/// A state whose numbers single precision holds: what is measured is the arithmetic's error, not theirs.
+/// A state that single precision holds exactly, so that only the error of the arithmetic is measured.
 struct State {
     q: [f64; 6],
     qd: [f64; 6],
@@ -258,7 +258,7 @@ fn turns<S: Real>(q: &[f64; 6]) -> ([SinCos<S>; 6], [SinCos<DoubleDouble>; 6]) {
     (turn, exact)
 }
 
-/// Largest error of every joint over its largest torque, and of those the largest.
+/// Largest error and largest torque of every joint, and the worst ratio of them.
 struct Worst {
     torque: [f64; 6],
     error: [f64; 6],
@@ -271,7 +271,7 @@ impl Worst {
 
     fn add(&mut self, i: usize, torque: f64, error: f64) {
         self.torque[i] = self.torque[i].max(torque.abs());
-        // A NaN must not pass for no error.
+        // NaN counts as an infinite error.
         self.error[i] = if error.is_nan() { f64::INFINITY } else { self.error[i].max(error.abs()) };
     }
 
@@ -293,7 +293,7 @@ fn literal(x: &[f64; 6]) -> [DoubleDouble; 6] {
     x.map(DoubleDouble::literal)
 }
 
-/// Of each level.
+/// Errors of inverse dynamics at each level.
 fn inverse_errors<S: Real>(model: &Model<f64, 6>, scene: &Scene<f64, 6>, posture: &([f64; 6], f64)) -> [f64; 2] {
     let reference = reference(model, scene);
     let kernel = |level| compile(Function::InverseDynamics, model, scene, level, Precision::of::<S>());
@@ -313,7 +313,7 @@ fn inverse_errors<S: Real>(model: &Model<f64, 6>, scene: &Scene<f64, 6>, posture
     worst.map(|worst| worst.relative())
 }
 
-/// Of the torques that the accelerations found need, and of the accelerations.
+/// Errors of the torques that the computed accelerations need, and of the accelerations.
 fn forward_errors<S: Real>(
     model: &Model<f64, 6>,
     scene: &Scene<f64, 6>,
@@ -334,7 +334,7 @@ fn forward_errors<S: Real>(
         for (i, needed) in needed(&found).into_iter().enumerate() {
             worst.add(i, tau[i].to_f64(), needed.minus(tau[i].to_f64()));
             most = most.max(qdd[i].abs());
-            // A NaN must not pass for no error.
+            // NaN counts as an infinite error.
             off = if found[i].is_nan() { f64::INFINITY } else { off.max((found[i] - qdd[i]).abs()) };
         }
     }

@@ -1,4 +1,4 @@
-//! The region of small error, and the stable region of the sampled loop, as SVG.
+//! SVG plots of the region of small error and of the sampled loop's stable region.
 
 use super::inputs::regions;
 use super::stability::{StableRegion, planar_region, puma_region};
@@ -6,7 +6,7 @@ use crate::failure::{Failure, in_file};
 use crate::run::plot::{LogChart, LogCurve, write_log_chart};
 use std::path::{Path, PathBuf};
 
-/// Draw them into the folder; returns the files.
+/// Draw the plots into a folder; returns their paths.
 ///
 /// # Errors
 /// A shipped robot cannot be read, or a file cannot be written.

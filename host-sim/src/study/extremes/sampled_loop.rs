@@ -1,15 +1,16 @@
-//! The loop of arm and controller about a posture, linearised and sampled: where its gains are stable.
+//! The loop of arm and controller about a posture, linearised and sampled, to find the stable gains.
 //!
-//! Between two ticks the torque is held, so with `x = (dq, dqd)` about rest at `q0`, the torque `u`, a delay of `d` ticks, and the
-//! derivatives of the recursion taken by dual numbers,
+//! Between two ticks the torque is held. Let `x = (dq, dqd)` be the deviation from rest at `q0`, `u` the torque, and
+//! `d` the delay in ticks. The derivatives of the recursion come from dual numbers:
 //!
 //! ```text
 //! x' = A x + B u,   A = [0 1; -D^-1 dID/dq  -D^-1 dID/dqd],   B = [0; D^-1]              of the arm
 //! x(k+1) = e^(A h) x(k) + (int_0^h e^(A s) ds) B u(k-d),   u(k) = K x(k),   K = (dlaw/dq, dlaw/dqd)   of the model
 //! ```
 //!
-//! The loop is stable when every eigenvalue of the map from `(x(k), u(k-1), .., u(k-d))` to the next lies inside the unit circle. Arm and
-//! model are two: where the model has something wrong, a constant torque is thought to hold the arm in its posture all the same.
+//! The loop is stable if every eigenvalue of the map from `(x(k), u(k-1), .., u(k-d))` to the next such vector lies
+//! inside the unit circle. Arm and model may differ: if the model is wrong, a constant torque is assumed to hold the
+//! arm in its posture all the same.
 
 use dynamics_core::control::{Gains, Law, computed_torque};
 use dynamics_core::dual::Dual;
@@ -19,29 +20,29 @@ use dynamics_core::{Dynamics, InverseDynamics, Live, Reference, Scalar, SinCos, 
 use nalgebra::{DMatrix, SMatrix};
 use num_traits::Zero as _;
 
-/// Arm and law about a posture.
+/// Arm and control law about a posture.
 #[derive(Clone, Debug)]
 pub struct SampledLoop<const N: usize> {
-    /// The arm and what acts on it.
+    /// The arm and its surroundings.
     pub arm: Dynamics<f64, N>,
-    /// What the law takes it for.
+    /// The law's model of the arm.
     pub model: Dynamics<f64, N>,
-    /// Where it is held, rad or m.
+    /// Posture in which the arm is held, rad or m.
     pub posture: [f64; N],
-    /// Taken for [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]: feedforward holds as PD does, a diagonal inertia as
-    /// PD with gravity.
+    /// [`Law::ComputedTorque`], [`Law::Pd`] or [`Law::PdGravity`]. Feedforward is treated as PD, and a diagonal inertia
+    /// as PD with gravity.
     pub law: Law,
     /// Gains of each joint.
     pub gains: [Gains<f64>; N],
-    /// Ticks between command and action.
+    /// Number of ticks between command and action.
     pub delay: usize,
 }
 
 impl<const N: usize> SampledLoop<N> {
     /// Largest magnitude of the eigenvalues of the map over one period `h` (s).
     ///
-    /// `lim |A^m|^(1/m)`, at `m = 2^40` by squaring. A QR iteration can fail to end on such a map, whose eigenvalues are six of the same;
-    /// squaring cannot.
+    /// `lim |A^m|^(1/m)`, at `m = 2^40` by squaring. A QR iteration may fail to end on such a map, which can have six
+    /// equal eigenvalues; squaring always ends.
     ///
     /// Cost: `4 N` inverse dynamics on dual numbers, and 40 products of matrices of size `(2 + delay) N`.
     #[must_use]
@@ -61,7 +62,7 @@ impl<const N: usize> SampledLoop<N> {
         libm::exp(logarithm)
     }
 
-    /// The same loop with another natural frequency of every joint, rad/s, critically damped.
+    /// The loop with another natural frequency of every joint, rad/s, critically damped.
     #[must_use]
     pub fn with_frequency(&self, frequency: f64) -> Self {
         Self { gains: self.gains.map(|gains| Gains::new(frequency, 1.0, gains.inertia)), ..self.clone() }
@@ -78,7 +79,7 @@ impl<const N: usize> SampledLoop<N> {
             let mut closed = map.view_mut((0, 0), (2 * N, 2 * N));
             closed += &forced * &feedback;
         } else {
-            // The torques on their way, newest first: the oldest acts, the newest is the law's.
+            // The delayed torques, newest first: the oldest acts, the newest comes from the law.
             map.view_mut((0, size - N), (2 * N, N)).copy_from(&forced);
             map.view_mut((2 * N, 0), (N, 2 * N)).copy_from(&feedback);
             for k in 0..(self.delay - 1) * N {
@@ -88,20 +89,21 @@ impl<const N: usize> SampledLoop<N> {
         map
     }
 
-    /// The longest period, s, up to which the loop is stable; between 10 us and 1 s, to a ten-thousandth.
+    /// The longest stable period, s, between 10 us and 1 s, to a ten-thousandth; the loop is stable for all shorter
+    /// ones.
     #[must_use]
     pub fn period_max(&self) -> f64 {
         last((1e-5, 1.0), 17, |h| self.spectral_radius(h) < 1.0)
     }
 
-    /// The highest natural frequency of every joint, rad/s, up to which the loop is stable at the period `h` (s); between a tenth
-    /// and ten over the period, to a thousandth.
+    /// The highest stable natural frequency of every joint, rad/s, at the period `h` (s), between a tenth and ten over
+    /// the period, to a thousandth.
     #[must_use]
     pub fn frequency_max(&self, h: f64) -> f64 {
         last((0.1 / h, 10.0 / h), 13, |frequency| self.with_frequency(frequency).spectral_radius(h) < 1.0)
     }
 
-    /// `A` and `B`.
+    /// The matrices `A` and `B`.
     fn continuous(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let turn = Libm.sin_cos_all(&self.posture);
         let inertia: SMatrix<f64, N, N> = mass_matrix(&self.arm, &turn, &self.posture, &Live::zero());
@@ -134,7 +136,7 @@ impl<const N: usize> SampledLoop<N> {
         (whole.view((0, 0), (2 * N, 2 * N)).into_owned(), whole.view((0, 2 * N), (2 * N, N)).into_owned())
     }
 
-    /// `K`.
+    /// The feedback matrix `K`.
     fn feedback(&self) -> DMatrix<f64> {
         let mut k = DMatrix::zeros(N, 2 * N);
         let at = self.posture.map(Dual::literal);
@@ -168,7 +170,7 @@ impl<const N: usize> SampledLoop<N> {
         k
     }
 
-    /// The posture at rest, moved along the position (first `N`) or velocity of a joint.
+    /// The posture at rest as dual numbers, varied along the position (first `N` indices) or the velocity of a joint.
     fn towards(&self, j: usize) -> ([SinCos<Dual>; N], [Dual; N], [Dual; N]) {
         let along = |k: usize| f64::from(u8::from(j == k));
         let q = core::array::from_fn(|i| Dual::new(self.posture[i], along(i)));
@@ -185,7 +187,8 @@ fn dual<const N: usize>(dynamics: &Dynamics<f64, N>) -> Dynamics<Dual, N> {
     Dynamics::new(dynamics.model().cast(), dynamics.scene().cast())
 }
 
-/// The largest number inside `(low, high)` up to which it is `stable`: the interval's logarithm is halved `halvings` times.
+/// The largest number inside `(low, high)` up to which `stable` holds: the interval's logarithm is halved `halvings`
+/// times.
 pub(super) fn last((low, high): (f64, f64), halvings: u32, stable: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (libm::log2(low), libm::log2(high));
     for _ in 0..halvings {

@@ -1,8 +1,8 @@
-//! Where the closed loop is stable: the longest control period by the eigenvalues of the linearised sampled loop, beside the longest
-//! at which the simulated arm settles.
+//! Stability of the closed loop: the longest control period from the eigenvalues of the linearised sampled loop, beside
+//! the longest period at which the simulated arm settles.
 //!
-//! The planar arm of two rods, and the Puma at three postures, under three laws; then the Puma with a model that has something
-//! wrong. The fixed inertias of PD with gravity are those of one posture wherever the arm stands, as in a scene.
+//! The arms are the planar arm with two rods and the Puma at three postures, under three laws; then the Puma with a
+//! wrong model. The fixed inertias of PD with gravity belong to one posture in all tests, as in a scene.
 
 use super::sampled_loop::{SampledLoop, last};
 use super::{Cell, Outcome, joints, planar, puma, unlimited};
@@ -23,7 +23,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 const GROUP: &str = "stability";
 
-/// A law whose stable region is shown.
+/// A law in the plot of stable regions.
 #[derive(Clone, Copy, Debug)]
 struct StableLaw {
     name: &'static str,
@@ -37,7 +37,7 @@ const LAWS: [StableLaw; 3] = [
     StableLaw { name: "PD with gravity", law: Law::PdGravity, delay: 0 },
 ];
 
-/// The Puma's postures: where the shipped scenes start, level and stretched, and with axes 4 and 6 in line.
+/// The Puma's postures: the start of the shipped scenes, level and stretched, and with axes 4 and 6 in line.
 const POSTURES: [(&str, [f64; 6]); 3] = [
     ("ready", READY),
     ("stretched", [0.0, 0.0, -FRAC_PI_2, 0.0, 0.5, 0.0]),
@@ -48,7 +48,7 @@ const READY: [f64; 6] = [0.0, 0.9, -1.6, 0.0, 0.5, 0.0];
 /// Natural frequency of the shipped Puma scenes, rad/s.
 const PUMA_FREQUENCY: f64 = 40.0;
 
-/// What the model says and what is, kg at the tip.
+/// Assumed and true properties of the arm, masses in kg at the tip.
 #[derive(Clone, Copy, Debug)]
 struct Knowledge {
     name: &'static str,
@@ -59,7 +59,7 @@ struct Knowledge {
 
 const RIGHT: Knowledge = Knowledge { name: "right model", rotors: true, told: 0.0, held: 0.0 };
 
-/// Models that are wrong, computed torque at the ready posture.
+/// Wrong models for computed torque at the ready posture.
 const WRONG: [Knowledge; 4] = [
     Knowledge { name: "rotors left out", rotors: false, ..RIGHT },
     Knowledge { name: "4 kg held, told 2 kg", told: 2.0, held: 4.0, ..RIGHT },
@@ -67,7 +67,7 @@ const WRONG: [Knowledge; 4] = [
     Knowledge { name: "nothing held, told 4 kg", told: 4.0, ..RIGHT },
 ];
 
-/// Every cell.
+/// All cells of this group.
 ///
 /// # Errors
 /// A shipped robot cannot be read.
@@ -102,7 +102,7 @@ pub fn cells() -> Result<Vec<Cell>, Failure> {
     Ok(cells)
 }
 
-/// The predicted period and what the simulated one is of it.
+/// Cells of the predicted period, and of the simulated one relative to it.
 fn period_cells<const N: usize>(cells: &mut Vec<Cell>, name: &str, done: &str, case: &Case<N>) {
     let predicted = case.sampled.period_max();
     cells.push(Cell::new(
@@ -121,10 +121,10 @@ fn period_cells<const N: usize>(cells: &mut Vec<Cell>, name: &str, done: &str, c
     ));
 }
 
-/// A natural frequency (rad/s), the longest stable period predicted for it, and the simulated one, s.
+/// A natural frequency (rad/s), its predicted longest stable period (s), and the simulated one (s).
 pub(super) type StablePoint = (f64, f64, f64);
 
-/// A name, and points.
+/// Name of a region, and its points.
 pub(super) type StableRegion = (String, Vec<StablePoint>);
 
 /// The planar arm's stable region under each law.
@@ -135,7 +135,7 @@ pub(super) fn planar_region() -> Result<Vec<StableRegion>, Failure> {
     LAWS.into_iter().map(points).collect()
 }
 
-/// The Puma's, from 5 Hz to beyond what 1 kHz can hold.
+/// The Puma's stable region under each law, from 5 Hz to beyond the limit of a 1 kHz loop.
 pub(super) fn puma_region() -> Result<Vec<StableRegion>, Failure> {
     let frequencies = || (0..6).map(|k| TAU * 5.0 * libm::exp2(f64::from(k)));
     let law = |law: StableLaw, (name, posture): (&str, _)| (law, posture, RIGHT, format!("{}, {name}", law.name));
@@ -166,7 +166,7 @@ fn region<const N: usize>(
     frequencies.map(point).collect()
 }
 
-/// An arm held in a posture: to be simulated, and linearised.
+/// An arm held in a posture, for simulation and for linearisation.
 struct Case<const N: usize> {
     arm: Arm<N>,
     config: ControllerConfig<f64, N>,
@@ -182,14 +182,14 @@ fn puma_case(law: StableLaw, frequency: f64, posture: [f64; 6], knowledge: Knowl
     Case::new(puma()?, Vector3::new(0.0, 0.0, -9.81), law, frequency, [READY, posture], knowledge)
 }
 
-/// A block of steel at the tip, its middle 5 cm beyond.
+/// A steel block at the tip with its centre 5 cm beyond.
 fn block(mass: f64) -> Option<Body> {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.00072, 0.00072, 0.0006)) * mass;
     (mass > 0.0).then_some(Body { mass, com: Vector3::new(0.0, 0.0, 0.05), inertia })
 }
 
 impl<const N: usize> Case<N> {
-    /// Without limits, friction or guards; `start` gives the fixed inertias.
+    /// Create a case without limits, friction or guards; the fixed inertias are those at `start`.
     fn new(
         robot: Robot,
         gravity: Vector3<f64>,
@@ -237,13 +237,13 @@ impl<const N: usize> Case<N> {
         Ok(Self { arm, config, sampled })
     }
 
-    /// The longest period, s, at which the simulated arm settles, to a third of a percent: looked for from 0.8 to 1.25 of the
-    /// predicted one, where an end of that interval would show as such a ratio.
+    /// The longest period, s, at which the simulated arm settles, to a third of a percent. The search covers 0.8 to
+    /// 1.25 of the predicted period; a result at an end of that interval shows as such a ratio.
     fn simulated(&self, predicted: f64) -> f64 {
         last((predicted / 1.25, predicted * 1.25), 7, |h| self.settles(h))
     }
 
-    /// Whether the swings of the simulated arm about its posture shrink at this period (s).
+    /// Whether the oscillations of the simulated arm about its posture decay at this period (s).
     fn settles(&self, h: f64) -> bool {
         const TICKS: usize = 400;
         /// A hundredth of a degree.
@@ -252,7 +252,7 @@ impl<const N: usize> Case<N> {
         let at_rest = torque_at_rest(&self.sampled.arm, &posture);
         let believed = torque_at_rest(&self.sampled.model, &posture);
         let mut controller = Controller::new(self.config, self.sampled.model, Method::Libm);
-        // The delay is in the loop here, not in the actuators: those would let the arm fall until the first command has come.
+        // The delay is in this loop, not in the actuators: they would let the arm fall until the first command arrives.
         let mut waiting = VecDeque::from(vec![at_rest; self.sampled.delay]);
         let start = core::array::from_fn(|i| posture[i] + if i % 2 == 0 { OFF } else { -OFF });
         let clock = Clock { period: h, steps_per_tick: 4 };
@@ -262,7 +262,7 @@ impl<const N: usize> Case<N> {
         for tick in 0..TICKS {
             let state = *plant.state();
             let off = (0..N).fold(0.0_f64, |off, i| off.max((state.q[i] - posture[i]).abs()));
-            // Far out the arm is another one, and swings that have grown there may shrink again.
+            // Far from the posture the linear model does not hold, and large oscillations may decay again.
             if off > 100.0 * OFF {
                 return false;
             }
@@ -273,7 +273,7 @@ impl<const N: usize> Case<N> {
             }
             let measured = Measurement { sensed: Sensed::State { q: state.q, qd: state.qd }, age_ticks: 0 };
             let Command::Drive { torque, .. } = controller.tick(&reference, &measured) else { return false };
-            // The weight that the model has wrong, so that the arm rests in its posture.
+            // Compensate the weight that the model has wrong, so that the arm rests in its posture.
             waiting.push_back(core::array::from_fn(|i| torque[i] + (at_rest[i] - believed[i])));
             let Some(torque) = waiting.pop_front() else { return false };
             if plant.drive(&torque).is_err() {
@@ -284,7 +284,7 @@ impl<const N: usize> Case<N> {
     }
 }
 
-/// What holds the arm in its posture.
+/// Torque that holds the arm in its posture.
 fn torque_at_rest<const N: usize>(dynamics: &Dynamics<f64, N>, posture: &[f64; N]) -> [f64; N] {
     dynamics.inverse_dynamics(&Libm.sin_cos_all(posture), posture, &[0.0; N], &[0.0; N], &Live::zero())
 }

@@ -1,4 +1,4 @@
-//! Steps from a microsecond to 50 ms, a million ticks, an encoder that hardly moves, and a day.
+//! Steps from a microsecond to 50 ms, a million ticks, a slow encoder, and a whole day.
 
 use super::{Cell, Outcome, planar, scalar_name};
 use crate::failure::Failure;
@@ -14,10 +14,10 @@ use std::f64::consts::TAU;
 
 const GROUP: &str = "time";
 
-/// A million.
+/// One million ticks.
 const MANY: u64 = 1_000_000;
 
-/// Every cell but the long ones.
+/// All cells of this group except the long ones.
 ///
 /// # Errors
 /// The shipped robot cannot be read.
@@ -34,7 +34,7 @@ pub fn cells() -> Result<Vec<Cell>, Failure> {
     Ok(cells)
 }
 
-/// The planar arm in a vertical plane, swung to one side and back for ever.
+/// The planar arm in a vertical plane, swinging to one side and back in a repeated motion.
 fn swing(period: f64) -> Result<SceneFile, Failure> {
     let mut scene = SceneFile::default_for(planar()?);
     let gravity = Vector3::new(0.0, -9.81, 0.0);
@@ -53,12 +53,12 @@ fn swing(period: f64) -> Result<SceneFile, Failure> {
     Ok(scene)
 }
 
-/// Ticks against time, and a motion that begins anew.
+/// Cells that compare ticks with time, and the phase of a repeated motion.
 fn phase_cells(cells: &mut Vec<Cell>) -> Result<(), Failure> {
     let world = simulate::world::<2>(&swing(1e-3)?)?;
     let (mut clock, mut summed, mut sum) = (0.0_f64, 0.0_f64, 0.0_f64);
     for tick in 0..=MANY {
-        // A thousand is exact, so this is the nearest number to the time.
+        // A thousand is exact, so this is the nearest floating-point number to the time.
         let exact = tick as f64 / 1000.0;
         clock = clock.max((tick as f64 * world.period - exact).abs());
         summed = summed.max((sum - exact).abs());
@@ -77,7 +77,7 @@ fn phase_cells(cells: &mut Vec<Cell>) -> Result<(), Failure> {
     let mut worst = 0.0_f64;
     for step in 0..MANY / 7 {
         let tick = step * 7;
-        // 1,800 ticks are one round, in whole numbers.
+        // One cycle has 1,800 ticks, computed in integers.
         let wanted = world.motion.sample((tick % 1800) as f64 / 1000.0);
         let found = world.reference(tick as f64 * world.period);
         worst = (0..2).fold(worst, |worst, i| worst.max((wanted.q[i] - found.q[i]).abs()));
@@ -93,7 +93,7 @@ fn phase_cells(cells: &mut Vec<Cell>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Let a loop run; `each` sees the largest error of the state in every tick. What ended it early, if something did.
+/// Run a loop; `each` receives the largest error of the state in every tick. Returns the reason if the run ended early.
 fn run(
     world: &mut World<2>,
     scene: &SceneFile,
@@ -123,11 +123,11 @@ fn run(
     Ok(None)
 }
 
-/// The closed loop at one period.
+/// Cell of the closed loop at one period.
 fn loop_cell(cells: &mut Vec<Cell>, period: f64) -> Result<(), Failure> {
     let scene = swing(period)?;
     let mut world = simulate::world::<2>(&scene)?;
-    // A round of the motion, or what of it a thousand ticks cover.
+    // One cycle of the motion, or the part of it that the ticks cover.
     let ticks = libm::round(1.8 / period).min(4000.0) as u64;
     let mut worst = 0.0_f64;
     let ended = run(&mut world, &scene, ticks, |error| worst = worst.max(error))?;
@@ -145,7 +145,7 @@ fn loop_cell(cells: &mut Vec<Cell>, period: f64) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The observer at one period: the speed of a joint that moves steadily at 0.1 rad/s about 1 rad.
+/// Cell of the observer at one period: the speed of a joint that moves steadily at 0.1 rad/s about 1 rad.
 fn observer_cell<S: Real>(cells: &mut Vec<Cell>, period: f64) {
     const SPEED: f64 = 0.1;
     const BANDWIDTH: f64 = 500.0;
@@ -171,7 +171,7 @@ fn observer_cell<S: Real>(cells: &mut Vec<Cell>, period: f64) {
     ));
 }
 
-/// One encoder count in a hundred ticks.
+/// Cells of an encoder with one count in a hundred ticks.
 fn slow_encoder_cells<S: Real>(cells: &mut Vec<Cell>) {
     const EVERY: u32 = 100;
     let (period, per_count) = (1e-3, TAU / 65_536.0);
@@ -214,7 +214,7 @@ fn slow_encoder_cells<S: Real>(cells: &mut Vec<Cell>) {
     );
 }
 
-/// Cells that take minutes: a million ticks of a microsecond, and so many hours of simulated time at 1 kHz.
+/// Cells that take minutes: a million ticks of a microsecond, and `hours` of simulated time at 1 kHz.
 ///
 /// # Errors
 /// The shipped robot cannot be read.
@@ -231,7 +231,7 @@ pub fn long_cells(hours: f64) -> Result<Vec<Cell>, Failure> {
     Ok(cells)
 }
 
-/// So many hours at 1 kHz, with the energy accounted for.
+/// Cells of `hours` at 1 kHz, with an energy balance.
 fn hours_cells(cells: &mut Vec<Cell>, hours: f64) -> Result<(), Failure> {
     let scene = swing(1e-3)?;
     let mut world = simulate::world::<2>(&scene)?;

@@ -1,4 +1,4 @@
-//! The arm's dynamics as straight-line Rust, and what each rewrite and each term of the scene is worth.
+//! The arm's dynamics as straight-line Rust, and the operations saved by each rewrite and each term of the scene.
 
 mod tables;
 
@@ -10,22 +10,22 @@ use robot_compiler::kernel::{Function, Level, Precision, Program, compile};
 use robot_compiler::names::Named as _;
 use serde::Serialize;
 
-/// What is asked for.
+/// Options of the command.
 pub(crate) struct Asked {
-    /// Floating-point type; the scene's otherwise.
+    /// Floating-point type; the scene's by default.
     pub(crate) precision: Option<Precision>,
-    /// What it computes.
+    /// Function to compute.
     pub(crate) function: Option<Function>,
-    /// How it is simplified.
+    /// Level of simplification.
     pub(crate) level: Option<Level>,
 }
 
-/// How much work one kernel is.
+/// Operation count of one kernel.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Count {
-    /// What it computes.
+    /// Function that the kernel computes.
     pub function: &'static str,
-    /// How it was simplified.
+    /// Level of simplification.
     pub level: &'static str,
     /// Multiplications.
     pub mul: usize,
@@ -37,14 +37,14 @@ pub struct Count {
     pub div: usize,
     /// Negations.
     pub neg: usize,
-    /// Live inputs that it reads.
+    /// Number of live inputs that the kernel reads.
     pub live_inputs: usize,
-    /// The most computed values alive at once.
+    /// Greatest number of computed values alive at once.
     pub max_live: usize,
 }
 
 impl Count {
-    /// Of a kernel of an arm with so many joints.
+    /// Count the operations of a kernel for an arm with `joints` joints.
     fn new(function: Function, level: Level, program: &Program, joints: usize) -> Self {
         let n = program.operations();
         Self {
@@ -61,7 +61,7 @@ impl Count {
     }
 }
 
-/// An arm in a scene, and what of it is asked for.
+/// An arm in a scene, with the functions and levels to compute.
 pub(crate) struct Kernels<'a, const N: usize> {
     model: &'a Model<f64, N>,
     scene: Scene<f64, N>,
@@ -71,7 +71,7 @@ pub(crate) struct Kernels<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Kernels<'a, N> {
-    /// What is asked for of an arm in a scene; everything where nothing is.
+    /// Select the requested kernels of an arm in a scene; all of them by default.
     pub(crate) fn new(asked: &Asked, file: &SceneFile, model: &'a Model<f64, N>) -> Self {
         let springs = Springs::new(&file.controller_config(model).gains);
         let every = || Function::NAMES.iter().map(|(.., function)| function.with(springs)).collect();
@@ -84,7 +84,7 @@ impl<'a, const N: usize> Kernels<'a, N> {
         }
     }
 
-    /// The source of one kernel.
+    /// Source of one kernel.
     pub(crate) fn source(&self, asked: &Asked, file: &SceneFile) -> String {
         let function = asked.function.unwrap_or(Function::InverseDynamics);
         let level = asked.level.unwrap_or(Level::Exact);
@@ -92,12 +92,12 @@ impl<'a, const N: usize> Kernels<'a, N> {
         module(function, self.model, &self.scene, level, self.precision, &title)
     }
 
-    /// How much work every kernel is that is asked for.
+    /// Operation counts of all requested kernels.
     pub(crate) fn counts(&self) -> Vec<Count> {
         self.each(|function, level, program| Count::new(function, level, program, N))
     }
 
-    /// Something about every kernel that is asked for.
+    /// Apply `about` to every requested kernel.
     fn each<T>(&self, about: impl Fn(Function, Level, &Program) -> T) -> Vec<T> {
         let kernels = self.functions.iter().flat_map(|&f| self.levels.iter().map(move |&level| (f, level)));
         kernels.map(|(f, level)| about(f, level, &self.compile(f, &self.scene, level))).collect()

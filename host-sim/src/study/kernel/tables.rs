@@ -1,4 +1,4 @@
-//! What each rewrite and each term of the scene saves, as tables.
+//! Tables of the operations saved by each rewrite and each term of the scene.
 
 use super::Kernels;
 use crate::table::table;
@@ -8,7 +8,7 @@ use robot_compiler::kernel::functions::live_inputs;
 use robot_compiler::kernel::{Level, Program, Rule, RuleSet, Step, compile_with, compile_without};
 
 impl<const N: usize> Kernels<'_, N> {
-    /// What is saved, by what.
+    /// All tables as text.
     pub(crate) fn tables(&self) -> String {
         let work = self.work_table();
         let mut text = format!("Work; values alive at most, in the order traced and as scheduled:\n{work}\n");
@@ -60,7 +60,7 @@ impl<const N: usize> Kernels<'_, N> {
     fn term_table(&self) -> Table {
         let mut table = work_of(&["function", "level", "term"]);
         for &function in &self.functions {
-            // A term that the function does not have costs it nothing, and has no row.
+            // A term that the function does not use costs nothing and has no row.
             let scene = function.sees(&self.scene);
             for &level in &self.levels {
                 let all = self.compile(function, &scene, level);
@@ -74,7 +74,7 @@ impl<const N: usize> Kernels<'_, N> {
     }
 }
 
-/// A row: how much more work one program is than another.
+/// A row: the additional operations of one program over another.
 fn difference<const K: usize>(names: [&str; K], more: &Program, less: &Program, joints: usize) -> Vec<String> {
     let signed = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
     let counts = work(more, joints).into_iter().zip(work(less, joints));
@@ -82,22 +82,22 @@ fn difference<const K: usize>(names: [&str; K], more: &Program, less: &Program, 
     names.into_iter().map(str::to_owned).chain(differences).collect()
 }
 
-/// Headers of the numbers in a table.
+/// Headers of the operation counts.
 const WORK: [&str; 8] = ["mul", "add", "sub", "div", "neg", "live inputs", "alive, traced", "alive, scheduled"];
 
-/// What stands under them.
+/// Operation counts under those headers.
 fn work(program: &Program, joints: usize) -> [usize; 8] {
     let n = program.operations();
     let alive = [program.live_max_as_traced(), program.live_max()];
     [n.mul, n.add, n.sub, n.div, n.neg, live_inputs(program, joints), alive[0], alive[1]]
 }
 
-/// A table of some names and then how much work it is.
+/// A table of names and operation counts.
 fn work_of(names: &[&str]) -> Table {
     table(names.iter().chain(&WORK), names.len())
 }
 
-/// The scene without one of its terms, for each that it has.
+/// The scene without one of its terms, for each term it has.
 fn without_each_term<const N: usize>(scene: &Scene<f64, N>) -> Vec<(&'static str, Scene<f64, N>)> {
     fn present<T>(term: &Term<T>) -> bool {
         !matches!(term, Term::Absent)

@@ -7,7 +7,7 @@ use crate::run::plot::{self, Chart, Line, Panel};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A turn's log, summary and plots; returns the files.
+/// Write a turn's log, summary and plots; returns their paths.
 pub(crate) fn write_turn(
     folder: &Path,
     turn: &Turn,
@@ -17,14 +17,14 @@ pub(crate) fn write_turn(
     write(folder, "driven.csv", &header(summary), turn.steps.iter().map(row), json, &turn_charts(turn, summary))
 }
 
-/// A motion's log, summary and plots; returns the files.
+/// Write a motion's log, summary and plots; returns their paths.
 pub(crate) fn write_run(folder: &Path, run: &Run, summary: &RunSummary, json: &str) -> Result<Vec<PathBuf>, Failure> {
     let header = ["t", "crank_angle", "crank_speed", "kinetic_energy", "potential_energy", "work"].map(str::to_owned);
     let log = run.moments.iter().map(|m| vec![m.time, m.angle, m.speed, m.kinetic, m.potential, m.work]);
     write(folder, "free.csv", &header, log, json, &run_charts(run, summary))
 }
 
-/// Log, summary and plots; returns the files.
+/// Write log, summary and plots; returns their paths.
 fn write(
     folder: &Path,
     log: &str,

@@ -1,9 +1,9 @@
-//! A closed loop of links, driven round or let run.
+//! A closed loop of links, driven at constant speed or simulated under a constant moment.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`turn`] | the crank driven round at a constant speed |
-//! | [`run`] | the loop let run under a constant moment |
+//! | [`turn`] | one turn of the crank at a constant speed |
+//! | [`run`] | motion under a constant moment on the crank |
 //! | `report` | both as tables |
 //! | `files` | both as files |
 

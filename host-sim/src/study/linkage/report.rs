@@ -5,7 +5,7 @@ use super::turn::{Range, Spread, TurnSummary};
 use crate::run::summary::engineering;
 use crate::table::table;
 
-/// Where the crank can turn.
+/// Text about the crank's range.
 pub(crate) fn describe_range(range: &Range) -> String {
     if range.full_turn {
         return "the crank turns fully".to_owned();
@@ -18,13 +18,13 @@ fn lines(rows: &[(&str, String)]) -> String {
     rows.iter().map(|(name, text)| format!("\n{name:<20}{text}")).collect()
 }
 
-/// A turn, as a person reads it.
+/// A turn as a table for the terminal.
 pub(crate) fn turn_table(summary: &TurnSummary) -> String {
     let mut table = table(["", "min", "max", "mean", "rms"], 1);
     let mut add = |name: &str, unit: &str, spread: &Spread| {
         let Spread { min, max, mean, rms } = *spread;
         let mut row = vec![name.to_owned()];
-        // A mean of rounding errors is shown as what it is.
+        // Show a mean that is only rounding error as zero.
         let mean = if mean.abs() < 1e-12 * rms { 0.0 } else { mean };
         row.extend([min, max, mean, rms].map(|value| engineering(value, unit)));
         table.add_row(row);
@@ -82,7 +82,7 @@ fn coupler_word(summary: &TurnSummary) -> &'static str {
     if summary.slider_position.is_some() { "rod" } else { "coupler" }
 }
 
-/// A motion, as a person reads it.
+/// A motion as a table for the terminal.
 pub(crate) fn run_table(summary: &RunSummary) -> String {
     let RunSummary { linkage, kind, branch, moment, .. } = summary;
     let span = |from: f64, to: f64, unit: &str| format!("{} to {}", engineering(from, unit), engineering(to, unit));

@@ -1,4 +1,4 @@
-//! A closed loop let run: its one equation of motion under a constant moment on the crank.
+//! Motion of a closed loop: its one equation of motion under a constant moment on the crank.
 
 use super::turn::turned;
 use dynamics_core::linkage::{Branch, CrankForm, Linkage, LinkageError};
@@ -6,17 +6,17 @@ use robot_compiler::LinkageFile;
 use robot_compiler::names::name;
 use serde::Serialize;
 
-/// Sine of the angle between coupler and follower (rod and the guide's normal) below which the crank's angle is no longer followed:
-/// its inertia grows as the square of the reciprocal.
+/// Least sine of the angle between coupler and follower (rod and the guide's normal). The simulation stops below it,
+/// because the inertia felt by the crank grows as the square of the reciprocal.
 const NEAR_DEAD: f64 = 0.02;
 
-/// Part of the energy that may be missing before the motion is given up.
+/// Share of the energy that may be missing before the simulation stops.
 const LOST: f64 = 1e-3;
 
-/// The crank and the energy at one time.
+/// State of the crank and energies at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// s
+    /// Time, s.
     pub time: f64,
     /// Crank angle, rad.
     pub angle: f64,
@@ -30,50 +30,50 @@ pub struct Moment {
     pub work: f64,
 }
 
-/// What is simulated.
+/// Initial state and inputs of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
-    /// Which way the loop is assembled.
+    /// Assembly of the loop.
     pub branch: Branch,
-    /// On the crank, N m.
+    /// Moment on the crank, N m.
     pub moment: f64,
     /// Crank angle, rad.
     pub angle: f64,
     /// Crank speed, rad/s.
     pub speed: f64,
-    /// Steps.
+    /// Number of steps.
     pub steps: u32,
-    /// Time of a step, s.
+    /// Length of a step, s.
     pub time_step: f64,
 }
 
-/// A motion.
+/// A simulated motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// The start and the end of every step.
+    /// States at the start and at the end of every step.
     pub moments: Vec<Moment>,
-    /// Why it ended early.
+    /// Reason why the motion ended early.
     pub stopped: Option<String>,
 }
 
-/// A motion in numbers.
+/// Summary of a motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunSummary {
-    /// The linkage's name.
+    /// Name of the linkage.
     pub linkage: String,
     /// `four-bar` or `slider-crank`.
     pub kind: &'static str,
     /// `open` or `crossed`.
     pub branch: &'static str,
-    /// On the crank, N m.
+    /// Moment on the crank, N m.
     pub moment: f64,
     /// Simulated time, s.
     pub duration: f64,
-    /// Time of a step, s.
+    /// Length of a step, s.
     pub time_step: f64,
     /// Crank angle at the start, rad.
     pub angle_start: f64,
-    /// Crank angle at the end, rad; whole turns count.
+    /// Crank angle at the end, rad, including whole turns.
     pub angle_end: f64,
     /// Crank speed at the start, rad/s.
     pub speed_start: f64,
@@ -87,15 +87,15 @@ pub struct RunSummary {
     pub energy_gain: f64,
     /// Work of the moment, J.
     pub work: f64,
-    /// Greatest difference of gain and work on the way, J.
+    /// Greatest difference between gain and work during the motion, J.
     pub balance_error: f64,
-    /// The same over the greatest energy.
+    /// [`RunSummary::balance_error`] over the greatest energy.
     pub balance_error_relative: f64,
-    /// Why it ended early.
+    /// Reason why the motion ended early.
     pub stopped: Option<String>,
 }
 
-/// Run from the start.
+/// Simulate from the start.
 ///
 /// # Errors
 /// The start is not a state of motion: the loop does not close, is at a dead point, or has no inertia.
@@ -147,7 +147,7 @@ pub fn run(linkage: &LinkageFile, start: &Start) -> Result<Run, LinkageError<f64
     Ok(run)
 }
 
-/// One step of the classical method of fourth order.
+/// One step of the classical Runge-Kutta method of fourth order.
 fn runge_kutta<E>(
     [angle, speed]: [f64; 2],
     step: f64,
@@ -163,19 +163,19 @@ fn runge_kutta<E>(
 }
 
 impl Moment {
-    /// What the balance is relative to, J.
+    /// Scale of the energy balance, J.
     fn size(&self) -> f64 {
         self.kinetic + self.potential.abs() + self.work.abs()
     }
 
-    /// Gain of energy less work, J.
+    /// Energy balance since `first`: gain of energy less work, J.
     fn balance(&self, first: &Self) -> f64 {
         self.kinetic + self.potential - first.kinetic - first.potential - self.work
     }
 }
 
 impl Run {
-    /// Sum up a motion.
+    /// Summarise a motion.
     #[must_use]
     pub fn summary(&self, linkage: &LinkageFile, start: &Start) -> RunSummary {
         let (first, last) = (self.moments[0], self.moments[self.moments.len() - 1]);

@@ -1,4 +1,4 @@
-//! A closed loop driven round: what its motor and joints bear at every step of a turn of the crank.
+//! A closed loop at constant crank speed: loads on its motor and joints at every step of a turn.
 
 use crate::run::plot::Pieces;
 use crate::run::summary::rms;
@@ -19,35 +19,36 @@ pub struct Step {
     pub angle: f64,
     /// Angle of the coupler (rod), rad, without jumps.
     pub coupler: f64,
-    /// Angle of the follower, rad, without jumps; of a slider-crank the slider's pin along the guide, m.
+    /// Angle of the follower, rad, without jumps; for a slider-crank the position of the slider's pin along the guide,
+    /// m.
     pub output: f64,
-    /// Where the links are.
+    /// Positions of the links.
     pub posture: LinkagePosture<f64>,
-    /// How they move.
+    /// Motions of the links.
     pub motion: [PlanarMotion<f64>; 3],
-    /// What the joints bear.
+    /// Forces in the joints.
     pub forces: LinkageForces<f64>,
 }
 
 /// The steps of a turn at which the loop moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turn {
-    /// In the order of the crank's angle.
+    /// Steps in the order of the crank's angle.
     pub steps: Vec<Step>,
-    /// Steps at which it does not close.
+    /// Number of steps at which the loop does not close.
     pub open: usize,
-    /// Steps that are dead points.
+    /// Number of steps at dead points.
     pub dead: usize,
     /// Angle from one step to the next, rad.
     pub increment: f64,
 }
 
-/// Least, greatest, mean and root mean square over the steps.
+/// Minimum, maximum, mean and root mean square over the steps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// Least.
+    /// Minimum.
     pub min: f64,
-    /// Greatest.
+    /// Maximum.
     pub max: f64,
     /// Mean.
     pub mean: f64,
@@ -55,49 +56,49 @@ pub struct Spread {
     pub rms: f64,
 }
 
-/// A crank angle at which the output turns back.
+/// A crank angle at which the output reverses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DeadCentre {
-    /// Crank angle, rad, from 0 to a turn.
+    /// Crank angle from 0 to one turn, rad.
     pub angle: f64,
-    /// Crank and coupler one behind the other, or folded.
+    /// Whether crank and coupler are stretched in line; otherwise they are folded.
     pub stretched: bool,
 }
 
 /// The crank angles at which the loop closes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Range {
-    /// All of them.
+    /// Whether the loop closes at all angles.
     pub full_turn: bool,
-    /// Otherwise the ends of the arcs, which are dead points, rad, from 0 to a turn, ascending.
+    /// Otherwise the ends of the arcs from 0 to one turn, which are dead points, ascending, rad.
     pub ends: Vec<f64>,
 }
 
-/// A turn in numbers.
+/// Summary of a turn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TurnSummary {
-    /// The linkage's name.
+    /// Name of the linkage.
     pub linkage: String,
     /// `four-bar` or `slider-crank`.
     pub kind: &'static str,
-    /// What turns fully (Grashof's rule).
+    /// Class by Grashof's rule: the links that turn fully.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
     /// `open` or `crossed`.
     pub branch: &'static str,
-    /// Of the crank, rad/s.
+    /// Speed of the crank, rad/s.
     pub speed: f64,
-    /// Steps of the turn.
+    /// Number of steps in the turn.
     pub steps: usize,
-    /// Steps at which the loop does not close.
+    /// Number of steps at which the loop does not close.
     pub steps_open: usize,
-    /// Steps at which it is at a dead point.
+    /// Number of steps at dead points.
     pub steps_dead: usize,
-    /// Where it closes.
+    /// Crank angles at which the loop closes.
     pub crank_range: Range,
-    /// Where the follower or slider stands still.
+    /// Crank angles at which the follower or slider stands still.
     pub dead_centres: Vec<DeadCentre>,
-    /// `M_0`, N m.
+    /// Driving moment `M_0`, N m.
     pub driving_moment: Spread,
     /// Magnitudes of `F_0` to `F_3`, N.
     pub joint_forces: [Spread; 4],
@@ -106,7 +107,7 @@ pub struct TurnSummary {
     pub guide_moment: Option<Spread>,
     /// Magnitude of `F_3 - F_0`, N.
     pub shaking_force: Spread,
-    /// About the crank's ground pivot, N m.
+    /// Shaking moment about the crank's ground pivot, N m.
     pub shaking_moment: Spread,
     /// Angle of the coupler or rod, rad.
     pub coupler_angle: Spread,
@@ -116,7 +117,7 @@ pub struct TurnSummary {
     /// Position of the slider's pin, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slider_position: Option<Spread>,
-    /// Least angle between coupler and follower, or between the rod and the guide's normal, as an acute one, rad.
+    /// Least acute angle between coupler and follower, or between the rod and the guide's normal, rad.
     pub transmission_angle_min: f64,
 }
 
@@ -127,7 +128,7 @@ pub fn turned(angle: f64) -> SinCos<f64> {
     SinCos { sin, cos }
 }
 
-/// Drive the crank round at this speed (rad/s), in this many steps.
+/// Turn the crank at this speed (rad/s), in this many steps.
 #[must_use]
 pub fn turn(linkage: &LinkageFile, branch: Branch, speed: f64, steps: u32) -> Turn {
     let increment = TAU / f64::from(steps);
@@ -155,7 +156,7 @@ fn step(linkage: &LinkageFile, branch: Branch, speed: f64, angle: f64) -> Result
 }
 
 impl Turn {
-    /// With the angles' jumps by a turn taken out, unless steps are missing before it.
+    /// Add a step. Jumps of its angles by a turn are removed, unless steps before it are missing.
     fn add(&mut self, mut step: Step) {
         if let Some(last) = self.steps.last().filter(|last| step.angle - last.angle < 1.5 * self.increment) {
             let onward = |angle: f64, last: f64| angle - TAU * ((angle - last) / TAU).round();
@@ -167,7 +168,7 @@ impl Turn {
         self.steps.push(step);
     }
 
-    /// Points of a curve over the crank's angle, in pieces without a gap.
+    /// Points of a curve over the crank's angle, split at missing steps.
     #[must_use]
     pub fn pieces(&self, value: impl Fn(&Step) -> f64) -> Pieces {
         let near = |a: &Step, b: &Step| b.angle - a.angle < 1.5 * self.increment;
@@ -184,7 +185,7 @@ impl Turn {
         }
     }
 
-    /// Sum up a turn with at least one step.
+    /// Summarise a turn with at least one step.
     #[must_use]
     pub fn summary(&self, linkage: &LinkageFile, branch: Branch, speed: f64) -> TurnSummary {
         let pin = matches!(linkage.mechanism, Mechanism::FourBar(_));
@@ -217,13 +218,13 @@ impl Turn {
     }
 }
 
-/// From 0 to a turn.
+/// Angle from 0 to one turn, rad.
 fn angle(turn: &SinCos<f64>) -> f64 {
     let angle = libm::atan2(turn.sin, turn.cos);
     if angle < 0.0 { angle + TAU } else { angle }
 }
 
-/// The range in angles.
+/// Convert a range to angles.
 #[must_use]
 pub fn range(range: &CrankRange<f64>) -> Range {
     let mut ends: Vec<f64> = range.ends().iter().flatten().map(angle).collect();
@@ -231,7 +232,7 @@ pub fn range(range: &CrankRange<f64>) -> Range {
     Range { full_turn: range.is_full_turn(), ends }
 }
 
-/// Those that the loop reaches.
+/// Dead centres within the loop's range.
 fn dead_centres(mechanism: &Mechanism, branch: Branch) -> Vec<DeadCentre> {
     let [stretched, folded] = mechanism.dead_centres(branch);
     let named = |turn: Option<SinCos<f64>>, stretched| turn.map(|turn| DeadCentre { angle: angle(&turn), stretched });
@@ -239,7 +240,7 @@ fn dead_centres(mechanism: &Mechanism, branch: Branch) -> Vec<DeadCentre> {
 }
 
 impl Range {
-    /// An angle in the middle of an arc; 0 where the crank turns fully.
+    /// Angle in the middle of an arc; 0 if the crank turns fully.
     #[must_use]
     pub fn middle(&self, mechanism: &Mechanism, branch: Branch) -> f64 {
         let after = self.ends.iter().skip(1).copied().chain(self.ends.first().map(|first| first + TAU));

@@ -1,4 +1,4 @@
-//! What holds an arm at rest, and the posture that takes least.
+//! Torques that hold an arm at rest, and the posture that needs least.
 
 mod report;
 mod search;
@@ -26,20 +26,20 @@ pub enum Axes {
     Base,
 }
 
-/// What is asked.
+/// Input of a statics computation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Question {
-    /// Joint position, rad or m; `None` with [`Question::minimise`]: the middle of the limits.
+    /// Joint position, rad or m; `None` with [`Question::minimise`] means the middle of the limits.
     pub q: Option<Vec<f64>>,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub gravity: Vec<f64>,
-    /// Mass of a point held by the tip (kg) and, if given, its place in the tip frame (m).
+    /// Mass of a point load at the tip (kg) and, if given, its position in the tip frame (m).
     pub load: Option<Vec<f64>>,
     /// Force (N) and moment (N m) of the environment on the arm at the tip's origin, in tip axes.
     pub tip_wrench: Option<Vec<f64>>,
-    /// Search for the least of this: a joint's name or number, `total` or `potential`.
+    /// Quantity to minimise: a joint's name or number, `total` or `potential`.
     pub minimise: Option<String>,
-    /// Joints that do not move in the search.
+    /// Joints that stay fixed in the search.
     pub hold: Vec<String>,
     /// Axes of the wrenches.
     pub axes: Axes,
@@ -48,68 +48,68 @@ pub struct Question {
 /// An arm at rest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Answer {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
     /// Joint position, rad or m.
     pub q: Vec<f64>,
-    /// Torques and forces that hold it, `G(q) - J^T w`, N m or N.
+    /// Torques and forces that hold the arm, `G(q) - J^T w`, N m or N.
     pub tau: Vec<f64>,
-    /// `-sum m g . r` of arm and load, J.
+    /// Potential energy `-sum m g . r` of arm and load, J.
     pub potential: f64,
     /// `link` or `base`.
     pub axes: &'static str,
     /// Every joint, base first.
     pub joints: Vec<JointAnswer>,
-    /// How the posture was found.
+    /// Result of the search for the posture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub minimised: Option<Minimised>,
 }
 
-/// What a joint carries.
+/// Load on a joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointAnswer {
-    /// Its name.
+    /// Name of the joint.
     pub name: String,
-    /// What the actuator carries, N m or N.
+    /// Torque or force of the actuator, N m or N.
     pub actuator: f64,
-    /// The actuator's limit; not there where it has none.
+    /// Limit of the actuator; absent without a limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
-    /// Force on the link by the link before, N.
+    /// Force on the link from the previous link, N.
     pub force: [f64; 3],
-    /// Moment on it about the joint's origin, N m.
+    /// Moment on the link about the joint's origin, N m.
     pub moment: [f64; 3],
     /// Bearing force across the axis, N.
     pub radial: f64,
-    /// Bearing force along the axis, N; not there where the actuator carries it.
+    /// Bearing force along the axis, N; absent if the actuator carries it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axial: Option<f64>,
     /// Bearing moment across the axis, N m.
     pub tilting: f64,
-    /// Bearing moment along the axis, N m; not there where the actuator carries it.
+    /// Bearing moment along the axis, N m; absent if the actuator carries it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub twisting: Option<f64>,
     #[serde(skip)]
     label: JointLabel,
 }
 
-/// How a posture was found.
+/// Result of a search for a posture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Minimised {
-    /// A joint's name, `total` or `potential`.
+    /// The minimised quantity: a joint's name, `total` or `potential`.
     pub what: String,
-    /// Torque's magnitude (N m or N), sum of squares, or potential energy (J).
+    /// Its least value: torque magnitude (N m or N), sum of squares, or potential energy (J).
     pub value: f64,
-    /// Points that the search began from.
+    /// Number of starting points.
     pub starts: usize,
-    /// Postures that were looked at.
+    /// Number of evaluated postures.
     pub postures: u64,
 }
 
-/// What holds the arm.
+/// Compute the torques that hold the arm, after a search for the posture if requested.
 ///
 /// # Errors
-/// [`Failure::Input`]: a list of the wrong length, a posture outside the limits, a joint that there is not, a search without
+/// [`Failure::Input`]: a list of the wrong length, a posture outside the limits, an unknown joint, a search without
 /// bounds.
 pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answer, Failure> {
     let model = robot.model::<N>().map_err(Failure::input)?;
@@ -166,11 +166,11 @@ pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answ
     Ok(answer)
 }
 
-/// An arm, and what it has to be held against.
+/// An arm with its loads.
 struct Still<const N: usize> {
     chain: Chain<f64, N>,
     gravity: Vector3<f64>,
-    /// In tip axes.
+    /// Wrench at the tip, in tip axes.
     push: Wrench<f64>,
 }
 
@@ -179,7 +179,7 @@ impl<const N: usize> Still<N> {
         self.chain.posture(&Libm.sin_cos_all(q), q)
     }
 
-    /// The push in base axes.
+    /// The tip's wrench in base axes.
     fn push(&self, posture: &Posture<f64, N>) -> Wrench<f64> {
         self.push.in_parent(&posture.tip.rotation, &Vector3::zeros())
     }
@@ -209,7 +209,7 @@ impl<const N: usize> Still<N> {
     }
 }
 
-/// A posture inside the limits.
+/// Check that a posture is inside the limits.
 fn posture<const N: usize>(robot: &Robot, limits: &[Limits<f64>; N], q: &[f64]) -> Result<[f64; N], Failure> {
     let q = finite::<N>("--q", q, "one for each joint").map_err(wrong)?;
     for (i, joint) in robot.joints.iter().enumerate() {
@@ -228,7 +228,7 @@ fn posture<const N: usize>(robot: &Robot, limits: &[Limits<f64>; N], q: &[f64]) 
     Ok(q)
 }
 
-/// A point mass in the tip frame.
+/// Inertia of a point mass in the tip frame.
 fn load(load: Option<&[f64]>) -> Result<Inertia<f64>, String> {
     let Some(load) = load else { return Ok(Inertia::zero()) };
     let (mass, place) = match load {

@@ -1,11 +1,11 @@
-//! What holds an arm at rest, as a table.
+//! Table of an arm at rest.
 
 use super::{Answer, Minimised};
 use crate::run::summary::engineering;
 use crate::table::table;
 
 impl Answer {
-    /// The table and the lines around it, as a person reads them.
+    /// The table and the lines around it for the terminal.
     #[must_use]
     pub fn table(&self) -> String {
         let mut table = table(

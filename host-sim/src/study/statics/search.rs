@@ -1,11 +1,11 @@
-//! The posture of the least.
+//! Search for the posture with the least torque or energy.
 
 use super::{Minimised, Still, wrong};
 use crate::failure::Failure;
 use crate::study::posture_search::{self, STARTS};
 use robot_compiler::Robot;
 
-/// What a search makes least.
+/// Quantity to minimise.
 pub(super) enum Target {
     Joint { index: usize, name: String },
     Total,
@@ -24,7 +24,7 @@ impl Target {
         }
     }
 
-    /// What is compared: smooth, so that steps lead somewhere.
+    /// Cost function of the search: smooth, so that descent works.
     fn cost<const N: usize>(&self, still: &Still<N>, q: &[f64; N]) -> f64 {
         match self {
             Self::Joint { index, .. } => still.torque(q)[*index].powi(2),
@@ -34,7 +34,7 @@ impl Target {
     }
 }
 
-/// The posture of the least.
+/// Find the posture with the least cost.
 pub(super) fn search<const N: usize>(
     robot: &Robot,
     still: &Still<N>,
@@ -71,7 +71,7 @@ pub(super) fn search<const N: usize>(
     Ok((least.q, Minimised { what, value, starts: STARTS, postures: least.evaluations }))
 }
 
-/// By name, or by number counted from 1.
+/// Index of a joint by name, or by number counted from 1.
 fn joint_index(robot: &Robot, name: &str) -> Option<usize> {
     robot.joints.iter().position(|joint| joint.name == name).or_else(|| {
         let number: usize = name.parse().ok()?;

@@ -26,7 +26,7 @@ pub enum Method {
     Recursive,
 }
 
-/// What is asked of an arm in a scene.
+/// Input of a computation of the terms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Question {
     /// Joint position, rad or m.
@@ -35,7 +35,7 @@ pub struct Question {
     pub qd: Option<Vec<f64>>,
     /// Gravitational acceleration in the base frame, m/s^2; the scene's otherwise.
     pub gravity: Option<Vec<f64>>,
-    /// How to compute them.
+    /// Method of computation.
     pub method: Method,
     /// Whether the rotors count; the scene's otherwise.
     pub rotor: Option<bool>,
@@ -44,9 +44,9 @@ pub struct Question {
 /// The terms of `D(q) qdd + C(q, qd) qd + G(q) = tau + J^T w` (eq. 12.217).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Terms {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// How they were computed: `lagrange`, `trace` or `recursive`.
+    /// Method of computation: `lagrange`, `trace` or `recursive`.
     pub method: &'static str,
     /// Joint position, rad or m.
     pub q: Vec<f64>,
@@ -62,11 +62,11 @@ pub struct Terms {
     pub velocity_coupling: Vec<f64>,
     /// `G(q)`, N m or N.
     pub gravity: Vec<f64>,
-    /// `[i][j][k]` is `Gamma^i_jk` (eq. 12.281).
+    /// Christoffel symbols: `[i][j][k]` is `Gamma^i_jk` (eq. 12.281).
     pub christoffel: Vec<Vec<Vec<f64>>>,
 }
 
-/// The terms at a posture.
+/// Compute the terms at a posture.
 ///
 /// # Errors
 /// A list of the wrong length, a posture outside the limits.
@@ -95,7 +95,7 @@ pub fn terms<const N: usize>(asked: &Question, file: &SceneFile, model: &Model<f
     found.named(asked.method, &file.robot.name, &q, &qd, &g)
 }
 
-/// What a method gives, without rotors.
+/// Result of a method, without rotors.
 struct Found<const N: usize> {
     d: SMatrix<f64, N, N>,
     c: SMatrix<f64, N, N>,
@@ -202,14 +202,14 @@ impl<const N: usize> Found<N> {
     }
 }
 
-/// Finite numbers of an option, as many as there should be.
+/// Check a list of an option: finite numbers, of the required count.
 fn list<const K: usize>(option: &str, values: &[f64], meaning: &str) -> miette::Result<[f64; K]> {
     finite_entries(option, values).map_err(|problem| miette::miette!("{problem}"))?;
     numbers(option, values, meaning)
         .map_err(|problem| miette::miette!(help = "the numbers are divided by commas: --q 0.1,-0.2", "{problem}"))
 }
 
-/// Every joint within its position limits.
+/// Check that every joint is within its position limits.
 fn within_limits<const N: usize>(robot: &Robot, q: &[f64; N]) -> miette::Result<()> {
     for (index, (joint, q)) in robot.joints.iter().zip(q).enumerate() {
         let (lo, hi) = joint.spec.limits.position;

@@ -1,4 +1,4 @@
-//! The terms as tables.
+//! Tables of the terms.
 
 use super::Terms;
 use crate::run::record::JointLabel;
@@ -6,7 +6,7 @@ use crate::table::table;
 use comfy_table::Table;
 use robot_compiler::Robot;
 
-/// The terms as tables.
+/// Tables of the terms.
 #[must_use]
 pub fn describe(terms: &Terms, robot: &Robot) -> String {
     let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -45,7 +45,7 @@ fn square(names: &[&str], rows: &[Vec<f64>]) -> Table {
     table
 }
 
-/// Six decimals; what rounds to zero has no sign.
+/// Number with six decimals; a value that rounds to zero has no sign.
 fn decimal(x: f64) -> String {
     let text = format!("{x:.6}");
     if text == "-0.000000" { "0.000000".to_owned() } else { text }

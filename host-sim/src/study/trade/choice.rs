@@ -1,4 +1,4 @@
-//! What can be chosen, and what of a scene file says so.
+//! Choices, and how a scene file states them.
 
 use clap::ValueEnum;
 use core::fmt;
@@ -27,7 +27,7 @@ pub enum TermSet {
 }
 
 impl TermSet {
-    /// The law that uses these terms and no others.
+    /// The control law that uses exactly these terms.
     pub(super) const fn law(self) -> Law {
         match self {
             Self::Full | Self::NoCoriolis => Law::ComputedTorque,
@@ -37,30 +37,30 @@ impl TermSet {
         }
     }
 
-    /// The largest set whose law this is; gravity for a law of none.
+    /// The largest set of terms for a law; [`TermSet::Gravity`] for a law without a set.
     pub(super) fn of(law: Law) -> Self {
         Self::value_variants().iter().copied().find(|terms| terms.law() == law).unwrap_or(Self::Gravity)
     }
 }
 
-/// When the model is evaluated.
+/// Evaluation schedule of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Every {
-    /// Every so many ticks.
+    /// Number of ticks between evaluations.
     pub ticks: u32,
-    /// What is done between.
+    /// Torque between two evaluations.
     pub between: Between,
 }
 
 impl Every {
-    /// In every tick.
+    /// Evaluation in every tick.
     pub const TICK: Self = Self { ticks: 1, between: Between::Hold };
 }
 
 impl FromStr for Every {
     type Err = String;
 
-    /// `1`, `4:hold`, `4:extrapolate`; `4` holds.
+    /// Parse `1`, `4:hold`, `4:extrapolate`; `4` means `4:hold`.
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || format!("{text}: expected ticks, 1 to 1000, such as 1, 4:hold or 4:extrapolate");
         let (ticks, between) = text.split_once(':').unwrap_or((text, "hold"));
@@ -79,20 +79,20 @@ impl fmt::Display for Every {
     }
 }
 
-/// One choice on every axis.
+/// A value on every axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// Floating-point type.
     pub scalar: ScalarChoice,
-    /// Sine and cosine.
+    /// Method for sine and cosine.
     pub trig: Method,
     /// Terms of the model.
     pub terms: TermSet,
-    /// Whether friction is fed forward, where the scene does it.
+    /// Whether friction is fed forward, if the scene does so.
     pub friction: bool,
-    /// Whether rotors count, where the scene counts them.
+    /// Whether rotors count, if the scene counts them.
     pub rotors: bool,
-    /// When the model is evaluated.
+    /// Evaluation schedule of the model.
     pub every: Every,
     /// Level of the arm's kernel.
     pub kernel: Level,
@@ -100,17 +100,17 @@ pub struct Choice {
     pub rate: f64,
 }
 
-/// The name that the command line gives a value.
+/// Name of a value on the command line.
 pub(crate) fn name(of: impl ValueEnum) -> String {
     of.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// A choice by the names of the command line, for tables and machines.
+/// A choice with the names of the command line, for tables and JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Named {
     /// Floating-point type.
     pub scalar: String,
-    /// Sine and cosine.
+    /// Method for sine and cosine.
     pub trig: String,
     /// Terms of the model.
     pub terms: String,
@@ -118,7 +118,7 @@ pub struct Named {
     pub friction: &'static str,
     /// `on` or `off`.
     pub rotors: &'static str,
-    /// When the model is evaluated.
+    /// Evaluation schedule of the model.
     pub every: String,
     /// Level of the arm's kernel.
     pub kernel: String,
@@ -127,7 +127,7 @@ pub struct Named {
 }
 
 impl Choice {
-    /// The same by names.
+    /// The choice with names instead of values.
     #[must_use]
     pub fn named(&self) -> Named {
         let switch = |on: bool| if on { "on" } else { "off" };
@@ -143,7 +143,7 @@ impl Choice {
         }
     }
 
-    /// The same, with what has no effect at its plainest: without a model there is nothing to evaluate.
+    /// The choice with every ineffective axis at its simplest value: without a model there is nothing to evaluate.
     #[must_use]
     pub fn plain(self) -> Self {
         match self.terms {
@@ -163,7 +163,7 @@ impl Choice {
         #[allow(clippy::float_cmp, reason = "the very number of the file stays as it was written")]
         if self.rate != rate {
             put(scene, "control", "rate", value(self.rate));
-            // It divided the old period; the default divides every one.
+            // It was a divisor of the old period; the default divides every period.
             remove(scene, "plant", "step");
         }
         remove(scene, "control", "model_every");
@@ -180,7 +180,7 @@ impl Choice {
     }
 }
 
-/// Set a key of a table of the file; a table that is not there is made. A comment behind the old value stays.
+/// Set a key in a table of the file, and create the table if it is missing. A comment behind the old value stays.
 pub(crate) fn put(scene: &mut DocumentMut, table: &str, key: &str, item: Item) {
     let table = scene.entry(table).or_insert_with(|| Item::Table(Table::new()));
     let Some(table) = table.as_table_like_mut() else { return };
@@ -195,7 +195,7 @@ pub(crate) fn put(scene: &mut DocumentMut, table: &str, key: &str, item: Item) {
     }
 }
 
-/// Take a key of a table out of the file.
+/// Remove a key from a table of the file.
 pub(crate) fn remove(scene: &mut DocumentMut, table: &str, key: &str) {
     if let Some(table) = scene.get_mut(table).and_then(Item::as_table_like_mut) {
         table.remove(key);

@@ -1,6 +1,6 @@
-//! What a choice costs in accuracy, on the desk: torques against a computation in 31 digits, and the closed loop.
+//! Accuracy of a choice, measured on the desk: torques against a computation in 31 digits, and the closed loop.
 
-use super::courses::Course;
+use super::test_motions::TestMotion;
 use crate::failure::Failure;
 use crate::run::closed_loop::End;
 use crate::run::simulate;
@@ -17,7 +17,7 @@ use robot_compiler::scene::{MotionSpec, ScalarChoice};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// How wrong something is, joint by joint.
+/// Error of each joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Greatest magnitude.
@@ -26,22 +26,22 @@ pub struct Errors {
     pub rms: Vec<f64>,
 }
 
-/// What was measured on one course.
+/// Measurements on one test motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct OnCourse {
-    /// The course.
+pub struct OnMotion {
+    /// Name of the test motion.
     pub course: String,
-    /// Torque error with the arm exactly on its reference, N m or N; none where the controller braked.
+    /// Torque error with the arm exactly on its reference, N m or N; `None` if the controller braked.
     pub torque: Option<Errors>,
-    /// Greatest of the torque errors over its joint's limit, or over the joint's greatest torque where it has none.
+    /// Greatest torque error over its joint's limit, or over the joint's greatest torque if it has no limit.
     pub torque_of_limit: Option<f64>,
     /// Tracking error of the closed loop, rad or m.
     pub tracking: Errors,
-    /// What ended the loop early, or braked it.
+    /// Reason why the loop ended early or braked.
     pub fault: Option<String>,
 }
 
-/// What the torques should be, tick by tick.
+/// Exact torques, tick by tick.
 #[derive(Clone, Debug)]
 pub struct Exact<const N: usize> {
     torque: Vec<[DoubleDouble; N]>,
@@ -51,10 +51,10 @@ pub struct Exact<const N: usize> {
 }
 
 impl<const N: usize> Exact<N> {
-    /// Along a course, at this control period (s): the full model's recursion in double-double arithmetic, sine and cosine to 30
-    /// digits, and the friction that the scene feeds forward.
+    /// Compute exact torques along a test motion with this control period (s): the full model's recursion in
+    /// double-double arithmetic, sine and cosine to 30 digits, and the friction that the scene feeds forward.
     #[must_use]
-    pub fn new(file: &SceneFile, model: &Model<f64, N>, course: &Course<N>, period: f64) -> Self {
+    pub fn new(file: &SceneFile, model: &Model<f64, N>, course: &TestMotion<N>, period: f64) -> Self {
         let full = file.model.full();
         let dynamics: Dynamics<DoubleDouble, N> = Dynamics::new(model.cast(), full.scene(model).cast());
         let live: Live<DoubleDouble, N> = file.live(model).cast();
@@ -84,17 +84,17 @@ impl<const N: usize> Exact<N> {
     }
 }
 
-/// Measure a choice on one course.
+/// Measure a choice on one test motion.
 ///
 /// # Errors
-/// A scene that cannot be run, or an interruption.
-pub fn on_course<const N: usize>(
+/// The scene cannot be run, or the measurement is interrupted.
+pub fn on_motion<const N: usize>(
     file: &SceneFile,
     model: &Model<f64, N>,
-    course: &Course<N>,
+    course: &TestMotion<N>,
     exact: &Exact<N>,
     stop: &AtomicBool,
-) -> Result<OnCourse, Failure> {
+) -> Result<OnMotion, Failure> {
     let limits = model.links().map(|link| link.limits.torque);
     let (config, live) = (without_limits(file.controller_config(model)), file.live(model));
     let torque = match file.control.scalar {
@@ -113,17 +113,18 @@ pub fn on_course<const N: usize>(
         |errors: &Errors| errors.max.iter().enumerate().fold(0.0, |worst, (i, error)| share(i, *error).max(worst));
     let torque_of_limit = torque.as_ref().map(worst);
     let (tracking, fault) = tracking::<N>(file, model, course, stop)?;
-    Ok(OnCourse { course: course.name.to_owned(), torque, torque_of_limit, tracking, fault: braked.or(fault) })
+    Ok(OnMotion { course: course.name.to_owned(), torque, torque_of_limit, tracking, fault: braked.or(fault) })
 }
 
-/// Torques as they are wanted: limits on them would hide an error.
+/// Configuration without torque limits, because limits would hide an error.
 fn without_limits<const N: usize>(config: ControllerConfig<f64, N>) -> ControllerConfig<f64, N> {
     let free = f64::INFINITY;
     let limits = config.limits.map(|limits| Limits { torque: free, torque_rate: free, ..limits });
     ControllerConfig { limits, torque_step: [free; N], ..config }
 }
 
-/// Torques of a controller, tick after tick with the arm exactly on the reference, against the exact ones; `Err` names a fault.
+/// Errors of a controller's torques against the exact ones, tick by tick with the arm exactly on the reference; `Err`
+/// names a fault.
 fn torque_errors<S: Real, const N: usize>(
     controller: &mut impl Torques<S, N>,
     live: &Live<f64, N>,
@@ -150,15 +151,15 @@ fn torque_errors<S: Real, const N: usize>(
     Ok(Errors { max: max.to_vec(), rms: squares.iter().map(|sum| libm::sqrt(sum / count)).collect() })
 }
 
-/// The closed loop along a course, in the scene's world.
+/// Run the closed loop along a test motion, in the scene's world.
 fn tracking<const N: usize>(
     file: &SceneFile,
     model: &Model<f64, N>,
-    course: &Course<N>,
+    course: &TestMotion<N>,
     stop: &AtomicBool,
 ) -> Result<(Errors, Option<String>), Failure> {
     let start = course.motion.sample(0.0).q;
-    // The world begins where the course does; the controller stays that of the scene.
+    // The world begins at the start of the test motion; the controller is the scene's.
     let mut scene = file.clone();
     scene.motion = MotionSpec::Hold { q: start.to_vec(), duration: 1.0 };
     scene.plant.start = start.to_vec();

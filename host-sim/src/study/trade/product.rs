@@ -1,6 +1,6 @@
-//! The choices that are measured.
+//! The set of choices to measure.
 
-use super::base::Base;
+use super::baseline::Baseline;
 use super::choice::{Choice, Every, TermSet};
 use crate::failure::Failure;
 use clap::ValueEnum;
@@ -10,30 +10,30 @@ use robot_compiler::kernel::Level;
 use robot_compiler::names::Named as _;
 use robot_compiler::scene::ScalarChoice;
 
-/// Values that are combined.
+/// Values to combine on each axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
     /// Floating-point types.
     pub scalar: Vec<ScalarChoice>,
-    /// Sines and cosines.
+    /// Methods for sine and cosine.
     pub trig: Vec<Method>,
     /// Sets of terms.
     pub terms: Vec<TermSet>,
-    /// Whether friction is fed forward, where the scene does it.
+    /// Whether friction is fed forward, if the scene does so.
     pub friction: Vec<bool>,
-    /// Whether the model has rotors, where the scene has them.
+    /// Whether the model has rotors, if the scene has them.
     pub rotors: Vec<bool>,
-    /// When the model is evaluated.
+    /// Evaluation schedules of the model.
     pub every: Vec<Every>,
     /// Levels of the arm's kernel.
     pub kernel: Vec<Level>,
-    /// Control rates, Hz; the scene's otherwise.
+    /// Control rates, Hz; if empty, the scene's.
     pub rate: Vec<f64>,
-    /// The product alone: without the scene's own choice and those that differ from it in one thing.
+    /// Only the product, without the scene's own choice and its variations in one axis.
     pub alone: bool,
 }
 
-/// When else the model is evaluated, to compare the scene's own choice with.
+/// Other evaluation schedules to compare with the scene's own.
 const OTHER_TICKS: [Every; 5] = [
     Every::TICK,
     Every { ticks: 2, between: Between::Hold },
@@ -42,9 +42,9 @@ const OTHER_TICKS: [Every; 5] = [
     Every { ticks: 16, between: Between::Extrapolate },
 ];
 
-/// The product of the axes and, unless the product is to be alone, the scene's own choice with each that differs from it in one
-/// thing; each choice once, always at `rate` (Hz) where one is given.
-pub(crate) fn choices(axes: &Axes, base: &Base, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
+/// The product of the axes and, unless `alone` is set, the scene's own choice and its variations in one axis. Each
+/// choice occurs once. A given `rate` (Hz) replaces every control rate.
+pub(crate) fn choices(axes: &Axes, base: &Baseline, rate: Option<f64>) -> Result<Vec<Choice>, Failure> {
     let own = Choice { rate: rate.unwrap_or(base.file.control.rate), ..base.own() };
     let rates = match rate {
         None if !axes.rate.is_empty() => axes.rate.clone(),
@@ -55,7 +55,7 @@ pub(crate) fn choices(axes: &Axes, base: &Base, rate: Option<f64>) -> Result<Vec
     }
     let model = &base.file.model;
     let (rubs, turns) = (model.friction, !matches!(model.rotor, dynamics_core::Term::Absent));
-    // Without friction or rotors in the scene, leaving them out is no choice.
+    // If the scene has no friction or rotors, leaving them out is not a choice.
     let on = |switches: &[bool], there: bool| if there { switches.to_vec() } else { vec![true] };
     let mut product = vec![own];
     spread(&mut product, &rates, |choice, rate| Choice { rate, ..choice });
@@ -78,7 +78,7 @@ pub(crate) fn choices(axes: &Axes, base: &Base, rate: Option<f64>) -> Result<Vec
     }
     let mut all: Vec<Choice> = Vec::new();
     for choice in product {
-        // What has no effect is at its plainest, except in the scene's own choice.
+        // Axes without effect take their simplest value, except in the scene's own choice.
         let choice = if choice == own { own } else { choice.plain() };
         if !all.contains(&choice) {
             all.push(choice);
@@ -87,7 +87,7 @@ pub(crate) fn choices(axes: &Axes, base: &Base, rate: Option<f64>) -> Result<Vec
     Ok(all)
 }
 
-/// Every choice with each of these.
+/// Combine every choice with each of these values.
 fn spread<T: Copy>(choices: &mut Vec<Choice>, values: &[T], with: impl Fn(Choice, T) -> Choice) {
     let with = &with;
     *choices = choices.iter().flat_map(|&choice| values.iter().map(move |&value| with(choice, value))).collect();

@@ -1,4 +1,4 @@
-//! A trade-off as tables, CSV, a plot and Markdown.
+//! Report of a trade-off as tables, CSV, a plot and Markdown.
 
 use super::choice::{Choice, TermSet, name};
 use super::{Point, Trade};
@@ -9,7 +9,7 @@ use crate::table::table;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// The command that measures one choice.
+/// Command that measures one choice.
 #[must_use]
 pub fn command(scene: &Path, choice: &Choice) -> String {
     let n = choice.named();
@@ -27,7 +27,7 @@ pub fn command(scene: &Path, choice: &Choice) -> String {
     )
 }
 
-/// Heads of the columns: what is chosen, then what it costs.
+/// Column headers of the choices; those of the costs follow.
 const CHOICES: [&str; 8] = ["scalar", "trig", "terms", "friction", "rotors", "every", "kernel", "rate"];
 
 fn choices(point: &Point) -> [String; 8] {
@@ -44,7 +44,7 @@ fn choices(point: &Point) -> [String; 8] {
     ]
 }
 
-/// A share, in percent.
+/// A share in percent.
 pub(crate) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent == 0.0 || (0.01..1e4).contains(&percent) {
@@ -65,9 +65,9 @@ impl Point {
         or_fault(of.fault.is_none().then_some(most), |x| engineering(x, "rad"))
     }
 
-    /// Greatest torque error of any joint on any course, N m or N.
+    /// Greatest torque error of any joint on any test motion, N m or N.
     fn torque_max(&self) -> Option<f64> {
-        let of = |course: &super::measure::OnCourse| {
+        let of = |course: &super::measure::OnMotion| {
             Some(course.torque.as_ref()?.max.iter().fold(0.0, |most, x| f64::max(most, *x)))
         };
         self.courses.iter().map(of).try_fold(0.0, |most, x| Some(f64::max(most, x?)))
@@ -94,7 +94,7 @@ impl Point {
 const COSTS: [&str; 6] = ["instructions", "cycles, est.", "flash", "RAM", "torque error", "at most"];
 
 impl Trade {
-    /// Columns of choices in which the points differ.
+    /// Indices of the choice columns in which the points differ.
     fn varied(&self) -> Vec<usize> {
         let rows: Vec<[String; 8]> = self.points.iter().map(choices).collect();
         let varies = |column: &usize| rows.iter().any(|row| row[*column] != rows[0][*column]);
@@ -113,12 +113,12 @@ impl Trade {
         varied.iter().map(|&column| chosen[column].clone()).chain(point.cells()).collect()
     }
 
-    /// The points that nothing beats, in torque error or in tracking.
+    /// Points on the Pareto front of torque error or of tracking error.
     pub fn front(&self) -> impl Iterator<Item = &Point> {
         self.points.iter().filter(|point| point.on_torque_front || point.on_tracking_front)
     }
 
-    /// As a person reads it in a terminal.
+    /// Table for the terminal.
     #[must_use]
     pub fn table(&self) -> String {
         let varied = self.varied();
@@ -149,7 +149,7 @@ impl Trade {
         text
     }
 
-    /// Every point with every number.
+    /// Write every point with all its numbers.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -213,8 +213,8 @@ impl Trade {
         file.flush().map_err(Failure::Output)
     }
 
-    /// Every point over its cycles: torque error above, tracking error below; a colour for each set of terms, a line through
-    /// those that nothing beats.
+    /// Plot every point over its cycles: torque error above, tracking error below. Each set of terms has a colour; a
+    /// line joins the points of the Pareto front.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -243,7 +243,7 @@ impl Trade {
         write_scatter(&scatter, path)
     }
 
-    /// As Markdown: the courses, the front, and what each axis does by itself.
+    /// Markdown: the test motions, the Pareto front, and the effect of each axis by itself.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = String::from(
@@ -296,7 +296,7 @@ impl Trade {
         text + &simulator
     }
 
-    /// What the simulator's own integrator is wrong by.
+    /// Errors of the simulator's own integrator.
     fn simulator_markdown(&self) -> String {
         let mut text = String::from(
             "\nThe simulator, on the scene's own motion: how far a joint is at most from where the adaptive pair has it at a tolerance of 1e-12.\n\n\

@@ -1,4 +1,4 @@
-//! What is asked of a choice, and the cheapest that meets it.
+//! Requirements on a choice, and the cheapest choice that meets them.
 
 use super::report::percent;
 use super::{Point, Trade};
@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::str::FromStr;
 
-/// A share: `20%` or `0.2`.
+/// A share, written `20%` or `0.2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share(pub f64);
 
@@ -25,9 +25,9 @@ impl FromStr for Share {
 /// A share of the processor at a control rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// Of the processor.
+    /// Share of the processor.
     pub share: f64,
-    /// Hz.
+    /// Control rate, Hz.
     pub rate: f64,
 }
 
@@ -48,25 +48,25 @@ impl FromStr for Budget {
     }
 }
 
-/// What a choice must meet.
+/// Requirements on a choice.
 pub(crate) struct Request {
-    /// Greatest torque error, a share of the limit.
+    /// Greatest torque error as a share of the limit.
     pub(crate) torque: Option<f64>,
     /// Greatest tracking error, rad or m.
     pub(crate) tracking: Option<f64>,
     /// Greatest share of the processor.
     pub(crate) share: Option<f64>,
-    /// Cycles in a second.
+    /// Clock of the processor, cycles per second.
     pub(crate) clock: f64,
 }
 
 impl Request {
-    /// Share of the processor that the mean tick takes.
+    /// Share of the processor for the mean tick.
     pub(crate) fn share_of(&self, point: &Point) -> f64 {
         point.cost.cycles * point.choice.rate / self.clock
     }
 
-    /// The mean tick keeps the share, and the longest ends before the next is due.
+    /// Whether the mean tick keeps the share and the longest tick ends before the next one is due.
     fn fits(&self, point: &Point) -> bool {
         let longest = point.cost.cycles_max * point.choice.rate / self.clock;
         self.share.is_none_or(|share| self.share_of(point) <= share) && longest <= 1.0
@@ -77,12 +77,12 @@ impl Request {
         point.tracking.is_some() && keeps(self.torque, point.torque_of_limit) && keeps(self.tracking, point.tracking)
     }
 
-    /// Points come with the fewest cycles first.
+    /// The cheapest point that meets the requirements: points are sorted by cycles, the fewest first.
     pub(crate) fn cheapest<'a>(&self, trade: &'a Trade) -> Option<&'a Point> {
         trade.points.iter().find(|point| self.accurate(point) && self.fits(point))
     }
 
-    /// What it would take: the cheapest that is accurate enough, and the most accurate that fits.
+    /// The nearest alternatives: the cheapest accurate point, and the most accurate point that fits.
     pub(crate) fn nearest(&self, trade: &Trade) -> String {
         let mut text = String::new();
         match trade.points.iter().find(|point| self.accurate(point)) {
@@ -120,10 +120,10 @@ impl Request {
         )
     }
 
-    /// The choice, what was given up for it, and how it was measured.
+    /// Text about the choice: its numbers, the accuracy given up for it, and the way it was measured.
     pub(crate) fn explain(&self, trade: &Trade, chosen: &Point, path: &Path) -> String {
         let mut text = format!("chosen              {}\n", self.line(chosen));
-        // The best in accuracy of all, to say what was given up.
+        // The most accurate point of all, to show the accuracy that was given up.
         let error = |point: &&Point| point.torque_of_limit.unwrap_or(f64::INFINITY);
         if let Some(best) =
             trade.points.iter().filter(|point| point.tracking.is_some()).min_by(|a, b| error(a).total_cmp(&error(b)))
@@ -149,7 +149,7 @@ impl Request {
     }
 }
 
-/// What one point has and the other has otherwise.
+/// Differences between two points' choices.
 fn differences(best: &Point, chosen: &Point) -> String {
     let (a, b) = (&best.choice, &chosen.choice);
     let pairs = [

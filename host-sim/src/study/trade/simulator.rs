@@ -1,30 +1,30 @@
-//! The simulator's own trade: what an integrator and its step cost, and what they are wrong by.
+//! Speed against accuracy of the simulator: cost and error of an integrator and its step.
 
 use crate::failure::Failure;
 use crate::run::closed_loop::End;
 use crate::run::simulate::{self, Run};
 use crate::study::parallel::try_in_parallel;
 use indicatif::ProgressBar;
-use robot_compiler::scene::IntegratorChoice;
+use robot_compiler::scene::Integrator;
 use robot_compiler::{SceneFile, with_dof};
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
-/// What is compared with: the embedded pair at this tolerance.
+/// Tolerance of the reference run with the embedded pair.
 const REFERENCE: f64 = 1e-12;
 
-/// An integrator with its step, on the scene's own run.
+/// An integrator with its step, measured on the scene's own run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodReport {
-    /// The integrator's name in scene files.
+    /// Name of the integrator in scene files.
     pub integrator: &'static str,
-    /// Steps in a control period; none where the method takes its own.
+    /// Steps per control period; `None` for adaptive steps.
     pub steps_per_tick: Option<u32>,
-    /// Error that a step may have, where it takes its own.
+    /// Tolerance of a step; `None` for fixed steps.
     pub tolerance: Option<f64>,
-    /// How often the equations of motion are solved in a control period.
+    /// Solutions of the equations of motion per control period.
     pub accelerations_per_tick: f64,
-    /// Greatest distance of a joint from where the reference run has it, rad or m; none where the run ended early.
+    /// Greatest distance of a joint from the reference run, rad or m; `None` if the run ended early.
     pub off_by: Option<f64>,
     /// Greatest tracking error of any joint, rad or m.
     pub tracking: Option<f64>,
@@ -33,18 +33,18 @@ pub struct MethodReport {
 /// Compare integrators and steps on the scene's own motion, in its own world.
 ///
 /// # Errors
-/// A scene that cannot be run.
+/// The scene cannot be run.
 pub fn methods(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<MethodReport>, Failure> {
     with_dof!(scene.robot.dof(), N => of_arm::<N>(scene, stop))
 }
 
 fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<MethodReport>, Failure> {
-    let (reference, _) = run::<N>(scene, IntegratorChoice::Adaptive { tolerance: REFERENCE }, 1, stop)?;
+    let (reference, _) = run::<N>(scene, Integrator::Adaptive { tolerance: REFERENCE }, 1, stop)?;
     let fixed = |integrator, steps: &[u32]| steps.iter().map(|steps| (integrator, *steps)).collect::<Vec<_>>();
-    let own = [1e-3, 1e-6, 1e-9].map(|tolerance| (IntegratorChoice::Adaptive { tolerance }, 1));
+    let own = [1e-3, 1e-6, 1e-9].map(|tolerance| (Integrator::Adaptive { tolerance }, 1));
     let all = [
-        fixed(IntegratorChoice::SemiImplicitEuler, &[1, 4, 16, 64]),
-        fixed(IntegratorChoice::RungeKutta, &[1, 2, 4, 8, 16]),
+        fixed(Integrator::SemiImplicitEuler, &[1, 4, 16, 64]),
+        fixed(Integrator::RungeKutta, &[1, 2, 4, 8, 16]),
         own.to_vec(),
     ]
     .concat();
@@ -60,7 +60,7 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
         };
         let (run, accelerations) = match run::<N>(scene, integrator, steps, stop) {
             Ok(done) => done,
-            // A step that friction or a spring cannot follow is refused: that is an answer.
+            // A step too long for friction or a spring is refused; that is a valid result.
             Err(Failure::Input(_)) => return Ok(refused()),
             Err(failure) => return Err(failure),
         };
@@ -77,7 +77,7 @@ fn of_arm<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<Vec<Me
 
 fn run<const N: usize>(
     scene: &SceneFile,
-    integrator: IntegratorChoice,
+    integrator: Integrator,
     steps: u32,
     stop: &AtomicBool,
 ) -> Result<(Run, u64), Failure> {
@@ -102,21 +102,21 @@ fn off_by(run: &Run, reference: &Run) -> f64 {
     distances.fold(0.0, f64::max)
 }
 
-fn name(integrator: IntegratorChoice) -> &'static str {
+fn name(integrator: Integrator) -> &'static str {
     match integrator {
-        IntegratorChoice::RungeKutta => "runge-kutta",
-        IntegratorChoice::SemiImplicitEuler => "semi-implicit-euler",
-        IntegratorChoice::Adaptive { .. } => "adaptive",
+        Integrator::RungeKutta => "runge-kutta",
+        Integrator::SemiImplicitEuler => "semi-implicit-euler",
+        Integrator::Adaptive { .. } => "adaptive",
     }
 }
 
-fn steps_of(integrator: IntegratorChoice, steps: u32) -> Option<u32> {
-    (!matches!(integrator, IntegratorChoice::Adaptive { .. })).then_some(steps)
+fn steps_of(integrator: Integrator, steps: u32) -> Option<u32> {
+    (!matches!(integrator, Integrator::Adaptive { .. })).then_some(steps)
 }
 
-fn tolerance_of(integrator: IntegratorChoice) -> Option<f64> {
+fn tolerance_of(integrator: Integrator) -> Option<f64> {
     match integrator {
-        IntegratorChoice::Adaptive { tolerance } => Some(tolerance),
-        IntegratorChoice::RungeKutta | IntegratorChoice::SemiImplicitEuler => None,
+        Integrator::Adaptive { tolerance } => Some(tolerance),
+        Integrator::RungeKutta | Integrator::SemiImplicitEuler => None,
     }
 }

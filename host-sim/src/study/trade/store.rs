@@ -1,4 +1,4 @@
-//! What has been measured already: a file of JSON lines, one a measurement, so that work that was broken off goes on where it was.
+//! Stored measurements: a file of JSON lines, one per measurement, so that interrupted work can be resumed.
 
 use crate::failure::{Failure, in_file};
 use serde::de::DeserializeOwned;
@@ -10,7 +10,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// Measurements by what was measured.
+/// Measurements by key.
 #[derive(Debug)]
 pub(crate) struct Store {
     known: HashMap<String, serde_json::Value>,
@@ -24,24 +24,24 @@ struct Line {
 }
 
 impl Store {
-    /// Open a file, or begin one; `fresh` forgets what it holds. A last line that was cut short is dropped.
+    /// Open or create the file; `fresh` discards its contents. An incomplete last line is dropped.
     pub(crate) fn open(path: &Path, fresh: bool) -> Result<Self, Failure> {
         let text = if fresh { String::new() } else { fs::read_to_string(path).unwrap_or_default() };
         let lines = text.lines().filter_map(|line| serde_json::from_str::<Line>(line).ok());
         let known: HashMap<_, _> = lines.map(|line| (line.key, line.value)).collect();
-        // Whole lines only: the next one must not be written behind half a one.
+        // Keep whole lines only: the next line must not follow an incomplete one.
         let whole = known.iter().map(|(key, value)| as_line(key, value)).collect::<String>();
         fs::write(path, whole).map_err(|error| in_file(path, &error))?;
         let file = OpenOptions::new().append(true).open(path).map_err(|error| in_file(path, &error))?;
         Ok(Self { known, file: Mutex::new(file) })
     }
 
-    /// What was measured under this key, if it was.
+    /// The stored measurement for a key.
     pub(crate) fn get<T: DeserializeOwned>(&self, key: &str) -> Option<T> {
         serde_json::from_value(self.known.get(key)?.clone()).ok()
     }
 
-    /// Write a measurement down at once.
+    /// Store a measurement at once.
     pub(crate) fn put<T: Serialize>(&self, key: &str, value: &T) -> Result<(), Failure> {
         let value = serde_json::to_value(value).map_err(|error| Failure::Output(error.into()))?;
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
@@ -53,13 +53,13 @@ fn as_line(key: &str, value: &serde_json::Value) -> String {
     serde_json::json!({ "key": key, "value": value }).to_string() + "\n"
 }
 
-/// A number for this program as it was built, so that no measurement outlives a change of it.
+/// Hash of this executable, so that a rebuilt program reuses no measurement of an older one.
 pub(crate) fn of_this_program() -> u64 {
     let program = std::env::current_exe().and_then(fs::read).unwrap_or_default();
     digest(&program)
 }
 
-/// A number for something.
+/// Hash of a value.
 pub(crate) fn digest(of: &(impl Hash + ?Sized)) -> u64 {
     let mut hasher = DefaultHasher::new();
     of.hash(&mut hasher);

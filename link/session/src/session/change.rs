@@ -1,4 +1,5 @@
-//! Changes of live inputs and parameters: between ticks where no torque acts, else by the tick that has tried them.
+//! Changes of live inputs and parameters: between ticks where no torque acts, else by the tick that has computed their
+//! effect.
 
 use super::{Buffers, Reaction, Session};
 use crate::parameters;
@@ -63,7 +64,7 @@ where
         Ok(Reaction::None)
     }
 
-    /// Make a change at once where no torque acts, else in the next tick; whether it is made.
+    /// Make a change at once where no torque acts, else in the next tick; returns whether it is made already.
     fn change(&mut self, change: Change<N>) -> Result<bool, Refusal> {
         if !self.supervisor.state().drives() {
             change.make(&mut self.controller);
@@ -114,8 +115,8 @@ where
     }
 }
 
-/// The first joint whose torque would change at once by more than it may, if there is one. Where only one of both commands is held by
-/// a limit, the other's torque says nothing of how far apart they are.
+/// The first joint whose torque would change at once by more than it may, if there is one. Where a limit holds only one
+/// of both commands, their torques do not show the true difference.
 #[cold]
 pub(super) fn jump<const N: usize>(
     now: &Command<f32, N>,

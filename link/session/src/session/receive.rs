@@ -36,14 +36,14 @@ where
     C: Configuration<f32, N> + Clone,
     P: Protection<f32, N> + Clone,
 {
-    /// Take what the link received.
+    /// Take the link's received frame, or its error.
     pub fn receive(&mut self, received: Result<Received, DecodeError>) -> Reaction {
         let received = match received {
             Ok(received) => received,
             Err(error) => return refuse(Refusal::Undecodable(error)),
         };
         self.taken = self.taken.wrapping_add(1);
-        // Whatever was lost before it: a stop must not wait for the host to notice.
+        // Even if packets were lost before it: a stop must not wait for the host to notice.
         let stops = matches!(received.frame, Frame::Request(Request::Hold));
         if received.missed > 0 && !stops {
             return refuse(Refusal::Lost { missed: received.missed });
@@ -68,7 +68,7 @@ where
         reaction.unwrap_or_else(refuse)
     }
 
-    /// A frame that means something under supervision alone.
+    /// A frame that has a meaning only under supervision.
     fn supervised(&mut self, pacing: Pacing, frame: &Frame) -> Result<Reaction, Refusal> {
         match frame {
             Frame::Alive => {}

@@ -18,9 +18,9 @@ where
     C: Configuration<f32, N> + Clone,
     P: Protection<f32, N> + Clone,
 {
-    /// Next report to be sent; `None` when that is all. Only copies: the frame is made outside the lock.
+    /// Next report to be sent; `None` when there are no more. It only copies: the frame is made outside the lock.
     ///
-    /// The black box comes behind what else is to be said.
+    /// The black box comes after all other reports.
     pub fn say(&mut self) -> Option<Report<N>> {
         if let Some(answer) = self.answer.take() {
             return Some(Report::Answer(answer));

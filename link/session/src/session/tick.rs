@@ -30,10 +30,10 @@ where
     C: Configuration<f32, N> + Clone,
     P: Protection<f32, N> + Clone,
 {
-    /// Run one tick, and answer what the drives do. Its report waits in [`Session::say`].
+    /// Run one tick, and return the order to the drives. Its report waits in [`Session::say`].
     ///
-    /// The bench's cost is that of the controller alone. Nothing is said while the session waits, or while the timer already runs on
-    /// the bench but reference or measurement has not come yet.
+    /// The bench's cost is that of the controller alone. Nothing is reported while the session waits, or while the
+    /// timer already runs on the bench but reference or measurement has not come yet.
     #[inline]
     pub fn tick<M: Counter>(&mut self, meter: &Meter<M>) -> Drives<N> {
         let safe = Drives::Safe(self.safe_action());
@@ -91,7 +91,7 @@ where
             self.settle(&change, jumps);
         }
         match output.actuation {
-            // In a drill nothing is driven but what the host plays.
+            // In a drill no drive is driven: the host simulates the arm.
             Actuation::Drive { torque, .. } if pacing == Pacing::Live => Drives::Drive(torque),
             Actuation::Drive { .. } => Drives::Safe(self.safe_action()),
             Actuation::Safe(action) => Drives::Safe(action),
@@ -99,7 +99,7 @@ where
     }
 }
 
-/// The controller's tick, and what it cost alone. Out of line, so that bench and supervision share one copy of it.
+/// The controller's tick, and its own cost. Out of line, so that bench and supervision share one copy of it.
 #[inline(never)]
 fn control<const N: usize, D, T, C, P, M>(
     controller: &mut Controller<f32, N, D, T, C, P>,

@@ -1,4 +1,4 @@
-//! The session under supervision: what a host asks for, what the drives do, and what is reported.
+//! The session under supervision: requests of a host, actions of the drives, and reports.
 
 use super::{Looks, OWN, UnitMasses, config, protected};
 use dynamics_core::Inertia;
@@ -106,7 +106,7 @@ impl Arm {
     fn follow(&mut self) -> Drives<2> {
         let drives = self.tick();
         if let Drives::Drive(torque) = drives {
-            // Unit masses: what is left of the error is what feedback makes of it.
+            // Unit masses: the feedback alone determines the remaining error.
             for i in 0..2 {
                 self.qd[i] += torque[i] * 0.002;
                 self.q[i] += self.qd[i] * 0.002;
@@ -440,7 +440,7 @@ fn live_inputs_that_would_jump_are_refused_and_those_from_before_hold_on() {
 fn a_payload_is_taken_up_to_its_bounds_and_one_that_cannot_be_is_not() {
     let told = |live: dynamics_core::Live<f32, 2>| Frame::Live(link::Live::new(&live).unwrap());
     let zero = dynamics_core::Live::<f32, 2>::zero();
-    // A small ball at (far, 0, 0); 5 kg within 0.5 m may be told.
+    // A small ball at (far, 0, 0); up to 5 kg within 0.5 m is allowed.
     let ball = |mass: f32, far: f32| {
         let mut body = Inertia { mass, ..Inertia::zero() };
         body.first_moment.x = mass * far;

@@ -1,4 +1,4 @@
-//! The trajectory: what is between its points, and what is refused.
+//! The trajectory: references between its points, and refusals.
 #![allow(clippy::disallowed_types, reason = "what is expected is computed in double precision, on the desk")]
 
 use dynamics_core::control::Reference;
@@ -38,7 +38,7 @@ impl Followed {
         self.trajectory.room()
     }
 
-    /// The references of the ticks from now on, until there is none or so many.
+    /// The references of the ticks from now on, until there is none, or up to the given number of ticks.
     fn follow(&mut self, ticks: usize) -> Vec<Reference<f32, 1>> {
         let mut all = Vec::new();
         while let (true, Some(now)) = (all.len() < ticks, self.now) {

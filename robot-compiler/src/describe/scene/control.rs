@@ -1,60 +1,60 @@
-//! How an arm is controlled: the tables `[control]` and `[collision]`.
+//! Controller of an arm: the tables `[control]` and `[collision]`.
 
 use crate::describe::robot::Robot;
 use dynamics_core::control::{Between, Law, Reaction};
 use dynamics_core::trig::Method;
 
-/// How the arm is controlled.
+/// Settings of the controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControlSpec {
     /// Control rate, Hz.
     pub rate: f64,
     /// The law.
     pub law: Law,
-    /// The model is evaluated in every tick of this number's multiples; 1: in every tick.
+    /// The model is evaluated in every tick whose number is a multiple of this one; 1 means in every tick.
     pub model_every: u32,
-    /// What its torque does in the ticks between.
+    /// Behaviour of the model's torque in the ticks between.
     pub model_between: Between,
     /// Natural frequency of the error, per joint, rad/s.
     pub natural_frequency: Vec<f64>,
     /// Damping ratio of the error, per joint.
     pub damping: Vec<f64>,
-    /// Which sine and cosine.
+    /// Method for sine and cosine.
     pub trig: Method,
-    /// Which floating-point type.
+    /// Floating-point type on the desk.
     pub scalar: ScalarChoice,
-    /// Which inverse dynamics the chip runs.
+    /// Inverse dynamics on the chip.
     pub kernel: KernelChoice,
-    /// What the chip runs the arm's kernel from.
+    /// Memory that the chip runs the arm's kernel from.
     pub kernel_memory: KernelMemory,
     /// Bandwidth of the velocity observer, rad/s.
     pub observer_bandwidth: f64,
-    /// Gains and friction are kept in RAM on the chip, where a host can change them while it runs.
+    /// Whether gains and friction are kept in RAM on the chip, where a host can change them while it runs.
     pub tunable: bool,
-    /// Oldest measurement that is believed, ticks.
+    /// Greatest age of a measurement that is still used, ticks.
     pub age_max: u32,
-    /// How far beyond a position limit is a fault, rad or m.
+    /// Distance beyond a position limit that is a fault, rad or m.
     pub position_margin: f64,
-    /// How many times the velocity limit is a fault.
+    /// Multiple of the velocity limit that is a fault.
     pub velocity_factor: f64,
 }
 
-/// What counts as a collision, and what is done about one.
+/// Collision detection, and the reaction to a collision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollisionSpec {
     /// Bandwidth of the estimated external torque, rad/s.
     pub bandwidth: f64,
-    /// External torque of a collision, per joint, N m or N.
+    /// External torque that counts as a collision, per joint, N m or N.
     pub threshold: Vec<f64>,
-    /// Ticks in a row above the threshold.
+    /// Number of consecutive ticks above the threshold.
     pub ticks: u32,
-    /// How long every joint must feel less than half its threshold until nothing pushes any more, s.
+    /// Time for which every joint must feel less than half its threshold before the contact counts as ended, s.
     pub release: f64,
-    /// What is done.
+    /// The reaction.
     pub reaction: Reaction,
 }
 
-/// Which inverse dynamics the chip runs.
+/// The inverse dynamics that the chip runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KernelChoice {
     /// The recursion itself, with the model at run time: a payload can be set between ticks.
@@ -62,12 +62,12 @@ pub enum KernelChoice {
     /// The arm's own kernel, equal to the recursion.
     #[default]
     Exact,
-    /// The arm's own kernel with cheaper frames, base parameters and what is common taken out: the fewest operations, other
-    /// rounding.
+    /// The arm's own kernel with cheaper frames, base parameters and common subexpressions taken out: the fewest
+    /// operations, with other rounding.
     Regrouped,
 }
 
-/// What the chip runs the arm's kernel from. No bit of a result depends on it.
+/// Memory that the chip runs the arm's kernel from. No bit of a result depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KernelMemory {
     /// Flash, as part of the tick: at 168 MHz with 5 wait states for each line of 16 bytes that its cache does not hold.
@@ -77,7 +77,7 @@ pub enum KernelMemory {
     Sram,
 }
 
-/// Which floating-point type the controller uses on the desk.
+/// Floating-point type of the controller on the desk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScalarChoice {
     /// Single precision, as on the chip.

@@ -1,4 +1,4 @@
-//! A scene for an arm without one.
+//! Default scene for an arm without one.
 
 use super::SceneFile;
 use super::control::ControlSpec;
@@ -45,7 +45,7 @@ impl SceneFile {
     }
 }
 
-/// Zero where the limits allow it, else the middle between them, else the limit there is.
+/// Rest position of a joint: zero where the limits allow it, else the middle between them, else the only limit.
 fn rest(joint: &RobotJoint) -> f64 {
     let (lo, hi) = joint.spec.limits.position;
     if lo <= 0.0 && 0.0 <= hi {
@@ -59,7 +59,7 @@ fn rest(joint: &RobotJoint) -> f64 {
     }
 }
 
-/// To the side with more room, at most half of it: half a radian or 10 cm.
+/// Goal of a joint: on the side with more room, half a radian or 10 cm away, but at most half of that room.
 fn swing(joint: &RobotJoint, q: f64) -> f64 {
     let (lo, hi) = joint.spec.limits.position;
     let far: f64 = match joint.spec.kind {

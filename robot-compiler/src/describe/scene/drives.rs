@@ -1,6 +1,6 @@
-//! What the chip is given of what drives the joints.
+//! Drives of the joints, as numbers for the chip.
 //!
-//! A file speaks the units of data sheets; [`SceneFile::drives`] converts once, in double precision, and rounds each number
+//! A file uses the units of data sheets. [`SceneFile::drives`] converts once, in double precision, and rounds each number
 //! once to single precision.
 
 use super::SceneFile;
@@ -9,15 +9,15 @@ use crate::describe::robot::RobotJoint;
 use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
 use std::f64::consts::TAU;
 
-/// The most ticks over which an encoder may go unread: it must not have moved half a turn by then.
+/// Most ticks for which an encoder may go unread: it must not move half a turn in that time.
 pub(crate) const UNREAD_MAX: u16 = 4;
 
 impl SceneFile {
-    /// How the arm's joints are reached, in the chip's numbers; [`Drives::Link`] where the robot file does not say.
+    /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none.
     #[must_use]
     pub fn drives<const N: usize>(&self) -> Drives<N> {
         let joints = &self.robot.joints;
-        // Loading has seen to it that all joints have a drive of one kind, or none has.
+        // Loading has checked that all joints have a drive of one kind, or none has.
         if let Some(drives) = all(joints, |joint| match joint.drive? {
             JointDrive::Mit(spec) => Some(mit(&spec)),
             JointDrive::Pwm(_) => None,
@@ -60,15 +60,16 @@ impl SceneFile {
         }
     }
 
-    /// Counts that the encoder moves in a tick at the speed that the guard calls a fault, and one for its noise.
+    /// Most counts that the encoder may move in one tick: at the speed that the guard calls a fault, plus one for its
+    /// noise.
     fn jump_max(&self, joint: &RobotJoint, per_turn: f64) -> u16 {
         let speed = self.control.velocity_factor * joint.spec.limits.velocity;
         // The cast saturates.
         ((speed * per_turn / TAU / self.control.rate).ceil() + 1.0) as u16
     }
 
-    /// The first joint, counted from 0, whose encoder may move half a turn while it is not read for a few ticks: its turns
-    /// cannot be counted at this rate. With it, the counts that it moves in a tick.
+    /// The first joint, counted from 0, whose encoder may move half a turn while it is unread for a few ticks: its turns
+    /// cannot be counted at this rate. Also returns the counts that it moves in a tick.
     #[must_use]
     pub fn too_fast_for_its_encoder(&self) -> Option<(usize, u16)> {
         self.robot.joints.iter().enumerate().find_map(|(index, joint)| {

@@ -1,4 +1,4 @@
-//! What the controller's inverse dynamics computes: the table `[model]`.
+//! Terms of the controller's inverse dynamics: the table `[model]`.
 
 use super::lists::joints;
 use crate::describe::robot::Robot;
@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 /// Gravity on a floor, in the base frame, m/s^2.
 pub(crate) const FLOOR: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// What the controller's inverse dynamics computes.
+/// Terms of the controller's inverse dynamics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelSpec {
     /// Gravitational acceleration in the base frame, m/s^2.
@@ -25,12 +25,12 @@ pub struct ModelSpec {
     pub friction: bool,
     /// Speed at which the whole Coulomb torque acts, rad/s or m/s.
     pub friction_smoothing: f64,
-    /// What these terms are the fewest of, where the file said `terms = "auto"`. The terms above are what is left, and all that
-    /// desk, firmware and hash read.
+    /// The full model from which these terms were chosen, where the file said `terms = "auto"`. The terms above are the
+    /// remaining ones, and desk, firmware and hash read only those.
     pub auto: Option<AutoTerms>,
 }
 
-/// How a scene asked for the fewest terms (`terms = "auto"`).
+/// Request of a scene for the fewest terms (`terms = "auto"`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AutoTerms {
     /// Greatest torque error, as a share of each joint's torque limit.
@@ -41,17 +41,17 @@ pub struct AutoTerms {
 /// A term of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ModelTerm {
-    /// The weight of everything.
+    /// The weight of all bodies.
     Gravity,
-    /// What the tip holds.
+    /// The body held by the tip.
     Payload,
-    /// What pushes at the tip.
+    /// The wrench of the environment on the tip.
     TipWrench,
     /// Reflected rotor inertias.
     Rotors,
     /// Centrifugal and Coriolis torques.
     VelocityTerms,
-    /// Friction, fed forward.
+    /// Friction feedforward.
     Friction,
 }
 
@@ -73,7 +73,7 @@ impl ModelTerm {
         }
     }
 
-    /// Whether the inertia that the model gives the arm depends on it.
+    /// Whether the term adds to the arm's inertia in the model.
     #[must_use]
     pub const fn is_inertia(self) -> bool {
         matches!(self, Self::Payload | Self::Rotors)
@@ -94,7 +94,7 @@ impl ModelTerm {
 }
 
 impl ModelSpec {
-    /// Floor, nothing held, and whatever the robot file gives of rotors and friction.
+    /// Floor, nothing held, and the rotors and friction of the robot file.
     pub(crate) fn default_for(robot: &Robot) -> Self {
         let rotors = robot.joints.iter().any(|joint| joint.spec.rotor.reflected() > 0.0);
         Self {
@@ -109,7 +109,7 @@ impl ModelSpec {
         }
     }
 
-    /// Whether a term is absent, constant or live. Friction that is fed forward is constant: its coefficients are.
+    /// State of a term: absent, constant or live. Friction feedforward counts as constant, because its coefficients are.
     #[must_use]
     pub fn state(&self, term: ModelTerm) -> Term<()> {
         fn state<T>(term: &Term<T>) -> Term<()> {
@@ -153,13 +153,13 @@ impl ModelSpec {
         model
     }
 
-    /// With every term that was there before `terms = "auto"` took some away; the same model where it did not.
+    /// The model with every term that it had before `terms = "auto"` removed some; the same model in other scenes.
     #[must_use]
     pub fn full(&self) -> &Self {
         self.auto.as_ref().map_or(self, |auto| &auto.full)
     }
 
-    /// What the recursion computes for this model of an arm.
+    /// Scene of the recursion for this model of an arm.
     #[must_use]
     pub fn scene<const N: usize>(&self, model: &Model<f64, N>) -> Scene<f64, N> {
         let rotors = model.links().map(|link| link.rotor);
@@ -173,7 +173,7 @@ impl ModelSpec {
     }
 }
 
-/// A body as the core carries it.
+/// A body as the core stores it.
 pub(super) fn inertia(body: &Body) -> Inertia<f64> {
     Inertia::from_mass_centre(body.mass, &body.com, &body.inertia)
 }

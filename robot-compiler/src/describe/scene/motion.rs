@@ -5,19 +5,19 @@
 pub enum MotionSpec {
     /// Stand still.
     Hold {
-        /// Where, rad or m.
+        /// Position, rad or m.
         q: Vec<f64>,
-        /// How long, s.
+        /// Duration, s.
         duration: f64,
     },
-    /// Quintic polynomials through points. Either every segment has a duration or none has: then the motion is as fast
-    /// as velocity, acceleration and torque limits allow.
+    /// Quintic polynomials through points. Either every segment has a duration or none has. Without durations the motion is
+    /// as fast as velocity, acceleration and torque limits allow.
     Quintic {
         /// The points, start first.
         points: Vec<ViaPoint>,
         /// Acceleration bounds per joint, rad/s^2 or m/s^2.
         acceleration: Option<Vec<f64>>,
-        /// Start again at the end.
+        /// Whether the motion starts again at its end.
         repeat: bool,
     },
     /// Trapezoidal speed along a straight line.
@@ -26,9 +26,9 @@ pub enum MotionSpec {
         start: Vec<f64>,
         /// Goal, rad or m.
         goal: Vec<f64>,
-        /// Acceleration bounds per joint, rad/s^2 or m/s^2; given when the duration is not.
+        /// Acceleration bounds per joint, rad/s^2 or m/s^2; given if the duration is not.
         acceleration: Option<Vec<f64>>,
-        /// Duration, s; given when the acceleration is not.
+        /// Duration, s; given if the acceleration is not.
         duration: Option<f64>,
         /// Share of the duration spent on speeding up, and as much again on slowing down.
         ramp_share: f64,
@@ -57,12 +57,12 @@ pub struct ViaPoint {
     pub q: Vec<f64>,
     /// Duration of the segment that ends here, s.
     pub duration: Option<f64>,
-    /// How long to stand still here, s.
+    /// Time for which the arm stands still here, s.
     pub dwell: f64,
 }
 
 impl MotionSpec {
-    /// Where the motion starts, rad or m.
+    /// Start of the motion, rad or m.
     #[must_use]
     pub fn start(&self) -> &[f64] {
         match self {
@@ -73,7 +73,7 @@ impl MotionSpec {
         }
     }
 
-    /// Whether it starts again at its end.
+    /// Whether the motion starts again at its end.
     #[must_use]
     pub fn repeats(&self) -> bool {
         matches!(self, Self::Quintic { repeat: true, .. })

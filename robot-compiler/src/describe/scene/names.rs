@@ -1,4 +1,4 @@
-//! What a scene's controller is chosen from, by name.
+//! Names of the choices for a scene's controller.
 
 use super::control::{ControlSpec, KernelChoice, KernelMemory, ScalarChoice};
 use crate::names::{Named, name, named};
@@ -54,16 +54,16 @@ impl Named for KernelMemory {
 }
 
 impl ControlSpec {
-    /// The names of law, and of sine and cosine, in a scene file.
+    /// Names of the law and of the sine and cosine, as in a scene file.
     #[must_use]
     pub fn names(&self) -> (&'static str, &'static str) {
         (name(self.law), name(self.trig))
     }
 
-    /// Take another law, or another sine and cosine, by name.
+    /// Replaces the law, or the sine and cosine, by name.
     ///
     /// # Errors
-    /// A name that is none.
+    /// An unknown name.
     pub fn choose(&mut self, law: Option<&str>, trig: Option<&str>) -> Result<(), String> {
         if let Some(law) = law {
             self.law = named(law)?;

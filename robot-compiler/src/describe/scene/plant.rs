@@ -6,22 +6,22 @@ use crate::describe::robot::Robot;
 use dynamics_core::{Body, Term, Wrench};
 use nalgebra::Vector3;
 
-/// What is simulated.
+/// Settings of the simulated world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantSpec {
-    /// How the motion is integrated.
-    pub integrator: IntegratorChoice,
+    /// Method of integration.
+    pub integrator: Integrator,
     /// Integration step, s; the control period is a whole multiple of it. The adaptive integrator chooses its own.
     pub step: f64,
-    /// The body really held by the tip, in the tip frame.
+    /// The actual body held by the tip, in the tip frame.
     pub payload: Option<Body>,
-    /// The wrench really exerted by the environment at the tip's origin, in tip axes.
+    /// The actual wrench of the environment at the tip's origin, in tip axes.
     pub tip_wrench: Option<Wrench<f64>>,
-    /// What pushes at the tip for a while, beside that.
-    pub push: Option<PushSpec>,
+    /// A wrench at the tip for a limited time, added to `tip_wrench`.
+    pub push: Option<Push>,
     /// Whether the joints have friction.
     pub friction: bool,
-    /// Which; `None`: that of the robot file, which is the controller's too.
+    /// Friction law of the joints; `None` means that of the robot file, which the controller uses too.
     pub friction_law: Option<FrictionSpec>,
     /// Springs in the joints.
     pub elasticity: Option<ElasticitySpec>,
@@ -31,28 +31,30 @@ pub struct PlantSpec {
     pub start: Vec<f64>,
 }
 
-/// A wrench at the tip for a while, of which the controller is told nothing.
+/// A wrench at the tip for a limited time, unknown to the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PushSpec {
-    /// When it begins, s.
+pub struct Push {
+    /// Start, s, rounded to the nearest tick.
     pub at: f64,
-    /// How long it lasts, s.
+    /// Duration, s, in whole ticks.
     pub duration: f64,
-    /// At the tip's origin, in tip axes.
+    /// Wrench at the tip's origin, in tip axes.
     pub wrench: Wrench<f64>,
 }
 
 /// How the simulated motion is integrated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum IntegratorChoice {
-    /// Classical Runge-Kutta, fourth order.
+pub enum Integrator {
+    /// The classical method of fourth order: four accelerations a step.
     #[default]
     RungeKutta,
-    /// Semi-implicit Euler, first order.
+    /// `qd += h qdd(q, qd)`, then `q += h qd`: first order, one acceleration a step.
     SemiImplicitEuler,
-    /// Dormand and Prince's pair, with steps that keep a tolerance.
+    /// Dormand and Prince's pair of orders 5 and 4: six accelerations a step and one more a tick. The method chooses its
+    /// own step. In a step, the estimated error of each state component `x` is at most `tolerance (1 + |x|)`, in rad, m and
+    /// their rates.
     Adaptive {
-        /// Error of a step, absolute (rad, m and their rates) and relative.
+        /// Error in a step, absolute and relative.
         tolerance: f64,
     },
 }
@@ -68,17 +70,17 @@ pub struct ElasticitySpec {
     pub backlash: Option<Vec<f64>>,
 }
 
-/// Which side of an elastic joint is measured.
+/// Measured side of an elastic joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MeasuredSide {
-    /// The motor's.
+pub enum Side {
+    /// The motor's side, behind its gear, in joint coordinates: where most arms have their encoders.
     #[default]
     Motor,
-    /// The link's.
+    /// The link's side.
     Link,
 }
 
-/// Friction of the simulated joints, whatever the controller takes it for. Lists hold a number per joint.
+/// Friction of the simulated joints, independent of the controller's friction model. Lists hold a number per joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionSpec {
     /// Viscous coefficient, N m s/rad or N s/m.
@@ -89,30 +91,30 @@ pub struct FrictionSpec {
     pub breakaway: Option<BreakawaySpec>,
 }
 
-/// How friction rises from Coulomb's level to that of breakaway as the velocity vanishes.
+/// Rise of friction from Coulomb's level to breakaway as the velocity vanishes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BreakawaySpec {
     /// Breakaway torque or force per joint without load, N m or N; not below Coulomb's.
     pub torque: Vec<f64>,
     /// Stribeck velocity, rad/s or m/s: there the rise is down to `1/e`.
     pub speed: f64,
-    /// What breakaway gains per N m or N that the actuator gives.
+    /// Increase of breakaway per N m or N of actuator torque or force.
     pub load: f64,
 }
 
-/// A torque that swings about the one commanded as the motor turns.
+/// Torque ripple: at the joint position `q` the torque `tau` acts as `tau (1 + a sin(2 pi n x))`, where `x` is `q` in turns or metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RippleSpec {
-    /// Amplitude as a share of the torque.
+pub struct Ripple {
+    /// Amplitude `a`, a share of the torque.
     pub share: f64,
-    /// Cycles per turn of the joint, or per metre.
+    /// Cycles `n` per turn of the joint, or per metre.
     pub cycles: f64,
 }
 
-/// What the sensors do.
+/// Settings of the sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct SensorSpec {
-    /// Measure counts, and leave the velocity to the observer.
+    /// Whether the sensors measure counts and leave the velocity to the observer.
     pub encoder: bool,
     /// Noise on the position, root mean square, rad or m.
     pub position_noise: f64,
@@ -120,29 +122,29 @@ pub struct SensorSpec {
     pub velocity_noise: f64,
     /// Delay of the measurement, ticks.
     pub delay: u32,
-    /// Which side of elastic joints is measured; of others there is only one.
-    pub side: MeasuredSide,
-    /// Longest time by which a measurement is early, s.
+    /// Measured side of elastic joints; rigid joints have only one.
+    pub side: Side,
+    /// Most that a measurement is early, s.
     pub jitter: f64,
 }
 
-/// What the actuators do.
+/// Settings of the actuators.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct ActuatorSpec {
-    /// Clip at the joint's torque limit.
+    /// Whether torques saturate at the joint's torque limit.
     pub saturation: bool,
     /// First-order time constant, s; 0 for none.
     pub lag: f64,
     /// Transport delay, ticks.
     pub delay: u32,
     /// Torque ripple.
-    pub ripple: Option<RippleSpec>,
-    /// Longest time by which a torque is late, s.
+    pub ripple: Option<Ripple>,
+    /// Most that a torque is late, s.
     pub jitter: f64,
 }
 
 impl PlantSpec {
-    /// The model that knows everything of this world: what acts is constant, what does not is absent.
+    /// The model that matches this world: every load that acts is constant, every other term is absent.
     pub(crate) fn known(&self, robot: &Robot) -> ModelSpec {
         let gravity = if self.gravity == Vector3::zeros() { Term::Absent } else { Term::Constant(self.gravity) };
         ModelSpec {
@@ -154,14 +156,14 @@ impl PlantSpec {
         }
     }
 
-    /// The world that the model describes, with the friction of the robot file, integrated four times a tick.
+    /// The world as the model describes it, with the friction of the robot file, integrated in four steps a tick.
     pub(crate) fn default_for(robot: &Robot, model: &ModelSpec, control: &ControlSpec, start: &[f64]) -> Self {
         let constant = |gravity: Term<Vector3<f64>>| match gravity {
             Term::Constant(gravity) => gravity,
             Term::Absent | Term::Live => FLOOR,
         };
         Self {
-            integrator: IntegratorChoice::RungeKutta,
+            integrator: Integrator::RungeKutta,
             step: 0.25 / control.rate,
             payload: match model.payload {
                 Term::Constant(body) => Some(body),

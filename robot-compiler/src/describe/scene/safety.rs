@@ -1,45 +1,45 @@
-//! When torque acts, and what happens instead: the table `[safety]`.
+//! Conditions for torque, and the reaction when they are not met: the table `[safety]`.
 
 use super::control::ControlSpec;
 use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{InertiaBounds, JointKind};
 
-/// When torque acts, and what happens instead. Lists hold a number per joint.
+/// Conditions for torque, and the reaction when they are not met. Lists hold a number per joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SafetySpec {
-    /// What the drives do when no torque is commanded.
+    /// Action of the drives when no torque is commanded.
     pub safe_action: SafeAction,
     /// Longest silence of the host, s.
     pub heartbeat: f64,
-    /// How long the arm holds without the host before the safe action, s.
+    /// Time for which the arm holds without the host before the safe action, s.
     pub hold: f64,
-    /// From a measurement to the torque that it leads to, s.
+    /// Time from a measurement to the resulting torque, s.
     pub latency: f64,
-    /// What a payload that is told at run time is held to.
+    /// Bounds for a payload that is set at run time.
     pub payload: InertiaBounds<f64>,
     /// Lowest and highest supply voltage, V.
     pub supply: (f64, f64),
     /// Lowest and highest temperature, degrees Celsius.
     pub temperature: (f64, f64),
-    /// How many times its velocity limit a joint can move at.
+    /// Multiple of its velocity limit that a joint can physically reach.
     pub jump_factor: f64,
-    /// Deceleration that each joint is sure to have, rad/s^2 or m/s^2.
+    /// Deceleration that each joint can always reach, rad/s^2 or m/s^2.
     pub deceleration: Vec<f64>,
-    /// What a position may be wrong by, rad or m.
+    /// Largest error of a measured position, rad or m.
     pub resolution: Vec<f64>,
-    /// Speed up to which a joint is at rest, rad/s or m/s.
+    /// Speed below which a joint counts as at rest, rad/s or m/s.
     pub rest_speed: Vec<f64>,
-    /// How far the reference may be from the joint, rad or m.
+    /// Largest distance of the reference from the joint, rad or m.
     pub reach: Vec<f64>,
-    /// How far the speed of the first reference may be from the joint's, rad/s or m/s.
+    /// Largest difference between the speed of the first reference and the joint's, rad/s or m/s.
     pub reach_speed: Vec<f64>,
     /// Velocity gain of a damped stop, N m s/rad or N s/m.
     pub damping: Vec<f64>,
 }
 
 impl SafetySpec {
-    /// From the joints' limits.
+    /// Defaults from the joints' limits.
     ///
     /// | what | default |
     /// |---|---|

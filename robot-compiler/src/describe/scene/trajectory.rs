@@ -1,4 +1,4 @@
-//! The motion that a scene describes.
+//! Motion of a scene.
 
 use super::SceneFile;
 use super::lists::joints;
@@ -8,10 +8,10 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Model};
 
 impl SceneFile {
-    /// The reference motion, checked against the joint limits and slowed where that makes it fit.
+    /// The reference motion, checked against the joint limits, and slowed down if that is needed and allowed.
     ///
     /// # Errors
-    /// A motion that cannot be: outside the position limits, too fast, or of a shape that does not exist.
+    /// A motion that is not possible: outside the position limits, too fast, or of a shape that does not exist.
     pub fn trajectory<const N: usize>(&self, model: &Model<f64, N>) -> Result<Motion<f64, N>, MotionError> {
         let bounds = Bounds::from_limits(&model.links().map(|link| link.limits));
         match &self.motion {
@@ -52,7 +52,7 @@ impl SceneFile {
         }
     }
 
-    /// Slow a motion of no stated duration until the torques leave a tenth of the limit to friction and feedback.
+    /// Slows a motion without a stated duration until the torques leave a tenth of the limit to friction and feedback.
     fn within_torque<const N: usize>(
         &self,
         model: &Model<f64, N>,
@@ -60,12 +60,14 @@ impl SceneFile {
     ) -> Result<Motion<f64, N>, MotionError> {
         const SHARE: f64 = 0.9;
         const STEPS: u32 = 500;
-        // Whatever of the model `terms = "auto"` took away: the choice is made along the motion, not the motion by the choice.
+        // The full model, including terms that `terms = "auto"` dropped: the terms are chosen along the motion, so the
+        // motion must not depend on them.
         let dynamics = Dynamics::new(*model, self.model.full().scene(model));
         let torque = std::array::from_fn(|i| {
             let coulomb = self.robot.joints.get(i).and_then(|joint| joint.friction).map_or(0.0, |f| f.coulomb);
             let limit = model.links()[i].limits.torque;
-            // A drive that friction alone could hold is the plant's trouble, not a reason to refuse the motion.
+            // A drive whose friction alone takes the whole torque is a problem of the plant, no reason to refuse the
+            // motion.
             (SHARE * limit - coulomb).max(0.1 * limit)
         });
         motion.scale_to_torque(&dynamics, &Libm, &self.live(model), &TorqueLimits { torque, steps: STEPS })

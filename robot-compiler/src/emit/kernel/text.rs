@@ -1,7 +1,7 @@
-//! The text of one program.
+//! Source text of one program.
 
+use super::phrases::{self, documentation, presence};
 use super::title::Title;
-use super::words::{self, documentation, presence};
 use super::writer::Writer;
 use crate::emit::expression::{Item, list, record, word};
 use crate::kernel::functions::{argument, live_inputs};
@@ -9,16 +9,16 @@ use crate::kernel::{Function, Level, Precision, Program};
 use dynamics_core::Scene;
 use std::collections::HashSet;
 
-/// What a text is written for.
+/// Scalars for which a text is written.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scalars {
-    /// The float in which its numbers were folded.
+    /// The float type in which its numbers were folded.
     One,
     /// Every `S: Scalar`.
     Every,
 }
 
-/// What the text is made from.
+/// Parts from which the text is made.
 pub(super) struct Text<'a> {
     pub(super) function: Function,
     pub(super) program: &'a Program,
@@ -28,16 +28,16 @@ pub(super) struct Text<'a> {
     pub(super) scalars: Scalars,
 }
 
-/// A trait of one function that a kernel implements.
+/// A trait with one function, implemented by a kernel.
 pub(super) struct Trait {
     /// Its name.
     name: &'static str,
-    /// Where it is, if not at the root of `dynamics_core`, and what stands there beside it.
+    /// Its module, if it is not at the root of `dynamics_core`, and the other name imported from there.
     module: Option<(&'static str, &'static str)>,
     /// The function.
     function: &'static str,
     arguments: &'static [&'static str],
-    /// The type of the result, for a scalar and so many joints.
+    /// The type of the result, for a scalar and a number of joints.
     result: fn(&str, usize) -> String,
     /// The result, from the outputs.
     value: fn(Vec<Item>) -> Item,
@@ -73,7 +73,7 @@ impl Text<'_> {
         self.precision.name()
     }
 
-    /// The scalar of the arguments and results.
+    /// Type of the arguments and results.
     fn real(&self) -> &'static str {
         match self.scalars {
             Scalars::One => self.folded(),
@@ -85,7 +85,7 @@ impl Text<'_> {
         self.program.operations().div > 0
     }
 
-    /// What declares the scalar.
+    /// Declaration of the type parameter.
     fn parameters(&self) -> &'static str {
         match self.scalars {
             Scalars::One => "",
@@ -94,7 +94,7 @@ impl Text<'_> {
         }
     }
 
-    /// What the text names of `dynamics_core`, in rustfmt's order.
+    /// Imports from `dynamics_core`, in rustfmt's order.
     fn imports(&self, names: &[&str]) -> String {
         let scalar = match self.scalars {
             Scalars::One => None,
@@ -143,7 +143,7 @@ impl Text<'_> {
              //! | {:016x} | {} | {} | {} |{div} {} | {} | {} |\n//!\n\
              //! | gravity | payload | tip wrench | rotors | velocity terms |\n//! |---|---|---|---|---|\n\
              //! | {} | {} | {} | {} | {} |\n\n",
-            words::name(self.function),
+            phrases::name(self.function),
             self.title.robot,
             self.title.scene,
             level.name(),
@@ -163,7 +163,7 @@ impl Text<'_> {
         )
     }
 
-    /// The body of a function that makes `value` of the outputs, indented by `indent`.
+    /// The body of a function, indented by `indent`; `value` makes the result from the outputs.
     fn body(&self, indent: usize, value: fn(Vec<Item>) -> Item) -> String {
         let hoisted = self.scalars == Scalars::Every;
         let writer = Writer::new(self.program, self.joints, self.precision, hoisted);
@@ -181,8 +181,12 @@ impl Text<'_> {
                 format!("use dynamics_core::{module}::{{{name}, {beside}}};\n") + &self.imports(&["Live", "SinCos"])
             }
         };
-        text +=
-            &format!("/// {} of {} in the scene {}.\n", words::name(self.function), self.title.robot, self.title.scene);
+        text += &format!(
+            "/// {} of {} in the scene {}.\n",
+            phrases::name(self.function),
+            self.title.robot,
+            self.title.scene
+        );
         text += "#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]\npub struct Kernel;\n\n";
         text += &format!("impl{} {name}<{real}, {joints}> for Kernel {{\n    #[inline]\n", self.parameters());
         let named = arguments.iter().map(|&name| {

@@ -1,6 +1,6 @@
-//! Whose kernel a text is.
+//! Origin of a kernel: its robot and scene.
 
-/// What the head of the text says.
+/// Contents of the head of the text.
 #[derive(Clone, Copy, Debug)]
 pub struct Title<'a> {
     /// The robot.

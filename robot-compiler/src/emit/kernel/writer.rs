@@ -10,16 +10,16 @@ use std::collections::{HashMap, HashSet};
 pub(super) struct Writer<'a> {
     program: &'a Program,
     names: HashMap<Expr, String>,
-    /// Numbers that are declared ahead, in order of their first use.
+    /// Numbers declared ahead, in order of their first use.
     hoisted: Vec<Expr>,
     joints: usize,
     precision: Precision,
 }
 
 impl<'a> Writer<'a> {
-    /// A labelled value is called by its label, `w3_z`; another by the order in which it comes, `t17`.
+    /// Names the values: a labelled value by its label, `w3_z`; any other by its place in the order, `t17`.
     ///
-    /// With `hoist`, numbers are declared ahead, `c3`, through `S::literal`, and the statements stay readable.
+    /// With `hoist`, numbers are declared ahead as `c3`, through `S::literal`, so that the statements stay readable.
     pub(super) fn new(program: &'a Program, joints: usize, precision: Precision, hoist: bool) -> Self {
         let mut names = HashMap::new();
         let mut taken: HashMap<String, usize> = HashMap::new();
@@ -32,7 +32,7 @@ impl<'a> Writer<'a> {
                 },
                 |label| format!("{}{}_{}", label.symbol, label.link, label.axis),
             );
-            // A quantity may be computed more than once, for one column of a matrix after the other.
+            // A quantity may be computed several times, for one column of a matrix after another.
             let times = taken.entry(name.clone()).and_modify(|n| *n += 1).or_insert(1);
             let name = if *times == 1 { name } else { format!("{name}{times}") };
             names.insert(expr, name);
@@ -100,8 +100,8 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The same as an argument of `S::literal`. That takes an f64: a short decimal of an f32 which would be rounded to
-    /// another f32 on that way is written in full.
+    /// The number as an argument of `S::literal`, which takes an f64. A short decimal of an f32 might be rounded to another
+    /// f32 on this path; it is then written in full.
     fn argument(&self, x: f64) -> String {
         let short = self.literal(x);
         let read = short.parse::<f64>().unwrap_or(x);

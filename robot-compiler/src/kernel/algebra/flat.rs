@@ -1,4 +1,4 @@
-//! From a tape to sums and products: what only one other needs is taken into it.
+//! From a tape to sums and products: an item with a single user is merged into that user.
 
 use super::items::{Algebra, Id, Item, Part, pairs_of_places};
 use crate::kernel::arena::{Arena, Expr, Node, Precision};
@@ -6,7 +6,7 @@ use crate::kernel::program::needed;
 use std::collections::HashMap;
 
 impl Algebra {
-    /// What the outputs need, sums and products that only one other needs being taken into it.
+    /// Reads everything that the outputs need; a sum or product with a single user is merged into that user.
     pub(super) fn read(arena: &Arena, outputs: &[Expr], precision: Precision) -> Self {
         let mut algebra = Self { items: Vec::new(), outputs: Vec::new(), names: HashMap::new(), precision };
         let mut place: HashMap<Expr, Id> = HashMap::new();
@@ -34,7 +34,8 @@ impl Algebra {
         algebra
     }
 
-    /// Take sums that only one sum needs into it, and products likewise; leave out sums of one part; multiply numbers.
+    /// Merges sums with a single use into the sum that uses them, and products likewise; leaves out sums of one part;
+    /// multiplies numbers.
     pub(super) fn flatten(&mut self) {
         loop {
             let uses = self.uses();

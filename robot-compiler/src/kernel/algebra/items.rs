@@ -3,16 +3,16 @@
 use crate::kernel::arena::{Expr, Precision};
 use std::collections::HashMap;
 
-/// A sum, a product, or what both are made of.
+/// A sum, a product, or an operand of these.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Item {
     /// An input.
     Leaf(Expr),
     /// A number, by its bits.
     Number(u64),
-    /// The first by the second.
+    /// The quotient of the first and the second.
     Quotient(Id, Id),
-    /// Signed parts; one part alone stands for what it names.
+    /// Signed parts; a sum with one part stands for that part.
     Sum(Vec<Part>),
     /// Factors, one number at most.
     Product(Vec<Id>),
@@ -27,7 +27,7 @@ pub(in crate::kernel) struct Id(pub(super) usize);
 pub(in crate::kernel) struct Part {
     /// Whether it is subtracted.
     pub(in crate::kernel) minus: bool,
-    /// What.
+    /// The item.
     pub(in crate::kernel) id: Id,
 }
 
@@ -46,7 +46,7 @@ impl Algebra {
         Id(self.items.len() - 1)
     }
 
-    /// What an item is made of.
+    /// Operands of an item.
     pub(super) fn operands(&self, id: Id) -> Vec<Id> {
         match &self.items[id.0] {
             Item::Leaf(_) | Item::Number(_) => Vec::new(),
@@ -56,7 +56,7 @@ impl Algebra {
         }
     }
 
-    /// How often every item is needed, counting from the outputs; nought for what is no longer needed.
+    /// Number of uses of every item, counting from the outputs; zero for items no longer needed.
     pub(super) fn uses(&self) -> Vec<usize> {
         let mut uses = vec![0; self.items.len()];
         let mut pending = self.outputs.clone();
@@ -70,12 +70,12 @@ impl Algebra {
     }
 }
 
-/// Each two of them, once.
+/// Every pair, once.
 pub(super) fn pairs<T: Copy>(all: &[T]) -> impl Iterator<Item = (T, T)> + '_ {
     pairs_of_places(all.len()).map(|(i, j)| (all[i], all[j]))
 }
 
-/// Each two places out of so many, the first before the second.
+/// Every pair of places out of `n`, the lower one first.
 pub(super) fn pairs_of_places(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)))
 }

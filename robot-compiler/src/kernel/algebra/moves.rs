@@ -1,4 +1,4 @@
-//! The three moves, and which is made next.
+//! The three moves, and the choice of the next one.
 
 use super::items::{Algebra, Id, Item, Part, pairs};
 use std::collections::{BTreeMap, BTreeSet};
@@ -6,26 +6,26 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A way to save operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Move {
-    /// The sum of the two, the second subtracted if so said.
+    /// Share the sum of the two; the flag subtracts the second.
     ShareSum(Id, Id, bool),
-    /// The product of the two.
+    /// Share the product of the two.
     ShareProduct(Id, Id),
-    /// The factor, out of the sum.
+    /// Take the factor out of the sum.
     TakeOut(Id, Id),
 }
 
-/// What each move does. A test puts wrong ones in.
+/// Effects of the moves. A test replaces some by wrong ones.
 #[derive(Clone, Copy)]
 pub(in crate::kernel) struct Moves {
     /// Whether the shared sum is subtracted, from the sign of its first part in a sum.
     pub(in crate::kernel) shared_sum: fn(Part) -> bool,
-    /// What is left of a product without a factor.
+    /// The rest of a product without one factor.
     pub(in crate::kernel) without: fn(&[Id], Id) -> Vec<Id>,
     /// The sign inside the bracket.
     pub(in crate::kernel) inside: fn(Part) -> bool,
 }
 
-/// The right ones.
+/// The correct moves.
 pub(in crate::kernel) const MOVES: Moves = Moves {
     shared_sum: |first| first.minus,
     without: |factors, taken| {
@@ -39,8 +39,8 @@ pub(in crate::kernel) const MOVES: Moves = Moves {
 };
 
 impl Algebra {
-    /// Move after move, until none saves anything. Among equal savings the kinds of moves go by `rank`, then the first or
-    /// the last place.
+    /// Applies one move after another until no move saves anything. Among equal savings, `rank` orders the kinds of moves;
+    /// then the first or the last place is taken.
     pub(super) fn reduced(mut self, moves: Moves, rank: [u8; 3], late: bool) -> Self {
         while let Some(best) = self.best_move(rank, late) {
             self.make(best, moves);
@@ -52,7 +52,7 @@ impl Algebra {
     fn best_move(&self, rank: [u8; 3], late: bool) -> Option<Move> {
         let uses = self.uses();
         let mut times: BTreeMap<Move, usize> = BTreeMap::new();
-        // Twice in the same sum or product counts once: it could be shared with itself only.
+        // A pair that occurs twice in the same sum or product counts once: it could only be shared with itself.
         let mut count = |found: Vec<Move>| {
             for m in BTreeSet::from_iter(found) {
                 *times.entry(m).or_default() += 1;

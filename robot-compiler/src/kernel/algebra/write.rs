@@ -10,7 +10,7 @@ impl Algebra {
     pub(super) fn write(&self, names: &Arena) -> (Arena, Vec<Expr>) {
         let mut arena = Arena::new(RuleSet::ALL, self.precision);
         let mut place: HashMap<Id, Expr> = HashMap::new();
-        // In the order in which it was traced, as far as what is shared now allows.
+        // In traced order, as far as the shared parts allow.
         let uses = self.uses();
         let traced = (0..self.items.len()).filter(|&i| uses[i] > 0).map(Id);
         let mut pending: Vec<(Id, bool)> = traced.map(|id| (id, false)).collect();
@@ -46,7 +46,7 @@ impl Algebra {
                 factors.into_iter().reduce(|a, b| arena.make(Node::Mul(a, b))).unwrap_or(zero)
             }
             Item::Sum(parts) => {
-                // What is added comes first, else the first would have to be negated.
+                // Added parts come first; otherwise the first part would have to be negated.
                 let first = parts.iter().position(|part| !part.minus).unwrap_or(0);
                 let others = parts.iter().enumerate().filter(|(i, _)| *i != first).map(|(_, part)| part);
                 let start = at(parts[first].id).unwrap_or(zero);

@@ -1,4 +1,4 @@
-//! The operations: what each brings of its operands' errors, and its own rounding.
+//! Arithmetic on bounds: the errors passed on from the operands, and the operation's own rounding.
 
 use super::{Bounded, Origin, hypotenuse, plus, times};
 use crate::precision::rounding::Rounding;
@@ -38,7 +38,7 @@ impl<R: Rounding> Mul for Bounded<R> {
     #[inline]
     fn mul(self, other: Self) -> Self {
         if self.vanishes() || other.vanishes() {
-            // Zero times what may have overflowed may be NaN.
+            // Zero times a value that may have overflowed may be NaN.
             let finite = self.error.is_finite() && other.error.is_finite();
             return if finite { Self::exact(0.0, 0.0) } else { Self::unbounded() };
         }
@@ -58,7 +58,7 @@ impl<R: Rounding> Mul for Bounded<R> {
             Origin::Turn(_) if !matches!(self.origin, Origin::Turn(_)) => (other, self),
             _ => (self, other),
         };
-        // What the first operand's error brings, then what the second one's does.
+        // Contribution of the first operand's error, then of the second one's.
         let from_a = plus(times(b.size(), a.error), times(a.error, b.error));
         let from_b = times(a.size(), b.error);
         let (product, own) = Self::rounded(lo, hi, plus(from_a, from_b), R::of_product);
@@ -73,7 +73,7 @@ impl<R: Rounding> Mul for Bounded<R> {
 impl<R: Rounding> Div for Bounded<R> {
     type Output = Self;
     fn div(self, other: Self) -> Self {
-        // The computed divisor, too, must stay away from zero.
+        // The computed divisor must stay away from zero too.
         let least = if other.lo > 0.0 { other.lo } else { -other.hi };
         let clear = (least - other.error).next_down();
         if clear.is_nan() || clear <= 0.0 {

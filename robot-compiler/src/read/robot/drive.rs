@@ -87,7 +87,7 @@ fn mit(table: &Table<'_>, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
     Ok(spec)
 }
 
-/// What the joint may do must fit into the frames: a value beyond a range would be cut off without a word.
+/// The joint's limits must fit into the frames: a value beyond a range would be clipped silently.
 fn covers(table: &Table<'_>, limits: &Limits<f64>, spec: &MitSpec) -> Result<(), FileError> {
     let within = |key: &str, x: f64, (lo, hi): (f64, f64), unit: &str, expected: &str| {
         if lo <= x && x <= hi {
@@ -163,7 +163,7 @@ fn pwm(
             "`limits.velocity` beside a drive of the kind pwm: it bounds how far the encoder moves in a tick";
         return Err(table.error("kind", "the joint has no velocity limit", expected));
     }
-    // The motor is the rotor: its gear is known where the rotor is.
+    // The motor is the rotor, so its gear is known where the rotor is.
     let geared = rotor.inertia > 0.0;
     let ratio = ratio(table, if geared { rotor.gear.abs() } else { 1.0 })?;
     if geared && (ratio.abs() / rotor.gear.abs() - 1.0).abs() > 1e-9 {
@@ -192,7 +192,7 @@ fn pwm(
     })
 }
 
-/// Drives of all joints together: all or none, of one kind, told apart on their buses.
+/// Checks the drives of all joints together: all or none, of one kind, distinct on their buses.
 pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), FileError> {
     let Some((first, kind)) = joints.iter().find_map(|joint| Some((joint, joint.drive?.kind()))) else { return Ok(()) };
     for (index, (joint, table)) in joints.iter().zip(tables).enumerate() {

@@ -101,7 +101,7 @@ fn joint(table: &Table<'_>) -> Result<RobotJoint, FileError> {
     })
 }
 
-/// Exactly one of the three ways to say where the joint sits.
+/// The joint's frame, from exactly one of the three ways to give it.
 fn frame(table: &Table<'_>) -> Result<Frame, FileError> {
     const EXPECTED: &str = "exactly one of `dh`, `mdh`, `placement`";
     let given: Vec<&str> = ["dh", "mdh", "placement"].into_iter().filter(|key| table.get(key).is_some()).collect();
@@ -182,7 +182,7 @@ fn limit(value: &Value<'_>, expected: &str) -> Result<f64, FileError> {
 fn read_encoder(table: &Table<'_>, kind: JointKind) -> Result<JointEncoder, FileError> {
     let key = match kind {
         JointKind::Revolute => "counts_per_turn",
-        // Both are the same number: a slide has no turn, but robot files keep one key for all joints.
+        // Both keys hold the same number: a slide has no turn, but robot files may use one key for all joints.
         JointKind::Prismatic if table.get("counts_per_metre").is_some() => "counts_per_metre",
         JointKind::Prismatic => "counts_per_turn",
     };
@@ -203,7 +203,7 @@ fn read_tool(table: &Table<'_>) -> Result<Tool, FileError> {
     Ok(tool)
 }
 
-/// The core's refusal, moved to the field that caused it.
+/// The core's refusal, reported at the field that caused it.
 fn placed(error: BuildError, robot: &Robot, joints: &[Table<'_>], tool: &Table<'_>) -> FileError {
     let (_, problem, expected) = error.describe(robot);
     let (table, what) = match error {
@@ -221,7 +221,7 @@ fn placed(error: BuildError, robot: &Robot, joints: &[Table<'_>], tool: &Table<'
     }
 }
 
-/// What a TOML file can do instead.
+/// A remedy that a TOML file offers.
 fn remedy(what: &Impossible) -> &'static str {
     match what {
         Impossible::NegativeMass(_)
@@ -233,7 +233,7 @@ fn remedy(what: &Impossible) -> &'static str {
     }
 }
 
-/// The key, and the key inside it, that a refusal is about.
+/// The key, and the key inside it, that a refusal concerns.
 fn field_of(what: &Impossible) -> (&'static str, Option<&'static str>) {
     match what {
         Impossible::NegativeMass(_) | Impossible::InertiaWithoutMass(_) => ("mass", None),
@@ -247,7 +247,7 @@ fn field_of(what: &Impossible) -> (&'static str, Option<&'static str>) {
         Impossible::LimitNotPositive("torque", _) => ("limits", Some("torque")),
         Impossible::LimitNotPositive(..) => ("limits", Some("torque_rate")),
         Impossible::NegativeRotorInertia(_) => ("rotor", Some("inertia")),
-        // The reader lets no number through that is not finite; a product of two may still be.
+        // The reader refuses NaN and infinity, but a product of two numbers may still overflow.
         Impossible::NotFinite(_) => ("mass", None),
     }
 }

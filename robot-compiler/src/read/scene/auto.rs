@@ -9,7 +9,7 @@ use crate::with_dof;
 
 const TOLERANCE: &str = "a share of each joint's torque limit, 0 to 0.5, such as 0.002";
 
-/// What the table asks for, and where.
+/// The request of the table, and its place.
 pub(super) struct Auto<'a> {
     terms: Value<'a>,
     tolerance: f64,
@@ -42,21 +42,21 @@ pub(super) fn read<'a>(table: &Table<'a>, robot: &Robot) -> Result<Option<Auto<'
 }
 
 impl Auto<'_> {
-    /// Give the model every term that acts in the simulated world.
+    /// Gives the model every term that acts in the simulated world.
     pub(super) fn know(&self, scene: &mut SceneFile) {
         let friction_smoothing = scene.model.friction_smoothing;
         scene.model = scene.plant.known(&scene.robot);
         scene.model.friction_smoothing = friction_smoothing;
     }
 
-    /// Leave the fewest.
+    /// Leaves only the fewest terms.
     pub(super) fn choose(&self, scene: &mut SceneFile) -> Result<(), FileError> {
         let fewest = with_dof!(scene.robot.dof(), N => {
             let model = scene.robot.model::<N>()?;
             let along = Along::new(scene, &model);
             along.map(|along| along.fewest_terms(self.tolerance))
         });
-        // The motion has been made before; nothing is left to go wrong.
+        // The motion has been made before, so this cannot fail.
         let fewest = fewest.map_err(|error| self.terms.error(error.to_string(), "a motion that can be"))?;
         let full = scene.model.clone();
         scene.model = full.without(&fewest.given_up);

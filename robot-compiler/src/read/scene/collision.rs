@@ -1,4 +1,4 @@
-//! The table `[collision]`: when something has been hit, and what is done then.
+//! The table `[collision]`: collision thresholds, and the reaction to a collision.
 
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
@@ -10,7 +10,7 @@ use dynamics_core::control::Reaction;
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<CollisionSpec, FileError> {
     const THRESHOLD: &str = "an external torque above zero, N m or N";
     table.only(&["bandwidth", "threshold", "ticks", "release", "reaction"])?;
-    // Beyond this the residual follows within a tick, and no bandwidth makes it faster.
+    // Above this bandwidth the residual follows within a tick; a higher one makes it no faster.
     let most = 5.0 * control.rate;
     let expected = format!("a bandwidth in rad/s, above zero and at most {most}, 5 times the rate");
     let bandwidth = table.get("bandwidth").map_or(Ok(50.0), |value| value.positive_up_to(most, &expected))?;

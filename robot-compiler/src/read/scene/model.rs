@@ -53,7 +53,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ModelSpec, FileEr
     Ok(model)
 }
 
-/// `"absent"`, `"live"`, or what `constant` makes of any other value; `what` says what that is.
+/// A term: `"absent"`, `"live"`, or the result of `constant` for any other value; `what` describes the expected value.
 fn term<T: Clone>(
     value: &Value<'_>,
     what: &str,

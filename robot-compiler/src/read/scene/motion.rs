@@ -8,7 +8,7 @@ use crate::read::table::{Table, Value, counted};
 use crate::with_dof;
 use dynamics_core::control::trajectory::{MotionError, POINTS_MAX};
 
-/// Longest motion, s: a day is a typing error.
+/// Longest motion, s: longer ones (a day) are typing errors.
 const DURATION_MAX: f64 = 1e4;
 const TIME: &str = "a time in s, above zero and at most 1e4";
 
@@ -145,7 +145,7 @@ fn acceleration(table: &Table<'_>, robot: &Robot) -> Result<Option<Vec<f64>>, Fi
     table.get("acceleration").map(|value| per_joint(&value, robot, EXPECTED, one)).transpose()
 }
 
-/// Make the motion once, so that what cannot be is said where it stands in the file.
+/// Makes the motion once, so that an impossible one is reported at its place in the file.
 pub(super) fn check(scene: &SceneFile, table: &Table<'_>) -> Result<(), FileError> {
     let made = with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>()?;

@@ -1,4 +1,4 @@
-//! The table `[safety]`: when torque acts, and what happens instead.
+//! The table `[safety]`: conditions for torque, and the reaction when they are not met.
 
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
@@ -7,7 +7,7 @@ use crate::describe::scene::{ControlSpec, SafetySpec};
 use crate::read::table::{Table, Value};
 use dynamics_core::safety::SafeAction;
 
-/// Longest time that can be asked for, ms.
+/// Longest time that a file may set, ms.
 const TIME_MAX: f64 = 60_000.0;
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<SafetySpec, FileError> {
@@ -71,7 +71,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
     Ok(safety)
 }
 
-/// `[lo, hi]`, in that order.
+/// `[lo, hi]`, in ascending order.
 fn bounds(table: &Table<'_>, key: &str, unit: &str, default: (f64, f64)) -> Result<(f64, f64), FileError> {
     let Some(value) = table.get(key) else { return Ok(default) };
     let expected = format!("[lowest, highest] in {unit}, the lower one first");

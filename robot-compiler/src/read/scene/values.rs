@@ -1,4 +1,4 @@
-//! Values that more than one table of a scene holds.
+//! Values that several tables of a scene share.
 
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::{Robot, physical_body};

@@ -4,14 +4,14 @@ use super::values::{BODY, GRAVITY, WRENCH, payload, per_joint, per_joint_text};
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::{JointFriction, Robot};
 use crate::describe::scene::{
-    ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, IntegratorChoice, MeasuredSide, ModelSpec,
-    PlantSpec, PushSpec, RippleSpec, SensorSpec,
+    ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, Integrator, ModelSpec, PlantSpec, Push,
+    Ripple, SensorSpec, Side,
 };
 use crate::read::fields::wrench;
 use crate::read::table::{Table, Value};
 use nalgebra::Vector3;
 
-/// The adaptive integrator's error of a step where the scene does not say one.
+/// Default error of a step of the adaptive integrator.
 const TOLERANCE: f64 = 1e-9;
 
 pub(super) fn plant(
@@ -72,25 +72,25 @@ pub(super) fn plant(
     Ok(plant)
 }
 
-/// A wrench for a while.
-fn push(table: &Table<'_>) -> Result<PushSpec, FileError> {
+/// A wrench for a limited time.
+fn push(table: &Table<'_>) -> Result<Push, FileError> {
     table.only(&["at", "duration", "wrench"])?;
-    Ok(PushSpec {
+    Ok(Push {
         at: table.require("at", "a time in s, zero or more")?.not_negative("a time in s, zero or more")?,
         duration: table.require("duration", "a time in s, above zero")?.positive("a time in s, above zero")?,
         wrench: wrench(&table.require("wrench", WRENCH)?.table()?)?,
     })
 }
 
-/// The method, and what only one of them has.
-fn integrator(table: &Table<'_>) -> Result<IntegratorChoice, FileError> {
-    let adaptive = IntegratorChoice::Adaptive { tolerance: TOLERANCE };
+/// The integrator, and the settings that only one method has.
+fn integrator(table: &Table<'_>) -> Result<Integrator, FileError> {
+    let adaptive = Integrator::Adaptive { tolerance: TOLERANCE };
     let choices = [
-        ("runge-kutta", IntegratorChoice::RungeKutta),
-        ("semi-implicit-euler", IntegratorChoice::SemiImplicitEuler),
+        ("runge-kutta", Integrator::RungeKutta),
+        ("semi-implicit-euler", Integrator::SemiImplicitEuler),
         ("adaptive", adaptive),
     ];
-    let chosen = table.get("integrator").map_or(Ok(IntegratorChoice::default()), |value| value.choice(&choices))?;
+    let chosen = table.get("integrator").map_or(Ok(Integrator::default()), |value| value.choice(&choices))?;
     let (step, tolerance) = (table.get("step"), table.get("tolerance"));
     if chosen != adaptive {
         return match tolerance {
@@ -104,7 +104,7 @@ fn integrator(table: &Table<'_>) -> Result<IntegratorChoice, FileError> {
     }
     const EXPECTED: &str = "an error of a step, absolute and relative, 1e-12 to 1e-2";
     let tolerance = tolerance.map_or(Ok(TOLERANCE), |value| value.within(1e-12, 1e-2, EXPECTED))?;
-    Ok(IntegratorChoice::Adaptive { tolerance })
+    Ok(Integrator::Adaptive { tolerance })
 }
 
 /// Springs in the joints, and the play beside them.
@@ -115,7 +115,7 @@ fn elasticity(table: &Table<'_>, robot: &Robot) -> Result<Option<ElasticitySpec>
     let backlash = table.get("backlash");
     let Some(value) = table.get("elasticity") else {
         return match backlash {
-            // Rigid flanks would meet in a shock, which no step can follow.
+            // Rigid flanks would meet in a shock that no step size resolves.
             Some(value) => {
                 Err(value.error("given without `elasticity`", "`elasticity`, the springs that the flanks meet"))
             }
@@ -138,7 +138,7 @@ fn elasticity(table: &Table<'_>, robot: &Robot) -> Result<Option<ElasticitySpec>
     Ok(Some(ElasticitySpec { stiffness, damping, backlash: list(backlash, BACKLASH)? }))
 }
 
-/// A part of the control period.
+/// A jitter, shorter than the control period.
 fn jitter(table: &Table<'_>, control: &ControlSpec) -> Result<f64, FileError> {
     const EXPECTED: &str = "a time of zero or more and below the control period, s";
     let Some(value) = table.get("jitter") else {
@@ -152,7 +152,7 @@ fn jitter(table: &Table<'_>, control: &ControlSpec) -> Result<f64, FileError> {
     }
 }
 
-/// Friction of the simulated joints; what is not said of Coulomb and viscous friction is the robot file's.
+/// Friction of the simulated joints; missing Coulomb and viscous coefficients are those of the robot file.
 fn friction(table: &Table<'_>, robot: &Robot) -> Result<FrictionSpec, FileError> {
     table.only(&["viscous", "coulomb", "breakaway", "stribeck_speed", "load"])?;
     const LEVEL: &str = "a torque (N m) or force (N) of zero or more";
@@ -186,11 +186,11 @@ fn friction(table: &Table<'_>, robot: &Robot) -> Result<FrictionSpec, FileError>
     Ok(FrictionSpec { viscous, coulomb, breakaway: Some(BreakawaySpec { torque, speed, load }) })
 }
 
-fn ripple(table: &Table<'_>) -> Result<RippleSpec, FileError> {
+fn ripple(table: &Table<'_>) -> Result<Ripple, FileError> {
     table.only(&["share", "cycles"])?;
     const SHARE: &str = "an amplitude as a share of the torque, 0 to 1";
     const CYCLES: &str = "cycles per turn of the joint or per metre, above zero and at most 1e4";
-    Ok(RippleSpec {
+    Ok(Ripple {
         share: table.require("share", SHARE)?.within(0.0, 1.0, SHARE)?,
         cycles: table.require("cycles", CYCLES)?.positive_up_to(1e4, CYCLES)?,
     })
@@ -242,7 +242,7 @@ pub(super) fn sensors(
     sensors.delay = delay(table)?;
     sensors.jitter = jitter(table, control)?;
     if let Some(value) = table.get("side") {
-        sensors.side = value.choice(&[("motor", MeasuredSide::Motor), ("link", MeasuredSide::Link)])?;
+        sensors.side = value.choice(&[("motor", Side::Motor), ("link", Side::Link)])?;
         if plant.elasticity.is_none() {
             return Err(value.error("the joints are rigid: both sides are one", "`elasticity` in [plant]"));
         }

@@ -1,4 +1,4 @@
-//! Which joints of the tree form the arm.
+//! Choice of the joints that form the arm.
 
 use super::description::{Description, Kind};
 use super::markup::{Markup, child};
@@ -44,14 +44,14 @@ impl Chain {
         for &joint in &chain.moving {
             supported(markup, urdf, joint)?;
         }
-        // Whatever else moves is out of the arm, but what moves with the arm is still carried by it.
+        // Other moving joints are not part of the arm, but the arm still carries those that move with it.
         let base = chain.moving.first().map_or(root, |&joint| chain.child[joint]);
         let carried = (0..urdf.joints.len()).filter(|&joint| moves(urdf, joint) && !chain.moving.contains(&joint));
         chain.held = carried.filter(|&joint| chain.is_below(joint, base)).collect();
         Ok(chain)
     }
 
-    /// Links by name, and who hangs on whom.
+    /// Links by name, and the parent and child of every joint.
     fn tree(markup: &Markup<'_>, urdf: &Description<'_>) -> Result<Self, FileError> {
         let mut links: HashMap<&str, usize> = HashMap::new();
         for (index, link) in urdf.links.iter().enumerate() {
@@ -103,7 +103,7 @@ impl Chain {
         Ok(chain)
     }
 
-    /// The one link that hangs on no joint, from which every other can be reached.
+    /// The root: the only link without a parent, from which every other can be reached.
     fn root(&self, markup: &Markup<'_>, urdf: &Description<'_>) -> Result<usize, FileError> {
         let roots: Vec<usize> = (0..urdf.links.len()).filter(|&link| self.above[link].is_none()).collect();
         let expected = "a tree: exactly one link without a joint above it";
@@ -130,12 +130,12 @@ impl Chain {
         upwards.by_ref().take(self.above.len() + 1).any(|link| link == root)
     }
 
-    /// Whether a joint hangs, however far down, on a link.
+    /// Whether a joint is a descendant of a link.
     fn is_below(&self, joint: usize, link: usize) -> bool {
         self.reaches(self.parent[joint], link)
     }
 
-    /// The tip when none is named: down the only way that moves, then to the first fixed leaf.
+    /// The tip if none is named: follows the only moving branch, then goes to the first fixed leaf.
     fn only_tip(&self, markup: &Markup<'_>, urdf: &Description<'_>, root: usize) -> Result<usize, FileError> {
         let mut link = root;
         for _ in 0..=urdf.links.len() {
@@ -178,7 +178,7 @@ fn moves(urdf: &Description<'_>, joint: usize) -> bool {
     urdf.joints[joint].kind != Kind::Fixed
 }
 
-/// Only joints with one free variable of their own can be part of the arm.
+/// Refuses joints other than those with one free variable of their own.
 fn supported(markup: &Markup<'_>, urdf: &Description<'_>, index: usize) -> Result<(), FileError> {
     let joint = &urdf.joints[index];
     let node = &urdf.joints[index].node;

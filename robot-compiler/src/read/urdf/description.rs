@@ -1,6 +1,6 @@
-//! What a URDF file says of links and joints, as far as dynamics and kinematics go.
+//! Links and joints of a URDF file, as far as dynamics and kinematics need them.
 //!
-//! Shapes, colours and what simulators add are not read: an arm with a texture that nobody understands is still an arm.
+//! Shapes, colours and simulator extensions are not read: an arm with an unknown texture is still an arm.
 
 use super::markup::Markup;
 use super::pose::origin;
@@ -20,7 +20,7 @@ pub(super) struct Description<'a> {
 pub(super) struct Link<'a> {
     pub(super) node: Node<'a, 'a>,
     pub(super) name: &'a str,
-    /// In the link's frame; massless without an `<inertial>`.
+    /// The body in the link's frame; massless without an `<inertial>`.
     pub(super) body: Body,
 }
 
@@ -32,15 +32,15 @@ pub(super) struct Joint<'a> {
     pub(super) origin: Placement<f64>,
     pub(super) parent: &'a str,
     pub(super) child: &'a str,
-    /// Of any length.
+    /// The axis, of any length.
     pub(super) axis: Vector3<f64>,
     pub(super) limit: Option<Limit>,
-    /// Viscous and Coulomb friction; zero where the file says nothing.
+    /// Viscous and Coulomb friction; zero where the file gives none.
     pub(super) damping: f64,
     pub(super) friction: f64,
 }
 
-/// A `<limit>`; `None`: nothing stands there.
+/// A `<limit>`; `None` means a missing attribute.
 pub(super) struct Limit {
     pub(super) lower: Option<f64>,
     pub(super) upper: Option<f64>,
@@ -88,7 +88,7 @@ fn link<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Link<'a>, FileErr
     Ok(Link { node, name, body })
 }
 
-/// An `<inertial>` in the link's frame: its own origin has a position and an orientation.
+/// An `<inertial>`, converted to the link's frame: its own origin has a position and an orientation.
 fn body<'a>(markup: &Markup<'a>, inertial: &Node<'a, 'a>, link: &str) -> Result<Body, FileError> {
     let label = format!("{link}.inertial");
     let part = |name: &str| {
@@ -129,7 +129,7 @@ fn joint<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Joint<'a>, FileE
         let coefficient = |key| Ok::<f64, FileError>(markup.finite(&dynamics, key, &label)?.map_or(0.0, |[x]| x));
         (damping, friction) = (coefficient("damping")?, coefficient("friction")?);
     }
-    // What follows another joint is held, so by how much it follows does not matter.
+    // A joint that mimics another is held still, so its ratio does not matter.
     part("mimic")?;
     let origin = origin(markup, part("origin")?.as_ref(), &label)?;
     let axis = Vector3::from(axis.unwrap_or([1.0, 0.0, 0.0]));

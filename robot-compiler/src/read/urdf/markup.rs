@@ -11,7 +11,7 @@ pub(super) fn parse(source: &Source) -> Result<Document<'_>, FileError> {
     Document::parse(&source.text).map_err(|error| {
         let at = error.pos();
         let offset = offset(&source.text, at.row, at.col);
-        // The parser's message ends in the place, which stands in front of ours.
+        // The parser's message ends with the place, which our message already has in front.
         let text = error.to_string();
         let message = text.strip_suffix(&format!(" at {at}")).unwrap_or(&text);
         source.error(offset..offset + 1, "", format!("not valid XML: {message}"), "an XML document")
@@ -25,11 +25,11 @@ fn offset(text: &str, row: u32, column: u32) -> usize {
     line_start + line.chars().take(column.saturating_sub(1) as usize).map(char::len_utf8).sum::<usize>()
 }
 
-/// A document, and the text that it was read from.
+/// A document and its source text.
 pub(super) struct Markup<'a> {
     source: &'a Source,
     pub(super) robot: Node<'a, 'a>,
-    /// Major and minor; 1.0 where the file does not say, or says what is no version.
+    /// Major and minor; 1.0 where the file gives no version or an invalid one.
     pub(super) version: (u32, u32),
 }
 
@@ -58,7 +58,7 @@ impl<'a> Markup<'a> {
             .ok_or_else(|| self.error(node, format!("{kind}.name"), "missing", format!("a name for the {kind}")))
     }
 
-    /// A child element that may be there once.
+    /// A child element that may occur at most once.
     pub(super) fn only_child(
         &self,
         node: &Node<'a, 'a>,
@@ -74,7 +74,7 @@ impl<'a> Markup<'a> {
         }
     }
 
-    /// The finite numbers in an attribute, if it is there.
+    /// The finite numbers in an attribute, if it exists.
     pub(super) fn finite<const N: usize>(
         &self,
         element: &Node<'a, 'a>,
@@ -84,7 +84,7 @@ impl<'a> Markup<'a> {
         self.numbers(element, attribute, label, |x| (x as f32).is_finite())
     }
 
-    /// The finite numbers in an attribute that must be there.
+    /// The finite numbers in a required attribute.
     pub(super) fn required<const N: usize>(
         &self,
         element: &Node<'a, 'a>,
@@ -95,7 +95,7 @@ impl<'a> Markup<'a> {
             .ok_or_else(|| self.error(element, field(element, attribute, label), "missing", finite_numbers(N)))
     }
 
-    /// The number in an attribute, if it is there; it may be infinite.
+    /// The number in an attribute, if it exists; it may be infinite.
     pub(super) fn bound(&self, element: &Node<'a, 'a>, attribute: &str, label: &str) -> Result<Option<f64>, FileError> {
         let number = self.numbers(element, attribute, label, |x| !x.is_nan())?;
         Ok(number.map(|[x]| x))
@@ -143,7 +143,7 @@ impl<'a> Markup<'a> {
         self.source.error(range.start..range.start + tag, field, problem, expected)
     }
 
-    /// An error at a child element, or at the element itself when the child is not there.
+    /// An error at a child element, or at the element itself if the child is missing.
     pub(super) fn error_in(
         &self,
         node: &Node<'a, 'a>,
@@ -155,7 +155,7 @@ impl<'a> Markup<'a> {
         self.error(&child(node, element).unwrap_or(*node), field, problem, expected)
     }
 
-    /// An error about a link that is named but not there.
+    /// An error about a missing link.
     pub(super) fn unknown_link(
         &self,
         node: &Node<'a, 'a>,
@@ -172,7 +172,7 @@ pub(super) fn child<'a>(node: &Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>>
     node.children().find(|child| child.has_tag_name(name))
 }
 
-/// What errors call an attribute of an element of a link or joint.
+/// Name of an attribute in errors.
 fn field(element: &Node<'_, '_>, attribute: &str, label: &str) -> String {
     format!("{label}.{}.{attribute}", element.tag_name().name())
 }

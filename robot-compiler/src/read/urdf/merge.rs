@@ -1,4 +1,4 @@
-//! Fixed joints taken out: placements multiplied, bodies added.
+//! Removal of fixed joints: placements are multiplied, bodies added.
 
 use super::chain::Chain;
 use super::description::Description;
@@ -34,7 +34,7 @@ pub(super) fn tip_placement(urdf: &Description<'_>, chain: &Chain) -> Placement<
     }
 }
 
-/// The link of the `i`-th moving joint with everything fixed to it, in its frame.
+/// The link of the `i`-th moving joint together with everything fixed to it, in its frame.
 ///
 /// Moving joints beside the chain count as fixed, at `q = 0`.
 pub(super) fn body(urdf: &Description<'_>, chain: &Chain, i: usize) -> Body {
@@ -55,7 +55,7 @@ pub(super) fn body(urdf: &Description<'_>, chain: &Chain, i: usize) -> Body {
             open.push((chain.child[joint], place));
         }
     }
-    // A body of one part keeps its very numbers.
+    // A body with a single part keeps its exact numbers.
     if alone { own } else { about_mass_centre(&sum) }
 }
 

@@ -1,4 +1,4 @@
-//! Where a frame sits: `<origin>`.
+//! Placement of a frame: `<origin>`.
 
 use super::markup::Markup;
 use crate::describe::diagnostics::FileError;
@@ -8,12 +8,12 @@ use nalgebra::{Matrix3, Vector3};
 use roxmltree::Node;
 use std::f64::consts::FRAC_PI_2;
 
-/// The frame itself.
+/// The identity placement.
 pub(super) fn here() -> Placement<f64> {
     Placement { rotation: Matrix3::identity(), translation: Vector3::zeros() }
 }
 
-/// The placement that an `<origin>` gives; where there is none, the frame itself.
+/// The placement of an `<origin>`; the identity where there is none.
 pub(super) fn origin<'a>(
     markup: &Markup<'a>,
     element: Option<&Node<'a, 'a>>,
@@ -25,11 +25,11 @@ pub(super) fn origin<'a>(
     Ok(Placement { rotation: from_rpy(roll, pitch, yaw), translation: Vector3::from(xyz) })
 }
 
-/// Roll, pitch and yaw; from version 1.1 on a quaternion may stand in their place.
+/// Roll, pitch and yaw; from version 1.1 on, a quaternion may replace them.
 fn rpy<'a>(markup: &Markup<'a>, element: &Node<'a, 'a>, label: &str) -> Result<[f64; 3], FileError> {
     const QUATERNION: &str = "quat_xyzw";
     let angles = markup.finite(element, "rpy", label)?;
-    // Before, it is an attribute like any that nobody reads.
+    // Before version 1.1 the attribute is ignored, like any unknown one.
     if markup.version < (1, 1) || !element.has_attribute(QUATERNION) {
         return Ok(angles.unwrap_or([0.0; 3]));
     }

@@ -1,4 +1,4 @@
-//! Inverse dynamics with sine and cosine: one state after the other, in batches, and on all cores.
+//! Inverse dynamics with sine and cosine: one state after another, in batches, and on all cores.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the measurement")]
 
 #[path = "../tests/support/mod.rs"]
@@ -13,7 +13,7 @@ use std::hint::black_box;
 use support::{Lists, Random, places, scene};
 use timing::{instruction_set, shortest};
 
-/// No power of two: lists that far apart would fall into the same few lines of the cache.
+/// Number of states. Not a power of two: lists at such distances would fall into the same few cache lines.
 const STATES: usize = 4_099;
 
 fn compare<F: Float, const N: usize>(

@@ -10,10 +10,10 @@ use num_traits::Zero as _;
 /// States whose sines and cosines are computed together: a few vectors of each joint, which stay in the nearest cache.
 const BLOCK: usize = 64;
 
-/// Fewest states that are worth a core's attention.
+/// Fewest states that are worth a core of their own.
 const GRAIN: usize = 16 * BLOCK;
 
-/// Fewest states for which it pays to find out what the dynamics reads.
+/// Fewest states for which probing the sines and cosines that the dynamics reads pays off.
 const PROBED: usize = 4 * BLOCK;
 
 /// Joint torques of many states: `tau[joint][state]`, N m or N.
@@ -28,10 +28,10 @@ const PROBED: usize = 4 * BLOCK;
 /// | `live` | live inputs of the scene, the same for all states | |
 /// | `tau` | as many as there are states, any number | N m, N |
 ///
-/// Each state's bits are those of `dynamics` on the float alone. One pass; no allocation.
+/// Each state has the same bits as `dynamics` run on the float alone. One pass; no allocation.
 ///
 /// # Errors
-/// [`LengthError`] where `tau` has not one place for each state; nothing is written then.
+/// [`LengthError`] if the lists of `tau` do not have one place for each state; nothing is written then.
 pub fn inverse_dynamics_batch<F, D, T, const N: usize>(
     dynamics: &D,
     trig: &T,
@@ -71,12 +71,12 @@ where
     Ok(())
 }
 
-/// What is the same for all states.
+/// Data shared by all states.
 struct Batch<'a, F: Float, D, T, const N: usize> {
     dynamics: &'a D,
     trig: &'a T,
     live: Live<F::Lanes, N>,
-    /// Of which joints the sine and cosine are read.
+    /// Joints whose sine and cosine are read.
     read: [bool; N],
 }
 
@@ -86,7 +86,7 @@ where
     D: InverseDynamics<F::Lanes, N>,
     T: Trig<F>,
 {
-    /// Torques of `count` states are wanted.
+    /// Prepares the shared data for the torques of `count` states.
     fn new(dynamics: &'a D, trig: &'a T, live: &Live<F, N>, count: usize) -> Self {
         let live = in_every_lane(live);
         let read = if count < PROBED { [true; N] } else { turns_read(dynamics, &live) };
@@ -120,8 +120,8 @@ where
         }
     }
 
-    /// The torques of the first `count` states of a block. Lists of a length that the compiler knows: every vector is
-    /// loaded and stored by one instruction, without a check.
+    /// The torques of the first `count` states of a block. The compiler knows the lists' length, so every vector is loaded
+    /// and stored by one instruction, without a check.
     #[inline]
     fn block(
         &self,
@@ -135,7 +135,7 @@ where
                 self.trig.sin_cos_lists(*q, sin, cos);
             }
         }
-        // Plain loops: `map` on arrays of vectors became calls that pass them through memory, a third of the time.
+        // Plain loops: with `map`, arrays of vectors became calls that pass them through memory, a third of the time.
         let zero = F::Lanes::zero();
         for place in 0..count.min(BLOCK).div_ceil(F::Lanes::COUNT) {
             let (mut turns, mut inputs) = ([SinCos { sin: zero, cos: zero }; N], [[zero; N]; 3]);
@@ -153,7 +153,7 @@ where
         }
     }
 
-    /// Halves of the states on two cores, down to the grain.
+    /// Halves the states between two cores, down to the grain.
     fn share_out(&self, states: &States<'_, F, N>, mut tau: [&mut [F]; N])
     where
         F::Lanes: Send + Sync,
@@ -173,10 +173,11 @@ where
     }
 }
 
-/// The joints whose sine and cosine the torques depend on: those of an upright first joint, of a last joint about an axis
-/// of symmetry and of prismatic joints are not read by kernels, and computing a pair costs a sixth of such a kernel.
+/// The joints whose sine and cosine affect the torques. Kernels do not read those of an upright first joint, of a last
+/// joint about an axis of symmetry, and of prismatic joints. Computing a pair costs a sixth of such a kernel.
 ///
-/// Whatever depends on a NaN is NaN, for there are only sums, differences and products. So each joint in turn gets one.
+/// There are only sums, differences and products, so every result that depends on a NaN is NaN. Each joint in turn gets
+/// one.
 #[expect(clippy::eq_op, reason = "a NaN is what differs from itself")]
 fn turns_read<L: Lanes, const N: usize>(dynamics: &impl InverseDynamics<L, N>, live: &Live<L, N>) -> [bool; N] {
     let nan = L::literal(f64::NAN);

@@ -6,8 +6,8 @@
 //! | `avx` | [`F64x4`] | [`F32x8`] |
 //! | neither | [`F64x2`] | [`F32x4`] |
 //!
-//! [`F64Lanes`] and [`F32Lanes`] are the ones in force. Wider ones than the registers would work, in two halves, and run
-//! out of registers.
+//! [`F64Lanes`] and [`F32Lanes`] are the selected ones. Vectors wider than the registers would work too, in two halves, and
+//! run out of registers.
 
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use dynamics_core::{Real, Scalar};
@@ -20,18 +20,18 @@ pub trait Float: Real + Into<f64> + Send + Sync {
     type Lanes: Lanes<Float = Self>;
 }
 
-/// A vector of floats that computes as each of them would alone.
+/// A vector of floats; each lane computes exactly as the float alone.
 pub trait Lanes: Scalar {
-    /// What it is a vector of.
+    /// Type of a lane.
     type Float: Float;
 
-    /// How many.
+    /// Number of lanes.
     const COUNT: usize;
 
-    /// The vector at `place`, when the list is cut into vectors from its start; zero where it holds no whole one.
+    /// The vector at `place`, if the list is cut into vectors from its start; zero if the list has no whole vector there.
     fn load(list: &[Self::Float], place: usize) -> Self;
 
-    /// Put it there; nothing where the list has no room for a whole one.
+    /// Stores the vector at `place`; does nothing if the list has no room for a whole vector there.
     fn store(self, list: &mut [Self::Float], place: usize);
 }
 

@@ -1,8 +1,8 @@
 //! Inverse dynamics of many states at once, on the desk: for sweeps and Monte Carlo runs.
 //!
 //! Several states go through the *same* recursion, or the same generated kernel, side by side: the scalar is then not one
-//! float but a vector of them ([`F64Lanes`], [`F32Lanes`]). Nothing else changes, so each state's torques have the very bits
-//! that the scalar gives alone.
+//! float but a vector of them ([`F64Lanes`], [`F32Lanes`]). Nothing else changes, so each state's torques have the same
+//! bits as with the float alone.
 //!
 //! | module | holds |
 //! |---|---|
@@ -40,7 +40,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Which instructions
+//! # Instruction set
 //! `wide` chooses its instructions when it is compiled. An ordinary build for x86-64 has SSE2 only, and [`F64Lanes`] is then
 //! a vector of two; `RUSTFLAGS="-C target-cpu=native" cargo build --release` uses what the machine has. The bits are
 //! the same either way: no multiplication is fused with an addition.

@@ -1,15 +1,15 @@
-//! Where the states lie in memory: one list per joint and quantity.
+//! Memory layout of the states: one list per joint and quantity.
 //!
 //! ```text
 //! q[0]:   joint 1 of state 0, of state 1, of state 2, ..
 //! q[1]:   joint 2 of state 0, of state 1, of state 2, ..
 //! ```
 //!
-//! A structure of arrays: the same quantity of neighbouring states lies side by side, as a vector register wants it.
+//! A structure of arrays: the same quantity of neighbouring states lies side by side, ready for a vector register.
 
 use thiserror::Error;
 
-/// A list that is not as long as the others.
+/// A list with another length than the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("{list}[{joint}] holds {found} numbers; expected {expected}, one for each state, as in q[0]")]
 pub struct LengthError {
@@ -23,7 +23,7 @@ pub struct LengthError {
     pub found: usize,
 }
 
-/// Positions, velocities and wanted accelerations of many states of an arm of `N` joints.
+/// Positions, velocities and desired accelerations of many states of an arm with `N` joints.
 ///
 /// | list | quantity | unit |
 /// |---|---|---|
@@ -38,10 +38,10 @@ pub struct States<'a, F, const N: usize> {
 }
 
 impl<'a, F, const N: usize> States<'a, F, N> {
-    /// All lists as long as the first.
+    /// States from lists that are all as long as the first.
     ///
     /// # Errors
-    /// [`LengthError`] names the first list that is not.
+    /// [`LengthError`] names the first list with another length.
     pub fn new(q: [&'a [F]; N], qd: [&'a [F]; N], qdd: [&'a [F]; N]) -> Result<Self, LengthError> {
         let states = Self { q, qd, qdd };
         for (list, all) in [("q", &q), ("qd", &qd), ("qdd", &qdd)] {
@@ -50,13 +50,13 @@ impl<'a, F, const N: usize> States<'a, F, N> {
         Ok(states)
     }
 
-    /// How many states.
+    /// Number of states.
     #[must_use]
     pub fn len(&self) -> usize {
         self.q.first().map_or(0, |list| list.len())
     }
 
-    /// No state at all.
+    /// Whether there is no state at all.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -1,4 +1,4 @@
-//! Every state of a batch has the bits that it has alone.
+//! Every state of a batch has the same bits as when computed alone.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 mod support;
@@ -44,8 +44,8 @@ fn bits<F: Float>(x: F) -> u64 {
     x.to_f64().to_bits()
 }
 
-/// Batches of 0 to 33 states, of more than a block, and of so many that unread sines are left out; on one core, against
-/// the same dynamics in single floats.
+/// Compares batches of 0 to 33 states, of more than a block, and of so many states that unread sines are left out, on one
+/// core, with the same dynamics in single floats.
 fn compare<F: Float, const N: usize>(
     name: &str,
     single: &impl InverseDynamics<F, N>,
@@ -70,7 +70,7 @@ fn recursion<S: Scalar, const N: usize>(file: &SceneFile) -> Dynamics<S, N> {
     Dynamics::new(model.cast(), file.scene(&model).cast())
 }
 
-/// The recursion and one kernel, in both precisions; the kernel's numbers are folded in f64, whatever it runs in.
+/// The recursion and one kernel, in both precisions. The kernel's numbers are folded in f64 for both.
 fn compare_arm<K, const N: usize>(name: &str, kernel: &K)
 where
     K: InverseDynamics<f64, N>
@@ -125,7 +125,7 @@ fn an_exact_kernel_equals_the_recursion_and_a_regrouped_one_does_not() {
     let regrouped = kernels::puma560_pick_inverse_dynamics_regrouped_any::Kernel;
     let states = lists.states();
     assert_eq!(run(&|tau| inverse_dynamics_batch(&exact, &Polynomial, &states, &live(), tau).unwrap()), wanted);
-    // That the comparison sees a difference in the last bit.
+    // Check of the test: the comparison detects a difference in the last bit.
     assert_ne!(run(&|tau| inverse_dynamics_batch(&regrouped, &Polynomial, &states, &live(), tau).unwrap()), wanted);
 }
 

@@ -1,4 +1,4 @@
-//! What is measured on the desk: one list for the clock and for the instruction count.
+//! Benchmarks on the desk: one list for the clock and for the instruction count.
 
 use bench::kernels as k;
 use bench::plain;
@@ -10,10 +10,10 @@ use std::cell::RefCell;
 use std::hint::black_box;
 use std::rc::Rc;
 
-/// Something that is measured, and its name: `ARM_WHAT_SCALAR`.
+/// A benchmark and its name: `ARM_WHAT_SCALAR`.
 pub struct Work {
     pub name: String,
-    /// Does it in so many states, one after the other.
+    /// Runs the benchmark in this many states, one after another.
     pub run: Box<dyn Fn(usize)>,
 }
 
@@ -35,7 +35,7 @@ where
     states.iter().map(|s| Inputs { turn: Polynomial.sin_cos_all(&s.q), q: s.q, qd: s.qd, qdd: s.qdd }).collect()
 }
 
-/// Everything, in the order in which it is reported.
+/// All benchmarks, in the order of the report.
 pub fn all() -> Vec<Work> {
     let (double, single) = (inputs::<f64>(), inputs::<f32>());
     let mut list = vec![
@@ -56,7 +56,7 @@ pub fn all() -> Vec<Work> {
             list.push(batch(concat!($arm, "_batch_f64"), k::$any::Kernel, &double));
             list.push(batch(concat!($arm, "_batch_f32"), k::$any::Kernel, &single));
             list.push(each(concat!($arm, "_forward_dynamics_f64"), &double, |i| {
-                // Any torques: nothing branches on them.
+                // Any torques will do: nothing branches on them.
                 k::$forward::forward_dynamics(&i.turn, $(&i.$argument,)* &i.qd, &i.qdd)
             }));
             list.push(each(concat!($arm, "_gravity_f64"), &double, |i| {
@@ -78,14 +78,14 @@ pub fn all() -> Vec<Work> {
     list
 }
 
-/// The recursion, its arm known only when it runs.
+/// The recursion with an arm that is known only at run time.
 fn generic<S: Real>(arm: &str) -> Dynamics<S, 6> {
     let file = plain::scene(arm).unwrap();
     let model = file.robot.model::<6>().unwrap();
     black_box(Dynamics::new(model.cast(), file.scene(&model).cast()))
 }
 
-/// Inverse dynamics with sine and cosine given, with our own, and with libm's.
+/// Inverse dynamics with given sine and cosine, with our own, and with libm's.
 fn torques<S: Real, D: InverseDynamics<S, 6> + Copy + 'static>(list: &mut Vec<Work>, name: &str, d: D, inputs: &All<S>)
 where
     Polynomial: Trig<S>,

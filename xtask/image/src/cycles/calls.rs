@@ -1,4 +1,4 @@
-//! What each call of a function takes in a program that counts its calls one after another.
+//! Cycles of each call of a function, in a program that counts its calls one after another.
 
 use crate::Program;
 use crate::cycles::estimator::{Estimate, Estimator};
@@ -7,15 +7,15 @@ use crate::cycles::trace::{self, Error};
 use std::ops::Range;
 use std::path::Path;
 
-/// Letters in the linker's name of the function that counts a call.
+/// Part of the linker's name of the function that counts a call.
 const COUNTER: &str = "Counter4call";
 
-/// Run a program that counts its calls with `probe::Counter`, and estimate each call of the function that begins at `start`, in the
-/// order of execution: from its first instruction to where it returns to, with all of it that lies in the ranges `within`. The caches
-/// are as the calls before left them.
+/// Runs a program that counts its calls with `probe::Counter`, and estimates each call of the function at `start`, in the
+/// order of execution. A call lasts from the function's first instruction to its return address, and includes all of it
+/// that lies in the ranges `within`. The caches start as the calls before left them.
 ///
 /// # Errors
-/// Nothing in the program counts calls; else as [`trace::run`].
+/// Nothing in the program counts calls; otherwise as [`trace::run`].
 pub fn calls(
     elf: &Path,
     program: &Program,
@@ -30,7 +30,7 @@ pub fn calls(
     let mut estimates = Vec::new();
     let mut begun = false;
     trace::run(elf, &[(start, back)], &ranges, |_, address| {
-        // No instruction inside jumps back to the function's start.
+        // No instruction inside jumps back to the function's start, so this is a new call.
         if address == start && std::mem::replace(&mut begun, true) {
             estimates.push(estimator.finish());
         }

@@ -1,4 +1,4 @@
-//! The estimate of a stretch of execution, an instruction at a time.
+//! Cycle estimate of a stretch of execution, an instruction at a time.
 
 use crate::cycles::memory::Memory;
 use crate::cycles::pipeline::Machine;
@@ -9,41 +9,41 @@ use std::collections::BTreeMap;
 /// Cycles by the three readings of the manuals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Range {
-    /// Every choice for the best.
+    /// Best case of every choice.
     pub low: u64,
     /// The most probable.
     pub likely: u64,
-    /// Every choice for the worst.
+    /// Worst case of every choice.
     pub high: u64,
 }
 
-/// Cycles in which nothing new is begun, by their reason.
+/// Cycles in which no new instruction starts, by their reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stalls {
-    /// Instructions that flash has not yet given.
+    /// Waiting for instructions from flash.
     pub fetch: u64,
-    /// Numbers that flash has not yet given.
+    /// Waiting for numbers from flash.
     pub literal: u64,
-    /// The pipeline filled again behind a branch.
+    /// Refill of the pipeline after a branch.
     pub refill: u64,
-    /// A register that the instruction before has not yet written.
+    /// Waiting for a result of the instruction before.
     pub result: u64,
-    /// The float unit, busy.
+    /// Waiting for the busy float unit.
     pub unit: u64,
-    /// Instructions and data over one bus.
+    /// Conflict of instructions and data on one bus.
     pub bus: u64,
 }
 
-/// What a stretch of execution takes: an **estimate**, compared with no silicon.
+/// Cycles of a stretch of execution: an **estimate**, compared with no silicon.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Estimate {
     /// Instructions executed.
     pub instructions: u64,
-    /// Of these, how many the decoder does not know; each is taken as one cycle.
+    /// Number of these that the decoder does not know; each is taken as one cycle.
     pub unknown: u64,
     /// Cycles.
     pub cycles: Range,
-    /// Where the likely cycles wait.
+    /// Stalls of the likely cycles.
     pub stalls: Stalls,
     /// Instructions by class.
     pub histogram: BTreeMap<Class, u64>,
@@ -51,7 +51,8 @@ pub struct Estimate {
 
 /// Estimates cycles, an instruction at a time.
 ///
-/// Caches and pipeline go on from one estimate to the next: the second run of the same code finds what the first has left.
+/// Caches and pipeline carry over from one estimate to the next: the second run of the same code finds the cache as the
+/// first left it.
 ///
 /// ```
 /// use chip_image::Program;
@@ -92,7 +93,7 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// The instruction at this address is executed.
+    /// Executes the instruction at this address.
     pub fn execute(&mut self, address: u32) {
         let next = self.program.decode(address);
         if let Some((at, instruction)) = self.pending.replace((address, next)) {
@@ -100,8 +101,8 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// What was executed since the start or the last call. Whether the last instruction branched is not known: it did if it
-    /// can do nothing else.
+    /// Estimate of everything executed since the start or the last call. It is not known whether the last instruction
+    /// branched; it counts as a branch only if it cannot do anything else.
     pub fn finish(&mut self) -> Estimate {
         if let Some((at, instruction)) = self.pending.take() {
             self.account(at, instruction, None);

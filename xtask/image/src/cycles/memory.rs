@@ -1,35 +1,35 @@
-//! Where code is fetched from: flash behind its two caches and its prefetch, or SRAM.
+//! Memory that code is fetched from: flash behind its two caches and its prefetch, or SRAM.
 
 use crate::cycles::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INSTRUCTION_LINES, Reading};
 
-/// Where the code lies.
+/// Location of the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Placement {
-    /// In flash, whatever its address says.
+    /// In flash, at any address.
     Flash,
-    /// In SRAM, whatever its address says: the same instructions as if they had been linked there.
+    /// In SRAM, at any address: the same instructions as if they had been linked there.
     Sram,
-    /// Where each address says: SRAM from 0x2000_0000 on.
+    /// According to each address: SRAM from 0x2000_0000 on.
     ByAddress,
 }
 
 /// The memory that code is fetched from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Memory {
-    /// Where the code lies.
+    /// Location of the code.
     pub placement: Placement,
     /// Wait states of flash.
     pub wait_states: u64,
 }
 
 impl Memory {
-    /// Code so placed, with the wait states of 168 MHz.
+    /// Code at this location, with the wait states of 168 MHz.
     #[must_use]
     pub const fn new(placement: Placement) -> Self {
         Self { placement, wait_states: FLASH_WAIT_STATES }
     }
 
-    /// Whether what lies at an address is in flash.
+    /// Whether an address counts as flash.
     pub(crate) fn is_flash(self, address: u32) -> bool {
         match self.placement {
             Placement::Flash => true,
@@ -51,7 +51,7 @@ impl Lines {
         Self { kept: Vec::with_capacity(room), room }
     }
 
-    /// Whether a line is there; if so, it is now the last used.
+    /// Whether a line is cached; a hit makes it the last used.
     fn hit(&mut self, line: u32) -> bool {
         let found = self.kept.iter().position(|kept| *kept == line);
         if let Some(at) = found {
@@ -65,7 +65,7 @@ impl Lines {
         self.kept.contains(&line)
     }
 
-    /// Keep a line; the least recently used one goes where there is no room.
+    /// Caches a line; the least recently used one is evicted if there is no room.
     fn keep(&mut self, line: u32) {
         if !self.hit(line) {
             if self.kept.len() == self.room {
@@ -76,19 +76,19 @@ impl Lines {
     }
 }
 
-/// Flash, its caches, and what it is reading.
+/// Flash, its caches, and its current reading.
 ///
-/// Time is in cycles since the start. One reading at a time; each gives a line, one cycle and the wait states after it has
-/// begun. Line buffers: the line that is executed, and the next, which is fetched while the present one executes.
+/// Time is in cycles since the start. Flash does one reading at a time. A reading gives a line; it takes one cycle and the
+/// wait states. There are two line buffers: the line being executed, and the next, which is fetched meanwhile.
 #[derive(Clone, Debug)]
 pub(crate) struct Flash {
     wait_states: u64,
     instructions: Lines,
     data: Lines,
     present: Option<u32>,
-    /// The line that is being fetched ahead, and when it is there.
+    /// The line being prefetched, and the time when it arrives.
     ahead: Option<(u32, u64)>,
-    /// When the present reading ends.
+    /// End of the present reading.
     busy_until: u64,
 }
 
@@ -117,7 +117,7 @@ impl Flash {
             if reading.prefetched_lines_are_kept {
                 self.instructions.keep(line);
             }
-            // The last of its cycles is the instruction's own.
+            // The last of these cycles is the instruction's own.
             there.saturating_sub(now + 1)
         } else {
             self.instructions.keep(line);
@@ -140,7 +140,7 @@ impl Flash {
             return 0;
         }
         self.data.keep(line);
-        // What is being fetched ahead is wanted all the same: it ends first, or begins again behind this.
+        // The prefetched line is still needed: its reading ends first, or starts again after this one.
         let end = self.busy_until;
         let stall = self.read(now, reading);
         if let Some((_, there)) = &mut self.ahead
@@ -154,7 +154,8 @@ impl Flash {
         stall
     }
 
-    /// Read a line that is wanted at once: cycles until it is there, without the one that the instruction takes.
+    /// Reads a line that is needed at once; returns the cycles until it arrives, without the one that the instruction
+    /// takes.
     fn read(&mut self, now: u64, reading: &Reading) -> u64 {
         let begin = if reading.flash_reads_finish { self.busy_until.max(now) } else { now };
         self.busy_until = begin + 1 + self.wait_states;

@@ -1,4 +1,4 @@
-//! The pipeline: what an instruction takes behind those before it.
+//! Pipeline: cycles of an instruction after those before it.
 
 use crate::cycles::estimator::Stalls;
 use crate::cycles::memory::{Flash, Memory};
@@ -13,9 +13,9 @@ pub(super) struct Machine {
     now: u64,
     lap: u64,
     stalls: Stalls,
-    /// When each register may be read.
+    /// Time from which each register may be read.
     ready: [u64; Registers::COUNT],
-    /// When the float unit is free.
+    /// Time from which the float unit is free.
     unit: u64,
     previous: Option<Instruction>,
 }
@@ -56,7 +56,7 @@ impl Machine {
         self.previous = Some(*i);
     }
 
-    /// Wait for all lines that the instruction lies in.
+    /// Waits for all lines that hold the instruction.
     fn fetch(&mut self, i: &Instruction, memory: Memory) {
         for half in [i.address, i.address.wrapping_add(i.width - 2)] {
             if memory.is_flash(half) {
@@ -76,7 +76,7 @@ impl Machine {
         let when = |registers: Registers| registers.numbers().map(|number| self.ready[number]).max().unwrap_or(0);
         let addend = when(i.addend).saturating_sub(1);
         let needed = when(i.reads | i.address_registers).max(addend);
-        // No way forward from a result to an address, but for what was loaded, whose own time covers it.
+        // Results are not forwarded to addresses. For a loaded value, the load's own time covers the wait.
         let address = self.previous.is_some_and(|before| {
             !before.class.is_memory() && before.writes.meets(i.address_registers) && !before.class.is_float()
         });
@@ -85,7 +85,7 @@ impl Machine {
         self.now += stall;
     }
 
-    /// Wait for the memory that a load reads, and for the bus.
+    /// Waits for the memory that a load reads, and for the bus.
     fn data(&mut self, i: &Instruction, memory: Memory) {
         if let Some(at) = i.literal
             && memory.is_flash(at)
@@ -97,7 +97,7 @@ impl Machine {
             self.stalls.literal += stall;
             self.now += stall;
         }
-        // Data of the flash come over a bus of their own.
+        // Data in flash come over a bus of their own.
         let shared = !memory.is_flash(i.address) && i.literal.is_none_or(|at| !memory.is_flash(at));
         if i.words > 0 && shared {
             let stall = match self.reading.bus_conflict {
@@ -110,7 +110,7 @@ impl Machine {
         }
     }
 
-    /// Cycles until the next instruction may begin, if nothing holds it up.
+    /// Cycles until the next instruction may start, without stalls.
     fn issue(&self, i: &Instruction) -> u64 {
         let words = u64::from(i.words);
         let beside = |all| if self.reading.float_unit_runs_beside { 1 } else { all };
@@ -142,7 +142,7 @@ impl Machine {
         }
     }
 
-    /// The cycle that a load or store saves behind a load that does not give its address.
+    /// The cycle that a load or store saves after a load that does not supply its address.
     fn pipelined(&self, i: &Instruction) -> u64 {
         u64::from(self.previous.is_some_and(|before| {
             let single = before.class == Class::Load && before.may_fall_through
@@ -151,7 +151,7 @@ impl Machine {
         }))
     }
 
-    /// The float unit's results, and until when it is busy.
+    /// Sets the times of the float unit's results, and the end of its work.
     fn write_floats(&mut self, i: &Instruction, begin: u64) {
         let busy = match i.class {
             Class::FloatArithmetic | Class::FloatConvert => 1,

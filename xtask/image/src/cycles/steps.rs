@@ -1,74 +1,75 @@
-//! Every instruction that an emulator executes, with the core's registers before it and the exception that it belongs to.
+//! Every instruction that an emulator executes, with the core's registers before it and the current exception.
 //!
-//! For a program that does not end by itself: whoever talks to it starts the emulator with [`arguments`], and gives its standard
+//! For a program that does not end by itself: the caller starts the emulator with [`arguments`], and gives its standard
 //! error to [`read`]. The log is long, so this is for a few hundred ticks, not for many.
 
 use crate::cycles::trace::{Error, Line, one_instruction_a_block};
 use std::io::BufRead;
 
-/// What the log is asked for beside instructions, as the emulator names it.
+/// Trace event for priorities, logged beside instructions, as the emulator names it.
 const PRIORITIES: &str = "nvic_set_prio";
 
-/// An interrupt becomes pending.
+/// Trace event for an interrupt that becomes pending.
 const PENDING: &str = "nvic_set_pending";
 
 /// An instruction about to be executed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Step {
-    /// Where it is.
+    /// Address of the instruction.
     pub address: u32,
     /// The core's registers before it: 13 is the stack pointer.
     pub registers: [u32; 16],
-    /// The exception that is being served; 0 outside all.
+    /// The exception being served; 0 outside all.
     pub exception: u16,
 }
 
-/// What the log says.
+/// An event in the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// An instruction was executed.
     Step(Step),
-    /// An exception was given a priority, as the core counts: 0 is the most urgent, and the upper bits are used.
+    /// An exception was given a priority, in the core's encoding: 0 is the most urgent, and the upper bits are used.
     Priority {
         /// Its number; the first interrupt is 16.
         exception: u16,
         /// Its priority.
         priority: u8,
     },
-    /// An exception became pending, before the next instruction that is told of.
+    /// An exception became pending, before the next instruction in the log.
     Pending {
         /// Its number.
         exception: u16,
     },
 }
 
-/// How much the log says of an instruction.
+/// Detail of the log for each instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// Where it is; registers and exception are zero. Some 80 bytes an instruction.
+    /// The address only; registers and exception are zero. Some 80 bytes an instruction.
     Addresses,
-    /// All of a [`Step`]: some 350 bytes.
+    /// A full [`Step`]: some 350 bytes.
     Registers,
 }
 
-/// What the emulator must be started with.
+/// Arguments for starting the emulator.
 ///
 /// # Errors
-/// It cannot be started, or does not say its version.
+/// The emulator cannot be started, or does not print its version.
 pub fn arguments(detail: Detail) -> Result<Vec<&'static str>, Error> {
     let mut all = one_instruction_a_block()?.to_vec();
     let log = match detail {
         Detail::Addresses => "exec,nochain",
         Detail::Registers => "exec,cpu,nochain",
     };
-    // The standard error itself is written a word at a time; opened again as a file, a line at a time, which is more than twice as fast.
+    // Standard error itself is written a word at a time. Opened again as a file, it is written a line at a time, more than
+    // twice as fast.
     all.extend(["-d", log, "-trace", PRIORITIES, "-trace", PENDING, "-D", "/dev/stderr"]);
     Ok(all)
 }
 
-/// Read the log to its end, and call back for each event in their order.
+/// Reads the log to its end, and calls back for each event in order.
 ///
-/// An instruction that the emulator begins again comes once.
+/// An instruction that the emulator starts again is reported once.
 ///
 /// # Errors
 /// The pipe breaks.
@@ -83,11 +84,11 @@ pub fn read(mut log: impl BufRead, mut on_event: impl FnMut(Event)) -> Result<()
     Ok(())
 }
 
-/// Puts lines together, one instruction late: it may yet be undone.
+/// Joins lines to steps, one instruction late, because an instruction may still be undone.
 #[derive(Default)]
 struct Reader {
     last: Option<Step>,
-    /// Told of after the last instruction.
+    /// Events to report after the last instruction.
     after: Vec<Event>,
 }
 
@@ -114,7 +115,7 @@ impl Reader {
                 }
             }
             if let Some(status) = line.strip_prefix("XPSR=").and_then(|rest| hex(rest.get(..8)?)) {
-                // The lowest nine bits of the program status are the exception's number.
+                // The lowest nine bits of the program status are the exception number.
                 step.exception = (status & 0x1ff) as u16;
             }
         }

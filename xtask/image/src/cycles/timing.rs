@@ -46,15 +46,15 @@ pub const CLOCK: u64 = 168_000_000;
 pub const FLOAT_DIVIDE: u64 = 14;
 /// VMLA and its siblings.
 pub const FLOAT_MULTIPLY_ADD: u64 = 3;
-/// Refill after a load of the program counter and a branch by a table: always the most.
+/// Refill after a load of the program counter and a branch by a table: always the longest.
 pub const REFILL_MOST: u64 = 3;
 
-/// How a branch's refill P is read.
+/// Readings of a branch's refill P.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refill {
     /// The same for every branch.
     Always(u64),
-    /// 2, and 3 where the target is a wide instruction across two words, which takes two fetches.
+    /// 2 cycles, or 3 if the target is a wide instruction across two words, which takes two fetches.
     ByTarget,
 }
 
@@ -63,31 +63,31 @@ pub enum Refill {
 pub struct Reading {
     /// Integer division.
     pub divide: u64,
-    /// Refill P of a branch that is taken.
+    /// Refill P of a taken branch.
     pub refill: Refill,
-    /// Whether VLDR and VSTR are pipelined with their neighbours as LDR and STR are. GCC's description says so, the manual's
-    /// table does not say.
+    /// Whether VLDR and VSTR are pipelined with their neighbours as LDR and STR are. GCC's description says so; the
+    /// manual's table does not.
     pub float_memory_is_pipelined: bool,
-    /// Whether what is no float instruction goes on during VDIV, VSQRT and multiply-add.
+    /// Whether instructions outside the float unit continue during VDIV, VSQRT and multiply-add.
     pub float_unit_runs_beside: bool,
     /// VMOV between core and float registers.
     pub transfer: u64,
-    /// Whether IT is folded into a narrow instruction before it; otherwise it takes its cycle. True in the low reading for
-    /// every IT.
+    /// Whether IT is folded into a narrow instruction before it; otherwise it takes a cycle. The low reading folds every
+    /// IT.
     pub if_then: IfThen,
     /// Barriers: B.
     pub barrier: u64,
-    /// Fetch against a literal's load: "might add a cycle".
+    /// Stall of a literal's load that meets a fetch: "might add a cycle".
     pub literal: u64,
-    /// Whether a line that the prefetch brought is kept when it is executed. RM0090 says that what missed is kept.
+    /// Whether a prefetched line is cached when it is executed. RM0090 says that missed lines are cached.
     pub prefetched_lines_are_kept: bool,
-    /// Whether a reading of flash that nobody waits for any more must end before the next begins.
+    /// Whether a flash reading that is no longer needed must end before the next begins.
     pub flash_reads_finish: bool,
-    /// A load or store while instructions come from SRAM: cycles for the access, for both come over one bus.
+    /// Cycles of a load or store on the bus while instructions come from SRAM, because both use one bus.
     pub bus_conflict: BusConflict,
 }
 
-/// How IT is read.
+/// Readings of IT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IfThen {
     /// Always folded.
@@ -98,18 +98,18 @@ pub enum IfThen {
     Apart,
 }
 
-/// What a load or store costs more while instructions come over the same bus.
+/// Extra cycles of a load or store while instructions come over the same bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusConflict {
-    /// Nothing: the fetched words that wait in the core hide it.
+    /// None: the fetched words waiting in the core hide the access.
     Hidden,
-    /// One cycle an instruction.
+    /// One cycle per instruction.
     EachInstruction,
-    /// One cycle a word.
+    /// One cycle per word.
     EachWord,
 }
 
-/// Everything for the best.
+/// Best case of every choice.
 pub const LOW: Reading = Reading {
     divide: 2,
     refill: Refill::Always(1),
@@ -124,7 +124,7 @@ pub const LOW: Reading = Reading {
     bus_conflict: BusConflict::Hidden,
 };
 
-/// What is most probable: division in the middle of its range, refill by the target, GCC's description of the float unit.
+/// Most probable reading: division in the middle of its range, refill by the target, GCC's description of the float unit.
 pub const LIKELY: Reading = Reading {
     divide: 7,
     refill: Refill::ByTarget,
@@ -139,7 +139,7 @@ pub const LIKELY: Reading = Reading {
     bus_conflict: BusConflict::EachInstruction,
 };
 
-/// Everything for the worst.
+/// Worst case of every choice.
 pub const HIGH: Reading = Reading {
     divide: 12,
     refill: Refill::Always(REFILL_MOST),

@@ -11,35 +11,35 @@ use std::process::{Child, Command, Stdio};
 /// The emulator.
 const QEMU: &str = "qemu-system-arm";
 
-/// What went wrong.
+/// Errors of a trace.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Not installed, or not allowed to run.
     #[error("cannot start {QEMU}: {0}")]
     CannotStart(#[source] std::io::Error),
-    /// Its version is not where it is expected.
+    /// The version is not at its expected place in the output.
     #[error("{QEMU} --version says {0:?}; expected \"QEMU emulator version MAJOR.MINOR\"")]
     Version(String),
-    /// Where a call ends is not known.
+    /// The end of a call is not known.
     #[error("nothing in the program counts calls")]
     CountsNothing,
     /// The pipe from it broke.
     #[error("the emulator's log cannot be read: {0}")]
     Log(#[source] std::io::Error),
-    /// The program ended with a failure, or the emulator did.
+    /// The program failed, or the emulator did.
     #[error("the emulated program gave up: {status}\n{said}")]
     GaveUp {
-        /// How it ended.
+        /// Its exit status.
         status: std::process::ExitStatus,
-        /// What the emulator said besides the trace.
+        /// The emulator's output besides the trace.
         said: String,
     },
 }
 
-/// How the installed emulator is told to put one instruction into a block.
+/// Option of the installed emulator for one instruction per block.
 ///
 /// # Errors
-/// It cannot be started, or does not say its version.
+/// The emulator cannot be started, or does not print its version.
 pub(crate) fn one_instruction_a_block() -> Result<&'static [&'static str], Error> {
     let output = Command::new(QEMU).arg("--version").output().map_err(Error::CannotStart)?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -53,13 +53,14 @@ fn option_for(version: &str) -> Option<&'static [&'static str]> {
     Some(if found >= (8, 1) { &["-accel", "tcg,one-insn-per-tb=on"] } else { &["-singlestep"] })
 }
 
-/// Run a program that ends by itself, and call back for each instruction between two addresses, in the order of execution.
+/// Runs a program that ends by itself, and calls back for each instruction between two addresses, in the order of
+/// execution.
 ///
 /// A stretch `(start, end)` begins with the instruction at `start` and ends before the one at `end`. While one lasts, no
 /// other begins. The numbers in the call are the stretch's place in `between` and the instruction's address.
 ///
-/// The ranges must hold starts and ends, and all code between that is to be seen: some ten times faster than all of a program, for
-/// the emulator does not log the rest.
+/// The ranges must hold the starts and ends, and all code between that is to be reported. This is some ten times faster
+/// than logging all of a program, because the emulator does not log the rest.
 ///
 /// # Errors
 /// The emulator cannot be started, or the program fails.
@@ -105,12 +106,12 @@ pub fn run(
     Ok(())
 }
 
-/// The emulator, ended however the run goes.
+/// The emulator; it is ended on every way out of the run.
 struct Ended(Child);
 
 impl Drop for Ended {
     fn drop(&mut self) {
-        // Fails only when it has ended already.
+        // Fails only if the emulator has already ended.
         self.0.kill().ok();
         self.0.wait().ok();
     }
@@ -121,8 +122,8 @@ impl Drop for Ended {
 pub(crate) enum Line {
     /// `Trace 0: 0x7f... [flags/pc/flags/flags] function`.
     Executed(u32),
-    /// The block before was not executed after all: an access to a device begins it again, or the count of instructions ran
-    /// out before it. It comes once more.
+    /// The block before was not executed after all: an access to a device restarts it, or the instruction count ran out
+    /// before it. It is logged again.
     Undone,
     Other,
 }
@@ -141,7 +142,7 @@ impl Line {
     }
 }
 
-/// Sorts executed instructions into stretches, one late: an instruction may yet be undone.
+/// Sorts executed instructions into stretches, one instruction late, because one may still be undone.
 struct Sorter<'a> {
     between: &'a [(u32, u32)],
     last: Option<u32>,
@@ -159,7 +160,7 @@ impl<'a> Sorter<'a> {
         }
     }
 
-    /// The log says which one; it may be one that is not logged.
+    /// The log names the undone instruction; it may be one outside the logged ranges.
     fn undone(&mut self, line: &str) {
         self.last = self.last.filter(|last| !line.contains(&format!("{last:08x}")));
     }

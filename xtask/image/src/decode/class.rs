@@ -1,8 +1,8 @@
-//! Kinds of instructions, by what they take.
+//! Classes of instructions, by their timing.
 
 use std::fmt;
 
-/// What an instruction is, as far as it matters how long it takes.
+/// Class of an instruction, as far as its timing depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Class {
     /// Moves, sums, logic, shifts, bit fields, comparisons of integers.
@@ -19,7 +19,7 @@ pub enum Class {
     LoadMultiple,
     /// STM, PUSH, STRD.
     StoreMultiple,
-    /// Whatever is there to change the program counter, taken or not.
+    /// Every other instruction that may change the program counter, taken or not.
     Branch,
     /// TBB, TBH.
     TableBranch,
@@ -58,7 +58,7 @@ pub enum Class {
 }
 
 impl Class {
-    /// Whether the float unit does it.
+    /// Whether the float unit executes it.
     #[must_use]
     pub const fn is_float(self) -> bool {
         matches!(

@@ -4,7 +4,7 @@ use super::wide::offset;
 use super::{Class, Effect, Instruction, PC, Registers};
 
 pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instruction> {
-    // Coprocessors 10 and 11: singles and doubles. 0xef: the vector unit that the core has not.
+    // Coprocessors 10 and 11: singles and doubles. 0xef: the vector unit, which this core lacks.
     if second & 0x0e00 != 0x0a00 || first & 0xff00 == 0xef00 {
         return None;
     }
@@ -16,7 +16,7 @@ pub(super) fn decode(address: u32, first: u16, second: u16) -> Option<Instructio
     }
 }
 
-/// A register of which four bits and a fifth are given: a single, or both halves of a double.
+/// A register given by four bits and a fifth: a single, or both halves of a double.
 fn register(four: u16, fifth: u16, second: u16) -> Registers {
     let (four, fifth) = (four & 15, fifth & 1);
     if is_double(second) {
@@ -79,7 +79,7 @@ fn transfer(address: u32, first: u16, second: u16) -> Instruction {
     let (core, to_core) = (Registers::core(second >> 12), first & 0x10 != 0);
     if first & 0xe0 == 0xe0 {
         let status = Instruction::new(address, 4, Class::FloatStatus);
-        // To register 15 means to the flags.
+        // Register 15 stands for the flags.
         return match (to_core, second >> 12 == PC) {
             (true, true) => status,
             (true, false) => status.writing(core),
@@ -114,7 +114,7 @@ fn memory(address: u32, first: u16, second: u16) -> Option<Instruction> {
     let with = match (before && !back, loads) {
         (true, true) => new(Class::FloatLoad).writing(float),
         (true, false) => new(Class::FloatStore).reading(float),
-        // Up and after, or down and before: no other way exists.
+        // Only up and after, or down and before, exist.
         (false, _) if before == up => return None,
         (false, true) => new(Class::FloatLoadMultiple).writing(float),
         (false, false) => new(Class::FloatStoreMultiple).reading(float),

@@ -1,8 +1,8 @@
-//! An instruction: its class, its registers, and what else it does.
+//! Instruction: its class, its registers, and its other effects.
 
 use super::{Class, LR, PC, Registers, SP};
 
-/// The effect of an instruction beside its registers and memory.
+/// The effect of an instruction besides its registers and memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Effect {
     /// None.
@@ -14,36 +14,36 @@ pub enum Effect {
     LowerHalf(u16),
     /// The upper half of a register set to a constant: MOVT.
     UpperHalf(u16),
-    /// So many bytes taken off the stack pointer: PUSH, and SUB of a constant.
+    /// A number of bytes taken off the stack pointer: PUSH, and SUB of a constant.
     Push(u32),
-    /// Interrupts masked, or no longer: CPSID i, CPSIE i.
+    /// Interrupts masked or unmasked: CPSID i, CPSIE i.
     Mask(bool),
     /// A special register written, by its number: MSR.
     ToSpecial(u16),
 }
 
-/// An instruction at its place.
+/// An instruction and its address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
-    /// Where it is.
+    /// Its address.
     pub address: u32,
     /// Its bytes: 2 or 4.
     pub width: u32,
-    /// What it is.
+    /// Its class.
     pub class: Class,
-    /// Words moved to or from memory; 0 for what is no load or store. A byte counts as a word.
+    /// Words moved to or from memory; 0 for instructions other than loads and stores. A byte counts as a word.
     pub words: u32,
     /// Registers read, without those of `address_registers` and `addend`.
     pub reads: Registers,
-    /// The addend of a multiply-add, which is needed a cycle later than its factors.
+    /// The addend of a multiply-add, which is needed a cycle later than the factors.
     pub addend: Registers,
-    /// Registers that a memory address is made of.
+    /// Registers that form a memory address.
     pub address_registers: Registers,
     /// Registers written.
     pub writes: Registers,
-    /// Where a load relative to the program counter reads.
+    /// Address that a load relative to the program counter reads.
     pub literal: Option<u32>,
-    /// What else it does.
+    /// Its other effect.
     pub effect: Effect,
     /// A store whose address is the sum of two registers.
     pub register_offset: bool,
@@ -52,12 +52,12 @@ pub struct Instruction {
 }
 
 impl Instruction {
-    /// Something at an address that is not known: taken as one cycle, touching nothing.
+    /// An unknown instruction: taken as one cycle, with no effect on registers.
     pub(crate) const fn unknown(address: u32) -> Self {
         Self::new(address, 2, Class::System)
     }
 
-    /// An instruction that touches nothing.
+    /// An instruction without registers.
     pub(super) const fn new(address: u32, width: u32, class: Class) -> Self {
         let none = Registers::NONE;
         Self {
@@ -76,7 +76,7 @@ impl Instruction {
         }
     }
 
-    /// Where a call or jump to a constant address goes.
+    /// Target of a call or jump to a constant address.
     #[must_use]
     pub const fn jumps_to(&self) -> Option<u32> {
         match self.effect {
@@ -85,13 +85,14 @@ impl Instruction {
         }
     }
 
-    /// Whether it calls a function whose address is in a register: BLX.
+    /// Whether it calls a function by an address in a register: BLX.
     #[must_use]
     pub fn calls_register(&self) -> bool {
         self.goes_to_register() && self.writes.meets(Registers::core(LR))
     }
 
-    /// Whether it goes on where a register or a number in memory says, and is neither call nor return: BX, LDR to the program counter.
+    /// Whether it jumps to an address from a register or from memory, and is neither call nor return: BX, LDR to the
+    /// program counter.
     #[must_use]
     pub fn jumps_to_register(&self) -> bool {
         let (counter, link) = (Registers::core(PC), Registers::core(LR));
@@ -103,7 +104,7 @@ impl Instruction {
         self.class == Class::Branch && !self.may_fall_through && self.reads.count() == 1
     }
 
-    /// Whether the stack pointer gets a value that is not the old one and a constant.
+    /// Whether it changes the stack pointer by anything other than a constant.
     #[must_use]
     pub fn moves_stack_freely(&self) -> bool {
         let pointer = Registers::core(SP);
@@ -125,7 +126,7 @@ impl Instruction {
 
     pub(super) fn writing(mut self, registers: Registers) -> Self {
         self.writes = self.writes | registers;
-        // Whatever writes the program counter branches.
+        // Every instruction that writes the program counter is a branch.
         if registers.meets(Registers::core(PC)) {
             self.may_fall_through = false;
             if self.class == Class::Integer {
@@ -145,7 +146,7 @@ impl Instruction {
         self
     }
 
-    /// Of a place so many bytes after (or before) the program counter, which is 4 ahead and rounded down to a word.
+    /// Sets the literal at an offset in bytes from the program counter, which is 4 ahead and rounded down to a word.
     pub(super) fn of_literal(mut self, offset: i64) -> Self {
         let from = i64::from(self.address.wrapping_add(4) & !3);
         self.literal = Some((from + offset) as u32);

@@ -4,7 +4,7 @@ use super::{Class, Effect, Instruction, LR, PC, Registers, SP, goal};
 
 pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 2, class);
-    // Three bits from a place on: a register of the lower eight.
+    // Three bits from a place on: one of the lower eight registers.
     let low = |at: u32| Registers::core((half >> at) & 7);
     let top = Registers::core((half >> 8) & 7);
     let sp = Registers::core(SP);
@@ -74,7 +74,7 @@ pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
     })
 }
 
-/// 1011: what belongs nowhere else.
+/// 1011: miscellaneous instructions.
 fn miscellaneous(address: u32, half: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 2, class);
     let low = |at: u32| Registers::core((half >> at) & 7);

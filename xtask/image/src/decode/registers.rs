@@ -9,7 +9,7 @@ pub struct Registers(u64);
 impl Registers {
     /// None.
     pub const NONE: Self = Self(0);
-    /// How many there are, and so how many numbers [`Registers::numbers`] may give.
+    /// Number of registers; [`Registers::numbers`] gives numbers below it.
     pub const COUNT: usize = 48;
 
     /// Core register, the lowest four bits of `number`.
@@ -38,13 +38,13 @@ impl Registers {
         self.0 & other.0 != 0
     }
 
-    /// Those of this set that are not in the other.
+    /// Registers of this set that are not in the other.
     #[must_use]
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// How many are in the set.
+    /// Number of registers in the set.
     #[must_use]
     pub const fn count(self) -> u32 {
         self.0.count_ones()

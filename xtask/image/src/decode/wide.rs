@@ -40,7 +40,7 @@ fn list(address: u32, first: u16, second: u16) -> Option<Instruction> {
     Some(if first == 0xe92d { all.with(Effect::Push(4 * all.words)) } else { all })
 }
 
-/// LDRD, STRD, the exclusive ones, and branches by a table.
+/// LDRD, STRD, the exclusive loads and stores, and table branches.
 fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instruction> {
     let new = |class| Instruction::new(address, 4, class);
     let (base, one, two) = (field(first, 0), field(second, 12), field(second, 8));
@@ -49,7 +49,7 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
         let exclusive = if loads {
             new(Class::Load).writing(one)
         } else {
-            // STREX says in a register whether it stored: in the fourth field, in its byte and half forms in the last.
+            // STREX writes to a register whether it stored: the fourth field, or in its byte and half forms the last.
             let status = if first & 0x0080 == 0 { two } else { field(second, 0) };
             new(Class::Store).reading(one).writing(status)
         };
@@ -66,7 +66,7 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
     } else {
         new(Class::StoreMultiple).reading(one | two).writing(moved)
     };
-    // Before a stack pointer that moves down with it.
+    // Pre-indexed downwards with writeback on the stack pointer.
     let pair = if first == 0xe96d { pair.with(Effect::Push(4 * u32::from(second & 0xff))) } else { pair };
     Some(if base == Registers::core(PC) && loads {
         pair.moving(2).of_literal(offset(first, second & 0xff, 4))
@@ -91,7 +91,8 @@ fn processed(address: u32, first: u16, second: u16) -> Instruction {
     let new = Instruction::new(address, 4, Class::Integer);
     let (operation, n, d) = ((first >> 5) & 15, field(first, 0), field(second, 8));
     let (no_source, no_result) = (n == Registers::core(PC), d == Registers::core(PC));
-    // MOV and MVN are ORR and ORN of nothing; TST, TEQ, CMN and CMP are AND, EOR, ADD and SUB to nowhere.
+    // MOV and MVN are ORR and ORN without a first operand; TST, TEQ, CMN and CMP are AND, EOR, ADD and SUB without a
+    // destination.
     let new = if no_source && matches!(operation, 2 | 3) { new } else { new.reading(n) };
     if no_result && first & 0x10 != 0 && matches!(operation, 0 | 4 | 8 | 13) { new } else { new.writing(d) }
 }
@@ -107,13 +108,13 @@ fn immediate(address: u32, first: u16, second: u16) -> Instruction {
         let is_push = from_stack && first & 0x01f0 == 0x01a0;
         return if is_push { with.with(Effect::Push(expanded(constant))) } else { with };
     }
-    // MOVW and MOVT have a part of their constant where others have a register.
+    // MOVW and MOVT use a register field for a part of their constant.
     let half = (first & 15) << 12 | constant;
     match (first >> 4) & 0x1f {
         0b00100 => new.writing(d).with(Effect::LowerHalf(half)),
         0b01100 => new.reading(d).writing(d).with(Effect::UpperHalf(half)),
         0b01010 if from_stack => new.reading(n).writing(d).with(Effect::Push(constant.into())),
-        // BFI keeps the rest of its register; BFC is BFI of nothing.
+        // BFI keeps the rest of its register; BFC is BFI of zero.
         0b10110 if n == Registers::core(PC) => new.reading(d).writing(d),
         0b10110 => new.reading(n | d).writing(d),
         // ADR.
@@ -147,7 +148,8 @@ fn branch_or_control(address: u32, first: u16, second: u16) -> Option<Instructio
     })
 }
 
-/// Where B and BL go: the offset's sign and its next two bits stand apart, these two inverted where the sign is 0.
+/// Target of B and BL: the offset's sign and its next two bits are stored apart; these two are inverted where the sign is
+/// 0.
 fn far(address: u32, first: u16, second: u16) -> Effect {
     let bit = |half: u16, at: u32| u32::from(half >> at & 1);
     let sign = bit(first, 10);
@@ -156,7 +158,7 @@ fn far(address: u32, first: u16, second: u16) -> Effect {
     goal(address, low | two << 22 | one << 23 | sign << 24, 25)
 }
 
-/// Where B with a condition goes.
+/// Target of B with a condition.
 fn near(address: u32, first: u16, second: u16) -> Effect {
     let bit = |half: u16, at: u32| u32::from(half >> at & 1);
     let low = u32::from(first & 0x3f) << 12 | u32::from(second & 0x7ff) << 1;
@@ -188,7 +190,7 @@ fn single(address: u32, first: u16, second: u16) -> Option<Instruction> {
         return Some(Instruction::new(address, 4, Class::System));
     }
     let with = if loads { new(Class::Load).writing(moved) } else { new(Class::Store).reading(moved) };
-    // Before a stack pointer that moves down with it: PUSH of one register.
+    // Pre-indexed downwards with writeback on the stack pointer: PUSH of one register.
     let is_push = first == 0xf84d && second & 0x0f00 == 0x0d00;
     let with = if is_push { with.with(Effect::Push(u32::from(second & 0xff))) } else { with };
     if base == Registers::core(PC) {
@@ -198,7 +200,7 @@ fn single(address: u32, first: u16, second: u16) -> Option<Instruction> {
     Some(if first & 0x80 != 0 {
         with
     } else if second & 0x0800 != 0 {
-        // Written back before or after.
+        // Pre-indexed or post-indexed with writeback.
         if second & 0x0100 != 0 { with.writing(base) } else { with }
     } else {
         Instruction { register_offset: !loads, ..with.addressed_by(field(second, 0)) }

@@ -10,7 +10,7 @@ use dynamics_core::{Command, Fault, InverseDynamics, Measurement, Real, Referenc
 use heapless::String;
 use probe::Counter;
 
-/// A tick's reference, which is where the arm is, and its encoders' counts where there are encoders.
+/// A tick's reference, equal to the arm's state, and the counts of the encoders if there are any.
 pub(crate) struct Row {
     pub(crate) q: [f64; N],
     pub(crate) qd: [f64; N],
@@ -18,7 +18,7 @@ pub(crate) struct Row {
     pub(crate) counts: Option<[i32; N]>,
 }
 
-/// What a tick is given, in the scalar of its controller.
+/// Inputs of a tick, in the scalar of its controller.
 pub(crate) struct Input<S> {
     pub(crate) reference: Reference<S, N>,
     pub(crate) measurement: Measurement<S, N>,
@@ -37,9 +37,9 @@ fn main() -> ! {
     probe::run(all)
 }
 
-/// Run a controller over all ticks from rest, and say what each took and gave.
+/// Run a controller over all ticks from rest, and print the cost and the result of each.
 ///
-/// The count is that of the tick alone: that of a function that does nothing, called the same way, is taken off.
+/// The count is that of the tick alone: the count of an empty function, called the same way, is subtracted.
 pub(crate) fn count<S, D, T, C>(
     scene: u32,
     counter: &Counter,
@@ -55,7 +55,7 @@ pub(crate) fn count<S, D, T, C>(
     say(|line| write!(line, "scene,{scene},{},{bytes}", tick as usize));
     for (at, row) in INPUTS.iter().enumerate() {
         let input = Input::new(row);
-        // Not known to the compiler, or it would make another function for the one.
+        // Hidden from the compiler: otherwise it would make a specialised copy of the function.
         let (empty, _) = counter.call(black_box(nothing), &input, &mut controller);
         let (called, command) = counter.call(black_box(tick), &input, &mut controller);
         let taken = called.wrapping_sub(empty);
@@ -66,7 +66,7 @@ pub(crate) fn count<S, D, T, C>(
     }
 }
 
-/// The way of a result back is there too: a fault is its shortest.
+/// Empty function that returns a result as a tick does; a fault is the shortest result.
 #[inline(never)]
 fn nothing<S, D, T, C>(_: &Input<S>, _: &mut Controller<S, N, D, T, C>) -> Command<S, N> {
     Command::Brake(Fault::Overrun)
@@ -88,7 +88,7 @@ fn outcome<S: Real>(line: &mut Line, command: &Command<S, N>) -> fmt::Result {
     }
 }
 
-/// A line in one go: every piece that is handed to the emulator alone takes its time.
+/// A line in one go: each separate output to the emulator takes time.
 fn say(what: impl FnOnce(&mut Line) -> fmt::Result) {
     let mut line = Line::new();
     if what(&mut line).and_then(|()| line.write_char('\n')).is_err() {

@@ -3,7 +3,7 @@
 use crate::count::Row;
 use probe::Counter;
 
-/// The controller of a scene, its tick as a function with a name, and what counts it.
+/// The controller of a scene, its tick as a function with a name, and the function that counts it.
 macro_rules! scene {
     ($number:literal, $tick:ident, $scalar:ty) => {
         use crate::count::Input;

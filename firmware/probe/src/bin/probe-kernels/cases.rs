@@ -1,4 +1,4 @@
-//! What is counted: each a function that is never inlined, so that it has an address and a size.
+//! The counted functions: each one that is never inlined, so that it has an address and a size.
 
 use dynamics_core::trig::{Libm, Polynomial};
 use dynamics_core::{Dynamics, InverseDynamics, Live, SinCos, Trig};
@@ -28,7 +28,7 @@ pub(crate) struct Case {
 
 pub(crate) use kernels::KERNELS;
 
-/// What a call takes in which nothing is done.
+/// Empty function, to count the cost of a call alone.
 #[inline(never)]
 pub(crate) fn nothing(_: &Inputs, _: &mut Outputs) {}
 

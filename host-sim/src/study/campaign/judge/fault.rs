@@ -1,4 +1,4 @@
-//! Laws of the faults: none is driven over, each is named, and what stands is not cleared.
+//! Laws of the faults: no torque acts under a fault, each fault is named, and a standing fault cannot be cleared.
 
 use super::law::{Law, Unsafe, broken};
 use super::observation::Seen;
@@ -6,11 +6,11 @@ use super::torque::torque;
 use super::{Judge, Said, Told};
 use crate::session::states::{ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
 
-/// Faults that a board raises in every state, in the order in which they are named.
+/// Faults that a board raises in every state, in order of priority.
 const BOARD: [u8; 5] = [9, 6, 11, 12, 13];
 
 impl<const N: usize> Judge<N> {
-    /// Faults of the board, by code, in the order in which they are named.
+    /// Codes of the board's faults, in order of priority.
     pub(super) fn board(&self, told: &Told<N>) -> Vec<u8> {
         let outside = |value: Option<f32>, (low, high): (f64, f64)| {
             value.map(f64::from).is_some_and(|x| x.is_nan() || x < low || x > high)
@@ -27,7 +27,7 @@ impl<const N: usize> Judge<N> {
         .collect()
     }
 
-    /// Laws of the faults: none is driven over, each is named, and what stands is not cleared.
+    /// Check that no torque acts under a fault, that each fault is named, and that a standing fault is not cleared.
     pub(super) fn faults(&self, board: &[u8], seen: &Seen<N>, said: &Said<N>) -> Result<(), Unsafe> {
         let status = &said.status;
         let (before, now) = (self.before.0, status.state);
@@ -58,7 +58,7 @@ impl<const N: usize> Judge<N> {
         }
         let starts = (before, now) == (IDLE, ARMED) || (before == HOMING && now == IDLE && status.homed);
         let cleared = (before, now) == (FAULT, IDLE);
-        // Where zero is not known no position says anything.
+        // Without a known zero a position has no meaning.
         let stands = seen.faults.iter().find(|code| !cleared || **code != 4 || status.homed);
         if (cleared || starts)
             && let Some(code) = stands

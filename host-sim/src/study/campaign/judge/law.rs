@@ -1,4 +1,4 @@
-//! The laws of safety, and how one is broken.
+//! The laws of safety, and violations of them.
 
 use serde::Serialize;
 
@@ -6,35 +6,36 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Law {
-    /// Torque is a number.
+    /// Torque is finite.
     Finite,
     /// Torque is inside its limit.
     Limit,
-    /// Torque changes by no more than its rate allows, and rises from nothing.
+    /// Torque changes no faster than its rate limit and starts from zero.
     Rate,
-    /// Torque acts in Armed, Running and Holding alone; elsewhere the robot's safe action does.
+    /// Torque acts only in Armed, Running and Holding; in other states the robot's safe action acts.
     SafeAction,
-    /// No torque before the joints were homed and confirmed.
+    /// No torque acts before the joints are homed and confirmed.
     Homed,
-    /// No torque in a tick whose inputs are at fault, and the machine is in its fault then.
+    /// No torque acts in a tick with faulty inputs, and the machine enters its fault state.
     Fault,
-    /// A fault is named for what is there, and of several faults of the board the first of the list is.
+    /// A reported fault exists. Of several faults of the board, the first in the list is reported.
     Named,
-    /// A fault stays until a clear that nothing stands against.
+    /// A fault stays until it is cleared, and a standing fault cannot be cleared.
     Latched,
-    /// No state is left but along the diagram, by a request or for a stated cause.
+    /// States change only along the diagram, by a request or for a stated cause.
     Transition,
-    /// Where all that the host said is known: a request is granted or refused, and nothing else is.
+    /// Every request is granted or refused, and no other answer is given. Checked only if all messages of the host are
+    /// known.
     Answered,
-    /// A silent host is noticed in time.
+    /// The silence of a host is detected in time.
     Silence,
-    /// The reference that is followed is a number, within reach, and can stop.
+    /// The followed reference is finite, within reach, and can stop before its limits.
     Reference,
     /// A reference beyond a limit is held, and flagged.
     Held,
-    /// An arm that holds comes to rest.
+    /// A holding arm comes to rest.
     Rest,
-    /// What the drives do is what is reported.
+    /// The reported command is the one that drives the actuators.
     Reported,
     /// The arm can be simulated to the end.
     RanAway,
@@ -43,13 +44,13 @@ pub enum Law {
 /// An unsafe command.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unsafe {
-    /// Law that it breaks.
+    /// The broken law.
     pub law: Law,
-    /// With its numbers.
+    /// Description with numbers.
     pub what: String,
 }
 
-/// Says that this is broken.
+/// Returns a violation of a law.
 pub(super) fn broken(law: Law, what: impl Into<String>) -> Result<(), Unsafe> {
     Err(Unsafe { law, what: what.into() })
 }

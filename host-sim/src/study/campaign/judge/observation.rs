@@ -1,45 +1,45 @@
-//! Readings as the judge takes them: its own arithmetic in f64, and only what is beyond doubt.
+//! Readings as the judge sees them: computed independently in f64, with only certain faults reported.
 //!
-//! The machine rounds to f32 and the judge does not, so that something exactly on a bound may be seen by one of them alone. The judge
-//! calls out what is beyond the bound by more than such rounding ([`beyond`]).
+//! The machine rounds to f32 and the judge does not, so only one of them may see a value exactly on a bound as a
+//! violation. The judge therefore reports only values that exceed a bound by more than such rounding ([`beyond`]).
 
 use crate::study::campaign::machine::Told;
 use dynamics_core::safety::Rules;
 use dynamics_core::{ControllerConfig, Sensed};
 use std::collections::VecDeque;
 
-/// Share by which a number must be beyond a bound, and a part of a unit for bounds near zero: 80 times the rounding of f32.
+/// Margin beyond a bound, relative to the bound plus one unit (for bounds near zero): 80 times the rounding of f32.
 const DOUBT: f64 = 1e-5;
 
-/// The same of a difference of large numbers: 16 times the rounding of f32.
+/// Relative margin for differences of large numbers: 16 times the rounding of f32.
 const ROUNDING: f64 = 1e-6;
 
-/// Beyond a bound, whatever was rounded on the way.
+/// Whether a value exceeds a bound by more than rounding errors.
 pub(super) fn beyond(value: f64, bound: f64) -> bool {
     value > bound + DOUBT * (1.0 + bound.abs())
 }
 
-/// Faults of the readings of a tick, by the codes of docs/safety.md, the first joint's first.
+/// Faults in the readings of a tick, as codes of docs/safety.md, the first joint's first.
 #[derive(Clone, Debug)]
 pub(super) struct Seen<const N: usize> {
-    /// All that is beyond doubt.
+    /// All certain faults.
     pub(super) faults: Vec<u8>,
-    /// A joint has moved all the time that it takes to be sure.
+    /// A joint has moved for the whole time that certainty takes.
     pub(super) moves: bool,
-    /// Positions as read, NaN and infinity too.
+    /// Positions as read, including NaN and infinity.
     pub(super) position: [f64; N],
-    /// Encoders measure them.
+    /// The positions come from encoders.
     pub(super) counted: bool,
 }
 
-/// Memory of the readings.
+/// History of the readings.
 #[derive(Clone, Debug)]
 pub(super) struct Observation<const N: usize> {
-    /// Per joint, when its last good reading was taken, and what it was.
+    /// Time and value of each joint's last good reading.
     last: [Option<(i64, f64)>; N],
-    /// Positions of the last ticks, the newest last; emptied by one with a NaN.
+    /// Positions of the last ticks, the newest last; cleared by a position that is not finite.
     track: VecDeque<[f64; N]>,
-    /// Ticks that a speed is judged over: so many times what the machine's observer takes.
+    /// Number of ticks over which a speed is averaged: a multiple of the observer's time constant.
     pub(super) window: usize,
 }
 
@@ -52,7 +52,8 @@ impl<const N: usize> Observation<N> {
         Self { last: [None; N], track: VecDeque::new(), window: window.clamp(10, 1000) }
     }
 
-    /// Look at a tick; `acted` is for how many ticks torque has acted, `None` where means of readings say nothing.
+    /// Check the readings of a tick. `acted` is the number of ticks with torque; `None` if mean speeds carry no
+    /// information.
     pub(super) fn look(
         &mut self,
         now: i64,
@@ -91,7 +92,7 @@ impl<const N: usize> Observation<N> {
             if let Some((before, place)) = self.last[i] {
                 let ticks = (taken - before).max(0) as f64;
                 let way = rules.joints[i].jump_step * ticks + rules.joints[i].resolution;
-                // Differences of large numbers are rounded as those are.
+                // Differences of large numbers carry the rounding of those numbers.
                 if beyond((q[i] - place).abs(), way + ROUNDING * (q[i].abs() + place.abs())) {
                     seen.faults.push(8);
                 }
@@ -105,7 +106,8 @@ impl<const N: usize> Observation<N> {
             let guard = config.guard[i].velocity_max;
             let too_fast = match speed {
                 Some(speed) => beyond(speed, guard),
-                // A mean over a window that torque has acted in is some instant's speed; the margin is for the observer's lag.
+                // With torque in the whole window, the mean speed was reached at some instant; the margin covers the
+                // observer's lag.
                 None => {
                     acted.is_some_and(|ticks| ticks > self.window)
                         && self.mean(i, 0, rules.period).is_some_and(|v| beyond(v.abs(), 1.25 * guard))
@@ -122,7 +124,7 @@ impl<const N: usize> Observation<N> {
         seen
     }
 
-    /// Whether joint `i` was faster than this over both of the last two windows, and to the same side.
+    /// Whether joint `i` moved faster than `speed` in both of the last two windows, in the same direction.
     fn moves_on(&self, i: usize, speed: f64, period: f64) -> bool {
         match (self.mean(i, 0, period), self.mean(i, self.window, period)) {
             (Some(now), Some(before)) => now.abs() > speed && before.abs() > speed && now * before > 0.0,
@@ -130,7 +132,7 @@ impl<const N: usize> Observation<N> {
         }
     }
 
-    /// Mean speed of joint `i` over a window that ended so many ticks ago, rad/s or m/s.
+    /// Mean speed of joint `i` over a window that ended `ago` ticks ago, rad/s or m/s.
     pub(super) fn mean(&self, i: usize, ago: usize, period: f64) -> Option<f64> {
         let end = self.track.len().checked_sub(1 + ago)?;
         let (from, to) = (self.track.get(end.checked_sub(self.window)?)?, self.track.get(end)?);

@@ -1,4 +1,4 @@
-//! Laws of the reference that is followed, and of the rest that a stop ends in.
+//! Laws of the followed reference, and of the rest after a stop.
 
 use super::law::{Law, Unsafe, broken};
 use super::observation::{Seen, beyond};
@@ -7,7 +7,7 @@ use crate::session::states::{HOLDING, RUNNING};
 use link::{Actuation, Status};
 
 impl<const N: usize> Judge<N> {
-    /// Laws of the reference that is followed.
+    /// Check the followed reference.
     pub(super) fn reference(&self, seen: &Seen<N>, status: &Status) -> Result<(), Unsafe> {
         if status.state != RUNNING {
             return Ok(());
@@ -22,7 +22,8 @@ impl<const N: usize> Judge<N> {
                 return broken(Law::Reference, format!("joint {}: reference {q}, {qd}, {qdd}", i + 1));
             }
             let joint = &self.rules.joints[i];
-            // With encoders the machine measures the way from its observer's estimate, which may be behind by what is no jump yet.
+            // With encoders the machine measures the distance from its observer's estimate, which may lag by anything
+            // below a jump.
             let lag = if seen.counted { 2.0 * joint.jump_step.min(1.0) + joint.resolution } else { 0.0 };
             let place = seen.position[i];
             if (!seen.counted || self.trust >= Trust::Arm) && beyond((q - place).abs(), joint.reach + lag) {
@@ -44,7 +45,7 @@ impl<const N: usize> Judge<N> {
         Ok(())
     }
 
-    /// Law of rest.
+    /// Check that a holding arm comes to rest.
     pub(super) fn rest(&mut self, status: &Status) -> Result<(), Unsafe> {
         self.held = if status.state == HOLDING { self.held + 1 } else { 0 };
         if self.trust < Trust::Loop || self.held < self.rest_after + self.observation.window as u32 {

@@ -1,4 +1,4 @@
-//! Laws of the torque by itself, and of its report.
+//! Laws of the torque and of its report.
 
 use super::law::{Law, Unsafe, broken};
 use super::observation::beyond;
@@ -10,10 +10,11 @@ use link::{Actuation, Pacing, Status};
 use session::Drives;
 
 impl<const N: usize> Judge<N> {
-    /// Drives as they act, or in a drill would: there nothing is driven, and the status has what would be.
+    /// Command that acts on the drives, or would act outside a drill. A drill drives nothing; its status holds the
+    /// command.
     ///
     /// # Errors
-    /// [`Law::SafeAction`] for drives that a drill drives.
+    /// [`Law::SafeAction`] if a drill drives its actuators.
     pub fn acts(&self, pacing: Pacing, drives: &Drives<N>, status: &Status) -> Result<Drives<N>, Unsafe> {
         match drives {
             drives if pacing == Pacing::Live => Ok(*drives),
@@ -22,7 +23,7 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// Law of the report.
+    /// Check that the reported command is the actual one.
     pub(super) fn reported(&self, said: &Said<N>) -> Result<(), Unsafe> {
         let same = match (&said.drives, &said.status.actuation) {
             (Drives::Drive(torque), Some(Actuation::Drive { torque: reported, .. })) => {
@@ -39,7 +40,7 @@ impl<const N: usize> Judge<N> {
         broken(Law::Reported, format!("the drives do {:?}, reported is {:?}", said.drives, said.status.actuation))
     }
 
-    /// Laws of the torque by itself.
+    /// Check the torque itself.
     pub(super) fn torque(&self, said: &Said<N>) -> Result<(), Unsafe> {
         let state = said.status.state;
         let Some(torque) = torque(&said.drives) else {
@@ -60,7 +61,7 @@ impl<const N: usize> Judge<N> {
             return broken(Law::Homed, "torque, and the arm is not homed");
         }
         for i in 0..N {
-            // The machine's own, to the bit: nothing is computed on the way.
+            // Compared bit by bit: the limit is the machine's own number.
             let (tau, limit) = (torque[i], f64::from(self.config.limits[i].torque as f32));
             let (last, step) = (self.torque.map_or(0.0, |torque| torque[i]), self.config.torque_step[i]);
             if !tau.is_finite() {
@@ -77,7 +78,7 @@ impl<const N: usize> Judge<N> {
     }
 }
 
-/// Torque that acts, in f64.
+/// The acting torque in f64; `None` for a safe action.
 pub(super) fn torque<const N: usize>(drives: &Drives<N>) -> Option<[f64; N]> {
     match drives {
         Drives::Drive(torque) => Some(torque.map(f64::from)),

@@ -1,4 +1,4 @@
-//! Laws of the states: how one leads to another, and what the host has to do with it.
+//! Laws of the states: allowed transitions, and the host's part in them.
 
 use super::law::{Law, Unsafe, broken};
 use super::torque::torque;
@@ -8,7 +8,7 @@ use dynamics_core::safety::Rules;
 use link::{Request, Status};
 
 impl<const N: usize> Judge<N> {
-    /// Laws of the states: how one leads to another, and what of it takes a homing.
+    /// Check the transitions between states, including those that need a homing.
     pub(super) fn moved(&mut self, told: &Told<N>, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
         let asked = |request| heard.requests.contains(&request);
         let (before, now) = (self.before.0, status.state);
@@ -33,12 +33,12 @@ impl<const N: usize> Judge<N> {
         if status.homed && !self.homed {
             return broken(Law::Homed, "it takes itself for homed, and is not");
         }
-        // What it gave up by itself it must not take back.
+        // A homing that the machine gave up by itself must not come back.
         self.homed = status.homed;
         if heard.exact { self.answered(heard, status) } else { Ok(()) }
     }
 
-    /// Law of the answer: a request is granted or refused.
+    /// Check the answer: a request is granted or refused.
     fn answered(&self, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
         let (before, now) = (self.before.0, status.state);
         match (heard.requests.last(), &status.refused) {
@@ -53,7 +53,7 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// Law of the host's silence.
+    /// Check the reaction to a silent host.
     pub(super) fn silence(&self, heard: &Heard<'_>, said: &Said<N>) -> Result<(), Unsafe> {
         let Rules { heartbeat_max, hold_max, .. } = self.rules;
         let (state, silent) = (said.status.state, self.silent);

@@ -1,4 +1,4 @@
-//! Shortest times of several contestants, measured in turns, so that all see the same machine.
+//! Shortest times of several contestants, measured in turns, so that all run under the same load of the machine.
 
 use std::time::Instant;
 
@@ -8,7 +8,7 @@ const ROUNDS: usize = 300;
 /// A name and something to time.
 pub(crate) type Contestant<'a> = (&'static str, Box<dyn FnMut() + 'a>);
 
-/// Nanoseconds that each took at best, divided by `per`.
+/// Shortest time of each contestant, ns, divided by `per`.
 pub(crate) fn shortest(contestants: &mut [Contestant<'_>], per: usize) -> Vec<f64> {
     let mut best = vec![f64::INFINITY; contestants.len()];
     for _ in 0..ROUNDS {
@@ -21,7 +21,7 @@ pub(crate) fn shortest(contestants: &mut [Contestant<'_>], per: usize) -> Vec<f6
     best
 }
 
-/// What the compiler was allowed to use.
+/// Instruction set that the compiler was allowed to use.
 pub(crate) fn instruction_set() -> &'static str {
     if cfg!(target_feature = "avx512f") {
         "AVX-512"

@@ -1,4 +1,4 @@
-//! Random states of an arm, one list per joint: for the tests and what is measured.
+//! Random states of an arm, one list per joint, for tests and measurements.
 #![allow(clippy::unwrap_used, reason = "a broken shipped file should stop the test")]
 
 use dynamics_batch::{Float, States};
@@ -53,7 +53,7 @@ impl<F: Float, const N: usize> Lists<F, N> {
     }
 }
 
-/// Places for the torques of so many states, none of them a torque yet.
+/// Places for the torques of `count` states, filled with NaN.
 pub(crate) fn places<F: Float, const N: usize>(count: usize) -> [Vec<F>; N] {
     core::array::from_fn(|_| vec![F::literal(f64::NAN); count])
 }

@@ -1,4 +1,4 @@
-//! The contestants on the chip, in f32: one state a call.
+//! Our contestants on the chip, in f32: one state per call.
 
 use crate::{JOINTS, given, torques};
 use bench::kernels;
@@ -18,10 +18,10 @@ pub struct State {
     qdd_again: [f32; JOINTS],
 }
 
-/// How many states `chip.h` has.
+/// Number of states in `chip.h`.
 const STATES: usize = 64;
 
-/// The states that everybody is measured in, with cosines and sines.
+/// The states for all contestants, with cosines and sines.
 #[unsafe(no_mangle)]
 pub extern "C" fn bench_chip_states(states: &mut [State; STATES]) {
     let mut random = States::new();
@@ -32,13 +32,13 @@ pub extern "C" fn bench_chip_states(states: &mut [State; STATES]) {
     }
 }
 
-/// Our sine and cosine for who has none of his own.
+/// Our sine and cosine for contestants without their own.
 #[unsafe(no_mangle)]
 pub extern "C" fn our_trig(angles: &[f32; JOINTS], turn: &mut [[f32; 2]; JOINTS]) {
     *turn = Polynomial.sin_cos_all(angles).map(|t| [t.cos, t.sin]);
 }
 
-/// `$whole` computes sine and cosine too, `$kernel` gets them.
+/// `$whole` computes sine and cosine too; `$kernel` gets them.
 macro_rules! contestants {
     ($($arm:expr => $whole:ident, $kernel:ident;)*) => {$(
         /// With trigonometry.

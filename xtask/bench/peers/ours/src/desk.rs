@@ -1,4 +1,4 @@
-//! The contestants on the desk, in f64: all states a call.
+//! Our contestants on the desk, in f64: all states per call.
 
 use crate::{JOINTS, given, torques};
 use bench::states::{DESK, State, States};
@@ -9,9 +9,9 @@ use dynamics_core::{Dynamics, InverseDynamics, Live, Trig};
 use std::sync::LazyLock;
 use std::sync::atomic::{Ordering, compiler_fence};
 
-/// One number a joint and state.
+/// One number per joint and state.
 type ByState = [[f64; JOINTS]; DESK];
-/// The same, for batches.
+/// The same, in the layout for batches.
 type ByJoint = [[f64; DESK]; JOINTS];
 
 /// `struct states` of `contestant.h`.
@@ -31,7 +31,7 @@ pub struct AllStates<'a> {
     qdd_by_joint: &'a ByJoint,
 }
 
-/// The states that everybody is measured in.
+/// The states for all contestants.
 #[unsafe(no_mangle)]
 pub extern "C" fn bench_states(q: &mut ByState, qd: &mut ByState, qdd: &mut ByState) {
     let mut random = States::new();
@@ -40,7 +40,7 @@ pub extern "C" fn bench_states(q: &mut ByState, qd: &mut ByState, qdd: &mut BySt
     }
 }
 
-/// Keeps the compiler from putting several states into one vector where one after the other is measured.
+/// Keeps the compiler from combining several states in one vector where they are measured one after another.
 #[inline(always)]
 fn one_by_one() {
     compiler_fence(Ordering::SeqCst);
@@ -74,7 +74,7 @@ impl AllStates<'_> {
                     let out = out.each_mut().map(|list| list.as_mut_slice());
                     inverse_dynamics_batch(arm, &Polynomial, &states, &Live::zero(), out)
                 });
-        // All lists have one length by their type; were it not so, the harness would find these.
+        // All lists have one length by their type. If they had not, the harness would find these NaNs.
         if computed.is_err() {
             *out = [[f64::NAN; DESK]; JOINTS];
         }
@@ -90,7 +90,7 @@ macro_rules! contestants {
             states.whole($arm, Polynomial, out);
         }
 
-        /// With that of libm.
+        /// With libm's trigonometry.
         #[unsafe(no_mangle)]
         pub extern "C" fn $libm(states: &AllStates<'_>, out: &mut ByState) {
             states.whole($arm, Libm, out);
@@ -114,7 +114,8 @@ contestants! {
         puma560_regrouped, puma560_regrouped_libm, puma560_regrouped_kernel;
 }
 
-/// `$batch` computes all torques in lanes, `$forward` the accelerations of one state after the other; with our sine and cosine.
+/// `$batch` computes all torques in lanes, `$forward` the accelerations of one state after another; both use our sine and
+/// cosine.
 macro_rules! batch_and_forward {
     ($($kernel:ident => $batch:ident; $forward_dynamics:ident => $forward:ident;)*) => {$(
         /// Torques, all states in one call.
@@ -129,7 +130,7 @@ macro_rules! batch_and_forward {
             for (i, out) in out.iter_mut().enumerate() {
                 one_by_one();
                 let turn = Polynomial.sin_cos_all(&states.q[i]);
-                // Behind the accelerations come the inertias that it divided by.
+                // Divisors follow the accelerations: the inertias that the function divided by.
                 let [qdd @ .., _, _, _, _, _, _] = kernels::$forward_dynamics::forward_dynamics(&turn, &states.qd[i], &states.tau[i]);
                 *out = qdd;
             }
@@ -142,7 +143,7 @@ batch_and_forward! {
     puma560_inverse_dynamics_regrouped_any => puma560_batch; puma560_forward_dynamics_regrouped_f64 => puma560_forward;
 }
 
-/// Read from the robot's file when the measurement begins.
+/// Read from the robot's file at the start of the measurement.
 static UR5: LazyLock<Dynamics<f64, JOINTS>> = LazyLock::new(|| arm("ur5"));
 static PUMA560: LazyLock<Dynamics<f64, JOINTS>> = LazyLock::new(|| arm("puma560"));
 

@@ -1,5 +1,5 @@
-//! What `cargo xtask bench --peers` measures of ours, as C functions of the same shape as everybody else's: on the desk
-//! `contestant.h`, on the chip `chip.h`. References are pointers in C, so nothing here is unsafe but the names.
+//! Our contestants of `cargo xtask bench --peers`, as C functions of the same shape as all others: `contestant.h` on the
+//! desk, `chip.h` on the chip. References are pointers in C, so only the names are unsafe here.
 #![cfg_attr(target_os = "none", no_std)]
 #![allow(unsafe_code, reason = "the harness must find its contestants by name")]
 
@@ -15,10 +15,10 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
 
 use dynamics_core::{InverseDynamics, Live, Real, SinCos};
 
-/// Joints of every arm that is measured.
+/// Joints of every measured arm.
 const JOINTS: usize = 6;
 
-/// Torques of a state: everything here ends in this call.
+/// Torques of a state: all functions here end in this call.
 #[inline(always)]
 fn torques<S: Real>(
     arm: &impl InverseDynamics<S, JOINTS>,
@@ -28,7 +28,7 @@ fn torques<S: Real>(
     arm.inverse_dynamics(turn, q, qd, qdd, &Live::zero())
 }
 
-/// Sine and cosine from where the harness keeps them: cosine first, as Pinocchio wants them.
+/// Sine and cosine in the harness's order: cosine first, as Pinocchio expects them.
 #[inline(always)]
 fn given<S: Real>(turn: &[[S; 2]; JOINTS]) -> [SinCos<S>; JOINTS] {
     turn.map(|[cos, sin]| SinCos { sin, cos })

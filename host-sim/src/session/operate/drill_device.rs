@@ -1,9 +1,11 @@
-//! A drill as a station: the scene's simulated arm in the place of the joints, and this program in the place of the board's lines.
+//! A drill as a device: the scene's simulated arm in place of the joints, and this program in place of the board's
+//! lines.
 //!
-//! Time is the arm's: it passes when somebody waits for it, a control period at a time, so that a script does the same on every
-//! machine. The simulated arm is driven where torque acts and braked everywhere else, whatever the safe action is.
+//! Time is simulated: it passes only while the operator waits, one control period at a time, so that a script has the
+//! same result on every machine. The simulated arm is driven while torque acts, and braked otherwise, for any safe
+//! action.
 
-use super::station::{Station, StationError, Tap};
+use super::device::{Device, DeviceError, Tap};
 use crate::chip::ChipError;
 use crate::run::closed_loop::{World, measurement};
 use crate::session::drill::Drill;
@@ -13,18 +15,18 @@ use std::time::Duration;
 
 /// A drill with a simulated arm.
 #[derive(Debug)]
-pub struct InDrill<const N: usize, D> {
+pub struct DrillDevice<const N: usize, D> {
     target: D,
     world: World<N>,
     tick: u32,
     reading: Option<Sensed>,
-    /// What the black box said before the next tick.
+    /// Frames of the black box, dumped before the next tick.
     past: Vec<Frame>,
     tap: Tap,
 }
 
-impl<const N: usize, D: Drill> InDrill<N, D> {
-    /// A target that has said hello, and the arm that stands beside it.
+impl<const N: usize, D: Drill> DrillDevice<N, D> {
+    /// A target that has agreed on a hello, and the simulated arm for it.
     #[must_use]
     pub fn new(target: D, world: World<N>) -> Self {
         Self { target, world, tick: 0, reading: None, past: Vec::new(), tap: Tap::default() }
@@ -34,8 +36,8 @@ impl<const N: usize, D: Drill> InDrill<N, D> {
         Duration::from_secs_f64(f64::from(self.tick) * self.world.period)
     }
 
-    /// Let the arm do what the drives do.
-    fn act(&mut self, answers: &[Frame]) -> Result<(), StationError> {
+    /// Apply the action of the drives to the simulated arm.
+    fn act(&mut self, answers: &[Frame]) -> Result<(), DeviceError> {
         let status = answers.iter().rev().find_map(|frame| match frame {
             Frame::Status(status) => status.actuation.as_ref(),
             _ => None,
@@ -43,7 +45,7 @@ impl<const N: usize, D: Drill> InDrill<N, D> {
         match status {
             Some(Actuation::Drive { torque, .. }) => {
                 let torque: [f32; N] = array(torque).map_err(ChipError::from)?;
-                self.world.plant.drive(&torque.map(f64::from)).map_err(StationError::Diverged)
+                self.world.plant.drive(&torque.map(f64::from)).map_err(DeviceError::Diverged)
             }
             _ => {
                 self.world.plant.brake();
@@ -53,12 +55,12 @@ impl<const N: usize, D: Drill> InDrill<N, D> {
     }
 }
 
-impl<const N: usize, D: Drill> Station for InDrill<N, D> {
+impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
     fn pacing(&self) -> Pacing {
         Pacing::Drill
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), StationError> {
+    fn send(&mut self, frame: &Frame) -> Result<(), DeviceError> {
         self.tap.hear_sent(self.now(), frame)?;
         self.target.send(frame)?;
         if matches!(frame, Frame::Dump) {
@@ -71,7 +73,7 @@ impl<const N: usize, D: Drill> Station for InDrill<N, D> {
         Ok(())
     }
 
-    fn pass(&mut self) -> Result<Vec<Frame>, StationError> {
+    fn pass(&mut self) -> Result<Vec<Frame>, DeviceError> {
         let World { plant, sensors, .. } = &mut self.world;
         let reading = measurement::<f32, N>(&sensors.read(plant.measured()));
         self.tick = self.tick.wrapping_add(1);

@@ -1,20 +1,20 @@
-//! What a command is about: a scene, or a robot in a scene made up for it.
+//! Input of a command: a scene, or a robot in a default scene.
 
 use crate::failure::Failure;
 use robot_compiler::{Robot, SceneFile};
 use std::fs;
 use std::path::Path;
 
-/// An arm and what acts on it.
-pub(crate) struct Subject {
-    /// The scene, or [`SceneFile::default_for`] the robot.
+/// An arm and its surroundings.
+pub(crate) struct RobotOrScene {
+    /// The scene; [`SceneFile::default_for`] the robot if the file is a robot.
     pub(crate) file: SceneFile,
-    /// The scene's name, where the file was one.
+    /// Name of the scene; `None` if the file is a robot.
     pub(crate) scene: Option<String>,
 }
 
-impl Subject {
-    /// A scene is a TOML file that names its robot.
+impl RobotOrScene {
+    /// Load a scene or a robot. A scene is a TOML file that names its robot.
     pub(crate) fn load(path: &Path) -> Result<Self, Failure> {
         let is_scene = path.extension().is_some_and(|extension| extension == "toml")
             && fs::read_to_string(path).is_ok_and(|text| text.lines().any(names_a_robot));
@@ -28,17 +28,17 @@ impl Subject {
     }
 }
 
-/// `robot = ..`: a key that a robot file has not.
+/// Recognises the key `robot = ..`, which no robot file has.
 fn names_a_robot(line: &str) -> bool {
     line.trim_start().strip_prefix("robot").is_some_and(|rest| rest.trim_start().starts_with('='))
 }
 
-/// The scene that is asked for, if it is about the robot that is asked for; a sensible one if none is.
+/// Loads the given scene and checks that it is a scene of the given robot; without a scene, the robot's default scene.
 pub(crate) fn scene_about(robot_file: &Path, scene_file: Option<&Path>) -> Result<SceneFile, Failure> {
     let robot = Robot::load(robot_file).map_err(Failure::input)?;
     let Some(path) = scene_file else { return Ok(SceneFile::default_for(robot)) };
     let file = SceneFile::load(path).map_err(Failure::input)?;
-    // By what the files hold: the same file may be reached by many paths.
+    // Compare contents: the same file may be reached by many paths.
     if (Robot { path: file.robot.path.clone(), ..robot.clone() }) == file.robot {
         return Ok(file);
     }

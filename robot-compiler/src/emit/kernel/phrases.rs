@@ -1,10 +1,10 @@
-//! What a text says in words.
+//! Phrases of the emitted documentation.
 
 use super::title::Title;
 use crate::kernel::Function;
 use dynamics_core::Term;
 
-/// What it is called in a sentence.
+/// Name of the function in a sentence.
 pub(super) const fn name(function: Function) -> &'static str {
     match function {
         Function::InverseDynamics => "Inverse dynamics",

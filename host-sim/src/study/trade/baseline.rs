@@ -1,8 +1,8 @@
-//! The scene that is traded: as its file has it, or made up for a robot.
+//! Baseline of a trade-off: a scene file, or the default scene of a robot.
 
 use super::choice::{Choice, Every, TermSet, put, remove};
 use crate::failure::Failure;
-use crate::study::subject::Subject;
+use crate::study::robot_or_scene::RobotOrScene;
 use robot_compiler::SceneFile;
 use robot_compiler::kernel::Level;
 use robot_compiler::scene::{ModelTerm, MotionSpec};
@@ -10,23 +10,24 @@ use std::fs;
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, InlineTable, Value, value};
 
-/// The scene before any choice, as text that choices are written into.
+/// The scene before any choice, as text into which choices are written.
 #[derive(Clone, Debug)]
-pub struct Base {
-    /// As it is read.
+pub struct Baseline {
+    /// The scene as read.
     pub file: SceneFile,
     text: DocumentMut,
 }
 
-impl Base {
-    /// From a scene file or a robot file.
+impl Baseline {
+    /// Load a scene file or a robot file.
     ///
-    /// `terms = "auto"` is written out first, as every term that acts in the scene's world: it is a choice like those made here.
+    /// `terms = "auto"` is first replaced by every term that acts in the scene's world, because it is a choice like
+    /// those made here.
     ///
     /// # Errors
-    /// A file that cannot be read, or a scene that cannot be.
+    /// A file that cannot be read, or an invalid scene.
     pub fn load(path: &Path) -> Result<Self, Failure> {
-        let Subject { file, scene } = Subject::load(path)?;
+        let RobotOrScene { file, scene } = RobotOrScene::load(path)?;
         let unreadable =
             |error: &dyn core::fmt::Display| Failure::Input(miette::miette!("{}: {error}", path.display()));
         let mut text = if scene.is_some() {
@@ -44,7 +45,7 @@ impl Base {
         Ok(base)
     }
 
-    /// What the scene has chosen itself.
+    /// The choice in the scene itself.
     #[must_use]
     pub fn own(&self) -> Choice {
         use dynamics_core::Term;
@@ -69,7 +70,7 @@ impl Base {
         }
     }
 
-    /// The text of the scene with a choice made; the robot's path is absolute.
+    /// Text of the scene with a choice written into it; the robot's path is absolute.
     #[must_use]
     pub fn with(&self, choice: &Choice) -> String {
         let mut text = self.text.clone();
@@ -77,7 +78,7 @@ impl Base {
         text.to_string()
     }
 
-    /// The text of the scene without some terms of its model, its choices as they are; the robot's path is absolute.
+    /// Text of the scene without some terms of its model and with its own choices; the robot's path is absolute.
     #[must_use]
     pub fn without(&self, terms: &[ModelTerm]) -> String {
         let mut text = self.text.clone();
@@ -87,7 +88,7 @@ impl Base {
         text.to_string()
     }
 
-    /// As [`Base::with`], for a file in a folder: the robot's path is relative to it where that can be.
+    /// As [`Baseline::with`], for a file in a folder: the robot's path is relative to that folder if possible.
     #[must_use]
     pub fn with_in(&self, choice: &Choice, name: &str, folder: &Path) -> String {
         let mut text = self.text.clone();
@@ -97,16 +98,16 @@ impl Base {
         text.to_string()
     }
 
-    /// Read a text of [`Base::with`].
+    /// Read a text from [`Baseline::with`].
     ///
     /// # Errors
-    /// A choice that the scene cannot have.
+    /// The scene does not allow the choice.
     pub fn read(&self, text: &str, path: &Path) -> Result<SceneFile, Failure> {
         SceneFile::from_toml_str(text, path).map_err(Failure::input)
     }
 }
 
-/// The default scene of a robot, as a file.
+/// The default scene of a robot as a file.
 fn made_up(file: &SceneFile) -> DocumentMut {
     let mut text = DocumentMut::new();
     text["name"] = value(&file.name);
@@ -125,7 +126,7 @@ fn made_up(file: &SceneFile) -> DocumentMut {
     text
 }
 
-/// The model that knows all that `[plant]` says, term by term.
+/// Write out the model with every term that acts according to `[plant]`.
 fn write_out_auto(text: &mut DocumentMut, file: &SceneFile) {
     remove(text, "model", "terms");
     remove(text, "model", "tolerance");
@@ -143,7 +144,7 @@ fn absolute(path: &Path) -> std::path::PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
-/// `path` as seen from `folder`; both absolute. Where they share nothing, `path` itself.
+/// `path` relative to `folder`; both are absolute. Returns `path` itself if they share no component.
 fn relative(path: &Path, folder: &Path) -> std::path::PathBuf {
     let (mut there, mut here) = (path.components().peekable(), folder.components().peekable());
     let mut shared = 0;

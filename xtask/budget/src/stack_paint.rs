@@ -1,7 +1,7 @@
-//! RAM filled before the program starts, and read back: how deep the stack has been.
+//! Stack depth, from RAM that is filled with a pattern before the program starts and read back afterwards.
 //!
-//! From outside: the emulator loads the paint as it loads the program, and its monitor writes RAM to a file. The program that is
-//! measured is the one that is flashed.
+//! All of it happens from outside: the emulator loads the pattern as it loads the program, and its monitor writes RAM to a
+//! file. The measured program is the flashed one.
 
 use crate::Failure;
 use serde_json::{Value, json};
@@ -12,20 +12,20 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A byte that no program writes to its stack without end.
+/// The pattern: a byte that no program keeps writing to its stack.
 const PAINT: u8 = 0xa5;
 
-/// Paint for the room that the stack may fill, and the files that it takes; they go with it.
+/// Pattern for the free RAM of the stack, and its files; they are deleted with it.
 #[derive(Debug)]
-pub struct Paint {
+pub struct StackPaint {
     room: Range<u32>,
     paint: PathBuf,
     monitor: PathBuf,
     read_back: PathBuf,
 }
 
-impl Paint {
-    /// Paint for these addresses.
+impl StackPaint {
+    /// Pattern for these addresses.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -35,7 +35,7 @@ impl Paint {
         let file =
             |what: &str| std::env::temp_dir().join(format!("newtau-paint-{}-{count}.{what}", std::process::id()));
         let paint = Self { room, paint: file("bin"), monitor: file("monitor"), read_back: file("ram") };
-        // Left over from a process of the same number that was killed.
+        // Leftover of a killed process with the same number.
         std::fs::remove_file(&paint.monitor).ok();
         std::fs::write(&paint.paint, vec![PAINT; paint.size()])?;
         Ok(paint)
@@ -45,7 +45,7 @@ impl Paint {
         (self.room.end - self.room.start) as usize
     }
 
-    /// What the emulator must be started with.
+    /// Arguments for starting the emulator.
     #[must_use]
     pub fn arguments(&self) -> Vec<OsString> {
         let loader = format!("loader,file={},addr={:#x},force-raw=on", self.paint.display(), self.room.start);
@@ -53,10 +53,10 @@ impl Paint {
         ["-device", &loader, "-qmp", &monitor].map(OsString::from).to_vec()
     }
 
-    /// How many bytes of the room were written to since the program started, counted from the stack's top.
+    /// Bytes of the stack's room that were written since the program started, counted from the stack's top.
     ///
     /// # Errors
-    /// The monitor does not answer; or all paint is gone, or none.
+    /// The monitor does not answer; or the whole pattern is gone, or none of it.
     pub fn deepest(&self) -> Result<u64, Failure> {
         let mut monitor = Monitor::connect(&self.monitor)?;
         monitor.ask("qmp_capabilities", &json!({}))?;
@@ -71,18 +71,18 @@ impl Paint {
     }
 }
 
-impl Drop for Paint {
+impl Drop for StackPaint {
     fn drop(&mut self) {
         for file in [&self.paint, &self.monitor, &self.read_back] {
-            // One that was never made is no loss.
+            // A file that was never made is no error.
             std::fs::remove_file(file).ok();
         }
     }
 }
 
-/// Bytes from the lowest that is not paint to the end; none where all or nothing is paint.
+/// Bytes from the lowest overwritten one to the end; `None` if all or none are overwritten.
 ///
-/// A word that happens to hold paint at the very bottom is not seen: its neighbour is.
+/// A word at the very bottom that happens to hold the pattern is missed, but its neighbour is seen.
 fn high_water(room: &[u8]) -> Option<u64> {
     let untouched = room.iter().position(|byte| *byte != PAINT)?;
     (untouched > 0).then_some((room.len() - untouched) as u64)
@@ -105,7 +105,7 @@ impl Monitor {
     fn ask(&mut self, command: &str, arguments: &Value) -> Result<(), Failure> {
         writeln!(self.to, "{}", json!({ "execute": command, "arguments": arguments }))?;
         let mut line = String::new();
-        // Its greeting and what happens meanwhile come between.
+        // The greeting and events may come before the answer.
         while self.from.read_line(&mut line)? > 0 {
             let said: Value = serde_json::from_str(&line).unwrap_or_default();
             if said.get("return").is_some() {

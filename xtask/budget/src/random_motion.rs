@@ -1,7 +1,7 @@
-//! Random states that the controller drives through with neither a fault nor a limit.
+//! Random motions that the controller follows with neither a fault nor a limit.
 //!
-//! States drawn one by one would be jumps, and a jump is a fault: so every joint swings through its range at a speed of its own,
-//! with a reference that is drawn anew about it in every tick. The desk's controller tries the whole motion first.
+//! Independent random states would be jumps, and a jump is a fault. So every joint swings through its range at a speed of
+//! its own, with a reference drawn anew about it in every tick. The desk's controller tries the whole motion first.
 
 use crate::Failure;
 use dynamics_core::{Command, Measurement, Reference, Sensed};
@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use robot_compiler::SceneFile;
 
-/// What one tick is given.
+/// Inputs of one tick.
 pub type Tick<const N: usize> = (Reference<f32, N>, Measurement<f32, N>);
 
 /// Half the range (rad, m) of a joint without position limits.
@@ -19,10 +19,11 @@ const FREE: f64 = 2.0;
 /// Greatest speed (rad/s, m/s) of a joint without a velocity limit.
 const FREE_SPEED: f64 = 1.0;
 
-/// How lively the motion may be, the liveliest first: shares of speed, and of the distance between reference and state.
+/// Paces of the motion, the liveliest first: shares of speed, and of the distance between reference and state.
 pub(crate) const PACES: [f64; 8] = [1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.08, 0.03];
 
-/// So many ticks of one kind of motion, the liveliest that the scene's controller follows undisturbed. One seed gives one motion.
+/// The first `ticks` ticks of the liveliest motion that the scene's controller follows undisturbed. One seed gives one
+/// motion.
 ///
 /// # Errors
 /// The scene has another number of joints, or even the gentlest motion makes its controller brake or limit.
@@ -38,7 +39,7 @@ pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -
     Err(Failure::NoSwing { scene: scene.name.clone(), why })
 }
 
-/// What the desk's controller does other than drive within its limits, and when.
+/// First tick in which the desk's controller does not drive within its limits, and the reason; `None` if there is none.
 fn first_disturbance<const N: usize>(scene: &SceneFile, motion: &[Tick<N>]) -> Result<Option<String>, Failure> {
     let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
     let mut desk = simulate::desk::<f32, N>(scene, &model);
@@ -60,7 +61,7 @@ fn at_pace<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize, pace: f64
     swung(scene, seed, ticks, pace, pace)
 }
 
-/// The motion of one pace with its reference exactly where the state is.
+/// The motion of one pace, with its reference equal to the state.
 pub(crate) fn smooth<const N: usize>(
     scene: &SceneFile,
     seed: u64,
@@ -70,7 +71,7 @@ pub(crate) fn smooth<const N: usize>(
     swung(scene, seed, ticks, pace, 0.0)
 }
 
-/// A motion, with references about it that are drawn from a part of the full width.
+/// A motion, with references drawn about it from a part of the full width.
 fn swung<const N: usize>(
     scene: &SceneFile,
     seed: u64,
@@ -83,12 +84,12 @@ fn swung<const N: usize>(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let range = config.limits.map(|limit| bounded(limit.position));
     let middle = range.map(|(low, high)| f64::midpoint(low, high));
-    // To one side or the other, up to 95 % of the way.
+    // Reach: to a random side, up to 95 % of the way.
     let reach: [f64; N] = std::array::from_fn(|i| {
         let side = if rng.next_u32().is_multiple_of(2) { 1.0 } else { -1.0 };
         side * 0.95 * (range[i].1 - range[i].0) / 2.0
     });
-    // At half to four fifths of the greatest speed, at full pace.
+    // Speed: half to four fifths of the greatest speed, at full pace.
     let omega: [f64; N] = std::array::from_fn(|i| {
         let speed = if config.limits[i].velocity.is_finite() { config.limits[i].velocity } else { FREE_SPEED };
         2.0 * pace * (0.65 + within(&mut rng, 0.15)) * speed / reach[i].abs()
@@ -114,7 +115,7 @@ fn swung<const N: usize>(
     Ok(motion.collect())
 }
 
-/// A joint's range, made up where it has none.
+/// A joint's range, with a default for missing limits.
 fn bounded((low, high): (f64, f64)) -> (f64, f64) {
     match (low.is_finite(), high.is_finite()) {
         (true, true) => (low, high),
@@ -152,7 +153,7 @@ mod tests {
     #[test]
     fn what_disturbs_is_named_with_its_tick() {
         let scene = scene("puma560_pick.toml");
-        // Twenty times the speed: the guard or a limit must see it.
+        // Twenty times the speed: the guard or a limit must detect it.
         let wild = at_pace::<6>(&scene, 1, 200, 20.0).unwrap();
         assert!(first_disturbance(&scene, &wild).unwrap().unwrap().starts_with("tick "));
     }

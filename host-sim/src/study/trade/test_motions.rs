@@ -1,4 +1,4 @@
-//! The three motions that every point of a trade-off is measured on: slow, fast, and through a nearly singular inertia.
+//! The three test motions of a trade-off: slow, fast, and through a nearly singular inertia matrix.
 
 use crate::failure::Failure;
 use crate::run::simulate;
@@ -12,46 +12,47 @@ use robot_compiler::SceneFile;
 use robot_compiler::scene::MotionSpec;
 use serde::Serialize;
 
-/// Share of the velocity limits on the slow motion.
+/// Share of the velocity limits during the slow motion.
 const SLOW: f64 = 0.1;
-/// A slow motion takes no longer one way, s.
+/// Longest duration of the slow motion one way, s.
 const LONGEST: f64 = 6.0;
-/// To either side of the posture of the nearly singular inertia, rad or m.
+/// Distance on either side of the posture with the nearly singular inertia matrix, rad or m.
 const BESIDE: f64 = 0.3;
-/// Share of the torque limits that the fast motions may take: the rest is for friction and feedback.
+/// Share of the torque limits for the fast motions: the rest is for friction and feedback.
 const TORQUE: f64 = 0.7;
 
-/// A motion that points are measured on.
+/// A motion on which points are measured.
 #[derive(Clone, Debug)]
-pub struct Course<const N: usize> {
-    /// `slow`, `fast`, `singular`.
+pub struct TestMotion<const N: usize> {
+    /// `slow`, `fast` or `singular`.
     pub name: &'static str,
     /// The motion, from rest to rest.
     pub motion: Motion<f64, N>,
 }
 
-/// What a course is, for the report.
+/// Properties of a test motion, for the report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CourseReport {
-    /// Its name.
+pub struct TestMotionReport {
+    /// Name of the test motion.
     pub name: &'static str,
-    /// s.
+    /// Duration, s.
     pub duration: f64,
     /// Greatest speed as a share of a joint's limit.
     pub speed: f64,
-    /// Smallest eigenvalue of the mass matrix, scaled to a diagonal of ones, on the way.
+    /// Smallest eigenvalue of the mass matrix along the motion, scaled to a unit diagonal.
     pub least_eigenvalue: f64,
 }
 
-/// The three motions of a scene.
+/// The three test motions of a scene.
 ///
-/// Slow and fast: from where the scene's motion starts to the point of it that lies farthest away, in shares of the joints'
-/// ranges, and back; slow at a tenth of the velocity limits, fast as velocity and torque limits allow. Singular: as fast,
-/// through the posture in which the scaled mass matrix is nearest to singular.
+/// - *Slow* and *fast*: from the start of the scene's motion to its farthest point and back. Distances are measured in
+///   shares of the joints' ranges. Slow moves at a tenth of the velocity limits, fast as velocity and torque limits
+///   allow.
+/// - *Singular*: as fast, through the posture in which the scaled mass matrix is nearest to singular.
 ///
 /// # Errors
-/// A scene whose motion cannot be.
-pub fn courses<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> Result<[Course<N>; 3], Failure> {
+/// The scene's motion is invalid.
+pub fn test_motions<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> Result<[TestMotion<N>; 3], Failure> {
     let own = simulate::world::<N>(file)?.motion;
     let ranges = ranges(model);
     let (near, far) = ends(file, &own, &ranges);
@@ -66,7 +67,7 @@ pub fn courses<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> Resul
         let motion = there_and_back(file, model, a, b, slow).map_err(|error| {
             Failure::Input(miette::miette!("{}: the {name} motion cannot be: {error}", file.path.display()))
         })?;
-        Ok(Course { name, motion })
+        Ok(TestMotion { name, motion })
     };
     Ok([
         make("slow", near, far, true)?,
@@ -75,10 +76,10 @@ pub fn courses<const N: usize>(file: &SceneFile, model: &Model<f64, N>) -> Resul
     ])
 }
 
-impl<const N: usize> Course<N> {
-    /// What the course is like.
+impl<const N: usize> TestMotion<N> {
+    /// Properties of the test motion.
     #[must_use]
-    pub fn report(&self, file: &SceneFile, model: &Model<f64, N>) -> CourseReport {
+    pub fn report(&self, file: &SceneFile, model: &Model<f64, N>) -> TestMotionReport {
         const INSTANTS: u32 = 400;
         let (mut speed, mut least) = (0.0_f64, f64::INFINITY);
         for k in 0..=INSTANTS {
@@ -88,11 +89,11 @@ impl<const N: usize> Course<N> {
             }
             least = least.min(least_eigenvalue(file, model, &at.q));
         }
-        CourseReport { name: self.name, duration: self.motion.duration(), speed, least_eigenvalue: least }
+        TestMotionReport { name: self.name, duration: self.motion.duration(), speed, least_eigenvalue: least }
     }
 }
 
-/// Where joints may go: a little inside their limits, one turn or a metre where there are none.
+/// Ranges for the joints: slightly inside their limits; one turn or one metre without limits.
 fn ranges<const N: usize>(model: &Model<f64, N>) -> [(f64, f64); N] {
     model.links().map(|link| {
         let (lo, hi) = link.limits.position;
@@ -108,7 +109,7 @@ fn ranges<const N: usize>(model: &Model<f64, N>) -> [(f64, f64); N] {
     })
 }
 
-/// Start of the motion, and what of it lies farthest away; for one that stays, the swing of the robot's default scene.
+/// Start and farthest point of the motion; for a motion at rest, those of the robot's default scene.
 fn ends<const N: usize>(file: &SceneFile, motion: &Motion<f64, N>, ranges: &[(f64, f64); N]) -> ([f64; N], [f64; N]) {
     const INSTANTS: u32 = 400;
     let start = motion.sample(0.0).q;
@@ -144,7 +145,7 @@ fn there_and_back<const N: usize>(
     let limits = model.links().map(|link| link.limits);
     let bounds = Bounds::from_limits(&limits);
     let points = [a, b, a].map(Waypoint::through);
-    // A quintic from rest to rest peaks at 15/8 of its mean speed.
+    // The peak speed of a quintic from rest to rest is 15/8 of its mean speed.
     let at_share = |share: f64| {
         let times = (0..N).map(|i| 1.875 * (b[i] - a[i]).abs() / (share * limits[i].velocity));
         times.fold(0.05, f64::max)
@@ -165,13 +166,13 @@ fn there_and_back<const N: usize>(
 
 /// The posture in which the scaled mass matrix has its smallest eigenvalue.
 fn nearly_singular<const N: usize>(file: &SceneFile, model: &Model<f64, N>, ranges: &[(f64, f64); N]) -> [f64; N] {
-    // The motion goes to either side of it, and needs the room.
+    // The motion extends to both sides of the posture and needs that room.
     let inside = ranges.map(|(lo, hi)| if hi - lo > 2.0 * BESIDE { (lo + BESIDE, hi - BESIDE) } else { (lo, hi) });
     let middle = inside.map(|(lo, hi)| 0.5 * (lo + hi));
     minimise(&inside, &middle, |q| least_eigenvalue(file, model, q)).q
 }
 
-/// Smallest eigenvalue of `D_ij / sqrt(D_ii D_jj)`: 1 for joints that do not feel each other, 0 for a matrix that is singular.
+/// Smallest eigenvalue of `D_ij / sqrt(D_ii D_jj)`: 1 for uncoupled joints, 0 for a singular matrix.
 fn least_eigenvalue<const N: usize>(file: &SceneFile, model: &Model<f64, N>, q: &[f64; N]) -> f64 {
     let dynamics = Dynamics::new(*model, file.model.full().scene(model));
     let inertia: SMatrix<f64, N, N> = mass_matrix(&dynamics, &Libm.sin_cos_all(q), q, &file.live(model));

@@ -1,10 +1,10 @@
 //! The chip under its safety state machine: homed, armed, and run along a trajectory through the arm's range.
 //!
-//! What a tick takes then is what it takes on an arm: trajectory, safety state machine and controller, each in every tick.
+//! A tick then takes the same as on an arm: trajectory, safety state machine and controller run in each one.
 
 use crate::Failure;
+use crate::random_motion::{self, Tick};
 use crate::report::Supervised;
-use crate::swing::{self, Tick};
 use host_sim::run::simulate;
 use host_sim::session::drill::{Drill, OnChip, OnDesk};
 use link::{Actuation, Cost, Frame, Lines, Point, Request, Status, TickCost};
@@ -19,15 +19,15 @@ const WAY: u16 = 4;
 /// Points that are sent ahead.
 const AHEAD: usize = 8;
 
-/// So many ticks of the liveliest motion that the desk's own session follows without ever leaving its running state.
+/// The first `ticks` ticks of the liveliest motion that the desk's own session follows without leaving its running state.
 ///
 /// # Errors
-/// The scene has another number of joints, or even the gentlest motion makes its machine hold or brake.
+/// The scene has another number of joints, or even the gentlest motion makes its state machine hold or brake.
 pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -> Result<Vec<Tick<N>>, Failure> {
     let model = scene.robot.model::<N>().map_err(|error| Failure::Scene(error.to_string()))?;
     let mut why = String::new();
-    for pace in swing::PACES {
-        let motion = swing::smooth::<N>(scene, seed, ticks, pace)?;
+    for pace in random_motion::PACES {
+        let motion = random_motion::smooth::<N>(scene, seed, ticks, pace)?;
         match drive(&mut OnDesk::start(scene, &model), scene, &motion, |_| ()) {
             Ok(()) => return Ok(motion),
             Err(Failure::NotSeen(found)) => why = format!("at pace {pace}: {found}"),
@@ -37,10 +37,10 @@ pub fn undisturbed<const N: usize>(scene: &SceneFile, seed: u64, ticks: usize) -
     Err(Failure::NoSwing { scene: scene.name.clone(), why })
 }
 
-/// Home, confirm, arm, and run a target along a motion; every tick of it must drive.
+/// Homes, confirms, arms, and runs a target along a motion; every tick of it must drive.
 ///
 /// # Errors
-/// [`Failure::NotSeen`] where a tick does not drive; a chip that is of no use.
+/// [`Failure::NotSeen`] where a tick does not drive; an unusable chip.
 pub fn drive<const N: usize>(
     target: &mut impl Drill,
     scene: &SceneFile,
@@ -93,7 +93,7 @@ pub fn drive<const N: usize>(
 /// Instructions of each running tick, as the chip counts them.
 ///
 /// # Errors
-/// As [`drive`]; a chip that counts nothing.
+/// As [`drive`]; a chip that returns no count.
 pub fn count<const N: usize>(chip: &mut OnChip, scene: &SceneFile, motion: &[Tick<N>]) -> Result<Supervised, Failure> {
     let mut all: Option<(u64, u64)> = None;
     drive(chip, scene, motion, |status| {

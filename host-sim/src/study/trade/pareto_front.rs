@@ -1,11 +1,12 @@
-//! Which choices nothing beats.
+//! Pareto front: the points that no other point dominates.
 
 use super::Point;
 
-/// Of `(cost, error)` pairs, which no other is at least as good as in both and better in one; of equals the first. An error
-/// that is none is beaten by every other.
+/// For each `(cost, error)` pair, whether it is on the Pareto front: no other pair is at least as good in both numbers
+/// and better in one. Of equal pairs only the first is on the front. A pair without an error is never on the
+/// front.
 #[must_use]
-pub fn front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
+pub fn pareto_front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
     let beats = |a: usize, b: usize| {
         let ((cost_a, error_a), (cost_b, error_b)) = (points[a], points[b]);
         let (error_a, error_b) = (error_a.unwrap_or(f64::INFINITY), error_b.unwrap_or(f64::INFINITY));
@@ -15,10 +16,10 @@ pub fn front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
     (0..points.len()).map(|b| points[b].1.is_some() && !(0..points.len()).any(|a| a != b && beats(a, b))).collect()
 }
 
-/// Mark the points that nothing beats, by cycles and torque error, and by cycles and tracking error.
+/// Mark the Pareto fronts of cycles and torque error, and of cycles and tracking error.
 pub(super) fn mark(points: &mut [Point]) {
     let by = |error: fn(&Point) -> Option<f64>| -> Vec<bool> {
-        front(&points.iter().map(|point| (point.cost.cycles, error(point))).collect::<Vec<_>>())
+        pareto_front(&points.iter().map(|point| (point.cost.cycles, error(point))).collect::<Vec<_>>())
     };
     let (torque, tracking) = (by(|point| point.torque_of_limit), by(|point| point.tracking));
     for (point, (torque, tracking)) in points.iter_mut().zip(torque.into_iter().zip(tracking)) {
@@ -28,7 +29,7 @@ pub(super) fn mark(points: &mut [Point]) {
 
 #[cfg(test)]
 mod tests {
-    use super::front;
+    use super::pareto_front;
 
     #[test]
     fn what_is_beaten_in_both_goes_and_of_equals_the_first_stays() {
@@ -41,6 +42,6 @@ mod tests {
             (30.0, Some(0.5)),
             (30.0, Some(0.1)),
         ];
-        assert_eq!(front(&points), [true, true, false, false, false, false, true]);
+        assert_eq!(pareto_front(&points), [true, true, false, false, false, false, true]);
     }
 }

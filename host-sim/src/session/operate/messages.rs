@@ -1,13 +1,14 @@
-//! The numbers of `docs/safety.md` in words, and what to do about them. One table for each; a test holds them to the core's numbers.
+//! Messages for the numbers of `docs/safety.md`, with advice. One table for each kind; a test compares them with the
+//! core's numbers.
 
 use crate::chip::refusal_in_words;
 use dynamics_core::control::{Fault, LimitFlags};
 use link::{Denial, Refusal, Status};
 
-/// What the machine is doing, by [`dynamics_core::safety::State::code`].
+/// State of the machine, by [`dynamics_core::safety::State::code`].
 pub const STATES: [&str; 6] = ["idle", "homing", "armed", "running", "holding", "fault"];
 
-/// Why it holds, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
+/// Reason for holding, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
 pub const HOLDS: [&str; 5] = [
     "as asked",
     "the host fell silent",
@@ -16,7 +17,7 @@ pub const HOLDS: [&str; 5] = [
     "the reference went out of reach",
 ];
 
-/// Why a request is not granted, by [`dynamics_core::safety::Refusal::code`], 1 and up, and what to do.
+/// Reason why a request is denied, by [`dynamics_core::safety::Refusal::code`], 1 and up, with advice.
 pub const REFUSALS: [(&str, &str); 10] = [
     (
         "it means nothing in this state",
@@ -33,7 +34,7 @@ pub const REFUSALS: [(&str, &str); 10] = [
     ("the trajectory does not start where the arm is", "ask again; it starts where the arm is then"),
 ];
 
-/// What to look at, by [`Fault::code`], 1 and up.
+/// Things to inspect after a fault, by [`Fault::code`], 1 and up.
 pub const LOOK_AT: [&str; 14] = [
     "the sensor, its cable",
     "whoever makes the reference",
@@ -51,12 +52,12 @@ pub const LOOK_AT: [&str; 14] = [
     "what is around the arm; payload, friction and thresholds of the scene",
 ];
 
-/// The entry of a table with this number, counted from `first`.
+/// Entry of a table by number, counted from `first`.
 fn entry<T: Copy>(table: &[T], code: u8, first: u8) -> Option<T> {
     table.get(usize::from(code.checked_sub(first)?)).copied()
 }
 
-/// A number that this version does not know.
+/// Message for a number that this version does not know.
 fn unknown(what: &str, code: u8) -> String {
     format!("{what} {code}, which this version does not know")
 }
@@ -65,13 +66,13 @@ fn of_joint(joint: Option<u8>) -> String {
     joint.map_or(String::new(), |joint| format!(" (joint {})", u32::from(joint) + 1))
 }
 
-/// A state's name.
+/// Name of a state.
 #[must_use]
 pub fn state(code: u8) -> String {
     entry(&STATES, code, 0).map_or_else(|| unknown("state", code), str::to_owned)
 }
 
-/// The fault with this number, and what to look at.
+/// Message of a fault, with the things to inspect.
 #[must_use]
 pub fn fault(code: u8, joint: Option<u8>) -> String {
     match (Fault::from_code(code, joint.unwrap_or(0)), entry(&LOOK_AT, code, 1)) {
@@ -80,7 +81,7 @@ pub fn fault(code: u8, joint: Option<u8>) -> String {
     }
 }
 
-/// What the machine is doing, and why.
+/// State of the machine, with the reason.
 #[must_use]
 pub fn doing(status: &Status) -> String {
     match status.state {
@@ -94,7 +95,7 @@ pub fn doing(status: &Status) -> String {
     }
 }
 
-/// Why a request was not granted, and what to do.
+/// Reason why a request was denied, with advice.
 #[must_use]
 pub fn denial(denial: &Denial) -> String {
     let Some((why, what_to_do)) = entry(&REFUSALS, denial.code, 1) else { return unknown("refusal", denial.code) };
@@ -104,7 +105,7 @@ pub fn denial(denial: &Denial) -> String {
     }
 }
 
-/// Why a frame was not taken, and what to do.
+/// Reason why a frame was refused, with advice.
 #[must_use]
 pub fn frame(refusal: &Refusal) -> String {
     let what_to_do = match refusal {

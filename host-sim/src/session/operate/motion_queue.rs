@@ -1,4 +1,4 @@
-//! Motions as points of the board's trajectory, as far ahead as it has room.
+//! A queue of motions, sent as points of the board's trajectory, as far ahead as the board has room.
 
 use super::arm::Course;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, Timing, Waypoint};
@@ -6,34 +6,35 @@ use link::Point;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-/// Time between two points, s. The board holds [`session::trajectory::WAYS`] of them: 160 ms, longer than a host is away and a scene's
-/// heartbeat. Between points it computes a polynomial of fifth degree that meets position, velocity and acceleration of both.
+/// Time between two points, s. The board holds [`session::trajectory::WAYS`] of them: 160 ms, longer than usual pauses
+/// of a host and than a scene's heartbeat. Between two points the board computes a polynomial of fifth degree that
+/// meets position, velocity and acceleration of both.
 pub const STEP: f64 = 0.01;
 
-/// Share of a joint's velocity limit that a motion of no stated duration uses.
+/// Share of a joint's velocity limit that a motion without a given duration uses.
 pub const SPEED_SHARE: f64 = 0.5;
 
-/// Motions that are still to be sent, one behind the other.
+/// Motions still to be sent, one after the other.
 #[derive(Clone, Debug)]
-pub struct Feed {
+pub struct MotionQueue {
     period: f64,
     step: u64,
     start: Option<link::Reference>,
     legs: VecDeque<Leg>,
 }
 
-/// A motion and how far it has been sent.
+/// A motion and the part of it already sent.
 #[derive(Clone, Debug)]
 struct Leg {
     motion: Rc<dyn Course>,
-    /// Ticks that were sent.
+    /// Ticks already sent.
     sent: u64,
-    /// Ticks that it takes.
+    /// Ticks of the whole motion.
     ticks: u64,
 }
 
-impl Feed {
-    /// Nothing yet, for a control period in s.
+impl MotionQueue {
+    /// An empty queue, for a control period in s.
     #[must_use]
     pub fn new(period: f64) -> Self {
         Self {
@@ -44,32 +45,32 @@ impl Feed {
         }
     }
 
-    /// Forget what was not sent.
+    /// Forget all unsent motions.
     pub fn clear(&mut self) {
         self.start = None;
         self.legs.clear();
     }
 
-    /// Begin a new trajectory here, at rest.
+    /// Start a new trajectory at this reference, at rest.
     pub fn start(&mut self, at_rest: link::Reference) {
         self.clear();
         self.start = Some(at_rest);
     }
 
-    /// Go on with a motion that starts where the one before ends.
+    /// Append a motion. It must start at the end of the motion before it.
     pub fn push(&mut self, motion: Rc<dyn Course>) {
-        // A motion of a whole number of periods must not become one longer by its rounding.
+        // The tolerance keeps a motion of a whole number of periods from one more tick by rounding.
         let ticks = (motion.duration() / self.period - 1e-6).ceil().max(1.0) as u64;
         self.legs.push_back(Leg { motion, sent: 0, ticks });
     }
 
-    /// Whether there is anything to send.
+    /// Whether there is nothing to send.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.start.is_none() && self.legs.is_empty()
     }
 
-    /// The next point.
+    /// The next point to send.
     pub fn next_point(&mut self) -> Option<Point> {
         if let Some(reference) = self.start.take() {
             return Some(Point { ticks: 0, reference });
@@ -86,10 +87,10 @@ impl Feed {
     }
 }
 
-/// From rest to rest, by a polynomial of fifth degree: in this time, s, or as fast as the bounds allow.
+/// Motion from rest to rest, by a polynomial of fifth degree: in this time, s, or as fast as the bounds allow.
 ///
 /// # Errors
-/// A goal outside the position limits, a time in which a joint would be too fast.
+/// A goal outside the position limits, or a time that would make a joint too fast.
 pub fn way<const N: usize>(
     from: [f64; N],
     to: [f64; N],
@@ -109,7 +110,7 @@ pub fn way<const N: usize>(
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
-    use super::{Feed, way};
+    use super::{MotionQueue, way};
     use dynamics_core::Reference;
     use dynamics_core::control::trajectory::Bounds;
     use std::rc::Rc;
@@ -120,7 +121,7 @@ mod tests {
 
     #[test]
     fn points_are_10_ms_apart_the_last_one_less_and_end_at_rest_at_the_goal() {
-        let mut feed = Feed::new(0.001);
+        let mut feed = MotionQueue::new(0.001);
         feed.start(link::Reference::new(&Reference::at_rest([0.2])));
         feed.push(Rc::new(way([0.2], [0.5], Some(0.9955), &bounds()).unwrap()));
         let points: Vec<_> = std::iter::from_fn(|| feed.next_point()).collect();
@@ -134,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_period_of_more_than_10_ms_has_a_point_every_tick() {
-        let mut feed = Feed::new(0.02);
+        let mut feed = MotionQueue::new(0.02);
         feed.push(Rc::new(way([0.0], [0.1], Some(1.0), &bounds()).unwrap()));
         assert_eq!(std::iter::from_fn(|| feed.next_point()).map(|point| point.ticks).collect::<Vec<_>>(), [1; 50]);
     }

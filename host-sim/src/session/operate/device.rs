@@ -1,4 +1,5 @@
-//! Where an operator's frames go: the one thing that a board on a serial port and a drill do differently.
+//! Destination of an operator's frames. This interface holds the differences between a board on a serial port and a
+//! drill.
 
 use crate::chip::ChipError;
 use crate::plant::Diverged;
@@ -9,62 +10,62 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::time::Duration;
 
-/// A board, or what stands in its place.
-pub trait Station {
-    /// What starts a tick there.
+/// A board, or a drill in its place.
+pub trait Device {
+    /// The pacing: the event that starts a tick.
     fn pacing(&self) -> Pacing;
 
     /// Send a frame.
     ///
     /// # Errors
     /// The board cannot be reached, or a record cannot be written.
-    fn send(&mut self, frame: &Frame) -> Result<(), StationError>;
+    fn send(&mut self, frame: &Frame) -> Result<(), DeviceError>;
 
-    /// Let time pass, and the board know that somebody is there: what it has said meanwhile. In a drill one tick passes; on a
-    /// wire it takes a few milliseconds at most.
+    /// Let time pass, and show the board that the host is alive. Returns the frames received meanwhile. In a drill one
+    /// tick passes; on a wire it takes a few milliseconds at most.
     ///
     /// # Errors
-    /// As [`Station::send`]; a simulated arm that cannot be followed any further.
-    fn pass(&mut self) -> Result<Vec<Frame>, StationError>;
+    /// As [`Device::send`]; also a simulated arm that has diverged.
+    fn pass(&mut self) -> Result<Vec<Frame>, DeviceError>;
 
-    /// The last reading, where it is this side that makes it.
+    /// The last reading, if this program makes the readings.
     fn reading(&self) -> Option<&Sensed> {
         None
     }
 
-    /// What listens to every frame.
+    /// The listener to every frame.
     fn tap(&mut self) -> &mut Tap;
 }
 
-/// Why a board is of no use.
+/// Reason why a board cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum StationError {
-    /// The emulated chip.
+pub enum DeviceError {
+    /// The emulated chip failed.
     #[error(transparent)]
     Chip(#[from] ChipError),
-    /// The serial port.
+    /// The serial port failed.
     #[error(transparent)]
     Serial(#[from] SerialError),
-    /// The simulated arm.
+    /// The simulated arm diverged.
     #[error("the simulated arm cannot be followed further: {0}")]
     Diverged(Diverged),
-    /// The board says nothing.
+    /// The board is silent.
     #[error("the board is silent: no {what} came within {time:?}")]
     Silent {
-        /// What was waited for.
+        /// The awaited answer.
         what: &'static str,
-        /// How long.
+        /// Length of the wait.
         time: Duration,
     },
-    /// It has started anew, and knows nothing of this session.
+    /// The board has restarted and has lost this session.
     #[error("the board has started anew: its zeros and its trajectory are gone; connect again")]
     StartedAnew,
-    /// A record of the session.
+    /// The record of the session cannot be written.
     #[error("the record cannot be written: {0}")]
     Record(#[from] io::Error),
 }
 
-/// Listens to every frame: counts those that were sent, as the board does, and keeps them in a file where one is open.
+/// Listener to every frame: counts the sent frames as the board does, and writes all frames to a file if one is open.
 #[derive(Debug, Default)]
 pub struct Tap {
     sent: u16,
@@ -78,16 +79,16 @@ impl Tap {
         self.sent
     }
 
-    /// Whether a record is kept.
+    /// Whether a record is open.
     #[must_use]
     pub fn is_recording(&self) -> bool {
         self.log.is_some()
     }
 
-    /// Keep a record from now on, or none any more; the one before is closed.
+    /// Start a record, or none; the previous record is closed.
     ///
     /// # Errors
-    /// What was kept in memory cannot be written.
+    /// The buffered bytes of the previous record cannot be written.
     pub fn record(&mut self, log: Option<Writer<BufWriter<File>>>) -> io::Result<()> {
         match core::mem::replace(&mut self.log, log) {
             Some(mut before) => before.flush(),
@@ -95,19 +96,19 @@ impl Tap {
         }
     }
 
-    /// A frame was sent.
+    /// Count and record a sent frame.
     pub(super) fn hear_sent(&mut self, at: Duration, frame: &Frame) -> io::Result<()> {
-        // A board counts afresh behind a hello.
+        // A board restarts its count after a hello.
         self.sent = if matches!(frame, Frame::Hello(_)) { 0 } else { self.sent.wrapping_add(1) };
         self.keep(Way::Sent, 0, at, frame)
     }
 
-    /// Packets were lost on the way to the board: it has not counted them.
+    /// Subtract packets lost on the way to the board, because the board has not counted them.
     fn lost(&mut self, missed: u8) {
         self.sent = self.sent.wrapping_sub(missed.into());
     }
 
-    /// A frame was received.
+    /// Record a received frame.
     pub(super) fn hear_received(&mut self, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
         if let Frame::Refusal(link::Refusal::Lost { missed }) = frame {
             self.lost(*missed);

@@ -1,0 +1,46 @@
+//! Common dependencies of simulator and tasks are compiled once for both: cargo compiles a package anew for every set of
+//! its features.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+/// Every package that this one is built from, with its version and features.
+fn features(package: &str) -> BTreeMap<String, String> {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap());
+    cargo.args(["tree", "--locked", "--package", package, "--edges", "normal", "--prefix", "none", "--no-dedupe"]);
+    let output = cargo.args(["--format", "{p}\t{f}"]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines()
+        .filter_map(|line| line.split_once('\t'))
+        .map(|(name, features)| (name.into(), features.into()))
+        .collect()
+}
+
+/// Packages that both are built from, but with different features.
+fn differing(one: &BTreeMap<String, String>, other: &BTreeMap<String, String>) -> Vec<String> {
+    let both = one.iter().filter_map(|(name, features)| Some((name, features, other.get(name)?)));
+    both.filter(|(_, a, b)| a != b).map(|(name, a, b)| format!("{name}: [{a}] and [{b}]")).collect()
+}
+
+#[test]
+fn simulator_and_tasks_ask_each_package_for_the_same_features() {
+    let (simulator, tasks) = (features("host-sim"), features("xtask"));
+    assert!(tasks.keys().any(|name| name.starts_with("robot-compiler ")), "{:?}", tasks.keys());
+    let found = differing(&simulator, &tasks);
+    assert!(found.is_empty(), "name the features in robot-compiler/Cargo.toml:\n{}", found.join("\n"));
+}
+
+#[test]
+fn a_feature_more_is_found() {
+    let of = |pairs: &[(&str, &str)]| pairs.iter().map(|(name, f)| ((*name).into(), (*f).into())).collect();
+    let simulator = of(&[("serde v1", "default,std"), ("clap v4", "derive"), ("csv v1", "")]);
+    assert_eq!(
+        differing(&simulator, &of(&[("serde v1", "std"), ("clap v4", "derive")])),
+        ["serde v1: [default,std] and [std]"]
+    );
+    assert!(differing(&simulator, &of(&[("anyhow v1", "std"), ("csv v1", "")])).is_empty());
+}
