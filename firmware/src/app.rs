@@ -52,10 +52,10 @@ fn hello() -> Hello {
 mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
-    use firmware::board::{BoardLines, LinkInput, LinkOutput, Parts, Ticker};
+    use firmware::board::{BoardLines, LinkInput, LinkOutput, Nonces, Parts, Ticker};
     use firmware::joint_io::JointIo;
-    use heapless::spsc::{Consumer, Producer, Queue};
-    use link::{Decoder, Encoder, Frame, Pacing};
+    use heapless::spsc::{Consumer, Queue};
+    use link::{Access, Arrival, BoardChannel, Frame, Inlet, Pacing};
     use session::black_box::Report;
     use session::meter::Meter;
     use session::{Buffers, Drives, Reaction, Session};
@@ -81,19 +81,21 @@ mod rtos {
     #[local]
     struct Local {
         input: <ThisBoard as Board<{ arm::N }>>::Input,
-        received: Producer<'static, u8>,
+        inlet: Inlet,
         pending: Consumer<'static, u8>,
         output: <ThisBoard as Board<{ arm::N }>>::Output,
+        channel: BoardChannel,
+        nonces: <ThisBoard as Board<{ arm::N }>>::Nonces,
         meter: Meter<<ThisBoard as Board<{ arm::N }>>::Counter>,
         lines: <ThisBoard as Board<{ arm::N }>>::Lines,
     }
 
     #[init(local = [bytes: Queue<u8, BYTES> = Queue::new(), buffers: ArmBuffers = Buffers::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Parts { input, output, ticker, counter, lines, joints } =
+        let Parts { input, output, ticker, counter, lines, joints, nonces } =
             <ThisBoard as Board<{ arm::N }>>::start(boards::Chip { device: cx.device, core: cx.core }, arm::RATE_HZ);
         let meter = Meter::new(counter);
-        let (received, pending) = cx.local.bytes.split();
+        let (bytes, pending) = cx.local.bytes.split();
         defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, BOARD, arm::N, arm::RATE_HZ);
         if !meter.is_exact() {
             defmt::warn!("no exact counter: the cost of a tick is not reported");
@@ -101,17 +103,28 @@ mod rtos {
         // Its first run sends the hello. Frames sent by a host earlier may meet a receiver that is still off.
         rtic::pend(Interrupt::EXTI0);
         let session = Session::with_buffers(super::hello(), arm::controller(), arm::Settings, cx.local.buffers);
-        (Shared { session, ticker, joints, overflow: false }, Local { input, received, pending, output, meter, lines })
+        let access = crate::key::access();
+        match access {
+            Access::Key(_) => {}
+            Access::NoKey => defmt::warn!("no link key: the bench alone; `cargo xtask firmware key`"),
+            Access::Insecure => defmt::warn!("built without a link key: anybody on the wire can drive"),
+        }
+        let (inlet, channel) = (Inlet::new(bytes), BoardChannel::new(access));
+        (
+            Shared { session, ticker, joints, overflow: false },
+            Local { input, inlet, pending, output, channel, nonces, meter, lines },
+        )
     }
 
     /// One byte from the link.
-    #[task(binds = USART2, priority = 3, shared = [overflow], local = [input, received])]
+    #[task(binds = USART2, priority = 3, shared = [overflow], local = [input, inlet])]
     fn byte(mut cx: byte::Context) {
         let Some(byte) = cx.local.input.read() else { return };
-        if cx.local.received.enqueue(byte).is_err() {
+        let arrival = cx.local.inlet.push(byte);
+        if arrival == Arrival::Lost {
             cx.shared.overflow.lock(|overflow| *overflow = true);
         }
-        if byte == 0 {
+        if arrival != Arrival::Waits {
             rtic::pend(Interrupt::EXTI0);
         }
     }
@@ -145,18 +158,14 @@ mod rtos {
     #[task(
         binds = EXTI0, priority = 1, shared = [session, ticker, joints, overflow],
         local = [
-            pending, output, announced: bool = false, decoder: Decoder = Decoder::new(), encoder: Encoder = Encoder::new()
+            pending, output, channel, nonces, announced: bool = false
         ]
     )]
     fn serve(mut cx: serve::Context) {
-        let serve::LocalResources { pending, output, announced, decoder, encoder, .. } = cx.local;
-        let mut send = |frame: &Frame| {
-            if let Ok(packet) = encoder.encode(frame) {
-                output.write(&packet);
-            }
-        };
+        let serve::LocalResources { pending, output, channel, nonces, announced, .. } = cx.local;
+        let own = super::hello();
         if !core::mem::replace(announced, true) {
-            send(&Frame::Hello(super::hello()));
+            send(channel, output, &Frame::Hello(own));
         }
         while let Some(report) = cx.shared.session.lock(|session| session.say()) {
             // The rest of a black box waits until the frames that came meanwhile are handled.
@@ -165,7 +174,7 @@ mod rtos {
             if let Frame::Fault(fault) = &frame {
                 defmt::warn!("fault {} in tick {}", fault.code, fault.tick);
             }
-            send(&frame);
+            send(channel, output, &frame);
             if past {
                 break;
             }
@@ -174,7 +183,8 @@ mod rtos {
             defmt::warn!("bytes lost: the link is faster than they are read");
         }
         while let Some(byte) = pending.dequeue() {
-            let Some(received) = decoder.push(byte) else { continue };
+            let received = channel.push(byte, &own, &mut || nonces.next(), &mut |bytes| output.write(bytes));
+            let Some(received) = received else { continue };
             if let Err(error) = &received {
                 defmt::warn!("not decoded: {}", error);
             }
@@ -182,25 +192,33 @@ mod rtos {
             match reaction {
                 Reaction::None => {}
                 Reaction::Tick => cx.shared.ticker.lock(Ticker::trigger),
-                Reaction::Reply(frame) => send(&frame),
+                Reaction::Reply(frame) => send(channel, output, &frame),
                 Reaction::Start(pacing, hello) => {
                     cx.shared.ticker.lock(|ticker| match pacing {
                         Pacing::Timer | Pacing::Live => ticker.run(),
                         Pacing::LockStep | Pacing::Drill => ticker.hold(),
                     });
                     stop(&mut cx.shared.session, &mut cx.shared.joints);
-                    send(&hello);
+                    send(channel, output, &hello);
                 }
                 Reaction::Stop(hello, refusal) => {
                     cx.shared.ticker.lock(Ticker::hold);
                     stop(&mut cx.shared.session, &mut cx.shared.joints);
-                    send(&hello);
-                    send(&refusal);
+                    send(channel, output, &hello);
+                    send(channel, output, &refusal);
                 }
             }
         }
         if cx.shared.session.lock(|session| session.dumps()) {
             rtic::pend(Interrupt::EXTI0);
+        }
+    }
+
+    /// One copy of it, not one at each place that sends.
+    #[inline(never)]
+    fn send(channel: &mut BoardChannel, output: &mut <ThisBoard as Board<{ arm::N }>>::Output, frame: &Frame) {
+        if let Ok(packet) = channel.encode(frame) {
+            output.write(&packet);
         }
     }
 

@@ -1,6 +1,7 @@
 //! Interface of a board. One file per board implements this; nothing else names the chip's registers.
 
 use crate::joint_io::JointIo;
+use link::{Nonce, NonceSource};
 use session::meter::Counter;
 use session::readings::Lines;
 
@@ -44,6 +45,13 @@ pub trait BoardLines {
     fn feed(&mut self);
 }
 
+/// Origin of nonces.
+pub trait Nonces {
+    /// A number that never comes again, and its origin; `None` where the origin has failed. Called below the priority of the
+    /// tick.
+    fn next(&mut self) -> Option<(Nonce, NonceSource)>;
+}
+
 /// A started board, in the parts that different interrupts own.
 pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
     /// Receiving half of the link.
@@ -58,6 +66,8 @@ pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
     pub lines: B::Lines,
     /// The joints.
     pub joints: B::Joints,
+    /// Numbers that are used once.
+    pub nonces: B::Nonces,
 }
 
 /// A board under an arm of `N` joints.
@@ -76,6 +86,8 @@ pub trait Board<const N: usize> {
     type Lines: BoardLines;
     /// The joints.
     type Joints: JointIo<N>;
+    /// Numbers that are used once.
+    type Nonces: Nonces;
 
     /// Name of the board.
     const NAME: &'static str;

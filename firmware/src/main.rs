@@ -11,6 +11,10 @@ mod copy;
 #[cfg(target_os = "none")]
 mod hard_fault;
 
+#[cfg(target_os = "none")]
+#[allow(unreachable_pub, reason = "a board's parts are public types")]
+mod key;
+
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!("scene       {}", arm::NAME);

@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         Command::Kernel(args) => cli::kernel::run(&args).map(|()| 0),
         Command::Linkage(args) => cli::linkage::run(&args),
         Command::Doctor(args) => cli::doctor::run(&args),
+        Command::Key(args) => cli::key::run(&args),
         Command::Connect(args) => cli::connect::run(&args, presses()),
         Command::Replay(args) => cli::replay::run(&args),
         Command::Bound(args) => cli::bound::run(&args).map(|()| 0),

@@ -1,20 +1,29 @@
-//! Packets: framing, check sum, sequence numbers.
+//! Packets: framing, check sum or seal, sequence numbers.
 
 use crate::PROTOCOL_VERSION;
 use crate::frame::Frame;
+use crate::seal::{SEAL, SealKey, SessionKeys};
 use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 use serde::{Deserialize, Serialize};
 
-/// Version, sequence number, and the check sum behind.
-const HEADER: usize = 2;
+/// Version and sequence number.
+const HEADER: usize = 5;
+
+/// The check sum behind an open packet.
 const CHECK: usize = 4;
 
-/// Longest packet before COBS: a status of six joints with all its parts has 234 bytes at most; the rest is room to grow.
+/// Bit of the version byte that marks a sealed packet.
+const SEALED: u8 = 0x80;
+
+/// Longest packet before COBS: a sealed status of six joints with all its parts has 241 bytes at most; the rest is room to grow.
 const RAW_MAX: usize = 250;
 
 /// Longest packet on the wire: COBS adds one byte up to 254, and the zero ends it.
 pub const PACKET_MAX: usize = RAW_MAX + 2;
+
+/// Longest frame in a packet, bytes.
+pub const FRAME_MAX: usize = RAW_MAX - HEADER - SEAL;
 
 /// A packet ready for the wire, its final zero included.
 pub type Packet = heapless::Vec<u8, PACKET_MAX>;
@@ -36,38 +45,78 @@ impl fmt::Display for FrameTooLong {
 impl core::error::Error for FrameTooLong {}
 
 /// Makes packets, counting them.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Encoder {
-    sequence: u8,
+    /// Number of the next open packet.
+    open: u32,
+    /// Number of the next sealed packet.
+    sealed: u64,
+    seal: Option<SealKey>,
 }
 
 impl Encoder {
-    /// An encoder whose first packet is number 0.
+    /// An encoder of open packets, the first of which is number 0.
     #[must_use]
     pub const fn new() -> Self {
-        Self { sequence: 0 }
+        Self { open: 0, sealed: 0, seal: None }
     }
 
-    /// The next packet.
+    /// Seal all packets of [`Encoder::encode`] from now on, beginning with number 0.
+    pub fn seal_with(&mut self, key: SealKey) {
+        (self.sealed, self.seal) = (0, Some(key));
+    }
+
+    /// The next packet: sealed where there is a key, else open.
     ///
     /// # Errors
     /// [`FrameTooLong`], which no frame of this crate can cause; a test holds every kind to that.
     pub fn encode(&mut self, frame: &Frame) -> Result<Packet, FrameTooLong> {
-        let mut raw = [0_u8; RAW_MAX];
-        raw[0] = PROTOCOL_VERSION;
-        raw[1] = self.sequence;
-        let payload = postcard::to_slice(frame, &mut raw[HEADER..RAW_MAX - CHECK]).map_err(|_| FrameTooLong)?.len();
-        let end = HEADER + payload;
-        let check = CRC.checksum(&raw[..end]).to_le_bytes();
-        raw[end..end + CHECK].copy_from_slice(&check);
-
-        let mut packet = Packet::new();
-        packet.resize(PACKET_MAX, 0).map_err(|_| FrameTooLong)?;
-        let length = cobs::try_encode(&raw[..end + CHECK], &mut packet).map_err(|_| FrameTooLong)?;
-        packet.truncate(length + 1);
-        self.sequence = self.sequence.wrapping_add(1);
+        let number = if self.seal.is_some() { self.sealed } else { u64::from(self.open) };
+        let packet = pack(frame, number, self.seal.as_ref())?;
+        match self.seal {
+            Some(_) => self.sealed += 1,
+            None => self.open = self.open.wrapping_add(1),
+        }
         Ok(packet)
     }
+
+    /// The next open packet, also where there is a key: for a peer that does not share it.
+    ///
+    /// # Errors
+    /// As [`Encoder::encode`].
+    pub fn encode_open(&mut self, frame: &Frame) -> Result<Packet, FrameTooLong> {
+        let packet = pack(frame, u64::from(self.open), None)?;
+        self.open = self.open.wrapping_add(1);
+        Ok(packet)
+    }
+}
+
+/// One copy of it, whoever sends.
+#[inline(never)]
+fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>) -> Result<Packet, FrameTooLong> {
+    let mut raw = [0_u8; RAW_MAX];
+    raw[0] = if seal.is_some() { PROTOCOL_VERSION | SEALED } else { PROTOCOL_VERSION };
+    // The wire carries the low half of the number; the seal covers all of it.
+    raw[1..HEADER].copy_from_slice(&(number as u32).to_le_bytes());
+    let frame = postcard::to_slice(frame, &mut raw[HEADER..RAW_MAX - SEAL]).map_err(|_| FrameTooLong)?.len();
+    let end = HEADER + frame;
+    let end = match seal {
+        Some(key) => {
+            let seal = key.seal(number, &raw[..end]);
+            raw[end..end + SEAL].copy_from_slice(&seal);
+            end + SEAL
+        }
+        None => {
+            let check = CRC.checksum(&raw[..end]).to_le_bytes();
+            raw[end..end + CHECK].copy_from_slice(&check);
+            end + CHECK
+        }
+    };
+    let mut packet = Packet::new();
+    packet.resize(PACKET_MAX, 0).map_err(|_| FrameTooLong)?;
+    let length = cobs::try_encode(&raw[..end], &mut packet).map_err(|_| FrameTooLong)?;
+    packet.truncate(length + 1);
+    Ok(packet)
 }
 
 /// Why a packet could not be read.
@@ -94,6 +143,10 @@ pub enum DecodeError {
     },
     /// The frame's contents do not follow its kind, or bytes are left over.
     Malformed,
+    /// The seal does not fit: a packet of another session, of the other direction, without the key, or damaged.
+    BadSeal,
+    /// The packet is an earlier one again, or came late.
+    Repeated,
 }
 
 impl fmt::Display for DecodeError {
@@ -111,6 +164,8 @@ impl fmt::Display for DecodeError {
             }
             Self::UnknownFrame { tag } => write!(f, "unknown frame, tag {tag}"),
             Self::Malformed => write!(f, "the frame's contents do not follow its kind"),
+            Self::BadSeal => write!(f, "bad seal: the packet is not of this session, or was damaged on the way"),
+            Self::Repeated => write!(f, "the packet is an earlier one again, or came late"),
         }
     }
 }
@@ -122,20 +177,21 @@ impl core::error::Error for DecodeError {}
 pub struct Received {
     /// The frame.
     pub frame: Frame,
-    /// Packets lost between the last good one and this, modulo 256. A hello starts the count afresh. From [`STALE`] on
-    /// the packet counts as a repeated or late one (256 less this many ago), and the expected number stays the same.
+    /// Packets lost between the last good one and this; 255 is that or more. A hello starts the count afresh.
     pub missed: u8,
 }
 
-/// Half of the sequence numbers lie ahead, half behind.
-pub const STALE: u8 = 128;
+/// Half of the sequence numbers lie ahead, half behind. A packet from behind is [`DecodeError::Repeated`].
+const AHEAD: u32 = 1 << 31;
 
 /// Finds packets in a stream of bytes. After any error it is ready for the next packet.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     bytes: heapless::Vec<u8, PACKET_MAX>,
     overlong: bool,
-    expected: Option<u8>,
+    /// Number of the next packet, open or sealed; `None` until a first open one has come.
+    expected: Option<u64>,
+    seal: Option<SealKey>,
 }
 
 impl Default for Decoder {
@@ -145,17 +201,28 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// A decoder at the start of a stream.
+    /// A decoder of open packets, at the start of a stream.
     #[must_use]
     pub const fn new() -> Self {
-        Self { bytes: heapless::Vec::new(), overlong: false, expected: None }
+        Self { bytes: heapless::Vec::new(), overlong: false, expected: None, seal: None }
     }
 
-    /// Take one byte; a zero ends a packet and gives its frame. Zeros without anything between them give nothing.
+    /// Expect packets with this key's seals from now on, beginning with number 0.
+    pub fn seal_with(&mut self, key: SealKey) {
+        (self.expected, self.seal) = (Some(0), Some(key));
+    }
+
+    /// Take one byte; a zero ends a packet and gives its frame, open or sealed. Zeros without anything between them give
+    /// nothing.
     ///
     /// # Errors
     /// [`DecodeError`] names the fault of the packet that ended. Never panics, for any bytes.
     pub fn push(&mut self, byte: u8) -> Option<Result<Received, DecodeError>> {
+        self.push_known(byte).map(|result| result.map(|(received, _)| received))
+    }
+
+    /// As [`Decoder::push`], and whether the packet was sealed.
+    pub(crate) fn push_known(&mut self, byte: u8) -> Option<Result<(Received, bool), DecodeError>> {
         if byte != 0 {
             self.overlong |= self.bytes.push(byte).is_err();
             return None;
@@ -168,43 +235,87 @@ impl Decoder {
         if self.bytes.is_empty() {
             return None;
         }
-        let result = read(&mut self.bytes);
+        let result = self.read();
         self.bytes.clear();
-        Some(result.map(|(frame, sequence)| self.received(frame, sequence)))
+        Some(result)
     }
 
-    fn received(&mut self, frame: Frame, sequence: u8) -> Received {
-        let expected = match frame {
-            Frame::Hello(_) => sequence,
-            _ => self.expected.unwrap_or(sequence),
-        };
-        let missed = sequence.wrapping_sub(expected);
-        // A repeated or late packet does not move the expected number: otherwise all packets after a replayed one would
-        // be accepted.
-        self.expected = Some(if missed < STALE { sequence.wrapping_add(1) } else { expected });
-        Received { frame, missed }
+    /// Undo COBS in place, check, and read the frame.
+    fn read(&mut self) -> Result<(Received, bool), DecodeError> {
+        let length = cobs::decode_in_place(&mut self.bytes).map_err(|_| DecodeError::BadCobs)?;
+        let raw = self.bytes.get(..length).ok_or(DecodeError::BadCobs)?;
+        if raw.first().is_some_and(|version| version & SEALED != 0) {
+            let (body, seal) = raw.split_last_chunk::<SEAL>().ok_or(DecodeError::TooShort)?;
+            let (sequence, payload) = header(body, SEALED)?;
+            let key = self.seal.as_ref().ok_or(DecodeError::BadSeal)?;
+            let (number, missed) = place(sequence, self.expected.unwrap_or(0)).ok_or(DecodeError::Repeated)?;
+            if !key.fits(number, body, seal) {
+                return Err(DecodeError::BadSeal);
+            }
+            let frame = contents(payload)?;
+            self.expected = Some(number + 1);
+            return Ok((Received { frame, missed }, true));
+        }
+        let (body, check) = raw.split_last_chunk::<CHECK>().ok_or(DecodeError::TooShort)?;
+        if CRC.checksum(body) != u32::from_le_bytes(*check) {
+            return Err(DecodeError::BadCrc);
+        }
+        let (sequence, payload) = header(body, 0)?;
+        let frame = contents(payload)?;
+        // An open packet does not count among the sealed ones.
+        if self.seal.is_some() {
+            return Ok((Received { frame, missed: 0 }, false));
+        }
+        let expected = self.expected.filter(|_| !frame.begins()).unwrap_or(u64::from(sequence));
+        let (number, missed) = place(sequence, expected).ok_or(DecodeError::Repeated)?;
+        self.expected = Some(number + 1);
+        Ok((Received { frame, missed }, false))
     }
 }
 
-/// Undo COBS in place, check, and read the frame.
-fn read(bytes: &mut [u8]) -> Result<(Frame, u8), DecodeError> {
-    let length = cobs::decode_in_place(bytes).map_err(|_| DecodeError::BadCobs)?;
-    let raw = bytes.get(..length).ok_or(DecodeError::BadCobs)?;
-    let (body, check) = raw.split_last_chunk::<CHECK>().ok_or(DecodeError::TooShort)?;
-    let (&[version, sequence], payload) = body.split_first_chunk::<HEADER>().ok_or(DecodeError::TooShort)?;
-    if CRC.checksum(body) != u32::from_le_bytes(*check) {
-        return Err(DecodeError::BadCrc);
+/// Full number of a packet whose low half the wire has carried, and how many are missing before it; `None` for an earlier one.
+fn place(sequence: u32, expected: u64) -> Option<(u64, u8)> {
+    let missed = sequence.wrapping_sub(expected as u32);
+    (missed < AHEAD).then(|| (expected + u64::from(missed), u8::try_from(missed).unwrap_or(u8::MAX)))
+}
+
+/// Sequence number and frame of a packet without its check sum.
+fn header(body: &[u8], mark: u8) -> Result<(u32, &[u8]), DecodeError> {
+    let (&[version, ref sequence @ ..], payload) = body.split_first_chunk::<HEADER>().ok_or(DecodeError::TooShort)?;
+    if version != PROTOCOL_VERSION | mark {
+        return Err(DecodeError::WrongVersion { theirs: version & !SEALED });
     }
-    if version != PROTOCOL_VERSION {
-        return Err(DecodeError::WrongVersion { theirs: version });
-    }
+    Ok((u32::from_le_bytes(*sequence), payload))
+}
+
+#[inline(never)]
+fn contents(payload: &[u8]) -> Result<Frame, DecodeError> {
     match payload.first() {
         None => return Err(DecodeError::TooShort),
         Some(&tag) if tag >= Frame::KINDS => return Err(DecodeError::UnknownFrame { tag }),
         Some(_) => {}
     }
     match postcard::take_from_bytes::<Frame>(payload) {
-        Ok((frame, [])) => Ok((frame, sequence)),
+        Ok((frame, [])) => Ok(frame),
         Ok(_) | Err(_) => Err(DecodeError::Malformed),
+    }
+}
+
+/// Encoder and decoder of one side.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Codec {
+    pub(crate) encoder: Encoder,
+    pub(crate) decoder: Decoder,
+}
+
+impl Codec {
+    pub(crate) const fn new() -> Self {
+        Self { encoder: Encoder::new(), decoder: Decoder::new() }
+    }
+
+    /// Begin a sealed session.
+    pub(crate) fn seal_with(&mut self, keys: SessionKeys) {
+        self.encoder.seal_with(keys.sending);
+        self.decoder.seal_with(keys.receiving);
     }
 }

@@ -1,5 +1,6 @@
 //! Frames of the link. SI units and radians; joint values base first.
 
+use crate::seal::{Nonce, Proof};
 use serde::{Deserialize, Serialize};
 
 /// Most joints that a frame carries.
@@ -13,7 +14,10 @@ pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 ///
 /// | frame | from | when |
 /// |---|---|---|
-/// | hello | both | the MCU's when it has started; then the host's, and the MCU's answer: each compares |
+/// | join | host | first, open: asks who the board is, and for a challenge |
+/// | challenge | MCU | answer to a join, open: who it is, whether it has a key, and its proof |
+/// | proof | host | answer to a challenge, open: from here on both seal every packet |
+/// | hello | both | the MCU's when it has started, open; then the host's, and the MCU's answer: each compares |
 /// | reference | host | before the measurement it belongs to; holds until the next one |
 /// | live | host | before the tick from which it holds; holds until the next one or a hello, which sets all of it to zero |
 /// | measurement | host | once per tick; its arrival starts the tick on a board in lock step |
@@ -62,6 +66,13 @@ pub enum Frame {
     Get(u8),
     /// Change a parameter.
     Set(Setting),
+    /// Request for a challenge, with the host's nonce.
+    Join(Nonce),
+    /// Proof that the host has the link key.
+    Proof(Proof),
+    /// Who the board is, and whom it trusts.
+    #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
+    Challenge(Challenge),
     /// Report of a tick.
     #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
     Status(Status),
@@ -76,8 +87,51 @@ pub enum Frame {
 impl Frame {
     /// Number of kinds; the first payload byte is below it.
     ///
-    /// The last three are read by a host alone (feature `host`): a chip that could read them would be 3 KiB longer.
-    pub const KINDS: u8 = if cfg!(feature = "host") { 18 } else { 15 };
+    /// The last four are read by a host alone (feature `host`): a chip that could read them would be 3 KiB longer.
+    pub const KINDS: u8 = if cfg!(feature = "host") { 21 } else { 17 };
+
+    /// Whether the count of open packets begins anew here: the frame begins a session, or a handshake.
+    pub(crate) const fn begins(&self) -> bool {
+        matches!(self, Self::Hello(_) | Self::Join(_) | Self::Proof(_) | Self::Challenge(_))
+    }
+}
+
+/// Who the board is, and whom it trusts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "host", derive(Deserialize))]
+pub struct Challenge {
+    /// The board's build data; its pacing has no meaning.
+    pub own: Hello,
+    /// Whom it trusts.
+    pub trust: Trust,
+}
+
+/// Whom a board trusts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "host", derive(Deserialize))]
+pub enum Trust {
+    /// A host that has its key.
+    Key {
+        /// The board's nonce.
+        nonce: Nonce,
+        /// Origin of the nonce.
+        source: NonceSource,
+        /// Proof that the board has the key.
+        proof: Proof,
+    },
+    /// It has no key: anybody on the bench, nobody else.
+    NoKey,
+    /// It was built to trust anybody.
+    Insecure,
+}
+
+/// Origin of a board's nonces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum NonceSource {
+    /// The chip's random number generator.
+    Generator,
+    /// A random number beside the key, a count in memory that a reset leaves alone, and a timer.
+    Counter,
 }
 
 /// Build data of a peer. Both sides send it; they run only when it agrees.
@@ -241,6 +295,15 @@ pub enum Refusal {
     NoReference,
     /// The MCU never receives this kind of frame.
     Unexpected,
+    /// The packet is not of the session: it is open, its seal does not fit, it was there before, or a proof is wrong.
+    Unauthentic {
+        /// Number of such packets since the board has started; 65,535 is that or more.
+        count: u16,
+    },
+    /// The board has no key: without one the safety state machine is not to be had.
+    NoKey,
+    /// The board has no nonce: its random number generator has failed.
+    NoNonce,
     /// A live input is NaN or infinite; the earlier ones stay in force.
     NonFiniteLive,
     /// A point's position, velocity or acceleration, or a number from which the way to it is computed, is NaN or

@@ -3,17 +3,23 @@
 //! A packet on the wire, least significant byte first:
 //!
 //! ```text
-//! COBS( version: u8 | sequence: u8 | frame: postcard | CRC-32 of all before: u32 ) 0x00
+//! open    COBS( version: u8        | sequence: u32 | frame: postcard | CRC-32 of all before: u32 ) 0x00
+//! sealed  COBS( version | 80: u8   | sequence: u32 | frame: postcard | seal of all before: u64   ) 0x00
 //! ```
 //!
 //! COBS leaves no zero byte inside a packet, so a receiver that has lost its place finds it again at the next zero. The
 //! version stands in every packet, outside the serialised part: a receiver can tell a peer of another version from
-//! noise. The sequence number counts packets, wraps at 256, and shows how many were lost on the way.
+//! noise. The sequence number counts packets and shows how many were lost on the way; one that was there before is refused.
+//! [docs/link.md](../../docs/link.md) has every byte.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`frame`] | the frames: those of the bench, and those of an arm in operation |
 //! | [`codec`] | packets on the wire: encoder, decoder, their errors |
+//! | [`seal`] | the link key, proofs, seals |
+//! | [`channel`] | who may talk: the handshake, from the board's side and from the host's |
+//! | [`inlet`] | bytes on their way from the receiver to the decoder |
+//! | [`key_page`] | the key in a board's flash |
 //! | [`convert`] | to and from the types of the control loop |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -21,16 +27,24 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod channel;
 pub mod codec;
 pub mod convert;
 pub mod frame;
+pub mod inlet;
+pub mod key_page;
+pub mod seal;
 
+pub use channel::{Access, BoardChannel, Distrust, HostChannel};
 pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
 pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
-    Actuation, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live, Measurement, Pacing, Parts,
-    Payload, Point, Reference, Refusal, Request, Sensed, SensedLines, Setting, Status, TickCost, Value, Watch,
+    Actuation, Challenge, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live, Measurement,
+    NonceSource, Pacing, Parts, Payload, Point, Reference, Refusal, Request, Sensed, SensedLines, Setting, Status,
+    TickCost, Trust, Value, Watch,
 };
+pub use inlet::{Arrival, Inlet};
+pub use seal::{Key, Nonce, Proof};
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
-pub const PROTOCOL_VERSION: u8 = 3;
+pub const PROTOCOL_VERSION: u8 = 4;

@@ -68,6 +68,9 @@ pub(crate) struct Options {
     /// With --port: what the board was flashed as, by --scene or with its example
     #[arg(long, value_enum, requires = "port")]
     board: Option<Board>,
+    /// With --port: the board's key file, where it has a key
+    #[arg(long, value_name = "FILE", requires = "port")]
+    key: Option<PathBuf>,
     /// With --port: how many ticks
     #[arg(long, requires = "port", default_value_t = measure::Extent::FULL.ticks)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -83,7 +86,8 @@ const SIZE_ONLY: [Board; 3] = [Board::F405Can, Board::F405Pwm, Board::OdriveV3];
 /// Measures, compares with the bounds, and prints or writes.
 pub(crate) fn run(options: &Options) -> Result<()> {
     if let (Some(port), Some(board)) = (&options.port, options.board) {
-        let asked = board::Asked { port, board, scenes: &options.scenes, ticks: options.ticks };
+        let key = options.key.as_deref();
+        let asked = board::Asked { port, key, board, scenes: &options.scenes, ticks: options.ticks };
         return board::run(&asked, options.json);
     }
     let all = options.scenes.is_empty();

@@ -66,24 +66,55 @@ impl fmt::Display for Board {
     }
 }
 
+/// Whom a firmware lets talk.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Trust {
+    /// A host with the key in the board's key page.
+    #[default]
+    Key,
+    /// Anybody on the wire.
+    Anybody,
+}
+
+impl Trust {
+    /// The choice of `--insecure`.
+    pub(crate) const fn insecure(insecure: bool) -> Self {
+        if insecure { Self::Anybody } else { Self::Key }
+    }
+
+    /// Part of a program's file name.
+    const fn suffix(self) -> &'static str {
+        match self {
+            Self::Key => "",
+            Self::Anybody => "-insecure",
+        }
+    }
+}
+
 /// Builds the firmware; returns a copy that later builds for other scenes do not touch.
 pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
+    build_trusting(scene, board, Trust::Key)
+}
+
+/// As [`build`], for a host with the board's key or for anybody.
+pub(crate) fn build_trusting(scene: &Path, board: Board, trust: Trust) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let toolchain = Toolchain::find_or_install()?;
     let folder = toolchain::target_directory();
     let _lock = lock(&folder)?;
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--package", "firmware", "--bin", "firmware", "--no-default-features"]);
-    cargo.args(["--features", board.name()]).env("NEWTAU_ARM", emitted::arm(&scene)?);
+    let more = if trust == Trust::Anybody { ",insecure" } else { "" };
+    cargo.args(["--features", &format!("{board}{more}")]).env("NEWTAU_ARM", emitted::arm(&scene)?);
     cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
     let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
-    keep(&std::fs::read(&built)?, program(&scene, board)?)
+    keep(&std::fs::read(&built)?, program(&scene, board, trust)?)
 }
 
-/// Path where [`build`] puts the program, even before it is built.
-pub(crate) fn program(scene: &Path, board: Board) -> Result<PathBuf> {
+/// Path where [`build_trusting`] puts the program, even before it is built.
+pub(crate) fn program(scene: &Path, board: Board, trust: Trust) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
-    Ok(toolchain::target_directory().join(format!("{}-{board}.elf", scene_hash(&scene))))
+    Ok(toolchain::target_directory().join(format!("{}-{board}{}.elf", scene_hash(&scene), trust.suffix())))
 }
 
 /// Name of a scene and hash of its path and of the environment's changes to it, for the names of generated files.

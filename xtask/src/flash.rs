@@ -3,6 +3,7 @@
 //! Everything that needs no probe is checked first: the board is a real one, the board has lines for the scene's drives,
 //! the tool is installed, and the log of the built program can be decoded. The tool does the rest.
 
+pub(crate) mod key;
 mod log_strings;
 mod scene_choice;
 
@@ -34,6 +35,9 @@ pub(crate) struct Options {
     /// The robot; its scene under scenes/ is taken, where it has just one that fits the board
     #[arg(long)]
     robot: Option<PathBuf>,
+    /// Trust anybody on the wire, without a key: for the bench alone; the firmware says so to every host
+    #[arg(long)]
+    insecure: bool,
     /// Stay, and print the program's log as it comes; only with the drives' power off (docs/flash.md)
     #[arg(long)]
     log: bool,
@@ -61,21 +65,21 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
     println!("board    {board}: {PROBE_CHIP}");
     println!("scene    {}", shown(&scene.path));
     println!("drives   {}", scene.drives);
-    let program = firmware::program(&scene.path, board)?;
+    let trust = firmware::Trust::insecure(options.insecure);
+    let program = firmware::program(&scene.path, board, trust)?;
     let steps = probe_steps(options, &program);
     let tool = which(PROBE_TOOL);
     if options.dry_run {
-        println!("$ cargo xtask firmware build --board {board} --scene {}", shown(&scene.path));
+        let insecure = if options.insecure { " --insecure" } else { "" };
+        println!("$ cargo xtask firmware build --board {board} --scene {}{insecure}", shown(&scene.path));
         steps.iter().for_each(|step| println!("$ {PROBE_TOOL} {}", line(step)));
         if tool.is_none() {
             eprintln!("note: {PROBE_TOOL} is not on the path: `{INSTALL}`");
         }
         return Ok(());
     }
-    let Some(tool) = tool else {
-        return Err(BadInput(format!("{PROBE_TOOL}: found none on the path, expected it there: `{INSTALL}`")).into());
-    };
-    let built = firmware::build(&scene.path, board)?;
+    let tool = tool.ok_or_else(no_tool)?;
+    let built = firmware::build_trusting(&scene.path, board, trust)?;
     println!("program  {}", shown(&built));
     println!("log      {} strings, read over RTT", log_strings::check(&built)?);
     for step in &steps {
@@ -89,6 +93,10 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
         );
     }
     Ok(())
+}
+
+fn no_tool() -> BadInput {
+    BadInput(format!("{PROBE_TOOL}: found none on the path, expected it there: `{INSTALL}`"))
 }
 
 /// The full path of a scene for which a real board has lines.
@@ -111,20 +119,24 @@ fn is_real(board: Board) -> Result<()> {
 
 /// Calls of the tool, in order. `run` resets by itself, and stays to print the log.
 fn probe_steps(options: &Options, program: &Path) -> Vec<Vec<OsString>> {
-    let call = |subcommand: &str, more: &[&str], file: Option<&Path>| {
-        let mut words: Vec<OsString> = [subcommand, "--chip", PROBE_CHIP].map(OsString::from).into();
-        if let Some(probe) = &options.probe {
-            words.extend(["--probe", probe].map(OsString::from));
-        }
-        words.extend(more.iter().map(OsString::from));
-        words.extend(file.map(|file| file.as_os_str().to_owned()));
-        words
-    };
+    let probe = options.probe.as_deref();
+    let call = |subcommand: &str, more: &[&str], file: Option<&Path>| probe_call(subcommand, probe, more, file);
     if options.log {
         vec![call("run", &["--verify"], Some(program))]
     } else {
         vec![call("download", &["--verify"], Some(program)), call("reset", &[], None)]
     }
+}
+
+/// Words of one call of the tool.
+fn probe_call(subcommand: &str, probe: Option<&str>, more: &[&str], file: Option<&Path>) -> Vec<OsString> {
+    let mut words: Vec<OsString> = [subcommand, "--chip", PROBE_CHIP].map(OsString::from).into();
+    if let Some(probe) = probe {
+        words.extend(["--probe", probe].map(OsString::from));
+    }
+    words.extend(more.iter().map(OsString::from));
+    words.extend(file.map(|file| file.as_os_str().to_owned()));
+    words
 }
 
 /// A command line as a person would type it in the project's folder.

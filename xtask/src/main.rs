@@ -80,6 +80,9 @@ struct What {
     /// The board
     #[arg(long, value_enum, default_value_t = Board::Netduinoplus2)]
     board: Board,
+    /// Trust anybody on the wire, without a key: for the bench alone; the firmware says so to every host
+    #[arg(long)]
+    insecure: bool,
 }
 
 impl What {
@@ -88,7 +91,7 @@ impl What {
     }
 
     fn build(&self) -> anyhow::Result<PathBuf> {
-        firmware::build(&self.scene(), self.board)
+        firmware::build_trusting(&self.scene(), self.board, firmware::Trust::insecure(self.insecure))
     }
 }
 
@@ -129,6 +132,11 @@ enum FirmwareTask {
         #[command(flatten)]
         options: flash::Options,
     },
+    /// Write a key to a real board's key page with probe-rs; the program stays as it is
+    Key {
+        #[command(flatten)]
+        options: flash::key::Options,
+    },
 }
 
 fn main() -> ExitCode {
@@ -166,6 +174,7 @@ fn run(task: Task) -> anyhow::Result<()> {
             FirmwareTask::Size { what } => budget::sizes(&what.build()?, &what.scene(), what.board),
             FirmwareTask::Cost { scenes } => firmware::cost::print(&scenes),
             FirmwareTask::Flash { options } => flash::flash(&options),
+            FirmwareTask::Key { options } => flash::key::write(&options),
         },
     }
 }

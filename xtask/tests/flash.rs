@@ -109,3 +109,64 @@ fn without_probe_rs_nothing_is_built_and_the_way_to_get_it_is_told() {
     assert!(error.contains("cargo install probe-rs-tools --locked"), "{error}");
     assert!(!printed.contains("program"), "{printed}");
 }
+
+const KEY_FILE: &str = "newtau link key 1\n00112233445566778899aabbccddeeff00112233445566778899aabbccddeeff\n";
+
+fn key_file(name: &str, text: &str) -> std::path::PathBuf {
+    use std::os::unix::fs::PermissionsExt as _;
+    let file = folder(name).join("arm.key");
+    std::fs::write(&file, text).unwrap();
+    std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o600)).unwrap();
+    file
+}
+
+/// The page goes to its own sector, behind the program's flash, and no file with the key stays behind.
+#[test]
+fn a_key_is_written_to_its_page_and_the_program_stays() {
+    let file = key_file("key", KEY_FILE);
+    let probe =
+        FakeProbe::new("key-probe", "for word; do last=$word; done; [ ! -f \"$last\" ] || wc -c < \"$last\"; exit 0");
+    let key = xtask()
+        .args(["firmware", "key", file.to_str().unwrap(), "--board", "f405-can"])
+        .env("PATH", probe.path())
+        .output();
+    let (code, printed, error) = told(key.unwrap());
+    assert_eq!(code, 0, "{error}");
+    assert!(printed.lines().any(|line| line.trim() == "60"), "{printed}");
+    let calls = probe.calls();
+    assert_eq!(calls.len(), 2, "{calls:?}");
+    let place = format!("--binary-format bin --base-address {} ", key_sector());
+    assert!(calls[0].starts_with("download --chip STM32F405RGTx --verify ") && calls[0].contains(&place), "{calls:?}");
+    assert_eq!(calls[1], "reset --chip STM32F405RGTx");
+    let page = calls[0].rsplit(' ').next().unwrap();
+    assert!(!std::path::Path::new(page).exists(), "{page}");
+    assert!(!printed.contains("0011223344") && !error.contains("0011223344"));
+}
+
+/// Start of the key's own flash in the linker's map of the chip.
+fn key_sector() -> String {
+    let map = std::fs::read_to_string(xtask().get_current_dir().unwrap().join("memory.x")).unwrap();
+    let line = map.lines().find(|line| line.trim_start().starts_with("KEY ")).unwrap();
+    line.split("ORIGIN = ").nth(1).unwrap().split(',').next().unwrap().to_lowercase()
+}
+
+#[test]
+fn a_file_that_is_no_key_and_a_board_that_is_none_are_refused() {
+    let file = key_file("no-key", "newtau link key 1\n0011\n");
+    let asked = |board: &str| {
+        told(xtask().args(["firmware", "key", file.to_str().unwrap(), "--board", board, "--dry-run"]).output().unwrap())
+    };
+    let (code, printed, error) = asked("f405-can");
+    assert_eq!((code, printed.as_str()), (2, ""));
+    assert!(error.contains("arm.key:2: found 4 characters, expected 64 hexadecimal digits"), "{error}");
+    let (code, _, error) = asked("netduinoplus2");
+    assert_eq!(code, 2);
+    assert!(error.contains("expected one of odrive-v3, f405-can, f405-pwm"), "{error}");
+}
+
+#[test]
+fn an_insecure_program_is_another_file_and_is_said_to_be_insecure() {
+    let insecure = commands(&["--board", "f405-can", "--scene", SCENE, "--insecure"]);
+    assert!(insecure[0].ends_with(" --insecure"), "{insecure:?}");
+    assert!(insecure[1].ends_with("mit6_wave-f405-can-insecure.elf"), "{insecure:?}");
+}

@@ -20,6 +20,8 @@ use core::fmt;
 /// | 12 | the supply voltage is outside its bounds | the supply, a brake resistor |
 /// | 13 | a temperature is outside its bounds | cooling, the load |
 /// | 14 | a joint has felt a collision | the arm's surroundings; the payload, the friction and the thresholds |
+/// | 15 | a joint is out of reach of where the arm holds | whoever pushes it; payload, wrench and rotors told; the model |
+/// | 16 | a joint would need more than its torque limit to hold the arm | payload, wrench and gravity told; the posture |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// A measured value is NaN or infinite on this joint.
@@ -74,6 +76,16 @@ pub enum Fault {
         /// Joint, counted from 0.
         joint: u8,
     },
+    /// This joint is farther than its reach from where it should stand, or from the way of its stop.
+    FollowingError {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// This joint's torque limit is too small to hold the arm where it was to be armed, by the model and the live inputs.
+    Overload {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
 }
 
 impl Fault {
@@ -95,6 +107,8 @@ impl Fault {
             Self::SupplyOutOfBounds => 12,
             Self::TemperatureOutOfBounds => 13,
             Self::Collision { .. } => 14,
+            Self::FollowingError { .. } => 15,
+            Self::Overload { .. } => 16,
         }
     }
 
@@ -109,7 +123,9 @@ impl Fault {
             | Self::NonFiniteTorque { joint }
             | Self::ImpossibleJump { joint }
             | Self::DriveFault { joint }
-            | Self::Collision { joint } => Some(joint),
+            | Self::Collision { joint }
+            | Self::FollowingError { joint }
+            | Self::Overload { joint } => Some(joint),
             Self::StaleMeasurement
             | Self::Overrun
             | Self::EmergencyStop
@@ -137,6 +153,8 @@ impl Fault {
             12 => Self::SupplyOutOfBounds,
             13 => Self::TemperatureOutOfBounds,
             14 => Self::Collision { joint },
+            15 => Self::FollowingError { joint },
+            16 => Self::Overload { joint },
             _ => return None,
         })
     }
@@ -159,6 +177,8 @@ impl fmt::Display for Fault {
             Self::SupplyOutOfBounds => "supply voltage out of bounds",
             Self::TemperatureOutOfBounds => "temperature out of bounds",
             Self::Collision { .. } => "collision",
+            Self::FollowingError { .. } => "the joint is out of reach of where the arm holds",
+            Self::Overload { .. } => "the joint cannot hold what the arm carries",
         };
         write!(f, "fault {}: {what}", self.code())?;
         match self.joint() {

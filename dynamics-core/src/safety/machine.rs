@@ -4,7 +4,7 @@ use super::measured::{Seen, Sensors};
 use super::stop::{can_stop, slowed};
 use super::{Actuation, Ask, Configuration, HoldCause, Inputs, Output, Refusal, Request, Rules, State};
 use crate::control::{
-    Command, ControllerConfig, Fault, Measurement, Reference, believed, hold_torques, name_reference,
+    Command, ControllerConfig, Fault, LimitFlags, Measurement, Reference, believed, hold_torques, name_reference,
 };
 use crate::scalar::Real;
 
@@ -21,6 +21,8 @@ pub struct Safety<S, const N: usize, C> {
     torque: [S; N],
     /// Ticks that torque has acted without the host.
     alone: u32,
+    /// The controller gave way to a collision in the last tick, and did not follow its reference.
+    gave_way: bool,
 }
 
 /// Reason why a reference is refused.
@@ -44,6 +46,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             reference: Reference { q: zero, qd: zero, qdd: zero },
             torque: zero,
             alone: 0,
+            gave_way: false,
         }
     }
 
@@ -205,10 +208,18 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         if let Some(cause) = cause {
             self.state = State::Holding(cause);
         }
-        if let State::Holding(_) = self.state {
-            self.reference = slowed(&self.reference, rules, &config.limits);
+        let beyond = match self.state {
+            State::Armed => S::literal(ARMED_REACH),
+            State::Holding(_) => {
+                self.reference = slowed(&self.reference, rules, &config.limits);
+                S::literal(HOLDING_REACH)
+            }
+            _ => return Ok(()),
+        };
+        match astray(&self.reference, seen, rules, beyond) {
+            Some(joint) if !self.gave_way => Err(Fault::FollowingError { joint }),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// Call the controller, and hold its torque inside its limits and near the torque that acts.
@@ -228,6 +239,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 Command::Brake(fault) => return self.fail(fault, inputs.request),
             };
         // The controller limits its torque too, but from its first one on: it does not know the torque before.
+        self.gave_way = limits.iter().any(|flags| flags.contains(LimitFlags::COLLISION));
         let config = self.config.get();
         let step = &config.torque_step;
         match hold_torques(&mut torque, &mut limits, &config.limits, &self.torque, step, step) {
@@ -248,13 +260,35 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     /// Stop the torque and forget it.
     fn safe(&mut self, refused: Option<Refusal>) -> Output<S, N> {
         let zero = [S::zero(); N];
-        (self.torque, self.reference.qdd, self.alone) = (zero, zero, 0);
+        (self.torque, self.reference.qdd, self.alone, self.gave_way) = (zero, zero, 0, false);
         self.output(Actuation::Safe(self.config.rules().safe_action), refused)
     }
 
     fn output(&self, actuation: Actuation<S, N>, refused: Option<Refusal>) -> Output<S, N> {
         Output { actuation, state: self.state, homed: self.homed, refused }
     }
+}
+
+/// How far the arm may be from where it holds, as a multiple of the joint's reach. A stop may begin because the reference is out
+/// of reach, and the arm then needs room to come back.
+const ARMED_REACH: f64 = 1.0;
+const HOLDING_REACH: f64 = 1.5;
+
+/// The first joint that is farther from the reference than this multiple of its reach.
+#[inline]
+fn astray<S: Real, const N: usize>(
+    reference: &Reference<S, N>,
+    seen: &Seen<S, N>,
+    rules: &Rules<S, N>,
+    beyond: S,
+) -> Option<u8> {
+    for i in 0..N {
+        let near = (reference.q[i] - seen.q[i]).abs() <= rules.joints[i].reach * beyond;
+        if !near {
+            return Some(i as u8);
+        }
+    }
+    None
 }
 
 /// Fault from outside, in any state: the emergency stop first, then the board's other faults.

@@ -21,6 +21,8 @@ record! {
         pub reach: S,
         /// How far the speed of the first reference may be from the joint's, rad/s or m/s.
         pub reach_speed: S,
+        /// Greatest reflected rotor inertia that can be told at run time, kg m^2 or kg.
+        pub rotor_max: S,
         /// Velocity gain of a damped stop, N m s/rad or N s/m, for drives that take one.
         pub damping: S,
     }

@@ -140,7 +140,7 @@ fn a_reset_makes_the_controller_as_good_as_new() {
 }
 
 /// Every number that has a meaning.
-const CODES: core::ops::RangeInclusive<u8> = 1..=14;
+const CODES: core::ops::RangeInclusive<u8> = 1..=16;
 
 #[test]
 fn codes_and_joints_make_the_round_trip_and_other_codes_mean_nothing() {

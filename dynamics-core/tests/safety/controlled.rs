@@ -1,11 +1,11 @@
 //! The machine with a controller inside it: bumpless arming, running, stopping; encoders instead of states.
 
 use crate::safety::support::*;
-use dynamics_core::control::{Controller, Fault, Law};
+use dynamics_core::control::{Controller, Fault, Law, LimitFlags};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, State};
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{Live, Reference, Sensed, SinCos};
+use dynamics_core::{Command, Live, Reference, Sensed, SinCos};
 
 /// Unit masses under a weight each: `tau = qdd + 6`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,4 +147,42 @@ fn encoders_are_judged_by_their_counts_and_a_slip_takes_the_homing_away() {
     );
     let output = machine.tick(&counts(8075), |_| panic!("asked for torque"));
     assert_eq!((output.state, output.homed), (State::Fault(Fault::ImpossibleJump { joint: 0 }), false));
+}
+
+/// An arm that holds is a fault where it is out of reach of its place: at the edge, from both sides, in every state that holds.
+#[test]
+fn an_arm_that_does_not_stay_where_it_holds_is_a_fault() {
+    const AT: [f32; 2] = [0.25, -0.5];
+    let to_holding = [Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold];
+    for (requests, reach) in [(&TO_ARMED[..], REACH), (&to_holding[..], 1.5 * REACH)] {
+        for joint in 0..2 {
+            for side in [-1.0, 1.0] {
+                let mut near = AT;
+                near[joint] += side * (reach - 1e-4);
+                let mut beyond = AT;
+                beyond[joint] += side * (reach + 1e-4);
+                let mut machine = after(requests, AT);
+                let held = machine.state();
+                let pushed = |q| Inputs { reference: None, ..calm(q) };
+                assert_eq!(granted(&mut machine, &pushed(near)).state, held, "{requests:?}, joint {joint}");
+                let output = machine.tick(&pushed(beyond), |_| panic!("asked for torque"));
+                assert_eq!(output.state, State::Fault(Fault::FollowingError { joint: joint as u8 }));
+                // It stays, and is cleared where the arm is: there is no place to be away from.
+                assert_eq!(granted(&mut machine, &asked(Request::Clear, &calm(beyond))).state, State::Idle);
+            }
+        }
+    }
+}
+
+/// A controller that gives way to a collision does not follow, and the arm is where it was pushed.
+#[test]
+fn an_arm_that_gives_way_to_a_collision_may_be_pushed_away() {
+    let mut machine = after(&TO_ARMED, [0.0; 2]);
+    let complying = Command::Drive { torque: [0.0; 2], limits: [LimitFlags::COLLISION, LimitFlags::NONE] };
+    assert_eq!(machine.tick(&calm([0.0; 2]), |_| complying).state, State::Armed);
+    assert_eq!(machine.tick(&calm([0.5, 0.0]), |_| complying).state, State::Armed);
+    // It follows again from here on, and is still away.
+    assert_eq!(machine.tick(&calm([0.5, 0.0]), |_| wanting(0.0)).state, State::Armed);
+    let output = machine.tick(&calm([0.5, 0.0]), |_| panic!("asked for torque"));
+    assert_eq!(output.state, State::Fault(Fault::FollowingError { joint: 0 }));
 }

@@ -94,6 +94,7 @@ enum Broken {
     Ramp,
     Room,
     Reach,
+    Standing,
     Silence,
     HoldTime,
     EmergencyStop,
@@ -107,7 +108,7 @@ enum Broken {
 }
 
 /// Each broken rule and the number of the rule under which the watchman must find it first.
-const BROKEN: [(Broken, &[&str]); 20] = [
+const BROKEN: [(Broken, &[&str]); 21] = [
     (Broken::Homing, &["1"]),
     (Broken::Rest, &["1", "15"]),
     (Broken::Measurement, &["2"]),
@@ -117,7 +118,8 @@ const BROKEN: [(Broken, &[&str]); 20] = [
     (Broken::TorqueRate, &["4", "7"]),
     (Broken::Ramp, &["7"]),
     (Broken::Room, &["6"]),
-    (Broken::Reach, &["8"]),
+    (Broken::Reach, &["8", "17"]),
+    (Broken::Standing, &["17"]),
     (Broken::Silence, &["9"]),
     (Broken::HoldTime, &["9"]),
     (Broken::EmergencyStop, &["10"]),
@@ -164,6 +166,7 @@ struct World {
     reference: Reference<f32, 2>,
     speed: [f32; 2],
     silent_for: u32,
+    armed: [f32; 2],
 }
 
 impl World {
@@ -177,6 +180,7 @@ impl World {
             reference: Reference::at_rest(q),
             speed: [0.0; 2],
             silent_for: 0,
+            armed: q,
         }
     }
 
@@ -277,9 +281,21 @@ impl World {
             Broken::Latch if is_fault(self.machine.state()) => {
                 self.machine.tick(&asked(Request::Clear, &calm(self.q)), |_| answer);
             }
+            // A machine that takes an arm that stands for one that stands where it was armed.
+            Broken::Standing if self.machine.state() == State::Armed && inner.request.is_none() => {
+                let Sensed::State { q, qd } = told.sensed else { panic!("positions") };
+                // A reading that is believed, and no jump from another such.
+                let near = (0..2).all(|i| (q[i] - self.armed[i]).abs() < 0.45 * JUMP && qd[i].abs() <= 6.0);
+                if near && told.age_ticks == [0; 2] {
+                    inner.sensed = Sensed::State { q: self.armed, qd: [0.0; 2] };
+                }
+            }
             _ => {}
         }
         let mut said = self.machine.tick(&inner, |_| answer);
+        if said.state != State::Armed {
+            self.armed = self.q;
+        }
         match (self.broken, answer) {
             (Broken::Ramp, Command::Drive { torque: wanted, .. }) => {
                 if let Actuation::Drive { torque, .. } = &mut said.actuation {
@@ -362,7 +378,8 @@ fn no_sequence_of_thousands_of_ticks_breaks_a_rule() {
     let all = |set: &BTreeSet<u8>| set.iter().copied().collect::<Vec<_>>();
     assert!(reached.ticks > 500_000 && reached.running > reached.ticks / 5, "{reached:?}");
     assert_eq!(all(&reached.states), [0, 1, 2, 3, 4, 5]);
-    assert_eq!(all(&reached.faults), (1..=13).collect::<Vec<_>>());
+    // All but a collision, which is the controller's.
+    assert_eq!(all(&reached.faults), (1..=15).filter(|code| *code != 14).collect::<Vec<_>>());
     assert_eq!(all(&reached.causes), [1, 2, 3, 4, 5]);
     assert_eq!(all(&reached.refusals), (1..=10).collect::<Vec<_>>());
     assert_eq!(all(&reached.limits), [0, 4, 8, 12]);

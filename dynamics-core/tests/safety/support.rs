@@ -46,6 +46,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
         deceleration: DECELERATION,
         reach: REACH,
         reach_speed: 0.3,
+        rotor_max: 2.0,
         damping: 1.0,
     };
     let rules = Rules {

@@ -19,6 +19,7 @@ enum Measured {
     Jumped,
     Outside,
     Fast,
+    Pushed,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +79,8 @@ impl Case {
     }
     /// The reading of joint 2 is one tick younger than the last, or there was no time to move at all.
     fn jumped(&self) -> bool {
-        self.measured == Measured::Jumped || (self.measured == Measured::Outside && self.age > 0)
+        let away = matches!(self.measured, Measured::Outside | Measured::Pushed);
+        self.measured == Measured::Jumped || (away && self.age > 0)
     }
     fn implausible(&self) -> Option<Fault> {
         let joint = 1;
@@ -96,6 +98,10 @@ impl Case {
     }
     fn still_homed(&self) -> bool {
         self.homed && !self.jumped()
+    }
+    /// The reference is out of the arm's reach: the one is elsewhere, or the other.
+    fn far(&self) -> bool {
+        (self.wanted == Wanted::Far) != (self.measured == Measured::Pushed)
     }
     fn silent(&self) -> bool {
         self.heartbeat > HEARTBEAT_MAX
@@ -163,7 +169,7 @@ const REQUESTS: [Row; 24] = [
     row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::Nothing, Err(NO_REFERENCE)),
     row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::NotANumber, Err(IMPLAUSIBLE)),
     row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::NoRoom, Err(NO_ROOM)),
-    row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::Far, Err(OUT_OF_REACH)),
+    row(&[ARMED, HOLDING], Request::Run, Case::far, Err(OUT_OF_REACH)),
     row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::OtherSpeed, Err(OUT_OF_REACH)),
     row(&[ARMED, HOLDING], Request::Run, |_| true, Ok(State::Running)),
     row(&[RUNNING], Request::Hold, |_| true, Ok(State::Holding(HoldCause::Requested))),
@@ -178,7 +184,7 @@ const EVENTS: [(u8, Holds, State); 6] = [
     (RUNNING, Case::silent, State::Holding(HoldCause::HeartbeatLost)),
     (RUNNING, |c| c.wanted == Wanted::Nothing, State::Holding(HoldCause::NoReference)),
     (RUNNING, |c| c.wanted == Wanted::NoRoom, State::Holding(HoldCause::NoRoom { joint: 1 })),
-    (RUNNING, |c| c.wanted == Wanted::Far, State::Holding(HoldCause::OutOfReach { joint: 1 })),
+    (RUNNING, Case::far, State::Holding(HoldCause::OutOfReach { joint: 1 })),
     (ARMED, Case::silent, State::Holding(HoldCause::HeartbeatLost)),
 ];
 
@@ -217,6 +223,11 @@ fn expected(c: &Case) -> Expected {
     if let Some((_, _, to)) = EVENTS.iter().find(|(from, when, _)| *from == state.code() && when(c)) {
         state = *to;
     }
+    // An arm that should stand, and is out of reach of where it should.
+    let stands = matches!(state, State::Armed | State::Holding(_));
+    if c.driving() && stands && c.measured == Measured::Pushed {
+        state = State::Fault(Fault::FollowingError { joint: 1 });
+    }
     if state.drives() {
         match c.answer {
             Answer::Torque => {}
@@ -241,6 +252,8 @@ fn inputs(c: &Case) -> Told {
         Measured::Jumped => q[1] = 0.7,
         Measured::Outside => q[1] = 2.6,
         Measured::Fast => qd[1] = -6.0_f32.next_up(),
+        // Farther than a stop may be from its reference, and no jump.
+        Measured::Pushed => q[1] = AT[1] - 1.5 * REACH - 0.01,
     }
     let mut reference = Reference::at_rest(AT);
     match c.wanted {
@@ -319,6 +332,7 @@ fn every_transition_is_the_table_s_and_breaks_no_rule() {
         Measured::Jumped,
         Measured::Outside,
         Measured::Fast,
+        Measured::Pushed,
     ];
     let wanted = [Wanted::Nothing, Wanted::Near, Wanted::OtherSpeed, Wanted::Far, Wanted::NotANumber, Wanted::NoRoom];
     let edges = |limit: u32| [0, limit - 1, limit, limit + 1, u32::MAX];
@@ -360,8 +374,8 @@ fn every_transition_is_the_table_s_and_breaks_no_rule() {
             }
         }
     }
-    // 12 starts, 64 combinations, 8 requests, 6 measurements, 5 ages, 5 silences, 6 references, 3 answers.
-    assert_eq!(cases, 12 * 64 * 8 * 6 * 5 * 5 * 6 * 3);
+    // 12 starts, 64 combinations, 8 requests, 7 measurements, 5 ages, 5 silences, 6 references, 3 answers.
+    assert_eq!(cases, 12 * 64 * 8 * 7 * 5 * 5 * 6 * 3);
     let from = |state: u8| reached.iter().filter(|(from, _)| *from == state).map(|(_, to)| *to).collect::<Vec<_>>();
     assert_eq!(from(IDLE), [0, 1, 2, 5]);
     assert_eq!(from(HOMING), [0, 1, 5]);

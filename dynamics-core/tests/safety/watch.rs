@@ -14,16 +14,19 @@ pub(crate) struct Watch {
     seen: [Option<(f32, u32)>; 2],
     confirmed: bool,
     silent: u32,
+    /// Where the arm was armed.
+    armed: [f32; 2],
 }
 
 impl Watch {
     pub(crate) fn new() -> Self {
-        Self { state: State::Idle, torque: [0.0; 2], seen: [None; 2], confirmed: false, silent: 0 }
+        Self { state: State::Idle, torque: [0.0; 2], seen: [None; 2], confirmed: false, silent: 0, armed: [0.0; 2] }
     }
 
     /// A watchman who comes later, to a machine that has not been seen to start.
     pub(crate) fn from(machine: &Machine, q: [f32; 2], torque: [f32; 2], silent: u32) -> Self {
-        Self { state: machine.state(), torque, seen: q.map(|q| Some((q, 0))), confirmed: machine.homed(), silent }
+        let seen = q.map(|q| Some((q, 0)));
+        Self { state: machine.state(), torque, seen, confirmed: machine.homed(), silent, armed: q }
     }
 
     /// The first rule that this tick breaks, by its number in `docs/safety.md`.
@@ -120,6 +123,14 @@ impl Watch {
             }
             if !(0..2).all(|i| (reference.q[i] - q[i]).abs() <= REACH) {
                 return Some("8");
+            }
+        }
+        if output.state == State::Armed {
+            if before != State::Armed {
+                self.armed = q;
+            }
+            if !(0..2).all(|i| (self.armed[i] - q[i]).abs() <= REACH) {
+                return Some("17");
             }
         }
         if self.silent > HOLD_MAX && drives {

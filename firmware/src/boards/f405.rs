@@ -4,13 +4,14 @@
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 
 use super::pac;
-use firmware::board::{BoardLines, LinkInput, LinkOutput, Ticker};
-use link::Cost;
+use firmware::board::{BoardLines, LinkInput, LinkOutput, Nonces, Ticker};
+use link::{Cost, Nonce, NonceSource};
 use session::meter::Counter;
 use session::readings::Lines;
 use stm32f4xx_hal::gpio::{ErasedPin, Input as InputPin, PA2, PA3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::rng::{Rng, RngExt};
 use stm32f4xx_hal::serial::config::Config as SerialConfig;
 use stm32f4xx_hal::serial::{Rx, Tx};
 use stm32f4xx_hal::time::Hertz;
@@ -27,6 +28,9 @@ pub struct ControlTimer {
     timer: CounterHz<pac::TIM3>,
     rate: Hertz,
 }
+
+/// The chip's random number generator.
+pub struct Generator(Rng);
 
 /// The core's cycle counter.
 pub struct CycleCounter;
@@ -45,9 +49,14 @@ pub struct Guards {
 /// ticks.
 const TICKS_UNFED: f32 = 4.0;
 
-/// 168 MHz from the crystal; 42 MHz for APB1, with the link and the CAN controllers.
+/// 168 MHz from the crystal; 42 MHz for APB1, with the link and the CAN controllers; 48 MHz for the random number generator.
 pub fn clocks() -> Config {
-    Config::hse(8.MHz()).sysclk(168.MHz()).pclk1(42.MHz())
+    Config::hse(8.MHz()).sysclk(168.MHz()).pclk1(42.MHz()).require_pll48clk()
+}
+
+/// The random number generator, running.
+pub fn generator(rng: pac::RNG, rcc: &mut Rcc) -> Generator {
+    Generator(rng.constrain(rcc))
 }
 
 /// The link: USART2 on PA2 and PA3, 1 Mbaud. `None` where the clock cannot give this rate; ours can: 42 MHz is 42 times
@@ -97,6 +106,15 @@ impl BoardLines for Guards {
             self.watchdog.rlr().write(|w| w.rl().set(self.reload));
         }
         self.watchdog.kr().write(|w| w.key().feed());
+    }
+}
+
+impl Nonces for Generator {
+    fn next(&mut self) -> Option<(Nonce, NonceSource)> {
+        let mut nonce = Nonce::default();
+        // The generator tests itself; a number that it doubts is none.
+        self.0.try_fill_bytes(&mut nonce).ok()?;
+        Some((nonce, NonceSource::Generator))
     }
 }
 

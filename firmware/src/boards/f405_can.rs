@@ -68,6 +68,7 @@ impl Board<{ arm::N }> for F405Can {
     type Counter = CycleCounter;
     type Lines = Guards;
     type Joints = CanJoints<Bus<Can<pac::CAN1>>, Bus<Can<pac::CAN2>>, PC4<OutputPin>, { arm::N }>;
+    type Nonces = f405::Generator;
 
     const NAME: &'static str = "STM32F405, CAN";
 
@@ -98,6 +99,7 @@ impl Board<{ arm::N }> for F405Can {
             counter: f405::cycle_counter(&mut core),
             lines: f405::guards(Some(gpioc.pc5.into_pull_up_input().erase()), device.IWDG, rate_hz),
             joints: CanJoints::new(Bus::new(first), Bus::new(second), brake, DRIVES),
+            nonces: f405::generator(device.RNG, &mut rcc),
         }
     }
 

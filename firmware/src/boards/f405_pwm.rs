@@ -62,6 +62,7 @@ impl Board<{ arm::N }> for F405Pwm {
     type Counter = CycleCounter;
     type Lines = Guards;
     type Joints = PwmJoints<ErasedChannel<pac::TIM1>, Pin, Pin, Encoder, NoSensor, PC4<OutputPin>, { arm::N }>;
+    type Nonces = f405::Generator;
 
     const NAME: &'static str = "STM32F405, PWM and encoders";
 
@@ -130,6 +131,7 @@ impl Board<{ arm::N }> for F405Pwm {
             counter: f405::cycle_counter(&mut core),
             lines: f405::guards(Some(gpioc.pc5.into_pull_up_input().erase()), device.IWDG, rate_hz),
             joints: PwmJoints::new(channels, brake, DRIVES),
+            nonces: f405::generator(device.RNG, &mut rcc),
         }
     }
 

@@ -5,6 +5,7 @@
 //! Registers are set directly: the HAL's constructors wait for clocks.
 
 use super::pac;
+use crate::key::CountedNonces;
 use cortex_m_semihosting::debug;
 use dynamics_core::safety::SafeAction;
 use firmware::board::{Board, BoardLines, LinkInput, LinkOutput, Parts, Ticker};
@@ -43,6 +44,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
     type Counter = InstructionCounter;
     type Lines = NoLines;
     type Joints = NoLines;
+    type Nonces = CountedNonces<fn() -> u32>;
 
     const NAME: &'static str = "netduinoplus2 (QEMU)";
 
@@ -73,6 +75,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
             counter: InstructionCounter(counter),
             lines: NoLines,
             joints: NoLines,
+            nonces: CountedNonces(time),
         }
     }
 
@@ -84,6 +87,14 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
             cortex_m::asm::wfi();
         }
     }
+}
+
+/// Reading of TIM2.
+fn time() -> u32 {
+    #[allow(unsafe_code, reason = "the counter's owner only reads it too")]
+    // SAFETY: a single volatile read, without a side effect.
+    let count = unsafe { (*pac::TIM2::ptr()).cnt().read().bits() };
+    count
 }
 
 impl LinkInput for Input {

@@ -35,6 +35,7 @@ impl Board<{ arm::N }> for OdriveV3 {
     type Counter = CycleCounter;
     type Lines = Guards;
     type Joints = Lines;
+    type Nonces = f405::Generator;
 
     const NAME: &'static str = "ODrive v3";
 
@@ -57,6 +58,7 @@ impl Board<{ arm::N }> for OdriveV3 {
             counter: f405::cycle_counter(&mut core),
             lines: f405::guards(None, device.IWDG, rate_hz),
             joints,
+            nonces: f405::generator(device.RNG, &mut rcc),
         }
     }
 

@@ -3,9 +3,9 @@
 
 use link::{DecodeError, Decoder, Frame, PACKET_MAX, PROTOCOL_VERSION, Received};
 
-/// Longest payload of a packet: of [`PACKET_MAX`], COBS takes two bytes, version and sequence number take two, and the
+/// Longest payload of an open packet: of [`PACKET_MAX`], COBS takes two bytes, version and sequence number take five, and the
 /// check sum takes four.
-pub(crate) const PAYLOAD_MAX: usize = PACKET_MAX - 8;
+pub(crate) const PAYLOAD_MAX: usize = PACKET_MAX - 11;
 
 /// Large enough for any frame in a packet.
 const FRAME_MAX: usize = PACKET_MAX;
@@ -51,30 +51,38 @@ pub(crate) fn taken(results: &[Result<Received, DecodeError>]) -> Vec<Taken> {
 
 /// The good packets of a stream, read with the whole stream in memory.
 pub(crate) fn expected(stream: &[u8]) -> Vec<Taken> {
-    let mut last: Option<u8> = None;
+    let mut next: Option<u32> = None;
     let mut all = Vec::new();
     // Bytes after the last zero belong to an unfinished packet.
     let ended = stream.iter().rposition(|&byte| byte == 0).map_or(0, |at| at + 1);
     for (frame, sequence) in stream[..ended].split(|&byte| byte == 0).filter_map(packet) {
-        let afresh = matches!(frame, Frame::Hello(_));
-        let missed = last.filter(|_| !afresh).map_or(0, |last| sequence.wrapping_sub(last).wrapping_sub(1));
-        // A sequence number more than half the range ahead is an old one.
-        last = if missed < 128 { Some(sequence) } else { last };
-        all.push(Taken { bits: all_bits(&frame), missed });
+        let afresh = begins(&frame);
+        let missed = next.filter(|_| !afresh).map_or(0, |next| sequence.wrapping_sub(next));
+        // A sequence number half the range or more ahead is an old one, and refused.
+        if missed <= i32::MAX as u32 {
+            next = Some(sequence.wrapping_add(1));
+            all.push(Taken { bits: all_bits(&frame), missed: missed.min(255) as u8 });
+        }
     }
     all
 }
 
+/// Whether the count of packets begins anew with a frame: it begins a session, or belongs to the handshake before one.
+pub(crate) fn begins(frame: &Frame) -> bool {
+    matches!(frame, Frame::Hello(_) | Frame::Join(_) | Frame::Proof(_) | Frame::Challenge(_))
+}
+
 /// Frame and sequence number of a packet without its final zero; `None` if the packet is invalid.
-fn packet(bytes: &[u8]) -> Option<(Frame, u8)> {
+fn packet(bytes: &[u8]) -> Option<(Frame, u32)> {
     let raw = (bytes.len() <= PACKET_MAX).then(|| without_cobs(bytes))??;
     let (body, check) = raw.split_last_chunk::<4>()?;
-    let [PROTOCOL_VERSION, sequence, payload @ ..] = body else { return None };
+    let [PROTOCOL_VERSION, a, b, c, d, payload @ ..] = body else { return None };
+    let sequence = u32::from_le_bytes([*a, *b, *c, *d]);
     if check_sum(body) != *check || payload.first().is_none_or(|&tag| tag >= Frame::KINDS) {
         return None;
     }
     let (frame, rest) = postcard::take_from_bytes(payload).ok()?;
-    rest.is_empty().then_some((frame, *sequence))
+    rest.is_empty().then_some((frame, sequence))
 }
 
 /// Undo consistent overhead byte stuffing. Every block begins with its length, including that byte, and stands for its
@@ -100,8 +108,8 @@ fn check_sum(bytes: &[u8]) -> [u8; 4] {
 }
 
 /// A packet with any payload, a valid check sum and its final zero.
-pub(crate) fn seal(sequence: u8, payload: &[u8]) -> Vec<u8> {
-    let mut raw = vec![PROTOCOL_VERSION, sequence];
+pub(crate) fn whole(sequence: u8, payload: &[u8]) -> Vec<u8> {
+    let mut raw = vec![PROTOCOL_VERSION, sequence, 0, 0, 0];
     raw.extend_from_slice(payload);
     raw.extend_from_slice(&check_sum(&raw));
     let mut packet = cobs::encode_vec(&raw);

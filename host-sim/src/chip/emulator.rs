@@ -1,6 +1,8 @@
 //! The emulator as a child process with a socket to its serial port.
 
 use super::ChipError;
+use crate::key;
+use link::{Key, key_page};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -34,6 +36,9 @@ pub struct Emulator {
     buffer: [u8; 256],
     unread: std::ops::Range<usize>,
     carried: Carried,
+    key: Option<Key>,
+    /// The emulator opens the file some time after it has connected.
+    _page: KeyFile,
 }
 
 /// Bytes that the link has carried.
@@ -71,6 +76,22 @@ impl Emulator {
         Self::start_with(program, elf, timeouts, &[])
     }
 
+    /// As [`Emulator::start`], with nothing in the chip's key page.
+    ///
+    /// # Errors
+    /// As [`Emulator::start`].
+    pub fn start_without_key(program: &Path, elf: &Path, timeouts: Timeouts) -> Result<Self, ChipError> {
+        Self::start_over(program, elf, timeouts, &[], None)
+    }
+
+    /// As [`Emulator::start`], with this key in the chip's key page.
+    ///
+    /// # Errors
+    /// As [`Emulator::start`].
+    pub fn start_with_key(program: &Path, elf: &Path, timeouts: Timeouts, key: Key) -> Result<Self, ChipError> {
+        Self::start_over(program, elf, timeouts, &[], Some(key))
+    }
+
     /// As [`Emulator::start`], with more arguments for the emulator: a log of the executed instructions, memory to load
     /// before it starts.
     ///
@@ -85,7 +106,19 @@ impl Emulator {
         timeouts: Timeouts,
         arguments: &[OsString],
     ) -> Result<Self, ChipError> {
+        // A new one every time: nobody else can know it.
+        Self::start_over(program, elf, timeouts, arguments, Some(key::new()?))
+    }
+
+    fn start_over(
+        program: &Path,
+        elf: &Path,
+        timeouts: Timeouts,
+        arguments: &[OsString],
+        key: Option<Key>,
+    ) -> Result<Self, ChipError> {
         let socket = Socket::new()?;
+        let page = KeyFile::new(&socket.path, key)?;
         let mut command = Command::new(program);
         command
             .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
@@ -95,6 +128,7 @@ impl Emulator {
             .args(["-serial", "null", "-serial", "chardev:link"])
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
             .arg(elf)
+            .args(page.arguments())
             .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -111,7 +145,16 @@ impl Emulator {
         let Some(child) = guard.0.take() else {
             return Err(ChipError::Io(ErrorKind::NotFound.into()));
         };
-        Ok(Self { child, link, timeouts, buffer: [0; 256], unread: 0..0, carried: Carried::default() })
+        Ok(Self {
+            child,
+            link,
+            timeouts,
+            buffer: [0; 256],
+            unread: 0..0,
+            carried: Carried::default(),
+            key,
+            _page: page,
+        })
     }
 
     /// Send bytes.
@@ -158,6 +201,12 @@ impl Emulator {
         self.child.stderr.take()
     }
 
+    /// The key in the chip's key page.
+    #[must_use]
+    pub fn key(&self) -> Option<Key> {
+        self.key
+    }
+
     /// The emulator's process number.
     #[must_use]
     pub fn process(&self) -> u32 {
@@ -202,6 +251,36 @@ fn dead(child: &mut Child, waiting_for: &'static str) -> ChipError {
     let output = output.trim_end();
     let output = if output.is_empty() { String::new() } else { format!(":\n{output}") };
     ChipError::Dead { status, waiting_for, output }
+}
+
+/// The chip's key page as a file, which the emulator loads before it starts; the file is deleted on drop.
+#[derive(Debug)]
+struct KeyFile(Option<PathBuf>);
+
+impl KeyFile {
+    fn new(beside: &Path, key: Option<Key>) -> Result<Self, ChipError> {
+        let Some(key) = key else { return Ok(Self(None)) };
+        let path = beside.with_extension("key");
+        std::fs::remove_file(&path).ok();
+        key::write_for_owner(&path, &key::page(&key)?)?;
+        Ok(Self(Some(path)))
+    }
+
+    fn arguments(&self) -> Vec<OsString> {
+        let Some(path) = &self.0 else { return Vec::new() };
+        let mut loader = OsString::from("loader,file=");
+        loader.push(path);
+        loader.push(format!(",addr={:#x},force-raw=on", key_page::ADDRESS));
+        vec!["-device".into(), loader]
+    }
+}
+
+impl Drop for KeyFile {
+    fn drop(&mut self) {
+        if let Some(path) = &self.0 {
+            std::fs::remove_file(path).ok();
+        }
+    }
 }
 
 /// A listening socket with a file name; the file is deleted on drop.

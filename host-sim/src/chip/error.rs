@@ -1,7 +1,8 @@
 //! Errors between host and chip.
 
+use crate::key::KeyError;
 use link::codec::FrameTooLong;
-use link::{AsymmetricInertia, DecodeError, Frame, Hello, JointCountMismatch, Refusal};
+use link::{AsymmetricInertia, DecodeError, Distrust, Frame, Hello, JointCountMismatch, Refusal};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -57,7 +58,7 @@ pub enum ChipError {
     /// Packets were lost.
     #[error("{missed} packets from the chip were lost")]
     Lost {
-        /// Number of lost packets, modulo 256.
+        /// Number of lost packets; 255 is that or more.
         missed: u8,
     },
     /// The chip did not use what it received.
@@ -94,6 +95,12 @@ pub enum ChipError {
     /// A frame that cannot be sent.
     #[error(transparent)]
     TooLong(#[from] FrameTooLong),
+    /// The chip is not one to talk to with this key, or without one.
+    #[error("{0}")]
+    Distrust(#[from] Distrust),
+    /// A key or a random number cannot be had.
+    #[error(transparent)]
+    Key(#[from] KeyError),
     /// The socket to the emulator failed.
     #[error("link to the emulator: {0}")]
     Io(#[from] std::io::Error),
@@ -135,6 +142,13 @@ pub(crate) fn refusal(refusal: &Refusal) -> String {
         Refusal::NoReference => "a measurement came before any reference".into(),
         Refusal::NonFiniteLive => "a live input is not a finite number".into(),
         Refusal::Unexpected => "a frame that only the chip sends, or that means nothing in this pacing".into(),
+        Refusal::Unauthentic { count } => format!(
+            "{count} packets so far were not of this session: somebody else talks on the wire, or bytes were damaged"
+        ),
+        Refusal::NoKey => "the board has no link key, and without one it does not arm: `host-sim key new FILE`, then \
+                           `cargo xtask firmware key FILE --board BOARD`"
+            .into(),
+        Refusal::NoNonce => "the board's random number generator has failed".into(),
         Refusal::NonFinitePoint => "a point of the trajectory, or the way to it, is not a finite number".into(),
         Refusal::TrajectoryFull => "the trajectory has no room for another point".into(),
         Refusal::NoStart => "a point came before one to start from".into(),

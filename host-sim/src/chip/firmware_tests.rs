@@ -4,7 +4,7 @@
 use super::{Chip, ChipError, Emulator, Timeouts, build_firmware};
 use dynamics_core::control::Fault;
 use dynamics_core::{Command, Measurement, Reference, Sensed};
-use link::{DecodeError, Frame, Hello, Pacing, Refusal};
+use link::{Frame, Hello, Pacing, Refusal};
 use robot_compiler::SceneFile;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -60,11 +60,11 @@ fn a_damaged_packet_to_the_chip_is_refused_by_name() {
     let mut chip = chip();
     tick(&mut chip).unwrap();
     let measurement = Frame::Measurement(link::Measurement::new(9, &still().1));
-    let mut packet = chip.encoder.encode(&measurement).unwrap();
-    packet[4] ^= 2;
+    let mut packet = chip.channel.encode(&measurement).unwrap();
+    packet[6] ^= 2;
     chip.emulator.write(&packet).unwrap();
     let answer = chip.receive("a refusal").unwrap();
-    assert_eq!(answer, Frame::Refusal(Refusal::Undecodable(DecodeError::BadCrc)));
+    assert_eq!(answer, Frame::Refusal(Refusal::Unauthentic { count: 1 }));
     // The packet's number is now missing, so the next packet is refused.
     let text = tick(&mut chip).unwrap_err().to_string();
     assert!(text.contains("1 packets to the chip were lost"), "{text}");
@@ -74,7 +74,7 @@ fn a_damaged_packet_to_the_chip_is_refused_by_name() {
 fn a_packet_that_never_arrives_is_noticed_with_the_next() {
     let mut chip = chip();
     tick(&mut chip).unwrap();
-    chip.encoder.encode(&Frame::Refusal(Refusal::NoHello)).unwrap();
+    chip.channel.encode(&Frame::Refusal(Refusal::NoHello)).unwrap();
     let error = tick(&mut chip).unwrap_err();
     assert!(matches!(error, ChipError::Refused(Refusal::Lost { missed: 1 })), "{error}");
 }

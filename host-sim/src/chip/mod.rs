@@ -3,6 +3,7 @@
 //! ```text
 //! host                                   chip
 //!                               <------  hello {robot, joints, rate}      when it has started
+//! join, proof                   <----->  challenge                         from here on all is sealed
 //! hello {robot, joints, rate}   ------>
 //!                               <------  hello {robot, joints, rate}      compared on both sides
 //! live inputs (when they changed) ---->
@@ -26,6 +27,8 @@ pub mod on_chip;
 mod program;
 
 #[cfg(test)]
+mod attack_tests;
+#[cfg(test)]
 mod firmware_tests;
 #[cfg(test)]
 mod tests;
@@ -37,9 +40,10 @@ pub use hello::hello;
 pub(crate) use program::run_cost;
 pub use program::{build_firmware, build_firmware_with};
 
+use crate::key;
 use dynamics_core::{Command, Live, Measurement, Reference};
 use link::codec::{FrameTooLong, Received};
-use link::{Cost, Decoder, Encoder, Frame, Hello, Pacing, Packet};
+use link::{Cost, Encoder, Frame, Hello, HostChannel, Pacing, Packet};
 use std::path::Path;
 
 /// Step between the tick numbers of [`Chip::push`]: more than the chip's timer can count while a measurement is on its
@@ -59,12 +63,14 @@ pub struct ChipReply<const N: usize> {
 #[derive(Debug)]
 pub struct Chip {
     emulator: Emulator,
-    encoder: Encoder,
-    decoder: Decoder,
+    channel: HostChannel,
     tick: u32,
     /// The last frames sent, whose values the chip keeps until it gets new ones.
     reference: Option<Frame>,
     live: Option<Frame>,
+    /// All bytes sent, for who replays them.
+    #[cfg(test)]
+    sent: Vec<u8>,
 }
 
 impl Chip {
@@ -81,14 +87,37 @@ impl Chip {
     /// # Errors
     /// As [`Chip::start`].
     pub fn over(emulator: Emulator, expect: Hello) -> Result<Self, ChipError> {
-        let (encoder, decoder) = (Encoder::new(), Decoder::new());
-        let mut chip = Self { emulator, encoder, decoder, tick: 0, reference: None, live: None };
+        let channel = HostChannel::new(emulator.key());
+        let mut chip = Self {
+            emulator,
+            channel,
+            tick: 0,
+            reference: None,
+            live: None,
+            #[cfg(test)]
+            sent: Vec::new(),
+        };
         // The chip sends its first hello by itself. A packet sent before it may be lost, because the chip's receiver
         // may still be off.
         chip.agree("the chip's hello", expect)?;
+        chip.join()?;
         chip.send(&Frame::Hello(expect))?;
         chip.agree("the chip's answer to a hello", expect)?;
         Ok(chip)
+    }
+
+    /// The handshake behind which all packets are sealed, where the chip has a key.
+    fn join(&mut self) -> Result<(), ChipError> {
+        let packet = self.channel.join(key::random()?)?;
+        self.write(&packet)?;
+        let challenge = match self.receive("the chip's challenge")? {
+            Frame::Challenge(challenge) => challenge,
+            frame => return Err(ChipError::unexpected("a challenge", frame)),
+        };
+        match self.channel.answer(&challenge)? {
+            Some(packet) => self.write(&packet),
+            None => Ok(()),
+        }
     }
 
     fn agree(&mut self, waiting_for: &'static str, expect: Hello) -> Result<(), ChipError> {
@@ -229,19 +258,21 @@ impl Chip {
     }
 
     pub(crate) fn send(&mut self, frame: &Frame) -> Result<(), ChipError> {
-        let packet = self.encoder.encode(frame)?;
+        let packet = self.channel.encode(frame)?;
         self.write(&packet)
     }
 
     /// Send raw bytes, valid or not.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
+        #[cfg(test)]
+        self.sent.extend_from_slice(bytes);
         self.emulator.write(bytes)
     }
 
     pub(crate) fn receive(&mut self, waiting_for: &'static str) -> Result<Frame, ChipError> {
         loop {
             let byte = self.emulator.read_byte(waiting_for)?;
-            match self.decoder.push(byte) {
+            match self.channel.push(byte) {
                 None => {}
                 Some(Err(error)) => return Err(ChipError::Undecodable(error)),
                 Some(Ok(Received { missed: missed @ 1.., .. })) => return Err(ChipError::Lost { missed }),

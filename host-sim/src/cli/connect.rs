@@ -3,6 +3,7 @@
 use crate::chip::{Chip, build_firmware, hello};
 use crate::cli::names::Target;
 use crate::failure::{self, Failure, in_file};
+use crate::key;
 use crate::run::simulate;
 use crate::session::drill::{OnChip, OnDesk};
 use crate::session::frame_log::Head;
@@ -15,13 +16,14 @@ use crate::session::operate::report::Report;
 use crate::session::operate::{Operator, Presses, Stop};
 use crate::session::serial::{BAUD, SerialLink};
 use clap::{ArgGroup, Args};
-use link::Pacing;
+use console::style;
+use link::{Pacing, Trust};
 use robot_compiler::{SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim connect scenes/puma560_pick.toml --port /dev/ttyACM0 --record session.log
+  host-sim connect scenes/puma560_pick.toml --port /dev/ttyACM0 --key arm.key --record session.log
   host-sim connect scenes/puma560_pick.toml --target qemu
   printf 'home\\nconfirm\\narm\\nrun\\nwait\\n' | host-sim connect scenes/planar2r_swing.toml --target desk
 
@@ -31,6 +33,10 @@ or a motion needs it. Ctrl-C holds the arm, waits until it rests, and disarms; a
 the same and ends the program too.
 
 A script or a pipe ends with 3 if anything was refused or a fault stands.";
+
+/// Warning about a board that trusts anybody.
+const INSECURE: &str =
+    "INSECURE: this firmware was built with --insecure: whoever reaches the wire can drive the arm (docs/safety.md)";
 
 /// Options of `connect`.
 #[derive(Clone, Debug, Args)]
@@ -44,6 +50,9 @@ pub struct ConnectArgs {
     /// Its speed, bits/s.
     #[arg(long, default_value_t = BAUD, requires = "port")]
     pub baud: u32,
+    /// The key file of the board (`host-sim key new`); one without a key, or with another, is not talked to.
+    #[arg(long, value_name = "FILE", requires = "port")]
+    pub key: Option<PathBuf>,
     /// A drill in place of a board: the firmware in an emulated STM32F405, or its session in this program.
     #[arg(long, value_enum)]
     pub target: Option<Target>,
@@ -91,8 +100,15 @@ fn run_arm<const N: usize>(
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
     let device: Box<dyn Device> = match (&args.port, args.target) {
         (Some(port), _) => {
-            let device = SerialLink::open(port, args.baud).map(OnWire::new).map_err(DeviceError::from);
-            Box::new(device.map_err(|error| failure(error.into(), port))?)
+            let key = args.key.as_deref().map(key::load).transpose();
+            let key = key.map_err(|error| Failure::Input(miette::miette!("{error}")))?;
+            let device = SerialLink::open(port, args.baud).map_err(DeviceError::from);
+            let joined = device.and_then(|link| OnWire::join(link, key));
+            let (device, trust) = joined.map_err(|error| failure(error.into(), port))?;
+            if trust == Trust::Insecure {
+                report.say("insecure", &style(INSECURE).red().bold().to_string(), None).map_err(Failure::Output)?;
+            }
+            Box::new(device)
         }
         (None, Some(Target::Qemu)) => {
             let bench = hello(scene, &model, Pacing::LockStep);

@@ -2,6 +2,7 @@
 
 use crate::chip;
 use crate::failure::{self, Failure};
+use crate::key;
 use crate::session::doctor::{self, Check, State, Use};
 use clap::Args;
 use link::{Hello, Pacing};
@@ -22,7 +23,7 @@ What is missing is a problem for a use that needs it and a warning otherwise:
   flash      and the chip's target, probe-rs, a probe
   --port     firmware on that port that speaks this protocol; with --scene, built from that scene
 
-Asking the firmware stops it: its ticks end and its brakes engage until a host says hello. Exit code 2 when there is a problem.
+Asking the firmware who it is disturbs no session. Exit code 2 when there is a problem.
 
 --json is an object {for, problems, warnings, checks}, each check {name, state, found, advice}.";
 
@@ -39,6 +40,9 @@ pub struct DoctorArgs {
     /// The scene that the firmware should have been built from.
     #[arg(long)]
     pub scene: Option<PathBuf>,
+    /// The key file of the board (`host-sim key new`); the board must prove that it has it.
+    #[arg(long, value_name = "FILE", requires = "port")]
+    pub key: Option<PathBuf>,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -66,7 +70,9 @@ pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
         checks.push(doctor::scene_check(scene, hello));
     }
     if let Some(port) = &args.port {
-        checks.extend(doctor::board_checks(port, hello.as_ref()));
+        let key = args.key.as_deref().map(key::load).transpose();
+        let key = key.map_err(|error| Failure::Input(miette::miette!("{error}")))?;
+        checks.extend(doctor::board_checks(port, hello.as_ref(), key));
     }
     let count = |state| checks.iter().filter(|check| check.state == state).count();
     let report = Report { uses: &args.uses, problems: count(State::Problem), warnings: count(State::Warning), checks };

@@ -11,6 +11,7 @@ pub mod explain;
 pub mod extremes;
 pub mod info;
 pub mod kernel;
+pub mod key;
 pub mod linkage;
 pub mod names;
 pub mod replay;
@@ -77,6 +78,8 @@ pub enum Command {
     Campaign(campaign::CampaignArgs),
     /// Is everything there: tool chain, emulator, probe, serial port, the firmware on a board; and what to do.
     Doctor(doctor::DoctorArgs),
+    /// Make the key that a host and a board share.
+    Key(key::KeyArgs),
     /// Operate the arm at a board on a serial port, or in a drill: status, arm, jog, run the motion, record.
     Connect(connect::ConnectArgs),
     /// Run a record of `connect` again on the desk, and demand the very same bits.

@@ -3,8 +3,9 @@
 //! Every wait here has a limit: the caller gives [`SerialLink::receive`] its timeout, and sending has [`SEND_TIMEOUT`].
 //! Opening a port sends the board only one zero byte, which ends a packet that another program may have left half sent.
 
+use crate::key::{self, KeyError};
 use link::codec::FrameTooLong;
-use link::{DecodeError, Decoder, Encoder, Frame, Received};
+use link::{Challenge, DecodeError, Distrust, Frame, HostChannel, Key, Received};
 use serialport::{ClearBuffer, ErrorKind, SerialPort};
 use std::io;
 use std::ops::Range;
@@ -15,6 +16,13 @@ pub const BAUD: u32 = 1_000_000;
 
 /// Timeout for sending. A packet of the greatest length takes 1.2 ms at [`BAUD`], so only a stuck driver reaches it.
 pub const SEND_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Number of joins sent to a board that does not answer, and the timeout of each: at [`BAUD`] an answer takes a millisecond.
+const JOINS: u32 = 5;
+const JOIN_TIMEOUT: Duration = Duration::from_millis(400);
+
+/// Time after which a board counts as silent.
+pub const JOIN_SILENCE: Duration = Duration::from_millis(JOINS as u64 * 400);
 
 /// Reason why a port cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -36,6 +44,12 @@ pub enum SerialError {
     /// A packet could not be decoded. Later packets can still be read.
     #[error("from the board: {0}")]
     Undecodable(#[from] DecodeError),
+    /// The board is not one to talk to with this key, or without one.
+    #[error("{0}")]
+    Distrust(#[from] Distrust),
+    /// A random number cannot be had.
+    #[error(transparent)]
+    Key(#[from] KeyError),
     /// A frame that cannot be sent.
     #[error(transparent)]
     TooLong(#[from] FrameTooLong),
@@ -53,8 +67,7 @@ impl SerialError {
 /// An open port with the codec's state of both directions.
 pub struct SerialLink {
     port: Box<dyn SerialPort>,
-    encoder: Encoder,
-    decoder: Decoder,
+    channel: HostChannel,
     buffer: [u8; 512],
     unread: Range<usize>,
 }
@@ -72,7 +85,58 @@ impl SerialLink {
             Ok(port)
         };
         let port = open().map_err(|source| SerialError::Open { path: path.to_owned(), source })?;
-        Ok(Self { port, encoder: Encoder::new(), decoder: Decoder::new(), buffer: [0; 512], unread: 0..0 })
+        Ok(Self { port, channel: HostChannel::new(None), buffer: [0; 512], unread: 0..0 })
+    }
+
+    /// Ask the board who it is and whom it trusts, several times; `None` if it is silent. Disturbs no session.
+    ///
+    /// # Errors
+    /// The port failed, or nothing but packets came that cannot be decoded.
+    pub fn find(&mut self, key: Option<Key>) -> Result<Option<Challenge>, SerialError> {
+        self.channel = HostChannel::new(key);
+        let mut unreadable = None;
+        for _ in 0..JOINS {
+            let packet = self.channel.join(key::random()?)?;
+            self.write(&packet)?;
+            let end = Instant::now() + JOIN_TIMEOUT;
+            loop {
+                match self.receive(end.saturating_duration_since(Instant::now())) {
+                    Ok(Some(Received { frame: Frame::Challenge(challenge), .. })) => return Ok(Some(challenge)),
+                    // Other frames were sent before the question.
+                    Ok(Some(_)) => {}
+                    Ok(None) => break,
+                    Err(SerialError::Undecodable(error @ DecodeError::WrongVersion { .. })) => return Err(error.into()),
+                    // A leftover of an earlier packet.
+                    Err(SerialError::Undecodable(error)) => unreadable = Some(error),
+                    Err(error) => return Err(error),
+                }
+                // Bytes may keep coming without an answer; the time limit ends the wait.
+                if Instant::now() >= end {
+                    break;
+                }
+            }
+        }
+        unreadable.map_or(Ok(None), |error| Err(error.into()))
+    }
+
+    /// Whether the board that was found is one to talk to with the key, or without one.
+    ///
+    /// # Errors
+    /// [`Distrust`].
+    pub fn check(&self, challenge: &Challenge) -> Result<(), Distrust> {
+        self.channel.check(challenge)
+    }
+
+    /// Find the board, and begin a session with it: sealed where it has a key, which must be this one. `None` if it is silent.
+    ///
+    /// # Errors
+    /// As [`SerialLink::find`]; the board is not one to talk to.
+    pub fn join(&mut self, key: Option<Key>) -> Result<Option<Challenge>, SerialError> {
+        let Some(challenge) = self.find(key)? else { return Ok(None) };
+        if let Some(packet) = self.channel.answer(&challenge)? {
+            self.write(&packet)?;
+        }
+        Ok(Some(challenge))
     }
 
     /// Send a frame.
@@ -80,9 +144,13 @@ impl SerialLink {
     /// # Errors
     /// The port failed or took no bytes for [`SEND_TIMEOUT`].
     pub fn send(&mut self, frame: &Frame) -> Result<(), SerialError> {
-        let packet = self.encoder.encode(frame)?;
+        let packet = self.channel.encode(frame)?;
+        self.write(&packet)
+    }
+
+    fn write(&mut self, packet: &[u8]) -> Result<(), SerialError> {
         self.port.set_timeout(SEND_TIMEOUT).map_err(io::Error::from)?;
-        self.port.write_all(&packet).map_err(gone)
+        self.port.write_all(packet).map_err(gone)
     }
 
     /// The next frame, with the number of packets lost before it; `None` if no complete frame came within `timeout`.
@@ -94,7 +162,7 @@ impl SerialLink {
         let end = Instant::now() + timeout;
         loop {
             while let Some(at) = self.unread.next() {
-                if let Some(received) = self.buffer.get(at).and_then(|&byte| self.decoder.push(byte)) {
+                if let Some(received) = self.buffer.get(at).and_then(|&byte| self.channel.push(byte)) {
                     return Ok(Some(received?));
                 }
             }

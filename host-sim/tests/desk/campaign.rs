@@ -223,6 +223,20 @@ fn smoothed(last: Sensed<f32, N>, sensed: Sensed<f32, N>) -> Sensed<f32, N> {
     }
 }
 
+/// A payload that is not there pushes the arm away, and the machine believes that it stands.
+#[test]
+fn an_armed_arm_that_leaves_its_place_is_found() {
+    let (mut stood, mut state) = (None, 0);
+    let law = found("states.toml", FaultKind::Model, Situation::Armed, |moment| match moment {
+        Moment::Told(told, _) => {
+            stood = if state == 2 { stood } else { None };
+            told.sensed = *stood.get_or_insert(told.sensed);
+        }
+        Moment::Said(said, _) => state = said.status.state,
+    });
+    assert!(matches!(law, Law::Standing | Law::Fault), "{law:?}");
+}
+
 #[test]
 fn a_host_that_is_never_missed_is_found() {
     for situation in [Situation::Armed, Situation::Running, Situation::Holding] {

@@ -3,7 +3,7 @@
 
 use crate::program::{at_the_top, told};
 use host_sim::chip::hello;
-use link::{Decoder, Encoder, Frame, Hello, PROTOCOL_VERSION, Pacing, Refusal};
+use link::{Access, BoardChannel, Decoder, Frame, Hello, Key, NonceSource, PROTOCOL_VERSION, Pacing};
 use robot_compiler::SceneFile;
 use serde_json::Value;
 use serialport::{SerialPort as _, TTYPort};
@@ -140,17 +140,17 @@ fn a_scene_that_is_wrong_is_refused_with_its_line() {
     assert!(error.contains("scene.toml:2:9") && error.contains("nowhere.toml"), "{error}");
 }
 
-/// Firmware at the far end of a terminal: it answers a hello like the real one, in the same or another protocol
+/// Firmware at the far end of a terminal: it answers a join like the real one, in the same or another protocol
 /// version.
 struct Board {
     name: String,
     stop: Arc<AtomicBool>,
-    thread: JoinHandle<Vec<Hello>>,
+    thread: JoinHandle<Vec<Frame>>,
 }
 
 impl Board {
-    /// `answer` returns the bytes of the answer to a hello; an empty answer means silence.
-    fn start(mut answer: impl FnMut(Hello) -> Vec<u8> + Send + 'static) -> Self {
+    /// `answer` returns the bytes of the answer to a join; an empty answer means silence.
+    fn start(mut answer: impl FnMut(&[u8]) -> Vec<u8> + Send + 'static) -> Self {
         let (mut firmware, port) = TTYPort::pair().unwrap();
         let name = port.name().unwrap();
         // It holds the lock that excludes other processes.
@@ -159,18 +159,18 @@ impl Board {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let thread = std::thread::spawn(move || {
-            let (mut decoder, mut heard, mut byte) = (Decoder::new(), Vec::new(), [0]);
+            let (mut decoder, mut heard, mut packet, mut byte) = (Decoder::new(), Vec::new(), Vec::new(), [0]);
             while !stopped.load(Ordering::Relaxed) {
                 if firmware.read(&mut byte).is_err() {
                     // Reading returns at once if nothing arrived or the other end is closed.
                     std::thread::sleep(Duration::from_millis(1));
                     continue;
                 }
-                if let Some(Ok(received)) = decoder.push(byte[0])
-                    && let Frame::Hello(hello) = received.frame
-                {
-                    heard.push(hello);
-                    firmware.write_all(&answer(hello)).unwrap();
+                packet.push(byte[0]);
+                if let Some(received) = decoder.push(byte[0]) {
+                    firmware.write_all(&answer(&packet)).unwrap();
+                    heard.extend(received.map(|received| received.frame));
+                    packet.clear();
                 }
             }
             heard
@@ -178,8 +178,8 @@ impl Board {
         Self { name, stop, thread }
     }
 
-    /// All hellos received.
-    fn heard(self) -> Vec<Hello> {
+    /// All frames received.
+    fn heard(self) -> Vec<Frame> {
         self.stop.store(true, Ordering::Relaxed);
         self.thread.join().unwrap()
     }
@@ -192,21 +192,24 @@ fn built() -> Hello {
     hello(&scene, &scene.robot.model::<6>().unwrap(), Pacing::LockStep)
 }
 
-/// Answer as `session::Session` does: its own hello, and a refusal if the two do not agree.
-fn like_the_session(own: Hello) -> impl FnMut(Hello) -> Vec<u8> {
-    let mut encoder = Encoder::new();
-    move |theirs| {
-        let mut bytes = encoder.encode(&Frame::Hello(Hello { pacing: theirs.pacing, ..own })).unwrap().to_vec();
-        if (Hello { pacing: own.pacing, ..theirs }) != own {
-            bytes.extend(encoder.encode(&Frame::Refusal(Refusal::OtherRobot)).unwrap());
+/// Answer as the firmware does.
+fn like_the_firmware(own: Hello, access: Access) -> impl FnMut(&[u8]) -> Vec<u8> {
+    let mut channel = BoardChannel::new(access);
+    move |packet| {
+        let mut bytes = Vec::new();
+        let mut nonce = || Some(([7; 16], NonceSource::Generator));
+        for &byte in packet {
+            channel.push(byte, &own, &mut nonce, &mut |said| bytes.extend_from_slice(said));
         }
         bytes
     }
 }
 
+const KEY: [u8; 32] = [0x5a; 32];
+
 #[test]
 fn firmware_of_this_scene_is_known_by_its_hash_and_is_not_started() {
-    let board = Board::start(like_the_session(built()));
+    let board = Board::start(like_the_firmware(built(), Access::Key(&KEY)));
     let (code, report) = Tools::complete("board").report(&["--port", &board.name, "--scene", SCENE]);
     assert_eq!(code, 0, "{report}");
     let firmware = check(&report, "firmware");
@@ -216,17 +219,44 @@ fn firmware_of_this_scene_is_known_by_its_hash_and_is_not_started() {
         "{firmware:?}"
     );
     assert_eq!(check(&report, "robot hash"), ("ok".into(), "the scene's".into(), false));
+    let trust = check(&report, "link key");
+    assert_eq!(trust.0, "ok");
+    assert!(trust.1.contains("a key; `--key FILE` checks which; nonces from the chip's random"), "{trust:?}");
+    // It was asked, and nothing else: no session began, and none ended.
     let heard = board.heard();
-    // Matching firmware lets the ticks run.
-    assert!(
-        !heard.is_empty() && heard.iter().all(|hello| hello.joints == 0 && hello.robot != built().robot),
-        "{heard:?}"
-    );
+    assert!(matches!(heard[..], [Frame::Join(_)]), "{heard:?}");
+}
+
+#[test]
+fn whom_the_board_trusts_is_told_and_its_key_is_checked_without_a_session() {
+    let tools = Tools::complete("trust");
+    let path = tools.0.join("arm.key");
+    host_sim::key::save(&Key::new(KEY), &path).unwrap();
+    let path = path.to_str().unwrap();
+    let asked = |access, more: &[&str]| {
+        let board = Board::start(like_the_firmware(built(), access));
+        let (code, report) = tools.report(&[&["--port", &board.name], more].concat());
+        assert!(board.heard().iter().all(|frame| matches!(frame, Frame::Join(_))));
+        (code, check(&report, "link key"))
+    };
+    let (code, known) = asked(Access::Key(&KEY), &["--key", path]);
+    assert_eq!((code, known.0.as_str()), (0, "ok"));
+    assert!(known.1.starts_with("this key; "), "{known:?}");
+    let (code, other) = asked(Access::Key(&[1; 32]), &["--key", path]);
+    assert_eq!((code, other.0.as_str()), (2, "problem"));
+    assert!(other.1.contains("does not have this key"), "{other:?}");
+    let (code, none) = asked(Access::NoKey, &[]);
+    assert_eq!((code, none.0.as_str(), none.1.as_str()), (0, "warning", "none"));
+    let (code, insecure) = asked(Access::Insecure, &[]);
+    assert_eq!((code, insecure.0.as_str()), (0, "warning"));
+    assert!(insecure.1.contains("--insecure"), "{insecure:?}");
+    let (code, insecure) = asked(Access::Insecure, &["--key", path]);
+    assert_eq!((code, insecure.0.as_str()), (2, "problem"));
 }
 
 #[test]
 fn firmware_of_another_scene_is_a_problem_with_both_hashes() {
-    let board = Board::start(like_the_session(Hello { robot: 0xbad, ..built() }));
+    let board = Board::start(like_the_firmware(Hello { robot: 0xbad, ..built() }, Access::NoKey));
     let tools = Tools::complete("other");
     let (code, report) = tools.report(&["--port", &board.name, "--scene", SCENE]);
     let hash = check(&report, "robot hash");
@@ -240,7 +270,7 @@ fn firmware_of_another_scene_is_a_problem_with_both_hashes() {
 
 #[test]
 fn firmware_of_another_rate_is_not_the_scene_s() {
-    let board = Board::start(like_the_session(Hello { rate_hz: 500.0, ..built() }));
+    let board = Board::start(like_the_firmware(Hello { rate_hz: 500.0, ..built() }, Access::NoKey));
     let (code, report) = Tools::complete("rate").report(&["--port", &board.name, "--scene", SCENE]);
     assert_eq!((code, check(&report, "robot hash").0.as_str()), (2, "problem"));
     board.heard();
@@ -262,7 +292,7 @@ fn silence_noise_and_a_port_that_is_not_there_are_told_apart() {
     let (code, report) = Tools::complete("silent").report(&["--port", &silent.name]);
     assert_eq!((code, check(&report, "firmware").1.as_str()), (2, "does not answer"));
     // It was asked several times before the timeout.
-    assert_eq!(silent.heard().len(), 3);
+    assert_eq!(silent.heard().len(), 5);
 
     let noisy = Board::start(|_| vec![0x55, 0xaa, 0x17, 0x99, 0x02, 0]);
     let (code, report) = Tools::complete("noisy").report(&["--port", &noisy.name]);
@@ -276,7 +306,7 @@ fn silence_noise_and_a_port_that_is_not_there_are_told_apart() {
 
 /// A whole packet with a valid check sum, in an unsupported version.
 fn packet_of_version(version: u8) -> Vec<u8> {
-    let mut raw = vec![version, 0, 0];
+    let mut raw = vec![version, 0, 0, 0, 0, 0];
     let check = crc32(&raw);
     raw.extend(check.to_le_bytes());
     // COBS replaces each zero by the distance to the next one.

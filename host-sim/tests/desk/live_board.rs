@@ -6,7 +6,7 @@ use dynamics_core::Sensed;
 use host_sim::plant::sensor::Sample;
 use host_sim::run::simulate;
 use host_sim::session::drill::{Uncounted, desk_session};
-use link::{Decoder, Encoder, Frame};
+use link::{Access, BoardChannel, Frame, Key, NonceSource, Pacing};
 use robot_compiler::SceneFile;
 use serialport::{SerialPort as _, TTYPort};
 use session::black_box::Report;
@@ -15,8 +15,9 @@ use session::readings::Lines;
 use session::readings::{JointFaults, Readings};
 use session::{Drives, Reaction};
 use std::io::{Read as _, Write as _};
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -28,6 +29,8 @@ const AWAY: Duration = Duration::from_millis(40);
 pub struct LiveBoard {
     /// Name of the port.
     pub port: String,
+    /// The file of its key, which goes with it.
+    pub key: PathBuf,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -41,14 +44,17 @@ impl LiveBoard {
         drop(host);
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
-        let thread = std::thread::spawn(move || run::<N>(&scene, board, &flag));
-        Self { port, stop, thread: Some(thread) }
+        let own = host_sim::key::new().unwrap();
+        let key = key_file(&own);
+        let thread = std::thread::spawn(move || run::<N>(&scene, &own, board, &flag));
+        Self { port, key, stop, thread: Some(thread) }
     }
 }
 
 impl Drop for LiveBoard {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
+        std::fs::remove_file(&self.key).ok();
         if let Some(thread) = self.thread.take() {
             let ended = thread.join();
             assert!(ended.is_ok() || std::thread::panicking(), "the board failed");
@@ -56,12 +62,23 @@ impl Drop for LiveBoard {
     }
 }
 
-fn run<const N: usize>(scene: &SceneFile, mut port: TTYPort, stop: &AtomicBool) {
+/// A new file with a key.
+fn key_file(key: &Key) -> PathBuf {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let name = format!("newtau-board-{}-{}.key", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    let path = std::env::temp_dir().join(name);
+    host_sim::key::save(key, &path).unwrap();
+    path
+}
+
+fn run<const N: usize>(scene: &SceneFile, key: &Key, mut port: TTYPort, stop: &AtomicBool) {
     let model = scene.robot.model::<N>().unwrap();
     let mut session = desk_session(scene, &model);
     let mut world = simulate::world::<N>(scene).unwrap();
     let meter = Meter::new(Uncounted);
-    let (mut encoder, mut decoder) = (Encoder::new(), Decoder::new());
+    let mut channel = BoardChannel::new(Access::Key(Box::leak(Box::new(*key.bytes()))));
+    let own = host_sim::chip::hello(scene, &model, Pacing::LockStep);
+    let nonce = || Some((host_sim::key::random().unwrap(), NonceSource::Generator));
     let mut heard = Instant::now();
     while !stop.load(Ordering::Relaxed) {
         let mut answers = Vec::new();
@@ -74,7 +91,11 @@ fn run<const N: usize>(scene: &SceneFile, mut port: TTYPort, stop: &AtomicBool) 
         if !bytes.is_empty() {
             heard = Instant::now();
         }
-        for received in bytes.into_iter().filter_map(|byte| decoder.push(byte)) {
+        for byte in bytes {
+            let received = channel.push(byte, &own, &mut { nonce }, &mut |bytes| {
+                port.write_all(bytes).ok();
+            });
+            let Some(received) = received else { continue };
             match session.receive(received) {
                 Reaction::Reply(frame) | Reaction::Start(_, frame) => answers.push(frame),
                 Reaction::Stop(hello, refusal) => answers.extend([hello, refusal]),
@@ -97,13 +118,13 @@ fn run<const N: usize>(scene: &SceneFile, mut port: TTYPort, stop: &AtomicBool) 
             answers.extend(std::iter::from_fn(|| session.say()).map(Report::frame));
         }
         for frame in answers {
-            send(&mut port, &mut encoder, &frame);
+            send(&mut port, &mut channel, &frame);
         }
         std::thread::sleep(Duration::from_secs_f64(scene.period()));
     }
 }
 
-fn send(port: &mut TTYPort, encoder: &mut Encoder, frame: &Frame) {
+fn send(port: &mut TTYPort, channel: &mut BoardChannel, frame: &Frame) {
     // A host that has left receives nothing.
-    port.write_all(&encoder.encode(frame).unwrap()).ok();
+    port.write_all(&channel.encode(frame).unwrap()).ok();
 }

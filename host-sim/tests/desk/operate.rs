@@ -95,7 +95,8 @@ fn a_board_on_a_port_is_operated_and_its_record_has_the_same_bits_again() {
     let board = LiveBoard::start::<2>(scene);
     let log = file("live.log");
     let script = "home\nconfirm\narm\njog shoulder 0.1 0.3\nwait\njog 1 0.1 0.6\nwait 0.2\nhold\ndisarm\n";
-    let more = ["--port", &board.port, "--record", log.to_str().unwrap()];
+    let key = board.key.to_str().unwrap();
+    let more = ["--port", &board.port, "--key", key, "--record", log.to_str().unwrap()];
     let (code, out, error) = connect("live", script, &more);
     assert_eq!((code, error.as_str()), (0, ""), "{out}");
     let lines: Vec<&str> = out.lines().collect();
@@ -104,7 +105,7 @@ fn a_board_on_a_port_is_operated_and_its_record_has_the_same_bits_again() {
     assert_eq!(lines[5..], ["jog: running; 0.60 s", "hold: holding: as asked", "disarm: idle, homed"]);
 
     // A second session with the same board, without a restart of the board and without a record.
-    let (code, out, error) = connect("again", "arm\n", &["--port", &board.port]);
+    let (code, out, error) = connect("again", "arm\n", &["--port", &board.port, "--key", key]);
     assert_eq!((code, error.as_str()), (3, ""));
     assert!(out.starts_with("arm: refused: the arm has not been homed"), "{out}");
 
@@ -219,7 +220,7 @@ fn every_line_of_json_is_an_object_with_what_the_board_says() {
 fn a_board_of_another_scene_is_refused_by_its_hash() {
     let other = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_sine.toml");
     let board = LiveBoard::start::<2>(SceneFile::load(&other).unwrap());
-    let (code, out, error) = connect("other", "home\n", &["--port", &board.port]);
+    let (code, out, error) = connect("other", "home\n", &["--port", &board.port, "--key", board.key.to_str().unwrap()]);
     assert_eq!((code, out.as_str()), (1, ""));
     assert!(error.contains("the firmware was built for another robot or scene: hash "), "{error}");
 }
@@ -231,7 +232,7 @@ fn a_port_without_a_board_ends_in_time() {
     drop(host);
     let (code, _, error) = connect("silent", "home\n", &["--port", &port]);
     assert_eq!(code, 1);
-    assert!(error.contains("the board is silent: no answer to a hello came within 2s"), "{error}");
+    assert!(error.contains("the board is silent: no answer to a join came within 2s"), "{error}");
     let (code, _, error) = connect("absent", "home\n", &["--port", "/dev/no-such-port"]);
     assert_eq!(code, 1);
     assert!(error.contains("/dev/no-such-port"), "{error}");

@@ -23,6 +23,7 @@
 
 use dynamics_core::InertiaBounds;
 use dynamics_core::control::ControllerConfig;
+use dynamics_core::safety::Rules;
 use dynamics_core::scene::Live;
 use link::{Refusal, Setting, Value};
 
@@ -174,9 +175,13 @@ pub fn check<const N: usize>(
 ///
 /// # Errors
 /// [`Refusal::OutOfBounds`].
-pub fn check_live<const N: usize>(live: &Live<f32, N>, payload: &InertiaBounds<f32>) -> Result<(), Refusal> {
+pub fn check_live<const N: usize>(live: &Live<f32, N>, rules: &Rules<f32, N>) -> Result<(), Refusal> {
     let pull = live.gravity.dot(&live.gravity) <= GRAVITY_MAX * GRAVITY_MAX;
-    if pull && live.payload.is_within(payload) { Ok(()) } else { Err(Refusal::OutOfBounds) }
+    let mut turn = true;
+    for (rotor, joint) in live.rotor.iter().zip(&rules.joints) {
+        turn &= *rotor >= 0.0 && *rotor <= joint.rotor_max;
+    }
+    if pull && turn && live.payload.is_within(&rules.payload) { Ok(()) } else { Err(Refusal::OutOfBounds) }
 }
 
 /// Make a setting that was checked.

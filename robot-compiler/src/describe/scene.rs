@@ -67,6 +67,9 @@ pub struct SceneFile {
     pub actuators: ActuatorSpec,
 }
 
+/// Greatest reflected rotor inertia that can be told at run time, as a multiple of the robot file's.
+const ROTOR_FACTOR: f64 = 4.0;
+
 impl SceneFile {
     /// Control period, s.
     #[must_use]
@@ -181,6 +184,7 @@ impl SceneFile {
                 deceleration: deceleration[i],
                 reach: reach[i],
                 reach_speed: reach_speed[i],
+                rotor_max: ROTOR_FACTOR * model.links()[i].rotor,
                 damping: damping[i],
             }),
         }

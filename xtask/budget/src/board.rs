@@ -20,7 +20,7 @@ use host_sim::run::simulate;
 use host_sim::session::doctor::{self, State};
 use host_sim::session::serial::{BAUD, SerialError, SerialLink};
 use link::codec::{FrameTooLong, Received};
-use link::{Cost, Encoder, Frame, Hello, Pacing, Refusal};
+use link::{Cost, Encoder, Frame, Hello, Key, Pacing, Refusal};
 use robot_compiler::SceneFile;
 use std::time::{Duration, Instant};
 
@@ -92,12 +92,12 @@ const STANDS_STILL: &str = "CYCCNT counts while TRCENA is set in DEMCR and CYCCN
 /// unplugged meanwhile.
 pub fn measure<const N: usize>(
     scene: &SceneFile,
-    port: &str,
+    (port, key): (&str, Option<Key>),
     motion: &[Tick<N>],
     instructions: Option<u32>,
 ) -> Result<OnBoard, Failure> {
     let own = hello::<N>(scene)?;
-    let checks = doctor::board_checks(port, Some(&own));
+    let checks = doctor::board_checks(port, Some(&own), key);
     if let Some(wrong) = checks.into_iter().find(|check| check.state == State::Problem) {
         return Err(Failure::Board { found: wrong.found, advice: wrong.advice.unwrap_or_default() });
     }
@@ -105,7 +105,7 @@ pub fn measure<const N: usize>(
     let live = simulate::live_inputs::<f32, N>(scene, &model);
     let mut desk = simulate::desk::<f32, N>(scene, &model);
     *desk.live_mut() = live;
-    let mut board = Wire::start(port, own)?;
+    let mut board = Wire::start(port, key, own)?;
     board.send(&Frame::Live(link::Live::new(&live).map_err(ChipError::from)?))?;
     let (mut cycles, mut differ, mut first) = (Vec::with_capacity(motion.len()), 0, 0);
     for (number, (reference, measurement)) in (1..).zip(motion) {
@@ -156,8 +156,9 @@ fn same_bits(a: &Frame, b: &Frame) -> Result<bool, FrameTooLong> {
 struct Wire(SerialLink);
 
 impl Wire {
-    fn start(port: &str, own: Hello) -> Result<Self, Failure> {
+    fn start(port: &str, key: Option<Key>, own: Hello) -> Result<Self, Failure> {
         let mut wire = Self(SerialLink::open(port, BAUD)?);
+        wire.0.join(key)?;
         // Answers to an earlier user of the port may still arrive, and one may look like ours. No other program asks for a
         // drill, so every answer after this one is for us.
         wire.agree(Hello { pacing: Pacing::Drill, ..own })?;

@@ -49,6 +49,9 @@ enum What {
         /// The serial port that its link is on
         #[arg(long)]
         port: String,
+        /// The board's key file, where it has a key
+        #[arg(long)]
+        key: Option<PathBuf>,
         /// How many ticks are counted
         #[arg(long)]
         ticks: usize,
@@ -98,11 +101,13 @@ fn run(what: &What) -> Result<String, Failure> {
             })?;
             serde_json::to_string(&late)
         }
-        What::Board { scene, port, ticks, instructions } => {
+        What::Board { scene, port, key, ticks, instructions } => {
             let scene = load(scene)?;
+            let key = key.as_deref().map(host_sim::key::load).transpose();
+            let key = key.map_err(|error| Failure::Scene(error.to_string()))?;
             let measured = with_dof!(scene.robot.dof(), N => {
                 random_motion::undisturbed::<N>(&scene, SEED, *ticks)
-                    .and_then(|motion| board::measure::<N>(&scene, port, &motion, *instructions))
+                    .and_then(|motion| board::measure::<N>(&scene, (port, key), &motion, *instructions))
             })?;
             serde_json::to_string(&measured)
         }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops at the first surprise")]
 
 use host_sim::session::drill::{Uncounted, desk_session};
-use link::{Cost, Decoder, Encoder, Fault, Frame, Refusal};
+use link::{Access, BoardChannel, Cost, Fault, Frame, Pacing, Refusal};
 use robot_compiler::SceneFile;
 use serde_json::Value;
 use serialport::{SerialPort as _, TTYPort};
@@ -144,14 +144,20 @@ fn run<const N: usize, M: Counter>(
 ) {
     let mut session = desk_session::<N>(scene, &scene.robot.model::<N>().unwrap());
     let meter = Meter::new(counter);
-    let (mut encoder, mut decoder, mut bytes) = (Encoder::new(), Decoder::new(), [0; 512]);
+    // The bench, as a board without a key has it.
+    let (mut channel, mut bytes) = (BoardChannel::new(Access::NoKey), [0; 512]);
+    let own = host_sim::chip::hello(scene, &scene.robot.model::<N>().unwrap(), Pacing::LockStep);
     while !stop.load(Ordering::Relaxed) {
         let Ok(count) = port.read(&mut bytes) else {
             // Nothing has arrived, or the other end is closed and the read returns at once.
             std::thread::sleep(Duration::from_millis(1));
             continue;
         };
-        for received in bytes[..count].iter().filter_map(|byte| decoder.push(*byte)) {
+        for byte in &bytes[..count] {
+            let Some(received) = channel.push(*byte, &own, &mut || None, &mut |bytes| port.write_all(bytes).unwrap())
+            else {
+                continue;
+            };
             let answers = match session.receive(received) {
                 Reaction::Tick => {
                     session.tick(&meter);
@@ -167,7 +173,7 @@ fn run<const N: usize, M: Counter>(
                     other => Way::Says(other),
                 };
                 let said = match said {
-                    Way::Says(frame) => encoder.encode(&frame).unwrap().to_vec(),
+                    Way::Says(frame) => channel.encode(&frame).unwrap().to_vec(),
                     Way::Bytes(bytes) => bytes,
                     Way::Silent => Vec::new(),
                     Way::Unplugged => return,

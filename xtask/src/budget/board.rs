@@ -12,7 +12,7 @@ use crate::scene_keys::SceneKeys;
 use anyhow::{Context as _, Result, bail};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 
 /// The core's clock, Hz, on every real board (`firmware/src/boards/f405.rs`).
@@ -22,6 +22,8 @@ const CLOCK_HZ: f64 = 168e6;
 pub(super) struct Asked<'a> {
     /// The serial port of the board.
     pub(super) port: &'a str,
+    /// The board's key file, where it has a key.
+    pub(super) key: Option<&'a Path>,
     /// The board that was flashed; the firmware does not report it.
     pub(super) board: Board,
     /// The flashed scene; empty for the board's example.
@@ -53,6 +55,9 @@ pub(super) fn run(asked: &Asked<'_>, json: bool) -> Result<()> {
     eprintln!("budget: {name} on {} at {}, {} ticks", asked.board, asked.port, asked.ticks);
     let mut command = chip_budget("board", &scene);
     command.args(["--port", asked.port, "--ticks", &asked.ticks.to_string()]);
+    if let Some(key) = asked.key {
+        command.arg("--key").arg(std::path::absolute(key)?);
+    }
     if let Some(fewest) = emulator.fewest {
         command.args(["--instructions", &fewest.to_string()]);
     }
@@ -189,7 +194,8 @@ mod tests {
     use std::os::unix::process::ExitStatusExt as _;
     use std::process::{ExitStatus, Output};
 
-    const ASKED: Asked<'_> = Asked { port: "/dev/ttyACM0", board: Board::F405Can, scenes: &[], ticks: 10_000 };
+    const ASKED: Asked<'_> =
+        Asked { port: "/dev/ttyACM0", key: None, board: Board::F405Can, scenes: &[], ticks: 10_000 };
 
     fn measured(emulator: Emulator) -> Measured<'static> {
         let said = json!({ "hash": "25bb0af18768f6a5", "rate_hz": 4_000.0, "ticks": 10_000, "bits_differ": 0,

@@ -1,27 +1,22 @@
 //! The firmware on a port: presence, protocol version, and whether it was built from this scene.
 //!
-//! The check sends a hello that no robot matches. The firmware answers any hello with its own. A hello that does not
-//! agree stops its ticks and engages the brakes, so the check can never start an arm.
+//! The check asks for a challenge, which says who the board is and whom it trusts. That disturbs no session, and starts none.
 
 use super::Check;
 use crate::session::serial::{BAUD, SerialError, SerialLink};
-use link::{DecodeError, Frame, Hello, PROTOCOL_VERSION, Pacing};
-use std::time::{Duration, Instant};
-
-/// Number of hellos sent, and timeout of each answer: at [`BAUD`] an answer takes a millisecond.
-const TRIES: u32 = 3;
-const ANSWER: Duration = Duration::from_millis(400);
+use link::{Challenge, DecodeError, Distrust, Hello, Key, NonceSource, PROTOCOL_VERSION, Trust};
 
 const WIRES: &str = "is the board powered and flashed (`cargo xtask firmware flash`), PA2 wired to the adapter's RX, PA3 to its TX, and ground \
                      to ground (docs/flash.md)?";
 
-/// A hello that matches no firmware, because every firmware has at least one joint.
-const NOBODY: Hello = Hello { robot: 0, joints: 0, rate_hz: 0.0, pacing: Pacing::LockStep };
+const NO_KEY: &str = "without a key it runs on the bench and does not arm: `host-sim key new FILE`, then `cargo xtask firmware key FILE --board BOARD`";
 
 /// Answer of the board.
 #[derive(Debug)]
 enum Heard {
-    Hello(Hello),
+    Board(Challenge),
+    /// Whom it trusts does not go with the key.
+    Distrusted(Distrust),
     OtherVersion(u8),
     Unreadable(DecodeError),
     Nothing,
@@ -30,14 +25,14 @@ enum Heard {
 /// Open the port, ask the board, and compare its answer with the scene's hello, if there is one. Every check is needed,
 /// because the user named the port.
 #[must_use]
-pub fn checks(path: &str, scene: Option<&Hello>) -> Vec<Check> {
+pub fn checks(path: &str, scene: Option<&Hello>, key: Option<Key>) -> Vec<Check> {
     let mut link = match SerialLink::open(path, BAUD) {
         Ok(link) => link,
         Err(error) => return vec![Check::wrong("port", true, error.to_string(), advice(&error))],
     };
     let mut checks = vec![Check::ok("port", format!("{path}, {BAUD} baud"))];
-    match ask(&mut link) {
-        Ok(heard) => checks.extend(judge(&heard, scene)),
+    match ask(&mut link, key) {
+        Ok(heard) => checks.extend(judge(&heard, scene, key.is_some())),
         Err(error) => checks.push(Check::wrong("firmware", true, error.to_string(), advice(&error))),
     }
     checks
@@ -51,39 +46,27 @@ fn advice(error: &SerialError) -> &'static str {
     }
 }
 
-fn ask(link: &mut SerialLink) -> Result<Heard, SerialError> {
-    let mut unreadable = None;
-    for _ in 0..TRIES {
-        link.send(&Frame::Hello(NOBODY))?;
-        let end = Instant::now() + ANSWER;
-        loop {
-            match link.receive(end.saturating_duration_since(Instant::now())) {
-                Ok(Some(received)) => {
-                    // Other frames were sent before the question.
-                    if let Frame::Hello(hello) = received.frame {
-                        return Ok(Heard::Hello(hello));
-                    }
-                }
-                Ok(None) => break,
-                Err(SerialError::Undecodable(DecodeError::WrongVersion { theirs })) => {
-                    return Ok(Heard::OtherVersion(theirs));
-                }
-                Err(SerialError::Undecodable(error)) => unreadable = Some(error),
-                Err(error) => return Err(error),
-            }
-            // Bytes may keep coming without an answer; the time limit ends the wait.
-            if Instant::now() >= end {
-                break;
-            }
-        }
+fn ask(link: &mut SerialLink, key: Option<Key>) -> Result<Heard, SerialError> {
+    match link.find(key) {
+        Ok(None) => Ok(Heard::Nothing),
+        Ok(Some(challenge)) => match link.check(&challenge) {
+            // Nothing has to be proved to somebody who has no key.
+            Ok(()) | Err(Distrust::KeyNeeded) => Ok(Heard::Board(challenge)),
+            Err(distrust) => Ok(Heard::Distrusted(distrust)),
+        },
+        Err(SerialError::Undecodable(DecodeError::WrongVersion { theirs })) => Ok(Heard::OtherVersion(theirs)),
+        Err(SerialError::Undecodable(error)) => Ok(Heard::Unreadable(error)),
+        Err(error) => Err(error),
     }
-    Ok(unreadable.map_or(Heard::Nothing, Heard::Unreadable))
 }
 
-fn judge(heard: &Heard, scene: Option<&Hello>) -> Vec<Check> {
+fn judge(heard: &Heard, scene: Option<&Hello>, proved: bool) -> Vec<Check> {
     const REBUILD: &str = "build and flash it again from this source: `cargo xtask firmware flash`";
-    let hello = match heard {
-        Heard::Hello(hello) => hello,
+    let challenge = match heard {
+        Heard::Board(challenge) => challenge,
+        Heard::Distrusted(distrust) => {
+            return vec![Check::wrong("link key", true, distrust.to_string(), "is this the file that it was given?")];
+        }
         Heard::OtherVersion(theirs) => {
             let found = format!("speaks protocol version {theirs}, expected {PROTOCOL_VERSION}");
             return vec![Check::wrong("firmware", true, found, REBUILD)];
@@ -94,8 +77,9 @@ fn judge(heard: &Heard, scene: Option<&Hello>) -> Vec<Check> {
         }
         Heard::Nothing => return vec![Check::wrong("firmware", true, "does not answer", WIRES)],
     };
+    let hello = &challenge.own;
     let found = format!("protocol version {PROTOCOL_VERSION}, {}", described(hello));
-    let mut checks = vec![Check::ok("firmware", found)];
+    let mut checks = vec![Check::ok("firmware", found), trust(challenge.trust, proved)];
     if let Some(scene) = scene {
         checks.push(if (Hello { pacing: scene.pacing, ..*hello }) == *scene {
             Check::ok("robot hash", "the scene's")
@@ -105,6 +89,27 @@ fn judge(heard: &Heard, scene: Option<&Hello>) -> Vec<Check> {
         });
     }
     checks
+}
+
+/// Whom the board trusts.
+fn trust(trust: Trust, proved: bool) -> Check {
+    match trust {
+        Trust::Key { source, .. } => {
+            let nonces = match source {
+                NonceSource::Generator => "the chip's random number generator",
+                NonceSource::Counter => "a stored number and a counter",
+            };
+            let found = if proved { "this key" } else { "a key; `--key FILE` checks which" };
+            Check::ok("link key", format!("{found}; nonces from {nonces}"))
+        }
+        Trust::NoKey => Check::wrong("link key", false, "none", NO_KEY),
+        Trust::Insecure => Check::wrong(
+            "link key",
+            false,
+            "built with --insecure: whoever reaches the wire can drive the arm",
+            "build it without --insecure, and give it a key",
+        ),
+    }
 }
 
 /// Hash, joints and rate, in the format of `info` and the firmware's own log.

@@ -35,7 +35,7 @@ pub const REFUSALS: [(&str, &str); 10] = [
 ];
 
 /// Things to inspect after a fault, by [`Fault::code`], 1 and up.
-pub const LOOK_AT: [&str; 14] = [
+pub const LOOK_AT: [&str; 16] = [
     "the sensor, its cable",
     "whoever makes the reference",
     "the sensor's rate, the link",
@@ -50,6 +50,8 @@ pub const LOOK_AT: [&str; 14] = [
     "the supply, a brake resistor",
     "cooling, the load",
     "what is around the arm; payload, friction and thresholds of the scene",
+    "whoever pushes it; payload, wrench and rotors as told; the model of the arm",
+    "payload, wrench and gravity as told; the posture; `clear`, tell it right, and arm again",
 ];
 
 /// Entry of a table by number, counted from `first`.
@@ -111,6 +113,9 @@ pub fn frame(refusal: &Refusal) -> String {
     let what_to_do = match refusal {
         Refusal::Undecodable(_) | Refusal::Lost { .. } => "; see to the cable and the baud rate, and ask again",
         Refusal::NoHello | Refusal::OtherRobot => "; connect again",
+        Refusal::Unauthentic { .. } => {
+            "; see to the wire; if all commands stop, the board has started anew: connect again"
+        }
         _ => "",
     };
     format!("the board did not take a frame: {}{what_to_do}", refusal_in_words(refusal))

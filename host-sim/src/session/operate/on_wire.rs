@@ -1,8 +1,9 @@
 //! A board on a serial port as a device. The board's own timer paces it; time is wall-clock time.
 
 use super::device::{Device, DeviceError, Tap};
-use crate::session::serial::{SerialError, SerialLink};
-use link::{Frame, Pacing};
+use crate::chip::ChipError;
+use crate::session::serial::{JOIN_SILENCE, SerialError, SerialLink};
+use link::{Frame, Key, Pacing, Refusal, Trust};
 use std::time::{Duration, Instant};
 
 /// Interval of signs of life to the board if nothing else is sent. A scene's `heartbeat_ms` is 100 by default.
@@ -23,11 +24,20 @@ pub struct OnWire {
 }
 
 impl OnWire {
-    /// A board behind an open port. Sends nothing yet.
-    #[must_use]
-    pub fn new(link: SerialLink) -> Self {
+    /// A board behind an open port, which has the key where it has one, and whom it trusts. A board without a key is none that
+    /// can arm.
+    ///
+    /// # Errors
+    /// A board that is silent, has no key, or has another one.
+    pub fn join(mut link: SerialLink, key: Option<Key>) -> Result<(Self, Trust), DeviceError> {
+        let Some(challenge) = link.join(key)? else {
+            return Err(DeviceError::Silent { what: "answer to a join", time: JOIN_SILENCE });
+        };
+        if challenge.trust == Trust::NoKey {
+            return Err(ChipError::Refused(Refusal::NoKey).into());
+        }
         let now = Instant::now();
-        Self { link, begun: now, sent: now, tap: Tap::default() }
+        Ok((Self { link, begun: now, sent: now, tap: Tap::default() }, challenge.trust))
     }
 }
 

@@ -64,13 +64,19 @@ pub enum FaultKind {
     LiveNumbers,
     /// A live payload of absurd mass.
     Payload,
+    /// A live wrench of absurd size.
+    Wrench,
+    /// Live rotor inertias that are negative or absurd.
+    Rotor,
+    /// A live payload that could be, and is not there.
+    Model,
     /// A force pushes at the tip.
     Push,
 }
 
 impl FaultKind {
     /// All faults with their display names.
-    pub const NAMES: [(Self, &'static str); 29] = [
+    pub const NAMES: [(Self, &'static str); 32] = [
         (Self::Nothing, "nothing"),
         (Self::EmergencyStop, "emergency stop"),
         (Self::Overrun, "overrun"),
@@ -99,6 +105,9 @@ impl FaultKind {
         (Self::Garbage, "link: garbage"),
         (Self::LiveNumbers, "live input NaN, infinite"),
         (Self::Payload, "payload of absurd mass"),
+        (Self::Wrench, "wrench of absurd size"),
+        (Self::Rotor, "rotors negative, absurd"),
+        (Self::Model, "payload told wrongly"),
         (Self::Push, "collision"),
     ];
 
@@ -114,7 +123,9 @@ impl FaultKind {
         match self {
             Self::Position | Self::Velocity => !scene.sensors.encoder,
             Self::HostSilent => !drill,
-            Self::Payload => matches!(scene.model.payload, Term::Live),
+            Self::Payload | Self::Model => matches!(scene.model.payload, Term::Live),
+            Self::Wrench => matches!(scene.model.tip_wrench, Term::Live),
+            Self::Rotor => matches!(scene.model.rotor, Term::Live),
             _ => true,
         }
     }
@@ -136,6 +147,9 @@ impl FaultKind {
                 | Self::Missing
                 | Self::Velocity
                 | Self::Payload
+                | Self::Wrench
+                | Self::Rotor
+                | Self::Model
                 | Self::Push
         )
     }

@@ -4,6 +4,7 @@ use super::case::FaultKind;
 use super::host::Host;
 use super::machine::Told;
 use super::random::Random;
+use super::run::Stage;
 use dynamics_core::{Inertia, JointSpec, Live, Reference, Sensed, Wrench};
 use link::codec::FrameTooLong;
 use link::{Frame, Request};
@@ -48,6 +49,10 @@ pub(super) struct Injection<const N: usize> {
     sign: f64,
     /// Size of the fault, from 0 to 1.
     share: f64,
+    /// The live inputs as they should be.
+    truth: Live<f32, N>,
+    /// Greatest payload that the machine takes, kg.
+    payload_max: f32,
     /// Reading and ages before the fault.
     before: Option<(Sensed<f32, N>, [u32; N])>,
 }
@@ -56,10 +61,12 @@ const WILD: [f32; 6] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1
 
 impl<const N: usize> Injection<N> {
     /// Draw the parameters of a fault.
-    pub(super) fn new(kind: FaultKind, scales: &[JointScale; N], random: &mut Random) -> Self {
+    pub(super) fn new(kind: FaultKind, stage: &Stage<N>, random: &mut Random) -> Self {
         let joint = random.index(N);
         let wild = random.pick(&WILD).unwrap_or(f32::NAN);
-        Self { kind, joint, scale: scales[joint], wild, sign: random.sign(), share: random.unit(), before: None }
+        let (scale, truth, payload_max) = (stage.scales[joint], stage.truth, stage.rules.payload.mass as f32);
+        let (sign, share) = (random.sign(), random.unit());
+        Self { kind, joint, scale, wild, sign, share, truth, payload_max, before: None }
     }
 
     /// Apply the fault to readings and lines in its tick number `k`, counted from 0.
@@ -151,15 +158,34 @@ impl<const N: usize> Injection<N> {
                 live.gravity[random.index(3)] = [f32::NAN, f32::INFINITY][random.index(2)];
                 host.send(&Frame::Live(live))?;
             }
-            FaultKind::Payload if k == 0 => {
-                let mass = 10.0_f64.powf(1.0 + 5.0 * self.share) as f32;
-                let com = Vector3::new(0.0, 0.0, (0.5 * self.sign) as f32);
-                host.send(&Frame::Live(held::<N>(mass, com).map_err(|_| FrameTooLong)?))?;
-            }
             kind if kind == FaultKind::Requests || kind.is_of_the_link() => chatter(host, random, kind)?,
+            kind if k == 0 => {
+                if let Some(live) = self.falsehood(kind) {
+                    host.send(&Frame::Live(link::Live::new(&live).map_err(|_| FrameTooLong)?))?;
+                }
+            }
             _ => {}
         }
         Ok(false)
+    }
+
+    /// Live inputs that are finite and wrong; `None` for every other fault.
+    fn falsehood(&self, kind: FaultKind) -> Option<Live<f32, N>> {
+        let mut live = self.truth;
+        let sign = self.sign as f32;
+        let size = |least: f64, decades: f64| (least * 10.0_f64.powf(decades * self.share)) as f32;
+        match kind {
+            FaultKind::Payload => live.payload = point_mass(size(10.0, 5.0), 0.5 * sign),
+            FaultKind::Model => live.payload = point_mass(self.share as f32 * self.payload_max, 0.2 * sign),
+            FaultKind::Wrench => {
+                let size = sign * size(1.0, 4.0);
+                live.tip_wrench.force = Vector3::new(size, -size, size);
+                live.tip_wrench.moment = Vector3::new(0.0, 0.1 * size, 0.0);
+            }
+            FaultKind::Rotor => live.rotor[self.joint] = sign * size(0.1, 5.0),
+            _ => return None,
+        }
+        Some(live)
     }
 
     /// Force at the tip; `None` for every other fault.
@@ -194,13 +220,11 @@ fn chatter<const N: usize>(host: &mut Host<N>, random: &mut Random, kind: FaultK
     Ok(())
 }
 
-/// Live inputs of an arm on a floor with this payload.
-fn held<const N: usize>(mass: f32, com: Vector3<f32>) -> Result<link::Live, link::AsymmetricInertia> {
-    // A point mass on the z axis.
-    let turned = mass * com.norm_squared();
+/// A point mass on the z axis of the last link's frame, kg and m.
+fn point_mass(mass: f32, at: f32) -> Inertia<f32> {
+    let turned = mass * at * at;
     let about_origin = Matrix3::from_diagonal(&Vector3::new(turned, turned, 0.0));
-    let payload = Inertia { mass, first_moment: com * mass, about_origin };
-    link::Live::new(&Live::<f32, N> { gravity: Vector3::new(0.0, 0.0, -9.81), payload, ..Live::zero() })
+    Inertia { mass, first_moment: Vector3::new(0.0, 0.0, at * mass), about_origin }
 }
 
 /// Move the reading of a joint by `way`, rad or m.

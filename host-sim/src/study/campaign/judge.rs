@@ -64,6 +64,8 @@ pub struct Judge<const N: usize> {
     acted: usize,
     /// Ticks since the machine may last have received a message of the host.
     silent: u32,
+    /// Where the arm was armed.
+    armed: [f64; N],
     /// Number of consecutive ticks of holding.
     held: u32,
     /// Ticks of holding after which the arm must be at rest.
@@ -92,6 +94,7 @@ impl<const N: usize> Judge<N> {
             torque: None,
             acted: 0,
             silent: u32::MAX,
+            armed: [0.0; N],
             held: 0,
             rest_after: (rest / rules.period).ceil() as u32,
             trust,
@@ -125,6 +128,7 @@ impl<const N: usize> Judge<N> {
         self.silence(heard, said)?;
         self.reference(&seen, status)?;
         self.rest(status)?;
+        self.standing(&seen, status)?;
 
         self.before = (status.state, status.cause);
         self.torque = torque(&said.drives);

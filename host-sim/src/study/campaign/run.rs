@@ -12,7 +12,7 @@ use crate::plant::Diverged;
 use crate::run::closed_loop::{World, measurement};
 use crate::run::simulate;
 use dynamics_core::safety::{Rules, SafeAction};
-use dynamics_core::{ControllerConfig, Reference};
+use dynamics_core::{ControllerConfig, Live, Reference};
 use link::codec::FrameTooLong;
 use link::{Frame, Hello, Request, Status};
 use robot_compiler::SceneFile;
@@ -28,9 +28,11 @@ pub struct Stage<const N: usize> {
     world: World<N>,
     hello: Hello,
     config: ControllerConfig<f64, N>,
-    rules: Rules<f64, N>,
+    pub(super) rules: Rules<f64, N>,
     live: Frame,
-    scales: [JointScale; N],
+    /// The live inputs as they should be.
+    pub(super) truth: Live<f32, N>,
+    pub(super) scales: [JointScale; N],
     /// Normal supply voltage and temperature.
     calm: (Option<f32>, Option<f32>),
 }
@@ -48,7 +50,8 @@ impl<const N: usize> Stage<N> {
             let per_count = if scene.sensors.encoder { config.encoder[i].per_count } else { 0.0 };
             JointScale::new(&arm.joints[i], rules.joints[i].jump_step, per_count)
         };
-        let live = link::Live::new(&simulate::live_inputs(scene, &model))
+        let truth = simulate::live_inputs(scene, &model);
+        let live = link::Live::new(&truth)
             .map_err(|error| Failure::Input(miette::miette!("{}: {error}", scene.path.display())))?;
         let middle = |(low, high): (f64, f64), or: f32| {
             let middle = (0.5 * (low + high)) as f32;
@@ -59,6 +62,7 @@ impl<const N: usize> Stage<N> {
             world: simulate::world(scene)?,
             hello: hello(scene, &model, link::Pacing::LockStep),
             live: Frame::Live(live),
+            truth,
             scales: core::array::from_fn(scale),
             calm: (middle(rules.supply, 24.0), middle(rules.temperature, 30.0)),
             config,
@@ -225,7 +229,7 @@ impl<const N: usize> Bench<'_, N> {
                 .clone()
                 .map_or(Stop::Trouble(Trouble::Unreported(0)), |s| Stop::NotReached(Box::new(s))));
         }
-        let mut injection = Injection::new(case.fault, &self.stage.scales, &mut self.random);
+        let mut injection = Injection::new(case.fault, self.stage, &mut self.random);
         let (least, most) = case.fault.ticks();
         let mut ticks = self.random.whole(least, most);
         if case.fault == FaultKind::HostSilent {
@@ -320,7 +324,7 @@ impl<const N: usize> Bench<'_, N> {
 
     /// Run a tick with the emergency stop pressed.
     fn stop(&mut self) -> Result<(), Stop> {
-        let mut press = Injection::new(FaultKind::EmergencyStop, &self.stage.scales, &mut self.random);
+        let mut press = Injection::new(FaultKind::EmergencyStop, self.stage, &mut self.random);
         self.pass(Some(Wrong { kind: FaultKind::EmergencyStop, injection: &mut press, k: 0 }))
     }
 

@@ -54,7 +54,7 @@ where
         if !live.is_finite() {
             return Err(Refusal::NonFiniteLive);
         }
-        parameters::check_live(&values, &self.safety.rules().payload)?;
+        parameters::check_live(&values, self.safety.rules())?;
         let change = Change::Live(values);
         if pacing.is_supervised() {
             self.change(change)?;

@@ -4,7 +4,9 @@ use super::change::jump;
 use super::{Buffers, Session};
 use crate::meter::{Counter, Meter};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Command, Configuration, Controller, Measurement, Protection, Reference};
+use dynamics_core::control::{
+    Command, Configuration, Controller, Fault, LimitFlags, Measurement, Protection, Reference,
+};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, Actuation, SafeAction};
 use dynamics_core::trig::Trig;
@@ -73,7 +75,7 @@ where
                     jumps = jump(&command, &other, controller.config());
                 }
                 alone = cost;
-                command
+                if ask.start { bearable(command) } else { command }
             })
         });
         let cost = all.map(|all: Cost| TickCost { all, controller: alone });
@@ -96,6 +98,17 @@ where
             Actuation::Drive { .. } => Drives::Safe(self.safe_action()),
             Actuation::Safe(action) => Drives::Safe(action),
         }
+    }
+}
+
+/// The first command of an arm that is armed, at rest and where it should be: it holds the arm. A joint whose torque limit acts
+/// cannot. What was told while no torque acted has jumped from nothing, and this is where it is judged.
+#[cold]
+fn bearable<const N: usize>(command: Command<f32, N>) -> Command<f32, N> {
+    let Command::Drive { limits, .. } = &command else { return command };
+    match limits.iter().position(|flags| flags.contains(LimitFlags::TORQUE)) {
+        Some(joint) => Command::Brake(Fault::Overload { joint: joint as u8 }),
+        None => command,
     }
 }
 

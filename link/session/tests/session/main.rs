@@ -14,7 +14,7 @@ use link::{Cost, Hello, Pacing};
 use session::meter::Counter;
 use std::cell::Cell;
 
-/// Two unit masses on unit gears, nothing between them, and rotors that are live: `tau = (1 + rotor) qdd`.
+/// Two unit masses on unit gears, nothing between them, rotors that are live, and a force on the first: `tau = (1 + rotor) qdd - f`.
 #[derive(Clone)]
 struct UnitMasses;
 
@@ -27,7 +27,8 @@ impl InverseDynamics<f32, 2> for UnitMasses {
         qdd: &[f32; 2],
         live: &Live<f32, 2>,
     ) -> [f32; 2] {
-        std::array::from_fn(|i| (1.0 + live.rotor[i]) * qdd[i])
+        let force = [live.tip_wrench.force.x, 0.0];
+        std::array::from_fn(|i| (1.0 + live.rotor[i]) * qdd[i] - force[i])
     }
 }
 
@@ -73,6 +74,7 @@ fn protected() -> Protected<f32, 2> {
         deceleration: 50.0,
         reach: 0.5,
         reach_speed: 0.5,
+        rotor_max: 2.0,
         damping: 1.0,
     };
     let rules = Rules {

@@ -472,3 +472,47 @@ fn a_payload_is_taken_up_to_its_bounds_and_one_that_cannot_be_is_not() {
     // It comes in a frame of its own.
     assert_eq!(answers(&mut arm, set(96, 1.0)), [Frame::Refusal(Refusal::Fixed)]);
 }
+
+/// A rotor turns no arm against its motor, and is no heavier than the drive can have it.
+#[test]
+fn rotors_are_taken_up_to_their_bound_and_never_below_zero() {
+    let told = |rotor: [f32; 2]| {
+        Frame::Live(link::Live::new(&dynamics_core::Live { rotor, ..dynamics_core::Live::zero() }).unwrap())
+    };
+    let mut arm = Arm::live();
+    for rotor in [[0.0, 0.0], [2.0, 2.0], [-0.0, 1.0]] {
+        assert_eq!(answers(&mut arm, told(rotor)), [], "{rotor:?}");
+    }
+    for rotor in [[-1e-6, 0.0], [0.0, -5.0], [2.0_f32.next_up(), 0.0], [0.0, 1e9]] {
+        assert_eq!(answers(&mut arm, told(rotor)), [Frame::Refusal(Refusal::OutOfBounds)], "{rotor:?}");
+    }
+}
+
+/// What is told while no torque acts jumps from nothing: an arm that could not hold it is not armed, and no torque acts.
+#[test]
+fn an_arm_that_cannot_hold_what_it_was_told_is_not_armed() {
+    let pushed = |force: f32| {
+        let mut live = dynamics_core::Live::<f32, 2>::zero();
+        live.tip_wrench.force.x = force;
+        Frame::Live(link::Live::new(&live).unwrap())
+    };
+    for (force, holds) in [(49.9, true), (-49.9, true), (50.1, false), (-1000.0, false)] {
+        let mut arm = Arm::live();
+        for request in [Request::Home, Request::Confirm] {
+            arm.asked(request);
+        }
+        assert_eq!(answers(&mut arm, pushed(force)), []);
+        let drives = arm.asked(Request::Arm);
+        if holds {
+            assert!(matches!(drives, Drives::Drive(_)), "{force} N");
+        } else {
+            assert_eq!(drives, SAFE, "{force} N");
+            let overload = dynamics_core::control::Fault::Overload { joint: 0 };
+            assert_eq!(arm.state(), safety::State::Fault(overload));
+            // Told right and cleared, it is armed.
+            assert_eq!(answers(&mut arm, pushed(0.0)), []);
+            arm.asked(Request::Clear);
+            assert!(matches!(arm.asked(Request::Arm), Drives::Drive(_)));
+        }
+    }
+}

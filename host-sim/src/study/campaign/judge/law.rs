@@ -35,6 +35,8 @@ pub enum Law {
     Held,
     /// A holding arm comes to rest.
     Rest,
+    /// An armed arm stays within reach of where it was armed, unless it gives way to a collision.
+    Standing,
     /// The reported command is the one that drives the actuators.
     Reported,
     /// The arm can be simulated to the end.

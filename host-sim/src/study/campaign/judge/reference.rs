@@ -3,7 +3,8 @@
 use super::law::{Law, Unsafe, broken};
 use super::observation::{Seen, beyond};
 use super::{Judge, Trust};
-use crate::session::states::{HOLDING, RUNNING};
+use crate::session::states::{ARMED, HOLDING, RUNNING};
+use dynamics_core::control::LimitFlags;
 use link::{Actuation, Status};
 
 impl<const N: usize> Judge<N> {
@@ -57,6 +58,31 @@ impl<const N: usize> Judge<N> {
                 && speed.abs() > rest
             {
                 return broken(Law::Rest, format!("joint {}: {speed} after {} ticks of holding", i + 1, self.held));
+            }
+        }
+        Ok(())
+    }
+
+    /// Check that an armed arm stands where it was armed.
+    pub(super) fn standing(&mut self, seen: &Seen<N>, status: &Status) -> Result<(), Unsafe> {
+        if status.state != ARMED {
+            return Ok(());
+        }
+        if self.before.0 != ARMED {
+            self.armed = seen.position;
+        }
+        let Some(Actuation::Drive { limits, .. }) = &status.actuation else { return Ok(()) };
+        // It gives way, or did until now.
+        if limits.iter().any(|flags| flags & LimitFlags::COLLISION.bits() != 0) {
+            self.armed = seen.position;
+        }
+        for i in 0..N {
+            let joint = &self.rules.joints[i];
+            // With encoders the machine looks at its observer's estimate, which may lag by anything below a jump.
+            let lag = if seen.counted { 2.0 * joint.jump_step.min(1.0) + joint.resolution } else { 0.0 };
+            let (place, armed) = (seen.position[i], self.armed[i]);
+            if (!seen.counted || self.trust >= Trust::Arm) && beyond((place - armed).abs(), joint.reach + lag) {
+                return broken(Law::Standing, format!("joint {}: armed at {armed}, the arm at {place}", i + 1));
             }
         }
         Ok(())

@@ -1,0 +1,133 @@
+//! The host's side.
+
+use crate::DecodeError;
+use crate::codec::{Codec, FrameTooLong, Packet, Received};
+use crate::frame::{Challenge, Frame, Refusal, Trust};
+use crate::seal::{Key, Nonce, Side, Transcript};
+use core::fmt;
+
+/// Reason why a host does not talk to a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Distrust {
+    /// The board asks for a key, and the host has none.
+    KeyNeeded,
+    /// The board's proof does not fit the key: it has another, or is not the board.
+    WrongProof,
+    /// The host has a key, and the board says that it has none.
+    BoardHasNoKey,
+    /// The host has a key, and the board says that it was built to trust anybody.
+    BoardIsInsecure,
+}
+
+impl fmt::Display for Distrust {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::KeyNeeded => "the board asks for a key: `--key FILE`, the one that it was given by `cargo xtask firmware key`",
+            Self::WrongProof => "the board does not have this key: it has another one, or is not the board that it seems",
+            Self::BoardHasNoKey => "the board has no key, or is not the board that it seems; `cargo xtask firmware key FILE` gives it one",
+            Self::BoardIsInsecure => "the board was built to trust anybody, or is not the board that it seems; without `--key` it can be used",
+        })
+    }
+}
+
+impl core::error::Error for Distrust {}
+
+/// Packets of a host, in and out.
+#[derive(Debug, Default)]
+pub struct HostChannel {
+    codec: Codec,
+    key: Option<Key>,
+    nonce: Nonce,
+    /// A challenge was asked for, and has not been answered.
+    asked: bool,
+    sealed: bool,
+}
+
+impl HostChannel {
+    /// A channel before any packet. With a key, none but a board with the same key is talked to.
+    #[must_use]
+    pub const fn new(key: Option<Key>) -> Self {
+        Self { codec: Codec::new(), key, nonce: [0; 16], asked: false, sealed: false }
+    }
+
+    /// Whether the packets are sealed.
+    #[must_use]
+    pub const fn is_sealed(&self) -> bool {
+        self.sealed
+    }
+
+    /// The packet that asks for a challenge. `nonce` must be random and new.
+    ///
+    /// # Errors
+    /// As [`crate::Encoder::encode`].
+    pub fn join(&mut self, nonce: Nonce) -> Result<Packet, FrameTooLong> {
+        (self.nonce, self.asked) = (nonce, true);
+        self.codec.encoder.encode_open(&Frame::Join(nonce))
+    }
+
+    /// Whether the board is one to talk to. Sends nothing, and begins nothing.
+    ///
+    /// # Errors
+    /// [`Distrust`]: the board is not one to talk to with this key, or without one.
+    pub fn check(&self, challenge: &Challenge) -> Result<(), Distrust> {
+        self.secret(challenge).map(|_| ())
+    }
+
+    /// Answer a challenge: the packet to send, if there is one. From then on packets are sealed where both have the key.
+    ///
+    /// # Errors
+    /// As [`HostChannel::check`].
+    pub fn answer(&mut self, challenge: &Challenge) -> Result<Option<Packet>, Distrust> {
+        let secret = self.secret(challenge)?;
+        self.asked = false;
+        let Some((key, transcript)) = secret else { return Ok(None) };
+        let packet = self.codec.encoder.encode_open(&Frame::Proof(key.proof(Side::Host, &transcript))).ok();
+        self.codec.seal_with(key.session(Side::Host, &transcript));
+        self.sealed = true;
+        Ok(packet)
+    }
+
+    /// Key and transcript of the session that a challenge offers; `None` for a board that needs none.
+    fn secret(&self, challenge: &Challenge) -> Result<Option<(Key, Transcript)>, Distrust> {
+        match (challenge.trust, self.key) {
+            (Trust::Key { nonce, proof, .. }, Some(key)) => {
+                let transcript = Transcript::new(&self.nonce, &nonce);
+                let right = proof.fits(&key.proof(Side::Board, &transcript));
+                if right { Ok(Some((key, transcript))) } else { Err(Distrust::WrongProof) }
+            }
+            (Trust::Key { .. }, None) => Err(Distrust::KeyNeeded),
+            (Trust::NoKey, Some(_)) => Err(Distrust::BoardHasNoKey),
+            (Trust::Insecure, Some(_)) => Err(Distrust::BoardIsInsecure),
+            (Trust::NoKey | Trust::Insecure, None) => Ok(None),
+        }
+    }
+
+    /// The next packet: sealed in a session with a key.
+    ///
+    /// # Errors
+    /// As [`crate::Encoder::encode`].
+    pub fn encode(&mut self, frame: &Frame) -> Result<Packet, FrameTooLong> {
+        self.codec.encoder.encode(frame)
+    }
+
+    /// Take one byte. In a sealed session an open packet counts only where a board must speak without a seal: it has started
+    /// anew, or answers a join.
+    ///
+    /// # Errors
+    /// As [`crate::Decoder::push`].
+    pub fn push(&mut self, byte: u8) -> Option<Result<Received, DecodeError>> {
+        match self.codec.decoder.push_known(byte)? {
+            Err(error) => Some(Err(error)),
+            Ok((received, true)) => Some(Ok(received)),
+            Ok((received, false)) => {
+                let counts = match received.frame {
+                    // Else it is the answer to somebody else.
+                    Frame::Challenge(_) => self.asked,
+                    Frame::Hello(_) | Frame::Refusal(Refusal::Unauthentic { .. } | Refusal::NoNonce) => true,
+                    _ => !self.sealed,
+                };
+                counts.then_some(Ok(received))
+            }
+        }
+    }
+}
