@@ -7,13 +7,13 @@
 use super::pac;
 use crate::key::CountedNonces;
 use cortex_m_semihosting::debug;
+use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use firmware::board::{Board, BoardLines, LinkInput, LinkOutput, Parts, Ticker};
 use firmware::joint_io::JointIo;
 use link::Cost;
 use session::meter::Counter;
-use session::readings::Lines;
-use session::readings::Readings;
+use session::readings::{JointFaults, Lines, Readings};
 
 /// With `-icount shift=0` an instruction takes 1 ns, and the emulator counts timers at 1 GHz.
 const TIMER_HZ: f32 = 1e9;
@@ -36,6 +36,9 @@ pub struct InstructionCounter(pac::TIM2);
 /// No line but the link.
 pub struct NoLines;
 
+/// Joints that rest at zero, know it, and are moved by no torque: what a live session needs to be armed.
+pub struct RestingJoints;
+
 impl Board<{ arm::N }> for NetduinoPlus2 {
     type Peripherals = super::Chip;
     type Input = Input;
@@ -43,7 +46,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
     type Ticker = ControlTimer;
     type Counter = InstructionCounter;
     type Lines = NoLines;
-    type Joints = NoLines;
+    type Joints = RestingJoints;
     type Nonces = CountedNonces<fn() -> u32>;
 
     const NAME: &'static str = "netduinoplus2 (QEMU)";
@@ -74,7 +77,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
             ticker: ControlTimer(timer),
             counter: InstructionCounter(counter),
             lines: NoLines,
-            joints: NoLines,
+            joints: RestingJoints,
             nonces: CountedNonces(time),
         }
     }
@@ -166,9 +169,15 @@ impl BoardLines for NoLines {
     fn feed(&mut self) {}
 }
 
-impl JointIo<{ arm::N }> for NoLines {
+impl JointIo<{ arm::N }> for RestingJoints {
     fn measure(&mut self) -> Option<Readings<{ arm::N }>> {
-        None
+        const ZERO: [f32; arm::N] = [0.0; arm::N];
+        Some(Readings {
+            sensed: Sensed::State { q: ZERO, qd: ZERO },
+            torque: ZERO,
+            age_ticks: [0; arm::N],
+            faults: [JointFaults::NONE; arm::N],
+        })
     }
 
     fn drive(&mut self, _torque: &[f32; arm::N]) {}

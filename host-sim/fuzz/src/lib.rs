@@ -7,6 +7,7 @@
 //!
 //! | module | meaning of the bytes | property |
 //! |---|---|---|
+//! | [`link_channel`] | a stranger on the wire of a sealed session | no frame counts but the host's, once and in order; the host is always heard |
 //! | [`link_decoder`] | bytes on the wire, and the inside of a packet | no panic; a frame comes back the same; the next packet is read |
 //! | [`link_stream`] | packets and events on the link | exactly the whole packets arrive, and missing ones are counted |
 //! | [`session`] | packets, damage, readings and ticks | refused input leaves no trace; torque acts only by the rules of `docs/safety.md` |
@@ -25,6 +26,7 @@ pub mod damage;
 mod examples;
 mod files;
 pub mod json_lines;
+pub mod link_channel;
 pub mod link_decoder;
 pub mod link_stream;
 mod packets;
@@ -49,7 +51,8 @@ pub struct Target {
 }
 
 /// All fuzz targets.
-pub const TARGETS: [Target; 7] = [
+pub const TARGETS: [Target; 8] = [
+    link_channel::TARGET,
     link_decoder::TARGET,
     link_stream::TARGET,
     session::TARGET,

@@ -1,7 +1,7 @@
 //! Fuzz target: a stream of good packets, and events on the link.
 
 use crate::Target;
-use crate::packets::{Taken, all_bits, decode, expected, frame, taken};
+use crate::packets::{Taken, all_bits, begins, decode, expected, frame, taken};
 use link::{Decoder, Encoder, Frame, Packet};
 
 /// Streams in which each event happens once, and often.
@@ -60,13 +60,18 @@ struct Wire {
     /// Number of each whole packet, as long as nothing but loss has happened.
     numbers: Vec<usize>,
     only_loss: bool,
+    /// Number of the last packet that must be read: an earlier one, or the same again, is refused.
+    last: Option<usize>,
 }
 
 impl Wire {
     fn put(&mut self, number: usize, packet: &Packet, frame: &Frame) {
         if self.bytes.last().is_none_or(|&byte| byte == 0) {
-            self.whole.push(all_bits(frame));
-            self.numbers.push(number);
+            if begins(frame) || self.last.is_none_or(|last| number > last) {
+                self.whole.push(all_bits(frame));
+                self.numbers.push(number);
+                self.last = Some(number);
+            }
         }
         self.bytes.extend_from_slice(packet);
     }

@@ -37,6 +37,11 @@ fn hold_all(target: &Target, damaged: usize) {
 }
 
 #[test]
+fn link_channel() {
+    hold_all(&fuzz::link_channel::TARGET, 2_000);
+}
+
+#[test]
 fn link_decoder() {
     hold_all(&fuzz::link_decoder::TARGET, 20_000);
 }

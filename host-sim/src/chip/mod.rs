@@ -31,6 +31,8 @@ mod attack_tests;
 #[cfg(test)]
 mod firmware_tests;
 #[cfg(test)]
+mod live_tests;
+#[cfg(test)]
 mod tests;
 
 pub use emulator::{Carried, Emulator, Timeouts};
@@ -43,6 +45,7 @@ pub use program::{build_firmware, build_firmware_with};
 use crate::key;
 use dynamics_core::{Command, Live, Measurement, Reference};
 use link::codec::{FrameTooLong, Received};
+use link::seal::SealKey;
 use link::{Cost, Encoder, Frame, Hello, HostChannel, Pacing, Packet};
 use std::path::Path;
 
@@ -117,6 +120,23 @@ impl Chip {
         match self.channel.answer(&challenge)? {
             Some(packet) => self.write(&packet),
             None => Ok(()),
+        }
+    }
+
+    /// Begin a new session, whatever bytes came before. Returns the key of its packets, for a host that makes them itself.
+    pub(crate) fn join_anew(&mut self) -> Result<Option<SealKey>, ChipError> {
+        self.write(&[0])?;
+        let packet = self.channel.join(key::random()?)?;
+        self.write(&packet)?;
+        loop {
+            let byte = self.emulator.read_byte("the chip's challenge")?;
+            // Whatever else comes was for the session before.
+            if let Some(Ok(Received { frame: Frame::Challenge(challenge), .. })) = self.channel.push(byte) {
+                if let Some(packet) = self.channel.answer(&challenge)? {
+                    self.write(&packet)?;
+                }
+                return Ok(self.channel.sending_key());
+            }
         }
     }
 

@@ -298,7 +298,13 @@ fn a_status_that_can_be_replayed_takes_as_many_bytes_as_the_docs_say() {
         reference: None,
         cost: None,
     };
-    let bytes = |sensed| link::Encoder::new().encode(&Frame::Status(six(sensed))).unwrap().len();
+    let keys =
+        link::Key::new([1; 32]).session(link::seal::Side::Board, &link::seal::Transcript::new(&[2; 16], &[3; 16]));
+    let bytes = |sensed| {
+        let mut sealed = link::Encoder::new();
+        sealed.seal_with(keys.sending.clone());
+        sealed.encode(&Frame::Status(six(sensed))).unwrap().len()
+    };
     let state = link::Sensed::State { q: joints(&[1.0; 6]), qd: joints(&[1.0; 6]) };
-    assert_eq!((bytes(state), bytes(link::Sensed::Counts(joints(&[1_000_000; 6])))), (122, 91));
+    assert_eq!((bytes(state), bytes(link::Sensed::Counts(joints(&[1_000_000; 6])))), (129, 98));
 }

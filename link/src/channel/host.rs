@@ -3,7 +3,7 @@
 use crate::DecodeError;
 use crate::codec::{Codec, FrameTooLong, Packet, Received};
 use crate::frame::{Challenge, Frame, Refusal, Trust};
-use crate::seal::{Key, Nonce, Side, Transcript};
+use crate::seal::{Key, Nonce, SealKey, Side, Transcript};
 use core::fmt;
 
 /// Reason why a host does not talk to a board.
@@ -37,6 +37,7 @@ impl core::error::Error for Distrust {}
 pub struct HostChannel {
     codec: Codec,
     key: Option<Key>,
+    sending: Option<SealKey>,
     nonce: Nonce,
     /// A challenge was asked for, and has not been answered.
     asked: bool,
@@ -47,7 +48,13 @@ impl HostChannel {
     /// A channel before any packet. With a key, none but a board with the same key is talked to.
     #[must_use]
     pub const fn new(key: Option<Key>) -> Self {
-        Self { codec: Codec::new(), key, nonce: [0; 16], asked: false, sealed: false }
+        Self { codec: Codec::new(), key, sending: None, nonce: [0; 16], asked: false, sealed: false }
+    }
+
+    /// Key of the seals that this side makes, for a host that makes its packets elsewhere.
+    #[must_use]
+    pub fn sending_key(&self) -> Option<SealKey> {
+        self.sending.clone()
     }
 
     /// Whether the packets are sealed.
@@ -82,7 +89,9 @@ impl HostChannel {
         self.asked = false;
         let Some((key, transcript)) = secret else { return Ok(None) };
         let packet = self.codec.encoder.encode_open(&Frame::Proof(key.proof(Side::Host, &transcript))).ok();
-        self.codec.seal_with(key.session(Side::Host, &transcript));
+        let keys = key.session(Side::Host, &transcript);
+        self.sending = Some(keys.sending.clone());
+        self.codec.seal_with(keys);
         self.sealed = true;
         Ok(packet)
     }

@@ -5,6 +5,7 @@ use super::machine::Told;
 use super::random::Random;
 use dynamics_core::Reference;
 use link::codec::FrameTooLong;
+use link::seal::SealKey;
 use link::{Encoder, Frame, Hello, Measurement, Pacing, Packet, Parts, Point, Request, Watch};
 
 /// Ticks between two points of the trajectory.
@@ -52,9 +53,13 @@ pub(super) struct Host<const N: usize> {
 
 impl<const N: usize> Host<N> {
     /// Create a host that starts with its hello.
-    pub(super) fn new(hello: Hello) -> Result<Self, FrameTooLong> {
+    pub(super) fn new(hello: Hello, seal: Option<SealKey>) -> Result<Self, FrameTooLong> {
+        let mut encoder = Encoder::new();
+        if let Some(key) = seal {
+            encoder.seal_with(key);
+        }
         let mut host = Self {
-            encoder: Encoder::new(),
+            encoder,
             pacing: hello.pacing,
             packets: Vec::new(),
             requests: Vec::new(),

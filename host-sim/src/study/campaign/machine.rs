@@ -4,7 +4,8 @@ use crate::chip::{Chip, ChipError};
 use crate::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Model, Sensed};
-use link::{Actuation, Decoder, Frame, Pacing, Status};
+use link::seal::SealKey;
+use link::{Actuation, DecodeError, Decoder, Frame, Pacing, Refusal, Status};
 use robot_compiler::SceneFile;
 use session::black_box::Report;
 use session::meter::Meter;
@@ -93,6 +94,14 @@ pub trait Machine<const N: usize> {
     /// Source of its ticks: [`Pacing::Live`] with the lines and readings of a board, or [`Pacing::Drill`].
     fn pacing(&self) -> Pacing;
 
+    /// Begin a run. Returns the key that the host's packets must be sealed with, where there is one.
+    ///
+    /// # Errors
+    /// [`Trouble`].
+    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+        Ok(None)
+    }
+
     /// Run one tick after these bytes arrived over the link. In a drill the bytes contain `told`, and the measurement
     /// comes last.
     ///
@@ -121,6 +130,10 @@ impl<const N: usize> Desk<N> {
     /// Feed received bytes to the session.
     fn receive(&mut self, bytes: &[u8]) {
         for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
+            // A board answers these by itself; its session does not hear of them.
+            if matches!(received, Err(DecodeError::BadSeal | DecodeError::Repeated)) {
+                continue;
+            }
             match self.session.receive(received) {
                 Reaction::Reply(frame) | Reaction::Start(_, frame) => self.answers.push(frame),
                 Reaction::Stop(hello, refusal) => self.answers.extend([hello, refusal]),
@@ -176,6 +189,14 @@ impl<const N: usize> Machine<N> for Both<N> {
         Pacing::Drill
     }
 
+    fn begin(&mut self) -> Result<Option<SealKey>, Trouble> {
+        let key = self.chip.join_anew()?;
+        if let Some(key) = &key {
+            self.desk.decoder.seal_with(key.clone());
+        }
+        Ok(key)
+    }
+
     fn tick(&mut self, bytes: &[u8], told: &Told<N>) -> Result<Said<N>, Trouble> {
         self.chip.write(bytes)?;
         let (desk, _) = self.desk.answers(bytes, told);
@@ -183,7 +204,10 @@ impl<const N: usize> Machine<N> for Both<N> {
         loop {
             let frame = self.chip.receive("the status of a tick")?;
             let last = matches!(&frame, Frame::Status(status) if status.tick == told.tick);
-            chip.push(without_cost(frame));
+            // The channel's answer, not the session's.
+            if !matches!(frame, Frame::Refusal(Refusal::Unauthentic { .. })) {
+                chip.push(without_cost(frame));
+            }
             if last {
                 break;
             }

@@ -158,7 +158,8 @@ pub fn run<const N: usize>(
     number: Number,
 ) -> Result<Finished, Failure> {
     let hello = Hello { pacing: machine.pacing(), ..stage.hello };
-    let host = Host::new(hello).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
+    let seal = machine.begin().map_err(|trouble| Failure::Target(miette::Report::from_err(trouble)))?;
+    let host = Host::new(hello, seal).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
     let trust = if case.fault.leaves_the_loop_intact() { Trust::Loop } else { Trust::Arm };
     let judge = Judge::new(&stage.config, &stage.rules, trust);
     let mut bench = Bench {
