@@ -55,7 +55,9 @@ fn examples() -> Vec<Vec<u8>> {
 pub fn check(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     for tip in [None, Some("tip")] {
-        if let Some(robot) = read(&text, NAME, "<!-- the end -->", |text| Robot::from_urdf_str(text, NAME, Ends { base: None, tip })) {
+        if let Some(robot) =
+            read(&text, NAME, "<!-- the end -->", |text| Robot::from_urdf_str(text, NAME, Ends { base: None, tip }))
+        {
             check_robot(&robot);
         }
     }

@@ -30,7 +30,7 @@ Examples:
   host-sim dynamics robots/puma560.toml --input states.jsonl --scalar f32 --rotor absent
 
 Numbers have as many digits as they need to be read back exactly. The first bad line ends the work with exit code 2; the
-lines before it have been answered. Empty lines are skipped. Friction is not part of these equations."#;
+lines before it have been answered. Empty lines are skipped; a line has up to 64 KiB. Friction is not part of these equations."#;
 
 /// Options of `dynamics`.
 #[derive(Clone, Debug, Args)]
