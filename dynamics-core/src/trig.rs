@@ -154,15 +154,18 @@ impl Trig<f64> for Polynomial {
     }
 }
 
-/// The `libm` crate. Any finite angle; its f32 functions compute in f64, 2,000 to 3,000 instructions a pair on a chip
-/// without a double-precision unit.
+/// The `libm` crate. Its f32 functions compute in f64, 2,000 to 3,000 instructions a pair on a chip without a
+/// double-precision unit.
+///
+/// In f64 any finite angle; in f32 as far as [`Polynomial::LIMIT_F32`], beyond which both results are NaN. The functions could
+/// go on, but the angle has been rounded by half a milliradian and more: a torque from it would be wrong without a fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Libm;
 
 impl Trig<f32> for Libm {
     #[inline]
     fn sin_cos(&self, angle: f32) -> SinCos<f32> {
-        let (sin, cos) = libm::sincosf(angle);
+        let (sin, cos) = libm::sincosf(angle + single::within(angle));
         SinCos { sin, cos }
     }
 }

@@ -54,6 +54,11 @@ impl Failure {
     }
 }
 
+/// A number in a message, with an exponent where it would have many digits.
+pub(crate) fn number(x: f64) -> String {
+    if x == 0.0 || (1e-6..1e15).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+}
+
 /// Failure for a file that cannot be written, or was left half written.
 pub(crate) fn in_file(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Output(io::Error::other(format!("{}: {error}", path.display())))

@@ -2,6 +2,7 @@
 //!
 //! No module here knows a file format.
 
+pub(crate) mod cut;
 pub(crate) mod diagnostics;
 mod dof;
 pub mod drive;
@@ -9,3 +10,4 @@ mod hash;
 pub(crate) mod linkage;
 pub(crate) mod robot;
 pub mod scene;
+mod snippet;

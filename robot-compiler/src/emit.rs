@@ -1,4 +1,4 @@
-//! A checked arm and its controller as Rust source for the chip.
+//! A checked arm and its controller as Rust source for the chip, and an arm as a robot file.
 //!
 //! The desk reads and checks the files; the chip gets numbers. Every literal is the shortest decimal that reads back as the
 //! same number, so the chip computes with the same bits that the desk hashed. A firmware computes in single precision,
@@ -18,9 +18,11 @@ pub mod kernel;
 pub mod modules;
 pub mod page;
 mod protection;
+mod robot_file;
 
 pub use arm::{arm_module, arm_module_in};
 pub use drives::drives_module;
 pub use dynamics::{dynamics_module, dynamics_module_in};
 pub use firmware::{CHOICES, write_firmware};
 pub use protection::protection_module;
+pub use robot_file::robot_file;

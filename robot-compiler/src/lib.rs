@@ -38,6 +38,7 @@ pub mod names;
 pub mod precision;
 mod read;
 
+pub use describe::cut::{Ends, UrdfArm};
 pub use describe::diagnostics::FileError;
 pub use describe::linkage::{LinkageFile, Mechanism};
 pub use describe::robot::{JointEncoder, JointFriction, Robot, RobotJoint};

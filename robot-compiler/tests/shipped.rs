@@ -38,6 +38,20 @@ fn only_the_puma_needs_leave_to_be_unphysical() {
 }
 
 #[test]
+fn the_reason_for_impossible_bodies_names_every_one_of_them() {
+    for path in files(&top("robots"), &["toml"]) {
+        let robot = Robot::load(&path).unwrap();
+        let Some(reason) = &robot.allow_unphysical else { continue };
+        for (index, joint) in robot.joints.iter().enumerate() {
+            let mut alone = Robot { allow_unphysical: None, joints: vec![joint.clone()], ..robot.clone() };
+            alone.joints[0].drive = None;
+            let named = reason.contains(&format!("link {}", index + 1));
+            assert_eq!(alone.model::<1>().is_err(), named, "{}: link {}: {reason}", robot.name, index + 1);
+        }
+    }
+}
+
+#[test]
 fn every_scene_gives_a_motion_a_configuration_and_a_hash_of_its_own() {
     let mut hashes = Vec::new();
     for scene in scenes() {

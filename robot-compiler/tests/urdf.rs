@@ -3,13 +3,13 @@
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 
 use nalgebra::{Matrix3, Vector3};
-use robot_compiler::{JointFriction, Robot};
+use robot_compiler::{Ends, JointFriction, Robot};
 use std::path::Path;
 
 const TWO: &str = include_str!("data/two.urdf");
 
 fn load(text: &str) -> Robot {
-    Robot::from_urdf_str(text, "test.urdf", None).unwrap()
+    Robot::from_urdf_str(text, "test.urdf", Ends::default()).unwrap()
 }
 
 fn changed(old: &str, new: &str) -> Robot {
@@ -141,11 +141,11 @@ fn a_branch_that_does_not_move_leaves_one_chain_and_a_named_tip_is_taken() {
         <joint name="b" type="fixed"><parent link="fore"/><child link="camera"/><origin xyz="0 0.1 0.2"/></joint>
         </robot>"#;
     let text = TWO.replace("</robot>", frames);
-    let tip = |name| Robot::from_urdf_str(&text, "test.urdf", name).unwrap().tool.translation;
+    let tip = |tip| Robot::from_urdf_str(&text, "test.urdf", Ends { base: None, tip }).unwrap().tool.translation;
     assert_eq!(tip(None), Vector3::new(0.0, 0.0, 0.3));
     assert_eq!(tip(Some("ee")), Vector3::new(0.0, 0.0, 0.3));
     assert_eq!(tip(Some("camera")), Vector3::new(0.0, 0.1, 0.2));
-    assert_eq!(Robot::from_urdf_str(&text, "test.urdf", Some("upper")).unwrap().dof(), 1);
+    assert_eq!(Robot::from_urdf_str(&text, "test.urdf", Ends::tip("upper")).unwrap().dof(), 1);
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn what_neither_moves_nor_weighs_anything_is_not_read() {
     let held =
         "<link name=\"lid\"/><joint name=\"hinge\" type=\"revolute\"><parent link=\"base\"/><child link=\"lid\"/>";
     let text = TWO.replace("</robot>", &format!("{held}{odd}<mimic multiplier=\"?\"/></joint></robot>"));
-    assert_eq!(Robot::from_urdf_str(&text, "test.urdf", Some("fore")).unwrap().joints, load(TWO).joints);
+    assert_eq!(Robot::from_urdf_str(&text, "test.urdf", Ends::tip("fore")).unwrap().joints, load(TWO).joints);
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn limits_may_be_left_out_from_version_1_2_on() {
         let text = TWO.replacen("<robot ", &format!("<robot version=\"{version}\" "), 1);
         let old = "<limit lower=\"-2\" upper=\"2\" effort=\"50\" velocity=\"3\"/>";
         assert!(text.contains(old));
-        Robot::from_urdf_str(&text.replacen(old, limit, 1), "test.urdf", None)
+        Robot::from_urdf_str(&text.replacen(old, limit, 1), "test.urdf", Ends::default())
     };
     let limits = limited("1.2", "<limit lower=\"-2\"/>").unwrap().joints[0].spec.limits;
     assert_eq!((limits.position, limits.torque), ((-2.0, f64::INFINITY), f64::INFINITY));

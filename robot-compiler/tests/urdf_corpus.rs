@@ -8,7 +8,7 @@ use dynamics_core::kinematics::tip_pose;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
 use nalgebra::{Matrix3, Vector3};
-use robot_compiler::{FileError, Robot, with_dof};
+use robot_compiler::{Ends, FileError, Robot, with_dof};
 use std::path::PathBuf;
 
 use crate::common::top;
@@ -60,7 +60,7 @@ fn corpus() -> Option<PathBuf> {
 }
 
 fn load(name: &str, tip: Option<&str>) -> Option<Result<Robot, FileError>> {
-    Some(Robot::from_urdf(&corpus()?.join(name), tip))
+    Some(Robot::from_urdf(&corpus()?.join(name), Ends { base: None, tip }))
 }
 
 #[test]

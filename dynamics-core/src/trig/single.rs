@@ -36,12 +36,16 @@ pub(super) fn sin_cos(x: f32) -> SinCos<f32> {
     turned(sine, cosine, quarter_turns)
 }
 
+/// Zero, or NaN beyond the limit, for an infinity and for NaN.
+#[inline]
+pub(super) fn within(x: f32) -> f32 {
+    x * OVERFLOW * 0.0
+}
+
 /// The multiple of one over `per_unit` that is nearest to `x`: as a number, and in the low bits.
 #[inline]
 fn nearest(x: f32, per_unit: f32) -> (f32, u32) {
-    // Zero, or NaN beyond the limit, for an infinity and for NaN.
-    let within = x * OVERFLOW * 0.0;
-    let shifted = x * per_unit + (ROUND + within);
+    let shifted = x * per_unit + (ROUND + within(x));
     (shifted - ROUND, shifted.to_bits())
 }
 

@@ -91,6 +91,8 @@ where
     let mut output = Vec::new();
     let result = answer_all(model, "any.jsonl", bytes, &mut output);
     let answers = String::from_utf8(output).unwrap();
+    // A byte order mark at the start is no part of the text.
+    let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let mut answers = answers.lines();
     let mut refused = None;
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {

@@ -4,7 +4,7 @@ use crate::Target;
 use crate::damage::nested;
 use crate::examples::files;
 use crate::files::{check_robot, read};
-use robot_compiler::Robot;
+use robot_compiler::{Ends, Robot};
 
 /// The valid and invalid arms of the compiler's tests, and nested elements.
 pub const TARGET: Target = Target { name: "urdf_file", check, examples, words: &WORDS };
@@ -55,7 +55,9 @@ fn examples() -> Vec<Vec<u8>> {
 pub fn check(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     for tip in [None, Some("tip")] {
-        if let Some(robot) = read(&text, NAME, "<!-- the end -->", |text| Robot::from_urdf_str(text, NAME, tip)) {
+        if let Some(robot) =
+            read(&text, NAME, "<!-- the end -->", |text| Robot::from_urdf_str(text, NAME, Ends { base: None, tip }))
+        {
             check_robot(&robot);
         }
     }

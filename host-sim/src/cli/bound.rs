@@ -1,5 +1,6 @@
 //! `bound`: between what was found and what is proven, how wrong the torques of single precision are.
 
+use crate::cli::chain::ChainArgs;
 use crate::cli::document;
 use crate::cli::names::named;
 use crate::cli::output::print;
@@ -42,6 +43,9 @@ pub struct BoundArgs {
     /// Robot files (TOML or URDF) or scene files (TOML); of a scene, what its model counts.
     #[arg(required = true, value_name = "ROBOT|SCENE")]
     pub files: Vec<PathBuf>,
+    /// The chain of every URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
     /// How far the operations leave those of the recursion.
     #[arg(long, value_parser = named::<Level>(), default_value = Level::Exact.name())]
     pub level: Level,
@@ -73,7 +77,8 @@ pub struct BoundArgs {
 /// # Errors
 /// [`Failure::Input`] for a file or an option that is wrong; [`Failure::Output`] where a document cannot be written.
 pub fn run(args: &BoundArgs) -> Result<(), Failure> {
-    let files: Vec<RobotOrScene> = args.files.iter().map(|path| load(path)).collect::<Result<_, _>>()?;
+    let files: Vec<RobotOrScene> =
+        args.files.iter().map(|path| load(path, args.chain.ends())).collect::<Result<_, _>>()?;
     let question = Question {
         level: args.level,
         samples: args.samples as usize,

@@ -1,5 +1,6 @@
 //! `choose`: the cheapest choice that meets a request, as a scene.
 
+use crate::cli::chain::ChainArgs;
 use crate::cli::output::{json, print};
 use crate::cli::trade::{AxisArgs, folder, measured};
 use crate::failure::{Failure, in_file};
@@ -27,6 +28,9 @@ Examples:
 pub struct ChooseArgs {
     /// The scene file, or a robot file for a scene made up for it.
     pub scene: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
     /// Greatest torque error of any joint on any course, as a share of its limit: 0.2% or 0.002.
     #[arg(long, value_name = "SHARE")]
     pub max_torque_error: Option<Share>,
@@ -63,7 +67,7 @@ pub fn run(args: &ChooseArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<()
             "nothing was asked for: expected --max-torque-error, --max-tracking-error, --budget, or several of them"
         )));
     }
-    let base = Baseline::load(&args.scene)?;
+    let base = Baseline::load(&args.scene, args.chain.ends())?;
     let work = folder(None, &base)?;
     let rate = args.budget.map(|budget| budget.rate);
     let trade =

@@ -1,5 +1,6 @@
 //! `dynamics`: inverse and forward dynamics of states given as JSON lines.
 
+use crate::cli::chain::ChainArgs;
 use crate::cli::names::{Presence, named};
 use crate::failure::Failure;
 use crate::study::dynamics::answer_all;
@@ -29,7 +30,7 @@ Examples:
   host-sim dynamics robots/puma560.toml --input states.jsonl --scalar f32 --rotor absent
 
 Numbers have as many digits as they need to be read back exactly. The first bad line ends the work with exit code 2; the
-lines before it have been answered. Empty lines are skipped. Friction is not part of these equations."#;
+lines before it have been answered. Empty lines are skipped; a line has up to 64 KiB. Friction is not part of these equations."#;
 
 /// Options of `dynamics`.
 #[derive(Clone, Debug, Args)]
@@ -37,6 +38,9 @@ lines before it have been answered. Empty lines are skipped. Friction is not par
 pub struct DynamicsArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
     /// File of JSON lines; - for standard input.
     #[arg(long, value_name = "FILE")]
     pub input: PathBuf,
@@ -53,7 +57,7 @@ pub struct DynamicsArgs {
 /// # Errors
 /// [`Failure::Input`] for a robot or a line that is wrong; the lines before it have been answered.
 pub fn run(args: &DynamicsArgs) -> Result<(), Failure> {
-    let robot = Robot::load(&args.robot).map_err(Failure::input)?;
+    let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     let source = name_of(&args.input);
     let input: Box<dyn BufRead> = if args.input == Path::new("-") {
         Box::new(stdin().lock())

@@ -1,5 +1,6 @@
 //! `info`: what a robot file holds.
 
+use crate::cli::chain::ChainArgs;
 use crate::cli::output::print;
 use crate::failure::Failure;
 use crate::run::record::JointLabel;
@@ -14,6 +15,9 @@ use std::path::PathBuf;
 pub struct InfoArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
 }
 
 /// Print the robot as a table.
@@ -21,7 +25,7 @@ pub struct InfoArgs {
 /// # Errors
 /// A robot file that is wrong.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let robot = Robot::load(&args.robot).map_err(Failure::input)?;
+    let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     print(&format!("{}\n", describe(&robot)))
 }
 

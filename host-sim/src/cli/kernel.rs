@@ -1,5 +1,6 @@
 //! `kernel`: the arm's dynamics as straight-line Rust, and what each rewrite and each term of the scene is worth.
 
+use crate::cli::chain::ChainArgs;
 use crate::cli::names::named;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
@@ -33,6 +34,9 @@ Both show every function and level, or those that are asked for.";
 pub struct KernelArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
     /// The scene file, about this robot: which terms act on it.
     #[arg(long)]
     pub scene: Option<PathBuf>,
@@ -58,7 +62,7 @@ pub struct KernelArgs {
 /// # Errors
 /// A robot or a scene file that is wrong; a scene about another robot.
 pub fn run(args: &KernelArgs) -> Result<(), Failure> {
-    let file = scene_about(&args.robot, args.scene.as_deref())?;
+    let file = scene_about(&args.robot, args.chain.ends(), args.scene.as_deref())?;
     let text = with_dof!(file.robot.dof(), N => {
         let model = file.robot.model::<N>().map_err(Failure::input)?;
         let springs = Springs::new(&file.controller_config(&model).gains);

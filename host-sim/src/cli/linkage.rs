@@ -2,7 +2,7 @@
 
 use crate::cli::names::named;
 use crate::cli::output::{files, json, print};
-use crate::failure::{self, Failure};
+use crate::failure::{self, Failure, number};
 use crate::run::files::file_name;
 use crate::study::linkage::files::{write_run, write_turn};
 use crate::study::linkage::report::{describe_range, run_table, turn_table};
@@ -117,7 +117,7 @@ fn drive(args: &LinkageArgs, linkage: &LinkageFile, folder: &Path) -> Result<u8,
 fn simulate(args: &LinkageArgs, linkage: &LinkageFile, moment: f64, folder: &Path) -> Result<u8, Failure> {
     let steps = (args.duration / args.time_step).ceil();
     if !(args.duration > 0.0 && args.time_step > 0.0 && steps <= STEPS_MAX) {
-        let (duration, step) = (args.duration, args.time_step);
+        let [duration, step] = [args.duration, args.time_step].map(number);
         return Err(Failure::Input(miette::miette!(
             "--duration {duration} --time-step {step}: expected times in s above zero that make at most {STEPS_MAX} steps"
         )));

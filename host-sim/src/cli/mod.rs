@@ -2,6 +2,7 @@
 
 pub mod bound;
 pub mod campaign;
+pub mod chain;
 pub mod choose;
 pub mod connect;
 pub mod doctor;
@@ -9,6 +10,7 @@ pub mod dynamics;
 pub mod energy;
 pub mod explain;
 pub mod extremes;
+pub mod import;
 pub mod info;
 pub mod kernel;
 pub mod key;
@@ -62,6 +64,8 @@ pub enum Command {
     Explain(explain::ExplainArgs),
     /// Show what a robot file holds.
     Info(info::InfoArgs),
+    /// Write a TOML robot file from an arm of a URDF file.
+    Import(import::ImportArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.
     Kernel(kernel::KernelArgs),
     /// Drive a four-bar linkage or a slider-crank round, or let it run.

@@ -3,7 +3,7 @@
 use crate::cli::names::{Target, named};
 use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
-use crate::failure::{self, Failure, in_file};
+use crate::failure::{self, Failure, in_file, number};
 use crate::run::closed_loop::End;
 use crate::run::files::{file_name, write};
 use crate::run::simulate::{self, Run};
@@ -117,6 +117,7 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
 pub(super) fn set_duration(scene: &mut SceneFile, duration: Option<f64>) -> Result<(), Failure> {
     if let Some(duration) = duration {
         if !(duration.is_finite() && duration > 0.0) {
+            let duration = number(duration);
             return Err(Failure::Input(miette::miette!("--duration {duration}: expected a time in s above zero")));
         }
         scene.duration = Some(duration);

@@ -1,5 +1,6 @@
 //! `statics`: what holds an arm at rest, and the posture that takes least.
 
+use crate::cli::chain::ChainArgs;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
 use crate::study::statics::{Axes, Question, answer};
@@ -34,6 +35,9 @@ It is the least that was found: no proof that nothing less exists.";
 pub struct StaticsArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
     /// Joint positions, rad or m; where the search begins with --minimise, which needs none.
     #[arg(
         long,
@@ -77,7 +81,7 @@ pub struct StaticsArgs {
 /// # Errors
 /// [`Failure::Input`] for a robot or an option that is wrong.
 pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
-    let robot = Robot::load(&args.robot).map_err(Failure::input)?;
+    let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     let question = Question {
         q: args.q.clone(),
         gravity: args.gravity.clone(),

@@ -1,5 +1,6 @@
 //! `terms`: the matrices of the equations of motion at one posture.
 
+use crate::cli::chain::ChainArgs;
 use crate::cli::names::Presence;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
@@ -42,6 +43,9 @@ as many digits as are needed to read the numbers back exactly; christoffel[i][j]
 pub struct TermsArgs {
     /// The robot file (TOML or URDF).
     pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
     /// Joint positions, rad or m, one for each joint.
     #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true, required = true)]
     pub q: Vec<f64>,
@@ -70,7 +74,7 @@ pub struct TermsArgs {
 /// # Errors
 /// A robot or a scene file that is wrong, a list of the wrong length, a posture outside the limits.
 pub fn run(args: &TermsArgs) -> Result<(), Failure> {
-    let file = scene_about(&args.robot, args.scene.as_deref())?;
+    let file = scene_about(&args.robot, args.chain.ends(), args.scene.as_deref())?;
     let question = Question {
         q: args.q.clone(),
         qd: args.qd.clone(),

@@ -1,5 +1,6 @@
 //! `trade`: what every choice of accuracy costs.
 
+use crate::cli::chain::ChainArgs;
 use crate::cli::document;
 use crate::cli::names::named;
 use crate::cli::output::{json, print};
@@ -55,6 +56,9 @@ Files, in the folder given by --out (out/trade/NAME otherwise):
 pub struct TradeArgs {
     /// The scene file, or a robot file for a scene made up for it.
     pub scene: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
     /// What is combined.
     #[command(flatten)]
     pub axes: AxisArgs,
@@ -141,7 +145,7 @@ impl AxisArgs {
 /// # Errors
 /// A scene that is wrong or a choice that it cannot have; a chip that cannot be built or run; an interruption.
 pub fn run(args: &TradeArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
-    let base = Baseline::load(&args.scene)?;
+    let base = Baseline::load(&args.scene, args.chain.ends())?;
     let place = place_of(&base.file.name);
     let page = document::page(args.write.as_deref(), &[&place])?;
     let folder = folder(args.out.as_deref(), &base)?;

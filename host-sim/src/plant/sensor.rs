@@ -122,3 +122,19 @@ impl Counter {
         counts.saturating_add(self.zero)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Counter;
+
+    #[test]
+    fn counts_are_the_nearest_and_halves_go_away_from_zero() {
+        let counter = Counter { zero: 100, per_count: 0.25 };
+        let counts = [0.12, 0.125, 0.13, 0.374, 0.375, -0.12, -0.125, -0.374, -0.375].map(|q| counter.read(q) - 100);
+        assert_eq!(counts, [0, 1, 1, 1, 2, 0, -1, -1, -2]);
+        assert_eq!(
+            [f64::INFINITY, f64::NEG_INFINITY, f64::NAN].map(|q| counter.read(q)),
+            [i32::MAX, i32::MIN + 100, 100]
+        );
+    }
+}

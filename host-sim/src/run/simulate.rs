@@ -1,6 +1,6 @@
 //! From a scene to a finished run, in memory.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, number};
 use crate::plant::actuator::ActuatorSettings;
 use crate::plant::elasticity::Elasticity;
 use crate::plant::friction::{Breakaway, FrictionLaw};
@@ -294,9 +294,11 @@ fn ticks(scene: &SceneFile, motion: f64) -> Result<u64, Failure> {
     let duration = scene.duration.unwrap_or(motion);
     let ticks = (duration / scene.period()).round();
     let problem = if !(duration.is_finite() && ticks >= 1.0) {
+        let duration = number(duration);
         format!("a duration of {duration} s; expected at least one control period of {} s", scene.period())
     } else if ticks * scene.robot.dof() as f64 > SAMPLES_MAX {
         let most = SAMPLES_MAX / scene.robot.dof() as f64 * scene.period();
+        let [duration, ticks] = [duration, ticks].map(number);
         format!("a duration of {duration} s makes {ticks} ticks; expected at most {most:.0} s, which a log can hold")
     } else {
         return Ok(ticks as u64);

@@ -6,13 +6,16 @@ use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Real, Scene, Term, Trig, Wrench};
+use dynamics_core::{Dynamics, InverseDynamics, JointKind, Live, Model, Real, Scene, Term, Trig, Wrench};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use std::io::{BufRead, Write};
+use std::io::{BufRead, Read as _, Write};
 
 /// Gravity for an arm on a floor, m/s^2.
 const FLOOR: [f64; 3] = [0.0, 0.0, -9.81];
+
+/// Longest line that is read, bytes.
+const LINE_MAX: usize = 64 << 10;
 
 /// State for which dynamics are asked.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -67,19 +70,29 @@ pub struct TipPose {
 pub fn answer_all<S: Real, const N: usize>(
     model: &Model<S, N>,
     source: &str,
-    input: impl BufRead,
+    mut input: impl BufRead,
     mut output: impl Write,
 ) -> Result<(), Failure>
 where
     Libm: Trig<S>,
 {
-    for (index, line) in input.split(b'\n').enumerate() {
+    let mut line = Vec::new();
+    for index in 0_usize.. {
         let at = |problem: String| {
             let help = format!("expected {{\"q\": [{N} numbers], ..}}; see `host-sim dynamics --help`");
             Failure::Input(miette::miette!(help = help, "{source}, line {}: {problem}", index + 1))
         };
-        let line = line.map_err(|error| at(format!("cannot be read: {error}")))?;
-        let line = std::str::from_utf8(&line).map_err(|e| at(format!("byte {} is not UTF-8", e.valid_up_to() + 1)))?;
+        line.clear();
+        let count = (&mut input).take(LINE_MAX as u64 + 1).read_until(b'\n', &mut line);
+        match count.map_err(|error| at(format!("cannot be read: {error}")))? {
+            0 => break,
+            length if length > LINE_MAX => return Err(at(format!("longer than {LINE_MAX} bytes"))),
+            _ => {}
+        }
+        // Windows programs may begin a text with a mark.
+        let text = if index == 0 { line.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&line) } else { &line };
+        let line = std::str::from_utf8(text).map_err(|e| at(format!("byte {} is not UTF-8", e.valid_up_to() + 1)))?;
+        let line = line.strip_suffix('\n').unwrap_or(line);
         if line.trim().is_empty() {
             continue;
         }
@@ -100,8 +113,15 @@ fn read(line: &str) -> Result<Question, String> {
         let text = error.to_string();
         // Every line is its own document, so only the column is useful.
         let what = text.split(" at line ").next().unwrap_or(&text);
-        format!("{what} (column {})", error.column())
+        let shown: String = what.chars().take(200).flat_map(printable).collect();
+        format!("{shown} (column {})", error.column())
     })
+}
+
+/// A character, or its escape if a terminal would obey it.
+fn printable(c: char) -> impl Iterator<Item = char> {
+    let (shown, escaped) = if c.is_control() { (None, Some(c.escape_default())) } else { (Some(c), None) };
+    shown.into_iter().chain(escaped.into_iter().flatten())
 }
 
 /// Compute the dynamics of one state.
@@ -132,6 +152,15 @@ where
     let all = Live { tip_wrench: wrench, ..weight };
     let zero = [S::zero(); N];
     let turn = Libm.sin_cos_all(&q);
+    let lost = model
+        .links()
+        .iter()
+        .zip(&turn)
+        .position(|(link, turn)| link.kind == JointKind::Revolute && !turn.sin.is_finite());
+    if let Some(i) = lost {
+        let angle = q[i].to_f64();
+        return Err(format!("entry {} of `q`, {angle:e} rad, is too large for the scalar's sine and cosine", i + 1));
+    }
     let matrix = mass_matrix(&dynamics, &turn, &q, &all);
     let tip = tip_pose(model, &turn, &q);
     let accelerations = match tau_in {

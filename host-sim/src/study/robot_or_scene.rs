@@ -1,8 +1,9 @@
 //! Input of a command: a scene, or a robot in a default scene.
 
 use crate::failure::Failure;
-use robot_compiler::{Robot, SceneFile};
-use std::fs;
+use robot_compiler::{Ends, Robot, SceneFile};
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 /// An arm and its surroundings.
@@ -14,18 +15,37 @@ pub(crate) struct RobotOrScene {
 }
 
 impl RobotOrScene {
-    /// Load a scene or a robot. A scene is a TOML file that names its robot.
-    pub(crate) fn load(path: &Path) -> Result<Self, Failure> {
+    /// Load a scene or a robot, of a URDF robot the chain between two links. A scene is a TOML file that names its robot.
+    pub(crate) fn load(path: &Path, ends: Ends<'_>) -> Result<Self, Failure> {
         let is_scene = path.extension().is_some_and(|extension| extension == "toml")
-            && fs::read_to_string(path).is_ok_and(|text| text.lines().any(names_a_robot));
+            && start_of(path).is_ok_and(|text| text.lines().any(names_a_robot));
         if is_scene {
+            refuse_ends(path, ends)?;
             let file = SceneFile::load(path).map_err(Failure::input)?;
             Ok(Self { scene: Some(file.name.clone()), file })
         } else {
-            let robot = Robot::load(path).map_err(Failure::input)?;
+            let robot = Robot::load_between(path, ends).map_err(Failure::input)?;
             Ok(Self { scene: None, file: SceneFile::default_for(robot) })
         }
     }
+}
+
+fn refuse_ends(scene: &Path, ends: Ends<'_>) -> Result<(), Failure> {
+    let given = [("tip", ends.tip), ("base", ends.base)].into_iter().find(|(_, link)| link.is_some());
+    given.map_or(Ok(()), |(end, _)| {
+        Err(Failure::Input(miette::miette!(
+            help = format!("expected `{end} = ..` in the scene, or `--{end}` with a URDF robot"),
+            "{}: {end}: `--{end}` is given for a scene",
+            scene.display()
+        )))
+    })
+}
+
+/// The text of a file, of a huge one a part: the readers refuse it.
+fn start_of(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    File::open(path)?.take(8 << 20).read_to_string(&mut text)?;
+    Ok(text)
 }
 
 /// Recognises the key `robot = ..`, which no robot file has.
@@ -34,12 +54,13 @@ fn names_a_robot(line: &str) -> bool {
 }
 
 /// Loads the given scene and checks that it is a scene of the given robot; without a scene, the robot's default scene.
-pub(crate) fn scene_about(robot_file: &Path, scene_file: Option<&Path>) -> Result<SceneFile, Failure> {
-    let robot = Robot::load(robot_file).map_err(Failure::input)?;
+pub(crate) fn scene_about(robot_file: &Path, ends: Ends<'_>, scene_file: Option<&Path>) -> Result<SceneFile, Failure> {
+    let robot = Robot::load_between(robot_file, ends).map_err(Failure::input)?;
     let Some(path) = scene_file else { return Ok(SceneFile::default_for(robot)) };
     let file = SceneFile::load(path).map_err(Failure::input)?;
-    // Compare contents: the same file may be reached by many paths.
-    if (Robot { path: file.robot.path.clone(), ..robot.clone() }) == file.robot {
+    // Compare contents: the same file may be reached by many paths, and the source of a URDF robot holds its path.
+    let (path_there, source_there) = (file.robot.path.clone(), file.robot.source.clone());
+    if (Robot { path: path_there, source: source_there, ..robot.clone() }) == file.robot {
         return Ok(file);
     }
     let (scene, asked) = (path.display(), robot_file.display());

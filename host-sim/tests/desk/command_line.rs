@@ -218,6 +218,33 @@ fn bad_single_precision_lines_are_named() {
 }
 
 #[test]
+fn a_byte_order_mark_begins_a_file_and_no_later_line() {
+    let mark = "\u{feff}";
+    let output = with_input(&["dynamics", ROBOT, "--input", "-"], &format!("{mark}{{\"q\":[0,0]}}\n{{\"q\":[0,0]}}\n"));
+    assert!(output.status.success());
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 2);
+    let output = with_input(&["dynamics", ROBOT, "--input", "-"], &format!("{{\"q\":[0,0]}}\n{mark}{{\"q\":[0,0]}}\n"));
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn what_a_line_says_is_not_printed_whole_and_commands_no_terminal() {
+    let dynamics = |line: &str| refusal(&["dynamics", ROBOT, "--input", "-"], line);
+    let said = dynamics(&format!("{{\"q\":[0,0],\"{}\":1}}", "x".repeat(50_000)));
+    assert!(said.contains("line 1: unknown field `xxx") && said.len() < 1000, "{said}");
+    assert!(dynamics(&format!("{{\"q\":[{}]}}", "0,".repeat(50_000))).contains("line 1: longer than 65536 bytes"));
+    let said = dynamics("{\"q\":[0,0],\"\\u001b[31m\":1}");
+    assert!(!said.contains('\u{1b}') && said.contains("\\u{1b}[31m"), "{said}");
+    let said = refusal(&["run", SCENE, "--duration", "1e300"], "");
+    assert!(said.contains("a duration of 1e300 s makes 1e303 ticks") && said.len() < 300, "{said}");
+    // Beyond 8192 rad single precision has no sine; double precision has.
+    let line = r#"{"q":[0,1e7]}"#;
+    let said = refusal(&["dynamics", ROBOT, "--input", "-", "--scalar", "f32"], line);
+    assert!(said.contains("line 1: entry 2 of `q`, 1e7 rad, is too large for the scalar's sine and cosine"), "{said}");
+    assert!(with_input(&["dynamics", ROBOT, "--input", "-"], line).status.success());
+}
+
+#[test]
 fn bad_options_and_files_are_named() {
     let cases: [&[&str]; 13] = [
         &[],

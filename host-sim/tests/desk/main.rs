@@ -31,5 +31,6 @@ mod rooms;
 mod statics;
 mod terms_command;
 mod trade;
+mod urdf_command;
 #[path = "../../../robot-compiler/tests/common/wrong_rounding.rs"]
 mod wrong_rounding;

@@ -13,9 +13,9 @@ use host_sim::study::trade::choice::{Choice, Every, TermSet};
 use host_sim::study::trade::request::{Budget, Share};
 use host_sim::study::trade::{Cost, Point, Trade, Workshop, trade};
 use indicatif::ProgressBar;
-use robot_compiler::SceneFile;
 use robot_compiler::kernel::Level;
 use robot_compiler::scene::{KernelChoice, ScalarChoice};
+use robot_compiler::{Ends, SceneFile};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -72,7 +72,7 @@ fn choices(base: &Baseline) -> Vec<Choice> {
 }
 
 fn measured(scene: &Path, folder: &Path, fresh: bool) -> (Trade, usize) {
-    let base = Baseline::load(scene).unwrap();
+    let base = Baseline::load(scene, Ends::default()).unwrap();
     let asked = RefCell::new(0);
     let costs = |paths: &[PathBuf], _: &AtomicBool| {
         *asked.borrow_mut() += paths.len();
@@ -176,7 +176,7 @@ fn what_is_known_is_not_measured_again() {
 #[test]
 fn an_interrupted_work_says_so_and_keeps_what_it_has() {
     let (folder, scene) = (folder("interrupted"), shipped("scenes/planar2r_swing.toml"));
-    let base = Baseline::load(&scene).unwrap();
+    let base = Baseline::load(&scene, Ends::default()).unwrap();
     let stop = AtomicBool::new(false);
     let progress = ProgressBar::hidden();
     let shop = Workshop { folder: &folder, fresh: true, stop: &stop, progress: &progress };
@@ -190,7 +190,7 @@ fn an_interrupted_work_says_so_and_keeps_what_it_has() {
 #[test]
 fn a_choice_is_written_into_the_scene_and_nothing_else_is() {
     let path = shipped("scenes/puma560_pick.toml");
-    let base = Baseline::load(&path).unwrap();
+    let base = Baseline::load(&path, Ends::default()).unwrap();
     let own = SceneFile::from_toml_str(&base.with(&base.own()), &path).unwrap();
     let mut plain = SceneFile::load(&path).unwrap();
     plain.robot.path.clone_from(&own.robot.path);
@@ -222,7 +222,7 @@ fn a_choice_is_written_into_the_scene_and_nothing_else_is() {
 #[test]
 fn terms_that_were_chosen_by_a_tolerance_are_written_out() {
     let path = shipped("scenes/puma560_auto.toml");
-    let base = Baseline::load(&path).unwrap();
+    let base = Baseline::load(&path, Ends::default()).unwrap();
     let auto = SceneFile::load(&path).unwrap();
     assert!(base.file.model.auto.is_none());
     let full = robot_compiler::scene::ModelSpec { auto: None, ..auto.model.full().clone() };
@@ -233,7 +233,7 @@ fn terms_that_were_chosen_by_a_tolerance_are_written_out() {
 fn a_robot_alone_gets_a_scene_of_its_own() {
     for robot in ["robots/ur5.toml", "robots/scara.toml", "robots/chapter12/cartesian_pp.toml"] {
         let path = shipped(robot);
-        let base = Baseline::load(&path).unwrap();
+        let base = Baseline::load(&path, Ends::default()).unwrap();
         let default = SceneFile::default_for(base.file.robot.clone());
         assert_eq!(
             (&base.file.motion, &base.file.model, &base.file.control),

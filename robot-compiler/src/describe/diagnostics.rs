@@ -1,6 +1,7 @@
 //! Errors in a file: the place, the problem, and the expected value.
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use super::snippet::Snippet;
+use miette::{Diagnostic, LabeledSpan, SourceCode};
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
@@ -22,8 +23,7 @@ pub struct FileError(Box<Details>);
 #[derive(Debug)]
 struct Details {
     file: String,
-    source: NamedSource<String>,
-    span: Option<Range<usize>>,
+    snippet: Option<Snippet>,
     line_column: Option<(usize, usize)>,
     field: String,
     problem: String,
@@ -44,12 +44,11 @@ impl Source {
         let span = self.within(span);
         FileError(Box::new(Details {
             file: self.file.clone(),
-            source: NamedSource::new(&self.file, self.text.clone()),
             line_column: Some(self.line_column(span.start)),
-            span: Some(span),
-            field: field.into(),
-            problem: problem.into(),
-            expected: expected.into(),
+            snippet: Some(Snippet::new(&self.file, &self.text, span)),
+            field: shown(field),
+            problem: shown(problem),
+            expected: shown(expected),
         }))
     }
 
@@ -84,13 +83,12 @@ impl FileError {
     ) -> Self {
         let file = file.display().to_string();
         Self(Box::new(Details {
-            source: NamedSource::new(&file, String::new()),
-            file,
-            span: None,
+            file: shown(file),
+            snippet: None,
             line_column: None,
-            field: field.into(),
-            problem: problem.into(),
-            expected: expected.into(),
+            field: shown(field),
+            problem: shown(problem),
+            expected: shown(expected),
         }))
     }
 
@@ -147,25 +145,62 @@ impl Diagnostic for FileError {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.0.span.as_ref().map(|_| &self.0.source as &dyn SourceCode)
+        self.0.snippet.as_ref().map(|snippet| snippet as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let span = self.0.span.clone()?;
+        let span = self.0.snippet.as_ref()?.label.clone();
         Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some("here".to_owned()), span))))
     }
 }
 
+/// A part of a message: no character controls the terminal, and what a file says takes no more than some lines.
+fn shown(text: impl Into<String>) -> String {
+    const SHOWN: usize = 2000;
+    let text = text.into();
+    let mut shown = String::with_capacity(text.len().min(SHOWN));
+    for (count, c) in text.chars().enumerate() {
+        if count == SHOWN {
+            shown += "...";
+            break;
+        }
+        if c.is_control() && c != '\n' {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
 /// The known word nearest to an unknown one, or `None` if no known word is near enough.
 pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    // The comparison takes the product of both lengths.
+    const LONGEST: usize = 100;
+    if word.len() > LONGEST {
+        return None;
+    }
     let near = |candidate: &&'a str| strsim::damerau_levenshtein(word, candidate);
-    let best = known.iter().copied().min_by_key(|candidate| near(candidate))?;
+    let best = known.iter().copied().filter(|known| known.len() <= LONGEST).min_by_key(|known| near(known))?;
     let longest = word.chars().count().max(best.chars().count());
     (near(&best) * 5 <= longest * 2).then_some(best)
 }
 
-/// "one of a, b, c", with a guess in front when there is one.
+/// Most names in a list.
+const LISTED: usize = 40;
+
+/// "a, b, c", and how many more there are.
+pub(crate) fn listed(names: &[impl AsRef<str>]) -> String {
+    let shown: Vec<&str> = names.iter().take(LISTED).map(AsRef::as_ref).collect();
+    let list = shown.join(", ");
+    match names.len().saturating_sub(LISTED) {
+        0 => list,
+        more => format!("{list}, and {more} more"),
+    }
+}
+
+/// "one of a, b, c", with a guess behind when there is one.
 pub(crate) fn one_of(word: &str, known: &[&str]) -> String {
-    let list = known.join(", ");
+    let list = listed(known);
     nearest(word, known).map_or(format!("one of {list}"), |guess| format!("one of {list}; did you mean `{guess}`?"))
 }

@@ -11,13 +11,29 @@ const INERTIA_KEYS: [&str; 6] = ["xx", "yy", "zz", "xy", "xz", "yz"];
 
 /// Source of the numbers; empty if the file does not say.
 pub(crate) fn origin(root: &Table<'_>) -> Result<String, FileError> {
-    root.get("source").map_or(Ok(String::new()), |value| Ok(value.string("where the numbers come from")?.to_owned()))
+    const EXPECTED: &str = "where the numbers come from";
+    let Some(value) = root.get("source") else { return Ok(String::new()) };
+    let found = value.string(EXPECTED)?;
+    without_control(&value, found.replace(['\n', '\r', '\t'], " ").as_str(), EXPECTED)?;
+    Ok(found.to_owned())
 }
 
-/// A non-empty string.
+/// A string that is not empty, on one line, and safe to show on a terminal.
 pub(crate) fn text(value: &Value<'_>, expected: &str) -> Result<String, FileError> {
     let found = value.string(expected)?;
-    if found.trim().is_empty() { Err(value.error("found an empty string", expected)) } else { Ok(found.to_owned()) }
+    if found.trim().is_empty() {
+        return Err(value.error("found an empty string", expected));
+    }
+    without_control(value, found, expected)?;
+    Ok(found.to_owned())
+}
+
+/// Refuses control characters, which a terminal would obey.
+fn without_control(value: &Value<'_>, found: &str, expected: &str) -> Result<(), FileError> {
+    found.chars().find(|c| c.is_control()).map_or(Ok(()), |c| {
+        let problem = format!("found the control character {:?}", c.escape_unicode().to_string());
+        Err(value.error(problem, format!("{expected}, in characters that can be printed")))
+    })
 }
 
 /// `mass`, `com` and `inertia` of a table. A mass needs a centre; without an inertia it is a point.

@@ -2,6 +2,7 @@
 
 use super::text::read_text;
 use super::urdf;
+use crate::describe::cut::{Ends, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::robot::Robot;
 use std::path::Path;
@@ -15,15 +16,22 @@ impl Robot {
     /// # Errors
     /// A file that cannot be read, is not of its format, or describes no possible arm.
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-        let mut robot = match extension {
-            "toml" => toml::read(&read_text(path)?)?,
-            "urdf" | "xml" => urdf::read(&read_text(path)?, None)?,
-            other => {
-                let problem = format!("the file name ends in {other:?}");
-                return Err(FileError::whole_file(path, "", problem, "a robot file: .toml or .urdf"));
-            }
-        };
+        Self::load_between(path, Ends::default())
+    }
+
+    /// Read a robot file, of a URDF the chain between two links.
+    ///
+    /// # Errors
+    /// As [`Robot::load`]; an end given for a TOML robot, a link that does not exist, a base that is not above the tip.
+    pub fn load_between(path: &Path, ends: Ends<'_>) -> Result<Self, FileError> {
+        if is_urdf(path)? {
+            return Self::from_urdf(path, ends);
+        }
+        if let Some((end, _)) = [("tip", ends.tip), ("base", ends.base)].iter().find(|(_, link)| link.is_some()) {
+            let problem = "given for a TOML robot, which has one chain only";
+            return Err(FileError::whole_file(path, *end, problem, format!("`{end}` only with a URDF robot")));
+        }
+        let mut robot = toml::read(&read_text(path)?)?;
         path.clone_into(&mut robot.path);
         Ok(robot)
     }
@@ -36,12 +44,12 @@ impl Robot {
         toml::read(&Source { file: name.to_owned(), text: text.to_owned() })
     }
 
-    /// Read a URDF file, with the chain that ends at the link `tip`; `None` when the tree has no branch.
+    /// Read a URDF file.
     ///
     /// # Errors
-    /// As [`Robot::load`].
-    pub fn from_urdf(path: &Path, tip: Option<&str>) -> Result<Self, FileError> {
-        let mut robot = urdf::read(&read_text(path)?, tip)?;
+    /// As [`Robot::load_between`].
+    pub fn from_urdf(path: &Path, ends: Ends<'_>) -> Result<Self, FileError> {
+        let mut robot = urdf::read(&read_text(path)?, ends)?.robot;
         path.clone_into(&mut robot.path);
         Ok(robot)
     }
@@ -50,7 +58,36 @@ impl Robot {
     ///
     /// # Errors
     /// As [`Robot::load`].
-    pub fn from_urdf_str(text: &str, name: &str, tip: Option<&str>) -> Result<Self, FileError> {
-        urdf::read(&Source { file: name.to_owned(), text: text.to_owned() }, tip)
+    pub fn from_urdf_str(text: &str, name: &str, ends: Ends<'_>) -> Result<Self, FileError> {
+        Ok(urdf::read(&Source { file: name.to_owned(), text: text.to_owned() }, ends)?.robot)
+    }
+}
+
+impl UrdfArm {
+    /// Cut an arm out of a URDF file, and keep the names of its links.
+    ///
+    /// # Errors
+    /// As [`Robot::load_between`]; a file of another format.
+    pub fn load(path: &Path, ends: Ends<'_>) -> Result<Self, FileError> {
+        if !is_urdf(path)? {
+            return Err(FileError::whole_file(path, "", "a robot file in TOML", "a URDF file: .urdf or .xml"));
+        }
+        let mut arm = urdf::read(&read_text(path)?, ends)?;
+        path.clone_into(&mut arm.robot.path);
+        Ok(arm)
+    }
+}
+
+/// Whether a robot file is a URDF, by its extension; otherwise it is TOML.
+fn is_urdf(path: &Path) -> Result<bool, FileError> {
+    const EXPECTED: &str = "a robot file: .toml or .urdf";
+    if path.is_dir() {
+        return Err(FileError::whole_file(path, "", "it is a folder", EXPECTED));
+    }
+    match path.extension().and_then(|e| e.to_str()).unwrap_or_default() {
+        "toml" => Ok(false),
+        "urdf" | "xml" => Ok(true),
+        "xacro" => Err(FileError::whole_file(path, "", "a xacro file, from which a URDF is made", urdf::EXPAND)),
+        other => Err(FileError::whole_file(path, "", format!("the file name ends in {other:?}"), EXPECTED)),
     }
 }

@@ -1,8 +1,10 @@
 //! The TOML form of a scene file.
 
+use super::fields::text;
 use super::linkage::refuse;
 use super::table::{Table, parse};
 use super::text::read_text;
+use crate::describe::cut::Ends;
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::robot::Robot;
 use crate::describe::scene::{ActuatorSpec, ControlSpec, ModelSpec, SceneFile, SensorSpec};
@@ -17,10 +19,11 @@ mod safety;
 mod values;
 mod world;
 
-const SCENE_KEYS: [&str; 13] = [
+const SCENE_KEYS: [&str; 14] = [
     "name",
     "robot",
     "tip",
+    "base",
     "duration",
     "seed",
     "model",
@@ -70,7 +73,7 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
     let root = Table::root(source, &document);
     refuse(&root, "a scene that names a robot file")?;
     root.only(&SCENE_KEYS)?;
-    let name = root.require("name", "the scene's name")?;
+    let name = text(&root.require("name", "the scene's name")?, "the scene's name")?;
     let robot = robot(&root, folder)?;
     let model = root.table("model")?.map_or_else(|| Ok(ModelSpec::default_for(&robot)), |t| model::read(&t, &robot))?;
     let control =
@@ -82,7 +85,7 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
     let plant = world::plant(&root.table("plant")?.unwrap_or(empty), &robot, &model, &control, motion.start())?;
     let auto = root.table("model")?.map_or(Ok(None), |table| auto::read(&table, &robot))?;
     let mut scene = SceneFile {
-        name: name.string("the scene's name")?.to_owned(),
+        name,
         path: Path::new(&source.file).to_path_buf(),
         duration: root.get("duration").map(|value| value.positive_up_to(1e5, "a time in s, above zero")).transpose()?,
         seed: root.get("seed").map_or(Ok(0), |value| value.whole(i64::MAX as u64, "a whole number of zero or more"))?,
@@ -112,14 +115,20 @@ fn robot(root: &Table<'_>, folder: &Path) -> Result<Robot, FileError> {
     let named = root.require("robot", "the path of a robot file, relative to this file")?;
     let path = folder.join(named.string("the path of a robot file, relative to this file")?);
     if !path.is_file() {
-        let problem = format!("there is no file {}", path.display());
+        let what = if path.is_dir() { "found the folder" } else { "there is no file" };
+        let problem = format!("{what} {}", path.display());
         return Err(named.error(problem, "the path of a robot file, relative to this file"));
     }
-    let Some(tip) = root.get("tip") else {
-        return Robot::load(&path);
+    let is_toml = path.extension().is_some_and(|extension| extension == "toml");
+    let end = |key, expected| {
+        let Some(link) = root.get(key) else { return Ok(None) };
+        if is_toml {
+            let problem = "given for a TOML robot, which has one chain only";
+            return Err(link.error(problem, format!("`{key}` only with a URDF robot")));
+        }
+        link.string(expected).map(Some)
     };
-    if path.extension().is_some_and(|extension| extension == "toml") {
-        return Err(tip.error("given for a TOML robot, which has one chain only", "`tip` only with a URDF robot"));
-    }
-    Robot::from_urdf(&path, Some(tip.string("the name of the link that the chain ends at")?))
+    let tip = end("tip", "the name of the link that the chain ends at")?;
+    let base = end("base", "the name of the link that the arm stands on")?;
+    Robot::load_between(&path, Ends { base, tip })
 }

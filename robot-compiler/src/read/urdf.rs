@@ -2,10 +2,11 @@
 //!
 //! The XML is parsed once. Each value read from it keeps its element, and so its place, until the robot is checked.
 
+use crate::describe::cut::{Ends, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::robot::{BuildError, DOF, JointFriction, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
-use dynamics_core::{Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
+use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
 use std::path::PathBuf;
 
 mod chain;
@@ -16,44 +17,48 @@ mod pose;
 
 use chain::Chain;
 use description::{Description, Joint, Kind};
+pub(super) use markup::EXPAND;
 use markup::{Markup, child};
 
-/// Reads a robot; `tip` names the link that the chain ends at, and `None` takes the only chain.
-pub(super) fn read(source: &Source, tip: Option<&str>) -> Result<Robot, FileError> {
+/// Reads the arm between two links.
+pub(super) fn read(source: &Source, ends: Ends<'_>) -> Result<UrdfArm, FileError> {
     let document = markup::parse(source)?;
     let markup = Markup::new(source, &document)?;
     let urdf = Description::read(&markup)?;
-    let chain = Chain::new(&markup, &urdf, tip)?;
+    let chain = Chain::new(&markup, &urdf, ends)?;
     if !DOF.contains(&chain.moving.len()) {
         let names: Vec<&str> = chain.moving.iter().map(|&index| urdf.joints[index].name).collect();
         let problem = match names.as_slice() {
             [] => "the chain has no moving joint".to_owned(),
             _ => format!("the chain has {} moving joints: {}", names.len(), names.join(", ")),
         };
-        return Err(markup.error(
-            &markup.robot,
-            "robot",
-            problem,
-            "a chain of one to six moving joints (name its tip link)",
-        ));
+        return Err(markup.error(&markup.robot, "robot", problem, chain.shorter(&urdf)));
     }
     let joints = (0..chain.moving.len()).map(|i| joint(&markup, &urdf, &chain, i)).collect::<Result<Vec<_>, _>>()?;
     let tip = merge::tip_placement(&urdf, &chain);
     let robot = Robot {
         name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.to_owned() },
-        source: describe(&source.file, &urdf, &chain),
+        source: describe(&source.file, &urdf, &chain, ends.base),
         allow_unphysical: None,
         joints,
         tool: Tool { rotation: tip.rotation, translation: tip.translation, ..Tool::default() },
         path: PathBuf::from(&source.file),
     };
     robot.check().map_err(|error| placed(&error, &robot, &markup, &urdf, &chain))?;
-    Ok(robot)
+    let link = |&index: &usize| urdf.links[index].name.to_owned();
+    Ok(UrdfArm {
+        robot,
+        base: link(&chain.base),
+        tip: link(&chain.tip),
+        links: (0..chain.moving.len()).map(|i| merge::parts(&chain, i).iter().map(link).collect()).collect(),
+        held: chain.held.iter().map(|&index| urdf.joints[index].name.to_owned()).collect(),
+    })
 }
 
 /// File and chain, and the joints held still.
-fn describe(file: &str, urdf: &Description<'_>, chain: &Chain) -> String {
-    let mut text = format!("{file}, chain to {}", urdf.links[chain.tip].name);
+fn describe(file: &str, urdf: &Description<'_>, chain: &Chain, base: Option<&str>) -> String {
+    let from = base.map_or(String::new(), |base| format!(" from {base}"));
+    let mut text = format!("{file}, chain{from} to {}", urdf.links[chain.tip].name);
     if !chain.held.is_empty() {
         let names: Vec<&str> = chain.held.iter().map(|&index| urdf.joints[index].name).collect();
         text += &format!("; held at zero: {}", names.join(", "));
@@ -67,9 +72,11 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
     let joint = &urdf.joints[index];
     let label = Robot::joint_label(i, joint.name);
     let link = &urdf.links[chain.child[index]];
-    if child(&link.node, "inertial").is_none() {
+    let body = merge::body(urdf, chain, i);
+    // A link may leave its mass to what is fixed to it.
+    if child(&link.node, "inertial").is_none() && body == Body::massless() {
         let field = format!("link {}.inertial", link.name);
-        let problem = format!("missing, but the link moves with {label}");
+        let problem = format!("missing, but the link moves with {label}, and nothing fixed to it has a mass");
         return Err(markup.error(&link.node, field, problem, "an <inertial> with mass and inertia"));
     }
     let place = merge::joint_placement(urdf, chain, i);
@@ -85,7 +92,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
         spec: JointSpec {
             kind: if joint.kind == Kind::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },
             frame: Frame::Placement { rotation: place.rotation, translation: place.translation, axis },
-            body: merge::body(urdf, chain, i),
+            body,
             rotor: Rotor::default(),
             limits: limits(markup, joint, &label)?,
         },

@@ -9,8 +9,8 @@ use crate::study::robot_or_scene::RobotOrScene;
 use dynamics_core::trig::Method;
 use dynamics_core::{Limits, Model};
 use indicatif::ProgressBar;
-use robot_compiler::Robot;
 use robot_compiler::kernel::Level;
+use robot_compiler::{Ends, Robot};
 use serde::Serialize;
 use std::path::Path;
 
@@ -88,8 +88,8 @@ pub struct JointAnswer {
 }
 
 /// Load a robot or scene; its sine and cosine must have known errors.
-pub(crate) fn load(path: &Path) -> Result<RobotOrScene, Failure> {
-    let subject = RobotOrScene::load(path)?;
+pub(crate) fn load(path: &Path, ends: Ends<'_>) -> Result<RobotOrScene, Failure> {
+    let subject = RobotOrScene::load(path, ends)?;
     if subject.file.control.trig != Method::Polynomial {
         let (_, trig) = subject.file.control.names();
         return Err(Failure::Input(miette::miette!(

@@ -5,6 +5,7 @@ use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
 use crate::study::trade::baseline::Baseline;
 use crate::study::trade::{Cost, Costs};
+use robot_compiler::Ends;
 use robot_compiler::scene::ModelTerm;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 impl Explanation {
     /// Measure the chip's tick with every term and without each of them.
     pub(crate) fn measure(&mut self, scene: &Path, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
-        let base = Baseline::load(scene)?;
+        let base = Baseline::load(scene, Ends::default())?;
         let folder = Path::new("out/explain").join(file_name(&self.scene));
         fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
         let term = |name: &str| ModelTerm::ALL.into_iter().find(|term| term.name() == name);

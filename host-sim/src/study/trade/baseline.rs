@@ -3,9 +3,9 @@
 use super::choice::{Choice, Every, TermSet, put, remove};
 use crate::failure::Failure;
 use crate::study::robot_or_scene::RobotOrScene;
-use robot_compiler::SceneFile;
 use robot_compiler::kernel::Level;
 use robot_compiler::scene::{ModelTerm, MotionSpec};
+use robot_compiler::{Ends, SceneFile};
 use std::fs;
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, InlineTable, Value, value};
@@ -19,22 +19,22 @@ pub struct Baseline {
 }
 
 impl Baseline {
-    /// Load a scene file or a robot file.
+    /// Load a scene file or a robot file, of a URDF robot the chain between two links.
     ///
     /// `terms = "auto"` is first replaced by every term that acts in the scene's world, because it is a choice like
     /// those made here.
     ///
     /// # Errors
     /// A file that cannot be read, or an invalid scene.
-    pub fn load(path: &Path) -> Result<Self, Failure> {
-        let RobotOrScene { file, scene } = RobotOrScene::load(path)?;
+    pub fn load(path: &Path, ends: Ends<'_>) -> Result<Self, Failure> {
+        let RobotOrScene { file, scene } = RobotOrScene::load(path, ends)?;
         let unreadable =
             |error: &dyn core::fmt::Display| Failure::Input(miette::miette!("{}: {error}", path.display()));
         let mut text = if scene.is_some() {
             let text = fs::read_to_string(path).map_err(|error| unreadable(&error))?;
             text.parse::<DocumentMut>().map_err(|error| unreadable(&error))?
         } else {
-            made_up(&file)
+            made_up(&file, ends)
         };
         if file.model.auto.is_some() {
             write_out_auto(&mut text, &file);
@@ -108,10 +108,15 @@ impl Baseline {
 }
 
 /// The default scene of a robot as a file.
-fn made_up(file: &SceneFile) -> DocumentMut {
+fn made_up(file: &SceneFile, ends: Ends<'_>) -> DocumentMut {
     let mut text = DocumentMut::new();
     text["name"] = value(&file.name);
     text["robot"] = value("");
+    for (key, link) in [("tip", ends.tip), ("base", ends.base)] {
+        if let Some(link) = link {
+            text[key] = value(link);
+        }
+    }
     put(&mut text, "motion", "kind", value("quintic"));
     let mut points = Array::new();
     if let MotionSpec::Quintic { points: there, .. } = &file.motion {

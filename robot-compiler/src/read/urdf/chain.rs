@@ -2,8 +2,13 @@
 
 use super::description::{Description, Kind};
 use super::markup::{Markup, child};
-use crate::describe::diagnostics::FileError;
+use crate::describe::cut::Ends;
+use crate::describe::diagnostics::{FileError, listed};
+use crate::describe::robot::DOF;
 use std::collections::HashMap;
+
+/// Names of the command line's options in a scene file.
+const IN_A_SCENE: &str = "in a scene: `tip`, `base`";
 
 /// The arm inside a tree of links. Links and joints are indices in the order of the file.
 pub(super) struct Chain {
@@ -17,6 +22,8 @@ pub(super) struct Chain {
     pub(super) above: Vec<Option<usize>>,
     /// Joints below a link, in the order of the file.
     pub(super) below: Vec<Vec<usize>>,
+    /// The link that the arm stands on.
+    pub(super) base: usize,
     /// The link whose frame is the tip.
     pub(super) tip: usize,
     /// Moving joints beside the chain, held at zero.
@@ -24,28 +31,32 @@ pub(super) struct Chain {
 }
 
 impl Chain {
-    pub(super) fn new(markup: &Markup<'_>, urdf: &Description<'_>, tip: Option<&str>) -> Result<Self, FileError> {
+    pub(super) fn new(markup: &Markup<'_>, urdf: &Description<'_>, ends: Ends<'_>) -> Result<Self, FileError> {
         let mut chain = Self::tree(markup, urdf)?;
         let root = chain.root(markup, urdf)?;
-        chain.tip = match tip {
-            Some(name) => {
-                let names: Vec<&str> = urdf.links.iter().map(|link| link.name).collect();
-                let index = names.iter().position(|link| *link == name);
-                index.ok_or_else(|| markup.unknown_link(&markup.robot, "tip", name, &names))?
-            }
-            None => chain.only_tip(markup, urdf, root)?,
+        let find = |end: &str, name: &str| {
+            let names: Vec<&str> = urdf.links.iter().map(|link| link.name).collect();
+            let index = names.iter().position(|link| *link == name);
+            index.ok_or_else(|| markup.unknown_link(&markup.robot, end, name, &names))
         };
-        let mut path: Vec<usize> =
-            std::iter::successors(chain.above[chain.tip], |&joint| chain.above[chain.parent[joint]])
-                .take(urdf.joints.len())
-                .collect();
-        path.reverse();
-        chain.moving = path.iter().copied().filter(|&joint| moves(urdf, joint)).collect();
+        chain.base = ends.base.map_or(Ok(root), |name| find("base", name))?;
+        chain.tip = match ends.tip {
+            Some(name) => find("tip", name)?,
+            None => chain.only_tip(markup, urdf)?,
+        };
+        if !chain.reaches(chain.tip, chain.base) {
+            let (base, tip) = (&urdf.links[chain.base], &urdf.links[chain.tip]);
+            let problem = format!("{:?} is not on the way from the root to the tip {:?}", base.name, tip.name);
+            let above: Vec<&str> = chain.upwards(chain.tip).skip(1).map(|link| urdf.links[link].name).collect();
+            let expected = format!("a link above the tip: {}", listed(&above));
+            return Err(markup.error(&base.node, "base", problem, expected));
+        }
+        chain.moving = chain.moving_above(urdf, chain.tip);
         for &joint in &chain.moving {
             supported(markup, urdf, joint)?;
         }
         // Other moving joints are not part of the arm, but the arm still carries those that move with it.
-        let base = chain.moving.first().map_or(root, |&joint| chain.child[joint]);
+        let base = chain.moving.first().map_or(chain.base, |&joint| chain.child[joint]);
         let carried = (0..urdf.joints.len()).filter(|&joint| moves(urdf, joint) && !chain.moving.contains(&joint));
         chain.held = carried.filter(|&joint| chain.is_below(joint, base)).collect();
         Ok(chain)
@@ -73,6 +84,7 @@ impl Chain {
             child: Vec::new(),
             above: vec![None; count],
             below: vec![Vec::new(); count],
+            base: 0,
             tip: 0,
             held: Vec::new(),
         };
@@ -125,9 +137,38 @@ impl Chain {
         }
     }
 
+    /// A link and those above it, up to the root; ends in a loop too.
+    fn upwards(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
+        let next = |&link: &usize| self.above[link].map(|joint| self.parent[joint]);
+        std::iter::successors(Some(link), next).take(self.above.len() + 1)
+    }
+
     fn reaches(&self, link: usize, root: usize) -> bool {
-        let mut upwards = std::iter::successors(Some(link), |&link| self.above[link].map(|joint| self.parent[joint]));
-        upwards.by_ref().take(self.above.len() + 1).any(|link| link == root)
+        self.upwards(link).any(|link| link == root)
+    }
+
+    /// Moving joints between the base and a link below it, base first.
+    fn moving_above(&self, urdf: &Description<'_>, link: usize) -> Vec<usize> {
+        let links = self.upwards(link).take_while(|&link| link != self.base);
+        let mut moving: Vec<usize> =
+            links.filter_map(|link| self.above[link]).filter(|&joint| moves(urdf, joint)).collect();
+        moving.reverse();
+        moving
+    }
+
+    /// What a chain with too few or too many joints should be.
+    pub(super) fn shorter(&self, urdf: &Description<'_>) -> String {
+        let name = |joint: usize| urdf.links[self.child[joint]].name;
+        let most = *DOF.end();
+        match (self.moving.get(most - 1), self.moving.len().checked_sub(most + 1)) {
+            (Some(&last), Some(first)) => format!(
+                "a chain of one to six moving joints: end it earlier, as with `--tip {}`, or begin it later, as with `--base {}` \
+                 ({IN_A_SCENE})",
+                name(last),
+                name(self.moving[first])
+            ),
+            _ => format!("a chain of one to six moving joints between `--base LINK` and `--tip LINK` ({IN_A_SCENE})"),
+        }
     }
 
     /// Whether a joint is a descendant of a link.
@@ -136,8 +177,8 @@ impl Chain {
     }
 
     /// The tip if none is named: follows the only moving branch, then goes to the first fixed leaf.
-    fn only_tip(&self, markup: &Markup<'_>, urdf: &Description<'_>, root: usize) -> Result<usize, FileError> {
-        let mut link = root;
+    fn only_tip(&self, markup: &Markup<'_>, urdf: &Description<'_>) -> Result<usize, FileError> {
+        let mut link = self.base;
         for _ in 0..=urdf.links.len() {
             let ways: Vec<usize> = self.below[link].iter().copied().filter(|&j| self.carries_motion(urdf, j)).collect();
             match ways.as_slice() {
@@ -147,7 +188,9 @@ impl Chain {
                     let (a, b) = (&urdf.joints[*first].name, &urdf.joints[*second].name);
                     let problem =
                         format!("the tree branches at link {:?}: joints {a:?} and {b:?}", urdf.links[link].name);
-                    let expected = "one chain, or the name of the tip link of one";
+                    let tips = self.tips(urdf, link);
+                    let expected =
+                        format!("one chain, or its tip with `--tip LINK` ({IN_A_SCENE}); the tips: {}", listed(&tips));
                     return Err(markup.error(&urdf.joints[*second].node, "joint", problem, expected));
                 }
             }
@@ -159,6 +202,18 @@ impl Chain {
             }
         }
         Ok(link)
+    }
+
+    /// Links that a chain through a branching link may end at: that link, and the ends of its branches; each with its number
+    /// of moving joints.
+    fn tips(&self, urdf: &Description<'_>, branching: usize) -> Vec<String> {
+        let ends = (0..urdf.links.len()).filter(|&link| self.below[link].is_empty() && self.reaches(link, branching));
+        let named = |link: usize| match self.moving_above(urdf, link).len() {
+            0 => None,
+            1 => Some(format!("{} (1 joint)", urdf.links[link].name)),
+            count => Some(format!("{} ({count} joints)", urdf.links[link].name)),
+        };
+        std::iter::once(branching).chain(ends).filter_map(named).collect()
     }
 
     /// Whether a joint or anything below it moves.

@@ -10,6 +10,9 @@ use dynamics_core::model::Placement;
 use nalgebra::{Matrix3, Vector3};
 use roxmltree::Node;
 
+/// Most links: some checks compare each with every other.
+const LINKS_MAX: usize = 10_000;
+
 /// Links and joints in the order of the file.
 pub(super) struct Description<'a> {
     pub(super) name: &'a str,
@@ -72,8 +75,13 @@ const KINDS: [(&str, Kind); 7] = [
 impl<'a> Description<'a> {
     pub(super) fn read(markup: &Markup<'a>) -> Result<Self, FileError> {
         let named = |name: &'static str| markup.robot.children().filter(move |node| node.has_tag_name(name));
+        let count = named("link").count();
+        if count > LINKS_MAX {
+            let (problem, expected) = (format!("found {count} links"), format!("at most {LINKS_MAX} links"));
+            return Err(markup.error(&markup.robot, "robot", problem, expected));
+        }
         Ok(Self {
-            name: markup.robot.attribute("name").unwrap_or_default(),
+            name: markup.printable(&markup.robot, markup.robot.attribute("name").unwrap_or_default(), "robot")?,
             links: named("link").map(|node| link(markup, node)).collect::<Result<_, _>>()?,
             joints: named("joint").map(|node| joint(markup, node)).collect::<Result<_, _>>()?,
         })

@@ -7,6 +7,9 @@ use std::ops::Range;
 /// Deepest nesting: a URDF needs six levels.
 const DEPTH_MAX: usize = 32;
 
+/// What to do with a xacro file.
+pub(in crate::read) const EXPAND: &str = "the URDF that `xacro FILE > robot.urdf` writes";
+
 pub(super) fn parse(source: &Source) -> Result<Document<'_>, FileError> {
     Document::parse(&source.text).map_err(|error| {
         let at = error.pos();
@@ -45,6 +48,11 @@ impl<'a> Markup<'a> {
             let problem = format!("the outermost element is <{}>", robot.tag_name().name());
             return Err(markup.error(&robot, "robot", problem, "<robot>"));
         }
+        let is_macro = |node: &Node<'_, '_>| node.tag_name().namespace().is_some_and(|name| name.contains("xacro"));
+        if let Some(found) = robot.descendants().find(is_macro) {
+            let problem = format!("a xacro file: <xacro:{}> is not expanded", found.tag_name().name());
+            return Err(markup.error(&found, "robot", problem, EXPAND));
+        }
         if let Some(deep) = robot.descendants().find(|node| node.ancestors().take(DEPTH_MAX + 2).count() > DEPTH_MAX) {
             return Err(markup.error(&deep, "robot", "elements nested too deeply", "at most 30 levels"));
         }
@@ -53,9 +61,20 @@ impl<'a> Markup<'a> {
 
     /// The `name` of a link or joint.
     pub(super) fn name(&self, node: &Node<'a, 'a>, kind: &str) -> Result<&'a str, FileError> {
-        node.attribute("name")
-            .filter(|name| !name.is_empty())
-            .ok_or_else(|| self.error(node, format!("{kind}.name"), "missing", format!("a name for the {kind}")))
+        let name = node.attribute("name").unwrap_or_default();
+        if name.is_empty() {
+            return Err(self.error(node, format!("{kind}.name"), "missing", format!("a name for the {kind}")));
+        }
+        self.printable(node, name, kind)
+    }
+
+    /// A name without control characters, which a terminal would obey.
+    pub(super) fn printable(&self, node: &Node<'a, 'a>, name: &'a str, kind: &str) -> Result<&'a str, FileError> {
+        if name.chars().any(char::is_control) {
+            let problem = format!("found {name:?}");
+            return Err(self.error(node, format!("{kind}.name"), problem, "a name in characters that can be printed"));
+        }
+        Ok(name)
     }
 
     /// A child element that may occur at most once.

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 fn above_to(urdf: &Description<'_>, chain: &Chain, joint: usize) -> Placement<f64> {
     let mut place = urdf.joints[joint].origin;
     let mut link = chain.parent[joint];
-    while let Some(above) = chain.above[link] {
+    while let Some(above) = chain.above[link].filter(|_| link != chain.base) {
         if chain.moving.contains(&above) {
             break;
         }
@@ -57,6 +57,17 @@ pub(super) fn body(urdf: &Description<'_>, chain: &Chain, i: usize) -> Body {
     }
     // A body with a single part keeps its exact numbers.
     if alone { own } else { about_mass_centre(&sum) }
+}
+
+/// The links of the `i`-th moving joint: its own, then those fixed to it.
+pub(super) fn parts(chain: &Chain, i: usize) -> Vec<usize> {
+    let mut parts = vec![chain.child[chain.moving[i]]];
+    let mut next = 0;
+    while let Some(&link) = parts.get(next) {
+        parts.extend(chain.below[link].iter().filter(|joint| !chain.moving.contains(joint)).map(|&j| chain.child[j]));
+        next += 1;
+    }
+    parts
 }
 
 /// `I_C = I_O - m (c.c 1 - c c^T)`.

@@ -1,0 +1,23 @@
+//! The ends of the chain that is taken from a URDF robot.
+
+use clap::Args;
+use robot_compiler::Ends;
+
+/// Options of every command that takes a robot.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ChainArgs {
+    /// Of a URDF robot, the link that the arm ends at; the end of the only chain otherwise.
+    #[arg(long, value_name = "LINK")]
+    pub tip: Option<String>,
+    /// Of a URDF robot, the link that the arm stands on; the root otherwise.
+    #[arg(long, value_name = "LINK")]
+    pub base: Option<String>,
+}
+
+impl ChainArgs {
+    /// The same for the readers.
+    #[must_use]
+    pub fn ends(&self) -> Ends<'_> {
+        Ends { base: self.base.as_deref(), tip: self.tip.as_deref() }
+    }
+}

@@ -1,0 +1,63 @@
+//! `import`: an arm of a URDF file as a TOML robot file.
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::output::print;
+use crate::failure::{Failure, in_file};
+use clap::Args;
+use robot_compiler::emit::robot_file;
+use robot_compiler::{Robot, UrdfArm};
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim import arm.urdf > robots/arm.toml
+  host-sim import arm.urdf --tip gripper_base --out robots/arm.toml
+  host-sim import two_arms.urdf --base left_base --tip left_flange > robots/left.toml
+
+Written are name, placement, axis, mass, inertia, limits and friction of every joint and its link, and the tip frame. Fixed links
+are merged into the moving link that carries them; moving joints beside the chain are held at zero. Numbers read back exactly;
+rotations are roll, pitch and yaw, exact to rounding. Lines that begin with `# ?` name what a URDF does not say: rotor and gear,
+encoder, drive, limits that are missing.
+
+A file that exists is not overwritten by --out.";
+
+/// Options of `import`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct ImportArgs {
+    /// The URDF file.
+    pub urdf: PathBuf,
+    /// The chain.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// A new file for the robot; standard output otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// Write the robot file.
+///
+/// # Errors
+/// [`Failure::Input`] for a URDF file or a link that is wrong, and for a file that exists; [`Failure::Output`] for one that cannot be
+/// written.
+pub fn run(args: &ImportArgs) -> Result<(), Failure> {
+    let arm = UrdfArm::load(&args.urdf, args.chain.ends()).map_err(Failure::input)?;
+    let text = robot_file(&arm);
+    // A name may be allowed in XML and not here: better said now than when the file is used.
+    Robot::from_toml_str(&text, "the imported robot").map_err(Failure::input)?;
+    args.out.as_deref().map_or_else(|| print(&text), |path| write_new(path, &text))
+}
+
+fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+    let opened = OpenOptions::new().write(true).create_new(true).open(path);
+    match opened.and_then(|mut file| file.write_all(text.as_bytes())) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(Failure::Input(miette::miette!(
+            help = "expected the name of a new file: what was filled in by hand would be lost",
+            "--out {}: the file exists",
+            path.display()
+        ))),
+        written => written.map_err(|error| in_file(path, &error)),
+    }
+}
