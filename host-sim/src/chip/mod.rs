@@ -22,6 +22,7 @@ pub mod cost;
 mod emulator;
 mod error;
 mod hello;
+pub mod interrupt;
 pub mod on_chip;
 mod program;
 
@@ -34,8 +35,8 @@ pub use emulator::{Carried, Emulator, Timeouts};
 pub use error::ChipError;
 pub(crate) use error::refusal as refusal_in_words;
 pub use hello::hello;
-pub(crate) use program::run_cost;
 pub use program::{build_firmware, build_firmware_with};
+pub(crate) use program::{run_cost, run_interrupt};
 
 use dynamics_core::{Command, Live, Measurement, Reference};
 use link::codec::{FrameTooLong, Received};
