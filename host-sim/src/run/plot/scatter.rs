@@ -97,7 +97,7 @@ pub fn write_scatter(scatter: &Scatter<'_>, path: &Path) -> Result<(), PlotError
         let points = || front.iter().map(|(spot, _)| spot.at);
         // The line steps down only at the next point of the front; up to there the cheaper point is the best.
         let steps = points().zip(points().skip(1)).flat_map(|(a, b)| [a, (b.0, a.1)]);
-        chart.draw_series(LineSeries::new(steps.chain(points().last()), BLACK.mix(0.5).stroke_width(1)))?;
+        chart.draw_series(LineSeries::new(steps.chain(points().next_back()), BLACK.mix(0.5).stroke_width(1)))?;
         for spot in &panel.spots {
             let colour = KINDS[spot.kind % KINDS.len()];
             let (size, style) =
