@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use host_sim::cli::{self, Cli, Command};
-use host_sim::study::trade::on_the_chip;
+use host_sim::study::trade::chip::EmulatedChip;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -19,7 +19,7 @@ fn main() -> ExitCode {
         Command::Terms(args) => cli::terms::run(&args).map(|()| 0),
         Command::Statics(args) => cli::statics::run(&args).map(|()| 0),
         Command::Energy(args) => cli::energy::run(&args, &stop_on_interrupt()),
-        Command::Explain(args) => cli::explain::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
+        Command::Explain(args) => cli::explain::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
         Command::Info(args) => cli::info::run(&args).map(|()| 0),
         Command::Import(args) => cli::import::run(&args).map(|()| 0),
         Command::Kernel(args) => cli::kernel::run(&args).map(|()| 0),
@@ -31,8 +31,8 @@ fn main() -> ExitCode {
         Command::Bound(args) => cli::bound::run(&args).map(|()| 0),
         Command::Extremes(args) => cli::extremes::run(&args).map(|()| 0),
         Command::Campaign(args) => cli::campaign::run(&args, &stop_on_interrupt()),
-        Command::Trade(args) => cli::trade::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
-        Command::Choose(args) => cli::choose::run(&args, &on_the_chip, &stop_on_interrupt()).map(|()| 0),
+        Command::Trade(args) => cli::trade::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
+        Command::Choose(args) => cli::choose::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
     };
     ExitCode::from(done.unwrap_or_else(|failure| {
         let code = failure.code();

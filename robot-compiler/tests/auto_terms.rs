@@ -69,7 +69,7 @@ fn what_is_left_keeps_the_tolerance_and_no_other_set_is_smaller() {
     // Computed here from the error and the operations of every set.
     let terms =
         |set: usize| -> Vec<ModelTerm> { (0..6).filter(|i| set & (1 << i) != 0).map(|i| ModelTerm::ALL[i]).collect() };
-    let errors: Vec<f64> = (0..64).map(|set| along.error_without(&terms(set)).worst_of_limit()).collect();
+    let errors: Vec<f64> = (0..64).map(|set| along.error_without(&terms(set)).worst_share()).collect();
     let operations: Vec<usize> = (0..64).map(|set| along.operations_without(&terms(set)).total()).collect();
     let gains: Vec<f64> = (0..64).map(|set| along.loop_gain_without(&terms(set)).least).collect();
     for tolerance in [1e-3, 3e-3, 1e-2, 3e-2] {
@@ -94,7 +94,7 @@ fn the_tolerance_is_felt_from_both_sides() {
     let scene = auto(0.0, &[]);
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
-    let errors = ModelTerm::ALL.map(|term| along.error_without(&[term]).worst_of_limit());
+    let errors = ModelTerm::ALL.map(|term| along.error_without(&[term]).worst_share());
     let (term, error) = ModelTerm::ALL.into_iter().zip(errors).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
     assert!(error > 0.0);
     assert_eq!(given_up(&auto(error * (1.0 + 1e-9), &[])), [term]);
@@ -141,7 +141,7 @@ fn standing_still_no_velocity_term_is_needed_and_rotors_for_the_loop_alone() {
     // They make no torque here, but are most of the inertia.
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
-    assert_eq!(along.error_without(&[ModelTerm::Rotors]).worst_of_limit(), 0.0);
+    assert_eq!(along.error_without(&[ModelTerm::Rotors]).worst_share(), 0.0);
     assert!(along.loop_gain_without(&[ModelTerm::Rotors]).is_too_weak());
 }
 
@@ -162,7 +162,7 @@ fn without_rotors_the_flange_has_next_to_no_loop_gain_and_they_stay() {
     let model = scene.robot.model::<6>().unwrap();
     let along = Along::new(&scene, &model).unwrap();
     // The torque error alone would let them go.
-    assert!(along.error_without(&[ModelTerm::Rotors]).worst_of_limit() < 0.003);
+    assert!(along.error_without(&[ModelTerm::Rotors]).worst_share() < 0.003);
     let gain = along.loop_gain_without(&[ModelTerm::Rotors]);
     assert_eq!((gain.joint, gain.is_too_weak()), (5, true), "{gain:?}");
     assert!(!given_up(&scene).contains(&ModelTerm::Rotors));

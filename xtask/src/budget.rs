@@ -170,6 +170,12 @@ fn shipped() -> Result<Vec<PathBuf>> {
 /// The board that is emulated.
 pub(crate) const EMULATED: Board = Board::Netduinoplus2;
 
+/// Prints the longest interrupt of a scene's supervised ticks on the emulated board, as one JSON object.
+pub(crate) fn interrupt(scene: &Path) -> Result<()> {
+    println!("{}", measure::interrupt(scene)?);
+    Ok(())
+}
+
 fn build(scene: &Path, board: Board) -> Result<PathBuf> {
     firmware::build(scene, board)
 }

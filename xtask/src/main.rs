@@ -127,6 +127,12 @@ enum FirmwareTask {
         #[arg(long)]
         scenes: PathBuf,
     },
+    /// Measure the whole interrupt of a supervised tick in the emulated chip; print a JSON object
+    Interrupt {
+        /// The scene whose arm and controller are built in
+        #[arg(long)]
+        scene: PathBuf,
+    },
     /// Write it to a real board with probe-rs
     Flash {
         #[command(flatten)]
@@ -173,6 +179,7 @@ fn run(task: Task) -> anyhow::Result<()> {
             FirmwareTask::Run { what, seconds } => qemu::run(&what.build()?, seconds.map(Duration::from_secs)),
             FirmwareTask::Size { what } => budget::sizes(&what.build()?, &what.scene(), what.board),
             FirmwareTask::Cost { scenes } => firmware::cost::print(&scenes),
+            FirmwareTask::Interrupt { scene } => budget::interrupt(&scene),
             FirmwareTask::Flash { options } => flash::flash(&options),
             FirmwareTask::Key { options } => flash::key::write(&options),
         },

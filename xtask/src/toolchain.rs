@@ -110,8 +110,9 @@ impl Toolchain {
         };
         command.current_dir(root()).args([subcommand, "--profile", PROFILE, "--target", TARGET]);
         command.arg("--target-dir").arg(target_directory());
-        // rustup's cargo sets these for its child processes; they would lead the other cargo to the wrong compiler.
-        for name in ["RUSTC", "RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS"] {
+        // rustup's cargo sets the first four for its child processes; they would lead the other cargo to the wrong compiler. The
+        // last one splits a crate into units again, and another code is measured than the one that is flashed.
+        for name in ["RUSTC", "RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_INCREMENTAL"] {
             command.env_remove(name);
         }
         if let Self::Debian { linker } = self {

@@ -172,6 +172,32 @@ fn the_readme_s_rows_of_the_budget_are_those_that_were_measured() {
     }
 }
 
+/// Numbers of a text that have a thousands separator.
+fn thousands(text: &str) -> BTreeSet<&str> {
+    let words = text.split(|c: char| !(c.is_ascii_digit() || c == ',')).map(|word| word.trim_matches(','));
+    words.filter(|word| word.contains(',') && word.split(',').skip(1).all(|group| group.len() == 3)).collect()
+}
+
+#[test]
+fn no_page_of_prose_has_a_measured_count_of_instructions_or_cycles_typed_by_hand() {
+    let measured: Vec<_> = ["budget", "cycles", "kernels"].map(|page| text(&format!("docs/measured/{page}.md"))).into();
+    let counts: BTreeSet<&str> = measured
+        .iter()
+        .flat_map(|page| page.lines().filter(|line| line.starts_with('|')).flat_map(thousands))
+        .collect();
+    assert!(counts.contains("1,353"), "{counts:?}");
+    for page in prose().iter().filter(|page| *page != "README.md") {
+        let typed: Vec<_> = text(page)
+            .lines()
+            .filter(|line| line.contains("instruction") || line.contains("cycle"))
+            .flat_map(thousands)
+            .filter(|number| counts.contains(number))
+            .map(str::to_owned)
+            .collect();
+        assert!(typed.is_empty(), "{page}: {typed:?} of docs/measured, which a command writes");
+    }
+}
+
 /// The anchor of a heading in links.
 fn anchor(heading: &str) -> String {
     let kept = heading

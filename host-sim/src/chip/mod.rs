@@ -23,6 +23,7 @@ pub mod cost;
 mod emulator;
 mod error;
 mod hello;
+pub mod interrupt;
 pub mod on_chip;
 mod program;
 
@@ -39,8 +40,8 @@ pub use emulator::{Carried, Emulator, Timeouts};
 pub use error::ChipError;
 pub(crate) use error::refusal as refusal_in_words;
 pub use hello::hello;
-pub(crate) use program::run_cost;
 pub use program::{build_firmware, build_firmware_with};
+pub(crate) use program::{run_cost, run_interrupt};
 
 use crate::key;
 use dynamics_core::{Command, Live, Measurement, Reference};

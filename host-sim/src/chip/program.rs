@@ -41,6 +41,16 @@ pub(crate) fn run_cost(list: &Path) -> Result<String, ChipError> {
     xtask(["firmware", "cost", "--scenes"], list, [])
 }
 
+/// Build a scene's firmware and trace its supervised ticks. Returns the output of `cargo xtask firmware interrupt`: one
+/// JSON object.
+///
+/// # Errors
+/// As [`build_firmware`]; a motion that the scene's controller does not follow.
+pub(crate) fn run_interrupt(scene: &Path) -> Result<String, ChipError> {
+    let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
+    xtask(["firmware", "interrupt", "--scene"], &scene, [])
+}
+
 /// Standard output of an xtask command; an error holds its standard error.
 fn xtask<'a, const M: usize>(
     arguments: [&str; M],

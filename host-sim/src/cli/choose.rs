@@ -4,8 +4,8 @@ use crate::cli::chain::ChainArgs;
 use crate::cli::output::{json, print};
 use crate::cli::trade::{AxisArgs, folder, measured};
 use crate::failure::{Failure, in_file};
-use crate::study::trade::Costs;
 use crate::study::trade::baseline::Baseline;
+use crate::study::trade::chip::Chip;
 use crate::study::trade::product::choices;
 use crate::study::trade::request::{Budget, Request, Share};
 use clap::Args;
@@ -15,8 +15,8 @@ use std::sync::atomic::AtomicBool;
 
 const EXAMPLES: &str = "\
 The choices, and what is measured of them, are those of `trade`, whose measurements are used where they are known. The cheapest is the one
-with the fewest cycles. Share of the processor: mean cycles (an estimate) times the rate over the clock; the longest tick must also
-end before the next is due. If no choice does, the message says what the nearest would cost, and the exit code is 2.
+with the fewest cycles. Share of the processor: mean cycles (an estimate) of the whole interrupt that the firmware runs, not of the
+controller alone, times the rate over the clock; the longest tick must also end before the next is due. If no choice does, the message says what the nearest would cost, and the exit code is 2.
 
 Examples:
   host-sim choose scenes/puma560_pick.toml --max-torque-error 0.2% --budget 20%@4kHz
@@ -37,7 +37,7 @@ pub struct ChooseArgs {
     /// Greatest tracking error of any joint on any course, rad or m.
     #[arg(long, value_name = "RAD")]
     pub max_tracking_error: Option<f64>,
-    /// Share of the processor at a control rate: 20%@4kHz.
+    /// Share of the processor that the whole interrupt may take at a control rate: 20%@4kHz.
     #[arg(long, value_name = "SHARE@RATE")]
     pub budget: Option<Budget>,
     /// Clock of the processor, MHz.
@@ -61,7 +61,7 @@ pub struct ChooseArgs {
 ///
 /// # Errors
 /// As [`run`](crate::cli::trade::run); a request that is none, or one that no choice meets.
-pub fn run(args: &ChooseArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
+pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     if args.max_torque_error.is_none() && args.max_tracking_error.is_none() && args.budget.is_none() {
         return Err(Failure::Input(miette::miette!(
             "nothing was asked for: expected --max-torque-error, --max-tracking-error, --budget, or several of them"
@@ -70,8 +70,7 @@ pub fn run(args: &ChooseArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<()
     let base = Baseline::load(&args.scene, args.chain.ends())?;
     let work = folder(None, &base)?;
     let rate = args.budget.map(|budget| budget.rate);
-    let trade =
-        measured(&base, &args.scene, &choices(&args.axes.axes(), &base, rate)?, costs, &work, args.fresh, stop)?;
+    let trade = measured(&base, &args.scene, &choices(&args.axes.axes(), &base, rate)?, chip, &work, args.fresh, stop)?;
     let request = Request {
         torque: args.max_torque_error.map(|share| share.0),
         tracking: args.max_tracking_error,

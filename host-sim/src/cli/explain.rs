@@ -3,7 +3,7 @@
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
 use crate::study::explain::explain;
-use crate::study::trade::Costs;
+use crate::study::trade::chip::Chip;
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
 use std::path::PathBuf;
@@ -16,13 +16,16 @@ For every term of the model (gravity, payload, tip wrench, rotors, velocity term
                 scene's level (exact where the scene runs the recursion); friction as its formula has it
   torque error  what the model leaves out without the term, on the scene's own reference motion
   tracking      greatest error of the closed loop without the term, in the scene's world, which keeps it
-A term may go if its torque error stays within the tolerance on every joint that has a torque limit. Which may go together is
-searched over all sets, as `terms = \"auto\"` in a scene's [model] does it.
+A term may go if its torque error stays within the tolerance on every joint: a share of the joint's torque limit or, where it has none, of its
+greatest torque on the motion. With such a joint, the greatest tracking error may be at most twice the full model's, too. Which may go
+together is searched over all sets, as `terms = \"auto\"` in a scene's [model] does it.
 
 --chip builds the controller's tick with every term and without each, runs it on the emulated chip, and shows what goes with the term:
   instructions  of a tick, mean over consecutive ticks of the scene's motion
   cycles        an estimate
   flash         bytes of the tick and all that it reaches
+  interrupt without, share without
+                estimated cycles of the whole interrupt that the firmware runs, and their share of 168 MHz at the scene's rate
 
 Examples:
   host-sim explain scenes/puma560_pick.toml
@@ -51,7 +54,7 @@ pub struct ExplainArgs {
 ///
 /// # Errors
 /// A scene that is wrong or cannot be run; a tolerance that is none.
-pub fn run(args: &ExplainArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
+pub fn run(args: &ExplainArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     let file = SceneFile::load(&args.scene).map_err(Failure::input)?;
     if let Some(tolerance) = args.tolerance.filter(|tolerance| !(0.0..=0.5).contains(tolerance)) {
         return Err(Failure::Input(miette::miette!(
@@ -60,7 +63,7 @@ pub fn run(args: &ExplainArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(
     }
     let mut explanation = with_dof!(file.robot.dof(), N => explain::<N>(&file, args.tolerance, stop))?;
     if args.chip {
-        explanation.measure(&args.scene, costs, stop)?;
+        explanation.measure(&args.scene, chip, stop)?;
     }
     let text = if args.json { json(&explanation)? + "\n" } else { explanation.text() };
     print(&text)

@@ -16,7 +16,8 @@ Groups:
   control      saturation, wrong models, joints that stick
   stability    the longest stable period, predicted and simulated: a planar arm, the Puma, wrong models
 
-A cell passes when what it requires holds and its number is the one measured before, to 2 %; long cells have requirements only. A cell that fails says why; the suite of
+A cell is a requirement (a bound from theory or use, or a documented outcome) or a record (a number that nothing requires). A requirement
+passes when it holds and its number is the one measured before, to 2 %; a record when its number is; long cells have requirements only. A cell that fails says why; the suite of
 tests fails when a cell's outcome changes in either direction.
 
 Examples:
@@ -26,7 +27,7 @@ Examples:
   host-sim extremes --long 1 --write
   host-sim extremes --write
 
---json is an object {count, passed, failed, cells: [{group, name, done, expected, found, value, pinned, moved, passed, reason}]}.
+--json is an object {count, passed, failed, records, cells: [{group, name, done, kind, expected, found, value, pinned, moved, passed, reason}]}.
 --write puts the tables between the lines `<!-- measured: extremes -->` and `<!-- end measured: extremes -->` of the file, and
 extremes_region.svg, extremes_stability.svg and extremes_stability_puma.svg beside it. Long cells have a table of their own, between the lines
 `<!-- measured: extremes, long -->` and `<!-- end measured: extremes, long -->`, which only --long --write changes.";

@@ -8,9 +8,10 @@ use crate::cli::progress::progress_bar;
 use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
 use crate::study::trade::baseline::Baseline;
+use crate::study::trade::chip::Chip;
 use crate::study::trade::choice::{Choice, Every, TermSet};
 use crate::study::trade::product::{Axes, choices};
-use crate::study::trade::{Costs, Trade, Workshop, trade};
+use crate::study::trade::{Trade, Workshop, trade};
 use clap::{Args, ValueEnum};
 use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
@@ -22,8 +23,11 @@ use std::sync::atomic::AtomicBool;
 const EXAMPLES: &str = "\
 Every combination of the choices below is a scene file of its own; so is the scene's own choice, and each that differs from it in one
 thing (not with --alone). Measured of each:
-  instructions   of the controller's tick on the emulated chip, every one counted: mean and most, over consecutive ticks of the scene's motion
-  cycles         an estimate for the chip's core and flash, from the instructions that were executed
+  controller     its tick on the emulated chip: instructions, every one counted, and cycles, an estimate from the instructions that were
+                 executed; mean and most, over consecutive ticks of the scene's motion
+  interrupt      estimated cycles of all that the firmware runs in the interrupt of a tick under supervision: the controller, and around it
+                 what the scene's firmware takes more than its controller, measured once
+  share          mean cycles of the interrupt times the rate over 168 MHz; the longest tick's in brackets
   flash, RAM     the tick with all that it reaches, and what it remembers from tick to tick
   torque error   with the arm exactly on its reference: against the full model in 31 digits, greatest and root mean square
   tracking       of the closed loop in the scene's world
@@ -144,13 +148,13 @@ impl AxisArgs {
 ///
 /// # Errors
 /// A scene that is wrong or a choice that it cannot have; a chip that cannot be built or run; an interruption.
-pub fn run(args: &TradeArgs, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
+pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
     let base = Baseline::load(&args.scene, args.chain.ends())?;
     let place = place_of(&base.file.name);
     let page = document::page(args.write.as_deref(), &[&place])?;
     let folder = folder(args.out.as_deref(), &base)?;
     let trade =
-        measured(&base, &args.scene, &choices(&args.axes.axes(), &base, None)?, costs, &folder, args.fresh, stop)?;
+        measured(&base, &args.scene, &choices(&args.axes.axes(), &base, None)?, chip, &folder, args.fresh, stop)?;
     let csv = folder.join("trade.csv");
     trade.write_csv(&csv)?;
     let plot = folder.join("trade.svg");
@@ -186,11 +190,11 @@ pub(super) fn measured(
     base: &Baseline,
     scene: &Path,
     choices: &[Choice],
-    costs: &Costs<'_>,
+    chip: &dyn Chip,
     folder: &Path,
     fresh: bool,
     stop: &AtomicBool,
 ) -> Result<Trade, Failure> {
     let progress = progress_bar(None, "measurements");
-    trade(base, scene, choices, costs, &Workshop { folder, fresh, stop, progress: &progress })
+    trade(base, scene, choices, chip, &Workshop { folder, fresh, stop, progress: &progress })
 }

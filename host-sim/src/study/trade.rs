@@ -11,12 +11,16 @@
 //! | [`mod@pareto_front`] | the choices on the Pareto front |
 //! | [`simulator`] | errors of an integrator and its step |
 //! | [`request`] | requirements on a choice, and the cheapest choice that meets them |
-//! | [`report`] | tables, CSV, plot, Markdown |
+//! | [`chip`] | costs on the chip: of the controller, of the whole interrupt, and its share of the processor |
+//! | [`report`] | tables, Markdown |
+//! | `files` | CSV, plot |
 //!
 //! A choice is a scene file: the desk's simulation, the chip's program and the user read the same text.
 
 pub mod baseline;
+pub mod chip;
 pub mod choice;
+mod files;
 pub mod measure;
 pub mod pareto_front;
 pub mod product;
@@ -26,15 +30,15 @@ pub mod simulator;
 mod store;
 pub mod test_motions;
 
-use crate::chip::cost;
 use crate::failure::{Failure, in_file};
 use crate::study::parallel::try_in_parallel;
 use baseline::Baseline;
+use chip::{Chip, Cost, Load, Surroundings};
 use choice::{Choice, Named};
 use indicatif::ProgressBar;
 use measure::{Exact, OnMotion, on_motion};
 use robot_compiler::{SceneFile, with_dof};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use simulator::MethodReport;
 use std::collections::HashMap;
 use std::fs;
@@ -43,62 +47,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use store::{Store, digest, of_this_program};
 use test_motions::{TestMotion, TestMotionReport, test_motions};
 
-/// Cost of a tick on the chip.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cost {
-    /// Mean number of instructions per tick.
-    pub instructions: f64,
-    /// Greatest number of instructions per tick.
-    pub instructions_max: u64,
-    /// Mean number of cycles per tick from flash: an estimate.
-    pub cycles: f64,
-    /// Greatest number of cycles per tick from flash: an estimate.
-    pub cycles_max: f64,
-    /// Code size of the tick and of everything it calls, bytes.
-    pub flash: u64,
-    /// State of the controller, bytes.
-    pub ram: u64,
-    /// Whether the chip's torques equal the desk's to the last bit.
-    pub matches_desk: bool,
-}
-
-impl From<cost::Cost> for Cost {
-    fn from(cost: cost::Cost) -> Self {
-        let cost::Cost { instructions, cycles, flash_bytes, ram_bytes, matches_desk, .. } = cost;
-        Self {
-            instructions: instructions.mean,
-            instructions_max: instructions.max,
-            cycles: cycles.mean,
-            cycles_max: cycles.max,
-            flash: flash_bytes,
-            ram: ram_bytes,
-            matches_desk,
-        }
-    }
-}
-
-/// Measure on the emulated chip, and install the tools that this needs. A tick that brakes is an error, and so is a
-/// torque that differs from the desk's in any bit: the cost of such a tick would be meaningless.
-///
-/// # Errors
-/// As [`cost::measure`].
-pub fn on_the_chip(paths: &[PathBuf], stop: &AtomicBool) -> Result<Vec<Cost>, Failure> {
-    let costs = cost::measure(paths, stop, &ProgressBar::hidden())?;
-    for (path, cost) in paths.iter().zip(&costs) {
-        if let Some(braked) = cost.fault {
-            let fault = braked.fault().map_or_else(|| format!("fault {}", braked.code), |fault| fault.to_string());
-            return Err(Failure::Target(miette::miette!("{}: tick {} braked: {fault}", path.display(), braked.tick)));
-        }
-        if !cost.matches_desk {
-            return Err(Failure::Target(miette::miette!("{}: the chip's torques are not the desk's", path.display())));
-        }
-    }
-    Ok(costs.into_iter().map(Cost::from).collect())
-}
-
-/// Function that measures the costs of scene files on the chip, in their order.
-pub type Costs<'a> = dyn Fn(&[PathBuf], &AtomicBool) -> Result<Vec<Cost>, Failure> + 'a;
-
 /// A choice and its measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
@@ -106,8 +54,10 @@ pub struct Point {
     pub choice: Named,
     /// Command that repeats the measurement of this point.
     pub command: String,
-    /// Cost on the chip.
+    /// Cost of the controller on the chip.
     pub cost: Cost,
+    /// Cost of the whole interrupt on the chip, and its share of the processor.
+    pub interrupt: Load,
     /// Errors on each test motion.
     pub courses: Vec<OnMotion>,
     /// Greatest torque error over its joint's limit on any test motion; `None` if the controller braked.
@@ -136,6 +86,8 @@ pub struct Trade {
     pub courses: Vec<TestMotionReport>,
     /// The choice in the scene's own file.
     pub own: Named,
+    /// Cost of the interrupt around the controller, the same for every choice.
+    pub surroundings: Surroundings,
     /// Every choice, sorted by cycles, the fewest first.
     pub points: Vec<Point>,
     /// Integrators of the simulated arm and their steps.
@@ -163,10 +115,10 @@ pub fn trade(
     base: &Baseline,
     named: &Path,
     choices: &[Choice],
-    costs: &Costs<'_>,
+    chip: &dyn Chip,
     shop: &Workshop<'_>,
 ) -> Result<Trade, Failure> {
-    with_dof!(base.file.robot.dof(), N => of_arm::<N>(base, named, choices, costs, shop))
+    with_dof!(base.file.robot.dof(), N => of_arm::<N>(base, named, choices, chip, shop))
 }
 
 /// A choice written as a scene.
@@ -180,7 +132,7 @@ fn of_arm<const N: usize>(
     base: &Baseline,
     named: &Path,
     choices: &[Choice],
-    costs: &Costs<'_>,
+    chip: &dyn Chip,
     shop: &Workshop<'_>,
 ) -> Result<Trade, Failure> {
     let points = shop.folder.join("points");
@@ -199,10 +151,11 @@ fn of_arm<const N: usize>(
     let courses = test_motions::<N>(&base.file, &model)?;
     shop.progress.set_length(2 * candidates.len() as u64);
     let desk = on_desk(&candidates, &model, &base.file, &courses, &store, &key, shop)?;
-    let chip = on_chip(&candidates, &points, costs, &store, &key, shop)?;
+    let costs = on_chip(&candidates, &points, chip, &store, &key, shop)?;
+    let surroundings = surroundings(base, (&candidates, &costs), &points, chip, &store, &key, shop)?;
     shop.progress.finish_and_clear();
 
-    let points = candidates.iter().zip(desk).zip(chip).map(|((candidate, courses), cost)| {
+    let points = candidates.iter().zip(desk).zip(costs).map(|((candidate, courses), cost)| {
         let faultless = courses.iter().all(|course| course.fault.is_none());
         let mut torque = courses.iter().map(|course| course.torque_of_limit);
         let tracking = courses.iter().flat_map(|course| &course.tracking.max).fold(0.0, |most, x| f64::max(most, *x));
@@ -210,6 +163,7 @@ fn of_arm<const N: usize>(
             choice: candidate.choice.named(),
             command: report::command(named, &candidate.choice),
             cost,
+            interrupt: surroundings.around(&cost, candidate.choice.rate),
             torque_of_limit: torque.try_fold(0.0, |most: f64, x| Some(most.max(x?))),
             tracking: faultless.then_some(tracking),
             courses,
@@ -227,6 +181,7 @@ fn of_arm<const N: usize>(
         joints: base.file.robot.joints.iter().map(|joint| joint.name.clone()).collect(),
         courses: courses.iter().map(|course| course.report(&base.file, &model)).collect(),
         own: base.own().named(),
+        surroundings,
         points,
         simulator: simulator::methods(&base.file, shop.stop)?,
     })
@@ -276,7 +231,7 @@ fn on_desk<const N: usize>(
 fn on_chip(
     candidates: &[Candidate],
     folder: &Path,
-    costs: &Costs<'_>,
+    chip: &dyn Chip,
     store: &Store,
     key: &impl Fn(&str, &str) -> String,
     shop: &Workshop<'_>,
@@ -297,7 +252,7 @@ fn on_chip(
         });
         let paths: Vec<PathBuf> = paths.collect::<Result<_, Failure>>()?;
         shop.progress.set_message("on the chip");
-        for (&i, cost) in batch.iter().zip(costs(&paths, shop.stop)?) {
+        for (&i, cost) in batch.iter().zip(chip.controllers(&paths, shop.stop)?) {
             store.put(&keys[i], &cost)?;
             found[i] = Some(cost);
             shop.progress.inc(1);
@@ -305,6 +260,30 @@ fn on_chip(
     }
     let all: Option<Vec<Cost>> = found.into_iter().collect();
     all.ok_or_else(|| Failure::Target(miette::miette!("the chip's program did not measure every choice")))
+}
+
+/// Cost of the interrupt around the controller, from the firmware of [`Baseline::firmware`].
+fn surroundings(
+    base: &Baseline,
+    (candidates, costs): (&[Candidate], &[Cost]),
+    folder: &Path,
+    chip: &dyn Chip,
+    store: &Store,
+    key: &impl Fn(&str, &str) -> String,
+    shop: &Workshop<'_>,
+) -> Result<Surroundings, Failure> {
+    let text = base.with(&base.firmware());
+    let key = key("interrupt", &text);
+    if let Some(known) = store.get(&key) {
+        return Ok(known);
+    }
+    let path = folder.join(format!("{key}.toml"));
+    fs::write(&path, &text).map_err(|error| in_file(&path, &error))?;
+    let known = candidates.iter().position(|candidate| candidate.text == text).and_then(|at| costs.get(at));
+    shop.progress.set_message("the interrupt");
+    let found = Surroundings::measure(&path, known, chip, shop.stop)?;
+    store.put(&key, &found)?;
+    Ok(found)
 }
 
 /// Number of choices that are measured on the chip before they are stored.

@@ -8,6 +8,7 @@ mod cost;
 mod drill;
 mod faults;
 mod golden;
+mod interrupt;
 mod live;
 mod memory;
 mod operate;

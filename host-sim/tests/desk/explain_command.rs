@@ -6,6 +6,7 @@ use serde_json::Value;
 use std::process::Output;
 
 const PICK: &str = "scenes/puma560_pick.toml";
+const REACH: &str = "scenes/stanford_reach.toml";
 const AUTO: &str = "scenes/puma560_auto.toml";
 
 /// Run the command in the project's root folder.
@@ -126,6 +127,32 @@ fn rotors_within_the_tolerance_stay_for_the_loop_that_would_be_weak_without_them
     assert!(wide["fewest"]["dropped"]["loop_gain"].as_f64().unwrap() >= 0.5);
     // Friction has no inertia.
     assert_eq!(term(&wide, "friction")["dropped"]["loop_gain"], 1.0);
+}
+
+#[test]
+fn on_an_arm_without_torque_limits_a_term_is_judged_by_the_greatest_torque_and_by_the_tracking() {
+    let reach = json(&[REACH]);
+    assert!(reach["joints"].as_array().unwrap().iter().all(|joint| joint["torque_limit"].is_null()));
+    let gravity = &term(&reach, "gravity")["dropped"];
+    // Gravity is most of what the boom's drive gives; without it the loop is hundreds of times further off.
+    assert!(largest(&gravity["torque_error"]["share"]) > 0.5, "{gravity}");
+    assert!(largest(&gravity["tracking"]["max"]) > 100.0 * largest(&reach["tracking"]["max"]), "{gravity}");
+    for key in ["within_tolerance", "follows", "may_go"] {
+        assert_eq!(gravity[key], false, "{key}");
+    }
+    assert!(!reach["fewest"]["given_up"].as_array().unwrap().contains(&Value::from("gravity")), "{}", reach["fewest"]);
+    let text = printed(&[REACH]);
+    assert!(text.contains("of its greatest torque") && !text.contains("nothing of a limit"), "{text}");
+
+    // The torque error would pass a tolerance of everything, the tracking does not.
+    let wide = json(&[REACH, "--tolerance", "0.5"]);
+    for report in wide["terms"].as_array().unwrap().iter().filter(|report| !report["dropped"].is_null()) {
+        let dropped = &report["dropped"];
+        let further = largest(&dropped["tracking"]["max"]) > 2.0 * largest(&wide["tracking"]["max"]);
+        assert!(!(further && dropped["may_go"] == true), "{report}");
+    }
+    let together = &wide["fewest"]["dropped"];
+    assert!(largest(&together["tracking"]["max"]) <= 2.0 * largest(&wide["tracking"]["max"]), "{together}");
 }
 
 #[test]

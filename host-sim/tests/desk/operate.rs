@@ -15,6 +15,28 @@ fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
+#[test]
+fn arming_says_which_terms_auto_left_out_and_on_which_motion_it_judged_them() {
+    let script = "arm\nhome\nconfirm\narm\nstatus\n";
+    let (_, out, error) = connect_to("scenes/puma560_auto.toml", "auto", script, &["--target", "desk"]);
+    assert_eq!(error, "", "{out}");
+    let scene = SceneFile::load(Path::new("../scenes/puma560_auto.toml")).unwrap();
+    let names: Vec<&str> = scene.model.given_up().iter().map(|term| term.name()).collect();
+    assert!(!names.is_empty());
+    let line = format!(
+        "model without {}: left out by `terms = \"auto\"`, judged on the motion of puma560_auto alone",
+        names.join(", ")
+    );
+    let lines: Vec<&str> = out.lines().collect();
+    let armed = lines.iter().position(|line| *line == "arm: armed").unwrap();
+    // Once, behind the granted request and not behind the one that is refused.
+    assert!(lines[armed + 1].starts_with(&line) && lines[armed + 1].contains("`jog` and `goto`"), "{out}");
+    assert_eq!(out.matches("left out by").count(), 1, "{out}");
+    // A scene that names its terms itself.
+    let (_, out, _) = connect("named", script, &["--target", "desk"]);
+    assert!(out.contains("arm: armed") && !out.contains("left out"), "{out}");
+}
+
 /// Run a script; returns exit code, standard output and standard error.
 fn connect(name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
     connect_to(SCENE, name, script, more)

@@ -96,6 +96,46 @@ fn the_shipped_scene_tracks_nearly_as_the_pick_does() {
     assert_eq!(csv(&run(&slow).record), csv(&run(&load("../scenes/puma560_pick.toml")).record));
 }
 
+/// The Puma that fetches 2 kg, slowly: to the farthest point of its motion and back, at a tenth of its speed limits.
+fn slow_pick(law: Law, every: u32) -> SceneFile {
+    let mut scene = load("../scenes/puma560_pick.toml");
+    if let MotionSpec::Quintic { points, .. } = &mut scene.motion {
+        points.remove(1);
+        for point in &mut points[1..] {
+            (point.duration, point.dwell) = (Some(5.86), 0.0);
+        }
+    }
+    (scene.control.law, scene.control.model_every) = (law, every);
+    scene.control.model_between = Between::Extrapolate;
+    scene
+}
+
+#[test]
+fn on_a_slow_course_smoothed_friction_is_the_error_and_coupled_feedback_gives_way_to_it_further() {
+    let [full, rarely, gravity] =
+        [slow_pick(Law::ComputedTorque, 1), slow_pick(Law::ComputedTorque, 16), slow_pick(Law::PdGravity, 1)];
+    let rubbing = [(&full, 3.706e-3), (&rarely, 3.616e-3), (&gravity, 2.597e-3)];
+    for (scene, measured) in rubbing {
+        assert_near(error(scene), measured, &format!("{:?}, every {}", scene.control.law, scene.control.model_every));
+    }
+    // What the feedforward lacks below its smoothing speed is nearly all of it.
+    let sharp = |scene: &SceneFile| {
+        let mut scene = scene.clone();
+        scene.model.friction_smoothing = 0.005;
+        error(&scene)
+    };
+    let [sharp_full, sharp_gravity] = [&full, &gravity].map(sharp);
+    assert!(sharp_full < sharp_gravity && sharp_gravity < 0.1 * 2.597e-3, "{sharp_full} {sharp_gravity}");
+    // In a world without friction the better model follows better.
+    let smooth = |scene: &SceneFile| {
+        let mut scene = scene.clone();
+        (scene.model.friction, scene.plant.friction) = (false, false);
+        error(&scene)
+    };
+    let [full, rarely, gravity] = [&full, &rarely, &gravity].map(smooth);
+    assert!(full < gravity && gravity < rarely, "{full} {gravity} {rarely}");
+}
+
 /// The planar arm `turns` turns from the origin, with an encoder of a million counts per turn.
 fn far(turns: f64, scalar: ScalarChoice) -> SceneFile {
     let mut scene = load("tests/fixtures/swing.toml");

@@ -7,11 +7,13 @@
 
 use dynamics_core::control::Between;
 use dynamics_core::trig::Method;
+use host_sim::chip::interrupt::Interrupt;
 use host_sim::failure::Failure;
 use host_sim::study::trade::baseline::Baseline;
+use host_sim::study::trade::chip::{CLOCK, Chip, Cost};
 use host_sim::study::trade::choice::{Choice, Every, TermSet};
 use host_sim::study::trade::request::{Budget, Share};
-use host_sim::study::trade::{Cost, Point, Trade, Workshop, trade};
+use host_sim::study::trade::{Point, Trade, Workshop, trade};
 use indicatif::ProgressBar;
 use robot_compiler::kernel::Level;
 use robot_compiler::scene::{KernelChoice, ScalarChoice};
@@ -56,6 +58,33 @@ fn made_up(paths: &[PathBuf]) -> Vec<Cost> {
     paths.iter().map(cost).collect()
 }
 
+/// A chip with these costs, whose interrupt takes so many cycles more than its controller, or none that answers.
+struct MadeUpChip {
+    asked: RefCell<usize>,
+    answers: bool,
+}
+
+/// Cycles of the made-up interrupt of the firmware, whose controller takes 1,000.
+const INTERRUPT: f64 = 5000.0;
+
+impl MadeUpChip {
+    fn new(answers: bool) -> Self {
+        Self { asked: RefCell::new(0), answers }
+    }
+}
+
+impl Chip for MadeUpChip {
+    fn controllers(&self, scenes: &[PathBuf], _: &AtomicBool) -> Result<Vec<Cost>, Failure> {
+        *self.asked.borrow_mut() += scenes.len();
+        if self.answers { Ok(made_up(scenes)) } else { Err(Failure::Interrupted) }
+    }
+
+    fn interrupt(&self, _: &Path, _: &AtomicBool) -> Result<Interrupt, Failure> {
+        *self.asked.borrow_mut() += 1;
+        Ok(Interrupt { instructions: INTERRUPT, cycles: INTERRUPT })
+    }
+}
+
 fn choices(base: &Baseline) -> Vec<Choice> {
     let mut all = Vec::new();
     for scalar in [ScalarChoice::F32, ScalarChoice::F64] {
@@ -73,16 +102,12 @@ fn choices(base: &Baseline) -> Vec<Choice> {
 
 fn measured(scene: &Path, folder: &Path, fresh: bool) -> (Trade, usize) {
     let base = Baseline::load(scene, Ends::default()).unwrap();
-    let asked = RefCell::new(0);
-    let costs = |paths: &[PathBuf], _: &AtomicBool| {
-        *asked.borrow_mut() += paths.len();
-        Ok(made_up(paths))
-    };
+    let chip = MadeUpChip::new(true);
     let stop = AtomicBool::new(false);
     let progress = ProgressBar::hidden();
     let shop = Workshop { folder, fresh, stop: &stop, progress: &progress };
-    let found = trade(&base, scene, &choices(&base), &costs, &shop).unwrap();
-    (found, asked.into_inner())
+    let found = trade(&base, scene, &choices(&base), &chip, &shop).unwrap();
+    (found, chip.asked.into_inner())
 }
 
 fn point<'a>(trade: &'a Trade, scalar: &str, terms: &str, kernel: &str) -> &'a Point {
@@ -154,14 +179,60 @@ fn the_front_holds_what_nothing_beats() {
 }
 
 #[test]
+fn the_share_of_the_processor_is_that_of_the_whole_interrupt() {
+    let folder = folder("share");
+    let (trade, _) = measured(&shipped("scenes/planar2r_swing.toml"), &folder, true);
+    assert_eq!(trade.surroundings.cycles, INTERRUPT - 1000.0);
+    for Point { cost, interrupt, choice, .. } in &trade.points {
+        assert_eq!(interrupt.cycles, cost.cycles + 4000.0);
+        assert_eq!(interrupt.cpu_share, interrupt.cycles * choice.rate / CLOCK);
+        assert_eq!(interrupt.cpu_share_max, interrupt.cycles_max * choice.rate / CLOCK);
+    }
+    let own = point(&trade, "f32", "full", "exact");
+    assert_eq!(own.interrupt.cycles, INTERRUPT);
+    let share = format!("{:.1} %", 100.0 * INTERRUPT * 1000.0 / CLOCK);
+    assert!(trade.markdown().contains(&share), "{share}: {}", trade.markdown());
+    for text in [trade.table(), trade.markdown()] {
+        assert!(text.contains("interrupt: cycles, est.") && text.contains("cycles of the whole interrupt"), "{text}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn the_picture_has_ticks_and_shares_the_sets_that_were_measured_names_on_the_front_and_the_scenes_own_choice() {
+    let folder = folder("picture");
+    let (trade, _) = measured(&shipped("scenes/planar2r_swing.toml"), &folder, true);
+    let path = folder.join("trade.svg");
+    trade.write_plot(&path).unwrap();
+    let svg = std::fs::read_to_string(&path).unwrap();
+    let texts = svg.split("<text").skip(1).filter_map(|text| text.split('>').nth(1)?.split('<').next());
+    let texts: Vec<&str> = texts.map(str::trim).collect();
+    // Two panels, each with at least two cycles and their shares on the abscissa, and a ring for the scene's own choice.
+    let ticks = texts.iter().filter(|text| text.ends_with(" %)")).count();
+    assert!(ticks >= 4, "{texts:?}");
+    assert_eq!(texts.iter().filter(|text| text.ends_with("own choice")).count(), 2, "{texts:?}");
+    for (set, measured) in
+        [("full", true), ("no-coriolis", true), ("diagonal", false), ("gravity", true), ("none", true)]
+    {
+        assert_eq!(texts.contains(&set), measured, "{set}: {texts:?}");
+    }
+    let on = |front: fn(&Point) -> bool| trade.points.iter().filter(|point| front(point)).count();
+    let named =
+        texts.iter().filter(|text| text.starts_with(|c: char| c.is_ascii_digit()) && text.contains("  ")).count();
+    assert_eq!(named, on(|point| point.on_torque_front) + on(|point| point.on_tracking_front), "{texts:?}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn what_is_known_is_not_measured_again() {
     let (folder, scene) = (folder("resume"), shipped("scenes/planar2r_swing.toml"));
     let (first, asked) = measured(&scene, &folder, false);
-    assert_eq!(asked, first.points.len());
+    // The interrupt, once.
+    assert_eq!(asked, first.points.len() + 1);
     let (second, asked) = measured(&scene, &folder, false);
     assert_eq!((asked, &second), (0, &first));
     let (third, asked) = measured(&scene, &folder, true);
-    assert_eq!((asked, &third), (first.points.len(), &first));
+    assert_eq!((asked, &third), (first.points.len() + 1, &first));
     // Half of the file is lost: the other half is kept.
     let path = folder.join("measured.jsonl");
     let text = std::fs::read_to_string(&path).unwrap();
@@ -180,8 +251,8 @@ fn an_interrupted_work_says_so_and_keeps_what_it_has() {
     let stop = AtomicBool::new(false);
     let progress = ProgressBar::hidden();
     let shop = Workshop { folder: &folder, fresh: true, stop: &stop, progress: &progress };
-    let costs = |_: &[PathBuf], _: &AtomicBool| Err(Failure::Interrupted);
-    assert!(matches!(trade(&base, &scene, &choices(&base), &costs, &shop), Err(Failure::Interrupted)));
+    let chip = MadeUpChip::new(false);
+    assert!(matches!(trade(&base, &scene, &choices(&base), &chip, &shop), Err(Failure::Interrupted)));
     let text = std::fs::read_to_string(folder.join("measured.jsonl")).unwrap();
     assert_eq!(text.lines().filter(|line| line.contains("\"desk-")).count(), choices(&base).len());
     std::fs::remove_dir_all(&folder).unwrap();

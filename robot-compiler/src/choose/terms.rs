@@ -20,13 +20,16 @@ pub struct TorqueError {
     pub rms: Vec<f64>,
     /// Greatest magnitude divided by the joint's torque limit; `None` where the joint has no limit.
     pub of_limit: Vec<Option<f64>>,
+    /// Greatest magnitude divided by the joint's torque limit, or by the full model's greatest torque along the motion
+    /// where the joint has no limit.
+    pub share: Vec<f64>,
 }
 
 impl TorqueError {
-    /// Greatest share of a torque limit among the joints; zero where no joint has a limit.
+    /// Greatest of the joints' shares.
     #[must_use]
-    pub fn worst_of_limit(&self) -> f64 {
-        self.of_limit.iter().flatten().fold(0.0, |worst, share| f64::max(worst, *share))
+    pub fn worst_share(&self) -> f64 {
+        self.share.iter().fold(0.0, |worst, share| f64::max(worst, *share))
     }
 }
 
@@ -52,6 +55,8 @@ pub struct Along<'a, const N: usize> {
     instants: Vec<(Reference<f64, N>, [SinCos<f64>; N])>,
     /// Torques of the full model at each instant.
     full: Vec<[f64; N]>,
+    /// Torque of which an error is a share, for each joint.
+    scale: [f64; N],
 }
 
 impl<'a, const N: usize> Along<'a, N> {
@@ -60,6 +65,9 @@ impl<'a, const N: usize> Along<'a, N> {
 
     /// Most instants at which loop gains are compared: inertia follows the posture, which changes slowly.
     pub const POSTURES_MAX: usize = 400;
+
+    /// Least torque (N m or N) of which an error is a share: less of it is rounding.
+    const SCALE_MIN: f64 = 1e-6;
 
     /// Samples the scene's own motion.
     ///
@@ -70,8 +78,13 @@ impl<'a, const N: usize> Along<'a, N> {
         let steps = (motion.duration() / file.period()).ceil().clamp(1.0, f64::from(Self::INSTANTS_MAX)) as u32;
         let at = |step: u32| motion.sample(motion.duration() * f64::from(step) / f64::from(steps));
         let instants = (0..=steps).map(at).map(|reference| (reference, Libm.sin_cos_all(&reference.q))).collect();
-        let mut along = Self { file, model, live: file.live(model), instants, full: Vec::new() };
+        let mut along = Self { file, model, live: file.live(model), instants, full: Vec::new(), scale: [0.0; N] };
         along.full = along.torques(file.model.full()).collect();
+        let greatest =
+            |i: usize| along.full.iter().fold(Self::SCALE_MIN, |most, torque| f64::max(most, torque[i].abs()));
+        let limits = model.links().map(|link| link.limits.torque);
+        let scale = |i: usize| if limits[i].is_finite() { limits[i] } else { greatest(i) };
+        along.scale = core::array::from_fn(scale);
         Ok(along)
     }
 
@@ -126,22 +139,21 @@ impl<'a, const N: usize> Along<'a, N> {
         TorqueError {
             max: max.to_vec(),
             rms: squares.iter().map(|sum| libm::sqrt(sum / count)).collect(),
+            share: max.iter().zip(self.scale).map(|(max, scale)| max / scale).collect(),
             of_limit: max.iter().zip(limits).map(|(max, limit)| limit.is_finite().then(|| max / limit)).collect(),
         }
     }
 
-    /// Whether the full model without these terms stays within a share of every torque limit. A joint without a limit
-    /// always passes.
+    /// Whether the full model without these terms stays within a share of every torque limit, or of the greatest torque
+    /// along the motion of a joint without a limit.
     fn keeps(&self, tolerance: f64, terms: &[ModelTerm]) -> bool {
-        let limits = self.model.links().map(|link| link.limits.torque);
-        let allowed = |i: usize| if limits[i].is_finite() { tolerance * limits[i] } else { f64::INFINITY };
-        let allowed: [f64; N] = core::array::from_fn(allowed);
+        let allowed = self.scale.map(|scale| tolerance * scale);
         // NaN fails the comparison.
         self.missing(terms).all(|missing| (0..N).all(|i| missing[i].abs() <= allowed[i]))
     }
 
-    /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit, and the loop
-    /// gain at [`LoopGain::LEAST`] or above, everywhere on the motion.
+    /// The fewest terms of the full model that keep the torque within a share of each joint's torque limit (of its greatest
+    /// torque along the motion where it has none), and the loop gain at [`LoopGain::LEAST`] or above, everywhere on the motion.
     ///
     /// A set of terms may be dropped if its error is within the tolerance, its loop gain suffices, and every subset may be
     /// dropped too. The last condition excludes two large errors that merely cancel on this motion. Among the sets to which
@@ -149,6 +161,12 @@ impl<'a, const N: usize> Along<'a, N> {
     /// set with more terms, then the one that keeps the earlier of [`ModelTerm::ALL`].
     #[must_use]
     pub fn fewest_terms(&self, tolerance: f64) -> FewestTerms {
+        self.fewest_terms_without(tolerance, &self.file.model.full().terms())
+    }
+
+    /// As [`Along::fewest_terms`], where only some terms of the full model may be dropped.
+    #[must_use]
+    pub fn fewest_terms_without(&self, tolerance: f64, droppable: &[ModelTerm]) -> FewestTerms {
         let present = self.file.model.full().terms();
         let terms = |set: usize| -> Vec<ModelTerm> {
             present.iter().enumerate().filter(|(bit, _)| set & (1 << bit) != 0).map(|(_, term)| *term).collect()
@@ -161,10 +179,12 @@ impl<'a, const N: usize> Along<'a, N> {
         for set in 1..sets {
             may_go[set] = bits(set).all(|bit| may_go[set & !bit]) && {
                 let terms = terms(set);
-                // Only inertia terms change the loop gain. A set with other terms passes if its subset of inertia terms
-                // passes, which is checked as a subset.
-                let felt = terms.iter().all(|term| term.is_inertia());
-                self.keeps(tolerance, &terms) && !(felt && self.loop_gain_without(&terms).is_too_weak())
+                terms.iter().all(|term| droppable.contains(term)) && {
+                    // Only inertia terms change the loop gain. A set with other terms passes if its subset of inertia terms
+                    // passes, which is checked as a subset.
+                    let felt = terms.iter().all(|term| term.is_inertia());
+                    self.keeps(tolerance, &terms) && !(felt && self.loop_gain_without(&terms).is_too_weak())
+                }
             };
         }
         let full = |set: usize| bits(!set & (sets - 1)).all(|bit| !may_go[set | bit]);

@@ -70,6 +70,20 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
     Ok(row)
 }
 
+/// Ticks of [`interrupt`], all of them traced.
+const TRACED: &str = "24";
+
+/// The trace of a scene's supervised ticks on the emulated board, as `chip_budget::report::Traced` has it.
+pub(crate) fn interrupt(scene: &Path) -> Result<Value> {
+    crate::setup::qemu()?;
+    let scene = root().join(scene);
+    let elf = build(&scene, EMULATED)?;
+    let mut command = chip_budget("ticks", &scene);
+    command.arg("--elf").arg(&elf).args(["--ticks", TRACED, "--traced", TRACED]);
+    let mut said: Value = serde_json::from_str(&output(&mut command)?)?;
+    Ok(said["traced"].take())
+}
+
 /// Lateness of a scene's ticks under a flood of the link.
 pub(crate) fn flood(scene: &Path) -> Result<Late> {
     let variant = variant::write(scene, "flood", &FLOOD)?;

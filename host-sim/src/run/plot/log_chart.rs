@@ -1,13 +1,16 @@
 //! Curves, and points that should lie on them, both axes logarithmic.
 
 use super::PlotError;
+use super::ticks::ticks;
 use plotters::prelude::{
-    BLACK, ChartBuilder, Circle, Color, IntoDrawingArea, IntoFont, IntoLogRange, LineSeries, PathElement, RGBColor,
-    SVGBackend, SeriesLabelPosition, WHITE,
+    BLACK, BindKeyPoints as _, ChartBuilder, Circle, Color, IntoDrawingArea, IntoFont, IntoLogRange, LineSeries,
+    PathElement, RGBColor, SVGBackend, Text, WHITE,
 };
 use std::path::Path;
 
-const SIZE: (u32, u32) = (800, 500);
+const SIZE: (u32, u32) = (1060, 500);
+/// Width of the legend, to the right of the axes, where it covers no curve.
+const LEGEND: u32 = 290;
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0x1f, 0x4e, 0x9c),
     RGBColor(0xf0, 0x8c, 0x1e),
@@ -23,8 +26,6 @@ pub(crate) struct LogChart<'a> {
     pub(crate) title: &'a str,
     /// Abscissa and ordinate with their units.
     pub(crate) axes: [&'a str; 2],
-    /// Whether the legend is in the upper right corner; otherwise it is halfway down.
-    pub(crate) legend_on_top: bool,
     /// Up to six curves.
     pub(crate) curves: &'a [LogCurve],
 }
@@ -44,20 +45,24 @@ pub(crate) struct LogCurve {
 /// # Errors
 /// The file cannot be written.
 pub(crate) fn write_log_chart(figure: &LogChart<'_>, path: &Path) -> Result<(), PlotError> {
-    let legend = if figure.legend_on_top { SeriesLabelPosition::UpperRight } else { SeriesLabelPosition::MiddleRight };
-    let area = SVGBackend::new(path, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
+    let page = SVGBackend::new(path, SIZE).into_drawing_area();
+    page.fill(&WHITE)?;
+    let (area, beside) = page.split_horizontally(SIZE.0 - LEGEND);
     let points = || figure.curves.iter().flat_map(|curve| curve.line.iter().chain(&curve.dots));
     let span = |part: fn(&(f64, f64)) -> f64| {
         let (low, high) = points().map(part).fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
-        (0.8 * low)..(1.25 * high)
+        (0.8 * low, 1.25 * high)
     };
+    let [x, y] = [span(|p| p.0), span(|p| p.1)];
     let mut chart = ChartBuilder::on(&area)
         .caption(figure.title, ("sans-serif", 19).into_font().color(&BLACK))
         .margin(15)
         .x_label_area_size(45)
         .y_label_area_size(80)
-        .build_cartesian_2d(span(|p| p.0).log_scale(), span(|p| p.1).log_scale())?;
+        .build_cartesian_2d(
+            (x.0..x.1).log_scale().with_key_points(ticks(x.0, x.1)),
+            (y.0..y.1).log_scale().with_key_points(ticks(y.0, y.1)),
+        )?;
     chart
         .configure_mesh()
         .x_desc(figure.axes[0])
@@ -66,15 +71,12 @@ pub(crate) fn write_log_chart(figure: &LogChart<'_>, path: &Path) -> Result<(), 
         .y_label_formatter(&|y| format!("{y:e}"))
         .light_line_style(WHITE)
         .draw()?;
-    for (curve, colour) in figure.curves.iter().zip(COLOURS) {
-        let line = LineSeries::new(curve.line.iter().copied(), colour.stroke_width(2));
-        chart
-            .draw_series(line)?
-            .label(curve.name.clone())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(2)));
+    for ((curve, colour), row) in figure.curves.iter().zip(COLOURS).zip((60..).step_by(24)) {
+        chart.draw_series(LineSeries::new(curve.line.iter().copied(), colour.stroke_width(2)))?;
+        beside.draw(&PathElement::new([(0, row), (20, row)], colour.stroke_width(2)))?;
+        beside.draw(&Text::new(curve.name.clone(), (28, row - 6), ("sans-serif", 14)))?;
         chart.draw_series(curve.dots.iter().map(|&dot| Circle::new(dot, 4, colour.filled())))?;
     }
-    chart.configure_series_labels().position(legend).background_style(WHITE).border_style(BLACK).draw()?;
-    area.present()?;
+    page.present()?;
     Ok(())
 }

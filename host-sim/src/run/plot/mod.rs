@@ -7,12 +7,14 @@
 //! | `log_chart` | curves, and points that should lie on them, both axes logarithmic |
 //! | `figures` | figures of a run: one chart per quantity, one panel per joint |
 //! | `page` | the sheet under charts and scatters |
+//! | `ticks` | ticks of a logarithmic axis |
 
 mod chart;
 mod figures;
 mod log_chart;
 mod page;
 mod scatter;
+mod ticks;
 
 pub use chart::{Chart, Line, Mark, Panel, Pen, Pieces, write_chart};
 pub use figures::{write_all, write_power};

@@ -97,6 +97,20 @@ impl<const N: usize> Joints for OfScene<N> {
     }
 }
 
+/// The terms that `terms = "auto"` left out of the scene's model, and the motion on which it judged them.
+fn left_out(scene: &SceneFile) -> Option<String> {
+    let given_up = scene.model.given_up();
+    let auto = scene.model.auto.as_ref().filter(|_| !given_up.is_empty())?;
+    let names: Vec<&str> = given_up.iter().map(|term| term.name()).collect();
+    let percent = 100.0 * auto.tolerance;
+    Some(format!(
+        "model without {}: left out by `terms = \"auto\"`, judged on the motion of {} alone ({percent} % of each torque limit); `jog` and \
+         `goto` may go where more is missing",
+        names.join(", "),
+        scene.name
+    ))
+}
+
 /// An operator's data about a scene's arm.
 #[derive(Debug)]
 pub(super) struct Arm {
@@ -113,6 +127,8 @@ pub(super) struct Arm {
     /// Names of the joints, and the units of position and force.
     pub(super) joints: Vec<(String, &'static str, &'static str)>,
     pub(super) period: f64,
+    /// What the model of the board leaves out, and how that was judged; `None` if `terms = "auto"` left nothing out.
+    pub(super) left_out: Option<String>,
 }
 
 impl Arm {
@@ -146,6 +162,7 @@ impl Arm {
             limbs: Box::new(OfScene { live: scene.live(model).cast(), bounds, encoder }),
             joints: named.collect(),
             period: scene.period(),
+            left_out: left_out(scene),
         })
     }
 }

@@ -158,7 +158,12 @@ impl Operator {
     fn ask(&mut self, request: Request) -> Result<(), Stop> {
         let name = Request::NAMES.iter().find(|(other, _)| *other == request).map_or("request", |(_, name)| *name);
         let denial = if request == Request::Disarm { self.disarm()? } else { self.request(request)? };
-        self.answer(name, denial, "")
+        let armed = request == Request::Arm && denial.is_none();
+        self.answer(name, denial, "")?;
+        match &self.arm.left_out {
+            Some(left_out) if armed => self.say("model", left_out),
+            _ => Ok(()),
+        }
     }
 
     /// Remove the torque as soon as the arm is at rest.

@@ -1,10 +1,10 @@
 //! Cost of each term on the chip.
 
-use super::{ChipSaving, Explanation};
+use super::{ChipSaving, Explanation, OnChip};
 use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
 use crate::study::trade::baseline::Baseline;
-use crate::study::trade::{Cost, Costs};
+use crate::study::trade::chip::{Chip, Cost, Surroundings};
 use robot_compiler::Ends;
 use robot_compiler::scene::ModelTerm;
 use std::fs;
@@ -13,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 
 impl Explanation {
     /// Measure the chip's tick with every term and without each of them.
-    pub(crate) fn measure(&mut self, scene: &Path, costs: &Costs<'_>, stop: &AtomicBool) -> Result<(), Failure> {
+    pub(crate) fn measure(&mut self, scene: &Path, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
         let base = Baseline::load(scene, Ends::default())?;
         let folder = Path::new("out/explain").join(file_name(&self.scene));
         fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
@@ -36,18 +36,24 @@ impl Explanation {
             Ok(path)
         });
         let paths: Vec<PathBuf> = paths.collect::<Result<_, Failure>>()?;
-        let found = costs(&paths, stop)?;
+        let found = chip.controllers(&paths, stop)?;
         let Some((full, rest)) = found.split_first() else { return Ok(()) };
+        let around = folder.join("interrupt.toml");
+        fs::write(&around, base.with(&base.firmware())).map_err(|error| in_file(&around, &error))?;
+        let known = (base.own() == base.firmware()).then_some(full);
+        let surroundings = Surroundings::measure(&around, known, chip, stop)?;
+        let rate = base.file.control.rate;
         let saving = |cost: &Cost| ChipSaving {
             instructions: full.instructions - cost.instructions,
             cycles: full.cycles - cost.cycles,
             flash: full.flash as i64 - cost.flash as i64,
+            interrupt: surroundings.around(cost, rate),
         };
         let each = self.terms.iter_mut().filter_map(|report| report.dropped.as_mut());
         for (dropped, cost) in each.chain(core::iter::once(&mut self.fewest.dropped)).zip(rest) {
             dropped.chip = Some(saving(cost));
         }
-        self.chip = Some(*full);
+        self.chip = Some(OnChip { controller: *full, interrupt: surroundings.around(full, rate), rate });
         Ok(())
     }
 }

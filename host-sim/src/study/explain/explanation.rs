@@ -1,6 +1,6 @@
 //! Data of an explanation, term by term.
 
-use crate::study::trade::Cost;
+use crate::study::trade::chip::{Cost, Load};
 use dynamics_core::JointKind;
 use robot_compiler::choose::TorqueError;
 use robot_compiler::kernel::Operations;
@@ -25,7 +25,7 @@ pub struct Explanation {
     pub operations: Count,
     /// Cost of a chip's tick with every term, if measured.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub chip: Option<Cost>,
+    pub chip: Option<OnChip>,
     /// The closed loop with every term.
     pub tracking: Tracking,
     /// Report on each term.
@@ -89,8 +89,22 @@ pub struct Dropped {
     pub loop_gain: f64,
     /// Joint that moves most in the mode of that loop gain; `None` if the loop gain is 1.
     pub weakest_joint: Option<usize>,
-    /// Whether both the torque error and the loop gain allow dropping.
+    /// Whether the closed loop follows well enough with the reduced model. Judged only where a joint has no torque limit,
+    /// because the torque error then is no share of what the drive can give.
+    pub follows: bool,
+    /// Whether the torque error, the loop gain and the tracking allow dropping.
     pub may_go: bool,
+}
+
+/// Cost of a chip's tick with every term.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OnChip {
+    /// Cost of the controller.
+    pub controller: Cost,
+    /// Cost of the whole interrupt, and its share of the processor at `rate`.
+    pub interrupt: Load,
+    /// Control rate, Hz.
+    pub rate: f64,
 }
 
 /// Cost of a chip's tick saved by dropping a term.
@@ -102,6 +116,8 @@ pub struct ChipSaving {
     pub cycles: f64,
     /// Code size of the tick and of everything it calls, bytes.
     pub flash: i64,
+    /// Cost of the whole interrupt without the term, and its share of the processor.
+    pub interrupt: Load,
 }
 
 /// Torque error per joint.
@@ -113,10 +129,12 @@ pub struct Error {
     pub rms: Vec<f64>,
     /// Greatest magnitude over the torque limit.
     pub of_limit: Vec<Option<f64>>,
+    /// Greatest magnitude over the torque limit, or over the greatest torque along the motion where there is no limit.
+    pub share: Vec<f64>,
 }
 
 /// Tracking of a closed loop.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Tracking {
     /// Greatest error per joint, rad or m.
     pub max: Vec<f64>,
@@ -161,16 +179,15 @@ impl Count {
 }
 
 impl From<TorqueError> for Error {
-    fn from(TorqueError { max, rms, of_limit }: TorqueError) -> Self {
-        Self { max, rms, of_limit }
+    fn from(TorqueError { max, rms, of_limit, share }: TorqueError) -> Self {
+        Self { max, rms, of_limit, share }
     }
 }
 
 impl Error {
-    /// The joint with the greatest error relative to its limit, or with the greatest torque error if no joint has a
-    /// limit.
+    /// The joint with the greatest share.
     pub(super) fn worst(&self) -> usize {
-        let by = |i: &usize| (self.of_limit[*i].unwrap_or(0.0), self.max[*i]);
+        let by = |i: &usize| (self.share[*i], self.max[*i]);
         let worse = |a: &usize, b: &usize| by(a).partial_cmp(&by(b)).unwrap_or(core::cmp::Ordering::Equal);
         (0..self.max.len()).max_by(worse).unwrap_or(0)
     }

@@ -4,12 +4,12 @@ mod chip;
 mod explanation;
 mod report;
 
-pub use explanation::{ChipSaving, Count, Dropped, Error, Explanation, Fewest, Joint, TermReport, Tracking};
+pub use explanation::{ChipSaving, Count, Dropped, Error, Explanation, Fewest, Joint, OnChip, TermReport, Tracking};
 
 use crate::failure::Failure;
 use crate::run::closed_loop::End;
 use crate::run::simulate;
-use dynamics_core::Term;
+use dynamics_core::{JointKind, Term};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use robot_compiler::choose::Along;
@@ -34,7 +34,8 @@ pub fn explain<const N: usize>(
         .map_err(|error| Failure::Input(miette::miette!("{}: the motion cannot be: {error}", file.path.display())))?;
     let asked = file.model.auto.as_ref().map(|auto| auto.tolerance);
     let tolerance = tolerance.or(asked).unwrap_or(TOLERANCE);
-    let lab = Lab { file, along, tolerance, stop };
+    let mut lab = Lab { file, along, tolerance, stop, full: Tracking::default() };
+    lab.full = lab.tracking(&[])?;
     let full = file.model.full();
     let terms = ModelTerm::ALL.into_iter().map(|term| {
         let present = full.state(term) != Term::Absent;
@@ -42,7 +43,8 @@ pub fn explain<const N: usize>(
         let (state, why) = state(file, term);
         Ok(TermReport { term: term.name(), state, why, dropped })
     });
-    let fewest = lab.along.fewest_terms(tolerance).given_up;
+    let terms: Vec<TermReport> = terms.collect::<Result<_, Failure>>()?;
+    let (fewest, dropped) = lab.fewest(&terms)?;
     Ok(Explanation {
         scene: file.name.clone(),
         robot: file.robot.name.clone(),
@@ -52,12 +54,12 @@ pub fn explain<const N: usize>(
         tolerance,
         operations: Count::less(&lab.along.operations_without(&[]), &Operations::default()),
         chip: None,
-        tracking: lab.tracking(&[])?,
-        terms: terms.collect::<Result<_, Failure>>()?,
+        tracking: lab.full,
+        terms,
         fewest: Fewest {
             chosen: asked == Some(tolerance),
             given_up: fewest.iter().map(|term| term.name()).collect(),
-            dropped: lab.dropped(&fewest)?,
+            dropped,
         },
     })
 }
@@ -96,23 +98,64 @@ struct Lab<'a, const N: usize> {
     along: Along<'a, N>,
     tolerance: f64,
     stop: &'a AtomicBool,
+    /// The closed loop with the full model.
+    full: Tracking,
 }
 
+/// Greatest tracking error of a reduced model that may be used, over the full model's: as far as a steady torque pushes
+/// the weakest loop that is allowed ([`robot_compiler::choose::LoopGain::LEAST`]).
+const FOLLOWS: f64 = 2.0;
+
 impl<const N: usize> Lab<'_, N> {
+    /// The terms that may be dropped together, and the effect of that.
+    fn fewest(&self, terms: &[TermReport]) -> Result<(Vec<ModelTerm>, Dropped), Failure> {
+        let follows = |term: &ModelTerm| {
+            let report = terms.iter().find(|report| report.term == term.name());
+            report.and_then(|report| report.dropped.as_ref()).is_some_and(|dropped| dropped.follows)
+        };
+        let mut droppable: Vec<ModelTerm> = ModelTerm::ALL.into_iter().filter(follows).collect();
+        loop {
+            let fewest = self.along.fewest_terms_without(self.tolerance, &droppable).given_up;
+            let dropped = self.dropped(&fewest)?;
+            // Terms that follow one by one may not follow together. The last of them stays, and the rest is tried again.
+            match fewest.last() {
+                Some(last) if !dropped.follows => droppable.retain(|term| term != last),
+                _ => return Ok((fewest, dropped)),
+            }
+        }
+    }
+
+    /// Whether the loop follows as far as is allowed: always where every joint has a torque limit.
+    fn follows(&self, tracking: &Tracking) -> bool {
+        let joints = &self.file.robot.joints;
+        if joints.iter().all(|joint| joint.spec.limits.torque.is_finite()) {
+            return true;
+        }
+        let most = |tracking: &Tracking, kind: JointKind| {
+            let of_kind = joints.iter().zip(&tracking.max).filter(|(joint, _)| joint.spec.kind == kind);
+            of_kind.fold(0.0, |most, (_, error)| f64::max(most, *error))
+        };
+        let within = |kind| most(tracking, kind) <= FOLLOWS * most(&self.full, kind);
+        tracking.fault.is_none() && within(JointKind::Revolute) && within(JointKind::Prismatic)
+    }
+
     fn dropped(&self, terms: &[ModelTerm]) -> Result<Dropped, Failure> {
         let error = self.along.error_without(terms);
         let [with, without] = [&[], terms].map(|terms| self.along.operations_without(terms));
         let loop_gain = self.along.loop_gain_without(terms);
-        let within_tolerance = error.worst_of_limit() <= self.tolerance;
+        let within_tolerance = error.worst_share() <= self.tolerance;
+        let tracking = self.tracking(terms)?;
+        let follows = self.follows(&tracking);
         Ok(Dropped {
             operations: Count::less(&with, &without),
             chip: None,
             within_tolerance,
             loop_gain: loop_gain.least,
             weakest_joint: (loop_gain.least < 1.0).then_some(loop_gain.joint),
-            may_go: within_tolerance && !loop_gain.is_too_weak(),
+            follows,
+            may_go: within_tolerance && follows && !loop_gain.is_too_weak(),
             torque_error: Error::from(error),
-            tracking: self.tracking(terms)?,
+            tracking,
         })
     }
 

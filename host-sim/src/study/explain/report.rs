@@ -1,8 +1,9 @@
 //! Tables of an explanation.
 
-use super::{Count, Dropped, Explanation, Fewest, Tracking};
+use super::{Count, Dropped, Error, Explanation, Fewest, OnChip, Tracking};
 use crate::run::summary::engineering;
-use crate::study::trade::Cost;
+use crate::study::trade::chip::{Cost, Load};
+use crate::study::trade::report::mean_share;
 use crate::table::table;
 use comfy_table::Table;
 use robot_compiler::choose::LoopGain;
@@ -13,9 +14,13 @@ impl Explanation {
     pub fn text(&self) -> String {
         let Self { scene, robot, law, level, operations: Count { mul, add, sub }, .. } = self;
         let mut text = format!("{scene}: {robot}, {law}, kernel {level}: {mul} mul, {add} add, {sub} sub\n");
-        if let Some(Cost { instructions, cycles, flash, ram, .. }) = self.chip {
+        if let Some(OnChip { controller, interrupt, rate }) = self.chip {
+            let Cost { instructions, cycles, flash, ram, .. } = controller;
             text += &format!(
-                "a tick of the chip: {instructions:.0} instructions, {cycles:.0} cycles (estimate), {flash} bytes of flash, {ram} of RAM\n"
+                "the chip's controller: {instructions:.0} instructions, {cycles:.0} cycles (estimate), {flash} bytes of flash, {ram} of RAM\n\
+                 the whole interrupt:   {:.0} cycles (estimate): {} of 168 MHz at {rate} Hz\n",
+                interrupt.cycles,
+                mean_share(interrupt.cpu_share, interrupt.cpu_share_max)
             );
         }
         text += &format!("{}\n", self.cost_table());
@@ -37,7 +42,7 @@ impl Explanation {
     fn cost_table(&self) -> Table {
         let mut head = vec!["term", "is", "because of", "mul", "add", "sub"];
         if self.chip.is_some() {
-            head.extend(["instructions", "cycles, est.", "flash"]);
+            head.extend(["instructions", "cycles, est.", "flash", "interrupt without", "share without"]);
         }
         head.extend(["torque error", "of the limit", "joint", "loop gain", "may go"]);
         let mut table = table(head.clone(), 3);
@@ -51,17 +56,39 @@ impl Explanation {
             let Dropped { operations: Count { mul, add, sub }, chip, torque_error, may_go, .. } = dropped;
             let worst = torque_error.worst();
             let joint = &self.joints[worst];
-            let share = torque_error.of_limit[worst].map_or_else(|| "no limit".to_owned(), percent);
+            let share = self.share(torque_error, worst);
             let most = engineering(torque_error.max[worst], joint.torque_unit);
             let may_go = if *may_go { "yes" } else { "no" };
             let counts = [mul, add, sub].map(i64::to_string);
             let on_chip = chip.iter().flat_map(|chip| {
-                [format!("{:.0}", chip.instructions), format!("{:.0}", chip.cycles), chip.flash.to_string()]
+                let Load { cycles, cpu_share, cpu_share_max, .. } = chip.interrupt;
+                [
+                    format!("{:.0}", chip.instructions),
+                    format!("{:.0}", chip.cycles),
+                    chip.flash.to_string(),
+                    format!("{cycles:.0}"),
+                    mean_share(cpu_share, cpu_share_max),
+                ]
             });
             let rest = [most, share, joint.name.clone(), self.loop_gain(dropped), may_go.to_owned()];
             table.add_row(names.into_iter().chain(counts).chain(on_chip).chain(rest).collect::<Vec<_>>());
         }
         table
+    }
+
+    /// Share of a joint's torque limit, or of its greatest torque along the motion if it has no limit.
+    fn share(&self, error: &Error, joint: usize) -> String {
+        let share = percent(error.share[joint]);
+        if error.of_limit[joint].is_some() { share } else { format!("{share} of its greatest torque") }
+    }
+
+    /// The whole of which the tolerance is a share.
+    fn whole(&self) -> &'static str {
+        if self.joints.iter().all(|joint| joint.torque_limit.is_some()) {
+            "each joint's torque limit"
+        } else {
+            "each joint's torque limit, or of its greatest torque on this motion where it has none; tracking at most doubled"
+        }
     }
 
     /// The least loop gain and its weakest joint.
@@ -95,18 +122,19 @@ impl Explanation {
 
     fn fewest_lines(&self) -> String {
         let Fewest { chosen, given_up, dropped } = &self.fewest;
-        let share = dropped.torque_error.of_limit[dropped.torque_error.worst()].map_or("nothing".to_owned(), percent);
         let Count { mul, add, sub } = dropped.operations;
         let what = if given_up.is_empty() {
             "nothing".to_owned()
         } else {
             let gain = self.loop_gain(dropped);
             let names = given_up.join(", ");
-            format!("{names}: {share} of a limit at most, loop gain {gain}, {mul} mul, {add} add, {sub} sub less")
+            let share = self.share(&dropped.torque_error, dropped.torque_error.worst());
+            let share = if share.contains("greatest") { share } else { format!("{share} of a limit") };
+            format!("{names}: {share} at most, loop gain {gain}, {mul} mul, {add} add, {sub} sub less")
         };
         let verb = if *chosen { "given up" } else { "could go" };
         let mut lines = vec![
-            ("tolerance", format!("{} of each joint's torque limit", percent(self.tolerance))),
+            ("tolerance", format!("{} of {}", percent(self.tolerance), self.whole())),
             ("least loop gain", format!("{} of the full model's", LoopGain::LEAST)),
             (verb, what),
         ];

@@ -4,7 +4,7 @@
 //! so that nothing stands between an input and the torque. The exact torque is that of the recursion in double-double
 //! arithmetic, at the state before rounding to the controller's scalar: the rounding of a large angle counts as error.
 
-use super::{Cell, Outcome, Random, joints, puma, scalar_name, unlimited, ur5};
+use super::{Cell, Outcome, ROUNDING_MOST, Random, joints, puma, scalar_name, unlimited, ur5};
 use crate::failure::Failure;
 use dynamics_core::control::Guard;
 use dynamics_core::trig::{Libm, Method, Polynomial};
@@ -21,9 +21,6 @@ const GROUP: &str = "inputs";
 
 /// Largest allowed error as a share of the torque limit.
 const SHARE: f64 = 1e-4;
-/// Largest allowed error as a share of the state's largest torque, for torques far beyond any limit, in single and
-/// double precision.
-const RELATIVE: [f64; 2] = [1e-5, 1e-13];
 /// Number of states at each point of the region.
 const STATES: usize = 24;
 
@@ -353,7 +350,7 @@ where
 {
     let scalar = scalar_name::<S>();
     let single = size_of::<S>() == size_of::<f32>();
-    let relative = RELATIVE[usize::from(!single)];
+    let relative = ROUNDING_MOST[usize::from(!single)];
     let smallest = if single { f64::from(f32::from_bits(1)) } else { f64::from_bits(1) };
     let mut push = |name: &str, done: &str, found: Result<f64, Fault>, most: f64| {
         let outcome = match found {
@@ -495,12 +492,17 @@ where
     Method: Trig<S>,
 {
     let rate = rate_max::<S>(&arm.bench, turns * TAU);
-    let least = if turns <= 1.0 { arm.own_rate } else { 0.0 };
+    // Within a turn the arm's own range is required; beyond, nothing is.
+    let outcome = if turns <= 1.0 {
+        Outcome::between(rate, arm.own_rate, f64::INFINITY, "rad/s")
+    } else {
+        Outcome::record(rate, "rad/s")
+    };
     cells.push(Cell::new(
         GROUP,
         format!("region at {}, {}, {}", turns_name(turns), arm.name, scalar_name::<S>()),
         "largest joint rate at which every joint's error stays under 1e-4 of its torque limit",
-        Outcome::between(rate, least, f64::INFINITY, "rad/s"),
+        outcome,
         "the arm's own range is outside the region",
     ));
 }

@@ -23,7 +23,6 @@ pub fn write_plots(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
             LogChart {
                 title: "Error under 1e-4 of every torque limit below the line",
                 axes: ["largest joint angle / rad", "largest joint rate / rad/s"],
-                legend_on_top: false,
                 curves: &region,
             },
         ),
@@ -32,7 +31,6 @@ pub fn write_plots(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
             LogChart {
                 title: "Planar 2R: stable below the line (predicted), dots simulated",
                 axes: STABLE,
-                legend_on_top: false,
                 curves: &planar,
             },
         ),
@@ -41,7 +39,6 @@ pub fn write_plots(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
             LogChart {
                 title: "Puma 560: stable below the line (predicted), dots simulated",
                 axes: STABLE,
-                legend_on_top: true,
                 curves: &puma,
             },
         ),

@@ -67,13 +67,7 @@ fn phase_cells(cells: &mut Vec<Cell>) -> Result<(), Failure> {
     let done = "a million ticks of 1 ms, against ticks / 1000";
     cells.push(Cell::new(GROUP, "clock drift", done, Outcome::at_most(clock, 1e-12, "s"), "time drifts"));
     let done = "the same, had the loop added periods up: what it does not do";
-    cells.push(Cell::new(
-        GROUP,
-        "clock drift, had it been summed",
-        done,
-        Outcome::between(summed, 1e-12, 1e-6, "s"),
-        "time drifts",
-    ));
+    cells.push(Cell::new(GROUP, "clock drift, had it been summed", done, Outcome::record(summed, "s"), "time drifts"));
     let mut worst = 0.0_f64;
     for step in 0..MANY / 7 {
         let tick = step * 7;

@@ -3,8 +3,9 @@
 use super::choice::{Choice, Every, TermSet, put, remove};
 use crate::failure::Failure;
 use crate::study::robot_or_scene::RobotOrScene;
+use dynamics_core::trig::Method;
 use robot_compiler::kernel::Level;
-use robot_compiler::scene::{ModelTerm, MotionSpec};
+use robot_compiler::scene::{ModelTerm, MotionSpec, ScalarChoice};
 use robot_compiler::{Ends, SceneFile};
 use std::fs;
 use std::path::Path;
@@ -68,6 +69,15 @@ impl Baseline {
             },
             rate: control.rate,
         }
+    }
+
+    /// The choice whose firmware is measured for the interrupt around the controller: the scene's own, in the firmware's
+    /// precision, each tick of it alike.
+    #[must_use]
+    pub fn firmware(&self) -> Choice {
+        let own = self.own();
+        let trig = if own.trig == Method::Libm { Method::Polynomial } else { own.trig };
+        Choice { scalar: ScalarChoice::F32, trig, every: Every::TICK, ..own }
     }
 
     /// Text of the scene with a choice written into it; the robot's path is absolute.

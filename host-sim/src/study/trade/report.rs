@@ -1,9 +1,7 @@
-//! Report of a trade-off as tables, CSV, a plot and Markdown.
+//! Report of a trade-off as tables and Markdown.
 
-use super::choice::{Choice, TermSet, name};
+use super::choice::{Choice, Named};
 use super::{Point, Trade};
-use crate::failure::{Failure, in_file};
-use crate::run::plot::{PlotError, Scatter, ScatterPanel, Spot, write_scatter};
 use crate::run::summary::engineering;
 use crate::table::table;
 use std::fmt::Write as _;
@@ -28,10 +26,13 @@ pub fn command(scene: &Path, choice: &Choice) -> String {
 }
 
 /// Column headers of the choices; those of the costs follow.
-const CHOICES: [&str; 8] = ["scalar", "trig", "terms", "friction", "rotors", "every", "kernel", "rate"];
+pub(super) const CHOICES: [&str; 8] = ["scalar", "trig", "terms", "friction", "rotors", "every", "kernel", "rate"];
 
-fn choices(point: &Point) -> [String; 8] {
-    let n = &point.choice;
+pub(super) fn choices(point: &Point) -> [String; 8] {
+    choices_of(&point.choice)
+}
+
+pub(super) fn choices_of(n: &Named) -> [String; 8] {
     [
         n.scalar.clone(),
         n.trig.clone(),
@@ -44,10 +45,15 @@ fn choices(point: &Point) -> [String; 8] {
     ]
 }
 
-/// A share in percent.
+/// Share below which a number is rounding.
+const NOISE: f64 = 1e-12;
+
+/// A share in percent; below 1e-12 it is rounding: `< 1e-10 %`.
 pub(crate) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
-    if percent == 0.0 || (0.01..1e4).contains(&percent) {
+    if share != 0.0 && share.abs() < NOISE {
+        format!("< {:e} %", 100.0 * NOISE)
+    } else if percent == 0.0 || (0.01..1e4).contains(&percent) {
         format!("{percent:.3} %")
     } else {
         format!("{percent:.1e} %")
@@ -74,13 +80,15 @@ impl Point {
     }
 
     fn cells(&self) -> Vec<String> {
-        let cost = &self.cost;
+        let (cost, interrupt) = (&self.cost, &self.interrupt);
         let mean_and_most = |mean: f64, most: f64| {
             if (most - mean).abs() < 0.5 { format!("{mean:.0}") } else { format!("{mean:.0} ({most:.0})") }
         };
         let mut cells = vec![
             mean_and_most(cost.instructions, cost.instructions_max as f64),
             mean_and_most(cost.cycles, cost.cycles_max),
+            mean_and_most(interrupt.cycles, interrupt.cycles_max),
+            mean_share(interrupt.cpu_share, interrupt.cpu_share_max),
             cost.flash.to_string(),
             cost.ram.to_string(),
             or_fault(self.torque_of_limit, percent),
@@ -91,7 +99,22 @@ impl Point {
     }
 }
 
-const COSTS: [&str; 6] = ["instructions", "cycles, est.", "flash", "RAM", "torque error", "at most"];
+const COSTS: [&str; 8] = [
+    "controller: instructions",
+    "controller: cycles, est.",
+    "interrupt: cycles, est.",
+    "share of 168 MHz, est.",
+    "flash",
+    "RAM",
+    "torque error",
+    "at most",
+];
+
+/// Share of the processor of the mean tick, and of the longest in brackets if they differ.
+pub(crate) fn mean_share(mean: f64, most: f64) -> String {
+    let [mean, most] = [mean, most].map(|share| format!("{:.1}", 100.0 * share));
+    if mean == most { format!("{mean} %") } else { format!("{mean} ({most}) %") }
+}
 
 impl Trade {
     /// Indices of the choice columns in which the points differ.
@@ -146,101 +169,17 @@ impl Trade {
                 course.least_eigenvalue
             );
         }
+        let _ = writeln!(text, "{}", self.around());
         text
     }
 
-    /// Write every point with all its numbers.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn write_csv(&self, path: &Path) -> Result<(), Failure> {
-        let failed = |error: csv::Error| in_file(path, &error);
-        let mut file = csv::Writer::from_path(path).map_err(failed)?;
-        let mut head: Vec<String> = CHOICES.map(str::to_owned).to_vec();
-        head.extend(
-            [
-                "instructions_mean",
-                "instructions_max",
-                "cycles_mean",
-                "cycles_max",
-                "flash",
-                "ram",
-                "matches_desk",
-                "torque_of_limit",
-            ]
-            .map(str::to_owned),
-        );
-        for course in &self.courses {
-            for joint in &self.joints {
-                for what in ["torque_max", "torque_rms", "tracking_max", "tracking_rms"] {
-                    head.push(format!("{}_{joint}_{what}", course.name));
-                }
-            }
-            head.push(format!("{}_fault", course.name));
-        }
-        head.extend(["torque_front", "tracking_front", "command"].map(str::to_owned));
-        file.write_record(&head).map_err(failed)?;
-        for point in &self.points {
-            let cost = &point.cost;
-            let mut row = choices(point).to_vec();
-            row.extend([
-                cost.instructions.to_string(),
-                cost.instructions_max.to_string(),
-                cost.cycles.to_string(),
-                cost.cycles_max.to_string(),
-                cost.flash.to_string(),
-                cost.ram.to_string(),
-                cost.matches_desk.to_string(),
-                point.torque_of_limit.map_or_else(String::new, |x| x.to_string()),
-            ]);
-            for course in &point.courses {
-                let torque = |joint: usize, pick: fn(&super::measure::Errors) -> &Vec<f64>| {
-                    course.torque.as_ref().map_or_else(String::new, |errors| pick(errors)[joint].to_string())
-                };
-                for joint in 0..self.joints.len() {
-                    row.extend([
-                        torque(joint, |errors| &errors.max),
-                        torque(joint, |errors| &errors.rms),
-                        course.tracking.max[joint].to_string(),
-                        course.tracking.rms[joint].to_string(),
-                    ]);
-                }
-                row.push(course.fault.clone().unwrap_or_default());
-            }
-            row.extend([point.on_torque_front.to_string(), point.on_tracking_front.to_string(), point.command.clone()]);
-            file.write_record(&row).map_err(failed)?;
-        }
-        file.flush().map_err(Failure::Output)
-    }
-
-    /// Plot every point over its cycles: torque error above, tracking error below. Each set of terms has a colour; a
-    /// line joins the points of the Pareto front.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn write_plot(&self, path: &Path) -> Result<(), PlotError> {
-        let sets = [TermSet::Full, TermSet::NoCoriolis, TermSet::Diagonal, TermSet::Gravity, TermSet::None];
-        let panel =
-            |quantity: &'static str, error: &dyn Fn(&Point) -> Option<f64>, on_front: &dyn Fn(&Point) -> bool| {
-                let spots = self.points.iter().filter_map(|point| {
-                    let at = (point.cost.cycles, error(point)?);
-                    let kind = sets.iter().position(|set| *set == point.chosen.terms)?;
-                    (at.1 > 0.0).then_some(Spot { at, kind, on_front: on_front(point) })
-                });
-                ScatterPanel { quantity, spots: spots.collect() }
-            };
-        let scatter = Scatter {
-            title: format!("{}: cost and error", self.scene),
-            abscissa: "cycles of a tick (estimate)",
-            kinds: sets.map(name).to_vec(),
-            panels: vec![
-                panel("torque error / % of the limit", &|p| p.torque_of_limit.map(|x| 100.0 * x), &|p| {
-                    p.on_torque_front
-                }),
-                panel("tracking error / rad", &|p| p.tracking, &|p| p.on_tracking_front),
-            ],
-        };
-        write_scatter(&scatter, path)
+    /// Meaning of the share, and the part of it that no choice changes.
+    fn around(&self) -> String {
+        format!(
+            "share: mean cycles of the whole interrupt (the longest in brackets) times the rate over 168 MHz; around the controller the \
+             interrupt takes {:.0} instructions, {:.0} cycles (estimate)",
+            self.surroundings.instructions, self.surroundings.cycles
+        )
     }
 
     /// Markdown: the test motions, the Pareto front, and the effect of each axis by itself.
@@ -262,7 +201,13 @@ impl Trade {
         let varied = self.varied();
         let mut head = self.head(&varied);
         head.push("front".to_owned());
-        let _ = write!(text, "\n{} choices. Those that nothing beats:\n\n{}", self.points.len(), markdown_head(&head));
+        let (count, around) = (self.points.len(), self.around());
+        let _ = write!(
+            text,
+            "\n{count} choices. S{}.\n\nThose that nothing beats:\n\n{}",
+            &around[1..],
+            markdown_head(&head)
+        );
         for point in self.front() {
             let mut row = Self::row(point, &varied);
             row.push(front_name(point).to_owned());

@@ -54,21 +54,21 @@ pub(crate) struct Request {
     pub(crate) torque: Option<f64>,
     /// Greatest tracking error, rad or m.
     pub(crate) tracking: Option<f64>,
-    /// Greatest share of the processor.
+    /// Greatest share of the processor, for the whole interrupt.
     pub(crate) share: Option<f64>,
     /// Clock of the processor, cycles per second.
     pub(crate) clock: f64,
 }
 
 impl Request {
-    /// Share of the processor for the mean tick.
+    /// Share of the processor for the whole interrupt of the mean tick.
     pub(crate) fn share_of(&self, point: &Point) -> f64 {
-        point.cost.cycles * point.choice.rate / self.clock
+        point.interrupt.cycles * point.choice.rate / self.clock
     }
 
-    /// Whether the mean tick keeps the share and the longest tick ends before the next one is due.
+    /// Whether the interrupt of the mean tick keeps the share and that of the longest ends before the next one is due.
     fn fits(&self, point: &Point) -> bool {
-        let longest = point.cost.cycles_max * point.choice.rate / self.clock;
+        let longest = point.interrupt.cycles_max * point.choice.rate / self.clock;
         self.share.is_none_or(|share| self.share_of(point) <= share) && longest <= 1.0
     }
 
@@ -134,14 +134,16 @@ impl Request {
             let _ = writeln!(text, "given up            {what}");
             let _ = writeln!(text, "most accurate       {}", self.line(best));
         }
+        let Point { cost, interrupt, .. } = chosen;
         let _ = writeln!(
             text,
-            "instructions        {:.0} a tick, {} at most; {:.0} cycles (estimate), flash {}, RAM {}",
-            chosen.cost.instructions,
-            chosen.cost.instructions_max,
-            chosen.cost.cycles,
-            chosen.cost.flash,
-            chosen.cost.ram
+            "controller          {:.0} instructions a tick, {} at most; {:.0} cycles (estimate), flash {}, RAM {}",
+            cost.instructions, cost.instructions_max, cost.cycles, cost.flash, cost.ram
+        );
+        let _ = writeln!(
+            text,
+            "whole interrupt     {:.0} cycles a tick, {:.0} at most (estimate): the share of the processor is this one's",
+            interrupt.cycles, interrupt.cycles_max
         );
         let _ = writeln!(text, "measured by         {}", chosen.command);
         let _ = writeln!(text, "scene               {}", path.display());

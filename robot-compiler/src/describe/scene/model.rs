@@ -159,6 +159,12 @@ impl ModelSpec {
         self.auto.as_ref().map_or(self, |auto| &auto.full)
     }
 
+    /// The terms that `terms = "auto"` removed.
+    #[must_use]
+    pub fn given_up(&self) -> Vec<ModelTerm> {
+        self.full().terms().into_iter().filter(|&term| self.state(term) == Term::Absent).collect()
+    }
+
     /// Scene of the recursion for this model of an arm.
     #[must_use]
     pub fn scene<const N: usize>(&self, model: &Model<f64, N>) -> Scene<f64, N> {
