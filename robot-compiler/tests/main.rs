@@ -19,6 +19,7 @@ mod safety_rules;
 mod scene;
 mod shipped;
 mod shipped_arms;
+mod skipped;
 mod urdf;
 mod urdf_corpus;
 mod zero_cost;
