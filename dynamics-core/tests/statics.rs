@@ -224,11 +224,11 @@ fn four_rods_in_a_plane_are_held_as_in_example_345() {
     assert!(joint.iter().all(|w| w.force.z.abs() + w.moment.x.abs() + w.moment.y.abs() < 1e-15));
 }
 
-/// Exercise 32: 24 kg and 18 kg on 1 m each, 14 kg at the end, 30 and 45 degrees.
+/// Exercise 32: 24 kg and 18 kg on 1 m each, 14 kg at the end, 30 and 45 degrees from the plumb line.
 #[test]
 fn two_rods_with_a_load_are_held_as_in_exercise_32() {
     let chain = rods([(1.0, 24.0), (1.0, 18.0)]);
-    let q = [30.0_f64.to_radians(), 45.0_f64.to_radians()];
+    let q = [(30.0_f64 - 90.0).to_radians(), 45.0_f64.to_radians()];
     let g = 9.81;
     let tip = Wrench { force: Vector3::new(0.0, -14.0 * g, 0.0), moment: Vector3::zeros() };
     let found = holding_torque(&chain.posture(&turns(&q), &q), &Vector3::new(0.0, -g, 0.0), &tip);
