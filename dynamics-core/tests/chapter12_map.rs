@@ -6,7 +6,11 @@
 //! path, or `file.rs::test`. A row without an entry says `none:` and why, which only an exercise may.
 #![allow(clippy::unwrap_used, reason = "a table that cannot be read should stop the test")]
 
-use std::collections::BTreeSet;
+mod calls;
+mod source;
+
+use calls::{Reached, sources};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Numbers that the chapter has of each kind.
@@ -134,6 +138,69 @@ fn unresolved<'a>(rows: &[Row<'a>]) -> Vec<&'a str> {
     rows.iter().flat_map(|row| row.entries.iter().copied()).filter(|entry| !exists(entry)).collect()
 }
 
+/// How many functions of the core have each name.
+fn definitions() -> BTreeMap<String, usize> {
+    let mut folders = vec![root().join("dynamics-core/src")];
+    let mut found = BTreeMap::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if entry.is_dir() {
+                folders.push(entry);
+            } else {
+                let tokens = source::tokens(&std::fs::read_to_string(entry).unwrap());
+                for function in source::functions(&tokens) {
+                    *found.entry(function.name).or_default() += 1;
+                }
+            }
+        }
+    }
+    found
+}
+
+/// Items of a row that none of its tests calls, and tests of a row that call none of its items.
+fn uncalled(rows: &[Row]) -> Vec<String> {
+    let definitions = definitions();
+    let mut files = BTreeMap::new();
+    let mut missing = Vec::new();
+    for row in rows {
+        let (tests, code): (Vec<&str>, Vec<&str>) = row.entries.iter().partition(|entry| entry.contains(".rs::"));
+        let code: Vec<&str> = code.into_iter().filter(|entry| entry.contains("::")).collect();
+        for test in &tests {
+            let (file, _) = test.rsplit_once("::").unwrap();
+            files.entry(file.to_owned()).or_insert_with(|| sources(&root(), file));
+        }
+        let reached: Vec<Reached> = tests
+            .iter()
+            .map(|test| test.rsplit_once("::").unwrap())
+            .map(|(file, test)| Reached::by(&files[file], test))
+            .collect();
+        let uses = |reached: &Reached, entry: &str| {
+            let mut parts = entry.rsplit("::");
+            let (item, owner) = (parts.next().unwrap_or(""), parts.next().unwrap_or(""));
+            let alone = definitions.get(item).is_none_or(|count| *count == 1);
+            match entry.strip_prefix("host_sim::cli::") {
+                Some(_) => reached.runs(owner),
+                None => reached.uses(owner, item, alone),
+            }
+        };
+        let of_row = row.line.split('|').nth(1).unwrap_or("").trim();
+        let nobody = code.iter().filter(|entry| !reached.iter().any(|reached| uses(reached, entry)));
+        missing.extend(nobody.map(|entry| format!("{of_row}: no test calls {entry}")));
+        let idle = tests.iter().zip(&reached).filter(|(_, reached)| !code.iter().any(|entry| uses(reached, entry)));
+        if !code.is_empty() {
+            missing.extend(idle.map(|(test, _)| format!("{of_row}: {test} calls none of the row's functions")));
+        }
+    }
+    missing
+}
+
+#[test]
+fn every_function_of_the_map_is_called_by_a_test_of_its_row() {
+    let text = read("docs/chapter12.md");
+    let found = uncalled(&rows(&text).unwrap());
+    assert!(found.is_empty(), "{}:\n{}", found.len(), found.join("\n"));
+}
+
 #[test]
 fn every_equation_example_and_exercise_has_a_row() {
     let text = read("docs/chapter12.md");
@@ -164,6 +231,44 @@ fn every_test_that_the_errata_name_is_there() {
     assert!(named.len() > 30, "{named:?}");
     let gone: Vec<_> = named.iter().filter(|name| !sources.iter().any(|text| makes(text, "fn", name))).collect();
     assert!(gone.is_empty(), "not found: {gone:?}");
+}
+
+/// The call is found through helpers, methods, imports under another name and implementations; a name alone is none.
+#[test]
+fn a_call_is_told_from_a_name() {
+    let text = "\
+use dynamics_core::chapter::lagrange::{self, gravity as weight};
+use dynamics_core::mass_matrix::mass_matrix;
+struct Energies;
+impl Check for Energies { fn off(x: f64) -> f64 { lagrange::kinetic_energy(x) } }
+struct Others;
+impl Check for Others { fn off(x: f64) -> f64 { lagrange::potential_energy(x) } }
+fn helper<const N: usize>(State { q }: &State<N>) -> f64 { weight(q) }
+fn checked<C: Check>() -> f64 { C::off(1.0) }
+#[test]
+fn calls() { assert!('{' != '}' && checked::<Energies>() == [2.0].map(lagrange::christoffel) && helper(&state) > 0.0); }
+#[test]
+fn names() { /* mass_matrix(&d) */ let christoffel = \"mass_matrix(\"; println!(\"{christoffel}\"); own.solve(1); }
+fn mass_matrix() {}
+";
+    let sources = [calls::Source::of(text)];
+    let (calls, names) = (Reached::by(&sources, "calls"), Reached::by(&sources, "names"));
+    for item in ["kinetic_energy", "christoffel", "gravity"] {
+        assert!(calls.uses("lagrange", item, true), "{item}");
+        assert!(!names.uses("lagrange", item, true), "{item}");
+    }
+    assert!(!calls.uses("lagrange", "potential_energy", true), "of the other type");
+    assert!(!names.uses("mass_matrix", "mass_matrix", true), "a comment, a text");
+    assert!(names.uses("Assembled", "solve", true) && !names.uses("Assembled", "solve", false));
+    let found = uncalled(
+        &rows(
+            "## Equations\n| 12.1 | matrix | `dynamics_core::chapter::lagrange::tip_jacobian` | \
+             `dynamics-core/tests/chapter12/example_340.rs::kinematics_are_12_301_to_12_315` |\n",
+        )
+        .unwrap(),
+    );
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(found[0].ends_with("no test calls dynamics_core::chapter::lagrange::tip_jacobian"), "{found:?}");
 }
 
 /// A faulty table: each of its faults is reported, and its correct parts are not.

@@ -85,7 +85,8 @@ fn a_wrench_handed_on_with_its_sign_turned_over_is_wrong() {
         let motion = posture.motion(&case.qd, &case.qdd);
         let needed = |i: usize| (motion[i].acceleration - case.gravity) * posture.links[i].mass;
         let at_tip = sign * (reading(case).force - needed(0)) - needed(1);
-        let wanted = -case.push().force;
+        // The arm's force on the world, by the recursion.
+        let wanted = -(posture.tip.rotation * felt(case, &reading(case)).force);
         relative_error(at_tip.as_slice(), wanted.as_slice())
     };
     let right = worst(|case| handed_on(case, 1.0));

@@ -21,6 +21,7 @@ mod reactions;
 mod rotor_coupling;
 mod safety;
 mod statics;
+mod trace_energies;
 mod trajectory;
 mod trig;
 mod work;

@@ -266,6 +266,9 @@ impl Check<2> for Contact {
         let found = lagrange::inverse_dynamics(&posture, &case.qd, &case.qdd, &case.gravity, &push);
         let free = lagrange::inverse_dynamics(&posture, &case.qd, &case.qdd, &case.gravity, &Wrench::zero());
         let balance = lagrange::generalized_force(&posture, &recursive, &push);
+        let contact = lagrange::tip_jacobian(&posture).transposed(&push);
+        let added: [f64; N] = core::array::from_fn(|i| recursive[i] + contact[i]);
+        assert!(relative_error(&balance, &added) < 1e-16);
         [relative_error(&found, &recursive), relative_error(&balance, &free)]
     }
 }
@@ -289,6 +292,7 @@ impl Check<3> for Energies {
         let by_trace = 0.5 * qd.dot(&(case.transforms().mass_matrix() * qd));
         let kinetic = lagrange::kinetic_energy(&posture, &case.qd);
         let potential = lagrange::potential_energy(&posture, &case.gravity);
+        assert_eq!(lagrange::lagrangian(&posture, &case.qd, &case.gravity).to_bits(), (kinetic - potential).to_bits());
         // Weights above and below the base may cancel.
         let length = |v: &Vector3<f64>| v.dot(v).sqrt();
         let weights = posture.links.iter().map(|link| link.mass * length(&case.gravity) * length(&link.centre));

@@ -78,6 +78,13 @@ fn in_links<const N: usize>(case: &Moving<N>) -> f64 {
         let into = posture.links[i].rotation.transpose();
         loads[i].map(|load| ExternalLoad { force: into * load.force, moment: into * load.moment, ..load })
     });
+    for i in 0..N {
+        let (link, [own, base]) = (&posture.links[i], [Points::in_link(&posture, i), Points::in_base(&posture, i)]);
+        for point in POINTS {
+            let turned = link.origin + link.rotation * own.at(point);
+            assert!((turned - base.at(point)).amax() < 1e-13, "{point:?} of link {i}");
+        }
+    }
     let inward = backward(&posture, &case.gravity, &slices(&loads), &case.push());
     let found = backward_in_links(&chain, &turn, &case.q, &case.gravity, &slices(&local), &case.contact);
     let outward = forward(&posture, &case.gravity, &slices(&loads), &inward[0]);
@@ -110,6 +117,10 @@ fn about_every_point<const N: usize>(case: &Moving<N>) -> f64 {
             *sum = *sum + Wrench { force: load.force, moment: load.moment };
         }
     }
+    for (link, weight) in posture.links.iter().zip(weights(&posture, &case.gravity)) {
+        let load = ExternalLoad::weight(link.mass, &case.gravity);
+        assert_eq!((load.force, load.moment, load.about), (weight.force, weight.moment, Point::MassCentre));
+    }
     let rest = posture.motion(&[0.0; N], &[0.0; N]);
     let missed = residuals(&posture, &rest, &wanted, &external, &case.push());
     let most = |w: &[Wrench<f64>]| numbers_of(w).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -138,7 +149,11 @@ fn printed_error(case: &Moving<6>, about: Point) -> f64 {
     let posture = case.posture();
     let loads = printed(&posture, &case.gravity, about);
     let joint = backward(&posture, &Vector3::zeros(), &loads.each_ref().map(|l| &l[..]), &case.push());
-    let right = backward(&posture, &case.gravity, &[&[]; 6], &case.push());
+    // As corrected, moved from the mass centre to the point that the equation wants.
+    let weight = |i: usize| ExternalLoad::weight(posture.links[i].mass, &case.gravity);
+    let moved: [_; 6] = core::array::from_fn(|i| [weight(i).moved(about, &Points::in_base(&posture, i))]);
+    let right = backward(&posture, &Vector3::zeros(), &moved.each_ref().map(|l| &l[..]), &case.push());
+    assert!(difference(&right, &backward(&posture, &case.gravity, &[&[]; 6], &case.push())) < 1e-13);
     let size = right.iter().fold(0.0, |most: f64, w| most.max(w.moment.amax()));
     let mut off = Vector3::zeros();
     for i in (0..6).rev() {
@@ -209,11 +224,11 @@ fn four_rods_in_a_plane_are_held_as_in_example_345() {
     assert!(joint.iter().all(|w| w.force.z.abs() + w.moment.x.abs() + w.moment.y.abs() < 1e-15));
 }
 
-/// Exercise 32: 24 kg and 18 kg on 1 m each, 14 kg at the end, 30 and 45 degrees.
+/// Exercise 32: 24 kg and 18 kg on 1 m each, 14 kg at the end, 30 and 45 degrees from the plumb line.
 #[test]
 fn two_rods_with_a_load_are_held_as_in_exercise_32() {
     let chain = rods([(1.0, 24.0), (1.0, 18.0)]);
-    let q = [30.0_f64.to_radians(), 45.0_f64.to_radians()];
+    let q = [(30.0_f64 - 90.0).to_radians(), 45.0_f64.to_radians()];
     let g = 9.81;
     let tip = Wrench { force: Vector3::new(0.0, -14.0 * g, 0.0), moment: Vector3::zeros() };
     let found = holding_torque(&chain.posture(&turns(&q), &q), &Vector3::new(0.0, -g, 0.0), &tip);

@@ -169,7 +169,7 @@ fn f32_errors_over_every_other_float_up_to_a_turn_are_the_stated_ones() {
 }
 
 #[test]
-#[ignore = "1.2e9 angles, a minute: cargo test --release --test trig -- --ignored --nocapture"]
+#[ignore = "1.2e9 angles, a minute; `cargo xtask test` runs it, or cargo nextest run -p dynamics-core --run-ignored only"]
 fn f32_errors_over_every_float_are_the_stated_ones() {
     let (_, ranges) = STATED_F32[0];
     let mut worst = Worst::default();

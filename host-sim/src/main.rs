@@ -18,6 +18,7 @@ fn main() -> ExitCode {
         Command::Dynamics(args) => cli::dynamics::run(&args).map(|()| 0),
         Command::Terms(args) => cli::terms::run(&args).map(|()| 0),
         Command::Statics(args) => cli::statics::run(&args).map(|()| 0),
+        Command::Contact(args) => cli::contact::run(&args).map(|()| 0),
         Command::Energy(args) => cli::energy::run(&args, &stop_on_interrupt()),
         Command::Explain(args) => cli::explain::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
         Command::Info(args) => cli::info::run(&args).map(|()| 0),

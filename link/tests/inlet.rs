@@ -1,4 +1,5 @@
 //! Bytes that find no room, and the packets behind them.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use heapless::spsc::{Consumer, Queue};
 use link::{Arrival, DecodeError, Decoder, Encoder, Frame, Inlet, Request};

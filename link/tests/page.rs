@@ -1,4 +1,5 @@
 //! The examples of `docs/link.md`: made by this crate, and read back from the page.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use link::seal::{Side, Transcript};
 use link::{

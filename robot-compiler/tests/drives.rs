@@ -19,7 +19,7 @@ mod emitted_mit;
 #[allow(unreachable_pub, clippy::excessive_precision, reason = "written for a crate of its own")]
 mod emitted_pwm;
 
-use crate::common::top;
+use crate::common::{rustfmt, top};
 
 fn scene(name: &str) -> SceneFile {
     SceneFile::load(&top(name)).unwrap_or_else(|error| panic!("{error}"))
@@ -129,12 +129,7 @@ fn a_gear_is_the_rotors_where_the_file_gives_no_other() {
 fn emitted_source_is_as_rustfmt_would_leave_it() {
     for name in ["emitted_mit.rs", "emitted_pwm.rs"] {
         let path = top("robot-compiler/tests/data").join(name);
-        let mut rustfmt = std::process::Command::new("rustfmt");
-        rustfmt.args(["--check", "--edition", "2024", "--config", "max_width=120,use_small_heuristics=Max"]).arg(&path);
-        let Ok(status) = rustfmt.status() else {
-            println!("skipped: there is no rustfmt on this machine");
-            return;
-        };
+        let Some(status) = rustfmt(&["--check"], [&path]) else { return };
         assert!(status.success(), "{name}");
     }
 }

@@ -6,7 +6,7 @@ use robot_compiler::emit::kernel::{Title, generic_module, module};
 use robot_compiler::kernel::{Function, Level, Precision};
 use robot_compiler::{Robot, SceneFile, with_dof};
 
-use crate::common::{files, top};
+use crate::common::{files, rustfmt, top};
 
 fn text(file: &SceneFile, function: Function, level: Level, precision: Precision) -> String {
     with_dof!(file.robot.dof(), N => {
@@ -87,12 +87,7 @@ fn kernels_are_as_rustfmt_would_leave_them() {
             }
         }
     }
-    let mut rustfmt = std::process::Command::new("rustfmt");
-    rustfmt.args(["--edition", "2024", "--config", "max_width=120,use_small_heuristics=Max"]);
-    let Ok(status) = rustfmt.args(written.iter().map(|(path, _)| path)).status() else {
-        println!("skipped: there is no rustfmt on this machine");
-        return;
-    };
+    let Some(status) = rustfmt(&[], written.iter().map(|(path, _)| path)) else { return };
     assert!(status.success());
     for (path, text) in &written {
         let formatted = std::fs::read_to_string(path).unwrap();

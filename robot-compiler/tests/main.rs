@@ -20,6 +20,7 @@ mod safety_rules;
 mod scene;
 mod shipped;
 mod shipped_arms;
+mod skipped;
 mod urdf;
 mod urdf_corpus;
 mod urdf_cut;

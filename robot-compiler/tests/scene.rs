@@ -137,6 +137,7 @@ fn a_scene_without_safety_gets_rules_from_the_limits() {
         deceleration: 1.92 / 0.25,
         reach: 0.2,
         reach_speed: 0.1 * 1.92,
+        rotor_max: 4.0 * (0.0002 * 62.6111 * 62.6111),
         damping: 97.6 / 1.92,
     };
     assert_eq!(joints[0], waist);
@@ -164,6 +165,7 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
             deceleration,
             reach,
             reach_speed: 0.4,
+            rotor_max: 4.0 * model.links()[i].rotor,
             damping: 2.5,
         };
         assert_eq!(rules.joints[i], joint);

@@ -1,7 +1,7 @@
 //! URDF files of other projects: the package `example-robot-data`, which the set-up unpacks and git does not hold.
 //!
 //! The tests look for them in `NEWTAU_URDF_DIR`, else in `target/robot-data` of the workspace. Without the files the tests
-//! say so and pass.
+//! say so and pass, except in the continuous integration.
 #![allow(clippy::unwrap_used, reason = "a broken data file should stop the test")]
 
 use dynamics_core::kinematics::tip_pose;
@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use robot_compiler::{Ends, FileError, Robot, with_dof};
 use std::path::PathBuf;
 
-use crate::common::top;
+use crate::common::{skipped, top};
 
 /// Result for each file if no tip is named: the number of the arm's joints, or the start of the error.
 ///
@@ -54,7 +54,7 @@ fn corpus() -> Option<PathBuf> {
     let inside = root.join("cmeel.prefix/share/example-robot-data/robots");
     let found = [inside, root].into_iter().find(|folder| folder.join("ur_description").is_dir());
     if found.is_none() {
-        println!("skipped: no example-robot-data here (NEWTAU_URDF_DIR, or target/robot-data)");
+        skipped("no example-robot-data here (NEWTAU_URDF_DIR, or target/robot-data)");
     }
     found
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 /// Fetches the files if they are missing, and returns their folder. Without Python or network, the tests that need them
-/// report that they are skipped; no robot of the project depends on these files.
+/// report that they are skipped, and fail in the continuous integration; no robot of the project depends on these files.
 pub(crate) fn fetch() -> PathBuf {
     let folder = target_directory().join("robot-data");
     let script = root().join("robot-compiler/tests/tools/fetch_urdf.py");

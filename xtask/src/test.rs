@@ -35,7 +35,8 @@ fn static_checks(tally: &mut Tally) {
 fn host_tests(tally: &mut Tally, urdfs: &Path) {
     // A missing or different snapshot is a failure here, never a new file.
     let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
-    tests.args(["--filterset", &format!("not {CHIP_TESTS}")]);
+    // The long ones too, which a plain run of the tests leaves out.
+    tests.args(["--run-ignored", "all", "--filterset", &format!("not {CHIP_TESTS}")]);
     tally.tests("host tests", tests.env("NEWTAU_URDF_DIR", urdfs).env("INSTA_UPDATE", "no"));
     for example in ["torques", "control_loop", "kernel"] {
         // Built with the tests; asking cargo for one package alone would build it again, with that package's features.

@@ -25,6 +25,8 @@
 //! and 591 for the same torques (counted and pinned by `dynamics-core/tests/operations.rs`). In double precision one posture
 //! fills 10 kB.
 
+mod energies;
+
 use crate::chapter::posture::{CentredBody, Chain};
 use crate::joint::JointKind;
 use crate::model::Link;
@@ -37,6 +39,8 @@ use nalgebra::{Matrix4, SMatrix, Vector3, Vector4};
 pub struct Transforms<S, const N: usize> {
     bodies: [PseudoInertia<S>; N],
     kinds: [JointKind; N],
+    /// `0T_0`, of the first link.
+    base: Matrix4<S>,
     /// `[j][r]` is `jT_r`, for `j <= r`.
     between: [[Matrix4<S>; N]; N],
     /// `[r][j]` is `d 0T_r / dq_j`; zero for `j > r` (eq. 12.409).
@@ -75,7 +79,7 @@ impl<S: Scalar, const N: usize> Transforms<S, N> {
                 first[r][j] = derived(&pose[j], kinds[j], &between[j][r]);
             }
         }
-        Self { bodies: chain.bodies().map(|body| PseudoInertia::of(&body)), kinds, between, first }
+        Self { bodies: chain.bodies().map(|body| PseudoInertia::of(&body)), kinds, base: one[0], between, first }
     }
 
     /// `d2 0T_r / dq_j dq_k`, for `j` and `k` up to `r`.

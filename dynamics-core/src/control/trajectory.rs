@@ -147,6 +147,18 @@ impl<S: Real, const N: usize> Motion<S, N> {
         }
     }
 
+    /// Time at which point `index` (counted from 0, the start) is reached, s; `None` beyond the last. Motions without points
+    /// between have two, their ends.
+    #[must_use]
+    pub fn arrival(&self, index: usize) -> Option<S> {
+        match (self, index) {
+            (Self::Quintic(motion), _) => motion.arrival(index),
+            (_, 0) => Some(S::zero()),
+            (_, 1) => Some(self.duration()),
+            _ => None,
+        }
+    }
+
     /// Where the motion starts, at rest.
     #[must_use]
     pub fn start(&self) -> Reference<S, N> {

@@ -7,6 +7,7 @@ use super::support_b::{
 };
 use crate::common::arms::{body as any_body, vector};
 use crate::common::torque;
+use dynamics_core::chapter::global::{residuals, weights};
 use dynamics_core::{Body, Dynamics, JointKind, Wrench};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::Strategy;
@@ -22,6 +23,8 @@ struct Ball {
     euler: Vector3<f64>,
     /// As printed: `I_O alpha`.
     printed: Vector3<f64>,
+    /// By the core: left side less right side of both equations.
+    missed: Wrench<f64>,
 }
 
 /// A ball joint is three turning joints through one point whose first links have no mass.
@@ -34,8 +37,10 @@ fn on_a_ball(link: Body, tip: [f64; 3]) -> Dynamics<f64, 3> {
 
 fn ball(link: Body, tip: [f64; 3], state: &State<3>, world: &Wrench<f64>) -> Ball {
     let dynamics = pushed(&on_a_ball(link, tip), &state.q, world.force, world.moment);
-    let joint = wrenches_in_base(&dynamics, state)[2];
+    let joints = wrenches_in_base(&dynamics, state);
+    let joint = joints[2];
     let (posture, motion) = moving(&dynamics, state);
+    let missed = residuals(&posture, &motion, &joints, &weights(&posture, &DOWN_Y), world)[2];
     let (n, m) = (posture.inner_arm(2), posture.outer_arm(2));
     let (inertia, moving) = (posture.links[2].inertia, motion[2]);
     let about_joint = inertia + (Matrix3::identity() * n.dot(&n) - n * n.transpose()) * link.mass;
@@ -45,6 +50,7 @@ fn ball(link: Body, tip: [f64; 3], state: &State<3>, world: &Wrench<f64>) -> Bal
         pull: moving.acceleration * link.mass,
         euler: inertia * moving.alpha + moving.omega.cross(&(inertia * moving.omega)),
         printed: about_joint * moving.alpha,
+        missed,
     }
 }
 
@@ -52,9 +58,14 @@ fn ball(link: Body, tip: [f64; 3], state: &State<3>, world: &Wrench<f64>) -> Bal
 fn a_link_on_a_ball_joint_obeys_newton_and_euler_about_its_mass_centre() {
     let world = (vector(20.0), vector(5.0)).prop_map(|(force, moment)| Wrench { force, moment });
     assert_equal("12.10-12.11", (any_body(), vector(1.0), states::<3>(), world), |(link, tip, state, world)| {
-        let Ball { force, moment_about_centre, pull, euler, .. } = ball(link, tip.into(), &state, &world);
+        let Ball { force, moment_about_centre, pull, euler, missed, .. } = ball(link, tip.into(), &state, &world);
         let size = |v: Vector3<f64>| v.amax() + world.force.amax() + link.mass * G;
-        largest([(force - pull).amax() / size(pull), (moment_about_centre - euler).amax() / size(euler)])
+        largest([
+            (force - pull).amax() / size(pull),
+            (moment_about_centre - euler).amax() / size(euler),
+            (missed.force - (force - pull)).amax() / size(pull),
+            (missed.moment - (moment_about_centre - euler)).amax() / size(euler),
+        ])
     });
 }
 
@@ -62,8 +73,8 @@ fn a_link_on_a_ball_joint_obeys_newton_and_euler_about_its_mass_centre() {
 fn the_printed_moment_equation_is_wrong() {
     let link = body(3.0, [0.6, 0.1, 0.0], [0.05, 0.3, 0.32]);
     let world = Wrench { force: Vector3::new(4.0, 2.0, -3.0), moment: Vector3::new(0.5, -0.2, 1.0) };
-    let Ball { moment_about_centre, euler, printed, .. } = ball(link, [1.2, 0.0, 0.0], &STATED_3, &world);
-    assert!(off(moment_about_centre, euler) < 1e-12);
+    let Ball { moment_about_centre, euler, printed, missed, .. } = ball(link, [1.2, 0.0, 0.0], &STATED_3, &world);
+    assert!(off(moment_about_centre, euler) < 1e-12 && missed.moment.amax() < 1e-12 * euler.amax());
     assert_stated(&[off(printed, moment_about_centre)], &[2.7286]);
 }
 

@@ -1,8 +1,12 @@
 //! Example 326: the 2R arm's Newton-Euler equations and their matrix form `[A] x = b`.
 
 use super::support::{Letters, STATED, TwoLinks, largest, moving, shares, two_links};
-use super::support_b::{G, STATED_2, State, assert_equal, assert_stated, difference, wrenches_in_base};
+use super::support_b::{
+    DOWN_Y, G, STATED_2, State, assert_equal, assert_stated, difference, largest as largest_of, wrenches_in_base,
+};
 use crate::common::torque;
+use dynamics_core::Wrench;
+use dynamics_core::chapter::global::{Assembled, residuals, weights};
 
 /// `[A]` and `b` of eq. 12.75-12.76, `x = (F0x, F0y, Q0, F1x, F1y, Q1)`; `sign` is 1 as corrected and -1 as printed, where the
 /// cross products in rows 3 and 6 have the wrong sign. In `b` the printed `-m g` stands for a signed g, `+m g` for g = 9.81.
@@ -41,6 +45,23 @@ fn from_the_recursion(arm: &TwoLinks, state: &State<2>) -> [f64; 6] {
     [first.force.x, first.force.y, tau[0], second.force.x, second.force.y, tau[1]]
 }
 
+/// The same unknowns by the core's system of all equations in space.
+fn from_the_assembled(arm: &TwoLinks, state: &State<2>) -> [f64; 6] {
+    let (posture, motion) = moving(&arm.dynamics(), state);
+    let system = Assembled::new(&posture, &motion, &weights(&posture, &DOWN_Y), &Wrench::zero());
+    let [first, second] = system.solve().unwrap();
+    [first.force.x, first.force.y, first.moment.z, second.force.x, second.force.y, second.moment.z]
+}
+
+/// 12.70-12.73: left side less right side of the links' equations with the wrenches of the recursion, relative to those.
+fn missed(arm: &TwoLinks, state: &State<2>) -> f64 {
+    let dynamics = arm.dynamics();
+    let (posture, motion) = moving(&dynamics, state);
+    let joints = wrenches_in_base(&dynamics, state);
+    let missed = residuals(&posture, &motion, &joints, &weights(&posture, &DOWN_Y), &Wrench::zero());
+    largest_of(&missed) / largest_of(&joints)
+}
+
 fn empty(arm: TwoLinks) -> TwoLinks {
     TwoLinks { m0: 0.0, ..arm }
 }
@@ -52,14 +73,20 @@ fn the_corrected_system_gives_the_forces_and_torques_of_the_recursion() {
         let (a, b) = system(&arm, &state, 1.0);
         let wanted = from_the_recursion(&arm, &state);
         let back: [f64; 6] = core::array::from_fn(|k| a[k].iter().zip(&wanted).map(|(a, x)| a * x).sum());
-        largest([difference(&solved(&(a, b)), &wanted), difference(&back, &b)])
+        let assembled = from_the_assembled(&arm, &state);
+        largest([
+            difference(&solved(&(a, b)), &wanted),
+            difference(&back, &b),
+            difference(&assembled, &wanted),
+            missed(&arm, &state),
+        ])
     });
 }
 
 #[test]
 fn the_printed_matrix_gives_other_torques() {
     let arm = empty(STATED);
-    let wanted = from_the_recursion(&arm, &STATED_2);
+    let wanted = from_the_assembled(&arm, &STATED_2);
     let found = solved(&system(&arm, &STATED_2, -1.0));
     // The forces do not pass through rows 3 and 6.
     assert!(

@@ -2,6 +2,7 @@
 
 use super::support::{TwoLinks, largest, moving, off, two_links};
 use super::support_b::{DOWN_Y, assert_equal, difference, wrenches_in_base};
+use crate::common::torque;
 
 #[test]
 fn torques_and_forces_are_those_of_the_recursion() {
@@ -17,7 +18,9 @@ fn torques_and_forces_are_those_of_the_recursion() {
         let q1 = turn(1) - posture.inner_arm(1).cross(&pull2);
         let q0 = q1 + turn(0) + posture.outer_arm(0).cross(&pull2) - posture.inner_arm(0).cross(&(pull1 + pull2));
         let [first, second] = wrenches_in_base(&dynamics, &state);
+        let tau: [f64; 2] = torque(&dynamics, &state.q, &state.qd, &state.qdd);
         largest([
+            difference(&[q0, q1].map(|q| q.z), &tau),
             difference(&[q0, q1].map(|q| q.z), &[first, second].map(|joint| joint.moment.z)),
             // 12.83-12.84
             off(pull2, second.force),

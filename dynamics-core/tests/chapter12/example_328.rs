@@ -1,7 +1,10 @@
 //! Example 328: the second motor's mass on the first link, and a mass at the end of the second.
 
 use super::support::{Letters, STATED, TwoLinks, largest, link, link_with_motor, moving, off, two_links};
-use super::support_b::{DOWN_Y, STATED_2, State, arm, assert_equal, assert_stated, planar_link, wrenches_in_base};
+use super::support_b::{
+    DOWN_Y, STATED_2, State, arm, assert_equal, assert_stated, difference, planar_link, wrenches_in_base,
+};
+use crate::common::torque;
 use dynamics_core::Dynamics;
 use nalgebra::Vector3;
 
@@ -64,6 +67,7 @@ fn torques_are_those_of_the_recursion_with_the_inertia_about_the_new_mass_centre
         largest([
             off(q0, first.moment),
             off(q1, second.moment),
+            difference(&[q0.z, q1.z], &torque::<f64, 2>(&dynamics, &state.q, &state.qd, &state.qdd)),
             (c(0) / centres[0] - 1.0).abs(),
             (c(1) / centres[1] - 1.0).abs(),
         ])

@@ -3,8 +3,9 @@
 use super::support::{STATED, largest, moving, off};
 use super::support_b::{DOWN_Y, STATED_2, State, assert_equal, assert_stated, pushed, states, wrenches_in_base};
 use crate::common::arms::{arm, vector};
-use crate::common::torque;
-use dynamics_core::{Dynamics, JointKind, Scene, Term, Wrench};
+use crate::common::{torque, turns};
+use dynamics_core::chapter::reactions::{Axes, joint_reactions};
+use dynamics_core::{Dynamics, JointKind, Live, Scene, Term, Wrench};
 use nalgebra::Vector3;
 use proptest::prelude::Strategy;
 
@@ -64,6 +65,8 @@ fn actuators_and_bearings<const N: usize>() {
         let wrenches = wrenches_in_base(dynamics, state);
         let (posture, _) = moving(dynamics, state);
         let summed = summed(&case);
+        let State { q, qd, qdd } = state;
+        let shared = joint_reactions(dynamics, &turns(q), q, qd, qdd, &Live::zero(), Axes::Base);
         let size = wrenches.iter().fold(1.0_f64, |m, w| m.max(w.force.amax()).max(w.moment.amax()));
         (0..N).fold(0.0, |worst, i| {
             let link = &posture.links[i];
@@ -73,6 +76,9 @@ fn actuators_and_bearings<const N: usize>() {
                 worst,
                 (actuator - tau[i]).abs() / size,
                 none.abs() / size,
+                (shared[i].actuator - actuator).abs() / size,
+                (shared[i].bearing.force - bearings.force).amax() / size,
+                (shared[i].bearing.moment - bearings.moment).amax() / size,
                 (wrenches[i].force - summed[i].force).amax() / size,
                 (wrenches[i].moment - summed[i].moment).amax() / size,
             ])

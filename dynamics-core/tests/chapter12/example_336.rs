@@ -5,6 +5,7 @@ use super::support_b::{
     mass_matrix_slope, planar_link, posture, sizes, states,
 };
 use dynamics_core::Dynamics;
+use dynamics_core::chapter::lagrange::{self, Jacobian};
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, SMatrix, Vector2, Vector3};
 
 /// Masses and lengths.
@@ -102,6 +103,8 @@ fn rotations_inertias_and_jacobians_are_12_263_to_12_273() {
         let bars = Bars::of(sizes);
         let posture = posture(&bars.dynamics(), &state.q);
         let jacobians = bars.jacobians(&state.q);
+        let of_the_core = lagrange::link_jacobians(&posture);
+        let moving = posture.motion(&state.qd, &[0.0; 2]);
         let mut worst = 0.0;
         for i in 0..2 {
             let (s, c) = state.q[..=i].iter().sum::<f64>().sin_cos();
@@ -115,11 +118,20 @@ fn rotations_inertias_and_jacobians_are_12_263_to_12_273() {
                 unit[j] = 1.0;
                 posture.motion(&unit, &[0.0; 2])[i]
             };
+            let Jacobian { linear, angular } = &of_the_core[i];
+            worst = larger(worst, off(&Matrix3x2::from_columns(linear), &jacobians[2 * i]));
+            worst = larger(worst, off(&Matrix3x2::from_columns(angular), &jacobians[2 * i + 1]));
+            let speed = bars.l.iter().sum::<f64>() * 3.0;
+            worst = larger(worst, (of_the_core[i].velocity(&state.qd) - moving[i].velocity).amax() / speed);
+            worst = larger(worst, (of_the_core[i].angular_velocity(&state.qd) - moving[i].omega).amax() / 3.0);
             let columns = [column(0), column(1)];
             worst = larger(worst, off(&Matrix3x2::from_columns(&columns.map(|m| m.velocity)), &jacobians[2 * i]));
             worst = larger(worst, off(&Matrix3x2::from_columns(&columns.map(|m| m.omega)), &jacobians[2 * i + 1]));
         }
-        worst
+        // The tip's, at the end of the second bar.
+        let tip = lagrange::tip_jacobian(&posture);
+        let end = moving[1].velocity + moving[1].omega.cross(&posture.outer_arm(1));
+        larger(worst, (tip.velocity(&state.qd) - end).amax() / (bars.l.iter().sum::<f64>() * 3.0))
     });
 }
 

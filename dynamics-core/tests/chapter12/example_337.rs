@@ -1,9 +1,11 @@
 //! Example 337: Christoffel symbols, eq. 12.281-12.283.
 
 use super::support_b::{
-    Equations, STATED_2, STATED_3, assert_equal, assert_stated, coupling, difference, mass_matrix_slope, states,
+    Equations, STATED_2, STATED_3, assert_equal, assert_stated, coupling, difference, larger, mass_matrix_slope,
+    posture, states,
 };
 use crate::common::arms::{arm, vector};
+use dynamics_core::chapter::lagrange;
 use dynamics_core::{Dynamics, Scene, Term};
 use nalgebra::{SMatrix, SVector};
 
@@ -40,7 +42,12 @@ fn christoffel_symbols_give_the_velocity_torques() {
         let scene = Scene { rotor: Term::Absent, ..Scene::with_gravity(gravity, &model) };
         let dynamics = Dynamics::new(model, scene);
         let c = matrix(&slopes(&dynamics, &state.q), &state.qd, christoffel);
-        Equations { c, ..Equations::of(&dynamics, &state.q, &state.qd) }.error(&dynamics, &state)
+        let (slopes, symbols) = (slopes(&dynamics, &state.q), lagrange::christoffel(&posture(&dynamics, &state.q)));
+        let size = slopes.iter().fold(0.0_f64, |most, slope| most.max(slope.amax()));
+        let every = (0..64).map(|n| (n / 16, n / 4 % 4, n % 4));
+        let off = every.map(|(i, j, k)| (symbols[i][j][k] - christoffel(&slopes, i, j, k)).abs() / size);
+        let equations = Equations { c, ..Equations::of(&dynamics, &state.q, &state.qd) };
+        off.fold(equations.error(&dynamics, &state), larger)
     });
 }
 
@@ -52,7 +59,10 @@ fn contracted_12_282_is_right_and_its_elements_are_not() {
     let qd = STATED_3.qd;
     let rate: SMatrix<f64, 3, 3> = (0..3).map(|k| slope[k] * qd[k]).sum();
     let [right, wrong] = [christoffel, printed].map(|symbol| matrix(&slope, &qd, symbol));
-    let wanted: [f64; 3] = coupling(&dynamics, &STATED_3.q, &qd).into();
+    let posture = posture(&dynamics, &STATED_3.q);
+    let wanted = lagrange::velocity_coupling(&posture, &qd);
+    assert!(difference(&wanted, coupling(&dynamics, &STATED_3.q, &qd).as_slice()) < 1e-13);
+    assert!(difference(lagrange::coriolis_matrix(&posture, &qd).as_slice(), right.as_slice()) < 1e-13);
     for c in [right, wrong] {
         let torque: [f64; 3] = (c * SVector::from(qd)).into();
         assert!(difference(&torque, &wanted) < 1e-13);
@@ -72,7 +82,7 @@ fn velocities_of_12_283_belong_to_the_symbols_indices() {
     let dynamics = super::example_343::stated();
     let slope = slopes(&dynamics, &STATED_2.q);
     let qd = STATED_2.qd;
-    let wanted: [f64; 2] = coupling(&dynamics, &STATED_2.q, &qd).into();
+    let wanted = lagrange::velocity_coupling(&posture(&dynamics, &STATED_2.q), &qd);
     let sum = |partner: fn(usize, usize) -> usize| -> [f64; 2] {
         core::array::from_fn(|i| {
             (0..4).map(|n| (n / 2, n % 2)).map(|(j, k)| christoffel(&slope, i, j, k) * qd[k] * qd[partner(j, k)]).sum()

@@ -6,6 +6,7 @@ use super::support_b::{
 };
 use crate::common::turns;
 use dynamics_core::geometry::about_x;
+use dynamics_core::kinematics::link_poses;
 use dynamics_core::{Dh, Dynamics, Frame, JointKind, Live, energy};
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
@@ -161,13 +162,13 @@ fn transformations_are_12_363_to_12_366() {
     let t23 = row(c3, 0.0, s3, 0.0, s3, 0.0, -c3, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0);
     assert!((t10 * t01 - Matrix4::identity()).amax() < 1e-15);
     let t03 = t01 * t12 * t23;
-    let posture = posture(&arm.dynamics(), &STATED_3.q);
-    let rotation = posture.links[2].rotation * about_x(QUARTER);
+    let pose = link_poses(arm.dynamics().model(), &turns(&STATED_3.q), &STATED_3.q)[2];
+    let rotation = pose.rotation * about_x(QUARTER);
     for (r, c) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
         assert!((t03[(r, c)] - rotation[(r, c)]).abs() < 1e-15);
     }
     for r in 0..3 {
-        assert!((t03[(r, 3)] - posture.links[2].origin[r]).abs() < 1e-15);
+        assert!((t03[(r, 3)] - pose.translation[r]).abs() < 1e-15);
     }
 }
 
@@ -215,10 +216,15 @@ fn kinematics_are_12_367_to_12_384() {
         let tensor =
             Matrix3::new(ix * c1 * c1 + iz * s1 * s1, xy, 0.0, xy, iz * c1 * c1 + ix * s1 * s1, 0.0, 0.0, 0.0, iy);
         worst = larger(worst, difference(posture.links[0].inertia.as_slice(), tensor.as_slice()));
-        // The posture computes 12.377-12.378; their traces are those of the bodies.
-        for k in 1..3 {
-            let trace = arm.i[k].iter().sum::<f64>();
-            worst = larger(worst, (posture.links[k].inertia.trace() - trace).abs() / trace);
+        // 12.377-12.378, with the rotations of 12.364-12.366: `x_2` along the upper arm, `z_1 = z_2` across it, `z_3` along the forearm.
+        let ((s2, c2), (s23, c23)) = (state.q[1].sin_cos(), (state.q[1] + state.q[2]).sin_cos());
+        let across = Vector3::new(s1, -c1, 0.0);
+        let second = [Vector3::new(c1 * c2, s1 * c2, s2), Vector3::new(-c1 * s2, -s1 * s2, c2), across];
+        let third = [Vector3::new(c1 * c23, s1 * c23, s23), across, Vector3::new(c1 * s23, s1 * s23, -c23)];
+        for (k, axes) in [(1, second), (2, third)] {
+            let parts = axes.iter().zip(arm.i[k]).map(|(axis, moment)| axis * axis.transpose() * moment);
+            let tensor = parts.fold(Matrix3::zeros(), |sum, part| sum + part);
+            worst = larger(worst, difference(posture.links[k].inertia.as_slice(), tensor.as_slice()));
         }
         worst
     });
@@ -256,8 +262,11 @@ fn energies_are_12_385_and_12_386() {
 #[test]
 fn printed_12_369_to_12_372_are_wrong() {
     let arm = Articulated::stated();
-    let Articulated { l: [l1, l2, l3], c: [_, c2, c3], .. } = arm;
-    let [_, _, r2, d2, r3, d3] = arm.points(STATED_3.q);
+    let Articulated { l: [l1, l2, l3], c: [_, c2, c3], m: [_, m1, m2, m3], .. } = arm;
+    let bare = Articulated { m: [0.0, m1, m2, m3], ..arm };
+    let posture = posture(&bare.dynamics(), &STATED_3.q);
+    let [r2, r3] = [posture.links[1].centre, posture.links[2].centre];
+    let [d2, d3] = [posture.end(1), posture.end(2)];
     let [q1, q2, q3] = STATED_3.q;
     let ((s1, k1), (s2, k2), (s23, k23)) = (q1.sin_cos(), q2.sin_cos(), (q2 + q3).sin_cos());
     let reach = c2 + l2;

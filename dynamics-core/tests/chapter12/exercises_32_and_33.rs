@@ -1,6 +1,6 @@
 //! Exercises 32 and 33: statics of two uniform bars under a ceiling, with 14 kg hanging from the tip.
 //!
-//! With gravity along -y of the base, as the exercise says, angles are measured from its x axis, which is level.
+//! Angles are from the plumb line, as those of example 343, which hangs from a ceiling too; gravity is along -y of the base.
 
 use super::support_b::{DOWN_Y, G, State, arm, body, planar_link, pushed};
 use crate::common::{torque, turns};
@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 const BEND: f64 = core::f64::consts::FRAC_PI_4;
 
-/// Weights that the joints carry times their levers: `Q_1 = g (44 cos(theta_1) + 23 cos(theta_1 + theta_2))`, `Q_2` its
+/// Weights that the joints carry times their levers: `Q_1 = g (44 sin(theta_1) + 23 sin(theta_1 + theta_2))`, `Q_2` its
 /// second term.
 const FIRST: f64 = 24.0 / 2.0 + 18.0 + 14.0;
 const SECOND: f64 = 18.0 / 2.0 + 14.0;
@@ -19,33 +19,38 @@ fn bars() -> Dynamics<f64, 2> {
     arm(&[bar(24.0), bar(18.0)], [0.0; 3], 0.0, DOWN_Y)
 }
 
+/// The core's angles are from the x axis.
+fn posture(theta: f64) -> [f64; 2] {
+    [theta - core::f64::consts::FRAC_PI_2, BEND]
+}
+
 fn moments(theta: f64) -> [f64; 2] {
-    let q = [theta, BEND];
+    let q = posture(theta);
     let State { qd, qdd, .. } = State::still(q);
     torque(&pushed(&bars(), &q, DOWN_Y * 14.0, Vector3::zeros()), &q, &qd, &qdd)
 }
 
 /// Potential energy of the bars, and of the load as a mass.
 fn potential(theta: f64) -> f64 {
-    let q = [theta, BEND];
-    energy::potential(&bars(), &turns(&q), &q, &Live::zero()) + 14.0 * G * (theta.sin() + (theta + BEND).sin())
+    let q = posture(theta);
+    energy::potential(&bars(), &turns(&q), &q, &Live::zero()) - 14.0 * G * (theta.cos() + (theta + BEND).cos())
 }
 
-/// Exercise 32: 432.2 N m and 58.40 N m at 30 and 45 degrees.
+/// Exercise 32: 433.8 N m and 217.9 N m at 30 and 45 degrees.
 #[test]
 fn static_moments_of_exercise_32() {
     let theta = core::f64::consts::FRAC_PI_6;
     let [q1, q2] = moments(theta);
-    let second = SECOND * G * (theta + BEND).cos();
-    let first = FIRST * G * theta.cos() + second;
+    let second = SECOND * G * (theta + BEND).sin();
+    let first = FIRST * G * theta.sin() + second;
     assert!((q1 - first).abs() < 1e-12 * first && (q2 - second).abs() < 1e-12 * first);
-    assert!((q1 - 432.21).abs() < 0.005 && (q2 - 58.40).abs() < 0.005, "{q1} {q2}");
+    assert!((q1 - 433.76).abs() < 0.005 && (q2 - 217.94).abs() < 0.005, "{q1} {q2}");
 }
 
 /// Of the arm, by its first angle.
 type Value = fn(f64) -> f64;
 
-/// `a cos(theta) + b cos(theta + 45 degrees) = r cos(theta + lead)`, as `(r, lead)`.
+/// `a sin(theta) + b sin(theta + 45 degrees) = r sin(theta + lead)`, as `(r, lead)`.
 fn wave(a: f64, b: f64) -> (f64, f64) {
     let (sine, cosine) = (b * BEND.sin(), a + b * BEND.cos());
     ((sine * sine + cosine * cosine).sqrt(), sine.atan2(cosine))
@@ -60,10 +65,10 @@ fn least_moments_and_energy_of_exercise_33() {
     let (size2, lead2) = (SECOND, BEND);
     let (size_sum, lead_sum) = wave(FIRST, 2.0 * SECOND);
     let cases: [(&str, f64, f64, Value, f64); 4] = [
-        ("Q1", pi - lead1, -size1 * G, |theta| moments(theta)[0], 165.0),
-        ("Q2", pi - lead2, -size2 * G, |theta| moments(theta)[1], 135.0),
-        ("Q1 + Q2", pi - lead_sum, -size_sum * G, |theta| moments(theta).iter().sum(), 157.0),
-        ("V", -pi / 2.0 - lead1, -size1 * G, potential, -105.0),
+        ("Q1", -pi / 2.0 - lead1, -size1 * G, |theta| moments(theta)[0], -105.0),
+        ("Q2", -pi / 2.0 - lead2, -size2 * G, |theta| moments(theta)[1], -135.0),
+        ("Q1 + Q2", -pi / 2.0 - lead_sum, -size_sum * G, |theta| moments(theta).iter().sum(), -113.0),
+        ("V", -lead1, -size1 * G, potential, -15.0),
     ];
     for (name, at, least, value, degrees) in cases {
         let size = least.abs();
@@ -74,5 +79,5 @@ fn least_moments_and_energy_of_exercise_33() {
         }
     }
     // Least energy is where the first joint needs no moment.
-    assert!(moments(-pi / 2.0 - lead1)[0].abs() < 1e-11);
+    assert!(moments(-lead1)[0].abs() < 1e-11);
 }

@@ -72,8 +72,8 @@ impl<const N: usize> Equations<N> {
     }
 
     /// The same three by Lagrange's equations from derivatives of transformation matrices.
-    fn by_traces(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
-        let transforms = Transforms::new(&Chain::new(dynamics.model(), &payload(dynamics)), &turns(q), q);
+    pub fn by_traces(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &[f64; N]) -> Self {
+        let transforms = Transforms::new(&chain(dynamics), &turns(q), q);
         let symbols = transforms.coupling();
         Self {
             d: transforms.mass_matrix(),
@@ -141,9 +141,14 @@ pub fn coupling<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N], qd: &
     SVector::from(torque::<f64, N>(&floating(dynamics), q, qd, &[0.0; N]))
 }
 
+/// The arm with its payload, as the chapter's methods take it.
+pub fn chain<const N: usize>(dynamics: &Dynamics<f64, N>) -> Chain<f64, N> {
+    Chain::new(dynamics.model(), &payload(dynamics))
+}
+
 /// Where everything is, in the base frame.
 pub fn posture<const N: usize>(dynamics: &Dynamics<f64, N>, q: &[f64; N]) -> Posture<f64, N> {
-    Chain::new(dynamics.model(), &payload(dynamics)).posture(&turns(q), q)
+    chain(dynamics).posture(&turns(q), q)
 }
 
 /// Wrench that each joint carries, about the joint's origin and in base axes: the chapter's `0F_{i-1}`, `0M_{i-1}`.

@@ -23,7 +23,7 @@ pub const NAME: &str = "puma560_pick";
 pub const ROBOT: &str = "Puma 560";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0xe442_5d4f_1766_6a4b;
+pub const HASH: u64 = 0x97a0_d24c_49e0_b124;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
@@ -240,6 +240,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 7.68,
                 reach: 0.2,
                 reach_speed: 0.192,
+                rotor_max: 3.1361198,
                 damping: 50.833332,
             },
             JointRules {
@@ -249,6 +250,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 6.04,
                 reach: 0.2,
                 reach_speed: 0.151,
+                rotor_max: 9.299259,
                 damping: 123.44371,
             },
             JointRules {
@@ -258,6 +260,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 9.6,
                 reach: 0.2,
                 reach_speed: 0.24,
+                rotor_max: 2.3074932,
                 damping: 37.25,
             },
             JointRules {
@@ -267,6 +270,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 21.36,
                 reach: 0.2,
                 reach_speed: 0.534,
+                rotor_max: 0.7631625,
                 damping: 4.531835,
             },
             JointRules {
@@ -276,6 +280,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 20.36,
                 reach: 0.2,
                 reach_speed: 0.509,
+                rotor_max: 0.68282515,
                 damping: 3.9489195,
             },
             JointRules {
@@ -285,6 +290,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 22.96,
                 reach: 0.2,
                 reach_speed: 0.574,
+                rotor_max: 0.77625805,
                 damping: 3.7108014,
             },
         ],

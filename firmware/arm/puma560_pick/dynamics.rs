@@ -4,7 +4,7 @@
 //
 // | source hash | mul | add | sub | neg | live inputs | values alive at most |
 // |---|---|---|---|---|---|---|
-// | e4425d4f17666a4b | 224 | 108 | 81 | 0 | 0 | 33 |
+// | 97a0d24c49e0b124 | 224 | 108 | 81 | 0 | 0 | 33 |
 //
 // | gravity | payload | tip wrench | rotors | velocity terms |
 // |---|---|---|---|---|

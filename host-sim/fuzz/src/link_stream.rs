@@ -66,12 +66,11 @@ struct Wire {
 
 impl Wire {
     fn put(&mut self, number: usize, packet: &Packet, frame: &Frame) {
-        if self.bytes.last().is_none_or(|&byte| byte == 0) {
-            if begins(frame) || self.last.is_none_or(|last| number > last) {
-                self.whole.push(all_bits(frame));
-                self.numbers.push(number);
-                self.last = Some(number);
-            }
+        let new = begins(frame) || self.last.is_none_or(|last| number > last);
+        if new && self.bytes.last().is_none_or(|&byte| byte == 0) {
+            self.whole.push(all_bits(frame));
+            self.numbers.push(number);
+            self.last = Some(number);
         }
         self.bytes.extend_from_slice(packet);
     }

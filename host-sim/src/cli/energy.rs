@@ -6,9 +6,11 @@ use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
 use crate::run::plot;
 use crate::study::energy::{Account, account};
+use crate::study::path_work::path_work;
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
-use std::fs;
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, stdin};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -24,11 +26,16 @@ The trapezoid rule over the simulation's own steps: the residual falls with the 
 
 Examples:
   host-sim energy scenes/puma560_pick.toml
+  host-sim energy scenes/planar2r_swing.toml --path states.jsonl
   host-sim energy scenes/planar2r_swing.toml --duration 1.8 --json | jq '.joints[0].positive'
 
 Files, in the folder given by --out:
   energy.json  what --json prints
   power.svg    power of every joint over time: commanded torque times velocity
+
+--path: states as JSON lines of t (s), q, qd and qdd instead of a run. Work is int tau qd dt by the trapezoid rule, with the
+torques that the scene's simulated arm, payload, gravity and wrench take along them, without friction; two lines of one time
+are a jump of the acceleration. No file is written.
 
 A fault ends the account: what the brakes take is not in it. Exit codes as those of `run`.";
 
@@ -38,6 +45,9 @@ A fault ends the account: what the brakes take is not in it. Exit codes as those
 pub struct EnergyArgs {
     /// The scene file (TOML).
     pub scene: PathBuf,
+    /// Work along states given as JSON lines, instead of a run; - for standard input.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "out"])]
+    pub path: Option<PathBuf>,
     /// Simulated time, s; the scene's otherwise.
     #[arg(long, value_name = "SECONDS")]
     pub duration: Option<f64>,
@@ -55,6 +65,9 @@ pub struct EnergyArgs {
 /// A scene that is wrong, a file that cannot be written.
 pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    if let Some(path) = &args.path {
+        return along(&scene, path, args.json).map(|()| 0);
+    }
     set_duration(&mut scene, args.duration)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // Better now than after the run.
@@ -70,4 +83,18 @@ pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
 
 fn show(as_json: bool, json: &str, account: &Account, written: &[PathBuf]) -> Result<(), Failure> {
     if as_json { print(&format!("{json}\n")) } else { print(&format!("{}\n{}", account.table(), files(written))) }
+}
+
+/// Print the work along a path.
+fn along(scene: &SceneFile, path: &Path, as_json: bool) -> Result<(), Failure> {
+    let (source, input): (String, Box<dyn BufRead>) = if path == Path::new("-") {
+        ("standard input".to_owned(), Box::new(stdin().lock()))
+    } else {
+        let source = path.display().to_string();
+        let opened = File::open(path);
+        let file = opened.map_err(|error| Failure::Input(miette::miette!("{source} cannot be read: {error}")))?;
+        (source, Box::new(BufReader::new(file)))
+    };
+    let work = with_dof!(scene.robot.dof(), N => path_work::<N>(scene, &source, input))?;
+    print(&if as_json { json(&work)? + "\n" } else { work.table() })
 }

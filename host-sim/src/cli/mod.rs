@@ -5,6 +5,7 @@ pub mod campaign;
 pub mod chain;
 pub mod choose;
 pub mod connect;
+pub mod contact;
 pub mod doctor;
 pub mod dynamics;
 pub mod energy;
@@ -58,6 +59,8 @@ pub enum Command {
     Terms(terms::TermsArgs),
     /// Torques that hold an arm at rest, what its joints carry, and the posture that takes least.
     Statics(statics::StaticsArgs),
+    /// The wrench at the tip from a sensor in the base, or its reading for a known contact.
+    Contact(contact::ContactArgs),
     /// Run a scene and account for the energy: work of every joint, friction, what is left over.
     Energy(energy::EnergyArgs),
     /// Explain a scene's model: what each term costs, and what goes wrong without it.

@@ -28,11 +28,20 @@ Examples:
 Files, in the folder given by --out:
   log.csv       every tick: time, and per joint reference and actual position and velocity, torque, limits; the fault
   summary.json  what --json prints
-  *.svg         position, velocity, error and torque of every joint over time
+  *.svg         position, velocity, error and torque of every joint over time, with waypoints, faults, the ticks in which
+                a limit acts, and the torque limits
 
 Terms that the scene's model calls live are fed from its [plant], to the desk's controller and to the chip's alike.
 
-A fault brakes the arm (drives released, brakes engaged); the run goes on to its end and exits with 3.";
+A fault brakes the arm (drives released, brakes engaged); the run goes on to its end and exits with 3.
+The safety state machine is not in a run: `connect` has it. A joint that leaves its reference by more than `reach` of the
+scene's [safety] is told, with the tick in which the firmware would have held.
+
+Columns:
+  at rest, settled  error at the end of the last stretch in which every reference stands still, and the time from its start
+                    until the error stays within `resolution` of [safety]; `never` if it does not
+  chatter           root mean square of the torque's change from one tick to the next; with encoders most of it is the
+                    counts, which the velocity gain turns into torque";
 
 /// Options of `run`.
 #[derive(Clone, Debug, Args)]

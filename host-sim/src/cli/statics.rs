@@ -1,12 +1,14 @@
 //! `statics`: what holds an arm at rest, and the posture that takes least.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::output::{json, print};
-use crate::failure::Failure;
-use crate::study::statics::{Axes, Question, answer};
+use crate::cli::output::{files, json, print};
+use crate::failure::{Failure, in_file};
+use crate::run::files::file_name;
+use crate::study::statics::{Axes, Question, answer, sweep};
 use clap::Args;
 use robot_compiler::{Robot, with_dof};
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 What is computed, with the equations of the chapter in docs/dynamics.md:
@@ -21,6 +23,10 @@ Examples:
   host-sim statics robots/puma560.toml --q 0,0.9,-1.6,0,0.5,0 --load 2,0,0,0.1 --json | jq .tau
   host-sim statics robots/planar2r.toml --gravity 0,-9.81,0 --q 0.5,0.785 --hold elbow --minimise shoulder
   host-sim statics robots/ur5.toml --minimise total --tip-wrench 0,0,-20,0,0,0
+  host-sim statics robots/planar2r.toml --gravity 0,-9.81,0 --q 0,0.785 --load 2 --sweep shoulder
+
+--sweep moves one joint from limit to limit (one turn at most), prints the least of every torque, of their sum and of V, and draws
+all of them into statics.svg in the folder of --out.
 
 The wrench is that of the environment on the robot at the tip's origin, in tip axes. Rotors and friction do not act at rest.
 
@@ -68,6 +74,12 @@ pub struct StaticsArgs {
     /// Joints (names or numbers) that stay at their --q in the search.
     #[arg(long, value_name = "JOINT,..", value_delimiter = ',', requires_all = ["q", "minimise"])]
     pub hold: Vec<String>,
+    /// Torques and V over the range of a joint (its name or number), the others at their --q; drawn into statics.svg.
+    #[arg(long, value_name = "JOINT", requires = "q", conflicts_with = "minimise")]
+    pub sweep: Option<String>,
+    /// Folder for the picture of --sweep; the robot's name under out/ otherwise.
+    #[arg(long, value_name = "FOLDER", requires = "sweep")]
+    pub out: Option<PathBuf>,
     /// Axes of the joints' wrenches.
     #[arg(long, value_enum, default_value_t = Axes::Link)]
     pub axes: Axes,
@@ -91,7 +103,20 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
         hold: args.hold.clone(),
         axes: args.axes,
     };
+    if let Some(joint) = &args.sweep {
+        return swept(args, &robot, &question, joint);
+    }
     let answer = with_dof!(robot.dof(), N => answer::<N>(&robot, &question))?;
     let text = if args.json { json(&answer)? } else { answer.table() };
     print(&format!("{text}\n"))
+}
+
+/// Draw and print a sweep.
+fn swept(args: &StaticsArgs, robot: &Robot, question: &Question, joint: &str) -> Result<(), Failure> {
+    let found = with_dof!(robot.dof(), N => sweep::<N>(robot, question, joint))?;
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&robot.name)));
+    fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+    let picture = folder.join("statics.svg");
+    found.draw(&picture).map_err(|error| in_file(&picture, &error))?;
+    print(&if args.json { json(&found)? + "\n" } else { format!("{}{}", found.table(), files(&[picture])) })
 }

@@ -17,12 +17,13 @@ pub(crate) enum Effect {
     Ripple,
     Elasticity,
     Backlash,
+    RotorCoupling,
     SensorJitter,
     ActuatorJitter,
 }
 
 impl Effect {
-    pub(crate) const ALL: [Self; 14] = [
+    pub(crate) const ALL: [Self; 15] = [
         Self::Friction,
         Self::Breakaway,
         Self::TipWrench,
@@ -35,6 +36,7 @@ impl Effect {
         Self::Ripple,
         Self::Elasticity,
         Self::Backlash,
+        Self::RotorCoupling,
         Self::SensorJitter,
         Self::ActuatorJitter,
     ];

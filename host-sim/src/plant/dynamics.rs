@@ -22,6 +22,7 @@
 //! The source is generic in its scalar and has no data-dependent branch, so that it can be traced.
 
 use super::kinematics::{Chain, Pose};
+use super::rotor_coupling;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Body, Field, JointKind, JointSpec, Scalar, SinCos, Tool, Trig, Wrench};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -47,6 +48,8 @@ pub struct Mechanism<const N: usize> {
     chain: Chain<N>,
     gravity: Vector3<f64>,
     tip_wrench: Option<Wrench<f64>>,
+    /// Gear ratio times rotor inertia of each joint, if their coupling acts.
+    rotor_coupling: Option<[f64; N]>,
 }
 
 /// The parts of the equations of motion at one state.
@@ -79,6 +82,7 @@ impl<const N: usize> Arm<N> {
             chain: Chain::new(&self.joints, &self.tool, self.payload.as_ref()),
             gravity: self.gravity,
             tip_wrench: self.tip_wrench,
+            rotor_coupling: None,
         }
     }
 
@@ -130,6 +134,12 @@ impl<const N: usize> Mechanism<N> {
     /// Set the wrench of the environment on the tip.
     pub(super) fn push(&mut self, wrench: Option<Wrench<f64>>) {
         self.tip_wrench = wrench;
+    }
+
+    /// The same arm, with the coupling of its rotors' spin with the links that carry them.
+    #[must_use]
+    pub fn with_rotor_coupling(self, joints: &[JointSpec; N]) -> Self {
+        Self { rotor_coupling: Some(rotor_coupling::gear_times_inertia(joints)), ..self }
     }
 
     /// Remove the rotors from the arm. Returns their reflected inertias, kg m^2 or kg.
@@ -187,6 +197,9 @@ impl<const N: usize> Mechanism<N> {
                 }
             }
             terms.mass_matrix[(j, j)] += S::literal(self.chain.joints[j].rotor);
+        }
+        if let Some(coupling) = &self.rotor_coupling {
+            rotor_coupling::add(&mut terms, &pose, qd, coupling);
         }
         terms
     }

@@ -21,6 +21,7 @@ pub mod integrator;
 pub mod jitter;
 mod kinematics;
 pub mod ledger;
+mod rotor_coupling;
 pub mod sensor;
 #[cfg(test)]
 mod tests;
@@ -30,7 +31,7 @@ use core::cell::Cell;
 pub use dynamics::Arm;
 use dynamics::Mechanism;
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{JointKind, Wrench};
+use dynamics_core::{JointKind, JointSpec, Wrench};
 use elasticity::{Elasticity, Motors, Pair};
 pub use friction::JointFriction;
 use integrator::{Flow, Step, Stretch};
@@ -184,6 +185,13 @@ impl<const N: usize> Plant<N> {
     #[must_use]
     pub fn with_elasticity(mut self, springs: Elasticity<N>, side: Side) -> Self {
         self.motors = Some(Motors::new(springs, &mut self.body.mechanism, &self.state, side));
+        self
+    }
+
+    /// The same arm, with the coupling of its rotors' spin with the links that carry them.
+    #[must_use]
+    pub fn with_rotor_coupling(mut self, joints: &[JointSpec; N]) -> Self {
+        self.body.mechanism = self.body.mechanism.with_rotor_coupling(joints);
         self
     }
 

@@ -59,7 +59,7 @@ type Ask = fn(&mut SceneFile);
 #[test]
 fn each_effect_that_is_asked_for_is_called_and_no_other() {
     let puma = shipped().into_iter().find(|path| path.ends_with("puma560.toml")).unwrap();
-    let asks: [(Effect, Ask); 14] = [
+    let asks: [(Effect, Ask); 15] = [
         (Effect::Friction, |scene| scene.plant.friction = true),
         (Effect::Breakaway, |scene| {
             let breakaway = BreakawaySpec { torque: vec![1.0; 6], speed: 1.0, load: 0.0 };
@@ -79,6 +79,7 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
         (Effect::Ripple, |scene| scene.actuators.ripple = Some(Ripple { share: 0.1, cycles: 6.0 })),
         (Effect::Elasticity, |scene| elastic(scene, None)),
         (Effect::Backlash, |scene| elastic(scene, Some(vec![1e-3; 6]))),
+        (Effect::RotorCoupling, |scene| scene.plant.rotor_coupling = true),
         (Effect::SensorJitter, |scene| scene.sensors.jitter = 1e-4),
         (Effect::ActuatorJitter, |scene| scene.actuators.jitter = 1e-4),
     ];
@@ -99,7 +100,7 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
         // Every joint in each of four slopes of each of four steps of a tick, or once a tick.
         let times = match effect {
             Effect::Friction | Effect::Breakaway => 100 * 4 * 4 * 6,
-            Effect::TipWrench | Effect::Ripple => 100 * 4 * 4,
+            Effect::TipWrench | Effect::Ripple | Effect::RotorCoupling => 100 * 4 * 4,
             Effect::Noise | Effect::Encoder => 100 * 6,
             Effect::SensorDelay | Effect::ActuatorDelay | Effect::Saturation => 100,
             // At the begin, the middle and the end of each step, and at the end of the tick.

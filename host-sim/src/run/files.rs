@@ -22,7 +22,7 @@ pub(crate) fn write(run: &Run, name: &str, folder: &Path) -> Result<Vec<PathBuf>
     let summary = folder.join("summary.json");
     let text = serde_json::to_string_pretty(&run.summary).map_err(|error| Failure::Output(error.into()))?;
     fs::write(&summary, text + "\n").map_err(|error| in_file(&summary, &error))?;
-    let plots = plot::write_all(&run.record, name, folder).map_err(|error| in_file(folder, &error))?;
+    let plots = plot::write_all(&run.record, &run.marks, name, folder).map_err(|error| in_file(folder, &error))?;
     Ok([log, summary].into_iter().chain(plots).collect())
 }
 

@@ -6,6 +6,7 @@
 //! | [`closed_loop`] | the loop itself, once per control period |
 //! | [`simulate`] | from a scene to a finished run |
 //! | [`record`] | the record of every tick, and its CSV |
+//! | [`quality`] | chatter, the error at rest, the distance from the reference |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
 //! | `files` | all of these as files |
@@ -13,6 +14,7 @@
 pub mod closed_loop;
 pub(crate) mod files;
 pub mod plot;
+pub mod quality;
 pub mod record;
 pub mod simulate;
 pub mod summary;

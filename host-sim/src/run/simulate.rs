@@ -8,6 +8,7 @@ use crate::plant::jitter::{Jitter, Moved};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
 use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::run::closed_loop::{self, Closed, End, World};
+use crate::run::plot::Marks;
 use crate::run::record::{JointLabel, Record};
 use crate::run::summary::{ModelTicks, Setting, Summary};
 use crate::run::target::Torques;
@@ -28,6 +29,8 @@ pub struct Run {
     pub record: Record,
     /// The run in a few numbers.
     pub summary: Summary,
+    /// Torque limits and times of waypoints, for the pictures.
+    pub marks: Marks,
     /// Reason why the run ended.
     pub end: End,
     /// Error of the target, if it failed; the record then ends there.
@@ -140,8 +143,9 @@ pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
     };
     let Closed { end, timing, failure } = closed_loop::run(world, controller, ticks, stop, &mut record, after_tick);
     progress.finish_and_clear();
-    let summary = Summary::new(setting(scene, target), &record, end, timing);
-    Ok(Run { record, summary, end, failure })
+    let summary = Summary::new(setting(scene, target), &scene.safety, &record, end, timing);
+    let marks = Marks::of(world, &model, record.ticks());
+    Ok(Run { record, summary, marks, end, failure })
 }
 
 /// The arm that a scene simulates, with its tool, payload, gravity and wrench at the tip.
@@ -201,6 +205,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         .with_integrator(scene.plant.integrator)
         .with_push(scene.plant.push)
         .with_jitter(jitter(scene.sensors.jitter, Moved::Sampling), jitter(scene.actuators.jitter, Moved::Acting));
+    let plant = if scene.plant.rotor_coupling { plant.with_rotor_coupling(&arm.joints) } else { plant };
     Ok(World {
         plant: match elasticity {
             None => plant,

@@ -1,10 +1,12 @@
 //! A run in a few numbers: a table for people, JSON for machines.
 
 use crate::run::closed_loop::{End, Timing};
+use crate::run::quality::{OutOfReach, Supervision, at_rest, chatter, last_rest};
 use crate::run::record::{JointLabel, Record};
 use crate::run::target::Parity;
 use crate::table::table;
 use dynamics_core::control::LimitFlags;
+use robot_compiler::scene::SafetySpec;
 use serde::Serialize;
 
 /// Scene, robot, target and settings of a run.
@@ -101,10 +103,21 @@ pub struct Summary {
     pub torque_rms: Vec<f64>,
     /// Per joint, greatest magnitude of this torque, N m or N.
     pub torque_peak: Vec<f64>,
+    /// Per joint, chatter of the commanded torque: root mean square of its change from one tick to the next, N m or N. With
+    /// encoders most of it is the counts, which the velocity gain turns into torque.
+    pub torque_chatter: Vec<f64>,
+    /// Per joint, rest error: reference less actual position in the last tick of the last stretch in which every reference stands
+    /// still, rad or m. `None` without such a stretch.
+    pub rest_error: Vec<Option<f64>>,
+    /// Per joint, settling time: from the start of that stretch until the error stays within the joint's `resolution` of the scene's
+    /// `[safety]`, s. `None` without such a stretch, or if it does not.
+    pub settling_time: Vec<Option<f64>>,
     /// Per joint, ticks in which each limit acted.
     pub limits: Vec<LimitCounts>,
     /// Each fault at the tick in which it came.
     pub faults: Vec<FaultEvent>,
+    /// Where the run stands beside the firmware's safety state machine.
+    pub supervision: Supervision,
     /// Simulated time over wall-clock time.
     pub realtime_factor: f64,
     /// Time of one controller tick, mean, s.
@@ -120,15 +133,20 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Summarize a run.
+    /// Summarize a run; `safety` holds the joints' reach and resolution.
     #[must_use]
-    pub fn new(setting: Setting, record: &Record, end: End, timing: Timing) -> Self {
+    pub fn new(setting: Setting, safety: &SafetySpec, record: &Record, end: End, timing: Timing) -> Self {
         let ticks = record.ticks();
         let driven = record.faults().iter().take_while(|fault| fault.is_none()).count();
         let each = |f: &dyn Fn(usize) -> f64| (0..record.joints().len()).map(f).collect::<Vec<f64>>();
         let errors = |joint| record.joint(joint).take(driven).map(|s| s.error());
         let torques = |joint| record.joint(joint).take(driven).map(|s| s.torque);
         let duration = ticks as f64 * setting.period;
+        let rest = last_rest(record, driven);
+        let resolution = |i: usize| safety.resolution.get(i).copied().unwrap_or(0.0);
+        let rests: Vec<_> = (0..record.joints().len())
+            .map(|i| rest.as_ref().map(|rest| at_rest(record, i, rest, resolution(i), setting.period)))
+            .collect();
         Self {
             ticks,
             duration,
@@ -142,8 +160,12 @@ impl Summary {
             tracking_max: each(&|i| peak(errors(i))),
             torque_rms: each(&|i| rms(torques(i))),
             torque_peak: each(&|i| peak(torques(i))),
+            torque_chatter: each(&|i| chatter(torques(i))),
+            rest_error: rests.iter().map(|rest| rest.as_ref().map(|rest| rest.error)).collect(),
+            settling_time: rests.iter().map(|rest| rest.as_ref().and_then(|rest| rest.settled)).collect(),
             limits: (0..record.joints().len()).map(|i| count_limits(record, i)).collect(),
             faults: fault_events(record),
+            supervision: Supervision::of(record, driven, safety),
             realtime_factor: ratio(duration, timing.whole.as_secs_f64()),
             seconds_per_tick: ratio(timing.ticks.as_secs_f64(), ticks as f64),
             parity: None,
@@ -156,20 +178,52 @@ impl Summary {
     /// The table and the lines below it, as a person reads them.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut table = table(["joint", "error rms", "error max", "torque rms", "torque peak", "limits (ticks)"], 1);
+        let columns = [
+            "joint",
+            "error rms",
+            "error max",
+            "at rest, settled",
+            "torque rms",
+            "torque peak",
+            "chatter",
+            "limits (ticks)",
+        ];
+        let mut table = table(columns, 1);
         for (i, joint) in self.joints.iter().enumerate() {
             let (position, torque) = (joint.position_unit(), joint.torque_unit());
             table.add_row([
                 joint.name.clone(),
                 engineering(self.tracking_rms[i], position),
                 engineering(self.tracking_max[i], position),
+                self.rest(i, position),
                 engineering(self.torque_rms[i], torque),
                 engineering(self.torque_peak[i], torque),
+                engineering(self.torque_chatter[i], torque),
                 self.limits[i].describe(),
             ]);
         }
         let Setting { scene, robot, target, scalar, law, trig, .. } = &self.setting;
         format!("{scene}: {robot}, {law}, {target}, {scalar}, {trig} trig\n{table}\n{}", self.lines())
+    }
+
+    /// Rest error and settling time of a joint.
+    fn rest(&self, joint: usize, unit: &str) -> String {
+        match (self.rest_error[joint], self.settling_time[joint]) {
+            (None, _) => "no rest".to_owned(),
+            (Some(error), None) => format!("{}, never", engineering(error, unit)),
+            (Some(error), Some(time)) => format!("{}, {}", engineering(error, unit), engineering(time, "s")),
+        }
+    }
+
+    /// The line about the safety state machine.
+    fn supervision(&self) -> String {
+        let OutOfReach { tick, joint } = match &self.supervision.out_of_reach {
+            None => return format!("{:<20}no state machine; no joint left its reach", "safety"),
+            Some(far) => far,
+        };
+        let name = &self.joints[joint - 1].name;
+        let at = engineering(*tick as f64 * self.setting.period, "s");
+        format!("{:<20}no state machine; the firmware would have held at tick {tick} ({at}): reach, {name}", "safety")
     }
 
     /// Lines about the whole arm.
@@ -204,6 +258,7 @@ impl Summary {
                 "faults", fault.message, fault.tick
             ));
         }
+        lines.push(self.supervision());
         if let Some(why) = &self.stopped {
             lines.push(format!("{:<20}{why} after {}", "stopped", engineering(self.duration, "s")));
         }

@@ -84,6 +84,13 @@ pub fn account<const N: usize>(scene: &SceneFile, stop: &AtomicBool) -> Result<(
             scene.path.display()
         )));
     }
+    if scene.plant.rotor_coupling {
+        return Err(Failure::Input(miette::miette!(
+            help = "expected a scene without `rotor_coupling` in [plant]",
+            "{}: energy of the coupling of rotors with their links is not accounted for",
+            scene.path.display()
+        )));
+    }
     let arm = simulate::arm::<N>(scene)?;
     let mut world = simulate::world::<N>(scene)?;
     world.plant = world.plant.with_ledger();

@@ -4,12 +4,14 @@
 //! |---|---|
 //! | [`bound`] | error of single precision: a proven bound, and the largest error found |
 //! | [`campaign`] | every fault in every state of the safety state machine, each tick judged |
+//! | [`contact`] | the wrench at the tip, felt through a sensor in the base |
 //! | [`dynamics`] | inverse and forward dynamics of given states |
 //! | [`energy`] | energy balance of a run |
 //! | [`explain`] | cost of each term of a model, and the errors without it |
 //! | [`extremes`] | behaviour at the extremes, cell by cell |
 //! | [`kernel`] | the arm's dynamics as source code, and the operations that each rewrite saves |
 //! | [`linkage`] | a closed loop of links, driven at constant speed or simulated under a constant moment |
+//! | [`path_work`] | work of the actuators along given states |
 //! | [`posture_search`] | the posture that minimises a function |
 //! | [`statics`] | torques and forces that hold an arm at rest |
 //! | [`terms`] | the matrices of the equations of motion |
@@ -17,6 +19,7 @@
 
 pub mod bound;
 pub mod campaign;
+pub mod contact;
 pub mod dynamics;
 pub mod energy;
 pub mod explain;
@@ -25,6 +28,7 @@ pub mod kernel;
 pub mod linkage;
 mod numbers;
 mod parallel;
+pub mod path_work;
 pub mod posture_search;
 pub(crate) mod robot_or_scene;
 pub mod statics;

@@ -1,5 +1,6 @@
 //! Cost of the tick on the chip for many scenes: the desk's bits, and the firmware's instruction count.
 
+use crate::pinned::assert_pinned;
 use host_sim::chip::cost::{Cost, measure};
 use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
@@ -57,10 +58,8 @@ fn ticks_give_the_desks_bits_and_cost_what_the_firmware_pins() {
         unreachable!("seven scenes")
     };
 
-    // `closed_loop.rs` pins the scene's firmware at the same count.
     let Cost { instructions, .. } = exact;
-    assert!((1_300..1_420).contains(&instructions.max), "{instructions:?}");
-    assert_eq!(instructions.min, instructions.max);
+    assert_pinned("puma560_pick", [instructions.min, instructions.max]);
     let most = |cost: &Cost| cost.instructions.max;
     assert!(most(regrouped) < most(exact) && most(exact) < most(generic));
     assert!(most(planar) < most(regrouped));

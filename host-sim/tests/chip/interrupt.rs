@@ -5,6 +5,7 @@ use host_sim::chip::interrupt::{Interrupt, measure};
 use host_sim::study::trade::baseline::Baseline;
 use host_sim::study::trade::chip::{CLOCK, Chip as _, EmulatedChip, Surroundings};
 use host_sim::study::trade::choice::{Choice, TermSet};
+use robot_compiler::Ends;
 use robot_compiler::kernel::Level;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -18,7 +19,8 @@ fn top() -> PathBuf {
 
 /// Surroundings of a shipped scene, and the scene of each choice with its controller's cycles in its place.
 fn of_scene(name: &str, choices: &[fn(Choice) -> Choice]) -> (Surroundings, Vec<(PathBuf, f64)>) {
-    let (stop, base) = (AtomicBool::new(false), Baseline::load(&top().join(format!("scenes/{name}.toml")), Ends::default()).unwrap());
+    let (stop, base) =
+        (AtomicBool::new(false), Baseline::load(&top().join(format!("scenes/{name}.toml")), Ends::default()).unwrap());
     let write = |place: String, choice: &Choice| {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("interrupt_{name}_{place}.toml"));
         std::fs::write(&path, base.with(choice)).unwrap();

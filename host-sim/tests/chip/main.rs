@@ -14,6 +14,7 @@ mod memory;
 mod operate;
 mod overrun;
 mod parity;
+mod pinned;
 #[path = "../program/mod.rs"]
 mod program;
 mod states;

@@ -87,7 +87,7 @@ fn states_of_every_shipped_arm_stay_below_its_bound_at_both_levels() {
 }
 
 #[test]
-#[ignore = "a million states of each arm at both levels, minutes: cargo test --release -p host-sim --test bound -- --ignored"]
+#[ignore = "a million states of each arm at both levels, minutes; `cargo xtask test` runs it, or cargo nextest run -p host-sim --run-ignored only"]
 fn a_million_states_of_every_shipped_arm_stay_below_its_bound_at_both_levels() {
     thousands_stay_below::<2>("planar2r", 1000);
     thousands_stay_below::<3>("planar3r", 1000);

@@ -2,6 +2,7 @@
 //! `scenes/chapter12`.
 #![allow(clippy::float_cmp, reason = "a joint that moves nothing takes exactly no torque")]
 
+use crate::program::{at_the_top, told};
 use crate::reference;
 use crate::reference::relative;
 use dynamics_core::JointSpec;
@@ -9,6 +10,7 @@ use host_sim::plant::{Arm, Diverged};
 use host_sim::run::closed_loop::End;
 use host_sim::run::simulate::{self, Run};
 use host_sim::study::dynamics::{Answer, Question, answer};
+use host_sim::study::statics;
 use indicatif::ProgressBar;
 use nalgebra::{SVector, Vector3};
 use robot_compiler::{Robot, SceneFile, with_dof};
@@ -221,6 +223,103 @@ fn gravity_and_what_it_holds_are_felt_by_the_shuttles_arm() {
     // Measured: 1194, 1401, 11151 and 14253 N m at the shoulder's pitch. On Earth the motion is the smaller part.
     assert!((1190.0..1200.0).contains(&orbit) && (1395.0..1405.0).contains(&orbit_held), "{orbit} {orbit_held} N m");
     assert!((11.1e3..11.2e3).contains(&earth) && (14.2e3..14.3e3).contains(&earth_held), "{earth} {earth_held} N m");
+}
+
+/// Exercises 38 and 19 (d): the greatest load on the base, 24 kg held on Earth. The force is all weight in every posture; the
+/// moment is greatest where the arm lies level.
+#[test]
+fn the_greatest_base_load_of_the_shuttles_arm_is_that_of_the_level_arm() {
+    let robot = robot("srms");
+    let load = |q: &[f64]| {
+        let question = statics::Question {
+            q: Some(q.to_vec()),
+            gravity: vec![0.0, 0.0, -G],
+            load: Some(vec![24.0]),
+            tip_wrench: None,
+            minimise: None,
+            hold: vec![],
+            axes: statics::Axes::Base,
+        };
+        let first = statics::answer::<6>(&robot, &question).unwrap().joints[0].clone();
+        let size = |v: [f64; 3]| Vector3::from(v).norm();
+        [size(first.force), size(first.moment)]
+    };
+    let [force, moment] = load(&[0.0; 6]);
+    assert!((force - 2074.3).abs() < 0.05 && (moment - 17_413.8).abs() < 0.05, "{force} N, {moment} N m");
+    let limits: Vec<(f64, f64)> = robot.joints.iter().map(|joint| joint.spec.limits.position).collect();
+    let at = |share: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        limits.iter().enumerate().map(|(i, (low, high))| low + (high - low) * share(i)).collect()
+    };
+    // Points spread evenly over all six joints, and a fine grid of what bends the arm in its plane.
+    let spread = (1..5000).map(|n| at(&|i| (n as f64 * [0.5_f64, 0.333, 0.2, 0.143, 0.091, 0.077][i].sqrt()) % 1.0));
+    let bent = (0..8000).map(|n| {
+        let mut q = vec![0.0; 6];
+        for (k, i) in [1, 2, 3].into_iter().enumerate() {
+            let (low, high) = limits[i];
+            q[i] = low + (high - low) * ((n / 20_usize.pow(k as u32)) % 20) as f64 / 19.0;
+        }
+        q
+    });
+    for q in spread.chain(bent) {
+        let [here, turning] = load(&q);
+        assert!((here / force - 1.0).abs() < 1e-12 && turning <= moment * (1.0 + 1e-12), "{q:?}: {turning} N m");
+    }
+}
+
+/// Exercise 33: `Q_1` and `Q_2` drawn over `theta_1`, and where they, their sum and the energy are least, with the closed forms
+/// of angles from the plumb line.
+#[test]
+fn statics_draws_both_moments_over_the_first_angle() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("exercise_33");
+    std::fs::remove_dir_all(&folder).ok();
+    let file = "robots/chapter12/planar2r_ceiling_uniform.toml";
+    let bend = std::f64::consts::FRAC_PI_4;
+    let (q, load) = (format!("0,{bend}"), "14");
+    let command = || {
+        let mut command = at_the_top();
+        command.args(["statics", file, "--gravity", "0,-9.81,0", "--q", &q, "--load", load, "--sweep", "shoulder"]);
+        command.arg("--out").arg(&folder);
+        command
+    };
+    let (code, json, error) = told(command().arg("--json").output().unwrap());
+    assert_eq!((code, error.as_str()), (0, ""));
+    let found: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let (first, second) = (24.0 / 2.0 + 18.0 + 14.0, 18.0 / 2.0 + 14.0);
+    let rows = found["positions"].as_array().unwrap().iter().zip(found["tau"].as_array().unwrap());
+    for (theta, tau) in rows {
+        let theta = theta.as_f64().unwrap();
+        let q2 = second * G * (theta + bend).sin();
+        let wanted = [first * G * theta.sin() + q2, q2];
+        for i in 0..2 {
+            assert!((tau[i].as_f64().unwrap() - wanted[i]).abs() < 1e-9, "{theta}: {tau} {wanted:?}");
+        }
+    }
+    // `r sin(theta + lead)` of the weights that each carries.
+    let wave = |own: f64, bent: f64| {
+        let (sine, cosine) = (bent * bend.sin(), own + bent * bend.cos());
+        ((sine * sine + cosine * cosine).sqrt() * G, sine.atan2(cosine))
+    };
+    let least = |i: usize, key: &str| found["least"][i][key].as_f64().unwrap();
+    for (i, (size, lead), quarter) in [
+        (0, wave(first, second), -0.5),
+        (1, (second * G, bend), -0.5),
+        (2, wave(first, 2.0 * second), -0.5),
+        (3, wave(first, second), 0.0),
+    ] {
+        // Half a degree from position to position.
+        let off = (least(i, "at") - (quarter * std::f64::consts::PI - lead)).rem_euclid(std::f64::consts::TAU);
+        assert!(off.min(std::f64::consts::TAU - off) < 0.0045, "{i}: {}", least(i, "at"));
+        assert!((least(i, "value") / -size - 1.0).abs() < 1e-4, "{i}: {} {size}", least(i, "value"));
+    }
+    let picture = std::fs::read_to_string(folder.join("statics.svg")).unwrap();
+    for word in ["shoulder", "elbow", "potential energy", "position / rad"] {
+        assert!(picture.contains(word), "{word}");
+    }
+    let (_, table, _) = told(command().output().unwrap());
+    assert!(table.contains("statics.svg") && table.contains("sum"), "{table}");
+    let (code, _, error) =
+        told(at_the_top().args(["statics", file, "--q", "0,0", "--sweep", "wrist"]).output().unwrap());
+    assert!(code == 2 && error.contains("--sweep wrist: expected a joint"), "{error}");
 }
 
 /// Two links; the second has the given mass, tensor and rotor.

@@ -83,6 +83,56 @@ fn run_writes_table_log_summary_and_plots() {
     }
 }
 
+/// Limits drawn and marked, points marked, the reach told: a planar arm whose drives are too weak for its motion.
+#[test]
+fn pictures_and_summary_show_limits_waypoints_and_the_lost_reference() {
+    let out = folder("weak");
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(SCENE)).unwrap();
+    let robot = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT)).unwrap();
+    std::fs::create_dir_all(&out).unwrap();
+    let strong = ["torque = 120.0", "torque = 60.0"];
+    assert!(strong.iter().all(|limit| robot.contains(limit)), "{robot}");
+    std::fs::write(
+        out.join("planar.toml"),
+        robot.replace(strong[0], "torque = 35.0").replace(strong[1], "torque = 8.0"),
+    )
+    .unwrap();
+    std::fs::write(out.join("weak.toml"), format!("{text}\n[actuators]\nsaturation = true\n")).unwrap();
+    let scene = out.join("weak.toml");
+    let output = run(scene.to_str().unwrap(), &out, &["--json"]);
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let far = &summary["supervision"]["out_of_reach"];
+    assert_eq!(summary["supervision"]["state_machine"], false);
+    let (tick, joint) = (far["tick"].as_u64().unwrap() as usize, far["joint"].as_u64().unwrap() as usize);
+
+    // The tick is the first of the log in which a joint is more than 0.2 rad from its reference.
+    let mut log = csv::Reader::from_path(out.join("log.csv")).unwrap();
+    let rows: Vec<Vec<f64>> =
+        log.records().map(|row| row.unwrap().iter().map(|field| field.parse().unwrap()).collect()).collect();
+    let off = |row: &Vec<f64>, joint: usize| (row[1 + 6 * (joint - 1)] - row[2 + 6 * (joint - 1)]).abs() > 0.2;
+    assert_eq!(rows.iter().position(|row| off(row, 1) || off(row, 2)), Some(tick));
+    assert!(off(&rows[tick], joint));
+    let table = String::from_utf8(run(scene.to_str().unwrap(), &out, &[]).stdout).unwrap();
+    let line = format!("no state machine; the firmware would have held at tick {tick} (");
+    assert!(table.contains(&line) && table.contains("): reach, "), "{table}");
+
+    let chatter = summary["torque_chatter"][0].as_f64().unwrap();
+    let changes: Vec<f64> = rows.windows(2).map(|pair| pair[1][5] - pair[0][5]).collect();
+    let rms = (changes.iter().map(|x| x * x).sum::<f64>() / changes.len() as f64).sqrt();
+    assert!((chatter / rms - 1.0).abs() < 1e-12, "{chatter} {rms}");
+
+    let picture = std::fs::read_to_string(out.join("torque.svg")).unwrap();
+    for word in ["shoulder, limit 35.0 N m", "elbow, limit 8.00 N m", "limit acts", "waypoint"] {
+        assert!(picture.contains(word), "{word}");
+    }
+    let ideal = folder("strong");
+    let table = String::from_utf8(run(SCENE, &ideal, &[]).stdout).unwrap();
+    assert!(table.contains("safety              no state machine; no joint left its reach"), "{table}");
+    let picture = std::fs::read_to_string(ideal.join("torque.svg")).unwrap();
+    assert!(!picture.contains("limit acts") && picture.contains("waypoint"));
+    assert!(!std::fs::read_to_string(ideal.join("position.svg")).unwrap().contains(", limit "));
+}
+
 #[test]
 fn json_prints_the_summary_alone() {
     let output = run(SCENE, &folder("json"), &["--json", "--duration", "0.1", "--law", "pd", "--scalar", "f32"]);
@@ -95,7 +145,16 @@ fn json_prints_the_summary_alone() {
         (&"pd".into(), &"f32".into(), &"desk".into())
     );
     assert_eq!(summary["ticks"], 100);
-    for list in ["tracking_rms", "tracking_max", "torque_rms", "torque_peak", "limits"] {
+    for list in [
+        "tracking_rms",
+        "tracking_max",
+        "torque_rms",
+        "torque_peak",
+        "torque_chatter",
+        "rest_error",
+        "settling_time",
+        "limits",
+    ] {
         assert_eq!(summary[list].as_array().unwrap().len(), 2, "{list}");
     }
     assert_eq!(summary["faults"], Value::Array(vec![]));

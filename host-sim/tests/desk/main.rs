@@ -8,6 +8,7 @@ mod chapter12;
 mod closed_loop;
 mod collision;
 mod command_line;
+mod contact;
 mod doctor;
 mod dynamics;
 mod energy;
@@ -21,6 +22,7 @@ mod operate;
 mod plant;
 mod plant_elasticity;
 mod plant_integrators;
+mod plant_rotor_coupling;
 #[path = "../program/mod.rs"]
 mod program;
 mod rates;

@@ -5,6 +5,24 @@ pub mod rooms;
 
 use std::path::{Path, PathBuf};
 
+/// Reports that a test cannot run for lack of a tool or of files. The continuous integration has them all: there it fails.
+pub fn skipped(why: &str) {
+    let required = ["CI", "NEWTAU_CI"].iter().any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()));
+    assert!(!required, "skipped, which the continuous integration must not: {why}");
+    println!("skipped: {why}");
+}
+
+/// The formatter on these files, with the project's settings; `None`, reported by [`skipped`], where it is not installed.
+pub fn rustfmt<'a>(options: &[&str], files: impl IntoIterator<Item = &'a PathBuf>) -> Option<std::process::ExitStatus> {
+    let mut rustfmt = std::process::Command::new(std::env::var_os("RUSTFMT").unwrap_or_else(|| "rustfmt".into()));
+    rustfmt.args(["--edition", "2024", "--config", "max_width=120,use_small_heuristics=Max"]).args(options).args(files);
+    let status = rustfmt.status();
+    if status.is_err() {
+        skipped("there is no rustfmt on this machine");
+    }
+    status.ok()
+}
+
 /// A folder at the top of the project.
 pub fn top(folder: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("")).join(folder)

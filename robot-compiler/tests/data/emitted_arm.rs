@@ -23,7 +23,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0x61a6_9ab9_d788_ab13;
+pub const HASH: u64 = 0x0b3e_c430_76be_89a3;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
@@ -179,6 +179,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 20.0,
                 reach: 0.2,
                 reach_speed: 0.5,
+                rotor_max: 0.0,
                 damping: 16.0,
             },
             JointRules {
@@ -188,6 +189,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 28.0,
                 reach: 0.2,
                 reach_speed: 0.7,
+                rotor_max: 0.0,
                 damping: 5.714286,
             },
             JointRules {
@@ -197,6 +199,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 60.0,
                 reach: 0.2,
                 reach_speed: 1.5,
+                rotor_max: 0.0,
                 damping: 0.53333336,
             },
             JointRules {
@@ -206,6 +209,7 @@ pub const fn rules() -> Rules<f32, N> {
                 deceleration: 4.8,
                 reach: 0.05,
                 reach_speed: 0.12,
+                rotor_max: 0.0,
                 damping: 100.0,
             },
         ],

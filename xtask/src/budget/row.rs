@@ -70,6 +70,11 @@ impl Field {
         Self::ALL.into_iter().find(|field| field.name() == name)
     }
 
+    /// Whether the number repeats to the last digit: counts of the emulator in the same ticks of the same program.
+    pub(crate) const fn repeats(self) -> bool {
+        matches!(self, Self::Instructions | Self::InstructionsSpread)
+    }
+
     pub(crate) const fn unit(self) -> &'static str {
         match self {
             Self::Flash | Self::Ram | Self::StackBound | Self::StackPainted => "bytes",

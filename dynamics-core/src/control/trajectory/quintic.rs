@@ -139,6 +139,11 @@ impl<S: Real, const N: usize> Quintic<S, N> {
         self.knots.iter().fold(S::zero(), |sum, knot| sum + knot.dwell + knot.ahead)
     }
 
+    pub(super) fn arrival(&self, index: usize) -> Option<S> {
+        let before = self.knots.get(..=index)?.split_last()?.1;
+        Some(before.iter().fold(S::zero(), |sum, knot| sum + knot.dwell + knot.ahead))
+    }
+
     /// Time spent standing at points, s.
     pub(super) fn dwell(&self) -> S {
         self.knots.iter().fold(S::zero(), |sum, knot| sum + knot.dwell)

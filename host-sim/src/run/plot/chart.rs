@@ -1,7 +1,7 @@
 //! Curves in panels above one another.
 
 use super::PlotError;
-use super::page::{BLUE, GREEN, ORANGE, WIDTH, on_page};
+use super::page::{BLUE, GREEN, GREY, ORANGE, WIDTH, on_page};
 use plotters::coord::Shift;
 use plotters::prelude::{
     BLACK, ChartBuilder, Color, DrawingArea, IntoFont, LineSeries, RED, RGBColor, SVGBackend, ShapeStyle, WHITE,
@@ -34,8 +34,12 @@ pub struct Panel {
     pub unit: &'static str,
     /// Curves, each drawn over those before it.
     pub lines: Vec<Line>,
-    /// A vertical red line across the curves.
-    pub mark: Option<Mark>,
+    /// Vertical lines across the curves.
+    pub marks: Vec<Mark>,
+    /// Magnitude at which a limit lies on either side of zero, drawn as two lines; `None` without one.
+    pub bound: Option<f64>,
+    /// Stretches of the abscissa in which a limit acts, drawn as bars at the foot of the panel.
+    pub limited: Vec<(f64, f64)>,
 }
 
 /// One curve of a panel.
@@ -68,14 +72,48 @@ impl Pen {
     }
 }
 
-/// Name and place of a vertical red line.
+/// Kind and place of a vertical line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
-    /// Its name in the legend.
-    pub name: &'static str,
+    /// What it marks.
+    pub kind: MarkKind,
     /// Its abscissa.
     pub at: f64,
 }
+
+/// What a vertical line marks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MarkKind {
+    /// The reference reaches a point: thin and grey, under the curves.
+    Waypoint,
+    /// A fault: red, over the curves.
+    Fault,
+}
+
+impl MarkKind {
+    fn entry(self) -> (&'static str, ShapeStyle) {
+        match self {
+            Self::Waypoint => ("waypoint", GREY.stroke_width(1)),
+            Self::Fault => ("fault", RED.stroke_width(2)),
+        }
+    }
+}
+
+impl Panel {
+    /// Lines of a limit, and bars where one acts.
+    const BOUND: (&'static str, RGBColor, u32) = ("limit", RED, 1);
+    const LIMITED: (&'static str, RGBColor, u32) = ("limit acts", ORANGE, 6);
+
+    /// Whether the limit lies near enough to be drawn: the axis then goes that far.
+    fn bound_shown(&self) -> Option<f64> {
+        let most = self.lines.iter().flat_map(|line| line.pieces.iter().flatten()).map(|point| point.1.abs());
+        let most = most.fold(0.0, f64::max);
+        self.bound.filter(|bound| bound.is_finite() && *bound <= BOUND_RATIO * most)
+    }
+}
+
+/// Greatest ratio of a limit to the largest value at which the limit is drawn: beyond, the curve would be flat.
+const BOUND_RATIO: f64 = 5.0;
 
 /// The points of a curve, as pieces without gaps.
 pub type Pieces = Vec<Vec<(f64, f64)>>;
@@ -86,17 +124,35 @@ pub type Pieces = Vec<Vec<(f64, f64)>>;
 /// The file cannot be written.
 pub fn write_chart(chart: &Chart, path: &Path) -> Result<(), PlotError> {
     // The legend comes from the panel with the most curves; it includes the curves of the other panels.
-    let legend = chart.panels.iter().max_by_key(|panel| panel.lines.len()).map_or(Vec::new(), legend);
+    let mut entries = chart.panels.iter().max_by_key(|panel| panel.lines.len()).map_or(Vec::new(), curves);
+    entries.extend(extras(&chart.panels));
     let range = chart.range.clone().unwrap_or_else(|| range(chart));
-    on_page(path, &chart.title, &legend, chart.panels.len(), 1, |index, area| {
+    on_page(path, &chart.title, &entries, chart.panels.len(), 1, |index, area| {
         draw_panel(area, &chart.panels[index], chart.abscissa, &range)
     })
 }
 
-/// Names and styles of a panel's curves and mark.
-fn legend(panel: &Panel) -> Vec<(&'static str, ShapeStyle)> {
-    let curves = panel.lines.iter().zip(styles(panel)).map(|(line, style)| (line.name, style));
-    curves.chain(panel.mark.map(|mark| (mark.name, RED.stroke_width(2)))).collect()
+/// Names and styles of a panel's curves.
+fn curves(panel: &Panel) -> Vec<(&'static str, ShapeStyle)> {
+    panel.lines.iter().zip(styles(panel)).map(|(line, style)| (line.name, style)).collect()
+}
+
+/// Names and styles of what any panel shows beside its curves.
+fn extras(panels: &[Panel]) -> Vec<(&'static str, ShapeStyle)> {
+    let entry = |(name, colour, width): (&'static str, RGBColor, u32)| (name, colour.stroke_width(width));
+    let mut found = Vec::new();
+    if panels.iter().any(|panel| panel.bound_shown().is_some()) {
+        found.push(entry(Panel::BOUND));
+    }
+    if panels.iter().any(|panel| !panel.limited.is_empty()) {
+        found.push(entry(Panel::LIMITED));
+    }
+    for kind in [MarkKind::Waypoint, MarkKind::Fault] {
+        if panels.iter().any(|panel| panel.marks.iter().any(|mark| mark.kind == kind)) {
+            found.push(kind.entry());
+        }
+    }
+    found
 }
 
 fn styles(panel: &Panel) -> impl Iterator<Item = ShapeStyle> {
@@ -125,7 +181,9 @@ fn draw_panel(
         .collect();
     let all = || curves.iter().flat_map(|(_, pieces)| pieces.iter().flatten());
     let (scale, prefix) = prefix(all());
-    let (low, high) = span(all());
+    let bound = panel.bound_shown();
+    let bounds = bound.into_iter().flat_map(|bound| [(0.0, -bound), (0.0, bound)]).collect::<Vec<_>>();
+    let (low, high) = span(all().chain(&bounds));
     let mut chart = ChartBuilder::on(area)
         .caption(panel.caption.as_str(), ("sans-serif", 17).into_font().color(&BLACK))
         .margin_right(20)
@@ -143,14 +201,31 @@ fn draw_panel(
         .y_label_formatter(&|y| tick_label(*y))
         .light_line_style(WHITE)
         .draw()?;
+    let mut line = |from: (f64, f64), to: (f64, f64), style: ShapeStyle| -> Result<(), PlotError> {
+        let scaled = [from, to].map(|(x, y)| (x, y / scale));
+        chart.draw_series(LineSeries::new(scaled, style))?;
+        Ok(())
+    };
+    for mark in panel.marks.iter().filter(|mark| mark.kind == MarkKind::Waypoint) {
+        line((mark.at, low), (mark.at, high), mark.kind.entry().1)?;
+    }
+    for y in bound.into_iter().flat_map(|bound| [-bound, bound]) {
+        line((range.start, y), (range.end, y), Panel::BOUND.1.stroke_width(Panel::BOUND.2))?;
+    }
+    // A stretch of one tick is as wide as a pixel.
+    let least = (range.end - range.start) / f64::from(WIDTH);
+    for (from, to) in &panel.limited {
+        line((*from, low), (to.max(from + least), low), Panel::LIMITED.1.stroke_width(Panel::LIMITED.2))?;
+    }
     for (style, pieces) in &curves {
         for piece in pieces {
             let scaled = piece.iter().map(|(x, y)| (*x, y / scale));
             chart.draw_series(LineSeries::new(scaled, *style))?;
         }
     }
-    if let Some(Mark { at: x, .. }) = panel.mark {
-        chart.draw_series(LineSeries::new([(x, low / scale), (x, high / scale)], RED.stroke_width(2)))?;
+    for mark in panel.marks.iter().filter(|mark| mark.kind == MarkKind::Fault) {
+        let ends = [(mark.at, low / scale), (mark.at, high / scale)];
+        chart.draw_series(LineSeries::new(ends, mark.kind.entry().1))?;
     }
     Ok(())
 }

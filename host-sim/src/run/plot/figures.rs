@@ -1,8 +1,10 @@
 //! Figures of a run: one file per quantity, one panel per joint.
 
 use super::PlotError;
-use super::chart::{Chart, Line, Mark, Panel, Pen, thinned, write_chart};
+use super::chart::{Chart, Line, Panel, Pen, thinned, write_chart};
+use super::marks::{Marks, limited};
 use crate::run::record::{JointLabel, JointSample, Record};
+use crate::run::summary::engineering;
 use std::path::{Path, PathBuf};
 
 /// A curve of a panel: its name, its pen and its value at a sample.
@@ -19,6 +21,8 @@ struct Figure {
     axis: fn(&JointLabel) -> &'static str,
     unit: fn(&JointLabel) -> &'static str,
     curves: &'static [Curve],
+    /// Whether the torque limits belong into it.
+    torque: bool,
 }
 
 const FIGURES: [Figure; 4] = [
@@ -31,6 +35,7 @@ const FIGURES: [Figure; 4] = [
             Curve { name: "reference", pen: Pen::BROAD, value: |s| s.q_reference },
             Curve { name: "actual", pen: Pen::BLUE, value: |s| s.q },
         ],
+        torque: false,
     },
     Figure {
         file: "velocity.svg",
@@ -41,6 +46,7 @@ const FIGURES: [Figure; 4] = [
             Curve { name: "reference", pen: Pen::BROAD, value: |s| s.qd_reference },
             Curve { name: "actual", pen: Pen::BLUE, value: |s| s.qd },
         ],
+        torque: false,
     },
     Figure {
         file: "error.svg",
@@ -48,6 +54,7 @@ const FIGURES: [Figure; 4] = [
         axis: |_| "error",
         unit: JointLabel::position_unit,
         curves: &[Curve { name: "error", pen: Pen::BLUE, value: |s| s.error() }],
+        torque: false,
     },
     Figure {
         file: "torque.svg",
@@ -55,6 +62,7 @@ const FIGURES: [Figure; 4] = [
         axis: JointLabel::effort,
         unit: JointLabel::torque_unit,
         curves: &[Curve { name: "torque", pen: Pen::BLUE, value: |s| s.torque }],
+        torque: true,
     },
 ];
 
@@ -65,6 +73,7 @@ const POWER: Figure = Figure {
     axis: |_| "power",
     unit: |_| "W",
     curves: &[Curve { name: "power", pen: Pen::BLUE, value: |s| s.torque * s.qd }],
+    torque: false,
 };
 
 /// Draw the power of every joint into the folder; returns the file.
@@ -72,32 +81,38 @@ const POWER: Figure = Figure {
 /// # Errors
 /// The file cannot be written.
 pub fn write_power(record: &Record, name: &str, folder: &Path) -> Result<PathBuf, PlotError> {
-    write(record, &POWER, name, folder)
+    write(record, &Marks::default(), &POWER, name, folder)
 }
 
 /// Draw every figure into the folder; returns the files.
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write_all(record: &Record, name: &str, folder: &Path) -> Result<Vec<PathBuf>, PlotError> {
-    FIGURES.iter().map(|figure| write(record, figure, name, folder)).collect()
+pub fn write_all(record: &Record, marks: &Marks, name: &str, folder: &Path) -> Result<Vec<PathBuf>, PlotError> {
+    FIGURES.iter().map(|figure| write(record, marks, figure, name, folder)).collect()
 }
 
-fn write(record: &Record, figure: &Figure, name: &str, folder: &Path) -> Result<PathBuf, PlotError> {
+fn write(record: &Record, marks: &Marks, figure: &Figure, name: &str, folder: &Path) -> Result<PathBuf, PlotError> {
     let path = folder.join(figure.file);
-    write_chart(&chart(record, figure, name), &path)?;
+    write_chart(&chart(record, marks, figure, name), &path)?;
     Ok(path)
 }
 
-fn chart(record: &Record, figure: &Figure, name: &str) -> Chart {
+fn chart(record: &Record, marks: &Marks, figure: &Figure, name: &str) -> Chart {
     let end = record.time().last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
-    let fault = record.faults().iter().position(Option::is_some).map(|tick| record.time()[tick]);
+    let bound =
+        |joint: usize| marks.torque_limits.get(joint).copied().filter(|limit| figure.torque && limit.is_finite());
     let panel = |(joint, label): (usize, &JointLabel)| Panel {
-        caption: label.name.clone(),
+        caption: match bound(joint) {
+            Some(limit) => format!("{}, limit {}", label.name, engineering(limit, label.torque_unit())),
+            None => label.name.clone(),
+        },
         quantity: (figure.axis)(label),
         unit: (figure.unit)(label),
         lines: figure.curves.iter().map(|curve| line(record, joint, curve)).collect(),
-        mark: fault.map(|at| Mark { name: "fault", at }),
+        marks: marks.lines(record),
+        bound: bound(joint),
+        limited: limited(record, joint),
     };
     Chart {
         title: format!("{}: {name}", figure.title),

@@ -8,6 +8,7 @@ use std::path::Path;
 pub(super) const BLUE: RGBColor = RGBColor(0x1f, 0x4e, 0x9c);
 pub(super) const ORANGE: RGBColor = RGBColor(0xf0, 0x8c, 0x1e);
 pub(super) const GREEN: RGBColor = RGBColor(0x2e, 0x8b, 0x57);
+pub(super) const GREY: RGBColor = RGBColor(0x8a, 0x8a, 0x8a);
 
 pub(super) const WIDTH: u32 = 1000;
 const PANEL: u32 = 240;

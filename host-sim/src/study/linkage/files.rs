@@ -93,7 +93,9 @@ fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)>
         quantity: "moment",
         unit: "N m",
         lines: vec![line("M_0", |step| step.forces.driving_moment)],
-        mark: None,
+        marks: vec![],
+        bound: None,
+        limited: vec![],
     };
     let force = Panel {
         caption: "F_3 - F_0".to_owned(),
@@ -104,14 +106,18 @@ fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)>
             line("along y", |step| step.forces.shaking_force().y),
             line("magnitude", |step| step.forces.shaking_force().norm()),
         ],
-        mark: None,
+        marks: vec![],
+        bound: None,
+        limited: vec![],
     };
     let about = Panel {
         caption: "about the crank's ground pivot".to_owned(),
         quantity: "moment",
         unit: "N m",
         lines: vec![line("moment", |step| step.forces.shaking_moment())],
-        mark: None,
+        marks: vec![],
+        bound: None,
+        limited: vec![],
     };
     vec![
         ("driving_moment.svg", chart("Driving moment", vec![moment])),
@@ -132,8 +138,15 @@ fn run_charts(run: &Run, summary: &RunSummary) -> Vec<(&'static str, Chart)> {
         range: None,
         panels,
     };
-    let panel =
-        |caption: &str, quantity, unit, lines| Panel { caption: caption.to_owned(), quantity, unit, lines, mark: None };
+    let panel = |caption: &str, quantity, unit, lines| Panel {
+        caption: caption.to_owned(),
+        quantity,
+        unit,
+        lines,
+        marks: vec![],
+        bound: None,
+        limited: vec![],
+    };
     let angle = panel("crank", "angle", "rad", vec![line("crank", |now| now.angle)]);
     let speed = panel("crank", "speed", "rad/s", vec![line("crank", |now| now.speed)]);
     let energy =

@@ -2,6 +2,7 @@
 
 mod report;
 mod search;
+mod sweep;
 
 use super::numbers::{finite, finite_entries};
 use crate::failure::Failure;
@@ -16,6 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 use robot_compiler::Robot;
 use search::{Target, search};
 use serde::Serialize;
+pub use sweep::{Least, Sweep, sweep};
 
 /// Which axes a wrench is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -113,12 +115,7 @@ pub struct Minimised {
 /// bounds.
 pub fn answer<const N: usize>(robot: &Robot, question: &Question) -> Result<Answer, Failure> {
     let model = robot.model::<N>().map_err(Failure::input)?;
-    let held = load(question.load.as_deref()).map_err(wrong)?;
-    let still = Still {
-        chain: Chain::new(&model, &held),
-        gravity: finite::<3>("--gravity", &question.gravity, "gx, gy, gz").map_err(wrong)?.into(),
-        push: wrench(question.tip_wrench.as_deref()).map_err(wrong)?,
-    };
+    let still = Still::<N>::new(robot, question)?;
     let limits = model.links().map(|link| link.limits);
     let given = question.q.as_deref().map(|q| posture::<N>(robot, &limits, q)).transpose()?;
     let (q, minimised) = match (&question.minimise, given) {
@@ -175,6 +172,16 @@ struct Still<const N: usize> {
 }
 
 impl<const N: usize> Still<N> {
+    fn new(robot: &Robot, question: &Question) -> Result<Self, Failure> {
+        let model = robot.model::<N>().map_err(Failure::input)?;
+        let held = load(question.load.as_deref()).map_err(wrong)?;
+        Ok(Self {
+            chain: Chain::new(&model, &held),
+            gravity: finite::<3>("--gravity", &question.gravity, "gx, gy, gz").map_err(wrong)?.into(),
+            push: wrench(question.tip_wrench.as_deref()).map_err(wrong)?,
+        })
+    }
+
     fn posture(&self, q: &[f64; N]) -> Posture<f64, N> {
         self.chain.posture(&Libm.sin_cos_all(q), q)
     }

@@ -72,13 +72,13 @@ pub(super) fn search<const N: usize>(
 }
 
 /// Index of a joint by name, or by number counted from 1.
-fn joint_index(robot: &Robot, name: &str) -> Option<usize> {
+pub(super) fn joint_index(robot: &Robot, name: &str) -> Option<usize> {
     robot.joints.iter().position(|joint| joint.name == name).or_else(|| {
         let number: usize = name.parse().ok()?;
         (1..=robot.dof()).contains(&number).then(|| number - 1)
     })
 }
 
-fn joint_names(robot: &Robot) -> String {
+pub(super) fn joint_names(robot: &Robot) -> String {
     robot.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ")
 }

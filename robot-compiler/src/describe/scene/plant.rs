@@ -25,6 +25,8 @@ pub struct PlantSpec {
     pub friction_law: Option<FrictionSpec>,
     /// Springs in the joints.
     pub elasticity: Option<ElasticitySpec>,
+    /// Whether the spin of each rotor is coupled with the motion of the link that carries it (eq. 12.404, completed).
+    pub rotor_coupling: bool,
     /// Gravitational acceleration in the base frame, m/s^2.
     pub gravity: Vector3<f64>,
     /// Where the arm starts, at rest, rad or m.
@@ -177,6 +179,7 @@ impl PlantSpec {
             friction: robot.joints.iter().any(|joint| joint.friction.is_some()),
             friction_law: None,
             elasticity: None,
+            rotor_coupling: false,
             gravity: constant(model.gravity),
             start: start.to_vec(),
         }

@@ -31,6 +31,7 @@ pub(super) fn plant(
         "friction",
         "elasticity",
         "backlash",
+        "rotor_coupling",
         "gravity",
         "start",
     ])?;
@@ -56,6 +57,15 @@ pub(super) fn plant(
         }
     }
     plant.elasticity = elasticity(table, robot)?;
+    if let Some(value) = table.get("rotor_coupling") {
+        plant.rotor_coupling = value.boolean()?;
+        if plant.rotor_coupling && robot.joints.iter().all(|joint| joint.spec.rotor.inertia == 0.0) {
+            return Err(value.error("no joint of the robot has a rotor", "`rotor` in the robot file, or false"));
+        }
+        if plant.rotor_coupling && plant.elasticity.is_some() {
+            return Err(value.error("given beside `elasticity`", "rigid joints, or `rotor_coupling = false`"));
+        }
+    }
     if let Some(value) = table.get("gravity") {
         plant.gravity = absent_or(&value, GRAVITY, |value| value.vector(GRAVITY))?.unwrap_or(Vector3::zeros());
     }

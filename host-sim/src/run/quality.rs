@@ -1,0 +1,133 @@
+//! Figures of a run beside its tracking error: chatter of the torque, the error at rest, the distance from the reference.
+
+use crate::run::record::Record;
+use robot_compiler::scene::SafetySpec;
+use serde::Serialize;
+use std::ops::Range;
+
+/// Where a run stands beside the firmware's safety state machine, which it does not have.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Supervision {
+    /// Whether the safety state machine was in the loop: never in a run, where faults of the controller alone brake the arm.
+    pub state_machine: bool,
+    /// The first tick in which a joint was farther from its reference than `reach` of the scene's `[safety]`, which the state
+    /// machine answers with a hold.
+    pub out_of_reach: Option<OutOfReach>,
+}
+
+/// A joint too far from its reference.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct OutOfReach {
+    /// Tick, counted from 0.
+    pub tick: usize,
+    /// Joint, counted from 1.
+    pub joint: usize,
+}
+
+/// Joints at the end of a stretch in which every reference stands still.
+pub(super) struct AtRest {
+    /// Reference less actual position in the last tick, rad or m.
+    pub(super) error: f64,
+    /// Time from the start of the stretch until the error stays within the band, s; `None` if it never does.
+    pub(super) settled: Option<f64>,
+}
+
+impl Supervision {
+    /// Judge the ticks before a fault.
+    pub(super) fn of(record: &Record, driven: usize, safety: &SafetySpec) -> Self {
+        let far = |joint: usize| {
+            let reach = safety.reach.get(joint).copied().unwrap_or(f64::INFINITY);
+            let tick = record.joint(joint).take(driven).position(|sample| sample.error().abs() > reach)?;
+            Some(OutOfReach { tick, joint: joint + 1 })
+        };
+        // The first joint, where several leave in one tick: the state machine names that one.
+        let out_of_reach = (0..record.joints().len()).filter_map(far).min_by_key(|far| far.tick);
+        Self { state_machine: false, out_of_reach }
+    }
+}
+
+/// Chatter: `sqrt(mean((tau_k - tau_{k-1})^2))`, root mean square of the change from one tick to the next.
+pub(super) fn chatter(torque: impl Iterator<Item = f64> + Clone) -> f64 {
+    let next = torque.clone().skip(1);
+    super::summary::rms(torque.zip(next).map(|(before, now)| now - before).collect::<Vec<_>>().into_iter())
+}
+
+/// The last stretch of at least two ticks in which the reference of every joint stands still.
+pub(super) fn last_rest(record: &Record, driven: usize) -> Option<Range<usize>> {
+    let joints: Vec<Vec<bool>> = (0..record.joints().len())
+        .map(|joint| record.joint(joint).take(driven).map(|sample| sample.qd_reference == 0.0).collect())
+        .collect();
+    let still = |tick: &usize| joints.iter().all(|joint| joint[*tick]);
+    let end = (1..driven).rev().find(|tick| still(tick) && still(&(tick - 1)))? + 1;
+    let start = (0..end).rev().take_while(still).last()?;
+    Some(start..end)
+}
+
+/// A joint in such a stretch; `band` is the error within which it counts as settled, rad or m.
+pub(super) fn at_rest(record: &Record, joint: usize, rest: &Range<usize>, band: f64, period: f64) -> AtRest {
+    let errors: Vec<f64> = record.joint(joint).take(rest.end).skip(rest.start).map(|sample| sample.error()).collect();
+    let error = errors.last().copied().unwrap_or(0.0);
+    let outside = errors.iter().rposition(|error| error.abs() > band);
+    let from = outside.map_or(0, |last| last + 1);
+    AtRest { error, settled: (from < errors.len()).then_some(from as f64 * period) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Supervision, at_rest, chatter, last_rest};
+    use crate::run::record::{JointLabel, JointSample, Record};
+    use dynamics_core::JointKind;
+    use dynamics_core::control::LimitFlags;
+    use robot_compiler::{Robot, SceneFile};
+
+    /// One joint: reference position and speed, actual position.
+    fn record(ticks: &[(f64, f64, f64)]) -> Record {
+        let label = JointLabel { name: "swing".to_owned(), kind: JointKind::Revolute };
+        let mut record = Record::new(vec![label], ticks.len());
+        for (tick, (q_reference, qd_reference, q)) in ticks.iter().enumerate() {
+            let (q_reference, qd_reference, q) = (*q_reference, *qd_reference, *q);
+            let sample = JointSample { q_reference, q, qd_reference, qd: 0.0, torque: 0.0, limits: LimitFlags::NONE };
+            record.push(tick as f64 * 1e-3, [sample], None);
+        }
+        record
+    }
+
+    #[test]
+    fn chatter_is_the_rms_of_the_changes() {
+        // Changes of 3, -4, 0 and 0.
+        let found = chatter([1.0, 4.0, 0.0, 0.0, 0.0].into_iter());
+        assert!((found - 2.5).abs() < 1e-15, "{found}");
+        assert!(chatter([7.0; 3].into_iter()) == 0.0 && chatter([7.0].into_iter()) == 0.0);
+    }
+
+    #[test]
+    fn the_last_rest_is_found_and_its_settling_timed() {
+        // Still for one tick, moving, still for four, moving again.
+        let ticks =
+            [(0.0, 0.0, 0.0), (0.1, 1.0, 0.0), (1.0, 0.0, 0.7), (1.0, 0.0, 0.95), (1.0, 0.0, 1.2), (1.0, 0.0, 0.98)];
+        let mut moving = ticks.to_vec();
+        moving.push((1.1, 1.0, 1.0));
+        let record = record(&moving);
+        let rest = last_rest(&record, 7).unwrap();
+        assert_eq!(rest, 2..6);
+        let found = at_rest(&record, 0, &rest, 0.1, 1e-3);
+        assert!((found.error - 0.02).abs() < 1e-15 && found.settled == Some(3e-3), "{:?}", found.settled);
+        assert!(at_rest(&record, 0, &rest, 0.01, 1e-3).settled.is_none());
+        assert!(at_rest(&record, 0, &rest, 0.5, 1e-3).settled == Some(0.0));
+        assert_eq!(last_rest(&record, 2), None);
+        assert_eq!(last_rest(&record, 0), None);
+    }
+
+    #[test]
+    fn a_joint_beyond_its_reach_is_told_with_its_first_tick() {
+        let robot = "name = \"one\"\n[[joint]]\nname = \"swing\"\ntype = \"revolute\"\nmass = 1.0\ncom = [0.5, 0.0, 0.0]\n\
+                     dh = { a = 1.0, alpha = 0.0, d = 0.0, theta = 0.0 }\nlimits = { velocity = 5.0 }\n";
+        let safety = SceneFile::default_for(Robot::from_toml_str(robot, "one.toml").unwrap()).safety;
+        let record = record(&[(0.0, 1.0, 0.0), (0.1, 1.0, 0.3), (0.0, 1.0, 0.3)]);
+        assert_eq!(Supervision::of(&record, 1, &safety).out_of_reach, None);
+        let far = Supervision::of(&record, 3, &safety).out_of_reach.unwrap();
+        assert_eq!((far.tick, far.joint), (2, 1), "0.3 rad, for a reach of 0.2 rad");
+        let near = Supervision::of(&record, 2, &safety);
+        assert!(near.out_of_reach.is_none_or(|far| far.tick == 1) && !near.state_machine);
+    }
+}
