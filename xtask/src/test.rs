@@ -66,4 +66,4 @@ fn chip_tests(tally: &mut Tally) {
 }
 
 /// Tests that need the emulator.
-const CHIP_TESTS: &str = "(binary(/^chip/) or test(/^chip::firmware_tests/))";
+const CHIP_TESTS: &str = "(binary(/^chip/) or test(/^chip::(firmware|attack|live)_tests/))";
