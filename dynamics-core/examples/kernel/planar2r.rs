@@ -4,7 +4,7 @@
 //!
 //! | source hash | mul | add | sub | neg | live inputs | values alive at most |
 //! |---|---|---|---|---|---|---|
-//! | 654cc6b276228747 | 15 | 8 | 2 | 0 | 0 | 5 |
+//! | 278cd547342d2cd7 | 15 | 8 | 2 | 0 | 0 | 5 |
 //!
 //! | gravity | payload | tip wrench | rotors | velocity terms |
 //! |---|---|---|---|---|

@@ -11,7 +11,7 @@ use session::readings::Lines;
 use stm32f4xx_hal::gpio::{ErasedPin, Input as InputPin, PA2, PA3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
-use stm32f4xx_hal::rng::{Rng, RngExt};
+use stm32f4xx_hal::rng::RngExt;
 use stm32f4xx_hal::serial::config::Config as SerialConfig;
 use stm32f4xx_hal::serial::{Rx, Tx};
 use stm32f4xx_hal::time::Hertz;
@@ -30,7 +30,7 @@ pub struct ControlTimer {
 }
 
 /// The chip's random number generator.
-pub struct Generator(Rng);
+pub struct Generator(pac::RNG);
 
 /// The core's cycle counter.
 pub struct CycleCounter;
@@ -56,7 +56,7 @@ pub fn clocks() -> Config {
 
 /// The random number generator, running.
 pub fn generator(rng: pac::RNG, rcc: &mut Rcc) -> Generator {
-    Generator(rng.constrain(rcc))
+    Generator(rng.constrain(rcc).release())
 }
 
 /// The link: USART2 on PA2 and PA3, 1 Mbaud. `None` where the clock cannot give this rate; ours can: 42 MHz is 42 times
@@ -112,9 +112,27 @@ impl BoardLines for Guards {
 impl Nonces for Generator {
     fn next(&mut self) -> Option<(Nonce, NonceSource)> {
         let mut nonce = Nonce::default();
-        // The generator tests itself; a number that it doubts is none.
-        self.0.try_fill_bytes(&mut nonce).ok()?;
+        for word in nonce.chunks_exact_mut(4) {
+            word.copy_from_slice(&self.word()?.to_le_bytes());
+        }
         Some((nonce, NonceSource::Generator))
+    }
+}
+
+impl Generator {
+    /// The next random word. The generator tests itself; one that has doubts, or is silent for far longer than the 40 periods of
+    /// 48 MHz that a word takes, gives none.
+    fn word(&self) -> Option<u32> {
+        for _ in 0..10_000 {
+            let status = self.0.sr().read();
+            if status.cecs().bit() || status.secs().bit() {
+                return None;
+            }
+            if status.drdy().bit() {
+                return Some(self.0.dr().read().rndata().bits());
+            }
+        }
+        None
     }
 }
 

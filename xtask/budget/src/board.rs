@@ -159,9 +159,9 @@ impl Wire {
     fn start(port: &str, key: Option<Key>, own: Hello) -> Result<Self, Failure> {
         let mut wire = Self(SerialLink::open(port, BAUD)?);
         wire.0.join(key)?;
-        // Answers to an earlier user of the port may still arrive, and one may look like ours. No other program asks for a
-        // drill, so every answer after this one is for us.
-        wire.agree(Hello { pacing: Pacing::Drill, ..own })?;
+        // Answers to an earlier user of the port may still arrive, and one may look like ours. No other program asks a board for
+        // the bench at its timer's pace, so every answer after this one is for us.
+        wire.agree(Hello { pacing: Pacing::Timer, ..own })?;
         wire.agree(own)?;
         Ok(wire)
     }
