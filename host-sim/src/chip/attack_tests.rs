@@ -72,14 +72,24 @@ impl Drilled {
 
     /// One tick: its status, and the count of packets that were refused before it as not authentic, if any were.
     fn tick(&mut self) -> (Status, u16) {
+        let (status, refusals) = self.tick_after_noise();
+        let count = |refusal: &Refusal| match refusal {
+            Refusal::Unauthentic { count } => *count,
+            other => panic!("{other:?}"),
+        };
+        (status, refusals.iter().map(count).fold(0, |_, last| last))
+    }
+
+    /// One tick: its status, and every refusal before it.
+    fn tick_after_noise(&mut self) -> (Status, Vec<Refusal>) {
         self.1 += 1;
         let measurement = link::Measurement::new(self.1, &Measurement { sensed: REST, age_ticks: 0 });
         self.0.send(&Frame::Measurement(measurement)).unwrap();
-        let mut refused = 0;
+        let mut refusals = Vec::new();
         loop {
             match self.0.receive("a status").unwrap() {
-                Frame::Refusal(Refusal::Unauthentic { count }) => refused = count,
-                Frame::Status(status) => return (status, refused),
+                Frame::Refusal(refusal) => refusals.push(refusal),
+                Frame::Status(status) => return (status, refusals),
                 other => panic!("{other:?}"),
             }
         }
@@ -186,19 +196,9 @@ fn a_request_with_a_bit_changed_or_its_seal_cut_short_is_refused_and_the_whole_o
     }
     assert!(attacks > 50);
     drill.0.emulator.write(&arm).unwrap();
-    let mut frames = Vec::new();
     // Everything was refused by name before the whole packet was taken.
-    drill.1 += 1;
-    let measurement = link::Measurement::new(drill.1, &Measurement { sensed: REST, age_ticks: 0 });
-    drill.0.send(&Frame::Measurement(measurement)).unwrap();
-    let status = loop {
-        match drill.0.receive("a status").unwrap() {
-            Frame::Status(status) => break status,
-            Frame::Refusal(refusal) => frames.push(refusal),
-            other => panic!("{other:?}"),
-        }
-    };
-    assert!(frames.len() >= attacks, "{} refusals of {attacks} attacks", frames.len());
+    let (status, refusals) = drill.tick_after_noise();
+    assert!(refusals.len() >= attacks, "{} refusals of {attacks} attacks", refusals.len());
     assert_eq!(status.state, ARMED);
 }
 
@@ -293,16 +293,9 @@ fn a_stop_behind_a_flood_of_garbage_stops_the_arm() {
         drill.attack(&[0]);
         let hold = drill.packet(&Frame::Request(Request::Hold));
         drill.0.emulator.write(&hold).unwrap();
-        drill.1 += 1;
-        let measurement = link::Measurement::new(drill.1, &Measurement { sensed: REST, age_ticks: 0 });
-        drill.0.send(&Frame::Measurement(measurement)).unwrap();
-        let status = loop {
-            match drill.0.receive("a status").unwrap() {
-                Frame::Status(status) => break status,
-                Frame::Refusal(Refusal::Undecodable(_) | Refusal::Unauthentic { .. }) => {}
-                other => panic!("{other:?}"),
-            }
-        };
+        let (status, refusals) = drill.tick_after_noise();
+        let known = |refusal: &Refusal| matches!(refusal, Refusal::Undecodable(_) | Refusal::Unauthentic { .. });
+        assert!(refusals.iter().all(known), "{refusals:?}");
         assert_eq!(status.state, HOLDING, "{garbage} bytes of garbage");
     }
 }

@@ -1,9 +1,9 @@
 //! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
 
 use crate::chip::{Chip, build_firmware, hello};
+use crate::cli::key;
 use crate::cli::names::Target;
 use crate::failure::{self, Failure, in_file};
-use crate::key;
 use crate::run::simulate;
 use crate::session::drill::{OnChip, OnDesk};
 use crate::session::frame_log::Head;
@@ -100,8 +100,7 @@ fn run_arm<const N: usize>(
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
     let device: Box<dyn Device> = match (&args.port, args.target) {
         (Some(port), _) => {
-            let key = args.key.as_deref().map(key::load).transpose();
-            let key = key.map_err(|error| Failure::Input(miette::miette!("{error}")))?;
+            let key = key::given(args.key.as_deref())?;
             let device = SerialLink::open(port, args.baud).map_err(DeviceError::from);
             let joined = device.and_then(|link| OnWire::join(link, key));
             let (device, trust) = joined.map_err(|error| failure(error.into(), port))?;

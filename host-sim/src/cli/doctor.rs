@@ -1,8 +1,8 @@
 //! `doctor`: is everything there, and what to do about what is not.
 
 use crate::chip;
+use crate::cli::key;
 use crate::failure::{self, Failure};
-use crate::key;
 use crate::session::doctor::{self, Check, State, Use};
 use clap::Args;
 use link::{Hello, Pacing};
@@ -70,8 +70,7 @@ pub fn run(args: &DoctorArgs) -> Result<u8, Failure> {
         checks.push(doctor::scene_check(scene, hello));
     }
     if let Some(port) = &args.port {
-        let key = args.key.as_deref().map(key::load).transpose();
-        let key = key.map_err(|error| Failure::Input(miette::miette!("{error}")))?;
+        let key = key::given(args.key.as_deref())?;
         checks.extend(doctor::board_checks(port, hello.as_ref(), key));
     }
     let count = |state| checks.iter().filter(|check| check.state == state).count();

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::key::{self, KeyError};
 use clap::{Args, Subcommand};
-use link::key_page;
+use link::{Key, key_page};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `key`.
@@ -32,6 +32,18 @@ pub enum KeyAction {
     },
 }
 
+/// The key of a `--key` option, if there is one.
+///
+/// # Errors
+/// A file that is no key, or that others can read.
+pub(crate) fn given(file: Option<&Path>) -> Result<Option<Key>, Failure> {
+    file.map(key::load).transpose().map_err(bad)
+}
+
+fn bad(error: KeyError) -> Failure {
+    Failure::Input(miette::miette!("{error}"))
+}
+
 /// Make a key, or the page of one.
 ///
 /// # Errors
@@ -41,7 +53,7 @@ pub fn run(args: &KeyArgs) -> Result<u8, Failure> {
         KeyAction::New { file } => make(file),
         KeyAction::Page { file, out } => page(file, out),
     }
-    .map_err(|error| Failure::Input(miette::miette!("{error}")))
+    .map_err(bad)
 }
 
 fn page(file: &Path, out: &Path) -> Result<u8, KeyError> {

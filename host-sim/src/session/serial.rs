@@ -19,10 +19,11 @@ pub const SEND_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Number of joins sent to a board that does not answer, and the timeout of each: at [`BAUD`] an answer takes a millisecond.
 const JOINS: u32 = 5;
-const JOIN_TIMEOUT: Duration = Duration::from_millis(400);
+const JOIN_MS: u64 = 400;
+const JOIN_TIMEOUT: Duration = Duration::from_millis(JOIN_MS);
 
 /// Time after which a board counts as silent.
-pub const JOIN_SILENCE: Duration = Duration::from_millis(JOINS as u64 * 400);
+pub const JOIN_SILENCE: Duration = Duration::from_millis(JOINS as u64 * JOIN_MS);
 
 /// Reason why a port cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -23,11 +23,8 @@ impl<const N: usize> Judge<N> {
                 return broken(Law::Reference, format!("joint {}: reference {q}, {qd}, {qdd}", i + 1));
             }
             let joint = &self.rules.joints[i];
-            // With encoders the machine measures the distance from its observer's estimate, which may lag by anything
-            // below a jump.
-            let lag = if seen.counted { 2.0 * joint.jump_step.min(1.0) + joint.resolution } else { 0.0 };
             let place = seen.position[i];
-            if (!seen.counted || self.trust >= Trust::Arm) && beyond((q - place).abs(), joint.reach + lag) {
+            if self.is_astray(seen, i, q) {
                 return broken(Law::Reference, format!("joint {}: reference {q}, the arm at {place}", i + 1));
             }
             let (low, high) = self.config.limits[i].position;
@@ -77,14 +74,19 @@ impl<const N: usize> Judge<N> {
             self.armed = seen.position;
         }
         for i in 0..N {
-            let joint = &self.rules.joints[i];
-            // With encoders the machine looks at its observer's estimate, which may lag by anything below a jump.
-            let lag = if seen.counted { 2.0 * joint.jump_step.min(1.0) + joint.resolution } else { 0.0 };
             let (place, armed) = (seen.position[i], self.armed[i]);
-            if (!seen.counted || self.trust >= Trust::Arm) && beyond((place - armed).abs(), joint.reach + lag) {
+            if self.is_astray(seen, i, armed) {
                 return broken(Law::Standing, format!("joint {}: armed at {armed}, the arm at {place}", i + 1));
             }
         }
         Ok(())
+    }
+
+    /// Whether a joint is beyond doubt out of its reach of this place.
+    fn is_astray(&self, seen: &Seen<N>, i: usize, from: f64) -> bool {
+        let joint = &self.rules.joints[i];
+        // With encoders the machine measures the distance from its observer's estimate, which may lag by anything below a jump.
+        let lag = if seen.counted { 2.0 * joint.jump_step.min(1.0) + joint.resolution } else { 0.0 };
+        (!seen.counted || self.trust >= Trust::Arm) && beyond((from - seen.position[i]).abs(), joint.reach + lag)
     }
 }
