@@ -1,7 +1,7 @@
 //! Computed-torque control: from a reference and a measurement to a command, once a tick.
 //!
 //! ```text
-//! measurement -> observer -> guard -> law (inverse dynamics) -> friction -> limits -> command
+//! measurement -> observer -> guard -> law (inverse dynamics) -> friction -> integral -> limits -> command
 //! ```
 //!
 //! [`Controller::tick`] is total: for every input, and that includes NaN, it returns a command. Bad input becomes a
@@ -13,6 +13,7 @@ mod controller;
 mod every_nth;
 mod fault;
 mod friction;
+mod integral;
 mod law;
 mod limits;
 mod momentum_observer;
@@ -28,6 +29,7 @@ pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::Friction;
+pub use integral::{Integral, Integrated};
 pub use law::{Gains, Law, computed_torque};
 pub use limits::LimitFlags;
 pub(crate) use limits::hold_torques;

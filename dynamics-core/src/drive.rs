@@ -134,6 +134,8 @@ pub struct MitDrive {
     pub reply_id: u16,
     /// Bytes of a reply: 6, 7 with a temperature, 8 with temperature and error.
     pub reply_bytes: u8,
+    /// Temperature of code 0 in a reply of 7 or 8 bytes, degrees Celsius; a code is a degree. `None` where replies have none.
+    pub temperature_offset: Option<f32>,
     /// Ranges of the fields of its frames.
     pub ranges: MitRanges,
     /// Joint and shaft.

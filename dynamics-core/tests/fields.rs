@@ -1,6 +1,6 @@
 //! Visitors see every field of a configuration once, in the order of declaration, and a cast rounds each number.
 
-use dynamics_core::control::{Encoder, Friction, Gains, Guard, Law, TrackingObserver};
+use dynamics_core::control::{Encoder, Friction, Gains, Guard, Integral, Law, TrackingObserver};
 use dynamics_core::fields::{Fields, Group, Visitor};
 use dynamics_core::{ControllerConfig, Limits, Real};
 use std::fmt::Debug;
@@ -23,6 +23,12 @@ fn config() -> ControllerConfig<f64, 2> {
         age_max: u32::MAX,
         encoder: [29, 30].map(|n| Encoder { zero: -n, per_count: x(n) }),
         observer: TrackingObserver::from_gains(x(31), x(32), x(33), x(34)),
+        integral: Some([35, 39].map(|n| Integral {
+            gain: x(n),
+            torque_max: x(n + 1),
+            dead_band: x(n + 2),
+            friction: x(n + 3),
+        })),
     }
 }
 
@@ -85,7 +91,8 @@ fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
     let middle = "friction:some [Friction{viscous:7.1 coulomb:8.1 per_smoothing_speed:9.1 . ";
     let limits = "limits:[Limits{position:(13.1 14.1 . velocity:15.1 torque:16.1 torque_rate:17.1 . ";
     let end = "age_max:4294967295 encoder:[Encoder{zero:-29 per_count:29.1 . Encoder{zero:-30 per_count:30.1 . . \
-               observer:TrackingObserver::from_gains(31.1 32.1 33.1 34.1 . . ";
+               observer:TrackingObserver::from_gains(31.1 32.1 33.1 34.1 . \
+               integral:some [Integral{gain:35.1 torque_max:36.1 dead_band:37.1 friction:38.1 . Integral{gain:39.1 torque_max:40.1 dead_band:41.1 friction:42.1 . . . ";
     assert!(text.contains(middle) && text.contains(limits) && text.ends_with(end), "{text}");
     let none = seen(&ControllerConfig { friction: None, ..config() }).text;
     assert!(none.contains(". . friction:none limits:["), "{none}");
@@ -94,7 +101,7 @@ fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
 #[test]
 fn a_cast_rounds_every_number_once_and_loses_none() {
     let (wide, narrow) = (seen(&config()).numbers, seen(&config().cast::<f32>()).numbers);
-    assert_eq!(wide.len(), 34);
+    assert_eq!(wide.len(), 42);
     assert_eq!(narrow, wide.iter().map(|x| f64::from(*x as f32)).collect::<Vec<_>>());
     assert!(narrow.iter().zip(&wide).all(|(narrow, wide)| narrow.to_bits() != wide.to_bits()));
     assert_eq!(config().cast::<f64>(), config());

@@ -53,9 +53,9 @@ mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
     use firmware::board::{BoardLines, LinkInput, LinkOutput, Nonces, Parts, Ticker};
-    use firmware::joint_io::JointIo;
+    use firmware::joint_io::{JointIo, higher};
     use heapless::spsc::{Consumer, Queue};
-    use link::{Access, Arrival, BoardChannel, Frame, Inlet, Pacing};
+    use link::{Access, Arrival, BoardChannel, DecodeError, Frame, Inlet, Pacing, Received};
     use session::black_box::Report;
     use session::meter::Meter;
     use session::{Buffers, Drives, Reaction, Session};
@@ -136,7 +136,10 @@ mod rtos {
         let tick::LocalResources { meter, lines, .. } = cx.local;
         (session, ticker, joints).lock(|session, ticker, joints| {
             ticker.acknowledge();
-            session.sense(joints.measure().as_ref(), &lines.read());
+            let readings = joints.measure();
+            let mut lines_now = lines.read();
+            lines_now.temperature = higher(lines_now.temperature, joints.temperature());
+            session.sense(readings.as_ref(), &lines_now);
             let drives = session.tick(meter);
             let late = ticker.is_due();
             if late {
@@ -167,7 +170,29 @@ mod rtos {
         if !core::mem::replace(announced, true) {
             send(channel, output, &Frame::Hello(own));
         }
-        while let Some(report) = cx.shared.session.lock(|session| session.say()) {
+        report(&mut cx.shared.session, channel, output);
+        if cx.shared.overflow.lock(core::mem::take) {
+            defmt::warn!("bytes lost: the link is faster than they are read");
+        }
+        while let Some(byte) = pending.dequeue() {
+            let received = channel.push(byte, &own, &mut || nonces.next(), &mut |bytes| output.write(bytes));
+            let Some(received) = received else { continue };
+            let shared = (&mut cx.shared.session, &mut cx.shared.ticker, &mut cx.shared.joints);
+            react(shared, received, channel, output);
+        }
+        if cx.shared.session.lock(|session| session.dumps()) {
+            rtic::pend(Interrupt::EXTI0);
+        }
+    }
+
+    /// Send the session's reports.
+    #[inline(never)]
+    fn report(
+        session: &mut impl rtic::Mutex<T = ArmSession>,
+        channel: &mut BoardChannel,
+        output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
+    ) {
+        while let Some(report) = session.lock(|session| session.say()) {
             // The rest of a black box waits until the frames that came meanwhile are handled.
             let past = matches!(report, Report::Past(_));
             let frame = report.frame();
@@ -179,47 +204,48 @@ mod rtos {
                 break;
             }
         }
-        if cx.shared.overflow.lock(core::mem::take) {
-            defmt::warn!("bytes lost: the link is faster than they are read");
+    }
+
+    /// Take a frame, and do what it asks for.
+    #[inline(never)]
+    fn react(
+        (session, ticker, joints): (
+            &mut impl rtic::Mutex<T = ArmSession>,
+            &mut impl rtic::Mutex<T = <ThisBoard as Board<{ arm::N }>>::Ticker>,
+            &mut impl rtic::Mutex<T = <ThisBoard as Board<{ arm::N }>>::Joints>,
+        ),
+        received: Result<Received, DecodeError>,
+        channel: &mut BoardChannel,
+        output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
+    ) {
+        if let Err(error) = &received {
+            defmt::warn!("not decoded: {}", error);
         }
-        while let Some(byte) = pending.dequeue() {
-            let received = channel.push(byte, &own, &mut || nonces.next(), &mut |bytes| output.write(bytes));
-            let Some(received) = received else { continue };
-            if let Err(error) = &received {
-                defmt::warn!("not decoded: {}", error);
+        match session.lock(|session| session.receive(received)) {
+            Reaction::None => {}
+            Reaction::Tick => ticker.lock(Ticker::trigger),
+            Reaction::Reply(frame) => send(channel, output, &frame),
+            Reaction::Start(pacing, hello) => {
+                ticker.lock(|ticker| match pacing {
+                    Pacing::Timer | Pacing::Live => ticker.run(),
+                    Pacing::LockStep | Pacing::Drill => ticker.hold(),
+                });
+                stop(session, joints);
+                send(channel, output, &hello);
             }
-            let reaction = cx.shared.session.lock(|session| session.receive(received));
-            match reaction {
-                Reaction::None => {}
-                Reaction::Tick => cx.shared.ticker.lock(Ticker::trigger),
-                Reaction::Reply(frame) => send(channel, output, &frame),
-                Reaction::Start(pacing, hello) => {
-                    cx.shared.ticker.lock(|ticker| match pacing {
-                        Pacing::Timer | Pacing::Live => ticker.run(),
-                        Pacing::LockStep | Pacing::Drill => ticker.hold(),
-                    });
-                    stop(&mut cx.shared.session, &mut cx.shared.joints);
-                    send(channel, output, &hello);
-                }
-                Reaction::Stop(hello, refusal) => {
-                    cx.shared.ticker.lock(Ticker::hold);
-                    stop(&mut cx.shared.session, &mut cx.shared.joints);
-                    send(channel, output, &hello);
-                    send(channel, output, &refusal);
-                }
+            Reaction::Stop(hello, refusal) => {
+                ticker.lock(Ticker::hold);
+                stop(session, joints);
+                send(channel, output, &hello);
+                send(channel, output, &refusal);
             }
-        }
-        if cx.shared.session.lock(|session| session.dumps()) {
-            rtic::pend(Interrupt::EXTI0);
         }
     }
 
     /// One copy of it, not one at each place that sends.
     #[inline(never)]
     fn send(channel: &mut BoardChannel, output: &mut <ThisBoard as Board<{ arm::N }>>::Output, frame: &Frame) {
-        if let Ok(packet) = channel.encode(frame) {
-            output.write(&packet);
-        }
+        channel.send(frame, &mut |bytes| output.write(bytes));
     }
 
     /// The drives do the safe action now.

@@ -33,6 +33,11 @@ pub trait JointIo<const N: usize> {
     /// Readings of the joints; `None` where measurements come over the link.
     fn measure(&mut self) -> Option<Readings<N>>;
 
+    /// Highest temperature that the drives report, degrees Celsius; `None` where none does.
+    fn temperature(&self) -> Option<f32> {
+        None
+    }
+
     /// Drive these torques or forces, N m or N, with open brakes. A drive that is off is switched on first, and gives its
     /// torque from the next tick on.
     fn drive(&mut self, torque: &[f32; N]);
@@ -40,6 +45,16 @@ pub trait JointIo<const N: usize> {
     /// Stop, in one tick and from any state. Called in every tick that does not drive; where the wire asks for it, it also
     /// asks for the next measurement.
     fn safe(&mut self, action: SafeAction);
+}
+
+/// The higher of two temperatures; NaN where one is NaN, which no bound lets pass.
+#[must_use]
+pub fn higher(a: Option<f32>, b: Option<f32>) -> Option<f32> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if a >= b || a.is_nan() { a } else { b }),
+        (a, None) => a,
+        (None, b) => b,
+    }
 }
 
 /// A pin that does not exist.

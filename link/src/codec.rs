@@ -71,12 +71,8 @@ impl Encoder {
     /// # Errors
     /// [`FrameTooLong`], which no frame of this crate can cause; a test holds every kind to that.
     pub fn encode(&mut self, frame: &Frame) -> Result<Packet, FrameTooLong> {
-        let number = if self.seal.is_some() { self.sealed } else { u64::from(self.open) };
-        let packet = pack(frame, number, self.seal.as_ref())?;
-        match self.seal {
-            Some(_) => self.sealed += 1,
-            None => self.open = self.open.wrapping_add(1),
-        }
+        let mut packet = Packet::new();
+        self.encode_to(frame, &mut packet)?;
         Ok(packet)
     }
 
@@ -85,15 +81,30 @@ impl Encoder {
     /// # Errors
     /// As [`Encoder::encode`].
     pub fn encode_open(&mut self, frame: &Frame) -> Result<Packet, FrameTooLong> {
-        let packet = pack(frame, u64::from(self.open), None)?;
-        self.open = self.open.wrapping_add(1);
+        let mut packet = Packet::new();
+        self.encode_open_to(frame, &mut packet)?;
         Ok(packet)
+    }
+
+    /// As [`Encoder::encode`], into a packet that is there already.
+    pub(crate) fn encode_to(&mut self, frame: &Frame, packet: &mut Packet) -> Result<(), FrameTooLong> {
+        let Some(key) = &self.seal else { return self.encode_open_to(frame, packet) };
+        pack(frame, self.sealed, Some(key), packet)?;
+        self.sealed += 1;
+        Ok(())
+    }
+
+    /// As [`Encoder::encode_open`], into a packet that is there already.
+    pub(crate) fn encode_open_to(&mut self, frame: &Frame, packet: &mut Packet) -> Result<(), FrameTooLong> {
+        pack(frame, u64::from(self.open), None, packet)?;
+        self.open = self.open.wrapping_add(1);
+        Ok(())
     }
 }
 
 /// One copy of it, whoever sends.
 #[inline(never)]
-fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>) -> Result<Packet, FrameTooLong> {
+fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>, packet: &mut Packet) -> Result<(), FrameTooLong> {
     let mut raw = [0_u8; RAW_MAX];
     raw[0] = if seal.is_some() { PROTOCOL_VERSION | SEALED } else { PROTOCOL_VERSION };
     // The wire carries the low half of the number; the seal covers all of it.
@@ -112,11 +123,10 @@ fn pack(frame: &Frame, number: u64, seal: Option<&SealKey>) -> Result<Packet, Fr
             end + CHECK
         }
     };
-    let mut packet = Packet::new();
     packet.resize(PACKET_MAX, 0).map_err(|_| FrameTooLong)?;
-    let length = cobs::try_encode(&raw[..end], &mut packet).map_err(|_| FrameTooLong)?;
-    packet.truncate(length + 1);
-    Ok(packet)
+    let length = cobs::try_encode(&raw[..end], packet).map_err(|_| FrameTooLong)?;
+    packet.truncate(length);
+    packet.push(0).map_err(|_| FrameTooLong)
 }
 
 /// Why a packet could not be read.
@@ -223,21 +233,25 @@ impl Decoder {
 
     /// As [`Decoder::push`], and whether the packet was sealed.
     pub(crate) fn push_known(&mut self, byte: u8) -> Option<Result<(Received, bool), DecodeError>> {
-        if byte != 0 {
-            self.overlong |= self.bytes.push(byte).is_err();
-            return None;
+        self.collect(byte).then(|| self.finish())
+    }
+
+    /// Keep one byte; true when it ends a packet, which [`Decoder::finish`] then reads.
+    #[inline]
+    pub(crate) fn collect(&mut self, byte: u8) -> bool {
+        if byte == 0 {
+            return self.overlong || !self.bytes.is_empty();
         }
+        self.overlong |= self.bytes.push(byte).is_err();
+        false
+    }
+
+    /// Read the packet that has ended.
+    pub(crate) fn finish(&mut self) -> Result<(Received, bool), DecodeError> {
         let overlong = core::mem::take(&mut self.overlong);
-        if overlong {
-            self.bytes.clear();
-            return Some(Err(DecodeError::TooLong));
-        }
-        if self.bytes.is_empty() {
-            return None;
-        }
-        let result = self.read();
+        let result = if overlong { Err(DecodeError::TooLong) } else { self.read() };
         self.bytes.clear();
-        Some(result)
+        result
     }
 
     /// Undo COBS in place, check, and read the frame.

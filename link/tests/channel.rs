@@ -39,7 +39,9 @@ impl Board {
     }
 
     fn says(&mut self, frame: &Frame) -> Vec<u8> {
-        self.channel.encode(frame).unwrap().to_vec()
+        let mut said = Vec::new();
+        self.channel.send(frame, &mut |bytes| said.extend_from_slice(bytes));
+        said
     }
 }
 

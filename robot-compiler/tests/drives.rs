@@ -73,6 +73,8 @@ fn a_hash_feels_every_number_of_a_drive() {
     change(&|spec| spec.id = 9);
     change(&|spec| spec.reply_id = 8);
     change(&|spec| spec.reply_bytes = 8);
+    change(&|spec| spec.temperature_offset = Some(0.0));
+    change(&|spec| spec.temperature_offset = Some(-40.0));
     change(&|spec| spec.ratio = -spec.ratio);
     change(&|spec| spec.zero += 0.01);
     change(&|spec| spec.position.0 -= 0.5);

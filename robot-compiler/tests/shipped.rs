@@ -5,7 +5,7 @@
 
 use dynamics_core::control::Between;
 use nalgebra::Vector3;
-use robot_compiler::scene::{KernelChoice, KernelMemory};
+use robot_compiler::scene::{IntegralSpec, KernelChoice, KernelMemory};
 use robot_compiler::{Robot, SceneFile, emit, with_dof};
 
 use crate::common::{files, rustfmt, top};
@@ -91,6 +91,10 @@ fn every_robot_without_a_scene_gets_one_that_works() {
     }
 }
 
+fn integral(time: f64) -> IntegralSpec {
+    IntegralSpec { time, torque: vec![1.0; 6], dead_band: vec![1e-4; 6] }
+}
+
 #[test]
 fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
     let scene = SceneFile::load(&top("scenes/puma560_pick.toml")).unwrap();
@@ -112,6 +116,8 @@ fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
         changed(&|s| s.control.damping[3] = 0.9),
         changed(&|s| s.control.age_max = 3),
         changed(&|s| s.control.observer_bandwidth = 601.0),
+        changed(&|s| s.control.integral = Some(integral(0.3))),
+        changed(&|s| s.control.integral = Some(integral(0.4))),
         changed(&|s| s.model.friction = false),
         changed(&|s| s.model.rotor = dynamics_core::Term::Live),
         changed(&|s| s.model.gravity = dynamics_core::Term::Constant(Vector3::new(0.0, 0.0, -9.810_001))),
@@ -122,7 +128,7 @@ fn a_hash_feels_what_a_tick_reads_and_nothing_else() {
     felt.push(same);
     felt.sort_unstable();
     felt.dedup();
-    assert_eq!(felt.len(), 17, "two changes gave one hash");
+    assert_eq!(felt.len(), 19, "two changes gave one hash");
     let unfelt = [
         changed(&|s| s.name = "other".to_owned()),
         changed(&|s| s.seed = 7),

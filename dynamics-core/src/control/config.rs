@@ -1,6 +1,7 @@
 //! Everything about a controller that does not change while it runs, and where it is kept.
 
 use super::friction::Friction;
+use super::integral::Integral;
 use super::law::{Gains, Law};
 use super::observer::{Encoder, TrackingObserver};
 use crate::fields::record;
@@ -39,6 +40,8 @@ record! {
         pub encoder: [Encoder<S>; N],
         /// Velocity from counts.
         pub observer: TrackingObserver<S>,
+        /// Integral action per joint; `None` leaves a constant load that the model does not know to the position gain.
+        pub integral: Option<[Integral<S>; N]>,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::config::{Configuration, ControllerConfig, Guard};
+use super::integral::{Integral, Integrated};
 use super::law::{State, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
 use super::observer::TrackingObserver;
@@ -21,6 +22,7 @@ struct Memory<S, const N: usize> {
     torque: [S; N],
     /// Greatest change from it to the next torque; any finite number before the first.
     torque_step: [S; N],
+    integral: [Integrated<S>; N],
     /// The fault in force.
     fault: Option<Fault>,
 }
@@ -199,15 +201,26 @@ where
         let state = State { reference, q, qd, live, turn };
         let law = (!complies).then_some(config.law);
         let mut torque = torques(law, &config.gains, dynamics, trig, &state);
+        // An arm that gives way must not be pushed on by what it was held with.
+        let mut integrated = [Integrated::zero(); N];
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, complies) {
                 torque[i] += friction[i].torque(reference.qd[i]);
+            }
+            if let (Some(integral), false) = (&config.integral, complies) {
+                integrated[i] = integral[i].next(memory.integral[i], reference.q[i] - q[i]);
+                torque[i] += integrated[i].torque;
             }
             // Turns -0 into +0: equal kernels may differ in the sign of a zero, and commands are compared by their
             // bits.
             torque[i] += S::zero();
         }
         memory.limit(&mut torque, &mut limits, config)?;
+        if config.integral.is_some() {
+            for i in 0..N {
+                memory.integral[i] = Integral::after(memory.integral[i], integrated[i], limits[i]);
+            }
+        }
         if P::WATCHES {
             protection.drove(&torque);
         }
@@ -225,7 +238,14 @@ fn flag<const N: usize>(limits: &mut [LimitFlags; N], joint: u8) {
 impl<S: Real, const N: usize> Memory<S, N> {
     fn new() -> Self {
         let zero = [S::zero(); N];
-        Self { observed: Observed::new(), acceleration: zero, torque: zero, torque_step: [S::MAX; N], fault: None }
+        Self {
+            observed: Observed::new(),
+            acceleration: zero,
+            torque: zero,
+            torque_step: [S::MAX; N],
+            integral: [Integrated::zero(); N],
+            fault: None,
+        }
     }
 
     /// Hold the torques inside their limits, and remember them.

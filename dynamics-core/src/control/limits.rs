@@ -50,6 +50,13 @@ impl LimitFlags {
         self.0 & other.0 == other.0
     }
 
+    /// Whether any flag of `other` is set.
+    #[inline]
+    #[must_use]
+    pub const fn intersects(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
     #[inline]
     fn when(self, condition: bool) -> Self {
         if condition { self } else { Self::NONE }

@@ -78,6 +78,7 @@ pub(crate) fn config<const N: usize>(law: Law) -> ControllerConfig<f64, N> {
         age_max: 2,
         encoder: [Encoder { zero: 0, per_count: 1e-4 }; N],
         observer: TrackingObserver::new(200.0, 1e-3),
+        integral: None,
     }
 }
 

@@ -38,6 +38,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
         age_max: AGE_MAX,
         encoder: [Encoder { zero: 0, per_count: 1e-4 }; 2],
         observer: TrackingObserver::new(200.0, 1e-3),
+        integral: None,
     };
     let joint = JointRules {
         rest_speed: REST,

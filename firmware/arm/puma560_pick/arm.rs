@@ -217,6 +217,7 @@ pub const fn config() -> ControllerConfig<f32, N> {
             Encoder { zero: 0, per_count: 0.00016386787 },
         ],
         observer: TrackingObserver::from_gains(0.001, 5e-7, 0.6988058, 203.57094),
+        integral: None,
     }
 }
 

@@ -26,7 +26,7 @@
 //! which is counted. Its delay is bounded by the bus: its reply must come before its next one.
 
 use super::mit::{ENTER, EXIT, Reply, Setpoint};
-use super::{JointIo, MISSING_MAX};
+use super::{JointIo, MISSING_MAX, higher};
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
@@ -100,6 +100,8 @@ struct Joint {
     position: f32,
     velocity: f32,
     torque: f32,
+    /// In the last reply, degrees Celsius.
+    temperature: Option<f32>,
     /// Ticks since the last reply; `u32::MAX` before the first.
     age_ticks: u32,
     /// Found in the last reply or command.
@@ -116,6 +118,7 @@ impl Joint {
         position: 0.0,
         velocity: 0.0,
         torque: 0.0,
+        temperature: None,
         age_ticks: u32::MAX,
         faults: JointFaults::NONE,
         counts: JointCounts { missing: 0, late: 0, duplicate: 0, refused: 0, unsent: 0 },
@@ -249,6 +252,7 @@ impl Joint {
         self.position = drive.gearing.joint_position(reply.position);
         self.velocity = drive.gearing.joint_velocity(reply.velocity);
         self.torque = drive.gearing.joint_torque(reply.torque);
+        self.temperature = reply.temperature;
         let found = JointFaults::RANGE.when(reply.saturated) | JointFaults::DRIVE.when(reply.error != 0);
         self.faults = self.faults.without(JointFaults::RANGE | JointFaults::DRIVE) | found;
     }
@@ -293,6 +297,10 @@ impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> JointIo<N> for CanJoint
             age_ticks: self.joints.map(|joint| joint.age_ticks),
             faults,
         })
+    }
+
+    fn temperature(&self) -> Option<f32> {
+        self.joints.iter().fold(None, |hottest, joint| higher(hottest, joint.temperature))
     }
 
     fn drive(&mut self, torque: &[f32; N]) {

@@ -97,8 +97,8 @@ pub struct Reply {
     pub torque: f32,
     /// The position is at an end of its range, so the true one may lie beyond.
     pub saturated: bool,
-    /// The temperature's byte, where the reply has one. Its offset differs from maker to maker.
-    pub temperature: Option<u8>,
+    /// Temperature, degrees Celsius, where the reply has one.
+    pub temperature: Option<f32>,
     /// The drive's own error code; 0 without an error, or where the reply has no such byte.
     pub error: u8,
 }
@@ -123,7 +123,7 @@ impl Reply {
             velocity: field(&ranges.velocity, u16::from(v) << 4 | u16::from(vt) >> 4),
             torque: field(&ranges.torque, u16::from(vt & 0xf) << 8 | u16::from(t)),
             saturated: position == 0 || position == u16::MAX,
-            temperature: rest.first().copied(),
+            temperature: drive.temperature_offset.and_then(|offset| Some(f32::from(*rest.first()?) + offset)),
             error: rest.get(1).copied().unwrap_or(0),
         })
     }

@@ -315,6 +315,36 @@ fn an_actuator_with_an_error_of_its_own_is_a_fault() {
 }
 
 #[test]
+fn the_hottest_actuator_is_the_temperature_and_none_without_one() {
+    let bench = Bench::running();
+    assert_eq!(bench.joints.temperature(), None, "replies of six bytes");
+    let mut all = drives();
+    all.iter_mut().for_each(|drive| (drive.reply_bytes, drive.temperature_offset) = (7, Some(-40.0)));
+    let mut bench = Bench::with(all);
+    (0..6).for_each(|joint| bench.actuator(joint, |a| a.reply_bytes = 7));
+    assert_eq!(bench.joints.temperature(), None, "no reply yet");
+    bench.actuator(4, |a| a.temperature = 130);
+    bench.drive(&HOLD);
+    bench.drive(&HOLD);
+    assert_eq!(bench.joints.temperature(), Some(90.0));
+    bench.actuator(4, |a| a.temperature = 65);
+    bench.actuator(0, |a| a.temperature = 0);
+    bench.drive(&HOLD);
+    bench.drive(&HOLD);
+    assert_eq!(bench.joints.temperature(), Some(25.0));
+}
+
+#[test]
+fn a_temperature_that_is_nan_hides_behind_no_other() {
+    use firmware::joint_io::higher;
+    assert_eq!(higher(None, None), None);
+    assert_eq!(higher(Some(1.0), None), Some(1.0));
+    assert_eq!(higher(Some(1.0), Some(2.0)), Some(2.0));
+    assert!(higher(Some(f32::NAN), Some(2.0)).is_some_and(f32::is_nan));
+    assert!(higher(Some(2.0), Some(f32::NAN)).is_some_and(f32::is_nan));
+}
+
+#[test]
 fn a_position_at_the_end_of_its_range_is_a_fault_while_it_lasts() {
     let mut bench = Bench::running();
     bench.actuator(0, |a| a.position = 12.6);

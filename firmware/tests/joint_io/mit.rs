@@ -30,12 +30,12 @@ fn a_command_made_by_hand_has_the_documented_bytes() {
 fn a_reply_made_by_hand_has_the_documented_fields() {
     let mut drive = drive(0, 7);
     drive.ranges = unit_ranges();
-    drive.reply_bytes = 8;
+    (drive.reply_bytes, drive.temperature_offset) = (8, Some(-40.0));
     let reply = Reply::unpack(&[7, 0x12, 0x34, 0x56, 0x78, 0x9a, 60, 3], &drive).unwrap();
     assert_eq!(reply.position, f32::from(0x1234_u16));
     assert_eq!(reply.velocity, f32::from(0x567_u16));
     assert_eq!(reply.torque, f32::from(0x89a_u16));
-    assert_eq!((reply.temperature, reply.error, reply.saturated), (Some(60), 3, false));
+    assert_eq!((reply.temperature, reply.error, reply.saturated), (Some(20.0), 3, false));
 }
 
 #[test]

@@ -11,8 +11,9 @@ use host_sim::run::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::Named as _;
-use robot_compiler::scene::{Integrator, MotionSpec, ScalarChoice, Side};
+use robot_compiler::scene::{IntegralSpec, Integrator, MotionSpec, ScalarChoice, Side};
 use robot_compiler::{Robot, SceneFile, with_dof};
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -351,5 +352,30 @@ fn a_duration_that_no_log_can_hold_is_refused() {
         scene.duration = Some(duration);
         let refused = simulate::on_desk::<2>(&scene, &AtomicBool::new(false), &ProgressBar::hidden());
         assert!(matches!(refused, Err(Failure::Input(_))), "{duration}");
+    }
+}
+
+#[test]
+fn integral_action_brings_the_puma_to_rest_within_a_count_whatever_it_holds_and_does_not_hunt() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    for name in ["puma560_pick.toml", "puma560_wrong_payload.toml"] {
+        let mut scene = SceneFile::load(&scenes.join(name)).unwrap();
+        let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
+        points.last_mut().unwrap().dwell = 3.0;
+        let per_turn: Vec<f64> =
+            scene.robot.joints.iter().map(|joint| joint.encoder.unwrap().counts_per_turn).collect();
+        let count = |joint: usize| TAU / per_turn[joint];
+        let counts = |run: &Run| -> Vec<f64> {
+            let last_second = run.record.ticks() - 1000;
+            let errors = |joint: usize| run.record.joint(joint).skip(last_second).map(|sample| sample.error().abs());
+            (0..6).map(|joint| errors(joint).fold(0.0, f64::max) / count(joint)).collect()
+        };
+        let without = counts(&run(&scene));
+        let torque = vec![30.0, 40.0, 20.0, 1.5, 1.5, 1.0];
+        let dead_band = (0..6).map(count).collect();
+        scene.control.integral = Some(IntegralSpec { time: 0.15, torque, dead_band });
+        let with = counts(&run(&scene));
+        assert!(largest(&with) < 1.5, "{name}: {with:?} counts");
+        assert!(largest(&without) > 2.5, "{name}: {without:?} counts without it");
     }
 }

@@ -126,5 +126,5 @@ fn run<const N: usize>(scene: &SceneFile, key: &Key, mut port: TTYPort, stop: &A
 
 fn send(port: &mut TTYPort, channel: &mut BoardChannel, frame: &Frame) {
     // A host that has left receives nothing.
-    port.write_all(&channel.encode(frame).unwrap()).ok();
+    channel.send(frame, &mut |bytes| port.write_all(bytes).unwrap_or_default());
 }

@@ -1,6 +1,6 @@
 //! The board's side.
 
-use crate::codec::{Codec, FrameTooLong, Packet, Received};
+use crate::codec::{Codec, Packet, Received};
 use crate::frame::{Challenge, Frame, Hello, NonceSource, Refusal, Trust};
 use crate::seal::{KEY_BYTES, Key, Nonce, Proof, Side, Transcript};
 use crate::{DecodeError, Pacing};
@@ -26,6 +26,8 @@ pub type Write<'a> = &'a mut dyn FnMut(&[u8]);
 pub struct BoardChannel {
     codec: Codec,
     access: Access,
+    /// The last packet, kept here so that none passes over the stack.
+    packet: Packet,
     /// Transcript of the last challenge, until a right proof comes for it.
     challenged: Option<Transcript>,
     /// Packets refused because they are not authentic.
@@ -36,15 +38,15 @@ impl BoardChannel {
     /// A channel before any packet.
     #[must_use]
     pub const fn new(access: Access) -> Self {
-        Self { codec: Codec::new(), access, challenged: None, refused: 0 }
+        Self { codec: Codec::new(), access, packet: Packet::new(), challenged: None, refused: 0 }
     }
 
-    /// The next packet: sealed in a session with a key.
-    ///
-    /// # Errors
-    /// As [`crate::Encoder::encode`].
-    pub fn encode(&mut self, frame: &Frame) -> Result<Packet, FrameTooLong> {
-        self.codec.encoder.encode(frame)
+    /// Send a frame: sealed in a session with a key. A frame that fits no packet is not sent; there is none of up to
+    /// [`crate::JOINTS_MAX`] joints.
+    pub fn send(&mut self, frame: &Frame, write: Write<'_>) {
+        if self.codec.encoder.encode_to(frame, &mut self.packet).is_ok() {
+            write(&self.packet);
+        }
     }
 
     /// Take one byte. Returns the frames that count: those of the session, or anybody's where the board has no key. All else is
@@ -59,8 +61,19 @@ impl BoardChannel {
         nonce: NewNonce<'_>,
         write: Write<'_>,
     ) -> Option<Result<Received, DecodeError>> {
+        if self.codec.decoder.collect(byte) { self.packet_ended(own, nonce, write) } else { None }
+    }
+
+    /// A function of its own: what a packet needs of the stack is not there while bytes are collected and reports are sent.
+    #[inline(never)]
+    fn packet_ended(
+        &mut self,
+        own: &Hello,
+        nonce: NewNonce<'_>,
+        write: Write<'_>,
+    ) -> Option<Result<Received, DecodeError>> {
         let keyed = matches!(self.access, Access::Key(_));
-        let (received, sealed) = match self.codec.decoder.push_known(byte)? {
+        let (received, sealed) = match self.codec.decoder.finish() {
             Ok(received) => received,
             Err(DecodeError::BadSeal | DecodeError::Repeated) if keyed => {
                 self.refuse(write);
@@ -114,17 +127,14 @@ impl BoardChannel {
     #[cold]
     fn refuse(&mut self, write: Write<'_>) {
         self.refused = self.refused.saturating_add(1);
-        let frame = Frame::Refusal(Refusal::Unauthentic { count: self.refused });
-        if let Ok(packet) = self.codec.encoder.encode(&frame) {
-            write(&packet);
-        }
+        self.send(&Frame::Refusal(Refusal::Unauthentic { count: self.refused }), write);
     }
 
     /// Answer somebody who has no part in a session.
     #[cold]
     fn answer(&mut self, frame: &Frame, write: Write<'_>) {
-        if let Ok(packet) = self.codec.encoder.encode_open(frame) {
-            write(&packet);
+        if self.codec.encoder.encode_open_to(frame, &mut self.packet).is_ok() {
+            write(&self.packet);
         }
     }
 }

@@ -34,6 +34,8 @@ pub struct MitSpec {
     pub reply_id: u16,
     /// Bytes of a reply, 6 to 8.
     pub reply_bytes: u8,
+    /// Temperature of code 0 in a reply with a temperature, degrees Celsius.
+    pub temperature_offset: Option<f64>,
     /// Shaft radians per joint radian or metre; negative where shaft and joint turn in opposite directions.
     pub ratio: f64,
     /// Position of the shaft at `q = 0`, rad.

@@ -54,6 +54,9 @@ impl Fnv1a {
     }
 }
 
+/// Optional fields that came after hashes were first taken.
+const LATER: [&str; 1] = ["integral"];
+
 /// Every number of a configuration, in the order in which its fields are declared.
 impl Visitor<f32> for Fnv1a {
     fn number(&mut self, x: f32) {
@@ -66,6 +69,17 @@ impl Visitor<f32> for Fnv1a {
 
     fn word(&mut self, _: &'static str, _: &'static str, number: u32) {
         self.tag(number);
+    }
+
+    /// A scene without a setting keeps the hash that it had before the setting existed.
+    fn field(&mut self, name: &'static str, value: &impl Fields<f32>) {
+        let mut without = Self(self.0);
+        without.tag(0);
+        let before = self.0;
+        value.visit(self);
+        if LATER.contains(&name) && self.0 == without.0 {
+            self.0 = before;
+        }
     }
 
     fn option(&mut self, value: Option<&impl Fields<f32>>) {
@@ -167,7 +181,7 @@ fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
         Drives::Link => {}
         Drives::Mit(all) => {
             fnv.tag(1);
-            for MitDrive { bus, id, reply_id, reply_bytes, ranges, gearing, damping } in all {
+            for MitDrive { bus, id, reply_id, reply_bytes, temperature_offset, ranges, gearing, damping } in all {
                 fnv.bytes(&[*bus, *id, *reply_bytes]);
                 fnv.tag(u32::from(*reply_id));
                 let MitRanges { position, velocity, kp, kd, torque } = ranges;
@@ -176,6 +190,8 @@ fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
                 }
                 hash_gearing(fnv, gearing);
                 fnv.number(*damping);
+                // A drive without a temperature keeps the hash that it had before drives had one.
+                fnv.numbers(temperature_offset);
             }
         }
         Drives::Pwm(all) => {

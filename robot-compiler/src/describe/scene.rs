@@ -2,7 +2,7 @@
 
 use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::control::{
-    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, MomentumFilter, TrackingObserver,
+    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, Integral, MomentumFilter, TrackingObserver,
 };
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::safety::{JointRules, Rules};
@@ -23,7 +23,7 @@ mod plant;
 mod safety;
 mod trajectory;
 
-pub use control::{CollisionSpec, ControlSpec, KernelChoice, KernelMemory, ScalarChoice};
+pub use control::{CollisionSpec, ControlSpec, IntegralSpec, KernelChoice, KernelMemory, ScalarChoice};
 pub(crate) use drives::UNREAD_MAX;
 pub use lists::joints;
 pub use model::{AutoTerms, ModelSpec, ModelTerm};
@@ -107,9 +107,19 @@ impl SceneFile {
         let frequency: [f64; N] = joints(&self.control.natural_frequency);
         let damping: [f64; N] = joints(&self.control.damping);
         let limits = model.links().map(|link| link.limits);
+        let gains: [Gains<f64>; N] = std::array::from_fn(|i| Gains::new(frequency[i], damping[i], inertia[i]));
+        let integral = self.control.integral.as_ref().map(|spec| {
+            let (torque, dead_band): ([f64; N], [f64; N]) = (joints(&spec.torque), joints(&spec.dead_band));
+            std::array::from_fn(|i| Integral {
+                gain: gains[i].inertia * gains[i].position * period / spec.time,
+                torque_max: torque[i],
+                dead_band: dead_band[i],
+                friction: self.friction(i).coulomb,
+            })
+        });
         ControllerConfig {
             law: self.control.law,
-            gains: std::array::from_fn(|i| Gains::new(frequency[i], damping[i], inertia[i])),
+            gains,
             friction: self.model.friction.then(|| std::array::from_fn(|i| self.friction(i))),
             limits,
             torque_step: limits.map(|limits| limits.torque_rate * period),
@@ -120,6 +130,7 @@ impl SceneFile {
             age_max: self.control.age_max,
             encoder: std::array::from_fn(|i| self.encoder(i)),
             observer: TrackingObserver::new(self.control.observer_bandwidth, period),
+            integral,
         }
     }
 

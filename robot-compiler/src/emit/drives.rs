@@ -41,7 +41,7 @@ fn range_item(range: &Range) -> Item {
 }
 
 fn mit_item(drive: &MitDrive) -> Item {
-    let MitDrive { bus, id, reply_id, reply_bytes, ranges, gearing, damping } = drive;
+    let MitDrive { bus, id, reply_id, reply_bytes, temperature_offset, ranges, gearing, damping } = drive;
     let MitRanges { position, velocity, kp, kd, torque } = ranges;
     let ranges = [("position", position), ("velocity", velocity), ("kp", kp), ("kd", kd), ("torque", torque)];
     record(
@@ -51,6 +51,7 @@ fn mit_item(drive: &MitDrive) -> Item {
             ("id", whole(*id)),
             ("reply_id", whole(*reply_id)),
             ("reply_bytes", whole(*reply_bytes)),
+            ("temperature_offset", temperature_offset.map_or_else(|| word("None"), |x| call("Some", vec![number(x)]))),
             ("ranges", record("MitRanges", ranges.map(|(name, range)| (name, range_item(range))).into())),
             ("gearing", gearing_item(gearing)),
             ("damping", number(*damping)),

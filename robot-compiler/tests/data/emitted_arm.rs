@@ -156,6 +156,7 @@ pub const fn config() -> ControllerConfig<f32, N> {
             Encoder { zero: 0, per_count: 5e-6 },
         ],
         observer: TrackingObserver::from_gains(0.001, 5e-7, 0.63212055, 154.81812),
+        integral: None,
     }
 }
 

@@ -10,6 +10,7 @@ pub const fn drives() -> Drives<6> {
             id: 1,
             reply_id: 0,
             reply_bytes: 6,
+            temperature_offset: None,
             ranges: MitRanges {
                 position: Range { min: -12.5, max: 12.5 },
                 velocity: Range { min: -8.0, max: 8.0 },
@@ -25,6 +26,7 @@ pub const fn drives() -> Drives<6> {
             id: 2,
             reply_id: 0,
             reply_bytes: 6,
+            temperature_offset: None,
             ranges: MitRanges {
                 position: Range { min: -12.5, max: 12.5 },
                 velocity: Range { min: -8.0, max: 8.0 },
@@ -40,6 +42,7 @@ pub const fn drives() -> Drives<6> {
             id: 3,
             reply_id: 0,
             reply_bytes: 6,
+            temperature_offset: None,
             ranges: MitRanges {
                 position: Range { min: -12.5, max: 12.5 },
                 velocity: Range { min: -8.0, max: 8.0 },
@@ -55,6 +58,7 @@ pub const fn drives() -> Drives<6> {
             id: 4,
             reply_id: 0,
             reply_bytes: 6,
+            temperature_offset: None,
             ranges: MitRanges {
                 position: Range { min: -12.5, max: 12.5 },
                 velocity: Range { min: -50.0, max: 50.0 },
@@ -70,6 +74,7 @@ pub const fn drives() -> Drives<6> {
             id: 5,
             reply_id: 0,
             reply_bytes: 6,
+            temperature_offset: None,
             ranges: MitRanges {
                 position: Range { min: -12.5, max: 12.5 },
                 velocity: Range { min: -50.0, max: 50.0 },
@@ -85,6 +90,7 @@ pub const fn drives() -> Drives<6> {
             id: 6,
             reply_id: 0,
             reply_bytes: 6,
+            temperature_offset: None,
             ranges: MitRanges {
                 position: Range { min: -12.5, max: 12.5 },
                 velocity: Range { min: -50.0, max: 50.0 },

@@ -173,7 +173,11 @@ fn run<const N: usize, M: Counter>(
                     other => Way::Says(other),
                 };
                 let said = match said {
-                    Way::Says(frame) => channel.encode(&frame).unwrap().to_vec(),
+                    Way::Says(frame) => {
+                        let mut said = Vec::new();
+                        channel.send(&frame, &mut |bytes| said.extend_from_slice(bytes));
+                        said
+                    }
                     Way::Bytes(bytes) => bytes,
                     Way::Silent => Vec::new(),
                     Way::Unplugged => return,

@@ -29,6 +29,8 @@ pub struct ControlSpec {
     pub kernel_memory: KernelMemory,
     /// Bandwidth of the velocity observer, rad/s.
     pub observer_bandwidth: f64,
+    /// Integral action, if the law has any.
+    pub integral: Option<IntegralSpec>,
     /// Whether gains and friction are kept in RAM on the chip, where a host can change them while it runs.
     pub tunable: bool,
     /// Greatest age of a measurement that is still used, ticks.
@@ -37,6 +39,17 @@ pub struct ControlSpec {
     pub position_margin: f64,
     /// Multiple of the velocity limit that is a fault.
     pub velocity_factor: f64,
+}
+
+/// Integral action: a torque that grows while a joint is away from its reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntegralSpec {
+    /// Integral time: how long an error takes to bring as much torque as the position gain does at once, s.
+    pub time: f64,
+    /// Greatest torque of each joint, N m or N.
+    pub torque: Vec<f64>,
+    /// Error of each joint below which nothing grows, rad or m.
+    pub dead_band: Vec<f64>,
 }
 
 /// Collision detection, and the reaction to a collision.
@@ -101,6 +114,7 @@ impl ControlSpec {
             kernel: KernelChoice::Exact,
             kernel_memory: KernelMemory::Flash,
             observer_bandwidth: 500.0,
+            integral: None,
             tunable: false,
             age_max: 2,
             position_margin: 0.05,

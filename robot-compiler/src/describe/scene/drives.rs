@@ -90,12 +90,27 @@ fn gearing(ratio: f64, zero: f64) -> Gearing {
 
 fn mit(spec: &MitSpec) -> MitDrive {
     let range = |(min, max): (f64, f64)| Range { min: min as f32, max: max as f32 };
-    let MitSpec { bus, id, reply_id, reply_bytes, ratio, zero, position, velocity, kp, kd, torque, damping } = *spec;
+    let MitSpec {
+        bus,
+        id,
+        reply_id,
+        reply_bytes,
+        temperature_offset,
+        ratio,
+        zero,
+        position,
+        velocity,
+        kp,
+        kd,
+        torque,
+        damping,
+    } = *spec;
     MitDrive {
         bus: bus.saturating_sub(1),
         id,
         reply_id,
         reply_bytes,
+        temperature_offset: temperature_offset.map(|offset| offset as f32),
         ranges: MitRanges {
             position: range(position),
             velocity: range(velocity),

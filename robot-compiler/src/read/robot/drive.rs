@@ -35,6 +35,7 @@ fn mit(table: &Table<'_>, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
         "id",
         "reply_id",
         "reply_bytes",
+        "temperature_offset",
         "direction",
         "gear",
         "zero",
@@ -54,18 +55,15 @@ fn mit(table: &Table<'_>, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
         if number < lo { Err(value.error(format!("found {number}"), expected)) } else { Ok(number) }
     };
     let ratio = ratio(table, 1.0)?;
+    let reply_bytes =
+        whole("reply_bytes", 6, 8, Some(6), "bytes of a reply: 6, 7 with a temperature, 8 with an error too")? as u8;
     const ZERO: &str = "the actuator's position where the joint's is 0, rad";
     let spec = MitSpec {
         bus: whole("bus", 1, 2, None, "the bus, 1 or 2")? as u8,
         id: whole("id", 0, 255, None, "the identifier of its commands, 0 to 255")? as u8,
         reply_id: whole("reply_id", 0, 0x7ff, Some(0), "the identifier of its replies, 0 to 2047")? as u16,
-        reply_bytes: whole(
-            "reply_bytes",
-            6,
-            8,
-            Some(6),
-            "bytes of a reply: 6, 7 with a temperature, 8 with an error too",
-        )? as u8,
+        reply_bytes,
+        temperature_offset: temperature_offset(table, reply_bytes)?,
         ratio,
         zero: table.get("zero").map_or(Ok(0.0), |value| value.finite(ZERO))?,
         position: span(table, "position", "[lowest, highest] in rad, with 0 inside", |lo, hi| lo < 0.0 && hi > 0.0)?,
@@ -85,6 +83,23 @@ fn mit(table: &Table<'_>, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
     }
     covers(table, limits, &spec)?;
     Ok(spec)
+}
+
+/// Makers count temperatures from different ones: without the offset a hot motor may look cool.
+fn temperature_offset(table: &Table<'_>, reply_bytes: u8) -> Result<Option<f64>, FileError> {
+    const EXPECTED: &str = "the temperature of code 0 in its replies, degrees Celsius, -300 to 300";
+    match table.get("temperature_offset") {
+        Some(value) if reply_bytes < 7 => {
+            Err(value
+                .error("replies of 6 bytes have no temperature", "`reply_bytes` 7 or 8, or no `temperature_offset`"))
+        }
+        None if reply_bytes < 7 => Ok(None),
+        _ => {
+            let value = table.require("temperature_offset", EXPECTED)?;
+            let offset = value.finite(EXPECTED)?;
+            if offset.abs() > 300.0 { Err(value.error(format!("found {offset}"), EXPECTED)) } else { Ok(Some(offset)) }
+        }
+    }
 }
 
 /// The joint's limits must fit into the frames: a value beyond a range would be clipped silently.

@@ -3,7 +3,7 @@
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::Robot;
-use crate::describe::scene::{ControlSpec, KernelChoice, KernelMemory};
+use crate::describe::scene::{ControlSpec, IntegralSpec, KernelChoice, KernelMemory};
 use crate::read::table::{Table, Value};
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
@@ -19,6 +19,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         "kernel",
         "kernel_memory",
         "observer_bandwidth",
+        "integral",
         "age_max",
         "guard",
         "tunable",
@@ -67,6 +68,9 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         let one = |value: &Value<'_>| value.positive_up_to(1e3, "a damping ratio, above zero and at most 1e3");
         control.damping = per_joint(&value, robot, "a damping ratio", one)?;
     }
+    if let Some(table) = table.table("integral")? {
+        control.integral = Some(integral(&table, robot, &control)?);
+    }
     if let Some(value) = table.get("age_max") {
         control.age_max = value.whole(1_000_000, "a whole number of ticks, at most 1,000,000")? as u32;
     }
@@ -80,4 +84,39 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         }
     }
     Ok(control)
+}
+
+/// Integral times below this many times the shortest stable one, `1 / Kd`, are refused: the inertia of a posture may be this much
+/// larger than that of the motion's start.
+const TIME_MARGIN: f64 = 4.0;
+
+fn integral(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<IntegralSpec, FileError> {
+    table.only(&["time", "torque", "dead_band"])?;
+    const TIME: &str = "the integral time, s, above zero and at most 1e4";
+    let value = table.require("time", TIME)?;
+    let time = value.positive_up_to(1e4, TIME)?;
+    let velocity_gain = |(frequency, damping): (&f64, &f64)| 2.0 * damping * frequency;
+    let least = control.natural_frequency.iter().zip(&control.damping).map(velocity_gain).fold(f64::INFINITY, f64::min);
+    let shortest = TIME_MARGIN / least;
+    if time < shortest {
+        let expected = format!("at least {shortest:.3} s, {TIME_MARGIN} times the shortest stable one at these gains");
+        return Err(value.error(format!("found {time}"), &expected));
+    }
+    const TORQUE: &str = "the greatest torque of the integral action, N m or N, above zero";
+    let value = table.require("torque", TORQUE)?;
+    let torque = per_joint(&value, robot, TORQUE, |value| value.positive_up_to(1e9, TORQUE))?;
+    for (joint, torque) in robot.joints.iter().zip(&torque) {
+        let limit = joint.spec.limits.torque;
+        if *torque > limit {
+            let problem = format!("found {torque}, the torque limit of {:?} is {limit}", joint.name);
+            return Err(value.error(problem, "no more than each joint's torque limit"));
+        }
+    }
+    const BAND: &str = "a dead band, rad or m, zero or more";
+    let dead_band = match table.get("dead_band") {
+        Some(value) => per_joint(&value, robot, BAND, |value| value.not_negative(BAND))?,
+        // Within a count the sign of an error is not known.
+        None => robot.joints.iter().map(|joint| joint.per_count().unwrap_or(0.0)).collect(),
+    };
+    Ok(IntegralSpec { time, torque, dead_band })
 }
