@@ -11,7 +11,7 @@ use std::process::Command;
 /// Checks the files that differ from the last commit; if none do, those that the last commit changed.
 pub(crate) fn changed() -> Result<()> {
     run(&mut cargo(["fmt", "--all", "--check"]))?;
-    let (files, folders) = (changed_files()?, folders()?);
+    let (files, folders) = (changed_files()?, packages()?);
     let packages = packages_of(&files, &folders);
     if packages.is_empty() {
         println!("check: the format is right; no package has changed");
@@ -38,7 +38,7 @@ fn changed_files() -> Result<Vec<PathBuf>> {
 }
 
 /// Every package of the workspace and its folder, relative to the workspace's.
-fn folders() -> Result<Vec<(String, PathBuf)>> {
+pub(crate) fn packages() -> Result<Vec<(String, PathBuf)>> {
     let text =
         output(&mut cargo(["metadata", "--no-deps", "--format-version", "1"])).context("cargo metadata failed")?;
     let metadata: Value = serde_json::from_str(&text)?;

@@ -1,9 +1,10 @@
 //! `cargo xtask test`: everything that proves the project, in order of how soon a step fails.
 
 use crate::firmware::{self, Board};
-use crate::process::{cargo, target_directory};
+use crate::process::{cargo, run, target_directory};
 use crate::tally::Tally;
-use crate::{bench, budget, gate, readme, robot_data, setup};
+use crate::toolchain::Toolchain;
+use crate::{bench, budget, check, gate, readme, robot_data, setup};
 use anyhow::Result;
 use std::path::Path;
 use std::process::{Command, exit};
@@ -29,6 +30,20 @@ fn static_checks(tally: &mut Tally) {
     tally.command("lints", &mut cargo(["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]));
     let mut doc = cargo(["doc", "--workspace", "--no-deps", "--locked"]);
     tally.command("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"));
+    tally.step("each package alone", each_alone);
+}
+
+/// Each package with the features that it asks for itself: in the workspace another one may have asked for what it lacks. The core
+/// and the link also for the chip, where nothing of a standard library hides what they need.
+fn each_alone() -> Result<()> {
+    for (package, _) in check::packages()? {
+        run(cargo(["check", "--locked", "--quiet", "--all-targets", "--package"]).arg(package))?;
+    }
+    let toolchain = Toolchain::find_or_install()?;
+    for package in ["dynamics-core", "link", "session"] {
+        run(toolchain.cargo("check").args(["--locked", "--quiet", "--package", package]))?;
+    }
+    Ok(())
 }
 
 /// Unit, integration, property and snapshot tests, and the examples in the documentation.
