@@ -140,6 +140,11 @@ impl<const N: usize> BlackBox<N> {
         Self { ring: Vec::new(), now: 0, length: 0, left: None }
     }
 
+    /// Fill the ring with ticks that never were, once, at the start: no tick does it then.
+    pub fn prepare(&mut self) {
+        while self.ring.push(Record::NONE).is_ok() {}
+    }
+
     /// Forget everything.
     pub fn clear(&mut self) {
         (self.now, self.length, self.left) = (0, 0, None);
@@ -155,7 +160,7 @@ impl<const N: usize> BlackBox<N> {
         }
     }
 
-    /// Room for the current tick. The one before is remembered, unless the ring is frozen.
+    /// Room for the current tick; `None` before [`BlackBox::prepare`]. The one before is remembered, unless the ring is frozen.
     #[inline]
     pub fn begin(&mut self) -> Option<&mut Record<N>> {
         let still = match (self.now().output.state, &mut self.left) {
@@ -176,10 +181,6 @@ impl<const N: usize> BlackBox<N> {
         if !still {
             self.now = if self.length > 0 && self.now < TICKS { self.now + 1 } else { 0 };
             self.length = (self.length + 1).min(TICKS + 1);
-        }
-        if self.now >= self.ring.len() {
-            // Only in the first round: the ring is filled tick by tick, not at the chip's start.
-            self.ring.push(Record::NONE).ok()?;
         }
         self.ring.get_mut(self.now)
     }

@@ -117,7 +117,8 @@ where
     P: Protection<f32, N> + Clone,
 {
     /// A session that waits for a hello like `own`, with its buffers elsewhere.
-    pub fn with_buffers(own: Hello, controller: Controller<f32, N, D, T, C, P>, safety: K, buffers: B) -> Self {
+    pub fn with_buffers(own: Hello, controller: Controller<f32, N, D, T, C, P>, safety: K, mut buffers: B) -> Self {
+        buffers.borrow_mut().black_box.prepare();
         Self {
             own,
             pacing: None,

@@ -59,7 +59,8 @@ where
     /// A tick under supervision.
     #[inline]
     fn supervise<M: Counter>(&mut self, pacing: Pacing, meter: &Meter<M>) -> Drives<N> {
-        let change = self.change.take();
+        // Nearly every tick has none, and taking it would copy all of it.
+        let change = if self.change.is_some() { self.change.take() } else { None };
         let Self { controller, supervisor, .. } = self;
         let (mut alone, mut jumps) = (None, None);
         let (output, all) = meter.measure(|| {
@@ -84,7 +85,7 @@ where
         if let Some(record) = black_box.begin() {
             // One part after the other: made as a whole it would be copied once more.
             (record.tick, record.taken, record.cost) = (tick, taken, cost);
-            record.inputs = *supervisor.inputs();
+            record.inputs.copy_from(supervisor.inputs());
             record.output = output;
         }
         supervisor.age(trajectory);
