@@ -24,7 +24,7 @@ pub use collision::{
     CollisionConfig, CollisionConfiguration, CollisionWatch, Protection, Reaction, Seen, Unprotected, Verdict,
 };
 pub use config::{Configuration, ControllerConfig, Guard};
-pub use controller::Controller;
+pub use controller::{Controller, Reading};
 pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;

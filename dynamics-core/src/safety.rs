@@ -37,7 +37,7 @@ pub use machine::Safety;
 pub use rules::{Configuration, JointRules, Protected, Rules};
 
 use crate::control::{
-    Command, Configuration as ControlConfiguration, Controller, Fault, LimitFlags, Measurement, Protection, Reference,
+    Command, Configuration as ControlConfiguration, Controller, Fault, LimitFlags, Protection, Reading, Reference,
     Sensed,
 };
 use crate::fields::words;
@@ -270,8 +270,10 @@ pub struct Ask<'a, S, const N: usize> {
     pub start: bool,
     /// The reference in force: the host's, or that of a stop.
     pub reference: &'a Reference<S, N>,
-    /// Sensor reading, with the age of the oldest joint's.
-    pub measurement: &'a Measurement<S, N>,
+    /// Joint position that the machine has observed and judged, rad or m.
+    pub q: &'a [S; N],
+    /// Joint velocity, likewise, rad/s or m/s.
+    pub qd: &'a [S; N],
 }
 
 impl<S: Real, const N: usize> Ask<'_, S, N> {
@@ -287,7 +289,7 @@ impl<S: Real, const N: usize> Ask<'_, S, N> {
         if self.start {
             controller.reset();
         }
-        controller.tick(self.reference, self.measurement)
+        controller.tick_from(self.reference, Reading::Judged { q: self.q, qd: self.qd })
     }
 }
 

@@ -12,6 +12,20 @@ use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::Trig;
 
+/// Origin of the joints' positions and velocities in a tick.
+#[derive(Clone, Copy, Debug)]
+pub enum Reading<'a, S, const N: usize> {
+    /// A sensor reading, to be judged and, where it is in counts, observed.
+    Measured(&'a Measurement<S, N>),
+    /// Positions and velocities that were observed and judged already: finite, inside the guard's bounds, and young enough.
+    Judged {
+        /// Joint position, rad or m.
+        q: &'a [S; N],
+        /// Joint velocity, rad/s or m/s.
+        qd: &'a [S; N],
+    },
+}
+
 /// State that changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Memory<S, const N: usize> {
@@ -83,9 +97,15 @@ where
     /// beside them (`docs/performance.md`).
     #[inline]
     pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
+        self.tick_from(reference, Reading::Measured(measurement))
+    }
+
+    /// As [`Controller::tick`], from either kind of reading.
+    #[inline]
+    pub fn tick_from(&mut self, reference: &Reference<S, N>, reading: Reading<'_, S, N>) -> Command<S, N> {
         let fault = match self.memory.fault {
             Some(fault) => fault,
-            None => match self.drive(reference, measurement) {
+            None => match self.drive(reference, reading) {
                 Ok(command) => return command,
                 Err(fault) => fault,
             },
@@ -148,16 +168,22 @@ where
     }
 
     #[inline]
-    fn drive(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Result<Command<S, N>, Fault> {
+    fn drive(&mut self, reference: &Reference<S, N>, reading: Reading<'_, S, N>) -> Result<Command<S, N>, Fault> {
         let Self { config, dynamics, trig, live, memory, protection } = self;
         let config = config.get();
-        if measurement.age_ticks > config.age_max {
-            return Err(Fault::StaleMeasurement);
-        }
-        let (q, qd) = memory.observed.update(config, &memory.acceleration, &measurement.sensed);
-        if !state_is_inside(q, qd, config) {
-            return Err(name_fault(reference, q, qd, config));
-        }
+        let (q, qd) = match reading {
+            Reading::Judged { q, qd } => (q, qd),
+            Reading::Measured(measurement) => {
+                if measurement.age_ticks > config.age_max {
+                    return Err(Fault::StaleMeasurement);
+                }
+                let (q, qd) = memory.observed.update(config, &memory.acceleration, &measurement.sensed);
+                if !state_is_inside(q, qd, config) {
+                    return Err(name_fault(reference, q, qd, config));
+                }
+                (q, qd)
+            }
+        };
 
         let mut limits = [LimitFlags::NONE; N];
         let held;

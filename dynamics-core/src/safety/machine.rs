@@ -3,9 +3,7 @@
 use super::measured::{Seen, Sensors};
 use super::stop::{can_stop, slowed};
 use super::{Actuation, Ask, Configuration, HoldCause, Inputs, Output, Refusal, Request, Rules, State};
-use crate::control::{
-    Command, ControllerConfig, Fault, LimitFlags, Measurement, Reference, believed, hold_torques, name_reference,
-};
+use crate::control::{Command, ControllerConfig, Fault, LimitFlags, Reference, believed, hold_torques, name_reference};
 use crate::scalar::Real;
 
 /// The state machine around a controller. See the [module](super) for its states and `docs/safety.md` for its rules.
@@ -75,7 +73,10 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         control: impl FnOnce(Ask<'_, S, N>) -> Command<S, N>,
     ) -> Output<S, N> {
         let (config, rules) = (self.config.get(), self.config.rules());
-        let seen = self.sensors.look(inputs, &self.reference.qdd, config, rules);
+        // An arm that gave way did not follow its reference, and knows no acceleration.
+        let still = [S::zero(); N];
+        let acceleration = if self.gave_way { &still } else { &self.reference.qdd };
+        let seen = self.sensors.look(inputs, acceleration, config, rules);
         self.homed &= !seen.jumped;
         let silent = inputs.heartbeat_age > rules.heartbeat_max;
         let external = external(inputs, rules);
@@ -104,7 +105,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             return self.safe(refused);
         }
         match self.follow(inputs, &seen, silent) {
-            Ok(()) => self.drive(inputs, !drove, refused, control),
+            Ok(()) => self.drive(inputs, &seen, !drove, refused, control),
             Err(fault) => self.fail(fault, inputs.request),
         }
     }
@@ -119,7 +120,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         if let Some(fault) = external.or(seen_fault) {
             return Some(Refusal::Fault(fault));
         }
-        if !seen.at_rest {
+        if !seen.at_rest(self.config.rules()) {
             return Some(Refusal::NotAtRest);
         }
         self.state = State::Idle;
@@ -139,7 +140,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 if !inputs.zeroed {
                     return Err(Refusal::NotZeroed);
                 }
-                standing(seen)?;
+                standing(seen, self.config.rules())?;
                 self.homed = true;
                 self.state = State::Idle;
             }
@@ -147,7 +148,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 if !self.homed {
                     return Err(Refusal::NotHomed);
                 }
-                standing(seen)?;
+                standing(seen, self.config.rules())?;
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }
@@ -156,7 +157,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             }
             (State::Homing, Request::Disarm) => self.state = State::Idle,
             (State::Armed | State::Holding(_), Request::Disarm) => {
-                if !seen.at_rest {
+                if !seen.at_rest(self.config.rules()) {
                     return Err(Refusal::NotAtRest);
                 }
                 self.state = State::Idle;
@@ -227,14 +228,13 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     fn drive(
         &mut self,
         inputs: &Inputs<S, N>,
+        seen: &Seen<S, N>,
         start: bool,
         refused: Option<Refusal>,
         control: impl FnOnce(Ask<'_, S, N>) -> Command<S, N>,
     ) -> Output<S, N> {
-        let age_ticks = inputs.age_ticks.iter().fold(0, |oldest, age| oldest.max(*age));
-        let measurement = Measurement { sensed: inputs.sensed, age_ticks };
         let (mut torque, mut limits) =
-            match control(Ask { start, reference: &self.reference, measurement: &measurement }) {
+            match control(Ask { start, reference: &self.reference, q: &seen.q, qd: &seen.qd }) {
                 Command::Drive { torque, limits } => (torque, limits),
                 Command::Brake(fault) => return self.fail(fault, inputs.request),
             };
@@ -315,10 +315,10 @@ fn external<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>)
 }
 
 /// Whether the measurement is free of faults and the arm at rest, as homing and arming need.
-fn standing<S, const N: usize>(seen: &Seen<S, N>) -> Result<(), Refusal> {
+fn standing<S: Real, const N: usize>(seen: &Seen<S, N>, rules: &Rules<S, N>) -> Result<(), Refusal> {
     match seen.fault {
         Some(fault) => Err(Refusal::Implausible(fault)),
-        None if !seen.at_rest => Err(Refusal::NotAtRest),
+        None if !seen.at_rest(rules) => Err(Refusal::NotAtRest),
         None => Ok(()),
     }
 }

@@ -24,8 +24,13 @@ pub(super) struct Seen<S, const N: usize> {
     pub(super) fault: Option<Fault>,
     /// Some joint jumped.
     pub(super) jumped: bool,
-    /// No joint is faster than its rest speed.
-    pub(super) at_rest: bool,
+}
+
+impl<S: Real, const N: usize> Seen<S, N> {
+    /// Whether no joint is faster than its rest speed. Asked for by requests alone.
+    pub(super) fn at_rest(&self, rules: &Rules<S, N>) -> bool {
+        (0..N).all(|i| self.qd[i].abs() <= rules.joints[i].rest_speed)
+    }
 }
 
 impl<S: Real, const N: usize> Sensors<S, N> {
@@ -43,14 +48,43 @@ impl<S: Real, const N: usize> Sensors<S, N> {
         rules: &Rules<S, N>,
     ) -> Seen<S, N> {
         let (q, qd) = self.observed.update(config, acceleration, &inputs.sensed);
-        let mut seen = Seen { q: *q, qd: *qd, fault: None, jumped: false, at_rest: true };
+        let mut seen = Seen { q: *q, qd: *qd, fault: None, jumped: false };
+        // Nearly every tick: all readings are of this tick, and so were those before. Then a step is a constant of the program.
+        let mut ages = 0;
+        for i in 0..N {
+            ages |= inputs.age_ticks[i] | self.last_age[i];
+        }
+        if ages == 0 {
+            let (mut good, mut now) = (true, self.last);
+            for i in 0..N {
+                let rule = &rules.joints[i];
+                let position = position(&inputs.sensed, config, i);
+                let far = (position - self.last[i]).abs() > rule.jump_step + rule.resolution;
+                good &= !far && is_believed(position, seen.qd[i].abs(), believed(config, i));
+                now[i] = position;
+            }
+            if good {
+                self.last = now;
+                return seen;
+            }
+        }
+        self.judge(inputs, config, rules, &mut seen);
+        seen
+    }
+
+    /// Judge every joint by itself, and name the first fault.
+    #[cold]
+    #[inline(never)]
+    fn judge(
+        &mut self,
+        inputs: &Inputs<S, N>,
+        config: &ControllerConfig<S, N>,
+        rules: &Rules<S, N>,
+        seen: &mut Seen<S, N>,
+    ) {
         for i in 0..N {
             let (age, rule) = (inputs.age_ticks[i], &rules.joints[i]);
-            // Not the observer's estimate: it would smooth a jump.
-            let position = match &inputs.sensed {
-                Sensed::State { q, .. } => q[i],
-                Sensed::Counts(counts) => config.encoder[i].position(counts[i]),
-            };
+            let position = position(&inputs.sensed, config, i);
             let elapsed = self.last_age[i].saturating_add(1).saturating_sub(age);
             let steps = S::from_i32(elapsed.min(i32::MAX as u32) as i32);
             // Without a speed limit the step is infinite, and zero steps of it give NaN: then nothing counts as
@@ -65,14 +99,21 @@ impl<S: Real, const N: usize> Sensors<S, N> {
                 seen.fault = seen.fault.or(Some(name(i as u8, age > config.age_max, finite, jumped, position, bounds)));
                 seen.jumped |= jumped;
             }
-            seen.at_rest &= speed <= rule.rest_speed;
             if finite {
                 (self.last[i], self.last_age[i]) = (position, age);
             } else {
                 self.last_age[i] = self.last_age[i].saturating_add(1);
             }
         }
-        seen
+    }
+}
+
+/// Position of a joint as it was read, rad or m. Not the observer's estimate: it would smooth a jump.
+#[inline]
+fn position<S: Real, const N: usize>(sensed: &Sensed<S, N>, config: &ControllerConfig<S, N>, i: usize) -> S {
+    match sensed {
+        Sensed::State { q, .. } => q[i],
+        Sensed::Counts(counts) => config.encoder[i].position(counts[i]),
     }
 }
 

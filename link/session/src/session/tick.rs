@@ -4,9 +4,7 @@ use super::change::jump;
 use super::{Buffers, Session};
 use crate::meter::{Counter, Meter};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{
-    Command, Configuration, Controller, Fault, LimitFlags, Measurement, Protection, Reference,
-};
+use dynamics_core::control::{Command, Configuration, Controller, Fault, LimitFlags, Protection, Reading, Reference};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, Actuation, SafeAction};
 use dynamics_core::trig::Trig;
@@ -50,7 +48,8 @@ where
             return self.supervise(pacing, meter);
         }
         if let (Some(reference), Some(measurement)) = (&self.reference, &self.measurement) {
-            let (command, cost) = control(&mut self.controller, meter, false, reference, measurement);
+            let reading = Reading::Measured(measurement);
+            let (command, cost) = control(&mut self.controller, meter, false, reference, reading);
             self.answer = Some(Frame::answer(self.tick, &command, cost));
         }
         safe
@@ -70,9 +69,10 @@ where
                     change.make(&mut trial);
                     trial
                 });
-                let (command, cost) = control(controller, meter, ask.start, ask.reference, ask.measurement);
+                let reading = Reading::Judged { q: ask.q, qd: ask.qd };
+                let (command, cost) = control(controller, meter, ask.start, ask.reference, reading);
                 if let Some(mut trial) = trial {
-                    let (other, _) = control(&mut trial, meter, ask.start, ask.reference, ask.measurement);
+                    let (other, _) = control(&mut trial, meter, ask.start, ask.reference, reading);
                     jumps = jump(&command, &other, controller.config());
                 }
                 alone = cost;
@@ -120,7 +120,7 @@ fn control<const N: usize, D, T, C, P, M>(
     meter: &Meter<M>,
     start: bool,
     reference: &Reference<f32, N>,
-    measurement: &Measurement<f32, N>,
+    reading: Reading<'_, f32, N>,
 ) -> (Command<f32, N>, Option<Cost>)
 where
     D: InverseDynamics<f32, N>,
@@ -132,5 +132,5 @@ where
     if start {
         controller.reset();
     }
-    meter.measure(|| controller.tick(reference, measurement))
+    meter.measure(|| controller.tick_from(reference, reading))
 }
