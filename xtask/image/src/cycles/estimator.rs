@@ -2,7 +2,7 @@
 
 use crate::cycles::memory::Memory;
 use crate::cycles::pipeline::Machine;
-use crate::cycles::timing::{HIGH, LIKELY, LOW};
+use crate::cycles::timing::{HIGH, LIKELY, LOW, Reading};
 use crate::{Class, Instruction, Program};
 use std::collections::BTreeMap;
 
@@ -89,16 +89,14 @@ impl<'a> Estimator<'a> {
     /// A core at rest, its caches empty.
     #[must_use]
     pub fn new(program: &'a Program, memory: Memory) -> Self {
-        let machine = |reading| Machine::new(reading, memory);
-        Self {
-            program,
-            memory,
-            low: machine(LOW),
-            likely: machine(LIKELY),
-            high: machine(HIGH),
-            pending: None,
-            estimate: Estimate::default(),
-        }
+        Self::with_readings(program, memory, [LOW, LIKELY, HIGH])
+    }
+
+    /// The same with other readings of the manuals in the places of low, likely and high: for comparing one with another.
+    #[must_use]
+    pub fn with_readings(program: &'a Program, memory: Memory, readings: [Reading; 3]) -> Self {
+        let [low, likely, high] = readings.map(|reading| Machine::new(reading, memory));
+        Self { program, memory, low, likely, high, pending: None, estimate: Estimate::default() }
     }
 
     /// Executes the instruction at this address. Its data are taken to be in SRAM, unless they are a literal.

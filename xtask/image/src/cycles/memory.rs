@@ -181,18 +181,19 @@ impl Flash {
             return 0;
         }
         self.data.keep(line);
-        // The prefetched line is still needed: its reading ends first, or starts again after this one.
-        let end = self.busy_until;
-        let stall = self.read(now, reading);
-        if let Some((_, there)) = &mut self.ahead
-            && *there > now
-            && end > now
-            && !reading.flash_reads_finish
-        {
-            *there = self.busy_until + 1 + self.wait_states;
-            self.busy_until = *there;
+        // A line being prefetched is still needed: its reading ends first, or starts again after this one. Where both want to
+        // begin, data go first.
+        let takes = 1 + self.wait_states;
+        match self.ahead {
+            Some((next, there)) if there > now && (!reading.flash_reads_finish || there - takes >= now) => {
+                let begin = if reading.flash_reads_finish { there - takes } else { now };
+                let end = begin + takes;
+                self.busy_until = end + takes;
+                self.ahead = Some((next, self.busy_until));
+                end - now - 1
+            }
+            _ => self.read(now, reading),
         }
-        stall
     }
 
     /// Reads a line that is needed at once; returns the cycles until it arrives, without the one that the instruction

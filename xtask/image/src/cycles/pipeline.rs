@@ -138,6 +138,7 @@ impl Machine {
             Class::Load => 2 - self.pipelined(i),
             Class::Store if i.register_offset => 2 - self.pipelined(i),
             Class::Store => 1,
+            Class::LoadMultiple if self.reading.loads_follow_all => 1 + words - u64::from(self.follows_any()),
             Class::LoadMultiple | Class::StoreMultiple | Class::FloatLoadMultiple | Class::FloatStoreMultiple => {
                 1 + words
             }
@@ -164,11 +165,21 @@ impl Machine {
 
     /// The cycle that a load or store saves after a load that does not supply its address.
     fn pipelined(&self, i: &Instruction) -> u64 {
+        let behind_all = i.class == Class::Load && self.reading.loads_follow_all && self.follows_any();
         u64::from(self.previous.is_some_and(|before| {
             let single = before.class == Class::Load && before.may_fall_through
-                || before.class == Class::FloatLoad && self.reading.float_memory_is_pipelined;
+                || before.class == Class::FloatLoad && self.reading.float_memory_is_pipelined
+                || behind_all;
             single && !before.writes.meets(i.address_registers)
         }))
+    }
+
+    /// Whether the instruction before moved core registers to or from memory.
+    fn follows_any(&self) -> bool {
+        self.previous.is_some_and(|before| {
+            let moves = matches!(before.class, Class::Load | Class::Store | Class::LoadMultiple | Class::StoreMultiple);
+            moves && before.may_fall_through
+        })
     }
 
     /// Sets the times of the float unit's results, and the end of its work.
