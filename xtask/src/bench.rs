@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`chip`] | instructions in the emulator; bytes and stack traffic in the linked program |
 //! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder compared with objdump |
+//! | [`micro`] | instructions of one class each: their estimates beside the emulator and a board |
 //! | [`kernels`] | source of the kernels that are counted on the chip |
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
@@ -17,6 +18,7 @@ pub(crate) mod cycles;
 mod desk;
 mod disassembly;
 pub(crate) mod kernels;
+pub(crate) mod micro;
 mod report;
 
 pub(crate) use report::{Table, thousands, write_into};

@@ -95,6 +95,19 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
     Ok(())
 }
 
+/// Writes a built program that is no firmware, and starts it.
+///
+/// # Errors
+/// [`BadInput`] for a missing tool; a tool that fails.
+pub(crate) fn write_program(program: &Path) -> Result<()> {
+    let tool = which(PROBE_TOOL).ok_or_else(no_tool)?;
+    for step in [probe_call("download", None, &["--verify"], Some(program)), probe_call("reset", None, &[], None)] {
+        println!("$ {PROBE_TOOL} {}", line(&step));
+        run(Command::new(&tool).args(&step))?;
+    }
+    Ok(())
+}
+
 fn no_tool() -> BadInput {
     BadInput(format!("{PROBE_TOOL}: found none on the path, expected it there: `{INSTALL}`"))
 }

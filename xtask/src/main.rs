@@ -58,11 +58,21 @@ enum Task {
         #[command(flatten)]
         options: budget::Options,
     },
-    /// Estimate the cycles of kernels on the chip from the emulator's trace, from flash and from SRAM
+    /// Estimate the cycles of kernels on the chip from the emulator's trace, from flash and from SRAM. With --port, code 1 where a board's
+    /// cycles leave their range, code 2 where there is no such board
     Cycles {
         /// Write the tables of docs/measured/cycles.md
-        #[arg(long)]
+        #[arg(long, conflicts_with_all = ["micro", "port"])]
         write: bool,
+        /// Estimate stretches of one class of instructions each instead
+        #[arg(long)]
+        micro: bool,
+        /// Compare these stretches with a board that runs them, on this serial port
+        #[arg(long)]
+        port: Option<String>,
+        /// Write the program with the stretches to the board first, with probe-rs; only with the drives' power off
+        #[arg(long, requires = "port")]
+        flash: bool,
     },
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
@@ -162,7 +172,8 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Check => check::changed(),
         Task::Bench { options } => bench::run(options),
         Task::Budget { options } => budget::run(&options),
-        Task::Cycles { write } => bench::cycles::run(write),
+        Task::Cycles { micro, port, flash, .. } if micro || port.is_some() => bench::micro::run(port.as_deref(), flash),
+        Task::Cycles { write, .. } => bench::cycles::run(write),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Build { what, message_path, emulator } => {

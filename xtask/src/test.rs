@@ -75,6 +75,7 @@ fn chip_tests(tally: &mut Tally) {
     tally.step("instruction counts", bench::gate);
     tally.step("budget, its cheap part", budget::gate);
     tally.step("cycles, estimated", || bench::cycles::run(false));
+    tally.step("cycles of one class of instructions each", || bench::micro::run(None, false));
     // One emulator at a time, because it keeps one processor busy and the test another.
     let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     tally.tests("chip tests", tests.args(["--test-threads", "1", "--filterset", CHIP_TESTS]));

@@ -1,9 +1,10 @@
-//! Counts the instructions of calls in the emulated chip, in two programs.
+//! Counts the instructions of calls in the emulated chip, in three programs.
 //!
 //! | program, and the feature that it is built with | counts |
 //! |---|---|
 //! | `probe-kernels`, `kernels` | kernels and the recursion, for `cargo xtask bench` and `cargo xtask cycles` |
 //! | `probe-cost`, `cost` | the control tick of a scene, for `cargo xtask firmware cost` |
+//! | `probe-micro`, `micro` | instructions of one class each, for `cargo xtask cycles`; on a board, cycles |
 //!
 //! With `-icount shift=0` QEMU runs an instruction in 1 ns of its time, and TIM2 without prescaler counts them (as in
 //! `firmware/src/boards/netduinoplus2.rs`). On anything but the chip there is nothing here.

@@ -172,7 +172,7 @@ impl<'a> Watch<'a> {
                 self.found.estimates.extend(self.tick.take());
             }
         }
-        self.estimator.execute(step.address);
+        self.estimator.execute_with(step.address, &step.registers);
     }
 
     /// Counts the instructions for which the tick must wait for a mask. Not counted are those of the tick itself, those of

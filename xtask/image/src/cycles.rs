@@ -3,8 +3,9 @@
 //! The emulator counts instructions, and an instruction is not a cycle: a division takes 14, code in flash waits for flash,
 //! a load waits for its address. This module estimates the cycles from three sources: the decoded instructions
 //! ([`Program::decode`](crate::Program::decode)), their order of execution ([`trace`]), and the manuals' tables of the core
-//! and the flash ([`timing`]). **Nothing here has been compared with silicon**: where a manual leaves a choice, the
-//! estimate is a range from the quickest to the slowest reading, with the likeliest between ([`Range`]).
+//! and the flash ([`timing`]). Where a manual leaves a choice, the estimate is a range from the quickest to the slowest
+//! reading, with the likeliest between ([`Range`]). **None of our own programs has run on silicon**; programs of others have,
+//! and their published cycles are beside our estimates in `docs/measured/calibration.md`.
 //!
 //! | module | holds |
 //! |---|---|
@@ -15,9 +16,10 @@
 //! | [`steps`] | the same with the core's registers, for a program that is already running in an emulator |
 //! | [`calls`] | an estimate of each call of a function, in a program that counts them |
 //!
-//! Limits: data addresses are not in a trace. A load relative to the program counter reads flash, and its address is known;
-//! all others are assumed to be in SRAM. So a constant in flash that is read through a pointer is counted as SRAM. An
-//! instruction skipped by its IT block is counted as executed. There are no interrupts and no DMA.
+//! Limits: [`trace`] has no registers, so only a load relative to the program counter is known to read flash there; a
+//! constant in flash that is read through a pointer counts as SRAM. [`steps`] has them, and
+//! [`Estimator::execute_with`] takes each load from where its registers point. A device answers as SRAM does. An instruction
+//! skipped by its IT block is counted as executed. There are no interrupts and no DMA.
 
 mod calls;
 mod estimator;

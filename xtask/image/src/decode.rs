@@ -11,7 +11,7 @@ mod registers;
 mod wide;
 
 pub use class::Class;
-pub use instruction::{Effect, Instruction};
+pub use instruction::{Effect, Instruction, Place};
 pub use registers::Registers;
 
 /// The stack pointer.

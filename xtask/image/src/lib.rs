@@ -18,7 +18,7 @@ mod functions;
 mod reached;
 mod stack;
 
-pub use decode::{Class, Effect, Instruction, Registers};
+pub use decode::{Class, Effect, Instruction, Place, Registers};
 pub use elf::{ImageError, Program, SRAM};
 pub use functions::Function;
 pub use reached::{Part, Reached};

@@ -66,7 +66,7 @@ const ENCODINGS: [(&str, &[u16], Class, u32); 68] = [
     ("vmov.f32 s0, #1.0", &[0xeeb7, 0x0a00], Class::FloatMove, 0),
     ("vmov s0, r1", &[0xee00, 0x1a10], Class::FloatTransfer, 0),
     ("vmov r1, s0", &[0xee10, 0x1a10], Class::FloatTransfer, 0),
-    ("vmov r0, r1, d1", &[0xec51, 0x0b11], Class::FloatTransfer, 0),
+    ("vmov r0, r1, d1", &[0xec51, 0x0b11], Class::FloatTransferPair, 0),
     ("vcmp.f32 s0, s1", &[0xeeb4, 0x0a60], Class::FloatCompare, 0),
     ("vcmp.f32 s0, #0.0", &[0xeeb5, 0x0a40], Class::FloatCompare, 0),
     ("vmrs APSR_nzcv, fpscr", &[0xeef1, 0xfa10], Class::FloatStatus, 0),
@@ -125,6 +125,41 @@ fn registers_are_those_of_the_text() {
     assert_eq!((low.reads, low.writes), (Registers::NONE, core(0)));
     assert!(decode(&[0xf841, 0x8022]).register_offset && decode(&[0x5065]).register_offset);
     assert!(!decode(&[0x6865]).register_offset);
+}
+
+#[test]
+fn data_addresses_are_those_of_the_manual() {
+    // r0 is 0x100, r1 is 0x110, and so on; the program counter is the instruction's address.
+    let mut registers: [u32; 16] = std::array::from_fn(|number| 0x100 + 0x10 * number as u32);
+    registers[15] = START;
+    for (text, halves, address) in [
+        ("ldr r5, [r4, #4]", &[0x6865][..], 0x144),
+        ("ldrb r5, [r4, #4]", &[0x7925], 0x144),
+        ("ldrh r5, [r4, #4]", &[0x88a5], 0x144),
+        ("ldr r5, [r4, r1]", &[0x5865], 0x140 + 0x110),
+        ("ldr r0, [sp, #8]", &[0x9802], 0x1d8),
+        ("pop {r4-r7}", &[0xbcf0], 0x1d0),
+        ("push {r4-r7}", &[0xb4f0], 0x1c0),
+        ("ldmia r1!, {r2, r3}", &[0xc90c], 0x110),
+        ("ldr.w r8, [r1, #256]", &[0xf8d1, 0x8100], 0x210),
+        ("ldr.w r8, [r1], #4", &[0xf851, 0x8b04], 0x110),
+        ("ldr.w r8, [r1, #4]!", &[0xf851, 0x8f04], 0x114),
+        ("ldr.w r8, [r1, #-4]", &[0xf851, 0x8c04], 0x10c),
+        ("ldr.w r8, [r1, r2, lsl #2]", &[0xf851, 0x8022], 0x110 + 4 * 0x120),
+        ("ldrd r0, r1, [sp, #8]", &[0xe9dd, 0x0102], 0x1d8),
+        ("strd r0, r1, [sp, #-8]!", &[0xe96d, 0x0102], 0x1c8),
+        ("ldmdb r4, {r0, r1}", &[0xe914, 0x0003], 0x138),
+        ("ldrex r0, [r1, #4]", &[0xe851, 0x0f01], 0x114),
+        ("tbh [pc, r1, lsl #1]", &[0xe8df, 0xf011], START + 4 + 2 * 0x110),
+        ("vldr s1, [r0, #4]", &[0xedd0, 0x0a01], 0x104),
+        ("vldr s1, [r0, #-4]", &[0xed50, 0x0a01], 0xfc),
+        ("vldmia r0!, {s0-s3}", &[0xecb0, 0x0a04], 0x100),
+        ("vpush {d8-d11}", &[0xed2d, 0x8b08], 0x1b0),
+        ("vldr s0, [pc, #16]", &[0xed9f, 0x0a04], START + 4 + 16),
+    ] {
+        assert_eq!(decode(halves).data_address(&registers), Some(address), "{text}");
+    }
+    assert_eq!(decode(&[0x1840]).data_address(&registers), None);
 }
 
 #[test]

@@ -113,6 +113,7 @@ impl<'a> Listed<'a> {
                 || operand.starts_with("sb")
         };
         Some(match class {
+            Class::FloatMove if operands.iter().filter(|o| is_core(o)).count() == 2 => Class::FloatTransferPair,
             Class::FloatMove if operands.iter().any(is_core) => Class::FloatTransfer,
             Class::Integer if operands.first() == Some(&"pc") => Class::Branch,
             _ => class,

@@ -2,7 +2,7 @@
 
 use crate::cycles::memory::Memory;
 use crate::cycles::pipeline::Machine;
-use crate::cycles::timing::{HIGH, LIKELY, LOW};
+use crate::cycles::timing::{HIGH, LIKELY, LOW, Reading};
 use crate::{Class, Instruction, Program};
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ pub struct Stalls {
     pub bus: u64,
 }
 
-/// Cycles of a stretch of execution: an **estimate**, compared with no silicon.
+/// Cycles of a stretch of execution: an **estimate**, near to published cycles of other programs on silicon.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Estimate {
     /// Instructions executed.
@@ -47,6 +47,14 @@ pub struct Estimate {
     pub stalls: Stalls,
     /// Instructions by class.
     pub histogram: BTreeMap<Class, u64>,
+}
+
+/// An instruction, and the address of its data if that is known.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    address: u32,
+    instruction: Option<Instruction>,
+    data: Option<u32>,
 }
 
 /// Estimates cycles, an instruction at a time.
@@ -73,7 +81,7 @@ pub struct Estimator<'a> {
     likely: Machine,
     high: Machine,
     /// The instruction whose successor is not yet known.
-    pending: Option<(u32, Option<Instruction>)>,
+    pending: Option<Pending>,
     estimate: Estimate,
 }
 
@@ -81,31 +89,55 @@ impl<'a> Estimator<'a> {
     /// A core at rest, its caches empty.
     #[must_use]
     pub fn new(program: &'a Program, memory: Memory) -> Self {
-        let machine = |reading| Machine::new(reading, memory);
-        Self {
-            program,
-            memory,
-            low: machine(LOW),
-            likely: machine(LIKELY),
-            high: machine(HIGH),
-            pending: None,
-            estimate: Estimate::default(),
-        }
+        Self::with_readings(program, memory, [LOW, LIKELY, HIGH])
     }
 
-    /// Executes the instruction at this address.
+    /// The same with other readings of the manuals in the places of low, likely and high: for comparing one with another.
+    #[must_use]
+    pub fn with_readings(program: &'a Program, memory: Memory, readings: [Reading; 3]) -> Self {
+        let [low, likely, high] = readings.map(|reading| Machine::new(reading, memory));
+        Self { program, memory, low, likely, high, pending: None, estimate: Estimate::default() }
+    }
+
+    /// Executes the instruction at this address. Its data are taken to be in SRAM, unless they are a literal.
     pub fn execute(&mut self, address: u32) {
-        let next = self.program.decode(address);
-        if let Some((at, instruction)) = self.pending.replace((address, next)) {
-            self.account(at, instruction, Some((address, next)));
+        let instruction = self.program.decode(address);
+        self.start(Pending { address, instruction, data: None });
+    }
+
+    /// Executes the instruction at this address with these core registers before it: its data are where they point.
+    ///
+    /// ```
+    /// use chip_image::Program;
+    /// use chip_image::cycles::{Estimator, Memory, Placement};
+    /// // ldr r5, [r4, #4]: from flash, which has 5 wait states, and from SRAM.
+    /// let program = Program::from_halves(0x2000_0000, &[0x6865]);
+    /// let cycles = [0x0800_0000, 0x2001_0000].map(|r4| {
+    ///     let mut estimator = Estimator::new(&program, Memory::new(Placement::ByAddress));
+    ///     let mut registers = [0; 16];
+    ///     registers[4] = r4;
+    ///     estimator.execute_with(0x2000_0000, &registers);
+    ///     estimator.finish().cycles.low
+    /// });
+    /// assert_eq!(cycles, [2 + 5, 2]);
+    /// ```
+    pub fn execute_with(&mut self, address: u32, registers: &[u32; 16]) {
+        let instruction = self.program.decode(address);
+        let data = instruction.and_then(|instruction| instruction.data_address(registers));
+        self.start(Pending { address, instruction, data });
+    }
+
+    fn start(&mut self, next: Pending) {
+        if let Some(before) = self.pending.replace(next) {
+            self.account(&before, Some(&next));
         }
     }
 
     /// Estimate of everything executed since the start or the last call. It is not known whether the last instruction
     /// branched; it counts as a branch only if it cannot do anything else.
     pub fn finish(&mut self) -> Estimate {
-        if let Some((at, instruction)) = self.pending.take() {
-            self.account(at, instruction, None);
+        if let Some(last) = self.pending.take() {
+            self.account(&last, None);
         }
         let mut estimate = std::mem::take(&mut self.estimate);
         let machines = [&mut self.low, &mut self.likely, &mut self.high];
@@ -115,22 +147,23 @@ impl<'a> Estimator<'a> {
         estimate
     }
 
-    fn account(&mut self, at: u32, instruction: Option<Instruction>, next: Option<(u32, Option<Instruction>)>) {
+    fn account(&mut self, this: &Pending, next: Option<&Pending>) {
+        let Pending { address, instruction, data } = *this;
         self.estimate.instructions += 1;
         let known = instruction.unwrap_or_else(|| {
             self.estimate.unknown += 1;
-            Instruction::unknown(at)
+            Instruction::unknown(address)
         });
         if instruction.is_some() {
             *self.estimate.histogram.entry(known.class).or_default() += 1;
         }
         let taken = match next {
-            Some((address, _)) => instruction.is_some() && address != at.wrapping_add(known.width),
+            Some(next) => instruction.is_some() && next.address != address.wrapping_add(known.width),
             None => !known.may_fall_through,
         };
-        let target = next.and_then(|(_, target)| target);
+        let target = next.and_then(|next| next.instruction);
         for machine in [&mut self.low, &mut self.likely, &mut self.high] {
-            machine.step(&known, taken, target.as_ref(), self.memory);
+            machine.step(&known, taken, target.as_ref(), data, self.memory);
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Memory that code is fetched from: flash behind its two caches and its prefetch, or SRAM.
+//! Memory that code is fetched from: flash behind its two caches and its prefetch, or SRAM. Memory that data come from.
 
-use crate::cycles::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INSTRUCTION_LINES, Reading};
+use crate::cycles::timing::{DATA_LINES, FLASH_LINE_BYTES, FLASH_WAIT_STATES, INSTRUCTION_LINES, Prefetched, Reading};
 
 /// Location of the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +34,42 @@ impl Memory {
         match self.placement {
             Placement::Flash => true,
             Placement::Sram => false,
-            Placement::ByAddress => address < 0x2000_0000,
+            Placement::ByAddress => address < SRAM_BEGINS,
+        }
+    }
+
+    /// The source of a literal, which lies beside the code.
+    pub(crate) fn of_literal(self, address: u32) -> Source {
+        if self.is_flash(address) { Source::Flash(address) } else { Source::Sram }
+    }
+}
+
+/// The first address of SRAM.
+const SRAM_BEGINS: u32 = 0x2000_0000;
+
+/// The first address of the memory that only the core reaches (RM0090, 2.3.1).
+const COUPLED_BEGINS: u32 = 0x1000_0000;
+
+/// The source of data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// Flash, at this address.
+    Flash(u32),
+    /// The memory that only the core reaches: no waiting, and a bus of its own.
+    Coupled,
+    /// SRAM or a device.
+    Sram,
+}
+
+impl Source {
+    /// The source of data at an address in a register, by the chip's memory map. Flash appears at 0 as well.
+    pub(crate) const fn of(address: u32) -> Self {
+        if address < COUPLED_BEGINS {
+            Self::Flash(address)
+        } else if address < SRAM_BEGINS {
+            Self::Coupled
+        } else {
+            Self::Sram
         }
     }
 }
@@ -114,11 +149,17 @@ impl Flash {
         let stall = if self.instructions.hit(line) {
             0
         } else if let Some((_, there)) = ahead {
-            if reading.prefetched_lines_are_kept {
+            // The last of these cycles is the instruction's own.
+            let stall = there.saturating_sub(now + 1);
+            let kept = match reading.prefetched {
+                Prefetched::Kept => true,
+                Prefetched::KeptIfWaitedFor => stall > 0,
+                Prefetched::Dropped => false,
+            };
+            if kept {
                 self.instructions.keep(line);
             }
-            // The last of these cycles is the instruction's own.
-            there.saturating_sub(now + 1)
+            stall
         } else {
             self.instructions.keep(line);
             self.read(now, reading)
@@ -140,18 +181,19 @@ impl Flash {
             return 0;
         }
         self.data.keep(line);
-        // The prefetched line is still needed: its reading ends first, or starts again after this one.
-        let end = self.busy_until;
-        let stall = self.read(now, reading);
-        if let Some((_, there)) = &mut self.ahead
-            && *there > now
-            && end > now
-            && !reading.flash_reads_finish
-        {
-            *there = self.busy_until + 1 + self.wait_states;
-            self.busy_until = *there;
+        // A line being prefetched is still needed: its reading ends first, or starts again after this one. Where both want to
+        // begin, data go first.
+        let takes = 1 + self.wait_states;
+        match self.ahead {
+            Some((next, there)) if there > now && (!reading.flash_reads_finish || there - takes >= now) => {
+                let begin = if reading.flash_reads_finish { there - takes } else { now };
+                let end = begin + takes;
+                self.busy_until = end + takes;
+                self.ahead = Some((next, self.busy_until));
+                end - now - 1
+            }
+            _ => self.read(now, reading),
         }
-        stall
     }
 
     /// Reads a line that is needed at once; returns the cycles until it arrives, without the one that the instruction

@@ -1,8 +1,10 @@
 //! Pipeline: cycles of an instruction after those before it.
 
 use crate::cycles::estimator::Stalls;
-use crate::cycles::memory::{Flash, Memory};
-use crate::cycles::timing::{BusConflict, FLOAT_DIVIDE, FLOAT_MULTIPLY_ADD, IfThen, REFILL_MOST, Reading, Refill};
+use crate::cycles::memory::{Flash, Memory, Source};
+use crate::cycles::timing::{
+    BusConflict, FLASH_LINE_BYTES, FLOAT_DIVIDE, FLOAT_MULTIPLY_ADD, IfThen, REFILL_MOST, Reading, Refill,
+};
 use crate::{Class, Instruction, Registers};
 
 /// The core under one reading of the manuals.
@@ -41,10 +43,18 @@ impl Machine {
         (cycles, std::mem::take(&mut self.stalls))
     }
 
-    pub(super) fn step(&mut self, i: &Instruction, taken: bool, target: Option<&Instruction>, memory: Memory) {
+    /// Executes an instruction; `data` is the address that it loads from or stores to, if that is known.
+    pub(super) fn step(
+        &mut self,
+        i: &Instruction,
+        taken: bool,
+        target: Option<&Instruction>,
+        data: Option<u32>,
+        memory: Memory,
+    ) {
         self.fetch(i, memory);
         self.wait_for_registers(i);
-        self.data(i, memory);
+        self.data(i, data, memory);
         let begin = self.now;
         self.now += self.issue(i);
         self.write_floats(i, begin);
@@ -86,19 +96,28 @@ impl Machine {
     }
 
     /// Waits for the memory that a load reads, and for the bus.
-    fn data(&mut self, i: &Instruction, memory: Memory) {
-        if let Some(at) = i.literal
-            && memory.is_flash(at)
+    fn data(&mut self, i: &Instruction, data: Option<u32>, memory: Memory) {
+        let source = match i.literal {
+            Some(at) => memory.of_literal(at),
+            None => data.map_or(Source::Sram, Source::of),
+        };
+        if let Source::Flash(at) = source
+            && i.class.loads()
         {
-            let first = self.flash.load(at, self.now, &self.reading);
-            let last = at.wrapping_add(4 * i.words.saturating_sub(1));
-            let second = self.flash.load(last, self.now + first, &self.reading);
-            let stall = first + second + self.reading.literal;
+            let mut stall = self.reading.literal;
+            let words = i.words.max(1);
+            // Each line that holds one of the words.
+            let mut line = None;
+            for word in (0..words).map(|word| at.wrapping_add(4 * word)) {
+                if line.replace(word / FLASH_LINE_BYTES) != Some(word / FLASH_LINE_BYTES) {
+                    stall += self.flash.load(word, self.now + stall, &self.reading);
+                }
+            }
             self.stalls.literal += stall;
             self.now += stall;
         }
-        // Data in flash come over a bus of their own.
-        let shared = !memory.is_flash(i.address) && i.literal.is_none_or(|at| !memory.is_flash(at));
+        // Only SRAM and devices share the bus of code in SRAM.
+        let shared = !memory.is_flash(i.address) && source == Source::Sram;
         if i.words > 0 && shared {
             let stall = match self.reading.bus_conflict {
                 BusConflict::Hidden => 0,
@@ -119,6 +138,7 @@ impl Machine {
             Class::Load => 2 - self.pipelined(i),
             Class::Store if i.register_offset => 2 - self.pipelined(i),
             Class::Store => 1,
+            Class::LoadMultiple if self.reading.loads_follow_all => 1 + words - u64::from(self.follows_any()),
             Class::LoadMultiple | Class::StoreMultiple | Class::FloatLoadMultiple | Class::FloatStoreMultiple => {
                 1 + words
             }
@@ -134,6 +154,7 @@ impl Machine {
             Class::FloatMultiplyAdd => beside(FLOAT_MULTIPLY_ADD),
             Class::FloatDivide | Class::FloatSquareRoot => beside(FLOAT_DIVIDE),
             Class::FloatTransfer => self.reading.transfer,
+            Class::FloatTransferPair => self.reading.transfer_pair,
             Class::FloatLoad if self.reading.float_memory_is_pipelined => 1 + words - self.pipelined(i),
             Class::FloatStore if self.reading.float_memory_is_pipelined => words,
             Class::FloatLoad | Class::FloatStore => 1 + words,
@@ -144,11 +165,21 @@ impl Machine {
 
     /// The cycle that a load or store saves after a load that does not supply its address.
     fn pipelined(&self, i: &Instruction) -> u64 {
+        let behind_all = i.class == Class::Load && self.reading.loads_follow_all && self.follows_any();
         u64::from(self.previous.is_some_and(|before| {
             let single = before.class == Class::Load && before.may_fall_through
-                || before.class == Class::FloatLoad && self.reading.float_memory_is_pipelined;
+                || before.class == Class::FloatLoad && self.reading.float_memory_is_pipelined
+                || behind_all;
             single && !before.writes.meets(i.address_registers)
         }))
+    }
+
+    /// Whether the instruction before moved core registers to or from memory.
+    fn follows_any(&self) -> bool {
+        self.previous.is_some_and(|before| {
+            let moves = matches!(before.class, Class::Load | Class::Store | Class::LoadMultiple | Class::StoreMultiple);
+            moves && before.may_fall_through
+        })
     }
 
     /// Sets the times of the float unit's results, and the end of its work.

@@ -1,10 +1,11 @@
 //! Every instruction that an emulator executes, with the core's registers before it and the current exception.
 //!
 //! For a program that does not end by itself: the caller starts the emulator with [`arguments`], and gives its standard
-//! error to [`read`]. The log is long, so this is for a few hundred ticks, not for many.
+//! error to [`read`]; one that ends by itself has [`run`]. The log is long, so this is for a few hundred ticks, not for many.
 
-use crate::cycles::trace::{Error, Line, one_instruction_a_block};
-use std::io::BufRead;
+use crate::cycles::trace::{self, Ended, Error, Line, one_instruction_a_block};
+use std::io::{BufRead, BufReader};
+use std::path::Path;
 
 /// Trace event for priorities, logged beside instructions, as the emulator names it.
 const PRIORITIES: &str = "nvic_set_prio";
@@ -65,6 +66,19 @@ pub fn arguments(detail: Detail) -> Result<Vec<&'static str>, Error> {
     // twice as fast.
     all.extend(["-d", log, "-trace", PRIORITIES, "-trace", PENDING, "-D", "/dev/stderr"]);
     Ok(all)
+}
+
+/// Runs a program that ends by itself, and calls back for each event in order.
+///
+/// # Errors
+/// The emulator cannot be started, or the program fails.
+pub fn run(elf: &Path, detail: Detail, on_event: impl FnMut(Event)) -> Result<(), Error> {
+    let mut child = Ended(trace::start(elf, &arguments(detail)?)?);
+    if let Some(log) = child.0.stderr.take() {
+        read(BufReader::with_capacity(1 << 16, log), on_event)?;
+    }
+    let status = child.0.wait().map_err(Error::Log)?;
+    if status.success() { Ok(()) } else { Err(Error::GaveUp { status, said: String::new() }) }
 }
 
 /// Reads the log to its end, and calls back for each event in order.

@@ -8,28 +8,31 @@
 //! | store | 1; 2 at the sum of two registers, 1 of these behind a load | TRM 3.3.3, checked in TI |
 //! | load, store of N registers | 1 + N, never pipelined with its neighbours | TRM 3.3, not checked |
 //! | an address from the instruction before that is no load | 1 more | TRM 3.3.3, checked in TI |
-//! | branch taken | 1 + P, P from 1 to 3; not taken 1 | TRM 3.3, checked in TI |
+//! | branch taken | 1 + P, P from 1 to 3; not taken 1 | TRM 3.3, checked in TI; P from 2 to 3 published |
 //! | load of the program counter, branch by a table | 2 + 3, 3 + 3 at least | TRM 3.3.3, checked in TI |
 //! | IT | 1, or 0 folded into a narrow instruction before it | TRM 3.3, not checked |
 //! | barrier | 1 + B, B at least 0 | TRM 3.3, for the Cortex-M3 checked |
 //! | VADD, VSUB, VMUL, VNMUL, VABS, VNEG, VCMP, VCVT, VMRS, VMSR, VMOV of floats | 1 | TRM 7.2, checked in TI |
 //! | VMLA and its siblings | 3 | TRM 7.2, checked in TI and GCC |
 //! | VDIV, VSQRT | 14 | TRM 7.2, VDIV checked in TI, both in GCC |
-//! | VMOV between core and float registers | 2 | TRM 7.2, checked in TI and GCC; another source says 1 |
-//! | VLDR, VSTR of one float | 2 | VLDR checked in TI, VSTR not; GCC has 1 for VSTR |
+//! | VMOV between one core and one float register | 1 | published; TRM 7.2 has 2 for some, as have TI and GCC for all |
+//! | VMOV between two and two | 2 | TRM 7.2, checked in TI and GCC, published |
+//! | VLDR, VSTR of one float | 2, never pipelined with its neighbours | VLDR checked in TI, VSTR not; published; GCC pipelines both, and has 1 for VSTR |
 //! | VLDR, VSTR of two floats | 3 | VLDR checked in TI, both in GCC |
 //! | VLDM, VSTM, VPUSH, VPOP of N floats | 1 + N | TRM 7.2, VLDM and VPOP checked in TI |
 //! | a float result that the next instruction needs | 1 more; none as the addend of a multiply-add | TRM 7.2, checked in GCC |
 //! | core instructions during VDIV, VSQRT, VMLA | go on | TRM 7.2, checked in GCC |
 //! | flash at 168 MHz, 3.3 V | 5 wait states | RM0090 3.5, not checked |
 //! | flash: lines of 16 bytes, 64 for instructions, 8 for data, prefetch of instructions | - | RM0090 3.2, checked |
+//! | flash: data before instructions where both wait | - | RM0090 3.4, not checked |
 //! | which line goes: the least recently used | - | RM0090 3.5, not checked |
 //!
 //! TRM: Arm, Cortex-M4 Technical Reference Manual r0p1 (DDI 0439). RM0090: ST's reference manual of the STM32F405. Neither was
 //! read itself: "checked in TI" means read in the copy of Arm's tables in Texas Instruments' SWCU192, tables 3-25 and
 //! 3-27 and the section on load and store timings; "checked in GCC" means found the same in GCC's pipeline description
 //! `cortex-m4-fpu.md`; "checked" for RM0090 means read in a copy of its chapter 3; "not checked" means from memory of the
-//! manual.
+//! manual. "Published": the reading that comes nearest to the cycles that others published of their programs on a Cortex-M4,
+//! in `docs/measured/calibration.md`.
 
 /// Wait states of flash at 168 MHz and 3.3 V (RM0090, 3.5.1).
 pub const FLASH_WAIT_STATES: u64 = 5;
@@ -70,21 +73,37 @@ pub struct Reading {
     pub float_memory_is_pipelined: bool,
     /// Whether instructions outside the float unit continue during VDIV, VSQRT and multiply-add.
     pub float_unit_runs_beside: bool,
-    /// VMOV between core and float registers.
+    /// Whether a load of one or several core registers is pipelined behind every load and store of core registers. The
+    /// manual has this for one behind one load only, but one published program is quicker than that.
+    pub loads_follow_all: bool,
+    /// VMOV between a core and a float register.
     pub transfer: u64,
+    /// VMOV between two core registers and two float registers.
+    pub transfer_pair: u64,
     /// Whether IT is folded into a narrow instruction before it; otherwise it takes a cycle. The low reading folds every
     /// IT.
     pub if_then: IfThen,
     /// Barriers: B.
     pub barrier: u64,
-    /// Stall of a literal's load that meets a fetch: "might add a cycle".
+    /// Stall of a load from flash that meets a fetch: "might add a cycle".
     pub literal: u64,
-    /// Whether a prefetched line is cached when it is executed. RM0090 says that missed lines are cached.
-    pub prefetched_lines_are_kept: bool,
+    /// Whether a prefetched line is cached when it is executed.
+    pub prefetched: Prefetched,
     /// Whether a flash reading that is no longer needed must end before the next begins.
     pub flash_reads_finish: bool,
     /// Cycles of a load or store on the bus while instructions come from SRAM, because both use one bus.
     pub bus_conflict: BusConflict,
+}
+
+/// Readings of a prefetched line that is executed. RM0090 says that missed lines are cached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prefetched {
+    /// Always cached.
+    Kept,
+    /// Cached if the core waited for it: then it was missed.
+    KeptIfWaitedFor,
+    /// Never cached.
+    Dropped,
 }
 
 /// Readings of IT.
@@ -112,29 +131,33 @@ pub enum BusConflict {
 /// Best case of every choice.
 pub const LOW: Reading = Reading {
     divide: 2,
-    refill: Refill::Always(1),
+    refill: Refill::Always(2),
     float_memory_is_pipelined: true,
     float_unit_runs_beside: true,
+    loads_follow_all: true,
     transfer: 1,
+    transfer_pair: 1,
     if_then: IfThen::Folded,
     barrier: 0,
     literal: 0,
-    prefetched_lines_are_kept: true,
+    prefetched: Prefetched::Kept,
     flash_reads_finish: false,
     bus_conflict: BusConflict::Hidden,
 };
 
-/// Most probable reading: division in the middle of its range, refill by the target, GCC's description of the float unit.
+/// Most probable reading: division in the middle of its range; otherwise the one that published cycles support.
 pub const LIKELY: Reading = Reading {
     divide: 7,
     refill: Refill::ByTarget,
-    float_memory_is_pipelined: true,
+    float_memory_is_pipelined: false,
     float_unit_runs_beside: true,
-    transfer: 2,
+    loads_follow_all: false,
+    transfer: 1,
+    transfer_pair: 2,
     if_then: IfThen::BehindNarrow,
     barrier: 2,
     literal: 0,
-    prefetched_lines_are_kept: true,
+    prefetched: Prefetched::Kept,
     flash_reads_finish: true,
     bus_conflict: BusConflict::EachInstruction,
 };
@@ -145,11 +168,13 @@ pub const HIGH: Reading = Reading {
     refill: Refill::Always(REFILL_MOST),
     float_memory_is_pipelined: false,
     float_unit_runs_beside: false,
+    loads_follow_all: false,
     transfer: 2,
+    transfer_pair: 2,
     if_then: IfThen::Apart,
     barrier: 3,
     literal: 1,
-    prefetched_lines_are_kept: false,
+    prefetched: Prefetched::Dropped,
     flash_reads_finish: true,
     bus_conflict: BusConflict::EachWord,
 };

@@ -71,19 +71,10 @@ pub fn run(
     mut on_instruction: impl FnMut(usize, u32),
 ) -> Result<(), Error> {
     let ranges: Vec<String> = ranges.iter().map(|range| format!("{:#x}+{:#x}", range.start, range.len())).collect();
-    let child = Command::new(QEMU)
-        .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
-        .args(["-serial", "null", "-semihosting-config", "enable=on,target=native"])
-        .args(one_instruction_a_block()?)
-        .args(["-d", "exec,nochain", "-dfilter", &ranges.join(",")])
-        .arg("-kernel")
-        .arg(elf)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(Error::CannotStart)?;
-    let mut child = Ended(child);
+    let mut options = one_instruction_a_block()?.to_vec();
+    let filter = ranges.join(",");
+    options.extend(["-d", "exec,nochain", "-dfilter", &filter]);
+    let mut child = Ended(start(elf, &options)?);
     let mut sorter = Sorter::new(between);
     let mut said = String::new();
     if let Some(log) = child.0.stderr.take() {
@@ -106,8 +97,23 @@ pub fn run(
     Ok(())
 }
 
+/// Starts the emulator for a program that ends by itself; its log comes on its standard error.
+pub(crate) fn start(elf: &Path, options: &[&str]) -> Result<Child, Error> {
+    Command::new(QEMU)
+        .args(["-M", "netduinoplus2", "-icount", "shift=0", "-display", "none", "-monitor", "none"])
+        .args(["-serial", "null", "-semihosting-config", "enable=on,target=native"])
+        .args(options)
+        .arg("-kernel")
+        .arg(elf)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(Error::CannotStart)
+}
+
 /// The emulator; it is ended on every way out of the run.
-struct Ended(Child);
+pub(crate) struct Ended(pub(crate) Child);
 
 impl Drop for Ended {
     fn drop(&mut self) {

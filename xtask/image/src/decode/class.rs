@@ -37,8 +37,10 @@ pub enum Class {
     FloatConvert,
     /// VMOV between float registers, or of a constant.
     FloatMove,
-    /// VMOV between core and float registers.
+    /// VMOV between a core and a float register.
     FloatTransfer,
+    /// VMOV between two core registers and two float registers.
+    FloatTransferPair,
     /// VCMP.
     FloatCompare,
     /// VMRS, VMSR.
@@ -70,6 +72,7 @@ impl Class {
                 | Self::FloatConvert
                 | Self::FloatMove
                 | Self::FloatTransfer
+                | Self::FloatTransferPair
                 | Self::FloatCompare
                 | Self::FloatStatus
                 | Self::FloatLoad
@@ -77,6 +80,12 @@ impl Class {
                 | Self::FloatLoadMultiple
                 | Self::FloatStoreMultiple
         )
+    }
+
+    /// Whether it reads memory.
+    #[must_use]
+    pub const fn loads(self) -> bool {
+        matches!(self, Self::Load | Self::LoadMultiple | Self::TableBranch | Self::FloatLoad | Self::FloatLoadMultiple)
     }
 
     /// Whether it reads or writes memory.
@@ -116,7 +125,8 @@ impl Class {
             Self::FloatSquareRoot => "float square root",
             Self::FloatConvert => "conversion to or from float",
             Self::FloatMove => "move between float registers",
-            Self::FloatTransfer => "move between core and float registers",
+            Self::FloatTransfer => "move between a core and a float register",
+            Self::FloatTransferPair => "move between two core and two float registers",
             Self::FloatCompare => "float comparison",
             Self::FloatStatus => "float status",
             Self::FloatLoad => "float load",

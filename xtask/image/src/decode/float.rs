@@ -86,7 +86,7 @@ fn transfer(address: u32, first: u16, second: u16) -> Instruction {
             (false, _) => status.reading(core),
         };
     }
-    moved(address, to_core, core, n(first, second))
+    moved(address, Class::FloatTransfer, to_core, core, n(first, second))
 }
 
 /// Two registers between the core and the unit.
@@ -94,12 +94,12 @@ fn pair(address: u32, first: u16, second: u16) -> Instruction {
     let core = Registers::core(second >> 12) | Registers::core(first);
     let from = (second & 15) << 1 | ((second >> 5) & 1);
     let float = if is_double(second) { m(second) } else { Registers::float(from, 2) };
-    moved(address, first & 0x10 != 0, core, float)
+    moved(address, Class::FloatTransferPair, first & 0x10 != 0, core, float)
 }
 
-fn moved(address: u32, to_core: bool, core: Registers, float: Registers) -> Instruction {
+fn moved(address: u32, class: Class, to_core: bool, core: Registers, float: Registers) -> Instruction {
     let (from, to) = if to_core { (float, core) } else { (core, float) };
-    Instruction::new(address, 4, Class::FloatTransfer).reading(from).writing(to)
+    Instruction::new(address, 4, class).reading(from).writing(to)
 }
 
 /// Loads and stores.
@@ -123,5 +123,8 @@ fn memory(address: u32, first: u16, second: u16) -> Option<Instruction> {
     // VPUSH.
     let with = if first & 0xffbf == 0xed2d { with.with(Effect::Push(4 * words)) } else { with };
     let is_literal = loads && before && !back && base == Registers::core(PC);
-    Some(if is_literal { with.of_literal(offset(first, second & 0xff, 4)) } else { with.addressed_by(base) })
+    let distance = offset(first, second & 0xff, 4);
+    // Several: from the base upwards, or ending below it.
+    let from = if before { distance } else { 0 };
+    Some(if is_literal { with.of_literal(distance) } else { with.addressed_by(base).at(first, from) })
 }

@@ -22,6 +22,30 @@ pub enum Effect {
     ToSpecial(u16),
 }
 
+/// The address that a load or store forms: a register, a shifted register or none, and a constant, added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Number of the base register, from 0 to 15.
+    pub base: u16,
+    /// Number of the register that is added, and the bits by which it is shifted left first.
+    pub index: Option<(u16, u32)>,
+    /// The constant, bytes.
+    pub offset: i32,
+}
+
+impl Place {
+    /// The address, for the registers before the instruction. The program counter among them is that of the instruction.
+    #[must_use]
+    pub fn address(&self, registers: &[u32; 16]) -> u32 {
+        let value = |number: u16| {
+            let ahead = if number & 15 == PC { 4 } else { 0 };
+            registers[usize::from(number & 15)].wrapping_add(ahead)
+        };
+        let index = self.index.map_or(0, |(number, shift)| value(number) << (shift & 31));
+        value(self.base).wrapping_add(index).wrapping_add_signed(self.offset)
+    }
+}
+
 /// An instruction and its address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
@@ -43,6 +67,8 @@ pub struct Instruction {
     pub writes: Registers,
     /// Address that a load relative to the program counter reads.
     pub literal: Option<u32>,
+    /// Address that every other load or store forms; of several words the lowest.
+    pub place: Option<Place>,
     /// Its other effect.
     pub effect: Effect,
     /// A store whose address is the sum of two registers.
@@ -70,10 +96,18 @@ impl Instruction {
             address_registers: none,
             writes: none,
             literal: None,
+            place: None,
             effect: Effect::None,
             register_offset: false,
             may_fall_through: true,
         }
+    }
+
+    /// Address of the lowest byte that a load or store reaches, for the registers before it; `None` for instructions
+    /// other than these.
+    #[must_use]
+    pub fn data_address(&self, registers: &[u32; 16]) -> Option<u32> {
+        self.literal.or_else(|| self.place.map(|place| place.address(registers)))
     }
 
     /// Target of a call or jump to a constant address.
@@ -143,6 +177,18 @@ impl Instruction {
 
     pub(super) fn addressed_by(mut self, registers: Registers) -> Self {
         self.address_registers = self.address_registers | registers;
+        self
+    }
+
+    /// Sets the address to that of a base register and a constant.
+    pub(super) fn at(mut self, base: u16, offset: i64) -> Self {
+        self.place = Some(Place { base: base & 15, index: None, offset: offset as i32 });
+        self
+    }
+
+    /// Adds a shifted register to the address.
+    pub(super) fn plus(mut self, index: u16, shift: u16) -> Self {
+        self.place = self.place.map(|place| Place { index: Some((index & 15, shift.into())), ..place });
         self
     }
 

@@ -48,22 +48,34 @@ pub(super) fn decode(address: u32, half: u16) -> Option<Instruction> {
         // Loads and stores at the sum of two registers: three kinds of store, then five of load.
         0b01010 | 0b01011 => {
             let at = low(3) | low(6);
-            if (half >> 9) & 7 < 3 {
+            let with = if (half >> 9) & 7 < 3 {
                 Instruction { register_offset: true, ..new(Class::Store).moving(1).reading(low(0)).addressed_by(at) }
             } else {
                 new(Class::Load).moving(1).writing(low(0)).addressed_by(at)
-            }
+            };
+            with.at((half >> 3) & 7, 0).plus((half >> 6) & 7, 0)
         }
-        0b01100 | 0b01110 | 0b10000 => new(Class::Store).moving(1).reading(low(0)).addressed_by(low(3)),
-        0b01101 | 0b01111 | 0b10001 => new(Class::Load).moving(1).writing(low(0)).addressed_by(low(3)),
-        0b10010 => new(Class::Store).moving(1).reading(top).addressed_by(sp),
-        0b10011 => new(Class::Load).moving(1).writing(top).addressed_by(sp),
+        // At a constant number of words, bytes or halves from a register: stores are even, loads odd.
+        0b01100..=0b10001 => {
+            let bytes = match half >> 12 {
+                6 => 4,
+                7 => 1,
+                _ => 2,
+            };
+            let new =
+                if half & 0x0800 == 0 { new(Class::Store).reading(low(0)) } else { new(Class::Load).writing(low(0)) };
+            new.moving(1).addressed_by(low(3)).at((half >> 3) & 7, i64::from((half >> 6) & 31) * bytes)
+        }
+        0b10010 | 0b10011 => {
+            let new = if half & 0x0800 == 0 { new(Class::Store).reading(top) } else { new(Class::Load).writing(top) };
+            new.moving(1).addressed_by(sp).at(SP, i64::from(half & 0xff) * 4)
+        }
         // ADR, ADD of the stack pointer.
         0b10100 => new(Class::Integer).writing(top),
         0b10101 => new(Class::Integer).reading(sp).writing(top),
         0b10110 | 0b10111 => return miscellaneous(address, half),
-        0b11000 => multiple(new(Class::StoreMultiple), top, half & 0xff, false),
-        0b11001 => multiple(new(Class::LoadMultiple), top, half & 0xff, true),
+        0b11000 => multiple(new(Class::StoreMultiple), (half >> 8) & 7, half & 0xff, false),
+        0b11001 => multiple(new(Class::LoadMultiple), (half >> 8) & 7, half & 0xff, true),
         0b11010 | 0b11011 => match (half >> 8) & 15 {
             14 => return None,
             15 => new(Class::System),
@@ -92,12 +104,12 @@ fn miscellaneous(address: u32, half: u16) -> Option<Instruction> {
         0x2 | 0xa => new(Class::Integer).reading(low(3)).writing(low(0)),
         0x4 | 0x5 => {
             let link = if half & 0x100 == 0 { 0 } else { 1 << LR };
-            let push = multiple(new(Class::StoreMultiple), sp, (half & 0xff) | link, false);
-            push.with(Effect::Push(4 * push.words))
+            let push = multiple(new(Class::StoreMultiple), SP, (half & 0xff) | link, false);
+            push.at(SP, -4 * i64::from(push.words)).with(Effect::Push(4 * push.words))
         }
         0xc | 0xd => {
             let counter = if half & 0x100 == 0 { 0 } else { 1 << PC };
-            multiple(new(Class::LoadMultiple), sp, (half & 0xff) | counter, true)
+            multiple(new(Class::LoadMultiple), SP, (half & 0xff) | counter, true)
         }
         0x6 if half & 0xffef == 0xb662 => new(Class::System).with(Effect::Mask(half & 0x10 != 0)),
         0x6 | 0xe => new(Class::System),
@@ -107,9 +119,10 @@ fn miscellaneous(address: u32, half: u16) -> Option<Instruction> {
     })
 }
 
-/// A transfer of a list of core registers that moves its base.
-pub(super) fn multiple(with: Instruction, base: Registers, list: u16, loads: bool) -> Instruction {
-    let registers = Registers::core_list(list);
-    let with = with.moving(list.count_ones()).addressed_by(base).writing(base);
+/// A transfer of a list of core registers from their base upwards that moves its base.
+pub(super) fn multiple(with: Instruction, base: u16, list: u16, loads: bool) -> Instruction {
+    let (registers, number) = (Registers::core_list(list), base);
+    let base = Registers::core(number);
+    let with = with.moving(list.count_ones()).addressed_by(base).writing(base).at(number, 0);
     if loads { with.writing(registers) } else { with.reading(registers) }
 }

@@ -30,7 +30,10 @@ fn list(address: u32, first: u16, second: u16) -> Option<Instruction> {
     }
     let loads = first & 0x10 != 0;
     let class = if loads { Class::LoadMultiple } else { Class::StoreMultiple };
-    let mut all = narrow::multiple(Instruction::new(address, 4, class), field(first, 0), second, loads);
+    let mut all = narrow::multiple(Instruction::new(address, 4, class), first & 15, second, loads);
+    if first & 0x0100 != 0 {
+        all = all.at(first, -4 * i64::from(all.words));
+    }
     if first & 0x20 == 0 {
         // The base stays.
         let base = if loads { field(first, 0).without(Registers::core_list(second)) } else { field(first, 0) };
@@ -55,9 +58,12 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
         };
         let is_table = first & 0xfff0 == 0xe8d0 && second & 0xffe0 == 0xf000;
         return Some(if is_table {
-            new(Class::TableBranch).moving(1).addressed_by(base | field(second, 0)).never_falls_through()
+            let table = new(Class::TableBranch).moving(1).addressed_by(base | field(second, 0));
+            table.at(first, 0).plus(second, second >> 4 & 1).never_falls_through()
         } else {
-            exclusive.moving(1).addressed_by(base)
+            // Only the word's form has an offset.
+            let words = if first & 0x0080 == 0 { second & 0xff } else { 0 };
+            exclusive.moving(1).addressed_by(base).at(first, 4 * i64::from(words))
         });
     }
     let moved = if first & 0x20 == 0 { Registers::NONE } else { base };
@@ -71,7 +77,9 @@ fn pair_or_exclusive(address: u32, first: u16, second: u16) -> Option<Instructio
     Some(if base == Registers::core(PC) && loads {
         pair.moving(2).of_literal(offset(first, second & 0xff, 4))
     } else {
-        pair.moving(2).addressed_by(base)
+        // Post-indexed: at the base itself.
+        let from = if first & 0x0100 == 0 { 0 } else { offset(first, second & 0xff, 4) };
+        pair.moving(2).addressed_by(base).at(first, from)
     })
 }
 
@@ -198,12 +206,16 @@ fn single(address: u32, first: u16, second: u16) -> Option<Instruction> {
     }
     let with = with.addressed_by(base);
     Some(if first & 0x80 != 0 {
-        with
+        with.at(first, i64::from(second & 0xfff))
     } else if second & 0x0800 != 0 {
-        // Pre-indexed or post-indexed with writeback.
+        // Pre-indexed or post-indexed with writeback. Post-indexed is at the base itself.
+        let up = if second & 0x0200 == 0 { -1 } else { 1 };
+        let from = if second & 0x0400 == 0 { 0 } else { up * i64::from(second & 0xff) };
+        let with = with.at(first, from);
         if second & 0x0100 != 0 { with.writing(base) } else { with }
     } else {
-        Instruction { register_offset: !loads, ..with.addressed_by(field(second, 0)) }
+        let with = with.addressed_by(field(second, 0)).at(first, 0).plus(second, second >> 4 & 3);
+        Instruction { register_offset: !loads, ..with }
     })
 }
 

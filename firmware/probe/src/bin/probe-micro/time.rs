@@ -1,0 +1,40 @@
+//! The program on the chip.
+
+use crate::board;
+use crate::stretches::{Data, Stretch, all};
+use core::fmt;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::hprintln;
+use probe::Counter;
+
+#[entry]
+fn main() -> ! {
+    match cortex_m::Peripherals::take().and_then(board::counting) {
+        Some(core) => board::run(core),
+        None => probe::run(|counter| {
+            let mut data = Data::new();
+            let count = |stretch: &Stretch, data: &mut Data| counted(counter, stretch, data);
+            // Lines that cannot be written are missed by the reader.
+            report(&mut data, count, |line| hprintln!("{}", line));
+        }),
+    }
+}
+
+fn counted(counter: &Counter, stretch: &Stretch, data: &mut Data) -> u32 {
+    counter.call(Stretch::run, stretch, data).0
+}
+
+/// Times every stretch a second time, when caches know it, and writes the lines.
+pub(crate) fn report(
+    data: &mut Data,
+    time: impl Fn(&Stretch, &mut Data) -> u32,
+    mut write: impl FnMut(fmt::Arguments<'_>),
+) {
+    write(format_args!("micro begin"));
+    for stretch in all() {
+        time(stretch, data);
+        let count = time(stretch, data);
+        write(format_args!("micro {} {count}", stretch.name()));
+    }
+    write(format_args!("micro end {}", all().len()));
+}
