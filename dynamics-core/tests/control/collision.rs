@@ -3,11 +3,11 @@
 use crate::common::pinned;
 use crate::control::support::{Desk, UnitMasses, braked, by_hand, config, driven, measured, planar};
 use dynamics_core::control::{
-    CollisionConfig, CollisionWatch, Law, LimitFlags, MomentumFilter, MomentumObserver, Protection, Reaction, Seen,
-    Unprotected, Verdict,
+    CollisionConfig, CollisionWatch, Integral, Law, LimitFlags, MomentumFilter, MomentumObserver, Protection, Reaction,
+    Seen, Unprotected, Verdict,
 };
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
-use dynamics_core::{Controller, Fault, InverseDynamics, Live, Reference, SinCos, Trig};
+use dynamics_core::{Controller, ControllerConfig, Fault, InverseDynamics, Live, Reference, SinCos, Trig};
 
 const PERIOD: f64 = 1e-3;
 
@@ -167,6 +167,24 @@ fn what_complies_gives_way_while_pushed_then_stands_and_gives_way_again() {
         }
         arm.run(HIT, 3);
     }
+}
+
+#[test]
+fn what_complies_is_pushed_by_no_integral_action() {
+    let integral = Integral { gain: 1.0, torque_max: 3.0, dead_band: 0.0, friction: 0.0 };
+    let config = ControllerConfig { integral: Some([integral; 2]), ..config::<2>(Law::ComputedTorque) };
+    let gains = config.gains[1];
+    let watch = CollisionWatch::new(settings(Reaction::Comply), Rails);
+    let controller = Controller::new(config, UnitMasses::default(), Desk).with_protection(watch);
+    let mut arm = Loop { controller, ..Loop::new(Reaction::Comply) };
+    // It leans against a force below its threshold until the integral action is at its bound.
+    arm.run([0.0, -3.9], 3000);
+    assert!((arm.tick([0.0, -3.9]).2[1] - 3.9).abs() < 1e-6);
+    arm.run(HIT, 3);
+    let qd = arm.qd[1];
+    let (_, limits, torque) = arm.tick(HIT);
+    assert_eq!(limits, COLLIDED);
+    assert_eq!(torque[1], 0.0 - gains.inertia * (gains.velocity * qd));
 }
 
 #[test]
