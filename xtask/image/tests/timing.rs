@@ -292,6 +292,19 @@ fn a_prefetched_line_is_cached_always_or_if_it_was_waited_for_or_never() {
 }
 
 #[test]
+fn a_range_holds_the_likely_cycles_even_where_a_line_that_is_kept_evicts_one_that_is_needed() {
+    // Two kilobytes in a loop: kept in order, each line is evicted before it is needed again.
+    let halves = ADD_WIDE.repeat(512);
+    let program = Program::from_halves(FLASH, &halves);
+    let mut estimator = Estimator::new(&program, Memory::new(Placement::Flash));
+    for _ in 0..4 {
+        run(&program, &mut estimator, FLASH, halves.len());
+        let cycles = estimator.finish().cycles;
+        assert!(cycles.low <= cycles.likely && cycles.likely <= cycles.high, "{cycles:?}");
+    }
+}
+
+#[test]
 fn a_store_does_not_wait_for_flash() {
     let program = Program::from_halves(SRAM, &[STR_R5_R4]);
     let mut estimator = Estimator::new(&program, Memory::new(Placement::ByAddress));
