@@ -185,7 +185,7 @@ fn no_page_of_prose_has_a_measured_count_of_instructions_or_cycles_typed_by_hand
         .iter()
         .flat_map(|page| page.lines().filter(|line| line.starts_with('|')).flat_map(thousands))
         .collect();
-    assert!(counts.contains("1,353"), "{counts:?}");
+    assert!(counts.len() > 100, "{counts:?}");
     for page in prose().iter().filter(|page| *page != "README.md") {
         let typed: Vec<_> = text(page)
             .lines()
