@@ -231,8 +231,8 @@ pub struct Inputs<S, const N: usize> {
 }
 
 impl<S: Copy, const N: usize> Inputs<S, N> {
-    /// Become a copy, one field after the other: each is short enough for the compiler to move by itself, and all together would go
-    /// through `memcpy`, at four times the instructions.
+    /// Become a copy, one field after the other. The compiler moves the shorter ones by itself; the reference of six joints still goes
+    /// through `memcpy`.
     #[inline]
     pub fn copy_from(&mut self, other: &Self) {
         let Self {

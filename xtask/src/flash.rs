@@ -82,10 +82,7 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
     let built = firmware::build_trusting(&scene.path, board, trust)?;
     println!("program  {}", shown(&built));
     println!("log      {} strings, read over RTT", log_strings::check(&built)?);
-    for step in &steps {
-        println!("$ {PROBE_TOOL} {}", line(step));
-        run(Command::new(&tool).args(step))?;
-    }
+    run_steps(&tool, &steps)?;
     if !options.log {
         println!(
             "flashed, and started: `cargo sim doctor --port PORT --scene {}` asks it who it is",
@@ -101,9 +98,17 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
 /// [`BadInput`] for a missing tool; a tool that fails.
 pub(crate) fn write_program(program: &Path) -> Result<()> {
     let tool = which(PROBE_TOOL).ok_or_else(no_tool)?;
-    for step in [probe_call("download", None, &["--verify"], Some(program)), probe_call("reset", None, &[], None)] {
-        println!("$ {PROBE_TOOL} {}", line(&step));
-        run(Command::new(&tool).args(&step))?;
+    run_steps(
+        &tool,
+        &[probe_call("download", None, &["--verify"], Some(program)), probe_call("reset", None, &[], None)],
+    )
+}
+
+/// Runs calls of the probe's tool one after the other, and prints each.
+fn run_steps(tool: &Path, steps: &[Vec<OsString>]) -> Result<()> {
+    for step in steps {
+        println!("$ {PROBE_TOOL} {}", line(step));
+        run(Command::new(tool).args(step))?;
     }
     Ok(())
 }

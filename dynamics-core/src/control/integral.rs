@@ -19,7 +19,7 @@ record! {
     ///
     /// On the way `d` carries the load that the model misses and up to the Coulomb torque `c` beside it. A joint that has arrived
     /// needs the load alone, and would be pushed out on the other side by the rest: integral action hunts about every reference
-    /// where there is stiction. Without `c` friction holds the joint on either side, as long as the load is known to within `2 c`.
+    /// where there is stiction. Less `c`, what is left is the load to within `c`, and friction holds the joint there.
     /// (Resetting an integrator where the error crosses zero: Beerens et al., *Reset integral control for improved settling of
     /// PID-based motion systems with friction*, Automatica 107, 2019.)
     ///

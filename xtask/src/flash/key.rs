@@ -3,13 +3,12 @@
 //! The page is the chip's last sector (`memory.x`), which writing the program does not touch: the tool erases the sectors that it
 //! writes, and no others.
 
-use super::{Board, PROBE_TOOL, is_real, line, no_tool, probe_call};
+use super::{Board, PROBE_TOOL, is_real, line, no_tool, probe_call, run_steps};
 use crate::bad_input::BadInput;
-use crate::process::{cargo_run, run, which};
+use crate::process::{cargo_run, which};
 use anyhow::Result;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// Address of the page, as `memory.x` has it; a test compares both.
 const ADDRESS: &str = "0x080e0000";
@@ -43,10 +42,7 @@ pub(crate) fn write(options: &Options) -> Result<()> {
         return Ok(());
     }
     let tool = which(PROBE_TOOL).ok_or_else(no_tool)?;
-    for step in &steps {
-        println!("$ {PROBE_TOOL} {}", line(step));
-        run(Command::new(&tool).args(step))?;
-    }
+    run_steps(&tool, &steps)?;
     println!("the board has the key: `cargo sim doctor --port PORT --key {}` checks it", options.file.display());
     Ok(())
 }
