@@ -7,6 +7,7 @@
 //! [`Controller::tick`] is total: for every input, and that includes NaN, it returns a command. Bad input becomes a
 //! numbered [`Fault`] that stays in force until [`Controller::reset`]; a limit that acts is reported, and is no fault.
 
+mod ask;
 mod collision;
 mod config;
 mod controller;
@@ -20,11 +21,12 @@ mod momentum_observer;
 mod observer;
 pub mod trajectory;
 
+pub use ask::Ask;
 pub use collision::{
     CollisionConfig, CollisionConfiguration, CollisionWatch, Protection, Reaction, Seen, Unprotected, Verdict,
 };
 pub use config::{Configuration, ControllerConfig, Guard};
-pub use controller::{Controller, Reading};
+pub use controller::Controller;
 pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
@@ -32,7 +34,6 @@ pub use friction::Friction;
 pub use integral::{Integral, Integrated};
 pub use law::{Gains, Law, computed_torque};
 pub use limits::LimitFlags;
-pub(crate) use limits::hold_torques;
 pub use momentum_observer::{MomentumFilter, MomentumObserver};
 pub use observer::{Encoder, TrackingObserver};
 

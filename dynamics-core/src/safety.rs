@@ -28,22 +28,19 @@
 //!
 //! Every rule has a number and a test; `docs/safety.md` lists them.
 
+mod decision;
 mod machine;
 mod measured;
+mod ordinary;
 mod rules;
 mod stop;
 
+pub use crate::control::Ask;
 pub use machine::Safety;
 pub use rules::{Configuration, JointRules, Protected, Rules};
 
-use crate::control::{
-    Command, Configuration as ControlConfiguration, Controller, Fault, LimitFlags, Protection, Reading, Reference,
-    Sensed,
-};
+use crate::control::{Fault, LimitFlags, Reference, Sensed};
 use crate::fields::words;
-use crate::newton_euler::InverseDynamics;
-use crate::scalar::Real;
-use crate::trig::Trig;
 
 /// Action of the drives when no torque is commanded.
 ///
@@ -230,69 +227,6 @@ pub struct Inputs<S, const N: usize> {
     pub reference: Option<Reference<S, N>>,
 }
 
-impl<S: Copy, const N: usize> Inputs<S, N> {
-    /// Become a copy, one field after the other. The compiler moves the shorter ones by itself; the reference of six joints still goes
-    /// through `memcpy`.
-    #[inline]
-    pub fn copy_from(&mut self, other: &Self) {
-        let Self {
-            request,
-            emergency_stop,
-            overrun,
-            heartbeat_age,
-            zeroed,
-            sensed,
-            age_ticks,
-            drive_fault,
-            supply,
-            temperature,
-            reference,
-        } = other;
-        self.sensed = match sensed {
-            Sensed::State { q, qd } => Sensed::State { q: *q, qd: *qd },
-            Sensed::Counts(counts) => Sensed::Counts(*counts),
-        };
-        self.reference = match reference {
-            Some(Reference { q, qd, qdd }) => Some(Reference { q: *q, qd: *qd, qdd: *qdd }),
-            None => None,
-        };
-        (self.request, self.emergency_stop, self.overrun) = (*request, *emergency_stop, *overrun);
-        (self.heartbeat_age, self.zeroed) = (*heartbeat_age, *zeroed);
-        (self.age_ticks, self.drive_fault) = (*age_ticks, *drive_fault);
-        (self.supply, self.temperature) = (*supply, *temperature);
-    }
-}
-
-/// Inputs of the controller in one tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ask<'a, S, const N: usize> {
-    /// Torque acts for the first time: forget the state before.
-    pub start: bool,
-    /// The reference in force: the host's, or that of a stop.
-    pub reference: &'a Reference<S, N>,
-    /// Joint position that the machine has observed and judged, rad or m.
-    pub q: &'a [S; N],
-    /// Joint velocity, likewise, rad/s or m/s.
-    pub qd: &'a [S; N],
-}
-
-impl<S: Real, const N: usize> Ask<'_, S, N> {
-    /// The answer of a controller.
-    #[inline]
-    pub fn of<D, T, C, P>(self, controller: &mut Controller<S, N, D, T, C, P>) -> Command<S, N>
-    where
-        D: InverseDynamics<S, N>,
-        T: Trig<S>,
-        C: ControlConfiguration<S, N>,
-        P: Protection<S, N>,
-    {
-        if self.start {
-            controller.reset();
-        }
-        controller.tick_from(self.reference, Reading::Judged { q: self.q, qd: self.qd })
-    }
-}
-
 /// Action of the drives in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 // A tag of a word: behind a byte, copies of the rest start at odd addresses, at three times the instructions.
@@ -320,4 +254,12 @@ pub struct Output<S, const N: usize> {
     pub homed: bool,
     /// The request of this tick was not granted.
     pub refused: Option<Refusal>,
+}
+
+impl<S, const N: usize> Output<S, N> {
+    /// The output of an idle machine, not homed: before the first tick.
+    #[must_use]
+    pub const fn silent(action: SafeAction) -> Self {
+        Self { actuation: Actuation::Safe(action), state: State::Idle, homed: false, refused: None }
+    }
 }

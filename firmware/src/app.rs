@@ -2,11 +2,14 @@
 //!
 //! | task | interrupt | priority | owns |
 //! |---|---|---|---|
-//! | `byte` | the link's receiver | 3 | the receiving half of the link |
+//! | `receive` | the link's receiver: a byte, or the idle line behind what a DMA has stored | 3 | the receiving half of the link |
+//! | `half_filled` | the DMA that stores the link's bytes | 3 | the same |
 //! | `tick` | the control timer | 2 | timer, counter, lines, joints |
 //! | `serve` | a vector that no peripheral uses | 1 | decoder, encoder, the sending half of the link |
+//! | `sent` | the DMA that sends the link's bytes | 1 | the sending half of the link |
 //!
-//! `serve` is pended, not spawned: pending it while it runs makes it run again, so every received frame is handled.
+//! `serve` is pended, not spawned: pending it while it runs makes it run again, so every received frame is handled. Tasks of one priority
+//! share without a lock.
 
 use crate::boards;
 use firmware::board::Board;
@@ -52,17 +55,12 @@ fn hello() -> Hello {
 mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
-    use firmware::board::{BoardLines, LinkInput, LinkOutput, Nonces, Parts, Ticker};
+    use firmware::board::{BoardLines, Incoming, LinkInput, LinkOutput, Nonces, Parts, Ticker};
     use firmware::joint_io::{JointIo, higher};
-    use heapless::spsc::{Consumer, Queue};
-    use link::{Access, Arrival, BoardChannel, DecodeError, Frame, Inlet, Pacing, Received};
+    use link::{Access, BoardChannel, DecodeError, Frame, Pacing, Received};
     use session::black_box::Report;
     use session::meter::Meter;
-    use session::{Buffers, Drives, Reaction, Session};
-
-    /// Bytes between `byte` and `serve`: three whole packets, the most that a host sends before it waits for an answer
-    /// (live inputs, reference, measurement). A queue holds one less than its size.
-    const BYTES: usize = 3 * link::PACKET_MAX + 1;
+    use session::{Buffers, Drives, Message, Outcome, Reaction, Session};
 
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
 
@@ -70,32 +68,37 @@ mod rtos {
     type ArmSession =
         Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Tuning, arm::Protection, &'static mut ArmBuffers>;
 
-    #[shared]
-    struct Shared {
+    /// What tick and link share. One resource: each lock of its own costs the tick a dozen instructions.
+    #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]
+    pub struct Control {
         session: ArmSession,
         ticker: <ThisBoard as Board<{ arm::N }>>::Ticker,
         joints: <ThisBoard as Board<{ arm::N }>>::Joints,
-        overflow: bool,
+    }
+
+    #[shared]
+    struct Shared {
+        control: Control,
+        #[lock_free]
+        input: <ThisBoard as Board<{ arm::N }>>::Input,
+        #[lock_free]
+        output: <ThisBoard as Board<{ arm::N }>>::Output,
     }
 
     #[local]
     struct Local {
-        input: <ThisBoard as Board<{ arm::N }>>::Input,
-        inlet: Inlet,
-        pending: Consumer<'static, u8>,
-        output: <ThisBoard as Board<{ arm::N }>>::Output,
+        incoming: <ThisBoard as Board<{ arm::N }>>::Incoming,
         channel: BoardChannel,
         nonces: <ThisBoard as Board<{ arm::N }>>::Nonces,
         meter: Meter<<ThisBoard as Board<{ arm::N }>>::Counter>,
         lines: <ThisBoard as Board<{ arm::N }>>::Lines,
     }
 
-    #[init(local = [bytes: Queue<u8, BYTES> = Queue::new(), buffers: ArmBuffers = Buffers::new()])]
+    #[init(local = [buffers: ArmBuffers = Buffers::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Parts { input, output, ticker, counter, lines, joints, nonces } =
+        let Parts { input, incoming, output, ticker, counter, lines, joints, nonces } =
             <ThisBoard as Board<{ arm::N }>>::start(boards::Chip { device: cx.device, core: cx.core }, arm::RATE_HZ);
         let meter = Meter::new(counter);
-        let (bytes, pending) = cx.local.bytes.split();
         defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, BOARD, arm::N, arm::RATE_HZ);
         if !meter.is_exact() {
             defmt::warn!("no exact counter: the cost of a tick is not reported");
@@ -109,32 +112,32 @@ mod rtos {
             Access::NoKey => defmt::warn!("no link key: the bench alone; `cargo xtask firmware key`"),
             Access::Insecure => defmt::warn!("built without a link key: anybody on the wire can drive"),
         }
-        let (inlet, channel) = (Inlet::new(bytes), BoardChannel::new(access));
-        (
-            Shared { session, ticker, joints, overflow: false },
-            Local { input, inlet, pending, output, channel, nonces, meter, lines },
-        )
+        let channel = BoardChannel::new(access);
+        let control = Control { session, ticker, joints };
+        (Shared { control, input, output }, Local { incoming, channel, nonces, meter, lines })
     }
 
-    /// One byte from the link.
-    #[task(binds = USART2, priority = 3, shared = [overflow], local = [input, inlet])]
-    fn byte(mut cx: byte::Context) {
-        let Some(byte) = cx.local.input.read() else { return };
-        let arrival = cx.local.inlet.push(byte);
-        if arrival == Arrival::Lost {
-            cx.shared.overflow.lock(|overflow| *overflow = true);
-        }
-        if arrival != Arrival::Waits {
+    /// A byte from the link, or the idle line behind a packet that a DMA has stored.
+    #[task(binds = USART2, priority = 3, shared = [input])]
+    fn receive(cx: receive::Context) {
+        if cx.shared.input.received() {
             rtic::pend(Interrupt::EXTI0);
         }
     }
 
+    /// Another half of the buffer of received bytes is full.
+    #[cfg(feature = "dma")]
+    #[task(binds = DMA1_STREAM5, priority = 3, shared = [input])]
+    fn half_filled(cx: half_filled::Context) {
+        cx.shared.input.half_filled();
+        rtic::pend(Interrupt::EXTI0);
+    }
+
     /// The control tick.
-    #[task(binds = TIM3, priority = 2, shared = [session, ticker, joints], local = [meter, lines])]
-    fn tick(cx: tick::Context) {
-        let tick::SharedResources { session, ticker, joints, .. } = cx.shared;
+    #[task(binds = TIM3, priority = 2, shared = [control], local = [meter, lines])]
+    fn tick(mut cx: tick::Context) {
         let tick::LocalResources { meter, lines, .. } = cx.local;
-        (session, ticker, joints).lock(|session, ticker, joints| {
+        cx.shared.control.lock(|Control { session, ticker, joints }| {
             ticker.acknowledge();
             let readings = joints.measure();
             let mut lines_now = lines.read();
@@ -157,30 +160,35 @@ mod rtos {
         rtic::pend(Interrupt::EXTI0);
     }
 
+    /// A piece is sent: the next one.
+    #[cfg(feature = "dma")]
+    #[task(binds = DMA1_STREAM6, priority = 1, shared = [output])]
+    fn sent(cx: sent::Context) {
+        cx.shared.output.sent();
+    }
+
     /// Read the received frames and send the reports.
     #[task(
-        binds = EXTI0, priority = 1, shared = [session, ticker, joints, overflow],
-        local = [
-            pending, output, channel, nonces, announced: bool = false
-        ]
+        binds = EXTI0, priority = 1, shared = [control, output],
+        local = [incoming, channel, nonces, announced: bool = false]
     )]
     fn serve(mut cx: serve::Context) {
-        let serve::LocalResources { pending, output, channel, nonces, announced, .. } = cx.local;
+        let serve::LocalResources { incoming, channel, nonces, announced, .. } = cx.local;
+        let output = cx.shared.output;
         let own = super::hello();
         if !core::mem::replace(announced, true) {
             send(channel, output, &Frame::Hello(own));
         }
-        report(&mut cx.shared.session, channel, output);
-        if cx.shared.overflow.lock(core::mem::take) {
+        report(&mut cx.shared.control, channel, output);
+        if incoming.has_lost() {
             defmt::warn!("bytes lost: the link is faster than they are read");
         }
-        while let Some(byte) = pending.dequeue() {
+        while let Some(byte) = incoming.next() {
             let received = channel.push(byte, &own, &mut || nonces.next(), &mut |bytes| output.write(bytes));
             let Some(received) = received else { continue };
-            let shared = (&mut cx.shared.session, &mut cx.shared.ticker, &mut cx.shared.joints);
-            react(shared, received, channel, output);
+            react(&mut cx.shared.control, received, channel, output);
         }
-        if cx.shared.session.lock(|session| session.dumps()) {
+        if cx.shared.control.lock(|control| control.session.dumps()) {
             rtic::pend(Interrupt::EXTI0);
         }
     }
@@ -188,11 +196,11 @@ mod rtos {
     /// Send the session's reports.
     #[inline(never)]
     fn report(
-        session: &mut impl rtic::Mutex<T = ArmSession>,
+        control: &mut impl rtic::Mutex<T = Control>,
         channel: &mut BoardChannel,
         output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
     ) {
-        while let Some(report) = session.lock(|session| session.say()) {
+        while let Some(report) = control.lock(|control| control.session.say()) {
             // The rest of a black box waits until the frames that came meanwhile are handled.
             let past = matches!(report, Report::Past(_));
             let frame = report.frame();
@@ -209,11 +217,7 @@ mod rtos {
     /// Take a frame, and do what it asks for.
     #[inline(never)]
     fn react(
-        (session, ticker, joints): (
-            &mut impl rtic::Mutex<T = ArmSession>,
-            &mut impl rtic::Mutex<T = <ThisBoard as Board<{ arm::N }>>::Ticker>,
-            &mut impl rtic::Mutex<T = <ThisBoard as Board<{ arm::N }>>::Joints>,
-        ),
+        control: &mut impl rtic::Mutex<T = Control>,
         received: Result<Received, DecodeError>,
         channel: &mut BoardChannel,
         output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
@@ -221,21 +225,37 @@ mod rtos {
         if let Err(error) = &received {
             defmt::warn!("not decoded: {}", error);
         }
-        match session.lock(|session| session.receive(received)) {
+        // Whatever does not need the session is done before it is locked: a tick waits for the lock.
+        let mut message = Message::new(received);
+        if message.goes_on() {
+            message.find_way(control.lock(|control| control.session.way_from()));
+        }
+        let mut outcome = control.lock(|control| control.session.take(&message));
+        if let Outcome::Hello(theirs) = &outcome {
+            // In parts, each under a lock of its own: a tick in between finds no session, and does the safe action.
+            control.lock(|control| control.session.forget_controller());
+            control.lock(|control| control.session.forget_arm());
+            outcome = control.lock(|control| control.session.begin(theirs));
+        }
+        match outcome.reaction() {
             Reaction::None => {}
-            Reaction::Tick => ticker.lock(Ticker::trigger),
+            Reaction::Tick => control.lock(|control| control.ticker.trigger()),
             Reaction::Reply(frame) => send(channel, output, &frame),
             Reaction::Start(pacing, hello) => {
-                ticker.lock(|ticker| match pacing {
-                    Pacing::Timer | Pacing::Live => ticker.run(),
-                    Pacing::LockStep | Pacing::Drill => ticker.hold(),
+                control.lock(|control| {
+                    match pacing {
+                        Pacing::Timer | Pacing::Live => control.ticker.run(),
+                        Pacing::LockStep | Pacing::Drill => control.ticker.hold(),
+                    }
+                    control.joints.safe(control.session.safe_action());
                 });
-                stop(session, joints);
                 send(channel, output, &hello);
             }
             Reaction::Stop(hello, refusal) => {
-                ticker.lock(Ticker::hold);
-                stop(session, joints);
+                control.lock(|control| {
+                    control.ticker.hold();
+                    control.joints.safe(control.session.safe_action());
+                });
                 send(channel, output, &hello);
                 send(channel, output, &refusal);
             }
@@ -246,14 +266,5 @@ mod rtos {
     #[inline(never)]
     fn send(channel: &mut BoardChannel, output: &mut <ThisBoard as Board<{ arm::N }>>::Output, frame: &Frame) {
         channel.send(frame, &mut |bytes| output.write(bytes));
-    }
-
-    /// The drives do the safe action now.
-    fn stop(
-        session: &mut impl rtic::Mutex<T = ArmSession>,
-        joints: &mut impl rtic::Mutex<T = <ThisBoard as Board<{ arm::N }>>::Joints>,
-    ) {
-        let action = session.lock(|session| session.safe_action());
-        joints.lock(|joints| joints.safe(action));
     }
 }

@@ -5,16 +5,32 @@ use link::{Nonce, NonceSource};
 use session::meter::Counter;
 use session::readings::Lines;
 
-/// Receiving half of the link.
+/// Receiving half of the link, as its interrupts see it. They are more urgent than the tick.
 pub trait LinkInput {
-    /// The byte that has arrived, if one has. Called in the receive interrupt, which it also acknowledges.
-    fn read(&mut self) -> Option<u8>;
+    /// The receiver's interrupt, which this acknowledges: a byte has come or, where a DMA stores the bytes, none comes any more. Whether
+    /// there is something to read.
+    fn received(&mut self) -> bool;
+
+    /// The interrupt of the DMA that stores the bytes, at each half of its buffer.
+    fn half_filled(&mut self) {}
 }
 
-/// Sending half of the link.
+/// Receiving half of the link, as the task that reads its bytes sees it.
+pub trait Incoming {
+    /// The next byte, if one has come. Where bytes were lost, a zero ends the packet that they belonged to.
+    fn next(&mut self) -> Option<u8>;
+
+    /// Whether bytes were lost since this was last asked.
+    fn has_lost(&mut self) -> bool;
+}
+
+/// Sending half of the link. Called below the priority of the tick.
 pub trait LinkOutput {
-    /// Send all bytes. Blocks; called below the priority of the tick.
+    /// Send all bytes. Waits for the line where they find no room.
     fn write(&mut self, bytes: &[u8]);
+
+    /// The interrupt of the DMA that sends the bytes, behind each piece.
+    fn sent(&mut self) {}
 }
 
 /// The timer whose interrupt owns the control tick.
@@ -52,10 +68,19 @@ pub trait Nonces {
     fn next(&mut self) -> Option<(Nonce, NonceSource)>;
 }
 
+/// Bytes that wait for the task that reads them: three whole packets, the most that a host sends before it waits for an answer (live
+/// inputs, reference, measurement).
+pub const INCOMING: usize = 3 * link::PACKET_MAX;
+
+/// Bytes that wait for a DMA to send them: a whole packet.
+pub const OUTGOING: usize = link::PACKET_MAX;
+
 /// A started board, in the parts that different interrupts own.
 pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
-    /// Receiving half of the link.
+    /// Receiving half of the link, for its interrupts.
     pub input: B::Input,
+    /// The bytes that it has received.
+    pub incoming: B::Incoming,
     /// Sending half of the link.
     pub output: B::Output,
     /// The control timer.
@@ -74,8 +99,10 @@ pub struct Parts<B: Board<N> + ?Sized, const N: usize> {
 pub trait Board<const N: usize> {
     /// The chip's peripherals.
     type Peripherals;
-    /// Receiving half of the link.
+    /// Receiving half of the link, for its interrupts.
     type Input: LinkInput;
+    /// The bytes that it has received.
+    type Incoming: Incoming;
     /// Sending half of the link.
     type Output: LinkOutput;
     /// The control timer.

@@ -1,7 +1,13 @@
 //! The boards: the only files that name the chip's registers.
 
+#[cfg(all(feature = "netduinoplus2", not(feature = "dma")))]
+mod byte_link;
 #[cfg(feature = "f405-can")]
 mod can_bus;
+#[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm"))]
+mod dma_link;
+#[cfg(all(feature = "netduinoplus2", feature = "dma"))]
+mod dma_stand_in;
 #[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm"))]
 mod f405;
 #[cfg(feature = "f405-can")]

@@ -7,8 +7,8 @@
 //!
 //! The program joins them with [`session`], which the desk runs too.
 //!
-//! On the microcontroller three priorities share the work: bytes from the link come in above everything, the control
-//! tick is owned by a timer interrupt, and frames are read, answered and sent below both.
+//! On the microcontroller three priorities share the work: the link's receiver interrupts everything, for a byte or for what a DMA has
+//! stored; the control tick is owned by a timer interrupt; and frames are read, answered and sent below both.
 #![no_std]
 
 pub mod board;

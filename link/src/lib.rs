@@ -18,7 +18,9 @@
 //! | [`codec`] | packets on the wire: encoder, decoder, their errors |
 //! | [`seal`] | the link key, proofs, seals |
 //! | [`channel`] | who may talk: the handshake, from the board's side and from the host's |
-//! | [`inlet`] | bytes on their way from the receiver to the decoder |
+//! | [`inlet`] | bytes on their way from the receiver's interrupt to the decoder |
+//! | [`circular`] | the same behind hardware that stores them by itself |
+//! | [`outgoing`] | bytes on their way to hardware that sends by itself |
 //! | [`key_page`] | the key in a board's flash |
 //! | [`convert`] | to and from the types of the control loop |
 #![no_std]
@@ -28,14 +30,17 @@
 extern crate std;
 
 pub mod channel;
+pub mod circular;
 pub mod codec;
 pub mod convert;
 pub mod frame;
 pub mod inlet;
 pub mod key_page;
+pub mod outgoing;
 pub mod seal;
 
 pub use channel::{Access, BoardChannel, Distrust, HostChannel};
+pub use circular::{Circular, Filling, Halves};
 pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
 pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
@@ -44,6 +49,7 @@ pub use frame::{
     TickCost, Trust, Value, Watch,
 };
 pub use inlet::{Arrival, Inlet};
+pub use outgoing::{Outgoing, Sending};
 pub use seal::{Key, Nonce, Proof};
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.

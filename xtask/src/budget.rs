@@ -62,6 +62,9 @@ pub(crate) struct Options {
     /// Let a flood of the link meet the timer too, and record how late ticks begin
     #[arg(long)]
     flood: bool,
+    /// Measure what the link takes instead, byte by byte and by DMA
+    #[arg(long, conflicts_with_all = ["bless", "flood", "scenes", "port"])]
+    link: bool,
     /// Measure the board on this serial port instead: cycles of its ticks by its own counter, no drive driven
     #[arg(long, requires = "board", conflicts_with_all = ["write", "bless", "flood"])]
     port: Option<String>,
@@ -89,6 +92,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         let key = options.key.as_deref();
         let asked = board::Asked { port, key, board, scenes: &options.scenes, ticks: options.ticks };
         return board::run(&asked, options.json);
+    }
+    if options.link {
+        return link(options);
     }
     let all = options.scenes.is_empty();
     let scenes = if all { shipped()? } else { options.scenes.clone() };
@@ -128,6 +134,20 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut broken = budget.hold(&rows, &rustc, fields);
     broken.extend(late.iter().flat_map(|late| budget.hold_late(late)));
     bounds::verdict(rows.len(), &broken)
+}
+
+/// What the link takes, into its table or printed.
+fn link(options: &Options) -> Result<()> {
+    let ways = measure::ways(Path::new(firmware::SCENE_DEFAULT), Board::F405Can)?;
+    if options.write {
+        write_into("docs/measured/budget.md", &[("link", table::ways(&ways))])?;
+    }
+    if options.json {
+        println!("{}", serde_json::to_string_pretty(&ways)?)
+    } else {
+        println!("{}", table::ways(&ways))
+    }
+    Ok(())
 }
 
 /// Whether the chip's programs are built by the compiler of `firmware/budget.toml`.

@@ -98,23 +98,37 @@ pub(crate) fn build(scene: &Path, board: Board) -> Result<PathBuf> {
 
 /// As [`build`], for a host with the board's key or for anybody.
 pub(crate) fn build_trusting(scene: &Path, board: Board, trust: Trust) -> Result<PathBuf> {
+    let more = if trust == Trust::Anybody { ",insecure" } else { "" };
+    build_with(scene, board, more, trust.suffix())
+}
+
+/// The emulated board's firmware with the boards' link by DMA, a stand-in in the place of the hardware.
+pub(crate) fn build_with_stand_in(scene: &Path) -> Result<PathBuf> {
+    build_with(scene, Board::Netduinoplus2, ",dma", "-dma")
+}
+
+/// Builds with more features than the board's own; the suffix is part of the program's name.
+fn build_with(scene: &Path, board: Board, more: &str, suffix: &str) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let toolchain = Toolchain::find_or_install()?;
     let folder = toolchain::target_directory();
     let _lock = lock(&folder)?;
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--package", "firmware", "--bin", "firmware", "--no-default-features"]);
-    let more = if trust == Trust::Anybody { ",insecure" } else { "" };
     cargo.args(["--features", &format!("{board}{more}")]).env("NEWTAU_ARM", emitted::arm(&scene)?);
     cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
     let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
-    keep(&std::fs::read(&built)?, program(&scene, board, trust)?)
+    keep(&std::fs::read(&built)?, place(&scene, board, suffix))
 }
 
 /// Path where [`build_trusting`] puts the program, even before it is built.
 pub(crate) fn program(scene: &Path, board: Board, trust: Trust) -> Result<PathBuf> {
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
-    Ok(toolchain::target_directory().join(format!("{}-{board}{}.elf", scene_hash(&scene), trust.suffix())))
+    Ok(place(&scene, board, trust.suffix()))
+}
+
+fn place(scene: &Path, board: Board, suffix: &str) -> PathBuf {
+    toolchain::target_directory().join(format!("{}-{board}{suffix}.elf", scene_hash(scene)))
 }
 
 /// Name of a scene and hash of its path and of the environment's changes to it, for the names of generated files.

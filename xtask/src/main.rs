@@ -117,6 +117,9 @@ enum FirmwareTask {
         /// Install the emulator too where it is missing, for who wants to run the program in it
         #[arg(long)]
         emulator: bool,
+        /// Let a stand-in for a DMA move the emulated board's link, which then goes the way of the other boards
+        #[arg(long, conflicts_with_all = ["insecure", "board"])]
+        dma_stand_in: bool,
     },
     /// Start it in the emulator and print its log
     Run {
@@ -176,11 +179,11 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Cycles { write, .. } => bench::cycles::run(write),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
-            FirmwareTask::Build { what, message_path, emulator } => {
+            FirmwareTask::Build { what, message_path, emulator, dma_stand_in } => {
                 if emulator {
                     setup::qemu()?;
                 }
-                let elf = what.build()?;
+                let elf = if dma_stand_in { firmware::build_with_stand_in(&what.scene())? } else { what.build()? };
                 if !message_path {
                     print!("firmware for {} with {}: ", what.board, what.scene().display());
                 }

@@ -1,5 +1,6 @@
 //! The tick.
 
+use super::ask::Ask;
 use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::config::{Configuration, ControllerConfig, Guard};
 use super::integral::{Integral, Integrated};
@@ -12,23 +13,18 @@ use crate::scalar::Real;
 use crate::scene::Live;
 use crate::trig::Trig;
 
-/// Origin of the joints' positions and velocities in a tick.
-#[derive(Clone, Copy, Debug)]
-pub enum Reading<'a, S, const N: usize> {
-    /// A sensor reading, to be judged and, where it is in counts, observed.
-    Measured(&'a Measurement<S, N>),
-    /// Positions and velocities that were observed and judged already: finite, inside the guard's bounds, and young enough.
-    Judged {
-        /// Joint position, rad or m.
-        q: &'a [S; N],
-        /// Joint velocity, rad/s or m/s.
-        qd: &'a [S; N],
-    },
-}
-
 /// State that changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Memory<S, const N: usize> {
+    /// Integral action before the last proposal, and with it.
+    integral: [[Integrated<S>; N]; 2],
+    /// The fault in force.
+    fault: Option<Fault>,
+}
+
+/// What a controller knows by itself where no machine around it observes the joints and holds the torques.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Alone<S, const N: usize> {
     observed: Observed<S, N>,
     /// Acceleration that the last reference asked for.
     acceleration: [S; N],
@@ -36,9 +32,6 @@ struct Memory<S, const N: usize> {
     torque: [S; N],
     /// Greatest change from it to the next torque; any finite number before the first.
     torque_step: [S; N],
-    integral: [Integrated<S>; N],
-    /// The fault in force.
-    fault: Option<Fault>,
 }
 
 /// Estimate of the observer.
@@ -53,13 +46,18 @@ pub(crate) struct Observed<S, const N: usize> {
     started: bool,
 }
 
-/// Computed-torque controller of an arm with `N` joints.
-///
-/// Generic over the inverse dynamics (the recursion or a generated kernel), over sine and cosine, over where the
-/// configuration is kept ([`Configuration`]), and over the watch on the arm ([`Protection`]; by default none, at no
-/// cost); it cannot tell one kernel from another.
+/// Reference and state that a torque is asked for.
+pub(crate) struct Given<'a, S, const N: usize> {
+    pub(crate) reference: &'a Reference<S, N>,
+    /// No limit acts on the reference: somebody has looked.
+    pub(crate) inside: bool,
+    pub(crate) q: &'a [S; N],
+    pub(crate) qd: &'a [S; N],
+}
+
+/// From reference and state to torques, which no limit has held yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Controller<S, const N: usize, D, T, C = ControllerConfig<S, N>, P = Unprotected> {
+struct Regulator<S, const N: usize, D, T, C, P> {
     config: C,
     dynamics: D,
     trig: T,
@@ -68,18 +66,30 @@ pub struct Controller<S, const N: usize, D, T, C = ControllerConfig<S, N>, P = U
     protection: P,
 }
 
+/// Computed-torque controller of an arm with `N` joints.
+///
+/// Generic over the inverse dynamics (the recursion or a generated kernel), over sine and cosine, over where the
+/// configuration is kept ([`Configuration`]), and over the watch on the arm ([`Protection`]; by default none, at no
+/// cost); it cannot tell one kernel from another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Controller<S, const N: usize, D, T, C = ControllerConfig<S, N>, P = Unprotected> {
+    regulator: Regulator<S, N, D, T, C, P>,
+    alone: Alone<S, N>,
+}
+
 impl<S: Real, const N: usize, D: InverseDynamics<S, N>, T: Trig<S>, C: Configuration<S, N>> Controller<S, N, D, T, C> {
     /// A controller at rest, with every live input zero.
     #[must_use]
     pub fn new(config: C, dynamics: D, trig: T) -> Self {
-        Self { config, dynamics, trig, live: Live::zero(), memory: Memory::new(), protection: Unprotected }
+        let (live, memory, protection) = (Live::zero(), Memory::new(), Unprotected);
+        Self { regulator: Regulator { config, dynamics, trig, live, memory, protection }, alone: Alone::new() }
     }
 
     /// The same controller, watched.
     #[must_use]
     pub fn with_protection<P>(self, protection: P) -> Controller<S, N, D, T, C, P> {
-        let Self { config, dynamics, trig, live, memory, .. } = self;
-        Controller { config, dynamics, trig, live, memory, protection }
+        let Regulator { config, dynamics, trig, live, memory, .. } = self.regulator;
+        Controller { regulator: Regulator { config, dynamics, trig, live, memory, protection }, alone: self.alone }
     }
 }
 
@@ -97,103 +107,162 @@ where
     /// beside them (`docs/performance.md`).
     #[inline]
     pub fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> Command<S, N> {
-        self.tick_from(reference, Reading::Measured(measurement))
+        let fault = match self.regulator.memory.fault {
+            Some(fault) => fault,
+            None => {
+                let (mut torque, mut limits) = ([S::zero(); N], [LimitFlags::NONE; N]);
+                match self.drive(reference, measurement, &mut torque, &mut limits) {
+                    Ok(()) => return Command::Drive { torque, limits },
+                    Err(fault) => fault,
+                }
+            }
+        };
+        self.regulator.memory.fault = Some(fault);
+        Command::Brake(fault)
     }
 
-    /// As [`Controller::tick`], from either kind of reading.
+    /// One tick inside a machine that has observed and judged the joints, and holds the torques: they are written to `torque` as the
+    /// law gives them, and to `limits` which limits acted on the reference.
+    ///
+    /// # Errors
+    /// The fault in force, which stays until [`Controller::reset`].
     #[inline]
-    pub fn tick_from(&mut self, reference: &Reference<S, N>, reading: Reading<'_, S, N>) -> Command<S, N> {
-        let fault = match self.memory.fault {
-            Some(fault) => fault,
-            None => match self.drive(reference, reading) {
-                Ok(command) => return command,
-                Err(fault) => fault,
-            },
-        };
-        self.memory.fault = Some(fault);
-        Command::Brake(fault)
+    pub fn answer(
+        &mut self,
+        ask: &Ask<'_, S, N>,
+        torque: &mut [S; N],
+        limits: &mut [LimitFlags; N],
+    ) -> Result<(), Fault> {
+        if ask.start {
+            self.reset();
+        } else {
+            self.regulator.settle(ask.torque, ask.limits);
+        }
+        if let Some(fault) = self.regulator.memory.fault {
+            return Err(fault);
+        }
+        let given = Given { reference: ask.reference, inside: ask.inside, q: ask.q, qd: ask.qd };
+        let answer = self.regulator.propose(&given, torque, limits, None);
+        if let Err(fault) = answer {
+            self.regulator.memory.fault = Some(fault);
+        }
+        answer
     }
 
     /// Tell the controller that a tick had not ended when the next was due.
     pub fn overrun(&mut self) {
-        self.memory.fault.get_or_insert(Fault::Overrun);
+        self.regulator.memory.fault.get_or_insert(Fault::Overrun);
     }
 
     /// Tell the controller that measurements have stopped coming.
     pub fn measurement_lost(&mut self) {
-        self.memory.fault.get_or_insert(Fault::StaleMeasurement);
+        self.regulator.memory.fault.get_or_insert(Fault::StaleMeasurement);
     }
 
     /// Forget the fault, the observer's estimate and the last torque: the brakes have held meanwhile, so the torque-rate
     /// limit starts afresh.
     pub fn reset(&mut self) {
-        self.memory = Memory::new();
-        self.dynamics.forget();
-        self.protection.forget();
+        self.regulator.memory = Memory::new();
+        self.regulator.dynamics.forget();
+        self.regulator.protection.forget();
+        self.alone = Alone::new();
     }
 
     /// The fault in force.
     pub fn fault(&self) -> Option<Fault> {
-        self.memory.fault
+        self.regulator.memory.fault
     }
 
     /// The configuration.
     pub fn config(&self) -> &ControllerConfig<S, N> {
-        self.config.get()
+        self.regulator.config.get()
     }
 
     /// The inverse dynamics, for example to set a payload between ticks.
     pub fn dynamics_mut(&mut self) -> &mut D {
-        &mut self.dynamics
+        &mut self.regulator.dynamics
     }
 
     /// The watch on the arm.
     pub fn protection(&self) -> &P {
-        &self.protection
+        &self.regulator.protection
     }
 
     /// The configuration, to be changed between ticks; `None` where it is part of the program.
     pub fn config_mut(&mut self) -> Option<&mut ControllerConfig<S, N>> {
-        self.config.get_mut()
+        self.regulator.config.get_mut()
     }
 
     /// The live inputs of the scene.
     pub fn live(&self) -> &Live<S, N> {
-        &self.live
+        &self.regulator.live
     }
 
     /// The live inputs of the scene, to be set between ticks.
     pub fn live_mut(&mut self) -> &mut Live<S, N> {
-        &mut self.live
+        &mut self.regulator.live
     }
 
     #[inline]
-    fn drive(&mut self, reference: &Reference<S, N>, reading: Reading<'_, S, N>) -> Result<Command<S, N>, Fault> {
+    fn drive(
+        &mut self,
+        reference: &Reference<S, N>,
+        measurement: &Measurement<S, N>,
+        torque: &mut [S; N],
+        limits: &mut [LimitFlags; N],
+    ) -> Result<(), Fault> {
+        let Self { regulator, alone } = self;
+        let config = regulator.config.get();
+        if measurement.age_ticks > config.age_max {
+            return Err(Fault::StaleMeasurement);
+        }
+        let mut read = [S::zero(); N];
+        let (_, q, qd) = alone.observed.update(config, &alone.acceleration, &measurement.sensed, &mut read);
+        if !state_is_inside(q, qd, config) {
+            return Err(name_fault(reference, q, qd, config));
+        }
+        let given = Given { reference, inside: false, q, qd };
+        regulator.propose(&given, torque, limits, Some(&mut alone.acceleration))?;
+        let config = regulator.config.get();
+        hold_torques(torque, limits, &config.limits, &alone.torque, &alone.torque_step, &config.torque_step)?;
+        (alone.torque, alone.torque_step) = (*torque, config.torque_step);
+        regulator.settle(torque, limits);
+        Ok(())
+    }
+}
+
+impl<S, const N: usize, D, T, C, P> Regulator<S, N, D, T, C, P>
+where
+    S: Real,
+    D: InverseDynamics<S, N>,
+    T: Trig<S>,
+    C: Configuration<S, N>,
+    P: Protection<S, N>,
+{
+    /// The torques of the law, with friction and integral action, not held by any limit, and the acceleration that is followed,
+    /// for whoever observes.
+    ///
+    /// Out of line, so that bench and supervision share one copy of it.
+    #[inline(never)]
+    fn propose(
+        &mut self,
+        given: &Given<'_, S, N>,
+        torque: &mut [S; N],
+        limits: &mut [LimitFlags; N],
+        acceleration: Option<&mut [S; N]>,
+    ) -> Result<(), Fault> {
         let Self { config, dynamics, trig, live, memory, protection } = self;
         let config = config.get();
-        let (q, qd) = match reading {
-            Reading::Judged { q, qd } => (q, qd),
-            Reading::Measured(measurement) => {
-                if measurement.age_ticks > config.age_max {
-                    return Err(Fault::StaleMeasurement);
-                }
-                let (q, qd) = memory.observed.update(config, &memory.acceleration, &measurement.sensed);
-                if !state_is_inside(q, qd, config) {
-                    return Err(name_fault(reference, q, qd, config));
-                }
-                (q, qd)
-            }
-        };
-
-        let mut limits = [LimitFlags::NONE; N];
+        let Given { reference, inside, q, qd } = *given;
+        *limits = [LimitFlags::NONE; N];
         let held;
-        let reference = if reference_is_inside(reference, &config.limits) {
+        let reference = if inside || reference_is_inside(reference, &config.limits) {
             reference
         } else {
             if let Some(fault) = name_reference(reference) {
                 return Err(fault);
             }
-            held = hold_reference(reference, &config.limits, &mut limits);
+            held = hold_reference(reference, &config.limits, limits);
             &held
         };
 
@@ -211,46 +280,53 @@ where
                     let zero = [S::zero(); N];
                     standing = Reference { q, qd: zero, qdd: zero };
                     reference = &standing;
-                    flag(&mut limits, joint);
+                    flag(limits, joint);
                 }
                 Verdict::Comply { joint } => {
                     complies = true;
-                    flag(&mut limits, joint);
+                    flag(limits, joint);
                 }
             }
         }
-        memory.acceleration = reference.qdd;
-        if complies {
-            memory.acceleration = [S::zero(); N];
+        if let Some(acceleration) = acceleration {
+            *acceleration = if complies { [S::zero(); N] } else { reference.qdd };
         }
 
         let state = State { reference, q, qd, live, turn };
         let law = (!complies).then_some(config.law);
-        let mut torque = torques(law, &config.gains, dynamics, trig, &state);
-        // An arm that gives way must not be pushed on by what it was held with.
-        let mut integrated = [Integrated::zero(); N];
+        *torque = torques(law, &config.gains, dynamics, trig, &state);
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, complies) {
                 torque[i] += friction[i].torque(reference.qd[i]);
             }
-            if let (Some(integral), false) = (&config.integral, complies) {
-                integrated[i] = integral[i].next(memory.integral[i], reference.q[i] - q[i]);
-                torque[i] += integrated[i].torque;
+            if let Some(integral) = &config.integral {
+                // An arm that gives way must not be pushed on by what it was held with.
+                let next = match complies {
+                    true => Integrated::zero(),
+                    false => integral[i].next(memory.integral[0][i], reference.q[i] - q[i]),
+                };
+                memory.integral[1][i] = next;
+                torque[i] += next.torque;
             }
             // Turns -0 into +0: equal kernels may differ in the sign of a zero, and commands are compared by their
             // bits.
             torque[i] += S::zero();
         }
-        memory.limit(&mut torque, &mut limits, config)?;
-        if config.integral.is_some() {
+        Ok(())
+    }
+
+    /// Take over what became of the proposal: the torque that acts, and the limits that held it.
+    #[inline]
+    fn settle(&mut self, torque: &[S; N], limits: &[LimitFlags; N]) {
+        if self.config.get().integral.is_some() {
+            let [before, proposed] = &mut self.memory.integral;
             for i in 0..N {
-                memory.integral[i] = Integral::after(memory.integral[i], integrated[i], limits[i]);
+                before[i] = Integral::after(before[i], proposed[i], limits[i]);
             }
         }
         if P::WATCHES {
-            protection.drove(&torque);
+            self.protection.drove(torque);
         }
-        Ok(Command::Drive { torque, limits })
     }
 }
 
@@ -263,29 +339,14 @@ fn flag<const N: usize>(limits: &mut [LimitFlags; N], joint: u8) {
 
 impl<S: Real, const N: usize> Memory<S, N> {
     fn new() -> Self {
-        let zero = [S::zero(); N];
-        Self {
-            observed: Observed::new(),
-            acceleration: zero,
-            torque: zero,
-            torque_step: [S::MAX; N],
-            integral: [Integrated::zero(); N],
-            fault: None,
-        }
+        Self { integral: [[Integrated::zero(); N]; 2], fault: None }
     }
+}
 
-    /// Hold the torques inside their limits, and remember them.
-    #[inline]
-    fn limit(
-        &mut self,
-        torque: &mut [S; N],
-        limits: &mut [LimitFlags; N],
-        config: &ControllerConfig<S, N>,
-    ) -> Result<(), Fault> {
-        hold_torques(torque, limits, &config.limits, &self.torque, &self.torque_step, &config.torque_step)?;
-        self.torque = *torque;
-        self.torque_step = config.torque_step;
-        Ok(())
+impl<S: Real, const N: usize> Alone<S, N> {
+    fn new() -> Self {
+        let zero = [S::zero(); N];
+        Self { observed: Observed::new(), acceleration: zero, torque: zero, torque_step: [S::MAX; N] }
     }
 }
 
@@ -295,7 +356,7 @@ impl<S: Real, const N: usize> Observed<S, N> {
         Self { position: zero, velocity: zero, observer: TrackingObserver::start(), started: false }
     }
 
-    /// Position and velocity in SI, from either kind of reading.
+    /// Position as it was read, position, and velocity, in SI, from either kind of reading; `read` is room for the first.
     ///
     /// The first reading in counts starts the estimate there, at rest, at the cost of any other reading.
     #[inline]
@@ -304,24 +365,26 @@ impl<S: Real, const N: usize> Observed<S, N> {
         config: &ControllerConfig<S, N>,
         acceleration: &[S; N],
         sensed: &'a Sensed<S, N>,
-    ) -> (&'a [S; N], &'a [S; N]) {
+        read: &'a mut [S; N],
+    ) -> (&'a [S; N], &'a [S; N], &'a [S; N]) {
         let counts = match sensed {
             Sensed::State { q, qd } => {
                 // Later counts must not be compared with the joints' earlier positions.
                 if self.started {
                     *self = Self::new();
                 }
-                return (q, qd);
+                return (q, q, qd);
             }
             Sensed::Counts(counts) => counts,
         };
         for i in 0..N {
             let position = config.encoder[i].position(counts[i]);
+            read[i] = position;
             (self.position[i], self.velocity[i]) =
                 self.observer.step(self.position[i], self.velocity[i], acceleration[i], position);
         }
         (self.observer, self.started) = (config.observer, true);
-        (&self.position, &self.velocity)
+        (read, &self.position, &self.velocity)
     }
 }
 

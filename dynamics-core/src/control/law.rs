@@ -171,14 +171,16 @@ pub(super) fn torques<S: Real, const N: usize>(
     };
     let zero = [S::zero(); N];
     match law {
-        None => {
-            let held = dynamics.tick(turned, q, &zero, &zero, live);
-            core::array::from_fn(|i| held[i] - gains[i].inertia * (gains[i].velocity * qd[i]))
-        }
-        // `computed_torque`, by a dynamics that may keep state.
-        Some(Law::ComputedTorque) => {
+        // One call for both: called from two places, the kernel would not become part of the tick.
+        None | Some(Law::ComputedTorque) => {
             let wanted = wanted(gains, reference, q, qd);
-            dynamics.tick(turned, q, qd, &wanted, live)
+            let (speed, acceleration) = if law.is_none() { (&zero, &zero) } else { (qd, &wanted) };
+            // `computed_torque`, by a dynamics that may keep state.
+            let of_model = dynamics.tick(turned, q, speed, acceleration, live);
+            match law {
+                None => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
+                Some(_) => of_model,
+            }
         }
         Some(Law::Pd) => weighted(zero),
         Some(Law::PdGravity) => weighted(dynamics.tick(turned, q, &zero, &zero, live)),

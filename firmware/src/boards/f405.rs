@@ -1,27 +1,19 @@
-//! Shared parts of boards with an STM32F405 and an 8 MHz crystal: the link on USART2, the control timer, the cycle
-//! counter.
+//! Shared parts of boards with an STM32F405 and an 8 MHz crystal: clocks, the control timer, the cycle counter. Their link is in
+//! `dma_link`.
 //!
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 
 use super::pac;
-use firmware::board::{BoardLines, LinkInput, LinkOutput, Nonces, Ticker};
+use firmware::board::{BoardLines, Nonces, Ticker};
 use link::{Cost, Nonce, NonceSource};
 use session::meter::Counter;
 use session::readings::Lines;
-use stm32f4xx_hal::gpio::{ErasedPin, Input as InputPin, PA2, PA3};
+use stm32f4xx_hal::gpio::{ErasedPin, Input as InputPin};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 use stm32f4xx_hal::rng::RngExt;
-use stm32f4xx_hal::serial::config::Config as SerialConfig;
-use stm32f4xx_hal::serial::{Rx, Tx};
 use stm32f4xx_hal::time::Hertz;
 use stm32f4xx_hal::timer::{CounterHz, Event, Flag};
-
-/// Receiver of USART2.
-pub struct Input(Rx<pac::USART2>);
-
-/// Transmitter of USART2.
-pub struct Output(Tx<pac::USART2>);
 
 /// TIM3.
 pub struct ControlTimer {
@@ -57,15 +49,6 @@ pub fn clocks() -> Config {
 /// The random number generator, running.
 pub fn generator(rng: pac::RNG, rcc: &mut Rcc) -> Generator {
     Generator(rng.constrain(rcc).release())
-}
-
-/// The link: USART2 on PA2 and PA3, 1 Mbaud. `None` where the clock cannot give this rate; ours can: 42 MHz is 42 times
-/// the rate.
-pub fn link(usart: pac::USART2, pins: (PA2, PA3), rcc: &mut Rcc) -> Option<(Input, Output)> {
-    let config = SerialConfig::default().baudrate(1_000_000.bps());
-    let (output, mut input) = usart.serial(pins, config, rcc).ok()?.split();
-    input.listen();
-    Some((Input(input), Output(output)))
 }
 
 /// The control timer, held.
@@ -133,22 +116,6 @@ impl Generator {
             }
         }
         None
-    }
-}
-
-impl LinkInput for Input {
-    fn read(&mut self) -> Option<u8> {
-        // An overrun or a framing error also clears here; the packet's check sum finds the missing byte.
-        self.0.read().ok()
-    }
-}
-
-impl LinkOutput for Output {
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            // This loop ends: the transmitter empties at its baud rate even without a listener.
-            while self.0.write(byte).is_err() {}
-        }
     }
 }
 

@@ -11,7 +11,8 @@
 //! | PC5 | emergency stop: a closed contact to ground; open, or a broken wire, is pressed |
 
 use super::can_bus::{self, BIT_TIMING_1_MBIT, Bus};
-use super::f405::{self, ControlTimer, CycleCounter, Guards, Input, Output};
+use super::dma_link;
+use super::f405::{self, ControlTimer, CycleCounter, Guards};
 use super::pac;
 use bxcan::Fifo;
 use bxcan::filter::Mask32;
@@ -62,8 +63,9 @@ pub struct F405Can;
 
 impl Board<{ arm::N }> for F405Can {
     type Peripherals = super::Chip;
-    type Input = Input;
-    type Output = Output;
+    type Input = dma_link::Input;
+    type Incoming = dma_link::Incoming;
+    type Output = dma_link::Output;
     type Ticker = ControlTimer;
     type Counter = CycleCounter;
     type Lines = Guards;
@@ -79,7 +81,9 @@ impl Board<{ arm::N }> for F405Can {
             (device.GPIOA.split(&mut rcc), device.GPIOB.split(&mut rcc), device.GPIOC.split(&mut rcc));
         // First of all: a brake that is engaged.
         let brake = gpioc.pc4.into_push_pull_output_in_state(PinState::Low);
-        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else {
+        let Some((input, incoming, output)) =
+            dma_link::start(device.USART2, device.DMA1, (gpioa.pa2, gpioa.pa3), &mut rcc)
+        else {
             Self::halt(|| {})
         };
 
@@ -94,6 +98,7 @@ impl Board<{ arm::N }> for F405Can {
         drop(filters);
         Parts {
             input,
+            incoming,
             output,
             ticker: f405::control_timer(device.TIM3, rate_hz, &mut rcc),
             counter: f405::cycle_counter(&mut core),

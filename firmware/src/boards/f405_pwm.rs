@@ -15,7 +15,8 @@
 //!
 //! Bridges want a pull-down at their enable: the pins float until the program runs.
 
-use super::f405::{self, ControlTimer, CycleCounter, Guards, Input, Output};
+use super::dma_link;
+use super::f405::{self, ControlTimer, CycleCounter, Guards};
 use super::pac;
 use dynamics_core::drive::{Drives, PwmDrive};
 use embedded_hal::spi::MODE_1;
@@ -56,8 +57,9 @@ pub struct F405Pwm;
 
 impl Board<{ arm::N }> for F405Pwm {
     type Peripherals = super::Chip;
-    type Input = Input;
-    type Output = Output;
+    type Input = dma_link::Input;
+    type Incoming = dma_link::Incoming;
+    type Output = dma_link::Output;
     type Ticker = ControlTimer;
     type Counter = CycleCounter;
     type Lines = Guards;
@@ -93,7 +95,9 @@ impl Board<{ arm::N }> for F405Pwm {
             gpioc.pc8.into_push_pull_output_in_state(high).erase(),
             gpioc.pc9.into_push_pull_output_in_state(high).erase(),
         ];
-        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else {
+        let Some((input, incoming, output)) =
+            dma_link::start(device.USART2, device.DMA1, (gpioa.pa2, gpioa.pa3), &mut rcc)
+        else {
             Self::halt(|| {})
         };
 
@@ -126,6 +130,7 @@ impl Board<{ arm::N }> for F405Pwm {
         let channels = channels.map(|channel| channel.unwrap_or_else(|| Self::halt(|| {})));
         Parts {
             input,
+            incoming,
             output,
             ticker: f405::control_timer(device.TIM3, rate_hz, &mut rcc),
             counter: f405::cycle_counter(&mut core),

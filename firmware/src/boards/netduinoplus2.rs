@@ -4,12 +4,16 @@
 //! the emulator has them. GPIO is not emulated, so there is no brake line: the fault frame is the only sign of braking.
 //! Registers are set directly: the HAL's constructors wait for clocks.
 
+#[cfg(not(feature = "dma"))]
+use super::byte_link as wire;
+#[cfg(feature = "dma")]
+use super::dma_stand_in as wire;
 use super::pac;
 use crate::key::CountedNonces;
 use cortex_m_semihosting::debug;
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
-use firmware::board::{Board, BoardLines, LinkInput, LinkOutput, Parts, Ticker};
+use firmware::board::{Board, BoardLines, Parts, Ticker};
 use firmware::joint_io::JointIo;
 use link::Cost;
 use session::meter::Counter;
@@ -20,12 +24,6 @@ const TIMER_HZ: f32 = 1e9;
 
 /// The board.
 pub struct NetduinoPlus2;
-
-/// Receiver of USART2. The registers are shared with [`Output`], which uses none of those read here with a side effect.
-pub struct Input;
-
-/// Transmitter of USART2.
-pub struct Output(pac::USART2);
 
 /// TIM3.
 pub struct ControlTimer(pac::TIM3);
@@ -41,8 +39,9 @@ pub struct RestingJoints;
 
 impl Board<{ arm::N }> for NetduinoPlus2 {
     type Peripherals = super::Chip;
-    type Input = Input;
-    type Output = Output;
+    type Input = wire::Input;
+    type Incoming = wire::Incoming;
+    type Output = wire::Output;
     type Ticker = ControlTimer;
     type Counter = InstructionCounter;
     type Lines = NoLines;
@@ -54,6 +53,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
     fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
         let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, .. } = chip.device;
         usart.cr1().write(|w| w.ue().enabled().re().enabled().te().enabled().rxneie().enabled());
+        let Some((input, incoming, output)) = wire::start(usart) else { Self::halt(|| {}) };
 
         counter.psc().write(|w| w.psc().set(0));
         counter.arr().write(|w| w.arr().set(u32::MAX));
@@ -72,8 +72,9 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
         timer.dier().write(|w| w.uie().enabled());
 
         Parts {
-            input: Input,
-            output: Output(usart),
+            input,
+            incoming,
+            output,
             ticker: ControlTimer(timer),
             counter: InstructionCounter(counter),
             lines: NoLines,
@@ -98,26 +99,6 @@ fn time() -> u32 {
     // SAFETY: a single volatile read, without a side effect.
     let count = unsafe { (*pac::TIM2::ptr()).cnt().read().bits() };
     count
-}
-
-impl LinkInput for Input {
-    fn read(&mut self) -> Option<u8> {
-        // One look at the status a byte: each look wakes the emulator's input loop, and that is most of a byte's cost.
-        // Reading the data register acknowledges the interrupt; it comes once per byte, so there is always one.
-        #[allow(unsafe_code, reason = "the receiver's register; the transmitter's owner does not read it")]
-        // SAFETY: a single volatile read of the data register, which nothing else reads.
-        let byte = unsafe { (*pac::USART2::ptr()).dr().read().dr().bits() };
-        Some(byte as u8)
-    }
-}
-
-impl LinkOutput for Output {
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            // The emulated transmitter takes a byte at once: no need to wait, and a look at the status costs.
-            self.0.dr().write(|w| w.dr().set(u16::from(byte)));
-        }
-    }
 }
 
 impl Ticker for ControlTimer {

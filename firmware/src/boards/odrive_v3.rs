@@ -10,7 +10,8 @@
 //!
 //! Measurements come and commands go over the link; the timer paces the tick.
 
-use super::f405::{self, ControlTimer, CycleCounter, Guards, Input, Output};
+use super::dma_link;
+use super::f405::{self, ControlTimer, CycleCounter, Guards};
 use dynamics_core::safety::SafeAction;
 use firmware::board::{Board, Parts};
 use firmware::joint_io::JointIo;
@@ -29,8 +30,9 @@ pub struct Lines {
 
 impl Board<{ arm::N }> for OdriveV3 {
     type Peripherals = super::Chip;
-    type Input = Input;
-    type Output = Output;
+    type Input = dma_link::Input;
+    type Incoming = dma_link::Incoming;
+    type Output = dma_link::Output;
     type Ticker = ControlTimer;
     type Counter = CycleCounter;
     type Lines = Guards;
@@ -48,11 +50,14 @@ impl Board<{ arm::N }> for OdriveV3 {
             brake: gpioc.pc4.into_push_pull_output_in_state(PinState::Low),
             _power_off: gpiob.pb12.into_push_pull_output_in_state(PinState::Low),
         };
-        let Some((input, output)) = f405::link(device.USART2, (gpioa.pa2, gpioa.pa3), &mut rcc) else {
+        let Some((input, incoming, output)) =
+            dma_link::start(device.USART2, device.DMA1, (gpioa.pa2, gpioa.pa3), &mut rcc)
+        else {
             Self::halt(|| {})
         };
         Parts {
             input,
+            incoming,
             output,
             ticker: f405::control_timer(device.TIM3, rate_hz, &mut rcc),
             counter: f405::cycle_counter(&mut core),

@@ -2,7 +2,7 @@
 //! is lost.
 #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-use super::{Chip, ChipError, Emulator, Timeouts, build_firmware};
+use super::{Chip, ChipError, Emulator, Timeouts, build_firmware, build_firmware_by_dma};
 use crate::key;
 use dynamics_core::{Measurement, Reference, Sensed};
 use link::{
@@ -28,10 +28,14 @@ fn hello(pacing: Pacing) -> Hello {
 }
 
 fn emulator(key: Option<Key>) -> Emulator {
-    let (program, elf) = (Path::new("qemu-system-arm"), build_firmware(&scene()).unwrap());
+    emulator_of(&build_firmware(&scene()).unwrap(), key)
+}
+
+fn emulator_of(elf: &Path, key: Option<Key>) -> Emulator {
+    let program = Path::new("qemu-system-arm");
     match key {
-        Some(key) => Emulator::start_with_key(program, &elf, Timeouts::default(), key),
-        None => Emulator::start_without_key(program, &elf, Timeouts::default()),
+        Some(key) => Emulator::start_with_key(program, elf, Timeouts::default(), key),
+        None => Emulator::start_without_key(program, elf, Timeouts::default()),
     }
     .unwrap()
 }
@@ -41,7 +45,11 @@ struct Drilled(Chip, u32);
 
 impl Drilled {
     fn start() -> Self {
-        let mut chip = Chip::over(emulator(Some(KEY)), hello(Pacing::LockStep)).unwrap();
+        Self::over(emulator(Some(KEY)))
+    }
+
+    fn over(emulator: Emulator) -> Self {
+        let mut chip = Chip::over(emulator, hello(Pacing::LockStep)).unwrap();
         chip.change_pacing(hello(Pacing::Drill)).unwrap();
         chip.send(&Frame::Lines(Lines::CALM)).unwrap();
         Self(chip, 0)
@@ -49,20 +57,26 @@ impl Drilled {
 
     /// A drill whose arm is armed, with all bytes that led there.
     fn armed() -> Self {
-        let mut drill = Self::start();
+        Self::start().arm()
+    }
+
+    fn arm(mut self) -> Self {
         for request in [Request::Home, Request::Confirm, Request::Arm] {
-            drill.ask(request);
+            self.ask(request);
         }
-        assert_eq!(drill.tick().0.state, ARMED);
-        drill
+        assert_eq!(self.tick().0.state, ARMED);
+        self
     }
 
     fn running() -> Self {
-        let mut drill = Self::armed();
+        Self::armed().run()
+    }
+
+    fn run(mut self) -> Self {
         let reference = link::Reference::new(&Reference { q: [0.1_f32, 0.2], qd: [0.0; 2], qdd: [0.0; 2] });
-        drill.0.send(&Frame::Point(Point { ticks: 0, reference })).unwrap();
-        assert_eq!(drill.ask(Request::Run).0.state, RUNNING);
-        drill
+        self.0.send(&Frame::Point(Point { ticks: 0, reference })).unwrap();
+        assert_eq!(self.ask(Request::Run).0.state, RUNNING);
+        self
     }
 
     fn ask(&mut self, request: Request) -> (Status, u16) {
@@ -288,14 +302,26 @@ fn nonces_do_not_come_again() {
 #[test]
 fn a_stop_behind_a_flood_of_garbage_stops_the_arm() {
     for garbage in [700, 754, 755, 756, 757, 758, 1000, 3000] {
-        let mut drill = Drilled::running();
-        drill.attack(&vec![1; garbage]);
-        drill.attack(&[0]);
-        let hold = drill.packet(&Frame::Request(Request::Hold));
-        drill.0.emulator.write(&hold).unwrap();
-        let (status, refusals) = drill.tick_after_noise();
-        let known = |refusal: &Refusal| matches!(refusal, Refusal::Undecodable(_) | Refusal::Unauthentic { .. });
-        assert!(refusals.iter().all(known), "{refusals:?}");
-        assert_eq!(status.state, HOLDING, "{garbage} bytes of garbage");
+        a_stop_is_taken(Drilled::running(), garbage);
     }
+}
+
+/// The same by DMA: what was overwritten in its buffer is left out.
+#[test]
+fn a_stop_behind_a_flood_of_garbage_stops_the_arm_by_dma_too() {
+    let elf = build_firmware_by_dma(&scene()).unwrap();
+    for garbage in [378, 379, 700, 756, 757, 758, 759, 1000, 3000] {
+        a_stop_is_taken(Drilled::over(emulator_of(&elf, Some(KEY))).arm().run(), garbage);
+    }
+}
+
+fn a_stop_is_taken(mut drill: Drilled, garbage: usize) {
+    drill.attack(&vec![1; garbage]);
+    drill.attack(&[0]);
+    let hold = drill.packet(&Frame::Request(Request::Hold));
+    drill.0.emulator.write(&hold).unwrap();
+    let (status, refusals) = drill.tick_after_noise();
+    let known = |refusal: &Refusal| matches!(refusal, Refusal::Undecodable(_) | Refusal::Unauthentic { .. });
+    assert!(refusals.iter().all(known), "{refusals:?}");
+    assert_eq!(status.state, HOLDING, "{garbage} bytes of garbage");
 }

@@ -48,6 +48,8 @@ pub struct Carried {
     pub to_chip: u64,
     /// To the host.
     pub from_chip: u64,
+    /// Packets from the host, by the zeros that end them.
+    pub packets_to_chip: u64,
 }
 
 /// Ends the child if the start fails.
@@ -160,6 +162,7 @@ impl Emulator {
     /// Send bytes.
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
         self.carried.to_chip += bytes.len() as u64;
+        self.carried.packets_to_chip += bytes.iter().filter(|byte| **byte == 0).count() as u64;
         self.link.write_all(bytes).map_err(|error| self.explain(error, "room for a frame"))
     }
 

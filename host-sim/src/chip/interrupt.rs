@@ -22,16 +22,21 @@ pub struct Interrupt {
 /// [`Failure::Target`], with the scene, if its firmware cannot be built or run.
 pub fn measure(scene: &Path) -> Result<Interrupt, Failure> {
     let said = run_interrupt(scene).map_err(|error| Failure::Target(miette::Report::from_err(error)))?;
-    let Traced { tick_interrupt, cycles_estimate: Estimate { likely } } =
+    let Traced { running: Running { instructions, cycles: Estimate { likely } } } =
         serde_json::from_str(&said).into_diagnostic().map_err(Failure::Target)?;
-    Ok(Interrupt { instructions: tick_interrupt as f64, cycles: likely as f64 })
+    Ok(Interrupt { instructions: instructions as f64, cycles: likely as f64 })
 }
 
 /// The answer of `cargo xtask firmware interrupt`.
 #[derive(Deserialize)]
 struct Traced {
-    tick_interrupt: u64,
-    cycles_estimate: Estimate,
+    running: Running,
+}
+
+#[derive(Deserialize)]
+struct Running {
+    instructions: u64,
+    cycles: Estimate,
 }
 
 #[derive(Deserialize)]

@@ -40,7 +40,7 @@ pub use emulator::{Carried, Emulator, Timeouts};
 pub use error::ChipError;
 pub(crate) use error::refusal as refusal_in_words;
 pub use hello::hello;
-pub use program::{build_firmware, build_firmware_with};
+pub use program::{build_firmware, build_firmware_by_dma, build_firmware_with};
 pub(crate) use program::{run_cost, run_interrupt};
 
 use crate::key;

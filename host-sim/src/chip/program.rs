@@ -25,7 +25,19 @@ pub fn build_firmware_with<'a>(
     choices: impl IntoIterator<Item = (&'a str, &'a str)>,
 ) -> Result<PathBuf, ChipError> {
     let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
-    let text = xtask(["firmware", "build", "--message-path", "--emulator", "--scene"], &scene, choices)?;
+    last_line(&xtask(["firmware", "build", "--message-path", "--emulator", "--scene"], &scene, choices)?)
+}
+
+/// As [`build_firmware`], with the link of the boards that have a DMA: a stand-in moves its bytes.
+///
+/// # Errors
+/// As [`build_firmware`].
+pub fn build_firmware_by_dma(scene: &Path) -> Result<PathBuf, ChipError> {
+    let scene = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
+    last_line(&xtask(["firmware", "build", "--message-path", "--emulator", "--dma-stand-in", "--scene"], &scene, [])?)
+}
+
+fn last_line(text: &str) -> Result<PathBuf, ChipError> {
     match text.lines().last() {
         Some(path) => Ok(PathBuf::from(path)),
         None => Err(ChipError::Build { output: String::new() }),

@@ -2,11 +2,11 @@
 //! Every status of the chip equals the desk's to the last bit.
 
 use dynamics_core::{Measurement, Reference, Sensed};
-use host_sim::chip::{Chip, build_firmware, hello};
+use host_sim::chip::{Chip, ChipError, build_firmware, build_firmware_by_dma, hello};
 use host_sim::session::drill::{Drill, OnChip, OnDesk, without_cost};
 use link::{Actuation, Frame, Lines, Pacing, Point, Request, Status};
 use robot_compiler::SceneFile;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const N: usize = 6;
 
@@ -20,11 +20,11 @@ struct Both {
 }
 
 impl Both {
-    fn start(name: &str) -> (Self, SceneFile) {
+    fn start(name: &str, build: impl Fn(&Path) -> Result<PathBuf, ChipError>) -> (Self, SceneFile) {
         let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name)).unwrap();
         let model = scene.robot.model::<N>().unwrap();
         let bench = hello(&scene, &model, Pacing::LockStep);
-        let chip = Chip::start(&build_firmware(&scene.path).unwrap(), bench).unwrap();
+        let chip = Chip::start(&build(&scene.path).unwrap(), bench).unwrap();
         let chip = OnChip::start(chip, bench).unwrap();
         let both = Self { chip, desk: OnDesk::start(&scene, &model), tick: 0, least: u32::MAX, most: 0 };
         (both, scene)
@@ -61,7 +61,17 @@ impl Both {
 
 #[test]
 fn a_motion_under_supervision_has_the_desk_s_bits_in_every_status() {
-    let (mut both, scene) = Both::start("puma560_pick.toml");
+    motion(build_firmware);
+}
+
+/// Every packet of the session comes out of the buffer that hardware fills and goes through the queue out, many times around.
+#[test]
+fn a_motion_over_the_link_by_dma_has_the_desk_s_bits_in_every_status() {
+    motion(build_firmware_by_dma);
+}
+
+fn motion(build: fn(&Path) -> Result<PathBuf, ChipError>) {
+    let (mut both, scene) = Both::start("puma560_pick.toml", build);
     let model = scene.robot.model::<N>().unwrap();
     let encoder = scene.controller_config(&model).encoder;
     let counts =

@@ -160,10 +160,11 @@ impl<const N: usize> BlackBox<N> {
         }
     }
 
-    /// Room for the current tick; `None` before [`BlackBox::prepare`]. The one before is remembered, unless the ring is frozen.
+    /// Room for the current tick, behind one that ended in this state; `None` before [`BlackBox::prepare`]. The one before is remembered,
+    /// unless the ring is frozen.
     #[inline]
-    pub fn begin(&mut self) -> Option<&mut Record<N>> {
-        let still = match (self.now().output.state, &mut self.left) {
+    pub fn begin(&mut self, before: State) -> Option<&mut Record<N>> {
+        let still = match (before, &mut self.left) {
             (State::Fault(_), Some(0)) => true,
             (State::Fault(_), Some(left)) => {
                 *left -= 1;

@@ -45,4 +45,4 @@ mod session;
 pub mod supervisor;
 pub mod trajectory;
 
-pub use session::{Buffers, Drives, JUMP, Reaction, Session, State};
+pub use session::{Buffers, Drives, JUMP, Message, Outcome, Reaction, Session, State};

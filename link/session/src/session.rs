@@ -6,7 +6,7 @@ mod say;
 mod tick;
 
 pub use change::JUMP;
-pub use receive::Reaction;
+pub use receive::{Message, Outcome, Reaction};
 pub use tick::Drives;
 
 use crate::black_box::BlackBox;
@@ -187,24 +187,34 @@ where
         }
     }
 
-    fn hello(&mut self, theirs: Hello) -> Reaction {
+    /// The first part of a new start: forget what the controller knows. Between the parts no tick runs.
+    pub fn forget_controller(&mut self) {
         self.controller.reset();
         *self.controller.live_mut() = Live::zero();
+    }
+
+    /// The second part: forget the arm.
+    pub fn forget_arm(&mut self) {
         self.supervisor.reset(self.safety.clone());
+    }
+
+    /// The last part: forget frames and readings, and begin as a host's hello says.
+    pub fn begin(&mut self, theirs: &Hello) -> Outcome {
         (self.reference, self.measurement, self.fresh, self.taken, self.tick) = (None, None, false, 0, 0);
         (self.answer, self.unsaid, self.past, self.until, self.change) = (None, false, None, 0, None);
+        self.supervisor.forget();
         let Buffers { trajectory, black_box } = self.buffers.borrow_mut();
         trajectory.clear();
         black_box.clear();
-        let answer = Frame::Hello(Hello { pacing: theirs.pacing, ..self.own });
-        if (Hello { pacing: self.own.pacing, ..theirs }) != self.own {
+        let answer = Hello { pacing: theirs.pacing, ..self.own };
+        if (Hello { pacing: self.own.pacing, ..*theirs }) != self.own {
             self.pacing = None;
-            return Reaction::Stop(answer, Frame::Refusal(Refusal::OtherRobot));
+            return Outcome::Stop(answer, Refusal::OtherRobot);
         }
         self.pacing = Some(theirs.pacing);
         // In a drill every tick is answered, as on the bench.
         self.watch = if theirs.pacing == Pacing::Drill { EVERYTHING } else { QUIET };
-        Reaction::Start(theirs.pacing, answer)
+        Outcome::Start(answer)
     }
 }
 

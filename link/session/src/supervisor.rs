@@ -1,11 +1,11 @@
 //! The safety state machine between the controller and the drives, with all its inputs.
 //!
 //! There is no link and no chip in here. Inputs since the tick before are kept until the tick that takes them: requests
-//! and overruns for one tick, lines and readings until new ones come. Each tick makes a kept reading one tick older.
+//! and overruns for one tick, lines and readings until new ones come. A kept reading is one tick older in each tick.
 
 use crate::readings::{JointFaults, Lines, Readings};
 use crate::trajectory::{NotTaken, Trajectory};
-use dynamics_core::control::{Command, Measurement, Reference, Sensed};
+use dynamics_core::control::{Fault, LimitFlags, Measurement, Reference, Sensed};
 use dynamics_core::safety::{Ask, Configuration, Inputs, Output, Request, Safety, State};
 
 /// Faults that count as a drive's. A missing measurement is not among them: its age shows it.
@@ -28,19 +28,25 @@ pub struct Supervisor<const N: usize, K> {
     period: f32,
     /// Inputs of the next tick: the reference too, which the trajectory puts there.
     inputs: Inputs<f32, N>,
+    /// Readings have come since the last tick. Those from before it are a tick older, which is worked out only where they are used.
+    read: bool,
 }
 
 impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     /// An idle machine, before any measurement and any sign of the host.
     pub fn new(config: K) -> Self {
         let period = config.rules().period;
-        Self { safety: Safety::new(config), ran: false, period, inputs: silence() }
+        Self { safety: Safety::new(config), ran: false, period, inputs: silence(), read: false }
     }
 
-    /// Back to idle, as before any measurement and any sign of the host.
+    /// Back to idle. The inputs are as before any measurement and any sign of the host behind [`Supervisor::forget`].
     pub fn reset(&mut self, config: K) {
         (self.safety, self.ran) = (Safety::new(config), false);
-        self.inputs = silence();
+    }
+
+    /// Forget the inputs.
+    pub fn forget(&mut self) {
+        (self.inputs, self.read) = (silence(), false);
     }
 
     /// State of the machine.
@@ -81,7 +87,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     #[inline]
     pub fn sense(&mut self, readings: &Readings<N>) {
         self.inputs.sensed = readings.sensed;
-        self.inputs.age_ticks = readings.age_ticks;
+        (self.inputs.age_ticks, self.read) = (readings.age_ticks, true);
         self.inputs.drive_fault = readings.faults.map(|faults| faults.intersects(DRIVE_FAULTS));
         self.inputs.zeroed = !readings.faults.iter().any(|faults| faults.contains(JointFaults::LOST));
     }
@@ -90,7 +96,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     #[inline]
     pub fn measured(&mut self, measurement: &Measurement<f32, N>) {
         self.inputs.sensed = measurement.sensed;
-        self.inputs.age_ticks = [measurement.age_ticks; N];
+        (self.inputs.age_ticks, self.read) = ([measurement.age_ticks; N], true);
     }
 
     /// Take drive faults, and whether the joints know their zeros: in place of readings with these values.
@@ -98,29 +104,42 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         (self.inputs.drive_fault, self.inputs.zeroed) = (drive_fault, zeroed);
     }
 
-    /// Take a point of the trajectory, so many ticks behind the one before; 0 starts a new one.
+    /// Control period, s.
+    pub fn period(&self) -> f32 {
+        self.period
+    }
+
+    /// Take a point that starts a trajectory.
     ///
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
-    pub fn point(
-        &mut self,
-        trajectory: &mut Trajectory<N>,
-        ticks: u16,
-        point: &Reference<f32, N>,
-    ) -> Result<(), NotTaken> {
-        match (ticks, self.state()) {
-            (0, State::Running) => Err(NotTaken::Running),
-            (0, _) => trajectory.start(point, &mut self.inputs.reference),
-            _ => trajectory.push(ticks, self.period, point),
+    pub fn start(&mut self, trajectory: &mut Trajectory<N>, point: &Reference<f32, N>) -> Result<(), NotTaken> {
+        match self.state() {
+            State::Running => Err(NotTaken::Running),
+            _ => trajectory.start(point, &mut self.inputs.reference),
         }
     }
 
-    /// One tick. `control` is called at most once: where torque may act. Call [`Supervisor::age`] when its inputs are
-    /// no longer needed.
+    /// One tick, its output written to its place. `control` is called at most once: where torque may act. Call
+    /// [`Supervisor::age`] when its inputs are no longer needed.
     #[inline]
-    pub fn tick(&mut self, control: impl FnOnce(Ask<'_, f32, N>) -> Command<f32, N>) -> Output<f32, N> {
+    pub fn tick(
+        &mut self,
+        output: &mut Output<f32, N>,
+        control: impl FnOnce(&Ask<'_, f32, N>, &mut [f32; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
+    ) {
         self.ran = self.state() == State::Running;
-        self.safety.tick(&self.inputs, control)
+        if !self.read {
+            self.grow_old();
+        }
+        self.safety.tick_into(output, &self.inputs, control);
+    }
+
+    /// No reading has come since the last tick.
+    #[cold]
+    #[inline(never)]
+    fn grow_old(&mut self) {
+        self.inputs.age_ticks = self.inputs.age_ticks.map(|age| age.saturating_add(1));
     }
 
     /// Age the inputs by a tick: nothing new has come for the next one, and the trajectory goes on where it was followed.
@@ -136,9 +155,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         }
         (inputs.request, inputs.overrun) = (None, false);
         inputs.heartbeat_age = inputs.heartbeat_age.saturating_add(1);
-        for age in &mut inputs.age_ticks {
-            *age = age.saturating_add(1);
-        }
+        self.read = false;
     }
 }
 

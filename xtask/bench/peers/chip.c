@@ -42,7 +42,8 @@ static __attribute__((noinline)) void nothing(struct state *state, float *torque
     __asm__ volatile("" : : "r"(state), "r"(torques) : "memory");
 }
 
-static __attribute__((noinline)) uint32_t count(contestant *run, struct state *state, float *torques) {
+/* The estimate of cycles finds calls by this function's name. */
+static __attribute__((noinline)) uint32_t counted_call(contestant *run, struct state *state, float *torques) {
     uint32_t begin = TIM2_CNT;
     run(state, torques);
     return TIM2_CNT - begin;
@@ -77,8 +78,8 @@ int main(void) {
     bench_chip_states(states);
     for (unsigned c = 0; c < sizeof contestants / sizeof *contestants; ++c) {
         for (unsigned i = 0; i < STATES; ++i) {
-            uint32_t empty = count(nothing, &states[i], torques[i]);
-            counts[i] = count(contestants[c].run, &states[i], torques[i]) - empty;
+            uint32_t empty = counted_call(nothing, &states[i], torques[i]);
+            counts[i] = counted_call(contestants[c].run, &states[i], torques[i]) - empty;
         }
         print(contestants[c].name);
         for (unsigned i = 0; i < STATES; ++i)

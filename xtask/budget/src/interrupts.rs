@@ -11,6 +11,12 @@ pub const TICK: u16 = 16 + 29;
 /// The interrupt that serves the link: the vector of EXTI0, which no peripheral uses.
 pub const SERVE: u16 = 16 + 6;
 
+/// Each half of the buffer that a DMA fills with received bytes, DMA1's stream 5.
+pub const HALF_FILLED: u16 = 16 + 16;
+
+/// A piece that a DMA has sent, DMA1's stream 6.
+pub const SENT: u16 = 16 + 17;
+
 /// State of the core's mask registers.
 ///
 /// | register | holds off |

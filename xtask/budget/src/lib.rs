@@ -7,6 +7,7 @@
 //! | [`ticks`] | the chip in lock step: instructions of each tick, and the depth of the stack by painting |
 //! | [`supervised`] | the chip under its safety state machine, along a trajectory |
 //! | [`traced`] | from the emulator's trace: the tick's interrupt, its estimated cycles and masked time, the cost of a link byte |
+//! | [`ways`] | the link's interrupts byte by byte and by DMA |
 //! | [`flood`] | lateness of a tick while the timer paces and the link is never idle |
 //! | [`board`] | a board on a serial port, in lock step: cycles of each tick as its own counter has them |
 //! | [`interrupts`] | numbers of the exceptions, and how the core holds them off |
@@ -24,6 +25,7 @@ pub mod stack_paint;
 pub mod supervised;
 pub mod ticks;
 pub mod traced;
+pub mod ways;
 
 use std::path::PathBuf;
 

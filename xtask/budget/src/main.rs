@@ -1,7 +1,7 @@
 //! Measures one firmware, in the emulator or on a board, and prints its costs as JSON. `cargo xtask budget` builds and runs this program.
 
 use chip_budget::report::Measured;
-use chip_budget::{Failure, board, flood, random_motion, supervised, ticks, traced};
+use chip_budget::{Failure, board, flood, random_motion, supervised, ticks, traced, ways};
 use clap::{Parser, Subcommand};
 use robot_compiler::{SceneFile, with_dof};
 use std::path::{Path, PathBuf};
@@ -40,6 +40,20 @@ enum What {
         /// How many ticks
         #[arg(long)]
         ticks: u64,
+    },
+    /// What the link's interrupts take, byte by byte and by DMA
+    Ways {
+        #[command(flatten)]
+        firmware: Firmware,
+        /// The same firmware with the stand-in for a DMA
+        #[arg(long)]
+        dma: PathBuf,
+        /// The firmware of a board with a DMA, for the interrupts that touch its registers
+        #[arg(long)]
+        board: PathBuf,
+        /// How many ticks
+        #[arg(long)]
+        ticks: usize,
     },
     /// Cycles of the ticks of a board on a serial port, in lock step; code 2 where there is no such board or its counter is not believed
     Board {
@@ -100,6 +114,14 @@ fn run(what: &What) -> Result<String, Failure> {
                     .and_then(|motion| flood::flood::<N>(&scene, &firmware.elf, *ticks, &motion[0]))
             })?;
             serde_json::to_string(&late)
+        }
+        What::Ways { firmware, dma, board, ticks } => {
+            let scene = load(&firmware.scene)?;
+            let ways = with_dof!(scene.robot.dof(), N => {
+                supervised::undisturbed::<N>(&scene, SEED, *ticks)
+                    .and_then(|motion| ways::measure::<N>(&scene, &firmware.elf, dma, board, &motion))
+            })?;
+            serde_json::to_string(&ways)
         }
         What::Board { scene, port, key, ticks, instructions } => {
             let scene = load(scene)?;

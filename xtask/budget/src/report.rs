@@ -18,7 +18,7 @@ pub struct Ticks {
     pub supervised: Supervised,
 }
 
-/// Ticks under the safety state machine, while the arm runs.
+/// Ticks under the safety state machine, while the arm runs and nothing is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Supervised {
     /// Number of ticks.
@@ -27,6 +27,8 @@ pub struct Supervised {
     pub min: u64,
     /// Most instructions.
     pub max: u64,
+    /// Instructions of the tick before these, which grants the request to run.
+    pub granting: u64,
 }
 
 /// Results of the trace of a few ticks.
@@ -34,17 +36,25 @@ pub struct Supervised {
 pub struct Traced {
     /// Number of traced ticks.
     pub ticks: u64,
-    /// Most instructions of the tick's interrupt: trajectory, safety state machine, controller, black box, and copying in
-    /// and out.
-    pub tick_interrupt: u64,
+    /// The longest interrupt of a tick in which the arm runs and nothing is asked for: nearly every tick.
+    pub running: Interrupt,
+    /// The longest of all but the first tick: one that grants a request.
+    pub longest: Interrupt,
     /// Longest time for which the tick's interrupt is masked, instructions.
     pub masked: u64,
     /// Most instructions of the interrupt of a received byte.
     pub byte_interrupt: u64,
     /// Instructions for each byte of the link in either direction: receiving, decoding, handling, encoding, sending.
     pub link_byte: u64,
-    /// Cycles of the tick's interrupt, **estimated**: the longest of the ticks after the first.
-    pub cycles_estimate: Cycles,
+}
+
+/// One interrupt of the tick: trajectory, safety state machine, controller, black box, and copying in and out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Interrupt {
+    /// Its instructions.
+    pub instructions: u64,
+    /// Its cycles, **estimated**.
+    pub cycles: Cycles,
 }
 
 /// An estimate and its range, from the best case to the worst case of every choice that the manuals leave.
@@ -71,6 +81,43 @@ pub struct Late {
     pub bytes_to_chip: u64,
     /// Bytes to the host.
     pub bytes_from_chip: u64,
+}
+
+/// An interrupt's runs: how often, instructions as counted, and cycles, **estimated**, without the core's own entry and return.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Runs {
+    /// Number of starts.
+    pub times: u64,
+    /// Instructions of all runs together.
+    pub instructions: u64,
+    /// Cycles of all runs together.
+    pub cycles: Cycles,
+}
+
+/// The link's interrupts on one of its two ways, in supervised ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Way {
+    /// Bytes from the host.
+    pub to_chip: u64,
+    /// Bytes to the host.
+    pub from_chip: u64,
+    /// The receiver's interrupt: of each byte, or of the idle line behind a packet.
+    pub receive: Runs,
+    /// The interrupt of each half of the buffer of received bytes; none where nothing but the processor moves them.
+    pub half_filled: Runs,
+    /// The interrupt that reads the packets and sends the answers.
+    pub serve: Runs,
+    /// The interrupt behind each piece that is sent.
+    pub sent: Runs,
+}
+
+/// The link byte by byte and by DMA.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Ways {
+    /// An interrupt a byte.
+    pub bytes: Way,
+    /// Two streams of a DMA.
+    pub dma: Way,
 }
 
 /// All values of one firmware.

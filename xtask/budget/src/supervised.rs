@@ -95,13 +95,19 @@ pub fn drive<const N: usize>(
 /// # Errors
 /// As [`drive`]; a chip that returns no count.
 pub fn count<const N: usize>(chip: &mut OnChip, scene: &SceneFile, motion: &[Tick<N>]) -> Result<Supervised, Failure> {
-    let mut all: Option<(u64, u64)> = None;
+    let mut counts = Vec::new();
     drive(chip, scene, motion, |status| {
         if let Some(TickCost { all: Cost::Instructions(count), .. }) = status.cost {
-            let (min, max) = all.unwrap_or((u64::MAX, 0));
-            all = Some((min.min(u64::from(count)), max.max(u64::from(count))));
+            counts.push(u64::from(count));
         }
     })?;
-    let (min, max) = all.ok_or_else(|| Failure::NotSeen("a count of instructions of a supervised tick".into()))?;
-    Ok(Supervised { ticks: motion.len() as u64, min, max })
+    match counts.as_slice() {
+        [granting, running @ ..] if !running.is_empty() && counts.len() == motion.len() => Ok(Supervised {
+            ticks: running.len() as u64,
+            min: running.iter().copied().min().unwrap_or_default(),
+            max: running.iter().copied().max().unwrap_or_default(),
+            granting: *granting,
+        }),
+        _ => Err(Failure::NotSeen("a count of instructions of every supervised tick".into())),
+    }
 }

@@ -3,18 +3,20 @@
 
 use crate::interrupts::{BYTE, Mask, SERVE, TICK};
 use crate::random_motion::Tick;
-use crate::report::{Cycles, Traced};
+use crate::report::{Cycles, Interrupt, Traced};
+use crate::supervised::TICKS_BEFORE;
 use crate::ticks::{PATIENCE, QEMU, hello};
 use crate::{Failure, program, supervised};
 use chip_image::Program;
 use chip_image::cycles::steps::{self, Detail, Event, Step};
 use chip_image::cycles::{Estimate, Estimator, Memory, Placement};
-use host_sim::chip::{Chip, Emulator};
+use host_sim::chip::{Carried, Chip, Emulator};
 use host_sim::session::drill::OnChip;
 use robot_compiler::SceneFile;
 use std::collections::BTreeMap;
 use std::io::BufReader;
 use std::path::Path;
+use std::process::ChildStderr;
 
 /// Homes, arms and runs a chip along a motion, and traces it.
 ///
@@ -22,13 +24,27 @@ use std::path::Path;
 /// A program that cannot be read, an unusable chip, or an incomplete trace.
 pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<Traced, Failure> {
     let program = program::read(elf)?;
+    let (found, carried) = follow(scene, elf, motion, move |log| {
+        let mut watch = Watch::new(&program);
+        steps::read(log, |event| watch.event(event)).map(|()| watch.found)
+    })?;
+    found.sum_up(carried.to_chip, carried.from_chip, (supervised::TICKS_BEFORE + motion.len()) as u64)
+}
+
+/// The emulator's log.
+pub(crate) type Log = BufReader<ChildStderr>;
+
+/// Homes, arms and runs a chip along a motion while `read` reads its log; returns what that has found, and the bytes that the link carried.
+pub(crate) fn follow<const N: usize, R: Send + 'static>(
+    scene: &SceneFile,
+    elf: &Path,
+    motion: &[Tick<N>],
+    read: impl FnOnce(Log) -> Result<R, chip_image::cycles::trace::Error> + Send + 'static,
+) -> Result<(R, Carried), Failure> {
     let arguments: Vec<_> = steps::arguments(Detail::Registers)?.into_iter().map(Into::into).collect();
     let mut emulator = Emulator::start_with(QEMU.as_ref(), elf, PATIENCE, &arguments)?;
     let log = emulator.take_log().ok_or_else(|| Failure::NotSeen("the emulator's log: it has none".into()))?;
-    let reader = std::thread::spawn(move || {
-        let mut watch = Watch::new(&program);
-        steps::read(BufReader::with_capacity(1 << 16, log), |event| watch.event(event)).map(|()| watch.found)
-    });
+    let reader = std::thread::spawn(move || read(BufReader::with_capacity(1 << 16, log)));
     let expect = hello::<N>(scene)?;
     let mut chip = OnChip::start(Chip::over(emulator, expect)?, expect)?;
     supervised::drive(&mut chip, scene, motion, |_| ())?;
@@ -36,7 +52,7 @@ pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) 
     // The log ends with the emulator.
     drop(chip);
     let found = reader.join().map_err(|_| Failure::NotSeen("the log: its reader stopped".into()))??;
-    found.sum_up(carried.to_chip, carried.from_chip, (supervised::TICKS_BEFORE + motion.len()) as u64)
+    Ok((found, carried))
 }
 
 /// Instructions of one exception.
@@ -84,7 +100,9 @@ struct Found {
 impl Found {
     /// Compares the counts from both ends of the link, and makes one report.
     fn sum_up(self, to_chip: u64, from_chip: u64, ticks: u64) -> Result<Traced, Failure> {
-        let missing = |what: String| Err(Failure::NotSeen(what));
+        fn missing<T>(what: String) -> Result<T, Failure> {
+            Err(Failure::NotSeen(what))
+        }
         if self.tick.times != ticks {
             return missing(format!("{ticks} ticks in the trace: it has {}", self.tick.times));
         }
@@ -93,19 +111,22 @@ impl Found {
             return missing(format!("{to_chip} received bytes in the trace: it has {}", self.byte.times));
         }
         // The first tick finds empty caches; in operation no tick is the first.
-        let longest = self.estimates.iter().skip(1).max_by_key(|estimate| estimate.cycles.likely);
-        let Some(longest) = longest else { return missing("two ticks in the trace".into()) };
-        if longest.unknown > 0 {
-            return missing(format!("{} instructions that the decoder knows", longest.unknown));
-        }
-        let chip_image::cycles::Range { low, likely, high } = longest.cycles;
+        let after = |first: usize| {
+            let longest = self.estimates.iter().skip(first).max_by_key(|estimate| estimate.cycles.likely);
+            let Some(longest) = longest else { return missing(format!("a tick behind {first} others in the trace")) };
+            if longest.unknown > 0 {
+                return missing(format!("{} instructions that the decoder knows", longest.unknown));
+            }
+            let chip_image::cycles::Range { low, likely, high } = longest.cycles;
+            Ok(Interrupt { instructions: longest.instructions, cycles: Cycles { low, likely, high } })
+        };
         Ok(Traced {
             ticks,
-            tick_interrupt: self.tick.most,
+            running: after(TICKS_BEFORE + 1)?,
+            longest: after(1)?,
             masked: self.masked,
             byte_interrupt: self.byte.most,
             link_byte: (self.byte.total + self.serve.total).div_ceil((to_chip + from_chip).max(1)),
-            cycles_estimate: Cycles { low, likely, high },
         })
     }
 }

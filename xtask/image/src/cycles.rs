@@ -13,13 +13,11 @@
 //! | [`Memory`] | flash with its two caches and its prefetch, or SRAM |
 //! | [`Estimator`] | an [`Estimate`] for each run, from the pipeline: hazards, the float unit, branches |
 //! | [`trace`] | the emulator, an instruction at a time, between addresses |
-//! | [`steps`] | the same with the core's registers, for a program that is already running in an emulator |
-//! | [`calls`] | an estimate of each call of a function, in a program that counts them |
+//! | [`steps`] | the same of a whole program, which may be running in an emulator already |
+//! | [`calls`] | an estimate of each call of functions, in a program that counts them |
 //!
-//! Limits: [`trace`] has no registers, so only a load relative to the program counter is known to read flash there; a
-//! constant in flash that is read through a pointer counts as SRAM. [`steps`] has them, and
-//! [`Estimator::execute_with`] takes each load from where its registers point. A device answers as SRAM does. An instruction
-//! skipped by its IT block is counted as executed. There are no interrupts and no DMA.
+//! Limits: a device answers as SRAM does. An instruction skipped by its IT block is counted as executed. There are no
+//! interrupts and no DMA.
 
 mod calls;
 mod estimator;

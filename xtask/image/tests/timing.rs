@@ -110,14 +110,26 @@ fn float_loads_are_pipelined_in_the_low_reading_only() {
 }
 
 #[test]
-fn transfers_and_it_are_ranges() {
-    // vmov s0, r1; vmov r1, s0; vmov r0, r1, d1; vmov s2, s3, r0, r1
-    for one in [[0xee00, 0x1a10], [0xee10, 0x1a10]] {
+fn transfers_take_the_core_a_cycle_and_the_float_unit_two() {
+    // vmov s0, r1; vmov r1, s0; vmov s2, s3, r0, r1
+    let (to_float, to_core, pair_to_float) = ([0xee00, 0x1a10], [0xee10, 0x1a10], [0xec41, 0x0a11]);
+    for one in [to_float, to_core, pair_to_float] {
         assert_eq!(straight(&one).cycles, Range { low: 1, likely: 1, high: 2 });
+        let twice = straight(&[one, one].concat()).cycles;
+        assert_eq!(twice, Range { low: 2, likely: 3, high: 4 }, "the second waits for the unit");
+        assert_eq!(likely(&together(&[&one, &VADD_S3_S4_S5])), 3, "so does a sum of other registers");
+        assert_eq!(likely(&together(&[&one, &[NOP], &VADD_S3_S4_S5])), 3, "beside something of the core");
     }
-    for two in [[0xec51, 0x0b11], [0xec41, 0x0a11]] {
-        assert_eq!(straight(&two).cycles, Range { low: 1, likely: 2, high: 2 });
-    }
+    // vmov r0, r1, d1
+    let pair_to_core = [0xec51, 0x0b11];
+    assert_eq!(straight(&pair_to_core).cycles, Range { low: 1, likely: 2, high: 2 });
+    assert_eq!(likely(&together(&[&pair_to_core, &VADD_S3_S4_S5])), 3);
+    assert_eq!(likely(&together(&[&to_core, &[ADDS_R0_R0_R1]])), 3, "its result is ready with the unit");
+    assert_eq!(likely(&together(&[&to_core, &[NOP, ADDS_R0_R0_R1]])), 3);
+}
+
+#[test]
+fn it_is_a_range() {
     // A narrow instruction, IT, and the instruction it governs.
     assert_eq!(straight(&[NOP, 0xbf08, NOP]).cycles, Range { low: 2, likely: 2, high: 3 });
     assert_eq!(straight(&[0xeb01, 0x0882, 0xbf08, NOP]).cycles, Range { low: 2, likely: 3, high: 3 });

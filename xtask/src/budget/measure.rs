@@ -42,6 +42,40 @@ pub(crate) struct Late {
     pub(crate) bytes_from_chip: u64,
 }
 
+/// Runs of an interrupt; the cycles are estimated.
+#[derive(Clone, Copy, Debug, Default, serde::Deserialize, serde::Serialize)]
+pub(crate) struct Runs {
+    pub(crate) times: u64,
+    pub(crate) instructions: u64,
+    pub(crate) cycles: Cycles,
+}
+
+/// An estimate and its range.
+#[derive(Clone, Copy, Debug, Default, serde::Deserialize, serde::Serialize)]
+pub(crate) struct Cycles {
+    pub(crate) low: u64,
+    pub(crate) likely: u64,
+    pub(crate) high: u64,
+}
+
+/// The link's interrupts on one of its two ways.
+#[derive(Clone, Copy, Debug, Default, serde::Deserialize, serde::Serialize)]
+pub(crate) struct Way {
+    pub(crate) to_chip: u64,
+    pub(crate) from_chip: u64,
+    pub(crate) receive: Runs,
+    pub(crate) half_filled: Runs,
+    pub(crate) serve: Runs,
+    pub(crate) sent: Runs,
+}
+
+/// The link byte by byte and by DMA.
+#[derive(Clone, Copy, Debug, Default, serde::Deserialize, serde::Serialize)]
+pub(crate) struct Ways {
+    pub(crate) bytes: Way,
+    pub(crate) dma: Way,
+}
+
 /// Sizes of the linked program.
 pub(crate) fn sizes(scene: &Path, board: Board) -> Result<Row> {
     let scene = root().join(scene);
@@ -93,6 +127,17 @@ pub(crate) fn flood(scene: &Path) -> Result<Late> {
     Ok(serde_json::from_str(&output(&mut command)?)?)
 }
 
+/// What the link takes in a scene's supervised ticks, byte by byte and by DMA; the DMA's own interrupts are those of this board.
+pub(crate) fn ways(scene: &Path, board: Board) -> Result<Ways> {
+    crate::setup::qemu()?;
+    let scene = root().join(scene);
+    let mut command = chip_budget("ways", &scene);
+    command.arg("--elf").arg(build(&scene, EMULATED)?);
+    command.arg("--dma").arg(crate::firmware::build_with_stand_in(&scene)?);
+    command.arg("--board").arg(build(&root().join(board.scene()), board)?).args(["--ticks", TRACED]);
+    Ok(serde_json::from_str(&output(&mut command)?)?)
+}
+
 /// Output of `chip-budget`, as [`Field`]s.
 fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
     let number =
@@ -102,17 +147,19 @@ fn numbers(said: &Value) -> Result<Vec<(Field, u64)>> {
     let mut all = vec![
         (Field::Supervised, most),
         (Field::SupervisedSpread, most - least),
+        (Field::SupervisedLongest, number("/ticks/supervised/granting")?),
         (Field::StackPainted, number("/ticks/stack")?),
         (Field::Instructions, max),
         (Field::InstructionsSpread, max - min),
-        (Field::TickInterrupt, number("/traced/tick_interrupt")?),
+        (Field::TickInterrupt, number("/traced/running/instructions")?),
         (Field::Masked, number("/traced/masked")?),
         (Field::ByteInterrupt, number("/traced/byte_interrupt")?),
         (Field::LinkByte, number("/traced/link_byte")?),
-        (Field::CyclesEstimate, number("/traced/cycles_estimate/likely")?),
+        (Field::CyclesEstimate, number("/traced/running/cycles/likely")?),
+        (Field::CyclesLongest, number("/traced/longest/cycles/likely")?),
     ];
     if !said["kernel_in_sram"].is_null() {
-        all.push((Field::CyclesEstimateSram, number("/kernel_in_sram/cycles_estimate/likely")?));
+        all.push((Field::CyclesEstimateSram, number("/kernel_in_sram/running/cycles/likely")?));
     }
     Ok(all)
 }
@@ -143,15 +190,16 @@ mod tests {
     fn what_is_said_becomes_fields_and_what_is_missing_is_named() {
         let mut said = json!({
             "ticks": { "ticks": 10, "min": 1300, "max": 1322, "stack": 700,
-                "supervised": { "ticks": 10, "min": 2900, "max": 3000 } },
-            "traced": { "tick_interrupt": 1500, "masked": 20, "byte_interrupt": 30, "link_byte": 90,
-                "cycles_estimate": { "low": 1, "likely": 2, "high": 3 } },
+                "supervised": { "ticks": 10, "min": 2900, "max": 3000, "granting": 3100 } },
+            "traced": { "masked": 20, "byte_interrupt": 30, "link_byte": 90,
+                "running": { "instructions": 1500, "cycles": { "low": 1, "likely": 2, "high": 3 } },
+                "longest": { "instructions": 1600, "cycles": { "low": 2, "likely": 3, "high": 4 } } },
             "kernel_in_sram": null,
         });
         let found = numbers(&said).unwrap_or_default();
         assert!(found.contains(&(Field::InstructionsSpread, 22)) && found.contains(&(Field::CyclesEstimate, 2)));
         assert!(!found.iter().any(|(field, _)| *field == Field::CyclesEstimateSram));
-        said["kernel_in_sram"] = json!({ "cycles_estimate": { "likely": 5 } });
+        said["kernel_in_sram"] = json!({ "running": { "cycles": { "likely": 5 } } });
         assert!(numbers(&said).unwrap_or_default().contains(&(Field::CyclesEstimateSram, 5)));
         said["traced"]["masked"] = json!("many");
         assert!(numbers(&said).is_err_and(|why| why.to_string().starts_with("no /traced/masked in")));

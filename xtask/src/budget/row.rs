@@ -20,16 +20,20 @@ pub(crate) enum Field {
     /// Instructions of trajectory, safety state machine and controller together, while the arm runs.
     Supervised,
     SupervisedSpread,
+    /// The same of a tick that grants a request: the longest.
+    SupervisedLongest,
     TickInterrupt,
     Masked,
     ByteInterrupt,
     LinkByte,
     CyclesEstimate,
     CyclesEstimateSram,
+    /// Cycles of the longest interrupt, of a tick that grants a request.
+    CyclesLongest,
 }
 
 impl Field {
-    pub(crate) const ALL: [Self; 14] = [
+    pub(crate) const ALL: [Self; 16] = [
         Self::Flash,
         Self::Ram,
         Self::StackBound,
@@ -38,12 +42,14 @@ impl Field {
         Self::InstructionsSpread,
         Self::Supervised,
         Self::SupervisedSpread,
+        Self::SupervisedLongest,
         Self::TickInterrupt,
         Self::Masked,
         Self::ByteInterrupt,
         Self::LinkByte,
         Self::CyclesEstimate,
         Self::CyclesEstimateSram,
+        Self::CyclesLongest,
     ];
 
     /// Its key in `firmware/budget.toml`.
@@ -57,12 +63,14 @@ impl Field {
             Self::InstructionsSpread => "instructions_spread",
             Self::Supervised => "supervised",
             Self::SupervisedSpread => "supervised_spread",
+            Self::SupervisedLongest => "supervised_longest",
             Self::TickInterrupt => "tick_interrupt",
             Self::Masked => "masked",
             Self::ByteInterrupt => "byte_interrupt",
             Self::LinkByte => "link_byte",
             Self::CyclesEstimate => "cycles_estimate",
             Self::CyclesEstimateSram => "cycles_estimate_kernel_in_sram",
+            Self::CyclesLongest => "cycles_estimate_longest",
         }
     }
 
@@ -78,7 +86,7 @@ impl Field {
     pub(crate) const fn unit(self) -> &'static str {
         match self {
             Self::Flash | Self::Ram | Self::StackBound | Self::StackPainted => "bytes",
-            Self::CyclesEstimate | Self::CyclesEstimateSram => "cycles, estimated",
+            Self::CyclesEstimate | Self::CyclesEstimateSram | Self::CyclesLongest => "cycles, estimated",
             _ => "instructions",
         }
     }

@@ -1,6 +1,6 @@
 //! The table of `docs/measured/budget.md`, its rows in the README, and JSON.
 
-use super::measure::Late;
+use super::measure::{Late, Runs, Way, Ways};
 use super::row::{Field, Row};
 use crate::bench::{Table, thousands};
 use anyhow::Result;
@@ -15,13 +15,13 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
         "scene",
         "board",
         "instructions of the controller",
-        "supervised tick",
+        "supervised tick / one that grants a request",
         "flash",
         "RAM",
         "stack: seen / bound",
         "masked",
         "per link byte",
-        "cycles of the tick's interrupt, estimated: kernel in flash / SRAM",
+        "cycles of the tick's interrupt, estimated: kernel in flash / SRAM / the longest",
         "share of 168 MHz at 4 kHz, estimated",
     ]);
     for row in rows {
@@ -30,13 +30,22 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
             format!("`{}`", row.scene),
             row.board.clone(),
             between(row, Field::Instructions, Field::InstructionsSpread),
-            between(row, Field::Supervised, Field::SupervisedSpread),
+            format!(
+                "{} / {}",
+                between(row, Field::Supervised, Field::SupervisedSpread),
+                cell(Field::SupervisedLongest)
+            ),
             cell(Field::Flash),
             cell(Field::Ram),
             format!("{} / {}", cell(Field::StackPainted), cell(Field::StackBound)),
             cell(Field::Masked),
             cell(Field::LinkByte),
-            format!("{} / {}", cell(Field::CyclesEstimate), cell(Field::CyclesEstimateSram)),
+            format!(
+                "{} / {} / {}",
+                cell(Field::CyclesEstimate),
+                cell(Field::CyclesEstimateSram),
+                cell(Field::CyclesLongest)
+            ),
             row.number(Field::CyclesEstimate).map_or_else(|| "-".into(), share),
         ]);
     }
@@ -93,6 +102,66 @@ pub(crate) fn late(late: &Late) -> String {
     table.0
 }
 
+/// Bytes a second in each direction at 1 Mbaud: a byte is ten bits.
+const BYTES_A_SECOND: f64 = 100_000.0;
+
+/// Cycles of the core a second.
+const CLOCK: f64 = 168e6;
+
+/// Cycles of the core's entry into an interrupt and its return, at least.
+const ENTRY_AND_RETURN: u64 = 24;
+
+/// Table of what the link takes at its full rate in both directions.
+pub(crate) fn ways(Ways { bytes, dma }: &Ways) -> String {
+    let mut table = Table::new(&[
+        "the link's bytes go",
+        "interrupts above the tick, a second",
+        "instructions a byte: above the tick / below",
+        "cycles a byte, estimated: above the tick / below",
+        "share of the processor, estimated: above the tick / below",
+        "sending waits for the line",
+    ]);
+    // A transmitter that is given one byte after the other is waited for as long as the line is busy: always, at its full rate.
+    for (name, way, waits) in [("one at a time", bytes, "100 %"), ("by DMA", dma, "while the queue is full")] {
+        let load = Load::of(way);
+        let two = |[above, below]: [f64; 2]| format!("{above:.1} / {below:.1}");
+        let [above, below] = load.cycles.map(|cycles| 100.0 * cycles * BYTES_A_SECOND / CLOCK);
+        table.row(&[
+            name.into(),
+            thousands(load.interrupts.round() as u64),
+            two(load.instructions),
+            two(load.cycles),
+            format!("{above:.2} % / {below:.1} %"),
+            waits.into(),
+        ]);
+    }
+    table.0
+}
+
+/// The load of a byte in each direction: above the tick's priority, and below.
+struct Load {
+    /// Interrupts above the tick a second.
+    interrupts: f64,
+    instructions: [f64; 2],
+    /// With the core's entries and returns.
+    cycles: [f64; 2],
+}
+
+impl Load {
+    fn of(way: &Way) -> Self {
+        let both = way.to_chip + way.from_chip;
+        // A byte in and a byte out are two of those that `serve` handles.
+        let per = |runs: &Runs, value: fn(&Runs) -> u64, bytes: u64| value(runs) as f64 / bytes.max(1) as f64;
+        let sum = |value: fn(&Runs) -> u64| {
+            let above = per(&way.receive, value, way.to_chip) + per(&way.half_filled, value, way.to_chip);
+            [above, 2.0 * per(&way.serve, value, both) + per(&way.sent, value, way.from_chip)]
+        };
+        let [interrupts, _] = sum(|runs| runs.times).map(|times| times * BYTES_A_SECOND);
+        let cycles = sum(|runs| runs.cycles.likely + ENTRY_AND_RETURN * runs.times);
+        Self { interrupts, instructions: sum(|runs| runs.instructions), cycles }
+    }
+}
+
 /// All numbers as JSON, for other programs.
 pub(crate) fn json(rows: &[Row], late: Option<&Late>) -> Result<String> {
     let rows: Vec<Value> = rows.iter().map(of_row).collect();
@@ -103,8 +172,10 @@ fn of_row(row: &Row) -> Value {
     let said = |path: &str| row.emulated.as_ref().and_then(|all| all.pointer(path)).cloned();
     let range = |path| said(path).map(|ticks| json!({ "min": ticks["min"], "max": ticks["max"] }));
     let (ticks, supervised) = (range("/ticks"), range("/ticks/supervised"));
-    let cycles = said("/traced/cycles_estimate")
-        .map(|flash| json!({ "kernel_in_flash": flash, "kernel_in_sram": said("/kernel_in_sram/cycles_estimate") }));
+    let cycles = said("/traced/running/cycles").map(|flash| {
+        let sram = said("/kernel_in_sram/running/cycles");
+        json!({ "kernel_in_flash": flash, "kernel_in_sram": sram, "longest": said("/traced/longest/cycles") })
+    });
     json!({
         "robot": row.robot,
         "scene": row.scene,
@@ -123,7 +194,8 @@ fn of_row(row: &Row) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::{json, markdown, teaser};
+    use super::{json, markdown, teaser, ways};
+    use crate::budget::measure::{Cycles, Runs, Way, Ways};
     use crate::budget::row::{Field, Row};
     use serde_json::{Value, json as value};
 
@@ -140,7 +212,7 @@ mod tests {
             ]
             .into(),
             emulated: Some(value!({ "ticks": { "ticks": 9, "min": 1322, "max": 1322 },
-                "traced": { "cycles_estimate": { "low": 4000, "likely": 4200, "high": 4500 } } })),
+                "traced": { "running": { "cycles": { "low": 4000, "likely": 4200, "high": 4500 } } } })),
         }
     }
 
@@ -153,9 +225,9 @@ mod tests {
         let lines: Vec<&str> = table.lines().skip(2).collect();
         assert_eq!(
             lines[0],
-            "| `puma560_pick` | netduinoplus2 | 1,322 | - | 36,716 | - | - / - | - | - | 4,200 / - | 10.0 % |"
+            "| `puma560_pick` | netduinoplus2 | 1,322 | - / - | 36,716 | - | - / - | - | - | 4,200 / - / - | 10.0 % |"
         );
-        assert!(lines[1].contains("| 588 to 1,340 | - | - |"), "{}", lines[1]);
+        assert!(lines[1].contains("| 588 to 1,340 | - / - | - |"), "{}", lines[1]);
     }
 
     #[test]
@@ -164,6 +236,29 @@ mod tests {
         let other = Row { scene: "ur5_wave".into(), ..row() };
         let table = teaser(&[other, row(), sizes_only]);
         assert_eq!(table.lines().skip(2).collect::<Vec<_>>(), ["| `puma560_pick` | 1,322 | - | 36,716 | - | 10.0 % |"]);
+    }
+
+    #[test]
+    fn the_link_s_load_is_of_a_byte_in_and_a_byte_out() {
+        let runs =
+            |times, instructions, likely| Runs { times, instructions, cycles: Cycles { likely, ..Cycles::default() } };
+        let bytes = Way {
+            to_chip: 100,
+            from_chip: 300,
+            receive: runs(100, 4_000, 6_000),
+            serve: runs(4, 8_000, 15_904),
+            ..Way::default()
+        };
+        let dma = Way { receive: runs(1, 10, 26), half_filled: runs(1, 20, 126), sent: runs(3, 300, 528), ..bytes };
+        let table = ways(&Ways { bytes, dma });
+        let lines: Vec<&str> = table.lines().skip(2).collect();
+        assert_eq!(
+            lines,
+            [
+                "| one at a time | 100,000 | 40.0 / 40.0 | 84.0 / 80.0 | 5.00 % / 4.8 % | 100 % |",
+                "| by DMA | 2,000 | 0.3 / 41.0 | 2.0 / 82.0 | 0.12 % / 4.9 % | while the queue is full |",
+            ]
+        );
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! line.
 
 use super::{fnv1a, keep, lock};
+use crate::bench::cycles::COUNTER;
 use crate::emitted;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result, bail, ensure};
@@ -82,9 +83,10 @@ fn measure(elf: &Path) -> Result<Cost> {
     let Said { address, controller_bytes, ticks } = Said::parse(&crate::qemu::semihosted(elf)?)?;
     let program = Program::parse(&std::fs::read(elf)?)?;
     let reached = program.reached_from(address)?;
-    let traced = calls(elf, &program, address & !1, &reached.ranges(), Memory::new(Placement::ByAddress))?;
+    let mut traced = calls(elf, &program, COUNTER, &[address & !1], [Memory::new(Placement::ByAddress)])?;
+    let traced = traced.pop().unwrap_or_default();
     ensure!(traced.len() == ticks.len(), "{} ticks were traced, {} counted", traced.len(), ticks.len());
-    let ticks = ticks.into_iter().zip(traced).map(|((instructions, command), traced)| {
+    let ticks = ticks.into_iter().zip(traced).map(|((instructions, command), [traced])| {
         let more = traced.instructions.checked_sub(instructions);
         let same = command.starts_with("brake,") || more.is_some_and(|more| EMPTY.contains(&more));
         ensure!(same, "{} instructions of a tick were traced, {instructions} counted", traced.instructions);

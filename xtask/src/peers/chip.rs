@@ -1,28 +1,42 @@
-//! Instructions of all contestants on the emulated chip.
+//! Instructions of all contestants on the emulated chip, and the cycles that these are estimated to take.
 
 use super::build::{self, Job};
-use super::contestants::{Family, GENERATORS, Ours, Task, generated};
+use super::contestants::{CLANG, Family, GENERATORS, Ours, Task, generated};
 use super::desk::Torques;
 use super::{folder, source};
-use crate::process::root;
+use crate::process::{output, root};
 use crate::qemu;
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
 use chip_image::Program;
-use std::path::PathBuf;
+use chip_image::cycles::{Estimate, Memory, Placement, Range, calls};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
-/// Instructions and bytes of a contestant.
+/// Estimated cycles: means over the states.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub(super) struct Cycles {
+    pub(super) low: f64,
+    pub(super) likely: f64,
+    pub(super) high: f64,
+}
+
+/// Instructions, estimated cycles, and bytes of a contestant.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct Count {
     pub(super) family: Family,
     pub(super) task: Task,
     /// Compiler and options, in words.
-    pub(super) build: &'static str,
+    pub(super) build: String,
     /// Fewest over the states.
     pub(super) instructions_min: u32,
     /// Mean over the states.
     pub(super) instructions_mean: f64,
     /// Most over the states.
     pub(super) instructions_max: u32,
+    /// Code in flash at 168 MHz, behind a call in another state.
+    pub(super) flash: Cycles,
+    /// Code in SRAM.
+    pub(super) sram: Cycles,
     /// Bytes of the function alone, without its callees.
     pub(super) code_bytes: u64,
     /// Largest difference from our recursion in f64, relative to the largest torque of the state.
@@ -33,7 +47,7 @@ pub(super) struct Count {
 struct Entry {
     family: Family,
     task: Task,
-    build: &'static str,
+    build: String,
     symbol: String,
     /// Part of the name of the function with the arithmetic, for compilers that do not inline it.
     kernel: Option<String>,
@@ -44,9 +58,33 @@ const ERROR_MAX: f64 = 1e-5;
 
 const MACHINE: &str = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -w";
 
-/// Name of a build, in words and in a symbol; options.
-const OPTIONS: [(&str, &str, &str); 3] =
-    [("gcc -O2", "o2", "-O2"), ("gcc -O3", "o3", "-O3"), ("gcc -O3, fast-math", "o3fast", "-O3 -ffast-math")];
+/// The compilers, and their options beside [`MACHINE`]. The generators write their numbers without a suffix; they are meant as
+/// single precision.
+const COMPILERS: [(&str, &str); 2] = [
+    (GCC, "-fsingle-precision-constant"),
+    (CLANG, "--target=thumbv7em-none-eabihf -Xclang -cl-single-precision-constant"),
+];
+
+const GCC: &str = "arm-none-eabi-gcc";
+
+/// Name of a set of options in words and in symbols; the options. Joined multiplications and additions save instructions
+/// and cost cycles, so each set is there without them too.
+const OPTIONS: [(&str, &str, &str); 8] = [
+    ("-Os", "os", "-Os"),
+    ("-O2", "o2", "-O2"),
+    ("-O3", "o3", "-O3"),
+    ("-O3, fast-math", "o3fast", "-O3 -ffast-math"),
+    ("-Os, no FMA", "os_apart", "-Os -ffp-contract=off"),
+    ("-O2, no FMA", "o2_apart", "-O2 -ffp-contract=off"),
+    ("-O3, no FMA", "o3_apart", "-O3 -ffp-contract=off"),
+    ("-O3, fast-math, no FMA", "o3fast_apart", "-O3 -ffast-math -ffp-contract=off"),
+];
+
+/// The function of `chip.c` that all contestants are called from.
+const COUNTER: &str = "counted_call";
+
+/// States of `chip.h`.
+const STATES: usize = 64;
 
 /// Tasks of generated C on the chip; the file of their source; the switches of `generated_chip.c`.
 const TASKS: [(Task, &str, &str); 3] = [
@@ -62,10 +100,11 @@ pub(super) fn measure(arm: &str, ours: &Ours, reference: &[Torques]) -> Result<V
     let bytes = std::fs::read(&elf)?;
     let program = Program::parse(&bytes)?;
     let mut counts = Vec::new();
-    for entry in entries {
+    let cycles = cycles(&elf, &program, &entries)?;
+    for (entry, cycles) in entries.iter().zip(cycles) {
         let line = said.lines().find_map(|line| line.strip_prefix(&entry.symbol)?.strip_prefix(' '));
         let line = line.with_context(|| format!("the chip did not count {}", entry.symbol))?;
-        let count = entry.read(line, &program, reference)?;
+        let count = entry.read(line, cycles, &program, reference)?;
         // NaN counts as a difference too.
         if count.error.is_nan() || count.error > ERROR_MAX {
             bail!("{arm}: {} on the chip differs from ours by {:.1e} of the largest", entry.symbol, count.error);
@@ -75,9 +114,30 @@ pub(super) fn measure(arm: &str, ours: &Ours, reference: &[Torques]) -> Result<V
     Ok(counts)
 }
 
+/// Cycles of every contestant, from flash and from SRAM.
+fn cycles(elf: &Path, program: &Program, entries: &[Entry]) -> Result<Vec<[Cycles; 2]>> {
+    let start = |entry: &Entry| {
+        program.address_of(|name| name == entry.symbol).with_context(|| format!("no symbol {}", entry.symbol))
+    };
+    let starts = entries.iter().map(start).collect::<Result<Vec<_>>>()?;
+    let all = calls(elf, program, COUNTER, &starts, [Placement::Flash, Placement::Sram].map(Memory::new))?;
+    let cycles = |(entry, calls): (&Entry, Vec<[Estimate; 2]>)| {
+        ensure!(calls.len() == STATES, "{}: {} calls traced, not {STATES}", entry.symbol, calls.len());
+        let unknown: u64 = calls.iter().flatten().map(|estimate| estimate.unknown).sum();
+        ensure!(unknown == 0, "{}: {unknown} instructions that the decoder does not know", entry.symbol);
+        Ok([0, 1].map(|memory| {
+            // The first call finds empty caches.
+            let later = || calls.iter().skip(1).map(move |call| call[memory].cycles);
+            let mean = |of: fn(Range) -> u64| later().map(of).sum::<u64>() as f64 / later().count() as f64;
+            Cycles { low: mean(|all| all.low), likely: mean(|all| all.likely), high: mean(|all| all.high) }
+        }))
+    };
+    entries.iter().zip(all).map(cycles).collect()
+}
+
 impl Entry {
     /// `INSTRUCTIONS... / TORQUES...`
-    fn read(&self, line: &str, program: &Program, reference: &[Torques]) -> Result<Count> {
+    fn read(&self, line: &str, [flash, sram]: [Cycles; 2], program: &Program, reference: &[Torques]) -> Result<Count> {
         let (instructions, torques) = line.split_once(" / ").with_context(|| format!("no torques: {line}"))?;
         let instructions: Vec<u32> = instructions.split(' ').map(str::parse).collect::<Result<_, _>>()?;
         let torques: Vec<f64> = torques
@@ -87,10 +147,12 @@ impl Entry {
         Ok(Count {
             family: self.family,
             task: self.task,
-            build: self.build,
+            build: self.build.clone(),
             instructions_min: instructions.iter().copied().min().unwrap_or_default(),
             instructions_mean: instructions.iter().map(|&n| f64::from(n)).sum::<f64>() / instructions.len() as f64,
             instructions_max: instructions.iter().copied().max().unwrap_or_default(),
+            flash,
+            sram,
             code_bytes: self.code_bytes(program)?,
             error: error(&torques, reference),
         })
@@ -127,24 +189,34 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
     for (family, name) in [(Family::Regrouped, "regrouped"), (Family::Exact, "exact")] {
         for (task, end) in [(Task::Inverse, ""), (Task::Kernel, "_kernel")] {
             let kernel = Some(format!("{arm}_inverse_dynamics_{name}_f32"));
-            entries.push(Entry { family, task, build: "rustc", symbol: format!("chip_{arm}_{name}{end}"), kernel });
+            entries.push(Entry {
+                family,
+                task,
+                build: "rustc".to_owned(),
+                symbol: format!("chip_{arm}_{name}{end}"),
+                kernel,
+            });
         }
     }
+    let headers = headers()?;
     for (family, generator, switch) in GENERATORS {
         for (task, function, switches) in TASKS {
-            for (build, short, options) in OPTIONS {
-                let after = if task == Task::KernelAfterOurTrig { "_after_our_trig" } else { "" };
-                let symbol = format!("{generator}_{function}{after}_{short}");
-                let text = generated(arm, generator, function, "f32");
-                let object = folder().join(arm).join(format!("{symbol}.o"));
-                // The generators write their numbers without a suffix; they are meant as single precision.
-                let job = Job::new("arm-none-eabi-gcc", object.clone()).words(MACHINE).words(options).words(switches);
-                let job = job.words("-c -fsingle-precision-constant").with(format!("-D{switch}"));
-                let job = job.with(format!("-DENTRY={symbol}")).depends_on(&text);
-                let job = job.with(format!("-DSOURCE={:?}", text.display().to_string()));
-                jobs.push(job.from(&source("generated_chip.c")).output());
-                entries.push(Entry { family, task, build, symbol, kernel: None });
-                objects.push(object);
+            let text = generated(arm, generator, function, "f32");
+            let after = if task == Task::KernelAfterOurTrig { "_after_our_trig" } else { "" };
+            for (number, (compiler, own)) in COMPILERS.into_iter().enumerate() {
+                for (name, short, options) in OPTIONS {
+                    let symbol = format!("{generator}_{function}{after}_{number}_{short}");
+                    let object = folder().join(arm).join(format!("{symbol}.o"));
+                    let job =
+                        Job::new(compiler, object.clone()).words(own).words(MACHINE).words(options).words(switches);
+                    let job = job.words("-c").with("-isystem").with(&headers).with(format!("-D{switch}"));
+                    let job = job.with(format!("-DENTRY={symbol}")).depends_on(&text);
+                    let job = job.with(format!("-DSOURCE={:?}", text.display().to_string()));
+                    jobs.push(job.from(&source("generated_chip.c")).output());
+                    let build = format!("{} {name}", if compiler == GCC { "gcc" } else { compiler });
+                    entries.push(Entry { family, task, build, symbol, kernel: None });
+                    objects.push(object);
+                }
             }
         }
     }
@@ -152,8 +224,7 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
 
     let list: String = entries.iter().map(|entry| format!("X({})", entry.symbol)).collect();
     let elf = folder().join(arm).join("chip.elf");
-    let mut job =
-        Job::new("arm-none-eabi-gcc", elf.clone()).words(MACHINE).words("-O2 -nostartfiles -Wl,--gc-sections");
+    let mut job = Job::new(GCC, elf.clone()).words(MACHINE).words("-O2 -nostartfiles -Wl,--gc-sections");
     job = job.with(format!("-DCONTESTANTS={list}")).with("-L").with(root()).with("-T").from(&source("chip.ld"));
     job = job.from(&source("chip.c"));
     for object in &objects {
@@ -161,4 +232,12 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
     }
     build::all("the chip's program", vec![job.words("-lm").from(&ours.chip).output().words("-lc -lgcc")])?;
     Ok((entries, elf))
+}
+
+/// Folder of newlib's headers, for the compiler that does not come with them.
+fn headers() -> Result<PathBuf> {
+    let said = output(Command::new(GCC).args(["-M", "-x", "c", "-include", "math.h", "/dev/null"]));
+    let said = said.with_context(|| format!("{GCC} does not find math.h"))?;
+    let header = said.split_whitespace().find(|word| word.ends_with("/math.h")).map(Path::new);
+    Ok(header.and_then(Path::parent).with_context(|| format!("no math.h: {said}"))?.to_owned())
 }

@@ -1,15 +1,15 @@
 //! Changes of live inputs and parameters: between ticks where no torque acts, else by the tick that has computed their
 //! effect.
 
-use super::{Buffers, Reaction, Session};
+use super::{Buffers, Outcome, Session};
 use crate::parameters;
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Command, Configuration, Controller, ControllerConfig, LimitFlags, Protection};
+use dynamics_core::control::{Ask, Configuration, Controller, ControllerConfig, Fault, LimitFlags, Protection};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
-use link::{Frame, Pacing, Refusal, Setting};
+use link::{Frame, Pacing, Refusal, Setting, Value};
 
 /// Share of a joint's torque limit that its torque may change by at once where no torque rate is given.
 pub const JUMP: f32 = 0.02;
@@ -49,19 +49,15 @@ where
     C: Configuration<f32, N> + Clone,
     P: Protection<f32, N> + Clone,
 {
-    pub(super) fn live(&mut self, pacing: Pacing, live: &link::Live) -> Result<Reaction, Refusal> {
-        let values = live.to_core()?;
-        if !live.is_finite() {
-            return Err(Refusal::NonFiniteLive);
-        }
-        parameters::check_live(&values, self.safety.rules())?;
-        let change = Change::Live(values);
+    pub(super) fn live(&mut self, pacing: Pacing, live: &Live<f32, N>) -> Result<Outcome, Refusal> {
+        parameters::check_live(live, self.safety.rules())?;
+        let change = Change::Live(*live);
         if pacing.is_supervised() {
             self.change(change)?;
         } else {
             change.make(&mut self.controller);
         }
-        Ok(Reaction::None)
+        Ok(Outcome::None)
     }
 
     /// Make a change at once where no torque acts, else in the next tick; returns whether it is made already.
@@ -77,21 +73,21 @@ where
         Ok(false)
     }
 
-    pub(super) fn value(&mut self, index: u8) -> Result<Frame, Refusal> {
+    pub(super) fn value(&mut self, index: u8) -> Result<Value, Refusal> {
         let tunable = self.is_tunable();
         let (built_in, payload) = (self.safety.get(), &self.safety.rules().payload);
         let (config, live) = (self.controller.config(), self.controller.live());
-        parameters::read(index, config, built_in, live, payload, tunable).map(Frame::Value)
+        parameters::read(index, config, built_in, live, payload, tunable)
     }
 
-    pub(super) fn set(&mut self, setting: Setting) -> Result<Reaction, Refusal> {
+    pub(super) fn set(&mut self, setting: Setting) -> Result<Outcome, Refusal> {
         let tunable = self.is_tunable();
         let payload = &self.safety.rules().payload;
         parameters::check(setting, self.safety.get(), self.controller.live(), payload, tunable)?;
         Ok(match self.change(Change::Parameter(setting))? {
-            true => Reaction::Reply(self.value(setting.index)?),
+            true => Outcome::Value(self.value(setting.index)?),
             // Answered by the tick that makes it.
-            false => Reaction::None,
+            false => Outcome::None,
         })
     }
 
@@ -108,24 +104,30 @@ where
                 change.make(&mut self.controller);
                 match change {
                     Change::Live(_) => None,
-                    Change::Parameter(setting) => self.value(setting.index).ok(),
+                    Change::Parameter(setting) => self.value(setting.index).ok().map(Frame::Value),
                 }
             }
         };
     }
 }
 
+/// Torques, and the limits that acted.
+pub(super) type Torques<const N: usize> = ([f32; N], [LimitFlags; N]);
+
 /// The first joint whose torque would change at once by more than it may, if there is one. Where a limit holds only one
-/// of both commands, their torques do not show the true difference.
+/// of both answers, their torques do not show the true difference.
 #[cold]
 pub(super) fn jump<const N: usize>(
-    now: &Command<f32, N>,
-    then: &Command<f32, N>,
+    ask: &Ask<'_, f32, N>,
     config: &ControllerConfig<f32, N>,
+    now: Result<Torques<N>, Fault>,
+    then: Result<Torques<N>, Fault>,
 ) -> Option<u8> {
-    let (Command::Drive { torque, limits }, Command::Drive { torque: other, limits: others }) = (now, then) else {
-        return Some(0);
+    let held = |answer: Result<Torques<N>, Fault>| {
+        let (mut torque, mut limits) = answer?;
+        ask.hold(config, &mut torque, &mut limits).map(|()| (torque, limits))
     };
+    let (Ok((torque, limits)), Ok((other, others))) = (held(now), held(then)) else { return Some(0) };
     let held = LimitFlags::TORQUE | LimitFlags::TORQUE_RATE;
     let jumps = |i: usize| {
         let share = JUMP * config.limits[i].torque;

@@ -1,15 +1,18 @@
 //! Frames in.
+//!
+//! A frame is read before the session is locked, so that a tick waits for its effect alone.
 
 use super::{Buffers, Session};
 use crate::readings::Lines;
-use crate::trajectory::NotTaken;
+use crate::trajectory::{NotTaken, Way};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Configuration, Protection};
+use dynamics_core::control::{Configuration, Measurement, Protection, Reference};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety;
+use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
 use link::codec::Received;
-use link::{DecodeError, Frame, Pacing, Refusal, Request};
+use link::{DecodeError, Frame, Hello, Pacing, Refusal, Request, Value};
 
 /// Answer to a received frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +30,98 @@ pub enum Reaction {
     Tick,
 }
 
+/// The same, small enough to be handed out of a lock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// Nothing: it was taken.
+    None,
+    /// It was not taken.
+    Refused(Refusal),
+    /// A parameter's value.
+    Value(Value),
+    /// A host's hello: no tick runs until [`Session::forget_controller`], [`Session::forget_arm`] and [`Session::begin`].
+    Hello(Hello),
+    /// Start pacing as this hello says.
+    Start(Hello),
+    /// Ticks stop until the next agreed hello; this is the own one, and why.
+    Stop(Hello, Refusal),
+    /// Run one tick now.
+    Tick,
+}
+
+impl Outcome {
+    /// With the frames to send.
+    #[must_use]
+    pub fn reaction(self) -> Reaction {
+        match self {
+            Self::None | Self::Hello(_) => Reaction::None,
+            Self::Refused(refusal) => Reaction::Reply(Frame::Refusal(refusal)),
+            Self::Value(value) => Reaction::Reply(Frame::Value(value)),
+            Self::Start(hello) => Reaction::Start(hello.pacing, Frame::Hello(hello)),
+            Self::Stop(hello, refusal) => Reaction::Stop(Frame::Hello(hello), Frame::Refusal(refusal)),
+            Self::Tick => Reaction::Tick,
+        }
+    }
+}
+
+/// A received frame in the types of the control loop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message<const N: usize> {
+    missed: u8,
+    said: Said<N>,
+}
+
+/// What a frame says, as far as it can be read.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "made and taken apart at once, where there is nothing to allocate from")]
+enum Said<const N: usize> {
+    Undecodable(DecodeError),
+    Measurement(u32, Result<Measurement<f32, N>, Refusal>),
+    Live(Result<Live<f32, N>, Refusal>),
+    Reference(Result<Reference<f32, N>, Refusal>),
+    /// A point, so many ticks behind the one before, and the way to it.
+    Point(u16, Result<Reference<f32, N>, Refusal>, Option<Way<N>>),
+    Other(Frame),
+}
+
+impl<const N: usize> Message<N> {
+    /// Read a frame, or the error in its place.
+    #[must_use]
+    pub fn new(received: Result<Received, DecodeError>) -> Self {
+        let Received { frame, missed } = match received {
+            Ok(received) => received,
+            Err(error) => return Self { missed: 0, said: Said::Undecodable(error) },
+        };
+        let said = match frame {
+            Frame::Measurement(measurement) => {
+                Said::Measurement(measurement.tick, measurement.to_core().map_err(Refusal::from))
+            }
+            Frame::Live(live) => Said::Live(
+                live.to_core()
+                    .map_err(Refusal::from)
+                    .and_then(|values| if live.is_finite() { Ok(values) } else { Err(Refusal::NonFiniteLive) }),
+            ),
+            Frame::Reference(reference) => Said::Reference(reference.to_core().map_err(Refusal::from)),
+            Frame::Point(point) => Said::Point(point.ticks, point.reference.to_core().map_err(Refusal::from), None),
+            frame => Said::Other(frame),
+        };
+        Self { missed, said }
+    }
+
+    /// Whether it is a point that goes on from another: it wants the way from there.
+    #[must_use]
+    pub fn goes_on(&self) -> bool {
+        matches!(self.said, Said::Point(1.., Ok(_), _))
+    }
+
+    /// Work out the way to a point from the start that [`Session::way_from`] gave.
+    pub fn find_way(&mut self, from: Option<(Reference<f32, N>, f32)>) {
+        if let (Said::Point(ticks, Ok(point), way), Some((last, period))) = (&mut self.said, from) {
+            *way = Way::new(&last, point, *ticks, period);
+        }
+    }
+}
+
 impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
 where
     B: BorrowMut<Buffers<N>>,
@@ -36,50 +131,85 @@ where
     C: Configuration<f32, N> + Clone,
     P: Protection<f32, N> + Clone,
 {
-    /// Take the link's received frame, or its error.
+    /// Take the link's received frame, or its error, all at once: for who has no lock.
     pub fn receive(&mut self, received: Result<Received, DecodeError>) -> Reaction {
-        let received = match received {
-            Ok(received) => received,
-            Err(error) => return refuse(Refusal::Undecodable(error)),
+        let mut message = Message::new(received);
+        if message.goes_on() {
+            message.find_way(self.way_from());
+        }
+        let outcome = match self.take(&message) {
+            Outcome::Hello(theirs) => {
+                self.forget_controller();
+                self.forget_arm();
+                self.begin(&theirs)
+            }
+            outcome => outcome,
         };
+        outcome.reaction()
+    }
+
+    /// Start of the next way of the trajectory, and the control period, s.
+    pub fn way_from(&self) -> Option<(Reference<f32, N>, f32)> {
+        self.buffers.borrow().trajectory.last().map(|last| (*last, self.supervisor.period()))
+    }
+
+    /// Take a message. A tick since [`Session::way_from`] can only have ended the trajectory, and then the point is refused.
+    pub fn take(&mut self, message: &Message<N>) -> Outcome {
+        let Message { missed, said } = message;
+        if let Said::Undecodable(error) = said {
+            return Outcome::Refused(Refusal::Undecodable(*error));
+        }
         self.taken = self.taken.wrapping_add(1);
         // Even if packets were lost before it: a stop must not wait for the host to notice.
-        let stops = matches!(received.frame, Frame::Request(Request::Hold));
-        if received.missed > 0 && !stops {
-            return refuse(Refusal::Lost { missed: received.missed });
+        let stops = matches!(said, Said::Other(Frame::Request(Request::Hold)));
+        if *missed > 0 && !stops {
+            return Outcome::Refused(Refusal::Lost { missed: *missed });
         }
-        if let Frame::Hello(theirs) = received.frame {
-            return self.hello(theirs);
+        if let Said::Other(Frame::Hello(theirs)) = said {
+            self.pacing = None;
+            return Outcome::Hello(*theirs);
         }
-        let Some(pacing) = self.pacing else { return refuse(Refusal::NoHello) };
+        let Some(pacing) = self.pacing else { return Outcome::Refused(Refusal::NoHello) };
         if pacing.is_supervised() {
             self.supervisor.heard();
         }
-        let reaction = match received.frame {
-            Frame::Measurement(measurement) => self.measured(pacing, &measurement),
-            Frame::Live(live) => self.live(pacing, &live),
-            frame if pacing.is_supervised() => self.supervised(pacing, &frame),
-            Frame::Reference(reference) => reference.to_core().map_err(Refusal::from).map(|reference| {
-                self.reference = Some(reference);
-                Reaction::None
-            }),
+        let outcome = match said {
+            Said::Measurement(tick, measurement) => {
+                measurement.as_ref().map_err(Refusal::clone).and_then(|values| self.measured(pacing, *tick, values))
+            }
+            Said::Live(live) => live.as_ref().map_err(Refusal::clone).and_then(|live| self.live(pacing, live)),
+            Said::Point(ticks, point, way) if pacing.is_supervised() => {
+                point.as_ref().map_err(Refusal::clone).and_then(|point| self.point(*ticks, point, way.as_ref()))
+            }
+            Said::Reference(reference) if !pacing.is_supervised() => {
+                reference.as_ref().map_err(Refusal::clone).map(|reference| {
+                    self.reference = Some(*reference);
+                    Outcome::None
+                })
+            }
+            Said::Other(frame) if pacing.is_supervised() => self.supervised(pacing, frame),
             _ => Err(Refusal::Unexpected),
         };
-        reaction.unwrap_or_else(refuse)
+        outcome.unwrap_or_else(Outcome::Refused)
+    }
+
+    fn point(&mut self, ticks: u16, point: &Reference<f32, N>, way: Option<&Way<N>>) -> Result<Outcome, Refusal> {
+        let Buffers { trajectory, .. } = self.buffers.borrow_mut();
+        match ticks {
+            0 => self.supervisor.start(trajectory, point)?,
+            _ => trajectory.add(way)?,
+        }
+        Ok(Outcome::None)
     }
 
     /// A frame that has a meaning only under supervision.
-    fn supervised(&mut self, pacing: Pacing, frame: &Frame) -> Result<Reaction, Refusal> {
+    fn supervised(&mut self, pacing: Pacing, frame: &Frame) -> Result<Outcome, Refusal> {
         match frame {
             Frame::Alive => {}
             Frame::Request(request) => self.supervisor.request(request.to_core()),
-            Frame::Point(point) => {
-                let trajectory = &mut self.buffers.borrow_mut().trajectory;
-                self.supervisor.point(trajectory, point.ticks, &point.reference.to_core()?)?;
-            }
             Frame::Watch(watch) => (self.watch, self.until) = (*watch, 0),
             Frame::Dump => self.past = Some(0),
-            Frame::Get(index) => return self.value(*index).map(Reaction::Reply),
+            Frame::Get(index) => return self.value(*index).map(Outcome::Value),
             Frame::Set(setting) => return self.set(*setting),
             Frame::Lines(lines) if pacing == Pacing::Drill => {
                 let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = *lines;
@@ -91,26 +221,22 @@ where
             }
             _ => return Err(Refusal::Unexpected),
         }
-        Ok(Reaction::None)
+        Ok(Outcome::None)
     }
 
-    fn measured(&mut self, pacing: Pacing, measurement: &link::Measurement) -> Result<Reaction, Refusal> {
-        let values = measurement.to_core()?;
-        (self.tick, self.fresh) = (measurement.tick, true);
+    fn measured(&mut self, pacing: Pacing, tick: u32, values: &Measurement<f32, N>) -> Result<Outcome, Refusal> {
+        (self.tick, self.fresh) = (tick, true);
         if pacing.is_supervised() {
-            self.supervisor.measured(&values);
+            self.supervisor.measured(values);
+        } else {
+            self.measurement = Some(*values);
         }
-        self.measurement = Some(values);
         Ok(match pacing {
-            Pacing::Timer | Pacing::Live => Reaction::None,
+            Pacing::Timer | Pacing::Live => Outcome::None,
             Pacing::LockStep if self.reference.is_none() => return Err(Refusal::NoReference),
-            Pacing::LockStep | Pacing::Drill => Reaction::Tick,
+            Pacing::LockStep | Pacing::Drill => Outcome::Tick,
         })
     }
-}
-
-fn refuse(refusal: Refusal) -> Reaction {
-    Reaction::Reply(Frame::Refusal(refusal))
 }
 
 impl From<NotTaken> for Refusal {

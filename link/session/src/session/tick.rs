@@ -1,10 +1,10 @@
 //! One tick, on the bench or under supervision.
 
-use super::change::jump;
+use super::change::{Change, Torques, jump};
 use super::{Buffers, Session};
 use crate::meter::{Counter, Meter};
 use core::borrow::BorrowMut;
-use dynamics_core::control::{Command, Configuration, Controller, Fault, LimitFlags, Protection, Reading, Reference};
+use dynamics_core::control::{Ask, Configuration, Controller, ControllerConfig, Fault, LimitFlags, Protection};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, Actuation, SafeAction};
 use dynamics_core::trig::Trig;
@@ -48,89 +48,78 @@ where
             return self.supervise(pacing, meter);
         }
         if let (Some(reference), Some(measurement)) = (&self.reference, &self.measurement) {
-            let reading = Reading::Measured(measurement);
-            let (command, cost) = control(&mut self.controller, meter, false, reference, reading);
+            let (command, cost) = meter.measure(|| self.controller.tick(reference, measurement));
             self.answer = Some(Frame::answer(self.tick, &command, cost));
         }
         safe
     }
 
-    /// A tick under supervision.
+    /// A tick under supervision. The black box's place for it is where it is computed.
     #[inline]
     fn supervise<M: Counter>(&mut self, pacing: Pacing, meter: &Meter<M>) -> Drives<N> {
         // Nearly every tick has none, and taking it would copy all of it.
         let change = if self.change.is_some() { self.change.take() } else { None };
-        let Self { controller, supervisor, .. } = self;
+        let safe = Drives::Safe(self.safe_action());
+        let Self { controller, supervisor, buffers, .. } = self;
+        let Buffers { trajectory, black_box } = buffers.borrow_mut();
+        let Some(record) = black_box.begin(supervisor.state()) else { return safe };
         let (mut alone, mut jumps) = (None, None);
-        let (output, all) = meter.measure(|| {
-            supervisor.tick(|ask| {
-                let trial = change.map(|change| {
-                    let mut trial = controller.clone();
-                    change.make(&mut trial);
-                    trial
-                });
-                let reading = Reading::Judged { q: ask.q, qd: ask.qd };
-                let (command, cost) = control(controller, meter, ask.start, ask.reference, reading);
-                if let Some(mut trial) = trial {
-                    let (other, _) = control(&mut trial, meter, ask.start, ask.reference, reading);
-                    jumps = jump(&command, &other, controller.config());
-                }
+        let ((), all) = meter.measure(|| {
+            supervisor.tick(&mut record.output, |ask, torque, limits| {
+                let then = change.as_ref().map(|change| tried(controller, change, ask));
+                let (answer, cost) = meter.measure(|| controller.answer(ask, torque, limits));
                 alone = cost;
-                if ask.start { bearable(command) } else { command }
-            })
+                if let Some(then) = then {
+                    jumps = jump(ask, controller.config(), answer.map(|()| (*torque, *limits)), then);
+                }
+                if ask.start { answer.and_then(|()| bearable(torque, controller.config())) } else { answer }
+            });
         });
-        let cost = all.map(|all: Cost| TickCost { all, controller: alone });
-        let (tick, taken) = (self.tick, self.taken);
-        let Buffers { trajectory, black_box } = self.buffers.borrow_mut();
-        if let Some(record) = black_box.begin() {
-            // One part after the other: made as a whole it would be copied once more.
-            (record.tick, record.taken, record.cost) = (tick, taken, cost);
-            record.inputs.copy_from(supervisor.inputs());
-            record.output = output;
-        }
+        (record.tick, record.taken) = (self.tick, self.taken);
+        record.cost = all.map(|all: Cost| TickCost { all, controller: alone });
+        record.inputs = *supervisor.inputs();
+        let drives = match record.output.actuation {
+            // In a drill no drive is driven: the host simulates the arm.
+            Actuation::Drive { torque, .. } if pacing == Pacing::Live => Drives::Drive(torque),
+            Actuation::Drive { .. } => safe,
+            Actuation::Safe(action) => Drives::Safe(action),
+        };
         supervisor.age(trajectory);
         self.unsaid = true;
         if let Some(change) = change {
             self.settle(&change, jumps);
         }
-        match output.actuation {
-            // In a drill no drive is driven: the host simulates the arm.
-            Actuation::Drive { torque, .. } if pacing == Pacing::Live => Drives::Drive(torque),
-            Actuation::Drive { .. } => Drives::Safe(self.safe_action()),
-            Actuation::Safe(action) => Drives::Safe(action),
-        }
+        drives
     }
 }
 
-/// The first command of an arm that is armed, at rest and where it should be: it holds the arm. A joint whose torque limit acts
+/// Answer that the controller would give after a change. Out of line: nearly every tick does without a second controller on the stack.
+#[cold]
+#[inline(never)]
+fn tried<const N: usize, D, T, C, P>(
+    controller: &Controller<f32, N, D, T, C, P>,
+    change: &Change<N>,
+    ask: &Ask<'_, f32, N>,
+) -> Result<Torques<N>, Fault>
+where
+    D: InverseDynamics<f32, N> + Clone,
+    T: Trig<f32> + Clone,
+    C: Configuration<f32, N> + Clone,
+    P: Protection<f32, N> + Clone,
+{
+    let mut trial = controller.clone();
+    change.make(&mut trial);
+    let (mut torque, mut limits) = ([0.0; N], [LimitFlags::NONE; N]);
+    trial.answer(ask, &mut torque, &mut limits).map(|()| (torque, limits))
+}
+
+/// The first torques of an arm that is armed, at rest and where it should be: they hold the arm. A joint whose torque limit acts
 /// cannot. What was told while no torque acted has jumped from nothing, and this is where it is judged.
 #[cold]
-fn bearable<const N: usize>(command: Command<f32, N>) -> Command<f32, N> {
-    let Command::Drive { limits, .. } = &command else { return command };
-    match limits.iter().position(|flags| flags.contains(LimitFlags::TORQUE)) {
-        Some(joint) => Command::Brake(Fault::Overload { joint: joint as u8 }),
-        None => command,
+fn bearable<const N: usize>(torque: &[f32; N], config: &ControllerConfig<f32, N>) -> Result<(), Fault> {
+    let over = |i: usize| torque[i].is_finite() && torque[i].abs() > config.limits[i].torque;
+    match (0..N).find(|&i| over(i)) {
+        Some(joint) => Err(Fault::Overload { joint: joint as u8 }),
+        None => Ok(()),
     }
-}
-
-/// The controller's tick, and its own cost. Out of line, so that bench and supervision share one copy of it.
-#[inline(never)]
-fn control<const N: usize, D, T, C, P, M>(
-    controller: &mut Controller<f32, N, D, T, C, P>,
-    meter: &Meter<M>,
-    start: bool,
-    reference: &Reference<f32, N>,
-    reading: Reading<'_, f32, N>,
-) -> (Command<f32, N>, Option<Cost>)
-where
-    D: InverseDynamics<f32, N>,
-    T: Trig<f32>,
-    C: Configuration<f32, N>,
-    P: Protection<f32, N>,
-    M: Counter,
-{
-    if start {
-        controller.reset();
-    }
-    meter.measure(|| controller.tick_from(reference, reading))
 }

@@ -1,43 +1,72 @@
-//! Cycles of each call of a function, in a program that counts its calls one after another.
+//! Cycles of each call of functions, in a program that counts its calls one after another.
 
 use crate::Program;
 use crate::cycles::estimator::{Estimate, Estimator};
 use crate::cycles::memory::Memory;
 use crate::cycles::trace::{self, Error};
-use std::ops::Range;
+use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Part of the linker's name of the function that counts a call.
-const COUNTER: &str = "Counter4call";
-
-/// Runs a program that counts its calls with `probe::Counter`, and estimates each call of the function at `start`, in the
-/// order of execution. A call lasts from the function's first instruction to its return address, and includes all of it
-/// that lies in the ranges `within`. The caches start as the calls before left them.
+/// Runs a program that counts its calls, and estimates each call of the functions at `starts`: for each function its calls in
+/// the order of execution, and for each call an estimate with each of the memories.
+///
+/// All calls come from the one call through a register in the function whose name contains `counter`. A call lasts from the
+/// function's first instruction to its return, and includes all that the function reaches. Nothing is executed between the calls
+/// of a function: its next call finds the caches as the last one left them.
 ///
 /// # Errors
-/// Nothing in the program counts calls; otherwise as [`trace::run`].
-pub fn calls(
+/// Nothing in the program counts calls, or no function begins at one of the addresses; otherwise as [`trace::run`].
+pub fn calls<const N: usize>(
     elf: &Path,
     program: &Program,
-    start: u32,
-    within: &[Range<u32>],
-    memory: Memory,
-) -> Result<Vec<Estimate>, Error> {
-    let back = program.behind_call_in(COUNTER).ok_or(Error::CountsNothing)?;
-    let mut ranges = within.to_vec();
-    ranges.push(back..back + 2);
-    let mut estimator = Estimator::new(program, memory);
-    let mut estimates = Vec::new();
-    let mut begun = false;
-    trace::run(elf, &[(start, back)], &ranges, |_, address| {
-        // No instruction inside jumps back to the function's start, so this is a new call.
-        if address == start && std::mem::replace(&mut begun, true) {
-            estimates.push(estimator.finish());
-        }
-        estimator.execute(address);
-    })?;
-    if begun {
-        estimates.push(estimator.finish());
+    counter: &str,
+    starts: &[u32],
+    memories: [Memory; N],
+) -> Result<Vec<Vec<[Estimate; N]>>, Error> {
+    let back = program.behind_call_in(counter).ok_or(Error::CountsNothing)?;
+    let mut ranges = BTreeSet::from([(back, back + 2)]);
+    for start in starts {
+        ranges.extend(program.reached_from(*start)?.ranges().into_iter().map(|range| (range.start, range.end)));
     }
-    Ok(estimates)
+    let ranges: Vec<_> = ranges.into_iter().map(|(start, end)| start..end).collect();
+    let between: Vec<_> = starts.iter().map(|start| (*start, back)).collect();
+    let mut functions: Vec<Calls<'_, N>> = starts.iter().map(|start| Calls::new(program, *start, memories)).collect();
+    trace::run(elf, &between, &ranges, |function, step| functions[function].execute(step.address, &step.registers))?;
+    Ok(functions.into_iter().map(Calls::finish).collect())
+}
+
+/// The calls of a function.
+struct Calls<'a, const N: usize> {
+    start: u32,
+    estimators: [Estimator<'a>; N],
+    begun: bool,
+    estimates: Vec<[Estimate; N]>,
+}
+
+impl<'a, const N: usize> Calls<'a, N> {
+    fn new(program: &'a Program, start: u32, memories: [Memory; N]) -> Self {
+        let estimators = memories.map(|memory| Estimator::new(program, memory));
+        Self { start, estimators, begun: false, estimates: Vec::new() }
+    }
+
+    fn execute(&mut self, address: u32, registers: &[u32; 16]) {
+        // No instruction inside jumps back to the function's start, so this is a new call.
+        if address == self.start && std::mem::replace(&mut self.begun, true) {
+            self.end();
+        }
+        for estimator in &mut self.estimators {
+            estimator.execute_with(address, registers);
+        }
+    }
+
+    fn end(&mut self) {
+        self.estimates.push(self.estimators.each_mut().map(Estimator::finish));
+    }
+
+    fn finish(mut self) -> Vec<[Estimate; N]> {
+        if self.begun {
+            self.end();
+        }
+        self.estimates
+    }
 }

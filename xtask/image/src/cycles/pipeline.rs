@@ -3,7 +3,8 @@
 use crate::cycles::estimator::Stalls;
 use crate::cycles::memory::{Flash, Memory, Source};
 use crate::cycles::timing::{
-    BusConflict, FLASH_LINE_BYTES, FLOAT_DIVIDE, FLOAT_MULTIPLY_ADD, IfThen, REFILL_MOST, Reading, Refill,
+    BusConflict, FLASH_LINE_BYTES, FLOAT_DIVIDE, FLOAT_MULTIPLY_ADD, FLOAT_TRANSFER, IfThen, REFILL_MOST, Reading,
+    Refill, Transfer,
 };
 use crate::{Class, Instruction, Registers};
 
@@ -153,8 +154,11 @@ impl Machine {
             }
             Class::FloatMultiplyAdd => beside(FLOAT_MULTIPLY_ADD),
             Class::FloatDivide | Class::FloatSquareRoot => beside(FLOAT_DIVIDE),
-            Class::FloatTransfer => self.reading.transfer,
-            Class::FloatTransferPair => self.reading.transfer_pair,
+            Class::FloatTransfer | Class::FloatTransferPair => match self.reading.transfer {
+                Transfer::Quick => 1,
+                Transfer::Beside if !is_pair_to_core(i) => 1,
+                Transfer::Beside | Transfer::Whole => FLOAT_TRANSFER,
+            },
             Class::FloatLoad if self.reading.float_memory_is_pipelined => 1 + words - self.pipelined(i),
             Class::FloatStore if self.reading.float_memory_is_pipelined => words,
             Class::FloatLoad | Class::FloatStore => 1 + words,
@@ -184,10 +188,13 @@ impl Machine {
 
     /// Sets the times of the float unit's results, and the end of its work.
     fn write_floats(&mut self, i: &Instruction, begin: u64) {
-        let busy = match i.class {
-            Class::FloatArithmetic | Class::FloatConvert => 1,
-            Class::FloatMultiplyAdd => FLOAT_MULTIPLY_ADD,
-            Class::FloatDivide | Class::FloatSquareRoot => FLOAT_DIVIDE,
+        let beside = self.reading.transfer == Transfer::Beside;
+        // Cycles in the unit, and from there to the registers.
+        let (busy, late) = match i.class {
+            Class::FloatArithmetic | Class::FloatConvert => (1, 1),
+            Class::FloatMultiplyAdd => (FLOAT_MULTIPLY_ADD, 1),
+            Class::FloatDivide | Class::FloatSquareRoot => (FLOAT_DIVIDE, 1),
+            Class::FloatTransfer | Class::FloatTransferPair if beside => (FLOAT_TRANSFER, 0),
             _ => {
                 for number in i.writes.numbers() {
                     self.ready[number] = self.now;
@@ -197,7 +204,7 @@ impl Machine {
         };
         self.unit = begin + busy;
         for number in i.writes.numbers() {
-            self.ready[number] = self.unit + 1;
+            self.ready[number] = self.unit + late;
         }
     }
 
@@ -213,4 +220,9 @@ impl Machine {
             }
         }
     }
+}
+
+/// Whether two float registers move to the core.
+fn is_pair_to_core(i: &Instruction) -> bool {
+    i.class == Class::FloatTransferPair && i.writes.numbers().any(|number| number < 16)
 }

@@ -74,11 +74,12 @@ pub fn arguments(detail: Detail) -> Result<Vec<&'static str>, Error> {
 /// The emulator cannot be started, or the program fails.
 pub fn run(elf: &Path, detail: Detail, on_event: impl FnMut(Event)) -> Result<(), Error> {
     let mut child = Ended(trace::start(elf, &arguments(detail)?)?);
+    let mut said = String::new();
     if let Some(log) = child.0.stderr.take() {
-        read(BufReader::with_capacity(1 << 16, log), on_event)?;
+        said = read_saying(BufReader::with_capacity(1 << 16, log), on_event)?;
     }
     let status = child.0.wait().map_err(Error::Log)?;
-    if status.success() { Ok(()) } else { Err(Error::GaveUp { status, said: String::new() }) }
+    if status.success() { Ok(()) } else { Err(Error::GaveUp { status, said }) }
 }
 
 /// Reads the log to its end, and calls back for each event in order.
@@ -87,7 +88,12 @@ pub fn run(elf: &Path, detail: Detail, on_event: impl FnMut(Event)) -> Result<()
 ///
 /// # Errors
 /// The pipe breaks.
-pub fn read(mut log: impl BufRead, mut on_event: impl FnMut(Event)) -> Result<(), Error> {
+pub fn read(log: impl BufRead, on_event: impl FnMut(Event)) -> Result<(), Error> {
+    read_saying(log, on_event).map(drop)
+}
+
+/// The same; returns the lines that are no part of the log.
+pub(crate) fn read_saying(mut log: impl BufRead, mut on_event: impl FnMut(Event)) -> Result<String, Error> {
     let mut reader = Reader::default();
     let mut line = Vec::new();
     while log.read_until(b'\n', &mut line).map_err(Error::Log)? > 0 {
@@ -95,7 +101,7 @@ pub fn read(mut log: impl BufRead, mut on_event: impl FnMut(Event)) -> Result<()
         line.clear();
     }
     reader.flush(&mut on_event);
-    Ok(())
+    Ok(reader.said)
 }
 
 /// Joins lines to steps, one instruction late, because an instruction may still be undone.
@@ -104,6 +110,7 @@ struct Reader {
     last: Option<Step>,
     /// Events to report after the last instruction.
     after: Vec<Event>,
+    said: String,
 }
 
 impl Reader {
@@ -122,18 +129,25 @@ impl Reader {
     }
 
     fn other(&mut self, line: &str) {
-        if let Some(step) = &mut self.last {
-            for (number, value) in registers(line) {
-                if let Some(register) = step.registers.get_mut(number) {
-                    *register = value;
-                }
+        let mut known = false;
+        for (number, value) in registers(line) {
+            known = true;
+            if let Some(register) = self.last.as_mut().and_then(|step| step.registers.get_mut(number)) {
+                *register = value;
             }
-            if let Some(status) = line.strip_prefix("XPSR=").and_then(|rest| hex(rest.get(..8)?)) {
+        }
+        if let Some(status) = line.strip_prefix("XPSR=").and_then(|rest| hex(rest.get(..8)?)) {
+            known = true;
+            if let Some(step) = &mut self.last {
                 // The lowest nine bits of the program status are the exception number.
                 step.exception = (status & 0x1ff) as u16;
             }
         }
-        self.after.extend(event(line));
+        let event = event(line);
+        if !known && event.is_none() {
+            self.said += line;
+        }
+        self.after.extend(event);
     }
 
     fn flush(&mut self, on_event: &mut impl FnMut(Event)) {
@@ -172,7 +186,7 @@ fn event(line: &str) -> Option<Event> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Event, Step, read};
+    use super::{Event, Step, read_saying};
 
     const LOG: &str = "\
 Trace 0: 0x7ff824000100 [00800408/08000188/00000110/ff020201] Reset
@@ -195,7 +209,8 @@ XPSR=4100002d -Z-- T handler
     #[test]
     fn each_instruction_comes_once_with_its_registers_and_exception_and_what_happened_between() {
         let mut events = Vec::new();
-        assert!(read(LOG.as_bytes(), |event| events.push(event)).is_ok());
+        let said = read_saying(LOG.as_bytes(), |event| events.push(event));
+        assert!(said.is_ok_and(|said| said.is_empty()));
         let mut first =
             Step { address: 0x0800_0188, registers: [0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], exception: 0 };
         first.registers[13..].copy_from_slice(&[0x2002_0000, 0xffff_ffff, 0x0800_0188]);
@@ -211,9 +226,10 @@ XPSR=4100002d -Z-- T handler
     }
 
     #[test]
-    fn other_lines_say_nothing() {
+    fn other_lines_are_no_events_and_are_kept() {
         let mut events = Vec::new();
-        assert!(read("qemu-system-arm: warning: irq\nR00=zz\nXPSR=4\n".as_bytes(), |event| events.push(event)).is_ok());
-        assert_eq!(events, []);
+        let lines = "qemu-system-arm: warning: irq\nR00=zz\nXPSR=4\n";
+        let said = read_saying(lines.as_bytes(), |event| events.push(event));
+        assert_eq!((said.ok().as_deref(), events), (Some(lines), vec![]));
     }
 }

@@ -15,8 +15,8 @@
 //! | VADD, VSUB, VMUL, VNMUL, VABS, VNEG, VCMP, VCVT, VMRS, VMSR, VMOV of floats | 1 | TRM 7.2, checked in TI |
 //! | VMLA and its siblings | 3 | TRM 7.2, checked in TI and GCC |
 //! | VDIV, VSQRT | 14 | TRM 7.2, VDIV checked in TI, both in GCC |
-//! | VMOV between one core and one float register | 1 | published; TRM 7.2 has 2 for some, as have TI and GCC for all |
-//! | VMOV between two and two | 2 | TRM 7.2, checked in TI and GCC, published |
+//! | VMOV between core and float registers | 1, the float unit 2 | published; TRM 7.2 has 2 for some, as have TI and GCC for all |
+//! | VMOV of two float registers to the core | 2 | TRM 7.2, checked in TI and GCC, published |
 //! | VLDR, VSTR of one float | 2, never pipelined with its neighbours | VLDR checked in TI, VSTR not; published; GCC pipelines both, and has 1 for VSTR |
 //! | VLDR, VSTR of two floats | 3 | VLDR checked in TI, both in GCC |
 //! | VLDM, VSTM, VPUSH, VPOP of N floats | 1 + N | TRM 7.2, VLDM and VPOP checked in TI |
@@ -49,6 +49,8 @@ pub const CLOCK: u64 = 168_000_000;
 pub const FLOAT_DIVIDE: u64 = 14;
 /// VMLA and its siblings.
 pub const FLOAT_MULTIPLY_ADD: u64 = 3;
+/// VMOV between core and float registers, in the float unit.
+pub const FLOAT_TRANSFER: u64 = 2;
 /// Refill after a load of the program counter and a branch by a table: always the longest.
 pub const REFILL_MOST: u64 = 3;
 
@@ -76,10 +78,8 @@ pub struct Reading {
     /// Whether a load of one or several core registers is pipelined behind every load and store of core registers. The
     /// manual has this for one behind one load only, but one published program is quicker than that.
     pub loads_follow_all: bool,
-    /// VMOV between a core and a float register.
-    pub transfer: u64,
-    /// VMOV between two core registers and two float registers.
-    pub transfer_pair: u64,
+    /// VMOV between core and float registers.
+    pub transfer: Transfer,
     /// Whether IT is folded into a narrow instruction before it; otherwise it takes a cycle. The low reading folds every
     /// IT.
     pub if_then: IfThen,
@@ -93,6 +93,18 @@ pub struct Reading {
     pub flash_reads_finish: bool,
     /// Cycles of a load or store on the bus while instructions come from SRAM, because both use one bus.
     pub bus_conflict: BusConflict,
+}
+
+/// Readings of VMOV between core and float registers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transfer {
+    /// 1 cycle.
+    Quick,
+    /// 1 cycle of the core and 2 of the float unit, and the result is ready after these; 2 of both for two float registers to
+    /// the core, which take turns on the way there.
+    Beside,
+    /// 2 cycles.
+    Whole,
 }
 
 /// Readings of a prefetched line that is executed. RM0090 says that missed lines are cached.
@@ -135,8 +147,7 @@ pub const LOW: Reading = Reading {
     float_memory_is_pipelined: true,
     float_unit_runs_beside: true,
     loads_follow_all: true,
-    transfer: 1,
-    transfer_pair: 1,
+    transfer: Transfer::Quick,
     if_then: IfThen::Folded,
     barrier: 0,
     literal: 0,
@@ -152,8 +163,7 @@ pub const LIKELY: Reading = Reading {
     float_memory_is_pipelined: false,
     float_unit_runs_beside: true,
     loads_follow_all: false,
-    transfer: 1,
-    transfer_pair: 2,
+    transfer: Transfer::Beside,
     if_then: IfThen::BehindNarrow,
     barrier: 2,
     literal: 0,
@@ -169,8 +179,7 @@ pub const HIGH: Reading = Reading {
     float_memory_is_pipelined: false,
     float_unit_runs_beside: false,
     loads_follow_all: false,
-    transfer: 2,
-    transfer_pair: 2,
+    transfer: Transfer::Whole,
     if_then: IfThen::Apart,
     barrier: 3,
     literal: 1,

@@ -1,9 +1,12 @@
 //! The emulator, an instruction at a time, between addresses.
 //!
 //! QEMU runs blocks of instructions and can log each block that it executes; with one instruction in a block, that is each
-//! instruction. The log goes through a pipe and is never kept: it is some 80 bytes an instruction.
+//! instruction, with the core's registers before it. The log goes through a pipe and is never kept: it is some 350 bytes an
+//! instruction.
 
-use std::io::{BufRead as _, BufReader};
+use crate::ImageError;
+use crate::cycles::steps::{Event, Step, read_saying};
+use std::io::BufReader;
 use std::ops::Range;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -23,6 +26,9 @@ pub enum Error {
     /// The end of a call is not known.
     #[error("nothing in the program counts calls")]
     CountsNothing,
+    /// A function to be traced is not known.
+    #[error(transparent)]
+    Function(#[from] ImageError),
     /// The pipe from it broke.
     #[error("the emulator's log cannot be read: {0}")]
     Log(#[source] std::io::Error),
@@ -57,7 +63,7 @@ fn option_for(version: &str) -> Option<&'static [&'static str]> {
 /// execution.
 ///
 /// A stretch `(start, end)` begins with the instruction at `start` and ends before the one at `end`. While one lasts, no
-/// other begins. The numbers in the call are the stretch's place in `between` and the instruction's address.
+/// other begins. The number in the call is the stretch's place in `between`.
 ///
 /// The ranges must hold the starts and ends, and all code between that is to be reported. This is some ten times faster
 /// than logging all of a program, because the emulator does not log the rest.
@@ -68,28 +74,24 @@ pub fn run(
     elf: &Path,
     between: &[(u32, u32)],
     ranges: &[Range<u32>],
-    mut on_instruction: impl FnMut(usize, u32),
+    mut on_instruction: impl FnMut(usize, &Step),
 ) -> Result<(), Error> {
     let ranges: Vec<String> = ranges.iter().map(|range| format!("{:#x}+{:#x}", range.start, range.len())).collect();
     let mut options = one_instruction_a_block()?.to_vec();
     let filter = ranges.join(",");
-    options.extend(["-d", "exec,nochain", "-dfilter", &filter]);
+    options.extend(["-d", "exec,cpu,nochain", "-dfilter", &filter]);
     let mut child = Ended(start(elf, &options)?);
     let mut sorter = Sorter::new(between);
     let mut said = String::new();
     if let Some(log) = child.0.stderr.take() {
-        let mut log = BufReader::with_capacity(1 << 16, log);
-        let mut line = Vec::new();
-        while log.read_until(b'\n', &mut line).map_err(Error::Log)? > 0 {
-            match Line::of(&line) {
-                Line::Executed(address) => sorter.executed(address, &mut on_instruction),
-                Line::Undone => sorter.undone(&String::from_utf8_lossy(&line)),
-                Line::Other => said += &String::from_utf8_lossy(&line),
+        said = read_saying(BufReader::with_capacity(1 << 16, log), |event| {
+            if let Event::Step(step) = event
+                && let Some(stretch) = sorter.stretch(step.address)
+            {
+                on_instruction(stretch, &step);
             }
-            line.clear();
-        }
+        })?;
     }
-    sorter.flush(&mut on_instruction);
     let status = child.0.wait().map_err(Error::Log)?;
     if !status.success() {
         return Err(Error::GaveUp { status, said });
@@ -148,36 +150,19 @@ impl Line {
     }
 }
 
-/// Sorts executed instructions into stretches, one instruction late, because one may still be undone.
+/// Sorts executed instructions into stretches.
 struct Sorter<'a> {
     between: &'a [(u32, u32)],
-    last: Option<u32>,
     inside: Option<usize>,
 }
 
 impl<'a> Sorter<'a> {
     fn new(between: &'a [(u32, u32)]) -> Self {
-        Self { between, last: None, inside: None }
+        Self { between, inside: None }
     }
 
-    fn executed(&mut self, address: u32, on_instruction: &mut impl FnMut(usize, u32)) {
-        if let Some(last) = self.last.replace(address) {
-            self.sure(last, on_instruction);
-        }
-    }
-
-    /// The log names the undone instruction; it may be one outside the logged ranges.
-    fn undone(&mut self, line: &str) {
-        self.last = self.last.filter(|last| !line.contains(&format!("{last:08x}")));
-    }
-
-    fn flush(&mut self, on_instruction: &mut impl FnMut(usize, u32)) {
-        if let Some(last) = self.last.take() {
-            self.sure(last, on_instruction);
-        }
-    }
-
-    fn sure(&mut self, address: u32, on_instruction: &mut impl FnMut(usize, u32)) {
+    /// The stretch that the instruction executed next belongs to.
+    fn stretch(&mut self, address: u32) -> Option<usize> {
         if let Some((_, end)) = self.inside.and_then(|inside| self.between.get(inside))
             && *end == address
         {
@@ -186,9 +171,7 @@ impl<'a> Sorter<'a> {
         if self.inside.is_none() {
             self.inside = self.between.iter().position(|(start, _)| *start == address);
         }
-        if let Some(inside) = self.inside {
-            on_instruction(inside, address);
-        }
+        self.inside
     }
 }
 
@@ -215,20 +198,10 @@ mod tests {
     }
 
     #[test]
-    fn stretches_begin_with_their_start_and_end_before_their_end_and_what_was_undone_counts_once() {
+    fn stretches_begin_with_their_start_and_end_before_their_end() {
         let between = [(10, 30), (40, 50)];
         let mut sorter = Sorter::new(&between);
-        let mut seen = Vec::new();
-        let mut note = |stretch, address| seen.push((stretch, address));
-        for address in [8, 10, 12] {
-            sorter.executed(address, &mut note);
-        }
-        sorter.undone("cpu_io_recompile: rewound execution of TB to 0000000e");
-        sorter.undone("cpu_io_recompile: rewound execution of TB to 0000000c");
-        for address in [12, 40, 30, 32, 40, 50, 10] {
-            sorter.executed(address, &mut note);
-        }
-        sorter.flush(&mut note);
-        assert_eq!(seen, [(0, 10), (0, 12), (0, 40), (1, 40), (0, 10)]);
+        let seen = [8, 10, 12, 40, 30, 32, 40, 50, 10].map(|address| sorter.stretch(address));
+        assert_eq!(seen, [None, Some(0), Some(0), Some(0), None, None, Some(1), None, Some(0)]);
     }
 }

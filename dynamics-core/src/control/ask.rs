@@ -1,0 +1,61 @@
+//! A tick inside a machine that observes the joints and holds the torques.
+
+use super::collision::Protection;
+use super::config::{Configuration, ControllerConfig};
+use super::limits::{LimitFlags, hold_torques};
+use super::{Command, Controller, Fault, Reference};
+use crate::newton_euler::InverseDynamics;
+use crate::scalar::Real;
+use crate::trig::Trig;
+
+/// Inputs of a law in one tick, from the machine around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ask<'a, S, const N: usize> {
+    /// Torque acts for the first time: forget the state before.
+    pub start: bool,
+    /// The reference in force: the host's, or that of a stop.
+    pub reference: &'a Reference<S, N>,
+    /// Whether no limit acts on the reference, as far as the machine has looked.
+    pub inside: bool,
+    /// Joint position that the machine has observed and judged, rad or m.
+    pub q: &'a [S; N],
+    /// Joint velocity, likewise, rad/s or m/s.
+    pub qd: &'a [S; N],
+    /// The torque that has acted since the last tick, N m or N; zero at the start.
+    pub torque: &'a [S; N],
+    /// Limits that acted on it.
+    pub limits: &'a [LimitFlags; N],
+}
+
+impl<S: Real, const N: usize> Ask<'_, S, N> {
+    /// The answer of a controller; its torques are held by the machine.
+    #[inline]
+    pub fn of<D, T, C, P>(self, controller: &mut Controller<S, N, D, T, C, P>) -> Command<S, N>
+    where
+        D: InverseDynamics<S, N>,
+        T: Trig<S>,
+        C: Configuration<S, N>,
+        P: Protection<S, N>,
+    {
+        let (mut torque, mut limits) = ([S::zero(); N], [LimitFlags::NONE; N]);
+        match controller.answer(&self, &mut torque, &mut limits) {
+            Ok(()) => Command::Drive { torque, limits },
+            Err(fault) => Command::Brake(fault),
+        }
+    }
+
+    /// Hold an answer inside the torque limits and near the torque that acts, as the machine does.
+    ///
+    /// # Errors
+    /// [`Fault::NonFiniteTorque`] for a torque that is NaN or infinite.
+    #[inline]
+    pub fn hold(
+        &self,
+        config: &ControllerConfig<S, N>,
+        torque: &mut [S; N],
+        limits: &mut [LimitFlags; N],
+    ) -> Result<(), Fault> {
+        let step = &config.torque_step;
+        hold_torques(torque, limits, &config.limits, self.torque, step, step)
+    }
+}

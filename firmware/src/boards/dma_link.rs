@@ -1,0 +1,164 @@
+//! The link of an STM32F405: USART2 at 1 Mbaud, whose bytes two streams of DMA1 move.
+//!
+//! | stream | does | interrupts |
+//! |---|---|---|
+//! | 5, channel 4 | stores what comes, round and round in a buffer that `serve` reads behind it | at each half of the buffer; USART2 where the line falls idle |
+//! | 6, channel 4 | sends a piece of the queue out | behind each piece |
+//!
+//! Both buffers are zeroed variables, in SRAM1 (`memory.x`), which the DMA reaches. This core has no cache; a barrier stands before each piece
+//! that is handed over.
+//!
+//! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
+
+use super::pac::{DMA1, USART2};
+use core::sync::atomic::{AtomicU8, Ordering, fence};
+use firmware::board::{INCOMING, LinkInput, LinkOutput, OUTGOING};
+use link::{Circular, Filling, Halves, Outgoing, Sending};
+use stm32f4xx_hal::dma::traits::{DMASet, DmaFlagExt as _, PeriAddress as _, Stream as _};
+use stm32f4xx_hal::dma::{
+    DmaChannel, DmaDirection, DmaEvent, MemoryToPeripheral, PeripheralToMemory, Stream5, Stream6, StreamsTuple,
+};
+use stm32f4xx_hal::gpio::{PA2, PA3};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::Rcc;
+use stm32f4xx_hal::serial::config::{Config, DmaConfig};
+use stm32f4xx_hal::serial::{Rx, Tx};
+
+/// One byte of a full buffer is never read: the hardware may be storing it anew. Two, so that there are halves.
+const BUFFER: usize = INCOMING + 2;
+
+static RECEIVED: [AtomicU8; BUFFER] = [const { AtomicU8::new(0) }; BUFFER];
+static HALVES: Halves = Halves::new();
+static TO_SEND: [AtomicU8; OUTGOING] = [const { AtomicU8::new(0) }; OUTGOING];
+
+/// The receiver, and the stream behind it.
+pub struct Input {
+    line: Rx<USART2>,
+    stream: Stream5<DMA1>,
+}
+
+/// Reader of the received bytes.
+pub struct Incoming(Circular<Position, BUFFER>);
+
+/// Where the receiving stream stores.
+struct Position;
+
+/// Queue out.
+pub struct Output(Outgoing<Transmitter, OUTGOING>);
+
+/// The stream before the transmitter.
+struct Transmitter {
+    _line: Tx<USART2>,
+    stream: Stream6<DMA1>,
+}
+
+/// The link on PA2 and PA3, 1 Mbaud. `None` where the clock cannot give this rate; ours can: 42 MHz is 42 times the rate.
+pub fn start(usart: USART2, dma: DMA1, pins: (PA2, PA3), rcc: &mut Rcc) -> Option<(Input, Incoming, Output)> {
+    let config = Config::default().baudrate(1_000_000.bps()).dma(DmaConfig::TxRx);
+    let (transmitter, mut line) = usart.serial(pins, config, rcc).ok()?.split();
+    let StreamsTuple(.., mut storing, mut sending, _) = StreamsTuple::new(dma, rcc);
+    // Both are disabled by the reset, which also leaves bytes as their unit, and no FIFO.
+    belongs::<_, 4, PeripheralToMemory>(&line, &storing);
+    storing.set_channel(DmaChannel::Channel4);
+    storing.set_direction(DmaDirection::PeripheralToMemory);
+    storing.set_peripheral_address(line.address());
+    storing.set_memory_address(RECEIVED.as_ptr().addr() as u32);
+    storing.set_number_of_transfers(BUFFER as u16);
+    storing.set_memory_increment(true);
+    storing.set_circular_mode(true);
+    storing.listen(DmaEvent::HalfTransfer | DmaEvent::TransferComplete);
+    #[allow(unsafe_code, reason = "starts the stream, which writes to memory by itself")]
+    // SAFETY: it writes to `RECEIVED` alone, within its length, which is a static of atomics: valid for ever, and changed by others at any time.
+    unsafe {
+        storing.enable();
+    }
+    line.listen_idle();
+
+    belongs::<_, 4, MemoryToPeripheral>(&transmitter, &sending);
+    sending.set_channel(DmaChannel::Channel4);
+    sending.set_direction(DmaDirection::MemoryToPeripheral);
+    sending.set_peripheral_address(transmitter.address());
+    sending.set_memory_increment(true);
+    // After an error the stream is idle too, and the next piece follows.
+    sending.listen(DmaEvent::TransferComplete | DmaEvent::TransferError);
+    let transmitter = Transmitter { _line: transmitter, stream: sending };
+    Some((
+        Input { line, stream: storing },
+        Incoming(Circular::new(&RECEIVED, Position)),
+        Output(Outgoing::new(&TO_SEND, transmitter)),
+    ))
+}
+
+/// Compiles only where the manual's table joins this stream, this channel and this half of the link.
+fn belongs<STREAM, const CHANNEL: u8, DIRECTION>(_: &impl DMASet<STREAM, CHANNEL, DIRECTION>, _: &STREAM) {}
+
+impl LinkInput for Input {
+    fn received(&mut self) -> bool {
+        // Reading status and data clears the flag, with those of noise and overruns; the packet's check sum finds what they cost. The read of
+        // the data takes no byte from the stream: above the tick this runs well within the 10 us that the next byte needs to come.
+        self.line.clear_idle_interrupt();
+        true
+    }
+
+    fn half_filled(&mut self) {
+        let flags = self.stream.flags();
+        self.stream.clear_flags(flags);
+        HALVES.count(flags.is_half_transfer(), flags.is_transfer_complete());
+    }
+}
+
+impl firmware::board::Incoming for Incoming {
+    fn next(&mut self) -> Option<u8> {
+        self.0.next_byte()
+    }
+
+    fn has_lost(&mut self) -> bool {
+        self.0.has_lost()
+    }
+}
+
+impl Filling for Position {
+    fn position(&self) -> usize {
+        #[allow(unsafe_code, reason = "the stream's owner neither reads this register nor writes to it any more")]
+        // SAFETY: a single volatile read, without a side effect.
+        let left = unsafe { (*DMA1::ptr()).st(5).ndtr().read().ndt().bits() };
+        BUFFER - usize::from(left).min(BUFFER)
+    }
+
+    fn halves(&self) -> u32 {
+        HALVES.so_far()
+    }
+}
+
+impl LinkOutput for Output {
+    fn write(&mut self, bytes: &[u8]) {
+        self.0.write(bytes);
+    }
+
+    fn sent(&mut self) {
+        self.0.advance();
+    }
+}
+
+impl Sending for Transmitter {
+    fn is_idle(&mut self) -> bool {
+        // The stream disables itself behind the last byte, and after an error. The flags must be clear before it is enabled again.
+        let idle = !self.stream.is_enabled();
+        if idle {
+            self.stream.clear_all_flags();
+        }
+        idle
+    }
+
+    fn start(&mut self, piece: &'static [AtomicU8]) {
+        self.stream.set_memory_address(piece.as_ptr().addr() as u32);
+        self.stream.set_number_of_transfers(piece.len() as u16);
+        // The bytes are in memory before the stream reads them.
+        fence(Ordering::SeqCst);
+        #[allow(unsafe_code, reason = "starts the stream, which reads memory by itself")]
+        // SAFETY: it reads this piece alone, which is valid for ever and of atomics; the stream is idle, and all else was set up by `start`.
+        unsafe {
+            self.stream.enable();
+        }
+    }
+}

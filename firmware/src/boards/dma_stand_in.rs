@@ -1,0 +1,118 @@
+//! The boards' link by DMA, in the emulated chip, which has none: a stand-in moves the bytes, so that all else of that way runs in tests and is
+//! counted.
+//!
+//! | of a board | here |
+//! |---|---|
+//! | the receiving stream | the receiver's interrupt, a byte at a time |
+//! | the idle line | a zero, which ends a packet |
+//! | the sending stream | [`transmit`], all at once |
+//!
+//! What these three take is no part of the link's cost.
+
+use super::pac::{Interrupt, USART2};
+use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering, fence};
+use firmware::board::{INCOMING, LinkInput, LinkOutput, OUTGOING};
+use link::{Circular, Filling, Halves, Outgoing, Sending};
+
+const BUFFER: usize = INCOMING + 2;
+
+static RECEIVED: [AtomicU8; BUFFER] = [const { AtomicU8::new(0) }; BUFFER];
+static POSITION: AtomicUsize = AtomicUsize::new(0);
+static HALVES: Halves = Halves::new();
+static TO_SEND: [AtomicU8; OUTGOING] = [const { AtomicU8::new(0) }; OUTGOING];
+
+/// The receiver and the stream behind it.
+pub struct Input;
+
+/// Reader of the received bytes.
+pub struct Incoming(Circular<Position, BUFFER>);
+
+/// Where the stream stores.
+struct Position;
+
+/// Queue out.
+pub struct Output(Outgoing<Transmitter, OUTGOING>);
+
+/// The stream before the transmitter.
+struct Transmitter(USART2);
+
+/// The link on a USART that is set up. Always there; a board's may not be.
+#[allow(clippy::unnecessary_wraps, reason = "as on a board")]
+pub fn start(usart: USART2) -> Option<(Input, Incoming, Output)> {
+    let outgoing = Outgoing::new(&TO_SEND, Transmitter(usart));
+    Some((Input, Incoming(Circular::new(&RECEIVED, Position)), Output(outgoing)))
+}
+
+impl LinkInput for Input {
+    fn received(&mut self) -> bool {
+        #[allow(unsafe_code, reason = "the receiver's register; the transmitter's owner does not read it")]
+        // SAFETY: a single volatile read of the data register, which nothing else reads.
+        let byte = unsafe { (*USART2::ptr()).dr().read().dr().bits() } as u8;
+        let at = POSITION.load(Ordering::Relaxed);
+        if let Some(place) = RECEIVED.get(at) {
+            place.store(byte, Ordering::Relaxed);
+        }
+        POSITION.store(if at + 1 == BUFFER { 0 } else { at + 1 }, Ordering::Relaxed);
+        if at + 1 == BUFFER || at + 1 == BUFFER / 2 {
+            rtic::pend(Interrupt::DMA1_STREAM5);
+        }
+        byte == 0
+    }
+
+    fn half_filled(&mut self) {
+        // A stream's flags would say which.
+        let first = POSITION.load(Ordering::Relaxed) >= BUFFER / 2;
+        HALVES.count(first, !first);
+    }
+}
+
+impl firmware::board::Incoming for Incoming {
+    fn next(&mut self) -> Option<u8> {
+        self.0.next_byte()
+    }
+
+    fn has_lost(&mut self) -> bool {
+        self.0.has_lost()
+    }
+}
+
+impl Filling for Position {
+    fn position(&self) -> usize {
+        POSITION.load(Ordering::Relaxed)
+    }
+
+    fn halves(&self) -> u32 {
+        HALVES.so_far()
+    }
+}
+
+impl LinkOutput for Output {
+    fn write(&mut self, bytes: &[u8]) {
+        self.0.write(bytes);
+    }
+
+    fn sent(&mut self) {
+        self.0.advance();
+    }
+}
+
+impl Sending for Transmitter {
+    fn is_idle(&mut self) -> bool {
+        // As a stream's register would be read.
+        self.0.cr3().read().dmat().is_disabled()
+    }
+
+    fn start(&mut self, piece: &'static [AtomicU8]) {
+        fence(Ordering::SeqCst);
+        transmit(&self.0, piece);
+        rtic::pend(Interrupt::DMA1_STREAM6);
+    }
+}
+
+/// The hardware's work. A function of its own, so that a count can leave it out by its name.
+#[inline(never)]
+fn transmit(usart: &USART2, piece: &[AtomicU8]) {
+    for byte in piece {
+        usart.dr().write(|w| w.dr().set(u16::from(byte.load(Ordering::Relaxed))));
+    }
+}
