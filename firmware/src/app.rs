@@ -55,6 +55,7 @@ fn hello() -> Hello {
 mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
+    use core::mem::MaybeUninit;
     use firmware::board::{BoardLines, Incoming, LinkInput, LinkOutput, Nonces, Parts, Ticker};
     use firmware::joint_io::{JointIo, higher};
     use link::{Access, BoardChannel, DecodeError, Frame, Pacing, Received};
@@ -65,15 +66,16 @@ mod rtos {
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
 
     type ArmBuffers = Buffers<{ arm::N }>;
+    type ArmJoints = <ThisBoard as Board<{ arm::N }>>::Joints;
     type ArmSession =
         Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Tuning, arm::Protection, &'static mut ArmBuffers>;
 
     /// What tick and link share. One resource: each lock of its own costs the tick a dozen instructions.
     #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]
     pub struct Control {
-        session: ArmSession,
+        session: &'static mut ArmSession,
         ticker: <ThisBoard as Board<{ arm::N }>>::Ticker,
-        joints: <ThisBoard as Board<{ arm::N }>>::Joints,
+        joints: &'static mut ArmJoints,
     }
 
     #[shared]
@@ -88,32 +90,59 @@ mod rtos {
     #[local]
     struct Local {
         incoming: <ThisBoard as Board<{ arm::N }>>::Incoming,
-        channel: BoardChannel,
+        channel: &'static mut BoardChannel,
         nonces: <ThisBoard as Board<{ arm::N }>>::Nonces,
         meter: Meter<<ThisBoard as Board<{ arm::N }>>::Counter>,
         lines: <ThisBoard as Board<{ arm::N }>>::Lines,
     }
 
-    #[init(local = [buffers: ArmBuffers = Buffers::new()])]
+    /// Places of what is too large for the stack.
+    #[allow(unreachable_pub, reason = "the application hands it to its tasks in types that are public")]
+    pub struct Places {
+        buffers: ArmBuffers,
+        session: MaybeUninit<ArmSession>,
+        joints: MaybeUninit<ArmJoints>,
+        channel: MaybeUninit<BoardChannel>,
+    }
+
+    impl Places {
+        const EMPTY: Self = Self {
+            buffers: Buffers::new(),
+            session: MaybeUninit::uninit(),
+            joints: MaybeUninit::uninit(),
+            channel: MaybeUninit::uninit(),
+        };
+    }
+
+    #[init(local = [places: Places = Places::EMPTY])]
     fn init(cx: init::Context) -> (Shared, Local) {
+        let all = set_up(cx.local.places, boards::Chip { device: cx.device, core: cx.core });
+        // Its first run sends the hello. Frames sent by a host earlier may meet a receiver that is still off.
+        rtic::pend(Interrupt::EXTI0);
+        all
+    }
+
+    /// Start the board, and put everything in its place. Interrupts begin at the end of `init`, above its frame: the frame of this
+    /// function has left the stack by then.
+    #[inline(never)]
+    fn set_up(places: &'static mut Places, chip: boards::Chip) -> (Shared, Local) {
+        let Places { buffers, session, joints: joints_place, channel } = places;
         let Parts { input, incoming, output, ticker, counter, lines, joints, nonces } =
-            <ThisBoard as Board<{ arm::N }>>::start(boards::Chip { device: cx.device, core: cx.core }, arm::RATE_HZ);
+            <ThisBoard as Board<{ arm::N }>>::start(chip, arm::RATE_HZ);
         let meter = Meter::new(counter);
         defmt::info!("{} on {}: {} joints, {} Hz", arm::NAME, BOARD, arm::N, arm::RATE_HZ);
         if !meter.is_exact() {
             defmt::warn!("no exact counter: the cost of a tick is not reported");
         }
-        // Its first run sends the hello. Frames sent by a host earlier may meet a receiver that is still off.
-        rtic::pend(Interrupt::EXTI0);
-        let session = Session::with_buffers(super::hello(), arm::controller(), arm::Settings, cx.local.buffers);
         let access = crate::key::access();
         match access {
             Access::Key(_) => {}
             Access::NoKey => defmt::warn!("no link key: the bench alone; `cargo xtask firmware key`"),
             Access::Insecure => defmt::warn!("built without a link key: anybody on the wire can drive"),
         }
-        let channel = BoardChannel::new(access);
-        let control = Control { session, ticker, joints };
+        let session = session.write(Session::with_buffers(super::hello(), arm::controller(), arm::Settings, buffers));
+        let control = Control { session, ticker, joints: joints_place.write(joints) };
+        let channel = channel.write(BoardChannel::new(access));
         (Shared { control, input, output }, Local { incoming, channel, nonces, meter, lines })
     }
 
@@ -175,22 +204,42 @@ mod rtos {
     fn serve(mut cx: serve::Context) {
         let serve::LocalResources { incoming, channel, nonces, announced, .. } = cx.local;
         let output = cx.shared.output;
-        let own = super::hello();
         if !core::mem::replace(announced, true) {
-            send(channel, output, &Frame::Hello(own));
+            greet(channel, output);
         }
         report(&mut cx.shared.control, channel, output);
         if incoming.has_lost() {
             defmt::warn!("bytes lost: the link is faster than they are read");
         }
-        while let Some(byte) = incoming.next() {
-            let received = channel.push(byte, &own, &mut || nonces.next(), &mut |bytes| output.write(bytes));
-            let Some(received) = received else { continue };
-            react(&mut cx.shared.control, received, channel, output);
-        }
+        listen(&mut cx.shared.control, incoming, nonces, channel, output);
         if cx.shared.control.lock(|control| control.session.dumps()) {
             rtic::pend(Interrupt::EXTI0);
         }
+    }
+
+    /// Take the received frames. Not part of `serve`, where its frame would lie below that of [`report`].
+    #[inline(never)]
+    fn listen(
+        control: &mut impl rtic::Mutex<T = Control>,
+        incoming: &mut <ThisBoard as Board<{ arm::N }>>::Incoming,
+        nonces: &mut <ThisBoard as Board<{ arm::N }>>::Nonces,
+        channel: &mut BoardChannel,
+        output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
+    ) {
+        let own = super::hello();
+        while let Some(byte) = incoming.next() {
+            let received = channel.push(byte, &own, &mut || nonces.next(), &mut |bytes| output.write(bytes));
+            if received.is_some() {
+                let outcome = take(control, received);
+                react(control, outcome, channel, output);
+            }
+        }
+    }
+
+    /// Send the board's hello.
+    #[inline(never)]
+    fn greet(channel: &mut BoardChannel, output: &mut <ThisBoard as Board<{ arm::N }>>::Output) {
+        send(channel, output, &Frame::Hello(super::hello()));
     }
 
     /// Send the session's reports.
@@ -214,14 +263,13 @@ mod rtos {
         }
     }
 
-    /// Take a frame, and do what it asks for.
+    /// Take a frame, or the error in its place.
     #[inline(never)]
-    fn react(
+    fn take(
         control: &mut impl rtic::Mutex<T = Control>,
-        received: Result<Received, DecodeError>,
-        channel: &mut BoardChannel,
-        output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
-    ) {
+        received: Option<Result<Received, DecodeError>>,
+    ) -> Outcome {
+        let Some(received) = received else { return Outcome::None };
         if let Err(error) = &received {
             defmt::warn!("not decoded: {}", error);
         }
@@ -230,13 +278,22 @@ mod rtos {
         if message.goes_on() {
             message.find_way(control.lock(|control| control.session.way_from()));
         }
-        let mut outcome = control.lock(|control| control.session.take(&message));
-        if let Outcome::Hello(theirs) = &outcome {
-            // In parts, each under a lock of its own: a tick in between finds no session, and does the safe action.
-            control.lock(|control| control.session.forget_controller());
-            control.lock(|control| control.session.forget_arm());
-            outcome = control.lock(|control| control.session.begin(theirs));
-        }
+        let outcome = control.lock(|control| control.session.take(&message));
+        let Outcome::Hello(theirs) = &outcome else { return outcome };
+        // In parts, each under a lock of its own: a tick in between finds no session, and does the safe action.
+        control.lock(|control| control.session.forget_controller());
+        control.lock(|control| control.session.forget_arm());
+        control.lock(|control| control.session.begin(theirs))
+    }
+
+    /// Do what a frame asks for.
+    #[inline(never)]
+    fn react(
+        control: &mut impl rtic::Mutex<T = Control>,
+        outcome: Outcome,
+        channel: &mut BoardChannel,
+        output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
+    ) {
         match outcome.reaction() {
             Reaction::None => {}
             Reaction::Tick => control.lock(|control| control.ticker.trigger()),

@@ -72,9 +72,10 @@ fn a_kernel_placed_in_sram_is_there_and_gives_the_bits_of_the_one_in_flash() {
 
     let (in_flash, in_sram) = (run(&paths[0], &flash), run(&paths[1], &sram));
     assert!(in_flash.iter().zip(&in_sram).all(|(a, b)| a.0 == b.0));
-    // Each kernel takes the same number of instructions in every tick. A called kernel takes more than an inlined one.
+    // Each kernel takes the same number of instructions in every tick. A called kernel takes more than an inlined one: its
+    // arguments and its torque go by memory.
     let [(_, count), (_, called)] = [in_flash[0], in_sram[0]];
     assert!(in_flash.iter().all(|tick| tick.1 == count) && in_sram.iter().all(|tick| tick.1 == called));
     println!("{count} instructions in flash, {called} in SRAM");
-    assert!((count + 5..count + 60).contains(&called));
+    assert!((count + 40..count + 150).contains(&called));
 }

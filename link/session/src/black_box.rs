@@ -109,8 +109,9 @@ pub enum Report<const N: usize> {
 }
 
 impl<const N: usize> Report<N> {
-    /// Frame of this report.
+    /// Frame of this report. A function of its own on a chip: what it moves is off the stack when the frame is packed.
     #[must_use]
+    #[inline(never)]
     pub fn frame(self) -> Frame {
         match self {
             Self::Answer(frame) => frame,

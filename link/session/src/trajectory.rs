@@ -35,17 +35,24 @@ pub enum NotTaken {
     Running,
 }
 
-/// A way between two points.
+/// A way between two points. Its end is the start of the next way, or the last point of the trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Way<const N: usize> {
-    /// Coefficients of each power of `s`.
-    coefficients: [[f32; N]; 6],
+    start: Reference<f32, N>,
+    /// Coefficients of `s^3`, `s^4` and `s^5`; those below are the start, scaled.
+    upper: [[f32; N]; 3],
     /// `1 / T`.
     per_tick: f32,
+    /// `D`, s.
+    duration: f32,
     /// `1 / D`, 1/s.
     rate: f32,
     ticks: u16,
-    end: Reference<f32, N>,
+}
+
+/// What the acceleration in `s` of a way of so many seconds is to be multiplied by to be the coefficient of `s^2`.
+fn square(duration: f32) -> f32 {
+    0.5 * duration * duration
 }
 
 impl<const N: usize> Way<N> {
@@ -56,48 +63,53 @@ impl<const N: usize> Way<N> {
         let ticks = ticks.max(1);
         let per_tick = 1.0 / f32::from(ticks);
         let duration = f32::from(ticks) * period;
-        let mut coefficients = [[0.0; N]; 6];
+        let square = square(duration);
+        let mut upper = [[0.0; N]; 3];
         let mut sum = 0.0;
         for i in 0..N {
             let d = end.q[i] - start.q[i];
             let (v0, v1) = (start.qd[i] * duration, end.qd[i] * duration);
-            let square = 0.5 * duration * duration;
             let (a0, a1) = (start.qdd[i] * square, end.qdd[i] * square);
             let all = [
-                start.q[i],
-                v0,
-                a0,
                 10.0 * d - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1,
                 -15.0 * d + 8.0 * v0 + 7.0 * v1 + 3.0 * a0 - 2.0 * a1,
                 6.0 * d - 3.0 * v0 - 3.0 * v1 - a0 + a1,
             ];
             for (power, c) in all.into_iter().enumerate() {
-                coefficients[power][i] = c;
+                upper[power][i] = c;
                 // An infinite or NaN coefficient makes the sum NaN.
                 sum += 0.0 * c;
             }
-            sum += 0.0 * (end.qd[i] + end.qdd[i]);
+            sum += 0.0 * (start.q[i] + v0 + a0 + end.qd[i] + end.qdd[i]);
         }
         let rate = 1.0 / duration;
-        (sum == 0.0 && rate.is_finite()).then_some(Self { coefficients, per_tick, rate, ticks, end: *end })
+        (sum == 0.0 && rate.is_finite()).then_some(Self {
+            start: *start,
+            upper,
+            per_tick,
+            duration,
+            rate,
+            ticks,
+        })
     }
 
     /// The reference `k` ticks behind the start: the polynomial and its derivatives by three synthetic divisions by `s - k / T`, whose
     /// remainders are `q`, `dq/ds` and half of `d2q/ds2`.
     ///
-    /// Cost: 14 products and 12 sums a joint. Differences from tick to tick would do with 12 sums, but the 15 numbers that they
+    /// Cost: 16 products and 12 sums a joint. Differences from tick to tick would do with 12 sums, but the 15 numbers that they
     /// load and store take longer than products, and their rounding adds up over a way.
     #[inline]
     fn at(&self, k: u16, reference: &mut Reference<f32, N>) {
-        let [c0, c1, c2, c3, c4, c5] = &self.coefficients;
-        let s = f32::from(k) * self.per_tick;
-        let (rate, twice_square) = (self.rate, 2.0 * self.rate * self.rate);
+        let Self { start, upper: [c3, c4, c5], per_tick, duration, rate, .. } = self;
+        let s = f32::from(k) * per_tick;
+        let square = square(*duration);
+        let twice_square = 2.0 * rate * rate;
         for i in 0..N {
             let b4 = c4[i] + s * c5[i];
             let b3 = c3[i] + s * b4;
-            let b2 = c2[i] + s * b3;
-            let b1 = c1[i] + s * b2;
-            reference.q[i] = c0[i] + s * b1;
+            let b2 = start.qdd[i] * square + s * b3;
+            let b1 = start.qd[i] * duration + s * b2;
+            reference.q[i] = start.q[i] + s * b1;
             let d4 = b4 + s * c5[i];
             let d3 = b3 + s * d4;
             let d2 = b2 + s * d3;
@@ -164,7 +176,7 @@ impl<const N: usize> Trajectory<N> {
     /// [`NotTaken`]; nothing is changed.
     pub fn push(&mut self, ticks: u16, period: f32, point: &Reference<f32, N>) -> Result<(), NotTaken> {
         let way = self.last.as_ref().and_then(|last| Way::new(last, point, ticks, period));
-        self.add(way.as_ref())
+        self.add(way.as_ref(), point)
     }
 
     /// The point that was taken last: the start of the next way.
@@ -173,11 +185,11 @@ impl<const N: usize> Trajectory<N> {
         self.last.as_ref()
     }
 
-    /// Take the next point by the way to it from [`Trajectory::last`]; `None` is one that is not finite.
+    /// Take the next point, and the way to it from [`Trajectory::last`]; `None` is one that is not finite.
     ///
     /// # Errors
     /// [`NotTaken`]; nothing is changed.
-    pub fn add(&mut self, way: Option<&Way<N>>) -> Result<(), NotTaken> {
+    pub fn add(&mut self, way: Option<&Way<N>>, point: &Reference<f32, N>) -> Result<(), NotTaken> {
         if self.last.is_none() {
             return Err(NotTaken::NoStart);
         }
@@ -185,8 +197,9 @@ impl<const N: usize> Trajectory<N> {
             return Err(NotTaken::Full);
         }
         let way = way.ok_or(NotTaken::NonFinite)?;
-        self.last = Some(way.end);
-        self.ways.push_back(*way).map_err(|_| NotTaken::Full)
+        self.ways.push_back(*way).map_err(|_| NotTaken::Full)?;
+        self.last = Some(*point);
+        Ok(())
     }
 
     /// Go on by one tick, from the reference of the last to that of the next.
@@ -207,9 +220,11 @@ impl<const N: usize> Trajectory<N> {
         if self.k < way.ticks {
             way.at(self.k, now);
         } else {
-            *now = way.end;
             self.k = 0;
             self.ways.pop_front();
+            if let Some(end) = self.ways.front().map(|next| &next.start).or(self.last.as_ref()) {
+                *now = *end;
+            }
         }
     }
 }

@@ -85,9 +85,7 @@ impl BoardChannel {
             (Frame::Join(theirs), _) => self.challenge(own, theirs, nonce, write),
             (Frame::Proof(proof), Access::Key(key)) if !sealed => self.check(proof, Key::new(*key), write),
             (_, Access::Key(_)) if !sealed => self.refuse(write),
-            (Frame::Hello(hello), Access::NoKey) if hello.pacing.is_supervised() => {
-                self.answer(&Frame::Refusal(Refusal::NoKey), write);
-            }
+            (Frame::Hello(hello), Access::NoKey) if hello.pacing.is_supervised() => self.miss_key(write),
             _ => return Some(Ok(received)),
         }
         None
@@ -128,6 +126,13 @@ impl BoardChannel {
     fn refuse(&mut self, write: Write<'_>) {
         self.refused = self.refused.saturating_add(1);
         self.send(&Frame::Refusal(Refusal::Unauthentic { count: self.refused }), write);
+    }
+
+    /// Refuse to drive without a key.
+    #[cold]
+    #[inline(never)]
+    fn miss_key(&mut self, write: Write<'_>) {
+        self.answer(&Frame::Refusal(Refusal::NoKey), write);
     }
 
     /// Answer somebody who has no part in a session.

@@ -24,10 +24,16 @@ use std::process::ChildStderr;
 /// A program that cannot be read, an unusable chip, or an incomplete trace.
 pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) -> Result<Traced, Failure> {
     let program = program::read(elf)?;
+    let stack = program.stack().map_err(|error| Failure::Program { path: elf.to_owned(), why: error.to_string() })?;
+    let open = stack.open;
     let (found, carried) = follow(scene, elf, motion, move |log| {
         let mut watch = Watch::new(&program);
         steps::read(log, |event| watch.event(event)).map(|()| watch.found)
     })?;
+    if u64::from(found.below_interrupts) > open {
+        let deep = found.below_interrupts;
+        return Err(Failure::NotSeen(format!("at most {open} bytes of stack below unmasked interrupts: it has {deep}")));
+    }
     found.sum_up(carried.to_chip, carried.from_chip, (supervised::TICKS_BEFORE + motion.len()) as u64)
 }
 
@@ -93,6 +99,8 @@ struct Found {
     tick: Served,
     serve: Served,
     masked: u64,
+    /// Most bytes of the stack outside of interrupts while these are not masked: what [`chip_image::Stack::open`] bounds.
+    below_interrupts: u32,
     /// Estimates of the completed ticks.
     estimates: Vec<Estimate>,
 }
@@ -137,6 +145,8 @@ struct Watch<'a> {
     estimator: Estimator<'a>,
     mask: Mask,
     priorities: BTreeMap<u16, u8>,
+    /// Where the stack begins.
+    top: u32,
     /// Instructions since the tick's interrupt was masked.
     masked: u64,
     /// The exception of the instruction before.
@@ -150,6 +160,7 @@ impl<'a> Watch<'a> {
     fn new(program: &'a Program) -> Self {
         Self {
             program,
+            top: program.stack_top().unwrap_or_default(),
             estimator: Estimator::new(program, Memory::new(Placement::ByAddress)),
             mask: Mask::default(),
             priorities: BTreeMap::new(),
@@ -176,6 +187,7 @@ impl<'a> Watch<'a> {
             _ => {}
         }
         self.estimate(step);
+        self.measure_stack(step);
         self.hold_off(step);
         self.before = step.exception;
     }
@@ -196,20 +208,28 @@ impl<'a> Watch<'a> {
         self.estimator.execute_with(step.address, &step.registers);
     }
 
+    /// Nothing counts before priorities are set: no interrupt can come by then. The lowest priority waits for PRIMASK alone.
+    fn measure_stack(&mut self, step: &Step) {
+        const SP: usize = 13;
+        if step.exception == 0 && !self.priorities.is_empty() && !self.mask.holds_off(u8::MAX) {
+            let used = self.top.saturating_sub(step.registers[SP]);
+            self.found.below_interrupts = self.found.below_interrupts.max(used);
+        }
+    }
+
     /// Counts the instructions for which the tick must wait for a mask. Not counted are those of the tick itself, those of
     /// more urgent interrupts, which are counted separately, and those before the first interrupt, when no timer runs.
     fn hold_off(&mut self, step: &Step) {
         let priority = |exception| self.priorities.get(&exception).copied();
-        let Some(own) = priority(TICK) else { return };
-        let less_urgent = priority(step.exception).is_some_and(|other| other > own);
-        if less_urgent && self.mask.holds_off(own) {
+        let held_off = |mask: Mask| priority(TICK).is_some_and(|own| mask.holds_off(own));
+        if priority(step.exception) > priority(TICK) && held_off(self.mask) {
             self.masked += 1;
             self.found.masked = self.found.masked.max(self.masked);
         }
         if let Some(instruction) = self.program.decode(step.address) {
             self.mask = self.mask.after(&instruction, &step.registers);
         }
-        if !self.mask.holds_off(own) {
+        if !held_off(self.mask) {
             self.masked = 0;
         }
     }
@@ -227,7 +247,7 @@ fn add(sum: &mut Estimate, part: Estimate) {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 
-    use super::{BYTE, Found, SERVE, Served, Step, TICK, Watch};
+    use super::{BYTE, Found, SERVE, Served, Step, TICK, TICKS_BEFORE, Watch};
     use chip_image::Program;
     use chip_image::cycles::steps::Event;
 
@@ -281,14 +301,22 @@ mod tests {
 
     #[test]
     fn a_trace_that_lacks_a_tick_or_a_byte_is_refused() {
-        let twice = [straight(TICK), vec![(SERVE, 0)], straight(TICK), vec![(SERVE, 2), (BYTE, 0)]].concat();
-        let found = watched(&twice);
-        assert_eq!(found.clone().sum_up(1, 3, 2).unwrap().link_byte, 1);
-        for (bytes, ticks, what) in [(1, 3, "3 ticks"), (2, 2, "2 received bytes")] {
-            let why = found.clone().sum_up(bytes, 3, ticks).unwrap_err().to_string();
-            assert!(why.starts_with(what), "{why}");
+        let ticks = |count: u64| {
+            let mut steps: Vec<_> = (0..count).flat_map(|_| [straight(TICK), vec![(SERVE, 0)]].concat()).collect();
+            steps.extend([(SERVE, 2), (BYTE, 0)]);
+            watched(&steps)
+        };
+        // Homing's ticks, and those that find empty caches, are left out: one behind them is enough.
+        let needed = TICKS_BEFORE as u64 + 2;
+        let found = ticks(needed);
+        let all = found.byte.total + found.serve.total;
+        assert_eq!(found.clone().sum_up(1, 3, needed).unwrap().link_byte, all.div_ceil(4));
+        for (bytes, count, what) in [(1, needed + 1, "ticks"), (2, needed, "2 received bytes")] {
+            let why = found.clone().sum_up(bytes, 3, count).unwrap_err().to_string();
+            assert!(why.contains(what), "{why}");
         }
-        assert!(watched(&straight(TICK)).sum_up(0, 0, 1).is_err(), "one tick is the one that is left out");
+        let short = ticks(needed - 1);
+        assert!(short.sum_up(1, 3, needed - 1).is_err(), "no tick is left over behind those that are left out");
     }
 
     #[test]

@@ -183,13 +183,19 @@ impl Program {
         self.vectors.get(exception).filter(|at| **at != 0).map(|at| at & !1)
     }
 
+    /// Where the stack begins, from which it grows down: the first word of the vector table.
+    #[must_use]
+    pub fn stack_top(&self) -> Option<u32> {
+        self.vectors.first().copied()
+    }
+
     /// RAM free for the stack, from its top down to the nearest variables, or to the beginning of RAM where the variables
     /// lie above the stack.
     ///
     /// # Errors
     /// No vector table, whose first word is the stack's top; or no room below that.
     pub fn stack_room(&self) -> Result<Range<u32>, ImageError> {
-        let top = *self.vectors.first().ok_or(ImageError::NoVectors)?;
+        let top = self.stack_top().ok_or(ImageError::NoVectors)?;
         room_below(top, &self.variables).ok_or(ImageError::NoStack(top))
     }
 

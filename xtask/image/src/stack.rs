@@ -4,8 +4,9 @@
 //! added the deepest of the functions that it calls or jumps to. A call through a register may go to every function whose
 //! address the program holds as a number. Recursive functions are counted once each and listed by name; the reader must
 //! know from elsewhere that they do not recurse deeper. Each interrupt handler can lie on top of all others, with the
-//! registers that the core saves on entry, because an interrupt waits while it is served. A hard fault is not part of the
-//! sum: nothing runs after it.
+//! registers that the core saves on entry, because an interrupt waits while it is served. They lie on top of what the start
+//! has on the stack once interrupts are unmasked ([`Stack::open`]). A hard fault is not part of the sum: nothing runs
+//! after it.
 
 use crate::decode::Effect;
 use crate::elf::{ImageError, Program};
@@ -30,6 +31,10 @@ pub struct Depth {
 pub struct Stack {
     /// By entry: the program's start first, then each handler.
     pub entries: Vec<Depth>,
+    /// Bytes below the start while interrupts are not masked. All of them, unless `main` masks interrupts and one function
+    /// that it calls unmasks them, as RTIC's does behind its `init`. Whatever that function calls before is taken to leave
+    /// the mask as it found it, as critical sections do; a trace of the emulated chip checks it.
+    pub open: u64,
     /// Recursive functions, counted once each.
     pub recursive: Vec<String>,
     /// Functions with calls through a register. Such a call may go to any function whose address is a number in the
@@ -40,10 +45,12 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// Bytes with all handlers on top of each other.
+    /// Bytes: all of the start, or what it has left when interrupts come and all handlers on top of each other.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.entries.iter().map(|entry| entry.bytes).sum()
+        let [start, handlers @ ..] = self.entries.as_slice() else { return 0 };
+        let handlers: u64 = handlers.iter().map(|entry| entry.bytes).sum();
+        start.bytes.max(self.open + handlers)
     }
 }
 
@@ -141,6 +148,7 @@ impl Program {
             stack.recursive.push(self.name_of(*at));
         }
         stack.entries.push(Depth { name: self.name_of(start), bytes: graph.depth(start) });
+        stack.open = self.open(start, &mut graph);
         for at in handlers {
             stack.entries.push(Depth { name: self.name_of(at), bytes: EXCEPTION_FRAME + graph.depth(at) });
         }
@@ -194,6 +202,52 @@ impl Program {
         Ok(taken)
     }
 
+    /// Depth below the start while interrupts are not masked: see [`Stack::open`].
+    fn open(&self, start: u32, graph: &mut Graph) -> u64 {
+        let callees = |of: u32| graph.nodes.get(&of).into_iter().flat_map(|node| &node.calls).copied();
+        let masks = |at: &u32| self.change_of_mask(*at, true).is_some() && self.change_of_mask(*at, false).is_none();
+        let mut unmask = Vec::new();
+        for main in callees(start).filter(masks) {
+            let openers: Vec<_> = callees(main).filter_map(|at| Some((at, self.change_of_mask(at, false)?))).collect();
+            // Nothing may run in `main` behind the function that unmasks.
+            let rest = callees(main).filter(|at| openers.iter().all(|(opener, _)| opener != at));
+            if !openers.is_empty() && rest.count() == 0 {
+                unmask.extend(openers.into_iter().map(|(opener, from)| (main, opener, from)));
+            }
+        }
+        let frame = |graph: &Graph, at: u32| graph.nodes.get(&at).map_or(0, |node| node.frame);
+        let [(main, opener, from)] = unmask[..] else { return graph.depth(start) };
+        let Ok(range) = self.range(opener) else { return graph.depth(start) };
+        let behind = self.references(self.back(range.clone(), from)..range.end);
+        if behind.indirect > 0 || behind.onward > 0 {
+            return graph.depth(start);
+        }
+        let goals: BTreeSet<u32> =
+            behind.jumps.into_iter().filter_map(|goal| self.containing(goal)).filter(|at| *at != opener).collect();
+        let below = goals.into_iter().map(|at| graph.depth(at)).max().unwrap_or(0);
+        frame(graph, start) + frame(graph, main) + frame(graph, opener) + below
+    }
+
+    /// Where a function first masks or unmasks all interrupts by an instruction of its own.
+    fn change_of_mask(&self, function: u32, masks: bool) -> Option<u32> {
+        let range = self.range(function).ok()?;
+        self.instructions(range).find(|found| found.effect == Effect::Mask(masks)).map(|found| found.address)
+    }
+
+    /// The lowest address of a function that can run behind an instruction of it: its own, or where a jump from behind leads back.
+    fn back(&self, range: Range<u32>, mut from: u32) -> u32 {
+        loop {
+            let goals = self.instructions(from..range.end).filter_map(|found| match found.effect {
+                Effect::Jump(goal) if range.contains(&goal) && goal < from => Some(goal),
+                _ => None,
+            });
+            match goals.min() {
+                Some(goal) => from = goal,
+                None => return from,
+            }
+        }
+    }
+
     fn name_of(&self, at: u32) -> String {
         self.functions.get(&at).map_or_else(|| format!("{at:#x}"), |(name, _)| name.clone())
     }
@@ -201,6 +255,8 @@ impl Program {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
     use super::{Graph, Node, Program, Taken};
 
     fn graph(nodes: &[(u32, u64, &[u32])]) -> Graph {
@@ -251,5 +307,50 @@ mod tests {
         for code in [&[0xebad, 0x0d00][..], &[0x46a5], &[0xf380, 0x8808]] {
             assert_eq!(taken(code), Taken { bytes: 0, unknown: true }, "{code:x?}");
         }
+    }
+
+    /// A start, a `main` that masks interrupts, a function that unmasks them, and what that calls before (144 bytes) and behind (36).
+    fn started(main: [u16; 6], opener: [u16; 8]) -> Program {
+        let code: Vec<u16> = [
+            &[0xf000, 0xf802, 0xe7fe, 0xbf00][..],         // 0: bl 8; b .
+            &main,                                         // 8: frame 8
+            &opener,                                       // 20: frame 24
+            &[0xb0a4, 0xb024, 0x4770, 0xbf00],             // 36: sub sp, #144; add sp, #144; bx lr
+            &[0xe92d, 0x4ff0, 0xe8bd, 0x8ff0],             // 44: push.w {r4-r11, lr}; pop.w
+        ]
+        .concat();
+        let mut program = Program::from_halves(0, &code);
+        for (at, size) in [(0, 8), (8, 12), (20, 16), (36, 8), (44, 8)] {
+            program.functions.insert(at, (format!("at {at}"), size));
+        }
+        program.vectors = vec![0x2000_0400, 1, 0, 0, 45];
+        program
+    }
+
+    /// push {r7, lr}; cpsid i; bl 20; b . and nop.
+    const MAIN: [u16; 6] = [0xb580, 0xb672, 0xf000, 0xf802, 0xe7fe, 0xbf00];
+    /// push {r4, lr}; sub sp, #16; bl 36; cpsie i; bl 44; b to the end.
+    const OPENER: [u16; 8] = [0xb510, 0xb084, 0xf000, 0xf804, 0xb662, 0xf000, 0xf805, 0xbd10];
+
+    #[test]
+    fn handlers_lie_on_what_the_start_has_left_when_interrupts_are_unmasked() {
+        let bound = |main, opener| {
+            let stack = started(main, opener).stack().unwrap();
+            (stack.entries[0].bytes, stack.open, stack.bytes())
+        };
+        let handler = super::EXCEPTION_FRAME + 36;
+        // 8 of main, 24 of the opener; 144 below it before, 36 behind.
+        assert_eq!(bound(MAIN, OPENER), (176, 68, 68 + handler));
+        // A jump from behind to the call before: bl 36 runs again, now with interrupts.
+        let mut again = OPENER;
+        again[7] = 0xe7f9;
+        assert_eq!(bound(MAIN, again), (176, 176, 176 + handler));
+        // Nothing masks, or nothing unmasks: nothing is known.
+        let mut main = MAIN;
+        main[1] = 0xbf00;
+        assert_eq!(bound(main, OPENER), (176, 176, 176 + handler));
+        let mut opener = OPENER;
+        opener[4] = 0xbf00;
+        assert_eq!(bound(MAIN, opener), (176, 176, 176 + handler));
     }
 }

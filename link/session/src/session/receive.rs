@@ -197,7 +197,7 @@ where
         let Buffers { trajectory, .. } = self.buffers.borrow_mut();
         match ticks {
             0 => self.supervisor.start(trajectory, point)?,
-            _ => trajectory.add(way)?,
+            _ => trajectory.add(way, point)?,
         }
         Ok(Outcome::None)
     }
