@@ -70,7 +70,7 @@ pub(super) const GENERATED: [(Task, &str, &str); 4] = [
     (Task::Forward, "forward", "-DFORWARD"),
 ];
 
-/// The newest clang of Debian's stable release before this one: its code is better than that of the release's own.
+/// Compiler and package of the chip's builds: the newest clang of Debian's stable release before this one: its code is better than that of the release's own.
 pub(super) const CLANG: &str = "clang-19";
 
 /// Name of a build, C compiler, C++ compiler, options.

@@ -1,5 +1,6 @@
 //! Installation of the missing peers.
 
+use super::contestants::CLANG;
 use super::{folder, source};
 use crate::process::{output, run, which};
 use crate::setup;
@@ -24,6 +25,7 @@ fn debian() -> Result<()> {
     let wanted = [
         (program("g++"), "g++"),
         (program("clang++"), "clang"),
+        (program(CLANG), CLANG),
         (Path::new("/usr/include/kdl/chain.hpp").exists(), "liborocos-kdl-dev"),
         (program("arm-none-eabi-gcc"), "gcc-arm-none-eabi"),
         (newlib, "libnewlib-arm-none-eabi"),

@@ -1,7 +1,7 @@
 //! Results: targets met or not, tables for people, JSON for programs.
 
 use super::chip::{Count, Cycles};
-use super::contestants::{Family, GENERATORS, ORDINARY, Task, generated};
+use super::contestants::{CLANG, Family, GENERATORS, ORDINARY, Task, generated};
 use super::desk::{Time, best};
 use super::{Measured, source};
 use crate::process::output;
@@ -271,7 +271,7 @@ impl Machine {
         let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let name = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
         let compilers =
-            ["rustc", "gcc", "clang", "arm-none-eabi-gcc"].map(version).into_iter().collect::<Result<_>>()?;
+            ["rustc", "gcc", "clang", "arm-none-eabi-gcc", CLANG].map(version).into_iter().collect::<Result<_>>()?;
         let kdl = output(Command::new("dpkg-query").args(["-W", "-f", "KDL ${Version}", "liborocos-kdl-dev"]));
         let file = source("requirements.txt");
         let packages = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
