@@ -75,7 +75,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE", requires = "port")]
     key: Option<PathBuf>,
     /// With --port: how many ticks
-    #[arg(long, requires = "port", default_value_t = measure::Extent::FULL.ticks)]
+    #[arg(long, requires = "port", default_value_t = 10_000)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     ticks: u32,
 }
@@ -98,24 +98,33 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     let all = options.scenes.is_empty();
     let scenes = if all { shipped()? } else { options.scenes.clone() };
+    let rustc = Toolchain::find_or_install()?.rustc()?;
+    let mut budget = Budget::load()?;
     let mut rows = Vec::new();
+    // Each row is saved as soon as it is known: minutes of measurement do not hang on the last scene.
+    let mut take = |row: Row, budget: &mut Budget| {
+        if options.bless {
+            budget.bless(std::slice::from_ref(&row), &rustc, false);
+            budget.save()?;
+        }
+        rows.push(row);
+        anyhow::Ok(())
+    };
     for scene in &scenes {
         eprintln!("budget: {}", scene.display());
-        rows.push(measure::row(scene, measure::Extent::FULL)?);
+        take(measure::row(scene, measure::Extent::FULL)?, &mut budget)?;
     }
     for board in SIZE_ONLY {
         eprintln!("budget: {board}");
-        rows.push(measure::sizes(Path::new(board.scene()), board)?);
+        take(measure::sizes(Path::new(board.scene()), board)?, &mut budget)?;
     }
-    let rustc = Toolchain::find_or_install()?.rustc()?;
-    let mut budget = Budget::load()?;
-    if options.bless {
+    if options.bless && all {
         budget.bless(&rows, &rustc, all);
         budget.save()?;
     }
     if options.write {
         write_into("docs/measured/budget.md", &[("budget", table::markdown(&rows))])?;
-        if all {
+        if table::shows(&rows) {
             write_into("README.md", &[("budget", table::teaser(&rows))])?;
         }
     }

@@ -21,7 +21,7 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    pub(crate) const FULL: Self = Self { ticks: 10_000, traced: 24, sram: true };
+    pub(crate) const FULL: Self = Self { ticks: 2_000, traced: 24, sram: true };
     pub(crate) const SHORT: Self = Self { ticks: 300, traced: 24, sram: false };
 }
 

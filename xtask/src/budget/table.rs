@@ -55,6 +55,11 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
 /// Scenes in the README: the smallest arm, six joints, and six joints with collision detection.
 const SHOWN: [&str; 3] = ["planar2r_sine", "puma560_pick", "puma560_collision"];
 
+/// Whether the README's rows are all among these.
+pub(crate) fn shows(rows: &[Row]) -> bool {
+    SHOWN.iter().all(|scene| rows.iter().any(|row| row.scene == *scene && row.number(Field::Instructions).is_some()))
+}
+
 /// Three rows of the emulated board, for the README.
 pub(crate) fn teaser(rows: &[Row]) -> String {
     let mut table = Table::new(&[
