@@ -7,6 +7,7 @@
 //! | [`image`] | flash, RAM and the bound of the stack, from the linked program |
 //! | [`measure`] | the rest, in the emulator, by `chip-budget` |
 //! | [`board`] | cycles of a flashed board, over its serial port |
+//! | [`tuning`] | one firmware, built in several ways |
 //! | [`variant`] | a scene with one setting changed |
 //! | [`bounds`] | `firmware/budget.toml`: bounds, targets, and deviations from them |
 //! | [`table`] | the table of docs/measured/budget.md, its rows in the README, and JSON |
@@ -17,6 +18,7 @@ pub(crate) mod image;
 mod measure;
 pub(crate) mod row;
 mod table;
+mod tuning;
 mod variant;
 
 use crate::bench::write_into;
@@ -65,6 +67,9 @@ pub(crate) struct Options {
     /// Measure what the link takes instead, byte by byte and by DMA
     #[arg(long, conflicts_with_all = ["bless", "flood", "scenes", "port"])]
     link: bool,
+    /// Measure what other ways to build the firmware would take instead
+    #[arg(long, conflicts_with_all = ["bless", "flood", "link", "scenes", "port", "json"])]
+    tuning: bool,
     /// Measure the board on this serial port instead: cycles of its ticks by its own counter, no drive driven
     #[arg(long, requires = "board", conflicts_with_all = ["write", "bless", "flood"])]
     port: Option<String>,
@@ -95,6 +100,11 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     if options.link {
         return link(options);
+    }
+    if options.tuning {
+        let table = tuning::table(Path::new(firmware::SCENE_DEFAULT))?;
+        println!("{table}");
+        return if options.write { write_into("docs/measured/tuning.md", &[("tuning", table)]) } else { Ok(()) };
     }
     let all = options.scenes.is_empty();
     let scenes = if all { shipped()? } else { options.scenes.clone() };

@@ -55,6 +55,9 @@ pub struct Interrupt {
     pub instructions: u64,
     /// Its cycles, **estimated**.
     pub cycles: Cycles,
+    /// Those of the most probable case in which code and data in SRAM wait for their one bus: none where the data lie in
+    /// the memory that only the core reaches, or where SRAM is fetched from at address 0.
+    pub shared_bus: u64,
 }
 
 /// An estimate and its range, from the best case to the worst case of every choice that the manuals leave.

@@ -126,7 +126,8 @@ impl Found {
                 return missing(format!("{} instructions that the decoder knows", longest.unknown));
             }
             let chip_image::cycles::Range { low, likely, high } = longest.cycles;
-            Ok(Interrupt { instructions: longest.instructions, cycles: Cycles { low, likely, high } })
+            let shared_bus = longest.stalls.bus;
+            Ok(Interrupt { instructions: longest.instructions, cycles: Cycles { low, likely, high }, shared_bus })
         };
         Ok(Traced {
             ticks,
@@ -243,6 +244,7 @@ fn add(sum: &mut Estimate, part: Estimate) {
     sum.cycles.low += part.cycles.low;
     sum.cycles.likely += part.cycles.likely;
     sum.cycles.high += part.cycles.high;
+    sum.stalls.bus += part.stalls.bus;
 }
 
 #[cfg(test)]

@@ -104,6 +104,14 @@ pub(crate) fn row(scene: &Path, extent: Extent) -> Result<Row> {
     Ok(row)
 }
 
+/// Ticks of a program of this scene in the emulator, however it was built.
+pub(super) fn supervised_trace(scene: &Path, elf: &Path) -> Result<Value> {
+    crate::setup::qemu()?;
+    let mut command = chip_budget("ticks", &root().join(scene));
+    command.arg("--elf").arg(elf).args(["--ticks", TRACED, "--traced", TRACED]);
+    Ok(serde_json::from_str(&output(&mut command)?)?)
+}
+
 /// Ticks of [`interrupt`], all of them traced.
 const TRACED: &str = "24";
 

@@ -1,0 +1,79 @@
+//! Ways to build one and the same firmware, measured side by side.
+
+use super::image::Image;
+use super::measure::supervised_trace;
+use super::{EMULATED, firmware, variant};
+use crate::bench::{Table, thousands};
+use anyhow::{Context as _, Result};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Cargo's variables that change how the chip's programs are built.
+const OPT_LEVEL: &str = "CARGO_PROFILE_FIRMWARE_OPT_LEVEL";
+const RUSTFLAGS: &str = "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS";
+
+/// A build: what is changed, and how.
+struct Tuning {
+    name: &'static str,
+    environment: &'static [(&'static str, &'static str)],
+    control: &'static [(&'static str, &'static str)],
+}
+
+const TUNINGS: [Tuning; 5] = [
+    Tuning { name: "as shipped: for the Cortex-M4, opt-level 3, kernel in flash", environment: &[], control: &[] },
+    // An empty variable would count as unset.
+    Tuning {
+        name: "for any Armv7E-M with a float unit",
+        environment: &[(RUSTFLAGS, "-Ctarget-cpu=generic")],
+        control: &[],
+    },
+    Tuning { name: "opt-level 2", environment: &[(OPT_LEVEL, "2")], control: &[] },
+    Tuning { name: "opt-level s", environment: &[(OPT_LEVEL, "s")], control: &[] },
+    Tuning { name: KERNEL_IN_SRAM, environment: &[], control: &[("kernel_memory", "\"sram\"")] },
+];
+
+/// The build that also gets a line without the waits for the shared bus.
+const KERNEL_IN_SRAM: &str = "kernel in SRAM";
+
+/// The table of a scene's builds.
+pub(super) fn table(scene: &Path) -> Result<String> {
+    let mut table = Table::new(&[
+        "build",
+        "flash",
+        "RAM",
+        "instructions of the controller",
+        "instructions of the tick's interrupt",
+        "its cycles, estimated (low to high)",
+    ]);
+    for tuning in TUNINGS {
+        eprintln!("tuning: {}", tuning.name);
+        let elf = build(scene, &tuning)?;
+        let image = Image::measure(&elf)?;
+        let said = supervised_trace(scene, &elf)?;
+        let number = |at: &str| said.pointer(at).and_then(Value::as_u64).with_context(|| format!("no {at}"));
+        let cycles = |what: &str| number(&format!("/traced/running/cycles/{what}"));
+        let (low, likely, high) = (cycles("low")?, cycles("likely")?, cycles("high")?);
+        let [flash, ram] = [image.flash, image.ram].map(thousands);
+        let controller = thousands(number("/ticks/max")?);
+        let interrupt = thousands(number("/traced/running/instructions")?);
+        let range = |likely| format!("{} ({} to {})", thousands(likely), thousands(low), thousands(high));
+        table.row(&[tuning.name.into(), flash.clone(), ram.clone(), controller.clone(), interrupt.clone(), range(likely)]);
+        if tuning.name == KERNEL_IN_SRAM {
+            let alone = likely - number("/traced/running/shared_bus")?;
+            let name = format!("{KERNEL_IN_SRAM}, data in the core-coupled memory or SRAM at address 0");
+            table.row(&[name, flash, ram, controller, interrupt, thousands(alone)]);
+        }
+    }
+    Ok(table.0)
+}
+
+/// Builds in a process of its own, whose environment has the changes.
+fn build(scene: &Path, tuning: &Tuning) -> Result<PathBuf> {
+    let scene = if tuning.control.is_empty() { scene.to_owned() } else { variant::write(scene, "tuned", tuning.control)? };
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["firmware", "build", "--scene"]).arg(&scene).envs(tuning.environment.iter().copied());
+    let output = command.stderr(Stdio::inherit()).output()?;
+    anyhow::ensure!(output.status.success(), "{}: {}", tuning.name, output.status);
+    firmware::program(&scene, EMULATED, firmware::Trust::Key)
+}
