@@ -22,6 +22,11 @@ pub enum Law {
     DiagonalInertia,
     /// [`Law::Pd`] plus the torque of the reference motion, `ID(q_ref, qd_ref, qdd_ref)`.
     Feedforward,
+    /// `tau = ID(q, qd, qdd_ref) + M0 (Kd (qd_ref - qd) + Kp (q_ref - q))`: the model moves the arm, and each joint is a spring of
+    /// the stiffness `K = M0 Kp` with a damper `D = M0 Kd` about its reference. With an exact model `M(q) e'' + D e' + K e` is the
+    /// torque from outside: a steady one moves a joint by `tau / K`, in any posture, and a joint that is kept from its reference
+    /// pushes with `K e`.
+    Impedance,
 }
 
 impl Law {
@@ -30,7 +35,7 @@ impl Law {
     pub const fn feeds_back_through_model(self) -> bool {
         match self {
             Self::ComputedTorque => true,
-            Self::Pd | Self::PdGravity | Self::DiagonalInertia | Self::Feedforward => false,
+            Self::Pd | Self::PdGravity | Self::DiagonalInertia | Self::Feedforward | Self::Impedance => false,
         }
     }
 
@@ -38,13 +43,13 @@ impl Law {
     #[must_use]
     pub const fn carries_weight(self) -> bool {
         match self {
-            Self::ComputedTorque | Self::PdGravity | Self::DiagonalInertia => true,
+            Self::ComputedTorque | Self::PdGravity | Self::DiagonalInertia | Self::Impedance => true,
             Self::Pd | Self::Feedforward => false,
         }
     }
 }
 
-words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4 });
+words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4, Impedance = 5 });
 
 record! {
     /// Gains of one joint: they make an error of the joint behave as a mass on a spring with a damper.
@@ -171,14 +176,19 @@ pub(super) fn torques<S: Real, const N: usize>(
     };
     let zero = [S::zero(); N];
     match law {
-        // One call for both: called from two places, the kernel would not become part of the tick.
-        None | Some(Law::ComputedTorque) => {
+        // One call for all: called from two places, the kernel would not become part of the tick.
+        None | Some(Law::ComputedTorque | Law::Impedance) => {
             let wanted = wanted(gains, reference, q, qd);
-            let (speed, acceleration) = if law.is_none() { (&zero, &zero) } else { (qd, &wanted) };
+            let (speed, acceleration) = match law {
+                None => (&zero, &zero),
+                Some(Law::Impedance) => (qd, &reference.qdd),
+                Some(_) => (qd, &wanted),
+            };
             // `computed_torque`, by a dynamics that may keep state.
             let of_model = dynamics.tick(turned, q, speed, acceleration, live);
             match law {
                 None => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
+                Some(Law::Impedance) => weighted(of_model),
                 Some(_) => of_model,
             }
         }

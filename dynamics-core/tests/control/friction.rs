@@ -47,7 +47,7 @@ fn the_slope_of_friction_is_continuous_and_never_negative() {
 #[test]
 fn the_controller_adds_friction_of_the_reference_velocity_to_every_law() {
     let reference = Reference { q: [0.1], qd: [0.4], qdd: [0.2] };
-    for law in [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward] {
+    for law in [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward, Law::Impedance] {
         let plain = config::<1>(law);
         let mut with = plain;
         with.friction = Some([FRICTION]);

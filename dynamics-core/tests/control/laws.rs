@@ -9,7 +9,8 @@ use dynamics_core::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-const LAWS: [Law; 5] = [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward];
+const LAWS: [Law; 6] =
+    [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward, Law::Impedance];
 
 const REFERENCE: Reference<f64, 2> = Reference { q: [0.4, -1.1], qd: [0.8, 0.3], qdd: [-1.5, 2.5] };
 const Q: [f64; 2] = [0.35, -1.02];
@@ -36,6 +37,7 @@ fn expected(law: Law) -> [f64; 2] {
             [a + 1.5 * REFERENCE.qdd[0], b + 1.3 * REFERENCE.qdd[1]]
         }
         Law::Feedforward => plus(by_hand(REFERENCE.q, REFERENCE.qd, REFERENCE.qdd)),
+        Law::Impedance => plus(by_hand(Q, QD, REFERENCE.qdd)),
     }
 }
 

@@ -189,7 +189,8 @@ fn run<const N: usize>() {
         Just(Law::Pd),
         Just(Law::PdGravity),
         Just(Law::DiagonalInertia),
-        Just(Law::Feedforward)
+        Just(Law::Feedforward),
+        Just(Law::Impedance)
     ];
     let reaction = prop_oneof![Just(Reaction::Stop), Just(Reaction::Hold), Just(Reaction::Comply)];
     let reaction = proptest::option::of(reaction);

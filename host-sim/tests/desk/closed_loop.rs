@@ -2,7 +2,7 @@
 
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
-use dynamics_core::{Body, Live, Measurement, Reference, Term};
+use dynamics_core::{Body, Live, Measurement, Reference, Term, Wrench};
 use host_sim::failure::Failure;
 use host_sim::run::closed_loop::End;
 use host_sim::run::record::Record;
@@ -11,7 +11,7 @@ use host_sim::run::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::Named as _;
-use robot_compiler::scene::{IntegralSpec, Integrator, MotionSpec, ScalarChoice, Side};
+use robot_compiler::scene::{IntegralSpec, Integrator, MotionSpec, Push, ScalarChoice, Side};
 use robot_compiler::{Robot, SceneFile, with_dof};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -127,7 +127,7 @@ fn every_law_drives_every_robot_without_a_fault() {
             assert_eq!(done.summary.ticks, 250, "{name}");
             // Measured: at most 7.8e-4 (Puma, from the smoothed friction model) with a model of the motion, at most
             // 0.032 without one in the loop, because an arm sags under its weight by G / (M0 omega^2).
-            let models_the_motion = [Law::ComputedTorque, Law::Feedforward].contains(&law);
+            let models_the_motion = [Law::ComputedTorque, Law::Feedforward, Law::Impedance].contains(&law);
             let bound = if models_the_motion { 1e-3 } else { 0.05 };
             assert!(largest(&done.summary.tracking_max) < bound, "{name}: {:?}", done.summary.tracking_max);
         }
@@ -378,4 +378,38 @@ fn integral_action_brings_the_puma_to_rest_within_a_count_whatever_it_holds_and_
         assert!(largest(&with) < 1.5, "{name}: {with:?} counts");
         assert!(largest(&without) > 2.5, "{name}: {without:?} counts without it");
     }
+}
+
+/// Error of the elbow, rad, two seconds after the arm has come to a place under a steady wrench, in the tip's axes, that no model knows.
+fn elbow_pushed(law: Law, place: [f64; 2], stiffness: Option<f64>) -> f64 {
+    let mut scene = swing();
+    let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
+    points.truncate(2);
+    points[1].q = place.to_vec();
+    points[1].dwell = 2.0;
+    (scene.control.law, scene.control.stiffness) = (law, stiffness.map(|stiffness| vec![stiffness; 2]));
+    let wrench = Wrench { force: Vector3::new(3.0, PUSH, 0.0), moment: Vector3::zeros() };
+    scene.plant.push = Some(Push { at: 0.0, duration: 10.0, wrench });
+    let done = run(&scene);
+    assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]));
+    done.record.joint(1).nth(done.record.ticks() - 1).unwrap().error()
+}
+
+/// Force across the last link, N.
+const PUSH: f64 = 2.0;
+
+#[test]
+fn an_impedance_gives_way_by_the_torque_over_its_stiffness_in_every_posture_and_computed_torque_does_not() {
+    let lever = 0.8;
+    let places = [[0.8, 1.0], [0.8, 0.1], [-0.5, 2.0]];
+    for stiffness in [20.0, 60.0] {
+        for place in places {
+            let error = elbow_pushed(Law::Impedance, place, Some(stiffness));
+            let expected = -PUSH * lever / stiffness;
+            assert!((error - expected).abs() < 1e-4 * expected.abs(), "{place:?}: {error}, by hand {expected}");
+        }
+    }
+    // A spring in acceleration is as stiff as the inertia that it moves.
+    let [one, _, other] = places.map(|place| elbow_pushed(Law::ComputedTorque, place, None));
+    assert!((one / other - 1.0).abs() > 0.1, "{one} and {other}");
 }

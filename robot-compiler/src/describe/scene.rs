@@ -104,7 +104,14 @@ impl SceneFile {
     pub fn controller_config<const N: usize>(&self, model: &Model<f64, N>) -> ControllerConfig<f64, N> {
         let period = self.period();
         let inertia = self.fixed_inertia(model, &self.model);
-        let frequency: [f64; N] = joints(&self.control.natural_frequency);
+        let frequency: [f64; N] = match &self.control.stiffness {
+            // K = M0 omega^2.
+            Some(stiffness) => {
+                let stiffness: [f64; N] = joints(stiffness);
+                std::array::from_fn(|i| (stiffness[i] / inertia[i]).sqrt())
+            }
+            None => joints(&self.control.natural_frequency),
+        };
         let damping: [f64; N] = joints(&self.control.damping);
         let limits = model.links().map(|link| link.limits);
         let gains: [Gains<f64>; N] = std::array::from_fn(|i| Gains::new(frequency[i], damping[i], inertia[i]));

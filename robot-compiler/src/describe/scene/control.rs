@@ -15,8 +15,10 @@ pub struct ControlSpec {
     pub model_every: u32,
     /// Behaviour of the model's torque in the ticks between.
     pub model_between: Between,
-    /// Natural frequency of the error, per joint, rad/s.
+    /// Natural frequency of the error, per joint, rad/s; not used where there is a stiffness.
     pub natural_frequency: Vec<f64>,
+    /// Stiffness of [`Law::Impedance`], per joint, N m/rad or N/m; `None` makes the natural frequency one.
+    pub stiffness: Option<Vec<f64>>,
     /// Damping ratio of the error, per joint.
     pub damping: Vec<f64>,
     /// Method for sine and cosine.
@@ -108,6 +110,7 @@ impl ControlSpec {
             model_every: 1,
             model_between: Between::Hold,
             natural_frequency: vec![30.0; robot.dof()],
+            stiffness: None,
             damping: vec![1.0; robot.dof()],
             trig: Method::Polynomial,
             scalar: ScalarChoice::F32,

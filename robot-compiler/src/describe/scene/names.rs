@@ -20,6 +20,7 @@ impl Named for Law {
             Self::DiagonalInertia,
         ),
         ("feedforward", "Spring and damper, and the torque of the reference motion", Self::Feedforward),
+        ("impedance", "Spring and damper of a chosen stiffness, and all that the model knows", Self::Impedance),
     ];
 }
 

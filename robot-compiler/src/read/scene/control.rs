@@ -4,7 +4,9 @@ use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::Robot;
 use crate::describe::scene::{ControlSpec, IntegralSpec, KernelChoice, KernelMemory};
+use crate::names::name;
 use crate::read::table::{Table, Value};
+use dynamics_core::control::Law;
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, FileError> {
     table.only(&[
@@ -13,6 +15,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         "model_every",
         "model_between",
         "natural_frequency",
+        "stiffness",
         "damping",
         "trig",
         "scalar",
@@ -64,6 +67,9 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         let one = |value: &Value<'_>| value.positive_up_to(1e4, "a frequency in rad/s, above zero and at most 1e4");
         control.natural_frequency = per_joint(&value, robot, "a frequency in rad/s", one)?;
     }
+    if let Some(value) = table.get("stiffness") {
+        control.stiffness = Some(stiffness(table, &value, robot, control.law)?);
+    }
     if let Some(value) = table.get("damping") {
         let one = |value: &Value<'_>| value.positive_up_to(1e3, "a damping ratio, above zero and at most 1e3");
         control.damping = per_joint(&value, robot, "a damping ratio", one)?;
@@ -86,12 +92,29 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     Ok(control)
 }
 
+/// Stiffness of the joints, for the one law that has it as its own.
+fn stiffness(table: &Table<'_>, value: &Value<'_>, robot: &Robot, law: Law) -> Result<Vec<f64>, FileError> {
+    if law != Law::Impedance {
+        let expected = "`law = \"impedance\"`, or `natural_frequency` in its place";
+        return Err(value.error(format!("given beside the law {:?}", name(law)), expected));
+    }
+    if let Some(frequency) = table.get("natural_frequency") {
+        return Err(frequency.error("given beside `stiffness`", "one of the two: each follows from the other"));
+    }
+    const EXPECTED: &str = "a stiffness in N m/rad or N/m, above zero and at most 1e6";
+    per_joint(value, robot, EXPECTED, |value| value.positive_up_to(1e6, EXPECTED))
+}
+
 /// Integral times below this many times the shortest stable one, `1 / Kd`, are refused: the inertia of a posture may be this much
 /// larger than that of the motion's start.
 const TIME_MARGIN: f64 = 4.0;
 
 fn integral(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<IntegralSpec, FileError> {
     table.only(&["time", "torque", "dead_band"])?;
+    if control.stiffness.is_some() {
+        let expected = "one of the two: integral action ends where the error does, however soft the spring";
+        return Err(table.error("", "given beside `stiffness`", expected));
+    }
     const TIME: &str = "the integral time, s, above zero and at most 1e4";
     let value = table.require("time", TIME)?;
     let time = value.positive_up_to(1e4, TIME)?;
