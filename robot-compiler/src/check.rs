@@ -77,6 +77,24 @@ pub enum Rule {
 }
 
 impl Rule {
+    /// All rules.
+    pub const ALL: [Self; 14] = [
+        Self::ImpossibleBody,
+        Self::Mass,
+        Self::Gyration,
+        Self::InertiaAtJoint,
+        Self::MassCentre,
+        Self::ImpossibleLimit,
+        Self::Placeholder,
+        Self::MissingLimit,
+        Self::WideLimit,
+        Self::Holding,
+        Self::Rotor,
+        Self::Friction,
+        Self::TorqueStep,
+        Self::PositionStep,
+    ];
+
     /// The name.
     #[must_use]
     pub const fn name(self) -> &'static str {

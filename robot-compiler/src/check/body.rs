@@ -16,6 +16,8 @@ const ROOM: f64 = 0.1;
 /// Multiple of the link's size and its room at which a radius of gyration is wrong. The radius of gyration of a body of the
 /// greatest width D is at most D / sqrt(3), so that this is five times beyond what the link could have.
 const GYRATION_WRONG: f64 = 3.0;
+/// Share of the arm's length that a radius of gyration must also exceed to be wrong; a uniform rod as long as the whole arm has 0.29.
+const GYRATION_ARM: f64 = 0.3;
 /// Share of the link's size below which its radius of gyration is that of a point; a uniform rod has 1 / sqrt(12) = 0.29.
 const GYRATION_POINT: f64 = 0.05;
 /// Band in which a tensor is the parallel-axis term, in units of m c^2, with nothing below and half above it. A uniform rod is
@@ -125,7 +127,8 @@ fn gyration(draft: &Draft, body: &DraftBody) -> Option<Finding> {
             amount(*mass, "kg"),
             amount(size, "m")
         );
-        (if radius > GYRATION_WRONG * room { Severity::Wrong } else { Severity::Doubt }, problem)
+        let beyond = radius > GYRATION_WRONG * room && radius > GYRATION_ARM * draft.length();
+        (if beyond { Severity::Wrong } else { Severity::Doubt }, problem)
     } else if radius < GYRATION_POINT * size {
         let (radius, size) = (amount(radius, "m"), amount(size, "m"));
         (Severity::Doubt, format!("radius of gyration {radius} on a link of {size}: nearly a point"))
