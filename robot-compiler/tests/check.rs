@@ -175,7 +175,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
                 "<link name=\"tip\"><inertial><mass value=\"0.2\"/><inertia ixx=\"1e-4\" ixy=\"0\" ixz=\"0\" iyy=\"1e-4\" iyz=\"0\" izz=\"1e-4\"/></inertial></link>",
             )],
         ),
-        // The hand measures 0.2 m, with 0.1 m of room: 0.9 m is three times that.
+        // The hand measures 0.2 m, with 0.1 m of room: 0.6 m is twice that.
         (&[("0.0006", "0.037"), ("0.0004", "0.037")], (Gyration, Doubt), &[("0.0006", "0.035"), ("0.0004", "0.035")]),
         (&[("0.0006", "0.33"), ("0.0004", "0.33")], (Gyration, Wrong), &[("0.0006", "0.035"), ("0.0004", "0.035")]),
         (

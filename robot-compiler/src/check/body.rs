@@ -14,8 +14,8 @@ const LIGHT_SHARE: f64 = 0.01;
 /// Room beside the joints, as a share of the arm's length: motors and covers reach beyond the line from joint to joint.
 const ROOM: f64 = 0.1;
 /// Multiple of the link's size and its room at which a radius of gyration is wrong. The radius of gyration of a body of the
-/// greatest width D is at most D / sqrt(3), so that this is five times beyond what the link could have.
-const GYRATION_WRONG: f64 = 3.0;
+/// greatest width D is at most D / sqrt(3), so that this is more than three times what the link could have.
+const GYRATION_WRONG: f64 = 2.0;
 /// Share of the arm's length that a radius of gyration must also exceed to be wrong; a uniform rod as long as the whole arm has 0.29.
 const GYRATION_ARM: f64 = 0.3;
 /// Share of the link's size below which its radius of gyration is that of a point; a uniform rod has 1 / sqrt(12) = 0.29.
