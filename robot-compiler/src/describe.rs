@@ -5,6 +5,7 @@
 pub(crate) mod cut;
 pub(crate) mod diagnostics;
 mod dof;
+pub(crate) mod draft;
 pub mod drive;
 mod hash;
 pub(crate) mod linkage;

@@ -5,10 +5,11 @@ use crate::common::rooms::{named, sources};
 use std::path::Path;
 
 /// Each folder depends on those listed beside it, and on itself.
-const ROOMS: [(&str, &[&str]); 6] = [
+const ROOMS: [(&str, &[&str]); 7] = [
     ("precision", &[]),
     ("describe", &[]),
     ("kernel", &[]),
+    ("check", &["describe"]),
     ("choose", &["describe", "kernel"]),
     ("read", &["describe", "choose"]),
     ("emit", &["describe", "kernel"]),

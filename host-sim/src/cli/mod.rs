@@ -3,6 +3,7 @@
 pub mod bound;
 pub mod campaign;
 pub mod chain;
+pub mod check;
 pub mod choose;
 pub mod connect;
 pub mod contact;
@@ -44,7 +45,7 @@ Exit codes:
   1    something outside failed: a file could not be written, the target died; a replay that differs, or ends before its record
   2    bad input: a file, a line or an option; the message says where and what was expected
   3    the run ended in a fault, a command of a session was refused, the simulated arm ran away, the simulated linkage came to a dead
-       point, or a campaign found an unsafe command; everything recorded was written
+       point, a campaign found an unsafe command, or a check found something wrong; everything recorded was written
   4    chip and desk differed in some tick
   130  interrupted; everything recorded until then was written";
 
@@ -67,6 +68,8 @@ pub enum Command {
     Explain(explain::ExplainArgs),
     /// Show what a robot file holds.
     Info(info::InfoArgs),
+    /// Would a physicist believe a robot file: impossible bodies, placeholders, what cannot hold itself, what is missing.
+    Check(check::CheckArgs),
     /// Write a TOML robot file from an arm of a URDF file.
     Import(import::ImportArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.

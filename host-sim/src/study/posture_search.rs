@@ -14,10 +14,20 @@ pub const STARTS: usize = 64;
 
 /// First step, as a share of a joint's range.
 const FIRST: f64 = 1.0 / 8.0;
-/// Last step for all starts.
-const COARSE: f64 = 1e-4;
-/// Last step for the best start.
-const FINE: f64 = 1e-9;
+/// How far a search goes, as shares of a joint's range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Depth {
+    /// Last step for all starts.
+    pub coarse: f64,
+    /// Last step for the best start.
+    pub fine: f64,
+}
+
+/// To rounding: for the posture itself.
+pub const EXACT: Depth = Depth { coarse: 1e-4, fine: 1e-9 };
+/// To three digits of the value, which at its least is flat: for a load.
+pub const ROUGH: Depth = Depth { coarse: 1e-2, fine: 1e-4 };
+
 /// Most rounds over all joints in one descent: a bound for valleys too narrow to follow.
 const ROUNDS: usize = 20_000;
 
@@ -38,6 +48,16 @@ pub struct Least<const N: usize> {
 pub fn minimise<const N: usize>(
     bounds: &[(f64, f64); N],
     start: &[f64; N],
+    cost: impl FnMut(&[f64; N]) -> f64,
+) -> Least<N> {
+    minimise_to(EXACT, bounds, start, cost)
+}
+
+/// As [`minimise`], to another depth.
+pub fn minimise_to<const N: usize>(
+    depth: Depth,
+    bounds: &[(f64, f64); N],
+    start: &[f64; N],
     mut cost: impl FnMut(&[f64; N]) -> f64,
 ) -> Least<N> {
     let share = |part: &[f64; N]| core::array::from_fn(|i| bounds[i].0 + (bounds[i].1 - bounds[i].0) * part[i]);
@@ -50,13 +70,13 @@ pub fn minimise<const N: usize>(
     };
     let others = [share(&[0.5; N])].into_iter().chain((1..STARTS - 1).map(spread));
     let mut best = Least { q: *start, value: cost(start), evaluations: 1 };
-    downhill(bounds, &mut best, (FIRST, COARSE), &mut cost);
+    downhill(bounds, &mut best, (FIRST, depth.coarse), &mut cost);
     for q in others {
         let mut next = Least { q, value: cost(&q), evaluations: best.evaluations + 1 };
-        downhill(bounds, &mut next, (FIRST, COARSE), &mut cost);
+        downhill(bounds, &mut next, (FIRST, depth.coarse), &mut cost);
         best = Least { evaluations: next.evaluations, ..if next.value < best.value { next } else { best } };
     }
-    downhill(bounds, &mut best, (COARSE, FINE), &mut cost);
+    downhill(bounds, &mut best, (depth.coarse, depth.fine), &mut cost);
     best
 }
 
@@ -115,7 +135,7 @@ pub fn positions(kind: JointKind, limits: (f64, f64)) -> Option<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{golden, minimise};
+    use super::{EXACT, ROUGH, golden, minimise, minimise_to};
 
     #[test]
     fn the_ratio_is_golden() {
@@ -130,6 +150,18 @@ mod tests {
         let slope = 4.0 * least.q[0].powi(3) - 4.0 * least.q[0] + 0.1;
         assert!(least.q[0] < -1.0 && slope.abs() < 1e-6, "{least:?}");
         assert_eq!(least, minimise(&[(-3.0, 3.0)], &[1.0], two));
+    }
+
+    #[test]
+    fn a_rough_search_has_three_digits_of_the_value_at_a_part_of_the_work() {
+        let valley = |x: &[f64; 3]| {
+            let [a, b, c] = [x[0] - 0.3, x[0] + x[1] - 0.1, x[2] + 0.7];
+            -10.0 * (a.cos() + b.cos() + c.cos())
+        };
+        let bounds = [(-3.0, 3.0); 3];
+        let [rough, exact] = [ROUGH, EXACT].map(|depth| minimise_to(depth, &bounds, &[0.0; 3], valley));
+        assert!((rough.value - exact.value).abs() < 1e-3 * exact.value.abs(), "{rough:?} {exact:?}");
+        assert!(2 * rough.evaluations < exact.evaluations, "{rough:?} {exact:?}");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 mod bound;
 mod campaign;
 mod chapter12;
+mod check;
 mod closed_loop;
 mod collision;
 mod command_line;

@@ -123,6 +123,13 @@ impl FileError {
     }
 }
 
+impl FileError {
+    /// The marked text on one line of at most so many columns; empty when the whole file is at fault.
+    pub(crate) fn quote(&self, width: usize) -> String {
+        self.0.snippet.as_ref().map_or(String::new(), |snippet| snippet.quote(width))
+    }
+}
+
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let details = &self.0;

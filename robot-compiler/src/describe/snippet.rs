@@ -41,6 +41,20 @@ impl Snippet {
     }
 }
 
+impl Snippet {
+    /// The marked text on one line, of a long one the first columns.
+    pub(super) fn quote(&self, width: usize) -> String {
+        let inside = |at: usize| at.saturating_sub(self.shown.start);
+        let marked = self.shown.text.get(inside(self.label.start)..inside(self.label.end)).unwrap_or_default();
+        let line = marked.split_whitespace().collect::<Vec<_>>().join(" ");
+        let mut short: String = line.chars().take(width).collect();
+        if short.len() < line.len() {
+            short += "...";
+        }
+        short
+    }
+}
+
 /// The lines of a span with so many lines around it, as miette takes them.
 fn part(text: &str, span: &Range<usize>, around: usize) -> Part {
     let asked = SourceSpan::new(span.start.into(), span.len());

@@ -4,10 +4,12 @@ use super::text::read_text;
 use super::urdf;
 use crate::describe::cut::{Ends, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
+use crate::describe::draft::Draft;
 use crate::describe::robot::Robot;
 use std::path::Path;
 
 mod drive;
+mod places;
 mod toml;
 
 impl Robot {
@@ -27,10 +29,7 @@ impl Robot {
         if is_urdf(path)? {
             return Self::from_urdf(path, ends);
         }
-        if let Some((end, _)) = [("tip", ends.tip), ("base", ends.base)].iter().find(|(_, link)| link.is_some()) {
-            let problem = "given for a TOML robot, which has one chain only";
-            return Err(FileError::whole_file(path, *end, problem, format!("`{end}` only with a URDF robot")));
-        }
+        no_ends(path, ends)?;
         let mut robot = toml::read(&read_text(path)?)?;
         path.clone_into(&mut robot.path);
         Ok(robot)
@@ -76,6 +75,49 @@ impl UrdfArm {
         path.clone_into(&mut arm.robot.path);
         Ok(arm)
     }
+}
+
+impl Draft {
+    /// Read a robot file as it is, of a URDF the chain between two links.
+    ///
+    /// # Errors
+    /// As [`Robot::load_between`], but for bodies and limits that no arm has: those are left to the
+    /// [rules](crate::check::findings).
+    pub fn load_between(path: &Path, ends: Ends<'_>) -> Result<Self, FileError> {
+        let mut draft = if is_urdf(path)? {
+            urdf::draft(&read_text(path)?, ends)?
+        } else {
+            no_ends(path, ends)?;
+            toml::draft(&read_text(path)?)?
+        };
+        path.clone_into(&mut draft.robot.path);
+        Ok(draft)
+    }
+
+    /// Reads the text of a TOML robot file as it is; `name` stands for the file in findings.
+    ///
+    /// # Errors
+    /// As [`Draft::load_between`].
+    pub fn from_toml_str(text: &str, name: &str) -> Result<Self, FileError> {
+        toml::draft(&Source { file: name.to_owned(), text: text.to_owned() })
+    }
+
+    /// Reads the text of a URDF file as it is; `name` stands for the file in findings.
+    ///
+    /// # Errors
+    /// As [`Draft::load_between`].
+    pub fn from_urdf_str(text: &str, name: &str, ends: Ends<'_>) -> Result<Self, FileError> {
+        urdf::draft(&Source { file: name.to_owned(), text: text.to_owned() }, ends)
+    }
+}
+
+/// Refuses the ends of a chain for a TOML robot.
+fn no_ends(path: &Path, ends: Ends<'_>) -> Result<(), FileError> {
+    let given = [("tip", ends.tip), ("base", ends.base)].into_iter().find(|(_, link)| link.is_some());
+    given.map_or(Ok(()), |(end, _)| {
+        let problem = "given for a TOML robot, which has one chain only";
+        Err(FileError::whole_file(path, end, problem, format!("`{end}` only with a URDF robot")))
+    })
 }
 
 /// Whether a robot file is a URDF, by its extension; otherwise it is TOML.

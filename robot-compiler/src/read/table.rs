@@ -5,6 +5,7 @@
 //! still have the place at hand.
 
 use crate::describe::diagnostics::{FileError, Source, one_of};
+use crate::describe::draft::Place;
 use crate::names::Named;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -82,6 +83,20 @@ impl<'a> Table<'a> {
     /// A table without keys, in place of a missing one.
     pub(crate) fn empty(&self, key: &str) -> Table<'a> {
         Table { source: self.source, table: None, span: self.span.clone(), path: self.field(key) }
+    }
+
+    /// The place of a field, or of this table if the field is missing.
+    pub(crate) fn place(&self, key: &str) -> Place {
+        let value = self.table.and_then(|table| table.get(key));
+        Place { span: value.map_or(self.span.clone(), Spanned::span), field: self.field(key), given: value.is_some() }
+    }
+
+    /// The place of a field in a table of this one, or of the nearest that is there.
+    pub(crate) fn place_in(&self, outer: &str, inner: &str) -> Place {
+        match self.table(outer) {
+            Ok(Some(table)) => table.place(inner),
+            _ => self.empty(outer).place(inner),
+        }
     }
 
     /// An error at a field of this table, or at the table if the field is missing.

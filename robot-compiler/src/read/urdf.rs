@@ -4,6 +4,7 @@
 
 use crate::describe::cut::{Ends, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
+use crate::describe::draft::{Draft, FileKind, readable};
 use crate::describe::robot::{BuildError, DOF, JointFriction, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
@@ -13,6 +14,7 @@ mod chain;
 mod description;
 mod markup;
 mod merge;
+mod places;
 mod pose;
 
 use chain::Chain;
@@ -24,26 +26,9 @@ use markup::{Markup, child};
 pub(super) fn read(source: &Source, ends: Ends<'_>) -> Result<UrdfArm, FileError> {
     let document = markup::parse(source)?;
     let markup = Markup::new(source, &document)?;
-    let urdf = Description::read(&markup)?;
-    let chain = Chain::new(&markup, &urdf, ends)?;
-    if !DOF.contains(&chain.moving.len()) {
-        let names: Vec<&str> = chain.moving.iter().map(|&index| urdf.joints[index].name).collect();
-        let problem = match names.as_slice() {
-            [] => "the chain has no moving joint".to_owned(),
-            _ => format!("the chain has {} moving joints: {}", names.len(), names.join(", ")),
-        };
-        return Err(markup.error(&markup.robot, "robot", problem, chain.shorter(&urdf)));
-    }
-    let joints = (0..chain.moving.len()).map(|i| joint(&markup, &urdf, &chain, i)).collect::<Result<Vec<_>, _>>()?;
-    let tip = merge::tip_placement(&urdf, &chain);
-    let robot = Robot {
-        name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.to_owned() },
-        source: describe(&source.file, &urdf, &chain, ends.base),
-        allow_unphysical: None,
-        joints,
-        tool: Tool { rotation: tip.rotation, translation: tip.translation, ..Tool::default() },
-        path: PathBuf::from(&source.file),
-    };
+    let (urdf, chain) = cut(&markup, ends)?;
+    (0..chain.moving.len()).try_for_each(|i| has_mass(&markup, &urdf, &chain, i))?;
+    let robot = stated(source, &markup, &urdf, &chain, ends)?;
     robot.check().map_err(|error| placed(&error, &robot, &markup, &urdf, &chain))?;
     let link = |&index: &usize| urdf.links[index].name.to_owned();
     Ok(UrdfArm {
@@ -52,6 +37,58 @@ pub(super) fn read(source: &Source, ends: Ends<'_>) -> Result<UrdfArm, FileError
         tip: link(&chain.tip),
         links: (0..chain.moving.len()).map(|i| merge::parts(&chain, i).iter().map(link).collect()).collect(),
         held: chain.held.iter().map(|&index| urdf.joints[index].name.to_owned()).collect(),
+    })
+}
+
+/// Reads the arm between two links as its file states it.
+pub(super) fn draft(source: &Source, ends: Ends<'_>) -> Result<Draft, FileError> {
+    let document = markup::parse(source)?;
+    let markup = Markup::new(source, &document)?;
+    let (urdf, chain) = cut(&markup, ends)?;
+    let robot = stated(source, &markup, &urdf, &chain, ends)?;
+    readable(&robot).map_err(|error| placed(&error, &robot, &markup, &urdf, &chain))?;
+    let all = 0..chain.moving.len();
+    Ok(Draft {
+        source: source.clone(),
+        kind: FileKind::Urdf,
+        bodies: all.clone().flat_map(|i| places::bodies(&markup, &urdf, &chain, &robot, i)).collect(),
+        places: all.map(|i| places::joint(&markup, &urdf, &chain, i)).collect(),
+        robot,
+    })
+}
+
+/// The tree of links, and the chain between two of them.
+fn cut<'a>(markup: &Markup<'a>, ends: Ends<'_>) -> Result<(Description<'a>, Chain), FileError> {
+    let urdf = Description::read(markup)?;
+    let chain = Chain::new(markup, &urdf, ends)?;
+    if DOF.contains(&chain.moving.len()) {
+        return Ok((urdf, chain));
+    }
+    let names: Vec<&str> = chain.moving.iter().map(|&index| urdf.joints[index].name).collect();
+    let problem = match names.as_slice() {
+        [] => "the chain has no moving joint".to_owned(),
+        _ => format!("the chain has {} moving joints: {}", names.len(), names.join(", ")),
+    };
+    Err(markup.error(&markup.robot, "robot", problem, chain.shorter(&urdf)))
+}
+
+/// The arm, unchecked.
+fn stated(
+    source: &Source,
+    markup: &Markup<'_>,
+    urdf: &Description<'_>,
+    chain: &Chain,
+    ends: Ends<'_>,
+) -> Result<Robot, FileError> {
+    let joints = (0..chain.moving.len()).map(|i| joint(markup, urdf, chain, i)).collect::<Result<Vec<_>, _>>()?;
+    let tip = merge::tip_placement(urdf, chain);
+    Ok(Robot {
+        name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.to_owned() },
+        source: describe(&source.file, urdf, chain, ends.base),
+        allow_unphysical: None,
+        joints,
+        tool: Tool { rotation: tip.rotation, translation: tip.translation, ..Tool::default() },
+        path: PathBuf::from(&source.file),
     })
 }
 
@@ -66,19 +103,25 @@ fn describe(file: &str, urdf: &Description<'_>, chain: &Chain, base: Option<&str
     text
 }
 
+/// Refuses a moving link without `<inertial>`; it may leave its mass to what is fixed to it.
+fn has_mass(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> Result<(), FileError> {
+    let index = chain.moving[i];
+    let link = &urdf.links[chain.child[index]];
+    if child(&link.node, "inertial").is_some() || merge::body(urdf, chain, i) != Body::massless() {
+        return Ok(());
+    }
+    let label = Robot::joint_label(i, urdf.joints[index].name);
+    let field = format!("link {}.inertial", link.name);
+    let problem = format!("missing, but the link moves with {label}, and nothing fixed to it has a mass");
+    Err(markup.error(&link.node, field, problem, "an <inertial> with mass and inertia"))
+}
+
 /// The `i`-th moving joint of the chain, and the link that moves with it.
 fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> Result<RobotJoint, FileError> {
     let index = chain.moving[i];
     let joint = &urdf.joints[index];
     let label = Robot::joint_label(i, joint.name);
-    let link = &urdf.links[chain.child[index]];
     let body = merge::body(urdf, chain, i);
-    // A link may leave its mass to what is fixed to it.
-    if child(&link.node, "inertial").is_none() && body == Body::massless() {
-        let field = format!("link {}.inertial", link.name);
-        let problem = format!("missing, but the link moves with {label}, and nothing fixed to it has a mass");
-        return Err(markup.error(&link.node, field, problem, "an <inertial> with mass and inertia"));
-    }
     let place = merge::joint_placement(urdf, chain, i);
     let largest = joint.axis.amax();
     if largest == 0.0 {

@@ -1,7 +1,8 @@
 //! The TOML form of a robot file.
 
-use super::drive;
+use super::{drive, places};
 use crate::describe::diagnostics::{FileError, Source};
+use crate::describe::draft::{Draft, FileKind, readable};
 use crate::describe::robot::{BuildError, DOF, JointEncoder, JointFriction, Robot, RobotJoint};
 use crate::read::fields::{body, origin, placement, text};
 use crate::read::linkage::refuse;
@@ -28,37 +29,71 @@ const JOINT_KEYS: [&str; 14] = [
     "drive",
 ];
 
+/// Reads an arm, and refuses one that is not possible.
 pub(super) fn read(source: &Source) -> Result<Robot, FileError> {
     let document = parse(source)?;
-    let root = Table::root(source, &document);
-    refuse(&root, "an arm with [[joint]] tables")?;
-    root.only(&ROBOT_KEYS)?;
-    let name = text(&root.require("name", "the robot's name")?, "the robot's name")?;
-    let origin = origin(&root)?;
-    let allow_unphysical = root
-        .get("allow_unphysical")
-        .map(|value| text(&value, "the reason, as a string that is not empty, why impossible bodies are accepted"))
-        .transpose()?;
-    let tables = joint_tables(&root)?;
-    let joints = tables.iter().map(joint).collect::<Result<Vec<_>, _>>()?;
-    for (index, table) in tables.iter().enumerate() {
-        if joints.iter().take(index).any(|before| before.name == joints[index].name) {
-            let problem = format!("{:?} names two joints", joints[index].name);
-            return Err(table.error("name", problem, "a name of its own for every joint"));
+    let stated = Stated::read(source, Table::root(source, &document))?;
+    stated.robot.check().map_err(|error| stated.placed(error))?;
+    Ok(stated.robot)
+}
+
+/// Reads an arm as its file states it.
+pub(super) fn draft(source: &Source) -> Result<Draft, FileError> {
+    let document = parse(source)?;
+    let stated = Stated::read(source, Table::root(source, &document))?;
+    readable(&stated.robot).map_err(|error| stated.placed(error))?;
+    Ok(Draft {
+        source: source.clone(),
+        kind: FileKind::Toml,
+        bodies: places::bodies(&stated.robot, &stated.joints, stated.tool.as_ref()),
+        places: stated.joints.iter().map(places::joint).collect(),
+        robot: stated.robot,
+    })
+}
+
+/// An unchecked arm and the tables that it was read from.
+struct Stated<'a> {
+    robot: Robot,
+    root: Table<'a>,
+    joints: Vec<Table<'a>>,
+    tool: Option<Table<'a>>,
+}
+
+impl<'a> Stated<'a> {
+    fn read(source: &Source, root: Table<'a>) -> Result<Self, FileError> {
+        refuse(&root, "an arm with [[joint]] tables")?;
+        root.only(&ROBOT_KEYS)?;
+        let name = text(&root.require("name", "the robot's name")?, "the robot's name")?;
+        let origin = origin(&root)?;
+        let allow_unphysical = root
+            .get("allow_unphysical")
+            .map(|value| text(&value, "the reason, as a string that is not empty, why impossible bodies are accepted"))
+            .transpose()?;
+        let tables = joint_tables(&root)?;
+        let joints = tables.iter().map(joint).collect::<Result<Vec<_>, _>>()?;
+        for (index, table) in tables.iter().enumerate() {
+            if joints.iter().take(index).any(|before| before.name == joints[index].name) {
+                let problem = format!("{:?} names two joints", joints[index].name);
+                return Err(table.error("name", problem, "a name of its own for every joint"));
+            }
         }
+        drive::check(&joints, &tables)?;
+        let tool = root.table("tool")?;
+        let robot = Robot {
+            name,
+            source: origin,
+            allow_unphysical,
+            joints,
+            tool: tool.as_ref().map_or(Ok(Tool::default()), read_tool)?,
+            path: PathBuf::from(&source.file),
+        };
+        Ok(Self { robot, root, joints: tables, tool })
     }
-    drive::check(&joints, &tables)?;
-    let tool = root.table("tool")?;
-    let robot = Robot {
-        name,
-        source: origin,
-        allow_unphysical,
-        joints,
-        tool: tool.as_ref().map_or(Ok(Tool::default()), read_tool)?,
-        path: PathBuf::from(&source.file),
-    };
-    robot.check().map_err(|error| placed(error, &robot, &tables, tool.as_ref().unwrap_or(&root)))?;
-    Ok(robot)
+
+    /// The core's refusal, reported at the field that caused it.
+    fn placed(&self, error: BuildError) -> FileError {
+        placed(error, &self.robot, &self.joints, self.tool.as_ref().unwrap_or(&self.root))
+    }
 }
 
 fn joint_tables<'a>(root: &Table<'a>) -> Result<Vec<Table<'a>>, FileError> {
@@ -203,7 +238,6 @@ fn read_tool(table: &Table<'_>) -> Result<Tool, FileError> {
     Ok(tool)
 }
 
-/// The core's refusal, reported at the field that caused it.
 fn placed(error: BuildError, robot: &Robot, joints: &[Table<'_>], tool: &Table<'_>) -> FileError {
     let (_, problem, expected) = error.describe(robot);
     let (table, what) = match error {

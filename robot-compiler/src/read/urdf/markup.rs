@@ -1,6 +1,7 @@
 //! The XML of a URDF file: its numbers, and the places that errors point at.
 
 use crate::describe::diagnostics::{FileError, Source, one_of};
+use crate::describe::draft::Place;
 use roxmltree::{Document, Node};
 use std::ops::Range;
 
@@ -156,10 +157,22 @@ impl<'a> Markup<'a> {
         problem: impl Into<String>,
         expected: impl Into<String>,
     ) -> FileError {
+        self.source.error(self.tag(node), field, problem, expected)
+    }
+
+    /// The opening tag of an element.
+    fn tag(&self, node: &Node<'_, '_>) -> Range<usize> {
         let range = node.range();
         let text = self.source.text.get(range.clone()).unwrap_or_default();
         let tag = text.find('>').map_or(range.len(), |end| end + 1);
-        self.source.error(range.start..range.start + tag, field, problem, expected)
+        range.start..range.start + tag
+    }
+
+    /// The place of a child element, or of the element itself if the child is missing.
+    pub(super) fn place(&self, node: &Node<'_, '_>, element: &str, field: String) -> Place {
+        let found = child(node, element);
+        let given = found.is_some();
+        Place { span: self.tag(&found.unwrap_or(*node)), field, given }
     }
 
     /// An error at a child element, or at the element itself if the child is missing.

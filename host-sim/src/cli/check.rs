@@ -1,0 +1,65 @@
+//! `check`: would a physicist believe a robot file?
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::output::{json, print};
+use crate::failure::{FAULT, Failure};
+use crate::study::check::answer;
+use clap::Args;
+use robot_compiler::check::{Draft, Severity};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim check robots/ur5.toml
+  host-sim check arm.urdf --tip gripper_base
+  host-sim check robots/planar2r.toml --gravity 0,-9.81,0
+  host-sim check arm.urdf --json | jq '.findings[] | select(.severity == \"wrong\")'
+
+Every finding has its place in the file, what is wrong with the number, and what to measure or write instead:
+  wrong   no physics allows it, or the arm cannot hold itself
+  doubt   a physicist would ask
+  note    missing: measure it
+The rules, with their thresholds, stand in robots/README.md.
+
+Loads are those of the worst posture: for each joint, the search of `statics --minimise` looks inside the position limits (one turn
+where a joint has none) for the largest torque of gravity, and for the least and the largest inertia that the joint feels. Nothing
+is held by the tip.
+
+A file that cannot be read is bad input, exit code 2. Otherwise the exit code is 3 when a finding is `wrong`, and 0 when none is.
+
+--json is an object {robot, gravity, wrong, doubts, notes, findings}, each finding {severity, rule, file, line, column, field, problem,
+advice}.";
+
+/// Options of `check`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct CheckArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// Gravitational acceleration in the base frame, m/s^2.
+    #[arg(
+        long,
+        value_name = "GX,GY,GZ",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        default_value = "0,0,-9.81"
+    )]
+    pub gravity: Vec<f64>,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Print the findings; returns the exit code.
+///
+/// # Errors
+/// [`Failure::Input`] for a file that cannot be read, and for an option that is wrong.
+pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
+    let draft = Draft::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    let answer = answer(draft, &args.gravity)?;
+    print(&if args.json { json(&answer.json())? + "\n" } else { answer.text() })?;
+    Ok(if answer.count(Severity::Wrong) > 0 { FAULT } else { 0 })
+}

@@ -1,0 +1,122 @@
+//! Findings in text and JSON.
+
+use super::Answer;
+use robot_compiler::check::{Finding, Severity};
+use serde::Serialize;
+
+/// Severities, the worst first, with their meaning.
+const MEANINGS: [(Severity, &str); 3] = [
+    (Severity::Wrong, "no physics allows it, or the arm cannot hold itself"),
+    (Severity::Doubt, "a physicist would ask"),
+    (Severity::Note, "missing: measure it"),
+];
+
+/// The findings as JSON.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    robot: &'a str,
+    gravity: [f64; 3],
+    wrong: usize,
+    doubts: usize,
+    notes: usize,
+    findings: Vec<Row<'a>>,
+}
+
+/// A finding as JSON.
+#[derive(Debug, Serialize)]
+struct Row<'a> {
+    severity: &'static str,
+    rule: &'static str,
+    file: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    column: Option<usize>,
+    field: &'a str,
+    problem: &'a str,
+    advice: &'a str,
+}
+
+impl Answer {
+    /// The findings, grouped by severity, and their count.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let [x, y, z] = self.gravity.into();
+        let robot = &self.draft.robot;
+        let mut text = format!(
+            "{}: {}, {:.3} kg that move, {:.3} m from the first joint to the tip, gravity {x},{y},{z}\n",
+            robot.name,
+            counted(robot.dof(), "joint"),
+            self.draft.mass(),
+            self.draft.length()
+        );
+        if self.loads.is_none() {
+            text += "not put into postures, so that no load is compared: correct the masses first\n";
+        }
+        for (severity, meaning) in MEANINGS {
+            let found: Vec<&Finding> = self.findings.iter().filter(|finding| finding.severity == severity).collect();
+            if !found.is_empty() {
+                text += &format!("\n{}: {meaning}\n", severity.name());
+            }
+            for (index, finding) in found.iter().enumerate() {
+                let next = found.get(index + 1).map(|next| next.place.expected());
+                // What helps several findings in a row stands under the last.
+                text += &described(finding, next != Some(finding.place.expected()));
+            }
+        }
+        text + &format!("\n{}\n", self.counts())
+    }
+
+    /// "1 wrong, 3 doubts, 2 notes".
+    fn counts(&self) -> String {
+        let of = |severity| self.count(severity);
+        let (doubts, notes) = (counted(of(Severity::Doubt), "doubt"), counted(of(Severity::Note), "note"));
+        format!("{} wrong, {doubts}, {notes}", of(Severity::Wrong))
+    }
+
+    /// The findings for machines.
+    #[must_use]
+    pub fn json(&self) -> impl Serialize + '_ {
+        let rows = self.findings.iter().map(|finding| {
+            let place = finding.place.line_column();
+            Row {
+                severity: finding.severity.name(),
+                rule: finding.rule.name(),
+                file: finding.place.file(),
+                line: place.map(|(line, _)| line),
+                column: place.map(|(_, column)| column),
+                field: finding.place.field(),
+                problem: finding.place.problem(),
+                advice: finding.place.expected(),
+            }
+        });
+        Report {
+            robot: &self.draft.robot.name,
+            gravity: self.gravity.into(),
+            wrong: self.count(Severity::Wrong),
+            doubts: self.count(Severity::Doubt),
+            notes: self.count(Severity::Note),
+            findings: rows.collect(),
+        }
+    }
+}
+
+/// Place, text of the file, problem and, where asked for, what to do.
+fn described(finding: &Finding, advise: bool) -> String {
+    let place = &finding.place;
+    let at = place.line_column().map_or(String::new(), |(line, column)| format!(":{line}:{column}"));
+    let mut text = format!("\n  {}{at}: {}\n", place.file(), place.field());
+    if let Some(quote) = &finding.quote {
+        text += &format!("    \u{2502} {quote}\n");
+    }
+    text += &format!("    {}\n", place.problem());
+    if advise {
+        text += &format!("    \u{2192} {}\n", place.expected());
+    }
+    text
+}
+
+/// "1 note", "2 notes".
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}

@@ -1,0 +1,169 @@
+//! Would a physicist believe this robot file? Rules about the numbers of an arm.
+//!
+//! Each rule is a function with its equation, its threshold and the reason for it. A rule says what it found, with units, and what
+//! to measure or write instead; [`findings`] asks them all, of all links.
+//!
+//! | module | rules |
+//! |---|---|
+//! | `body` | masses, inertia tensors, mass centres |
+//! | `limits` | limits that are impossible, placeholders, missing, or too wide |
+//! | `load` | torque that holds the arm |
+//! | `drives` | rotors, friction, steps of torque and position |
+
+mod amount;
+mod body;
+mod drives;
+mod limits;
+mod load;
+
+use crate::describe::diagnostics::FileError;
+pub use crate::describe::draft::Draft;
+use crate::describe::draft::{FileKind, Place};
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// No physics allows it, or the arm cannot hold itself.
+    Wrong,
+    /// A physicist would ask.
+    Doubt,
+    /// Missing: measure it.
+    Note,
+}
+
+impl Severity {
+    /// The name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Wrong => "wrong",
+            Self::Doubt => "doubt",
+            Self::Note => "note",
+        }
+    }
+}
+
+/// What a finding is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rule {
+    /// A body that no mass distribution has.
+    ImpossibleBody,
+    /// No mass, or grams, on a link that a joint moves.
+    Mass,
+    /// A radius of gyration beyond the link, or none.
+    Gyration,
+    /// An inertia tensor about the joint instead of the mass centre.
+    InertiaAtJoint,
+    /// A mass centre outside of the link.
+    MassCentre,
+    /// A limit with which no joint can work.
+    ImpossibleLimit,
+    /// A limit that is a placeholder.
+    Placeholder,
+    /// A limit that is missing.
+    MissingLimit,
+    /// A limit so wide that it is none.
+    WideLimit,
+    /// Torque that the arm needs to hold itself, against what it has.
+    Holding,
+    /// Rotor inertia behind the gear.
+    Rotor,
+    /// Friction of a driven joint.
+    Friction,
+    /// The step of a drive's torque.
+    TorqueStep,
+    /// The step of a measured position.
+    PositionStep,
+}
+
+impl Rule {
+    /// All rules.
+    pub const ALL: [Self; 14] = [
+        Self::ImpossibleBody,
+        Self::Mass,
+        Self::Gyration,
+        Self::InertiaAtJoint,
+        Self::MassCentre,
+        Self::ImpossibleLimit,
+        Self::Placeholder,
+        Self::MissingLimit,
+        Self::WideLimit,
+        Self::Holding,
+        Self::Rotor,
+        Self::Friction,
+        Self::TorqueStep,
+        Self::PositionStep,
+    ];
+
+    /// The name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ImpossibleBody => "impossible-body",
+            Self::Mass => "mass",
+            Self::Gyration => "gyration",
+            Self::InertiaAtJoint => "inertia-at-joint",
+            Self::MassCentre => "mass-centre",
+            Self::ImpossibleLimit => "impossible-limit",
+            Self::Placeholder => "placeholder",
+            Self::MissingLimit => "missing-limit",
+            Self::WideLimit => "wide-limit",
+            Self::Holding => "holding-torque",
+            Self::Rotor => "rotor",
+            Self::Friction => "friction",
+            Self::TorqueStep => "torque-step",
+            Self::PositionStep => "position-step",
+        }
+    }
+}
+
+/// Something about a robot file that a physicist would not believe, or would miss.
+#[derive(Debug)]
+pub struct Finding {
+    /// The rule that found it.
+    pub rule: Rule,
+    /// How bad it is.
+    pub severity: Severity,
+    /// The place and the problem; what is expected is what to measure or write instead.
+    pub place: FileError,
+    /// The text of the file that it is about, on one line; `None` where it is about something missing.
+    pub quote: Option<String>,
+}
+
+/// Widest quote of a file.
+const COLUMNS: usize = 120;
+
+impl Finding {
+    fn new(draft: &Draft, (rule, severity): (Rule, Severity), place: &Place, problem: String, advice: String) -> Self {
+        let place_error = draft.error(place, problem, advice);
+        let quote = place_error.quote(COLUMNS);
+        // The place of a value in TOML is without its key.
+        let key = place.field.rsplit('.').next().filter(|_| draft.kind == FileKind::Toml);
+        let quote = key.map_or(quote.clone(), |key| format!("{key} = {quote}"));
+        Self { rule, severity, place: place_error, quote: Some(quote).filter(|_| place.given) }
+    }
+}
+
+/// Load of a joint over all postures inside the limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointLoad {
+    /// Largest torque or force of gravity, N m or N.
+    pub holding: f64,
+    /// The posture of the largest, rad or m.
+    pub posture: Vec<f64>,
+    /// Smallest and largest diagonal entry of the inertia matrix without rotors, kg m^2 or kg.
+    pub inertia: (f64, f64),
+}
+
+/// All findings, the worst first, then by rule and place.
+///
+/// `loads` has an entry for every joint; without it, the rules that compare with a load say nothing.
+#[must_use]
+pub fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
+    let mut all = body::findings(draft);
+    all.extend(limits::findings(draft, loads));
+    all.extend(drives::findings(draft, loads));
+    all.extend(loads.map(|loads| load::findings(draft, loads)).unwrap_or_default());
+    all.sort_by_key(|finding| (finding.severity, finding.rule, finding.place.line_column()));
+    all
+}

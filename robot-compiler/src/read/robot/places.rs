@@ -1,0 +1,47 @@
+//! Places of an arm's numbers in a TOML file.
+
+use crate::describe::draft::{DraftBody, JointPlaces, bones, own_joint, skeleton};
+use crate::describe::robot::Robot;
+use crate::read::table::Table;
+use dynamics_core::Body;
+use nalgebra::Vector3;
+
+/// The links and the tool, each in the frame of its joint.
+pub(super) fn bodies(robot: &Robot, joints: &[Table<'_>], tool: Option<&Table<'_>>) -> Vec<DraftBody> {
+    let bones = bones(&skeleton(robot));
+    let links = robot.joints.iter().zip(joints).zip(bones).enumerate().map(|(index, ((joint, table), bone))| {
+        let mut points = own_joint(&joint.spec, Vector3::z());
+        points.push(bone.end);
+        body(index, &joint.spec.body, bone.centre, points, table)
+    });
+    let last = robot.dof().saturating_sub(1);
+    // A tool is measured from the tip.
+    let tool = tool.filter(|_| robot.tool.body != Body::massless()).map(|table| {
+        let held = &robot.tool.body;
+        DraftBody { fixed: true, ..body(last, held, held.com, vec![Vector3::zeros()], table) }
+    });
+    links.chain(tool).collect()
+}
+
+fn body(joint: usize, body: &Body, centre: Vector3<f64>, points: Vec<Vector3<f64>>, table: &Table<'_>) -> DraftBody {
+    let [mass, com, inertia] = ["mass", "com", "inertia"].map(|key| table.place(key));
+    DraftBody { joint, fixed: false, body: *body, centre, points, mass, com, inertia }
+}
+
+/// Places of a joint's other numbers.
+pub(super) fn joint(table: &Table<'_>) -> JointPlaces {
+    let limit = |key| table.place_in("limits", key);
+    let drive = |key| table.place_in("drive", key);
+    // An H-bridge has no torque range: the current stands for it.
+    let torque = Some(drive("torque")).filter(|place| place.given).unwrap_or_else(|| drive("current_max"));
+    JointPlaces {
+        position: limit("position"),
+        velocity: limit("velocity"),
+        torque: limit("torque"),
+        rotor: table.place("rotor"),
+        friction: table.place("friction"),
+        encoder: table.place("encoder"),
+        drive_torque: torque,
+        drive_position: drive("position"),
+    }
+}

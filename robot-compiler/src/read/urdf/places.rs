@@ -1,0 +1,84 @@
+//! Places of an arm's numbers in a URDF file, and its links before fixed ones are merged.
+
+use super::chain::Chain;
+use super::description::Description;
+use super::markup::{Markup, child};
+use super::merge;
+use crate::describe::draft::{DraftBody, JointPlaces, Place, own_joint};
+use crate::describe::robot::Robot;
+use nalgebra::Vector3;
+use roxmltree::Node;
+
+/// The links that the `i`-th moving joint moves: its own, then those fixed to it that have an `<inertial>`.
+pub(super) fn bodies(
+    markup: &Markup<'_>,
+    urdf: &Description<'_>,
+    chain: &Chain,
+    robot: &Robot,
+    i: usize,
+) -> Vec<DraftBody> {
+    let parts = merge::parts(chain, i).into_iter().enumerate();
+    let stated = parts.filter(|&(part, link)| part == 0 || child(&urdf.links[link].node, "inertial").is_some());
+    let body = |(part, index): (usize, usize)| {
+        let link = &urdf.links[index];
+        let mut points = match robot.joints.get(i) {
+            Some(joint) if part == 0 => own_joint(&joint.spec, axis(urdf, chain, i)),
+            _ => vec![Vector3::zeros()],
+        };
+        points.extend(chain.below[index].iter().map(|&joint| urdf.joints[joint].origin.translation));
+        let field = |name: &str| format!("link {}.inertial.{name}", link.name);
+        let inertial = child(&link.node, "inertial");
+        let place = |name: &str| match &inertial {
+            Some(inertial) => markup.place(inertial, name, field(name)),
+            None => markup.place(&link.node, "inertial", field(name)),
+        };
+        DraftBody {
+            joint: i,
+            fixed: part > 0,
+            body: link.body,
+            centre: link.body.com,
+            points,
+            mass: place("mass"),
+            com: place("origin"),
+            inertia: place("inertia"),
+        }
+    };
+    stated.map(body).collect()
+}
+
+/// Unit axis of a joint in its own frame.
+fn axis(urdf: &Description<'_>, chain: &Chain, i: usize) -> Vector3<f64> {
+    let axis = urdf.joints[chain.moving[i]].axis;
+    (axis / axis.amax()).normalize()
+}
+
+/// Places of a joint's other numbers.
+pub(super) fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> JointPlaces {
+    let joint = &urdf.joints[chain.moving[i]];
+    let label = Robot::joint_label(i, joint.name);
+    let of = |name: &str, field: &str| markup.place(&joint.node, name, format!("{label}.{field}"));
+    let limit = |keys: &[&str]| limit(markup, &joint.node, keys, &label);
+    // What a URDF has no element for is missing from the joint.
+    let none = |field: &str| of("", field);
+    JointPlaces {
+        position: limit(&["lower", "upper"]),
+        velocity: limit(&["velocity"]),
+        torque: limit(&["effort"]),
+        rotor: none("rotor"),
+        friction: of("dynamics", "dynamics"),
+        encoder: none("encoder"),
+        drive_torque: none("drive.torque"),
+        drive_position: none("drive.position"),
+    }
+}
+
+/// The place of the first of these attributes of a `<limit>` that is there.
+fn limit(markup: &Markup<'_>, joint: &Node<'_, '_>, keys: &[&str], label: &str) -> Place {
+    let name = keys.first().copied().unwrap_or_default();
+    let place = markup.place(joint, "limit", format!("{label}.limit.{name}"));
+    let found = child(joint, "limit").and_then(|limit| keys.iter().find_map(|key| limit.attribute_node(*key)));
+    match found {
+        Some(attribute) => Place { span: attribute.range(), ..place },
+        None => Place { given: false, ..place },
+    }
+}
