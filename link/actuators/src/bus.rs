@@ -78,11 +78,10 @@ pub struct Bus {
     pub unplugged: Vec<u16>,
     /// Every frame that a controller sent, where they are kept.
     pub sent: Vec<Frame>,
-    /// Whether they are.
-    pub keeps_sent: bool,
     pending: Vec<Frame>,
     arrived: VecDeque<Frame>,
     later: Vec<Frame>,
+    keeps_sent: bool,
 }
 
 /// Frames that wait to be sent, at most.
@@ -93,6 +92,12 @@ impl Bus {
     #[must_use]
     pub fn new(actuators: Vec<Actuator>) -> Self {
         Self { actuators, keeps_sent: true, ..Self::default() }
+    }
+
+    /// A bus with these actuators, for long runs: it keeps nothing of what is sent.
+    #[must_use]
+    pub fn forgetful(actuators: Vec<Actuator>) -> Self {
+        Self { actuators, ..Self::default() }
     }
 
     /// Queue a frame; false when no mailbox takes it. As a bxCAN's driver does, one is taken beside others that wait only

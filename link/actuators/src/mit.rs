@@ -42,7 +42,7 @@ pub struct Shaft {
     pub velocity: f64,
 }
 
-/// Error codes of [`Electronics::error`] that the electronics raise by themselves (after the feedback frame in Damiao's DM4310 manual).
+/// Codes of [`Electronics::error`], after the feedback frame in Damiao's manual of the DM4310.
 pub mod error {
     /// The supply voltage is too high.
     pub const OVER_VOLTAGE: u8 = 0x8;
@@ -50,6 +50,8 @@ pub mod error {
     pub const UNDER_VOLTAGE: u8 = 0x9;
     /// The drive is too hot.
     pub const HOT: u8 = 0xb;
+    /// The load is too much; somebody else finds that.
+    pub const OVERLOAD: u8 = 0xe;
 }
 
 /// Electronics of an actuator: frames in and out, and the torque on a shaft that somebody else moves.

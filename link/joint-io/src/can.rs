@@ -167,9 +167,14 @@ impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<A, B, P, N> {
         joints
     }
 
-    /// The two buses and the brakes' line: a simulation is at their other end.
-    pub fn wires(&mut self) -> (&mut A, &mut B, &P) {
-        (&mut self.first, &mut self.second, &self.brake)
+    /// The two buses, for a simulation at their other end.
+    pub fn buses(&mut self) -> (&mut A, &mut B) {
+        (&mut self.first, &mut self.second)
+    }
+
+    /// The line to the brakes.
+    pub fn brake(&self) -> &P {
+        &self.brake
     }
 
     /// Errors of each joint's frames.
