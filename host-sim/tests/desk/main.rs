@@ -10,6 +10,7 @@ mod collision;
 mod command_line;
 mod contact;
 mod doctor;
+mod drives;
 mod dynamics;
 mod energy;
 mod explain_command;
