@@ -351,7 +351,7 @@ fn setting(scene: &SceneFile, target: &str) -> Setting {
 /// Simulated drives of a scene, in words.
 fn drives(scene: &SceneFile) -> Option<SimulatedDrives> {
     let mit = scene.robot.joints.iter().all(|joint| joint.drive.is_some_and(|drive| drive.mit().is_some()));
-    (mit && !scene.actuators.ideal).then(|| SimulatedDrives {
+    (mit && !scene.actuators.ideal).then_some(SimulatedDrives {
         kind: "mit",
         loop_rate: scene.actuators.loop_rate,
         after_fault: match scene.safety.safe_action {
