@@ -3,13 +3,13 @@
 //! | module | holds |
 //! |---|---|
 //! | [`board`] | the interface of a board; the boards themselves belong to the program |
-//! | [`joint_io`] | ways of reaching the joints: CAN actuators, PWM drives with magnetic encoders |
+//! | [`joint_io`] | ways of reaching the joints: CAN actuators, PWM drives with magnetic encoders; a package of its own |
 //!
-//! The program joins them with [`session`], which the desk runs too.
+//! The program joins them with [`session`]. The desk runs both too.
 //!
 //! On the microcontroller three priorities share the work: the link's receiver interrupts everything, for a byte or for what a DMA has
 //! stored; the control tick is owned by a timer interrupt; and frames are read, answered and sent below both.
 #![no_std]
 
 pub mod board;
-pub mod joint_io;
+pub use joint_io;

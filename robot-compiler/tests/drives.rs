@@ -48,6 +48,20 @@ fn emitted_drives_hold_the_very_bits_of_the_file() {
 }
 
 #[test]
+fn drives_on_can_are_simulated_unless_the_scene_says_ideal() {
+    let mut wave = mit6();
+    let (specs, wires) = wave.simulated_drives::<6>().unwrap();
+    assert_eq!(Drives::Mit(wires), wave.drives());
+    for (spec, wire) in specs.iter().zip(&wires) {
+        assert_eq!((spec.ratio as f32, spec.zero as f32), (wire.gearing.ratio, wire.gearing.zero));
+    }
+    wave.actuators.ideal = true;
+    assert!(wave.simulated_drives::<6>().is_none());
+    assert!(pwm2().simulated_drives::<2>().is_none());
+    assert!(scene("scenes/puma560_pick.toml").simulated_drives::<6>().is_none());
+}
+
+#[test]
 fn an_arm_without_drives_is_reached_over_the_link() {
     let puma = scene("scenes/puma560_pick.toml");
     assert_eq!(puma.drives::<6>(), Drives::Link);

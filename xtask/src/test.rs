@@ -33,14 +33,14 @@ fn static_checks(tally: &mut Tally) {
     tally.step("each package alone", each_alone);
 }
 
-/// Each package with the features that it asks for itself: in the workspace another one may have asked for what it lacks. The core
-/// and the link also for the chip, where nothing of a standard library hides what they need.
+/// Each package with the features that it asks for itself: in the workspace another one may have asked for what it lacks. What the
+/// board shares with the desk also for the chip, where nothing of a standard library hides what they need.
 fn each_alone() -> Result<()> {
     for (package, _) in check::packages()? {
         run(cargo(["check", "--locked", "--quiet", "--all-targets", "--package"]).arg(package))?;
     }
     let toolchain = Toolchain::find_or_install()?;
-    for package in ["dynamics-core", "link", "session"] {
+    for package in ["dynamics-core", "link", "session", "joint-io"] {
         run(toolchain.cargo("check").args(["--locked", "--quiet", "--package", package]))?;
     }
     Ok(())

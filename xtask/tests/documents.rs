@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Pages and comments that speak of what has not been measured: where a reader would look for a claim.
-const FOLDERS: [&str; 10] = [
+const FOLDERS: [&str; 11] = [
     "docs",
     "firmware/src",
+    "link/joint-io/src",
     "link/session/src",
     "host-sim/src",
     "xtask/src",

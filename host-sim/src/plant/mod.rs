@@ -6,7 +6,8 @@
 //! | [`integrator`] | fourth-order Runge-Kutta, semi-implicit Euler, an adaptive pair |
 //! | [`elasticity`] | motor and link sides of elastic joints, play between them |
 //! | [`friction`] | viscous, Coulomb and Stribeck friction |
-//! | [`actuator`] | delay, saturation, lag and ripple of the torque |
+//! | [`actuator`] | delay, saturation, lag and ripple of an ideal drive's torque |
+//! | [`drives`] | simulated drives: the board's own code before two CAN buses, an actuator at every joint |
 //! | [`jitter`] | random offsets of the instants of measuring and acting |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
 //! | [`ledger`] | energy put into the arm and taken out of it |
@@ -14,6 +15,7 @@
 pub mod actuator;
 #[cfg(test)]
 mod calls;
+pub mod drives;
 pub mod dynamics;
 pub mod elasticity;
 pub mod friction;
@@ -279,6 +281,44 @@ impl<const N: usize> Plant<N> {
             }
         }
         Ok(())
+    }
+
+    /// Simulate one control period under drives that renew their torque so many `times` in it: `renew` gives it from the
+    /// state that the drives feel, and for how long (s). The brakes are released.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub(crate) fn drive_by(
+        &mut self,
+        times: u32,
+        mut renew: impl FnMut(&State<N>, f64) -> [f64; N],
+    ) -> Result<(), Diverged> {
+        self.begin_tick();
+        if self.brake.take().is_some() {
+            self.actuators.released();
+        }
+        let Clock { period, steps_per_tick } = self.clock;
+        let instant = |turn: u32| period * f64::from(turn) / f64::from(times);
+        for turn in 0..times {
+            let (from, to) = (instant(turn), instant(turn + 1));
+            let torque = renew(self.seen(), to - from);
+            // The curve is in the time of the last tick only once.
+            let (_, drive) = self.actuators.drive(&torque, if turn == 0 { period } else { 0.0 }, from);
+            self.pass(&drive, Stretch { from, to, steps: steps_per_tick.div_ceil(times) })?;
+        }
+        Ok(())
+    }
+
+    /// As [`Plant::drive_by`], outside the ledger: the drives stop the arm.
+    pub(crate) fn stop_by(
+        &mut self,
+        times: u32,
+        renew: impl FnMut(&State<N>, f64) -> [f64; N],
+    ) -> Result<(), Diverged> {
+        let ledger = self.ledger.take();
+        let passed = self.drive_by(times, renew);
+        self.ledger = ledger;
+        passed
     }
 
     /// The instant at which a new torque takes effect, s into the tick.

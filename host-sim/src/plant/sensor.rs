@@ -89,6 +89,12 @@ impl<const N: usize> Sensors<N> {
         Reading { sample, age_ticks: u32::try_from(now - taken).unwrap_or(u32::MAX) }
     }
 
+    /// The state with the noise of one sample.
+    pub fn disturbed(&mut self, state: &State<N>) -> State<N> {
+        let SensorSettings { position_noise, velocity_noise, .. } = self.settings;
+        State { q: self.with_noise(state.q, position_noise), qd: self.with_noise(state.qd, velocity_noise) }
+    }
+
     fn sample(&mut self, state: &State<N>) -> Sample<N> {
         let SensorSettings { position_noise, velocity_noise, counters, .. } = self.settings;
         let q = self.with_noise(state.q, position_noise);

@@ -1,29 +1,13 @@
 //! The control loop: reference, sensors, controller (on any target), actuators, arm; once per control period.
 
-use crate::plant::sensor::{Reading, Sample, Sensors};
-use crate::plant::{Diverged, Plant};
+use crate::plant::Diverged;
 use crate::run::record::{JointSample, Record};
 use crate::run::target::{Ticked, Torques};
+pub use crate::run::world::World;
 use dynamics_core::control::LimitFlags;
-use dynamics_core::control::trajectory::Motion;
-use dynamics_core::{Command, Fault, Measurement, Real, Reference, Sensed};
+use dynamics_core::{Command, Fault, Real};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-
-/// Everything in the loop but the controller.
-#[derive(Clone, Debug)]
-pub struct World<const N: usize> {
-    /// The simulated arm.
-    pub plant: Plant<N>,
-    /// Its sensors.
-    pub sensors: Sensors<N>,
-    /// The motion that the arm should follow.
-    pub motion: Motion<f64, N>,
-    /// Restart the motion each time it ends.
-    pub repeat: bool,
-    /// Control period, s.
-    pub period: f64,
-}
 
 /// Reason why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,8 +44,9 @@ pub struct Timing {
 
 /// Run `ticks` control periods, or until `stop` is set. Calls `after_tick` with the number of ticks done.
 ///
-/// A fault brakes the arm, and the run goes on to its end: the motion of the arm on its brakes is part of the result. A
-/// target that fails ends the run; `record` keeps all ticks before the failure.
+/// Simulated drives are on when the run begins, and have replied. A fault of the controller or of a drive latches: the arm brakes, or
+/// simulated drives do the safe action, and the run goes on to its end, because that motion is part of the result. A target
+/// that fails ends the run; `record` keeps all ticks before the failure.
 pub fn run<S: Real, const N: usize>(
     world: &mut World<N>,
     controller: &mut impl Torques<S, N>,
@@ -73,6 +58,8 @@ pub fn run<S: Real, const N: usize>(
     let start = Instant::now();
     let mut timing = Timing::default();
     let (mut end, mut failure) = (End::Complete, None);
+    let mut latched = None;
+    world.switch_on();
     for tick in 0..ticks {
         if stop.load(Ordering::Relaxed) {
             end = End::Interrupted;
@@ -81,10 +68,11 @@ pub fn run<S: Real, const N: usize>(
         let t = tick as f64 * world.period;
         let reference = world.reference(t);
         let state = *world.plant.state();
-        let measurement = measurement::<S, N>(&world.sensors.read(world.plant.measured()));
+        let sensing = world.sense::<S>();
+        latched = latched.or_else(|| world.fault(&sensing));
         let input = reference.cast::<S>();
         let before = Instant::now();
-        let ticked = controller.tick(&input, &measurement);
+        let ticked = controller.tick(&input, &sensing.measurement);
         timing.ticks += before.elapsed();
         let Ticked { command, .. } = match ticked {
             Ok(ticked) => ticked,
@@ -93,7 +81,7 @@ pub fn run<S: Real, const N: usize>(
                 break;
             }
         };
-        let (torque, limits, fault) = outcome(&command);
+        let (torque, limits, fault) = outcome(&latched.map_or(command, Command::Brake));
         let sample = |i: usize| JointSample {
             q_reference: reference.q[i],
             q: state.q[i],
@@ -103,9 +91,8 @@ pub fn run<S: Real, const N: usize>(
             limits: limits[i],
         };
         record.push::<N>(t, core::array::from_fn(sample), fault);
-        if fault.is_some() {
-            world.plant.brake();
-        } else if let Err(diverged) = world.plant.drive(&torque) {
+        let passed = if fault.is_some() { world.stop() } else { world.drive(&torque) };
+        if let Err(diverged) = passed {
             end = End::Diverged(diverged);
             break;
         }
@@ -113,22 +100,6 @@ pub fn run<S: Real, const N: usize>(
     }
     timing.whole = start.elapsed();
     Closed { end, timing, failure }
-}
-
-impl<const N: usize> World<N> {
-    /// Reference of the arm at `t` (s).
-    pub(crate) fn reference(&self, t: f64) -> Reference<f64, N> {
-        self.motion.sample(if self.repeat { t % self.motion.duration() } else { t })
-    }
-}
-
-/// The sensors' reading in the controller's scalar.
-pub(crate) fn measurement<S: Real, const N: usize>(reading: &Reading<N>) -> Measurement<S, N> {
-    let sensed = match &reading.sample {
-        Sample::State(state) => Sensed::State { q: state.q.map(S::literal), qd: state.qd.map(S::literal) },
-        Sample::Counts(counts) => Sensed::Counts(*counts),
-    };
-    Measurement { sensed, age_ticks: reading.age_ticks }
 }
 
 /// Torques (N m or N), limits that acted, fault.

@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`target`] | the targets that compute the torques: the desk, the chip, or both beside each other |
+//! | [`world`] | everything in the loop but the controller: arm, sensors, drives, motion |
 //! | [`closed_loop`] | the loop itself, once per control period |
 //! | [`simulate`] | from a scene to a finished run |
 //! | [`record`] | the record of every tick, and its CSV |
@@ -19,3 +20,4 @@ pub mod record;
 pub mod simulate;
 pub mod summary;
 pub mod target;
+pub mod world;

@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, number};
 use crate::plant::actuator::ActuatorSettings;
+use crate::plant::drives::Drives;
 use crate::plant::elasticity::Elasticity;
 use crate::plant::friction::{Breakaway, FrictionLaw};
 use crate::plant::jitter::{Jitter, Moved};
@@ -10,9 +11,10 @@ use crate::plant::{Arm, Clock, JointFriction, Plant};
 use crate::run::closed_loop::{self, Closed, End, World};
 use crate::run::plot::Marks;
 use crate::run::record::{JointLabel, Record};
-use crate::run::summary::{ModelTicks, Setting, Summary};
+use crate::run::summary::{ModelTicks, Setting, SimulatedDrives, Summary};
 use crate::run::target::Torques;
 use dynamics_core::control::{CollisionWatch, EveryNth};
+use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Method;
 use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
@@ -187,9 +189,12 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
     steepest.map_or(Ok(()), |(joint, friction)| can_follow(scene, joint, friction))?;
     let fastest = elasticity.and_then(|springs| springs.fastest(&arm, &start));
     fastest.map_or(Ok(()), |fastest| can_swing(scene, step, fastest))?;
+    let drives = scene.simulated_drives::<N>();
+    // Simulated drives have a delay and a ceiling of their own.
+    let ideal = drives.is_none();
     let actuators = ActuatorSettings {
-        delay: scene.actuators.delay as usize,
-        saturation: scene.actuators.saturation,
+        delay: if ideal { scene.actuators.delay as usize } else { 0 },
+        saturation: ideal && scene.actuators.saturation,
         lag: (scene.actuators.lag > 0.0).then_some(scene.actuators.lag),
         ripple: scene.actuators.ripple,
     };
@@ -206,7 +211,13 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         .with_push(scene.plant.push)
         .with_jitter(jitter(scene.sensors.jitter, Moved::Sampling), jitter(scene.actuators.jitter, Moved::Acting));
     let plant = if scene.plant.rotor_coupling { plant.with_rotor_coupling(&arm.joints) } else { plant };
+    let drives = drives.map(|(specs, wires)| {
+        Drives::new(&specs, wires, clock, scene.actuators.loop_rate).with_failure(scene.actuators.failure)
+    });
     Ok(World {
+        drives,
+        safe_action: scene.safety.safe_action,
+        temperature: scene.safety.temperature,
         plant: match elasticity {
             None => plant,
             Some(springs) => plant.with_elasticity(springs, scene.sensors.side),
@@ -216,6 +227,16 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         repeat: scene.motion.repeats(),
         period: scene.period(),
     })
+}
+
+/// As [`world`], with ideal drives whatever the robot file describes.
+///
+/// # Errors
+/// As [`world`].
+pub fn ideal_world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
+    let mut scene = scene.clone();
+    scene.actuators.ideal = true;
+    world(&scene)
 }
 
 /// Longest step (s) that the integrator is sure to take; zero if it adapts its steps.
@@ -323,5 +344,20 @@ fn setting(scene: &SceneFile, target: &str) -> Setting {
         trig: trig.to_owned(),
         model: (every > 1).then(|| ModelTicks { every, between: name(scene.control.model_between).to_owned() }),
         period: scene.period(),
+        drives: drives(scene),
     }
+}
+
+/// Simulated drives of a scene, in words.
+fn drives(scene: &SceneFile) -> Option<SimulatedDrives> {
+    let mit = scene.robot.joints.iter().all(|joint| joint.drive.is_some_and(|drive| drive.mit().is_some()));
+    (mit && !scene.actuators.ideal).then_some(SimulatedDrives {
+        kind: "mit",
+        loop_rate: scene.actuators.loop_rate,
+        after_fault: match scene.safety.safe_action {
+            SafeAction::Brake => "the brakes held",
+            SafeAction::DampedStop => "the drives damped",
+            SafeAction::Off => "the drives were off",
+        },
+    })
 }

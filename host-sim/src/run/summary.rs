@@ -29,6 +29,21 @@ pub struct Setting {
     pub model: Option<ModelTicks>,
     /// Control period, s.
     pub period: f64,
+    /// Simulated drives; `None` where they are ideal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drives: Option<SimulatedDrives>,
+}
+
+/// Drives that a run simulates.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SimulatedDrives {
+    /// Their kind in the robot file.
+    pub kind: &'static str,
+    /// Rate of their own loop, Hz.
+    pub loop_rate: f64,
+    /// What they did after a fault.
+    #[serde(skip)]
+    pub after_fault: &'static str,
 }
 
 /// The ticks in which a model is evaluated.
@@ -242,6 +257,10 @@ impl Summary {
         if let Some(ModelTicks { every, between }) = &self.setting.model {
             lines.push(format!("{:<20}every {every} ticks, {between} between", "model"));
         }
+        if let Some(SimulatedDrives { kind, loop_rate, .. }) = &self.setting.drives {
+            let rate = engineering(*loop_rate, "Hz");
+            lines.push(format!("{:<20}simulated: {kind}, replies a tick old, own loop {rate}", "drives"));
+        }
         if let Some(Instructions { min, max }) = self.instructions_per_tick {
             lines.push(format!("{:<20}{min} to {max} per tick", "instructions"));
         }
@@ -251,12 +270,11 @@ impl Summary {
         if self.faults.is_empty() {
             lines.push(format!("{:<20}none", "faults"));
         }
+        let after = self.setting.drives.as_ref().map_or("the brakes held", |drives| drives.after_fault);
         for fault in &self.faults {
             let at = engineering(fault.tick as f64 * self.setting.period, "s");
-            lines.push(format!(
-                "{:<20}{} at tick {} ({at}); the brakes held from then on",
-                "faults", fault.message, fault.tick
-            ));
+            lines
+                .push(format!("{:<20}{} at tick {} ({at}); {after} from then on", "faults", fault.message, fault.tick));
         }
         lines.push(self.supervision());
         if let Some(why) = &self.stopped {

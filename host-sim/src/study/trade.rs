@@ -9,6 +9,7 @@
 //! | [`measure`] | torque error against a computation in 31 digits, tracking error of the closed loop |
 //! | `store` | measurements of earlier calls |
 //! | [`mod@pareto_front`] | the choices on the Pareto front |
+//! | [`mod@drive_step`] | steps of the drives' frames, beside the errors of a choice |
 //! | [`simulator`] | errors of an integrator and its step |
 //! | [`request`] | requirements on a choice, and the cheapest choice that meets them |
 //! | [`chip`] | costs on the chip: of the controller, of the whole interrupt, and its share of the processor |
@@ -20,6 +21,7 @@
 pub mod baseline;
 pub mod chip;
 pub mod choice;
+pub mod drive_step;
 mod files;
 pub mod measure;
 pub mod pareto_front;
@@ -35,6 +37,7 @@ use crate::study::parallel::try_in_parallel;
 use baseline::Baseline;
 use chip::{Chip, Cost, Load, Surroundings};
 use choice::{Choice, Named};
+use drive_step::{DriveStep, drive_steps};
 use indicatif::ProgressBar;
 use measure::{Exact, OnMotion, on_motion};
 use robot_compiler::{SceneFile, with_dof};
@@ -82,6 +85,9 @@ pub struct Trade {
     pub robot: String,
     /// Names of the joints.
     pub joints: Vec<String>,
+    /// Steps of the drives' frames, joint by joint; empty where the drives take no frames.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub drives: Vec<DriveStep>,
     /// The test motions.
     pub courses: Vec<TestMotionReport>,
     /// The choice in the scene's own file.
@@ -179,6 +185,7 @@ fn of_arm<const N: usize>(
         scene: base.file.name.clone(),
         robot: base.file.robot.name.clone(),
         joints: base.file.robot.joints.iter().map(|joint| joint.name.clone()).collect(),
+        drives: drive_steps(&base.file, &model),
         courses: courses.iter().map(|course| course.report(&base.file, &model)).collect(),
         own: base.own().named(),
         surroundings,

@@ -72,3 +72,10 @@ fn a_law_and_trig_chosen_on_the_command_line_reach_the_chip() {
     // A loop without a model pays for no sine and no kernel.
     assert!(summary["instructions_per_tick"]["max"].as_u64().unwrap() < 500);
 }
+
+#[test]
+fn measurements_of_simulated_drives_give_the_desks_bits() {
+    let summary = run_file("scenes/examples/mit6_wave.toml", "mit6_wave", &["--duration", "0.2"]);
+    assert_parity(&summary, 200);
+    assert_eq!(summary["drives"]["kind"], "mit");
+}

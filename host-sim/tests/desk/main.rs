@@ -11,6 +11,7 @@ mod collision;
 mod command_line;
 mod contact;
 mod doctor;
+mod drives;
 mod dynamics;
 mod energy;
 mod explain_command;

@@ -27,6 +27,16 @@ impl JointFaults {
     /// A pin or a PWM channel refused.
     pub const OUTPUT: Self = Self(128);
 
+    /// Faults that count as a drive's. A missing measurement is not among them: its age shows it.
+    pub const OF_DRIVE: Self = Self::NONE
+        .and(Self::DRIVE)
+        .and(Self::RANGE)
+        .and(Self::SENSOR)
+        .and(Self::LOST)
+        .and(Self::BUS)
+        .and(Self::NON_FINITE)
+        .and(Self::OUTPUT);
+
     /// Each single bit with its name.
     pub const NAMES: [(Self, &'static str); 8] = [
         (Self::MISSING, "measurement missing"),

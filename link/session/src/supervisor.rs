@@ -8,16 +8,6 @@ use crate::trajectory::{NotTaken, Trajectory};
 use dynamics_core::control::{Fault, LimitFlags, Measurement, Reference, Sensed};
 use dynamics_core::safety::{Ask, Configuration, Inputs, Output, Request, Safety, State};
 
-/// Faults that count as a drive's. A missing measurement is not among them: its age shows it.
-const DRIVE_FAULTS: JointFaults = JointFaults::NONE
-    .and(JointFaults::DRIVE)
-    .and(JointFaults::RANGE)
-    .and(JointFaults::SENSOR)
-    .and(JointFaults::LOST)
-    .and(JointFaults::BUS)
-    .and(JointFaults::NON_FINITE)
-    .and(JointFaults::OUTPUT);
-
 /// The safety state machine and its inputs. The trajectory is kept elsewhere, because it is large.
 #[derive(Clone, Debug)]
 pub struct Supervisor<const N: usize, K> {
@@ -88,7 +78,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     pub fn sense(&mut self, readings: &Readings<N>) {
         self.inputs.sensed = readings.sensed;
         (self.inputs.age_ticks, self.read) = (readings.age_ticks, true);
-        self.inputs.drive_fault = readings.faults.map(|faults| faults.intersects(DRIVE_FAULTS));
+        self.inputs.drive_fault = readings.faults.map(|faults| faults.intersects(JointFaults::OF_DRIVE));
         self.inputs.zeroed = !readings.faults.iter().any(|faults| faults.contains(JointFaults::LOST));
     }
 

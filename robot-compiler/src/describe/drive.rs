@@ -21,6 +21,15 @@ impl JointDrive {
             Self::Pwm(_) => "pwm",
         }
     }
+
+    /// The actuator, if it takes MIT-mode frames.
+    #[must_use]
+    pub const fn mit(&self) -> Option<MitSpec> {
+        match self {
+            Self::Mit(spec) => Some(*spec),
+            Self::Pwm(_) => None,
+        }
+    }
 }
 
 /// An actuator on CAN that takes MIT-mode frames. Ranges are `(lowest, highest)`, at its shaft.

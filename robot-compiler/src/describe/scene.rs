@@ -29,7 +29,8 @@ pub use lists::joints;
 pub use model::{AutoTerms, ModelSpec, ModelTerm};
 pub use motion::{MotionSpec, ViaPoint};
 pub use plant::{
-    ActuatorSpec, BreakawaySpec, ElasticitySpec, FrictionSpec, Integrator, PlantSpec, Push, Ripple, SensorSpec, Side,
+    ActuatorSpec, BreakawaySpec, DriveFailure, ElasticitySpec, FailureKind, FrictionSpec, Integrator, PlantSpec, Push,
+    Ripple, SensorSpec, Side,
 };
 pub use safety::SafetySpec;
 

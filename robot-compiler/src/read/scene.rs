@@ -7,7 +7,7 @@ use super::text::read_text;
 use crate::describe::cut::Ends;
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::robot::Robot;
-use crate::describe::scene::{ActuatorSpec, ControlSpec, ModelSpec, SceneFile, SensorSpec};
+use crate::describe::scene::{ControlSpec, ModelSpec, SceneFile};
 use std::path::Path;
 
 mod auto;
@@ -84,15 +84,18 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
     let empty = root.empty("plant");
     let plant = world::plant(&root.table("plant")?.unwrap_or(empty), &robot, &model, &control, motion.start())?;
     let auto = root.table("model")?.map_or(Ok(None), |table| auto::read(&table, &robot))?;
+    let table = root.table("actuators")?.unwrap_or(root.empty("actuators"));
+    let actuators = world::actuators(&table, &robot, &control)?;
+    let sensors_table = root.table("sensors")?.unwrap_or(root.empty("sensors"));
+    let sensors = world::sensors(&sensors_table, &robot, &plant, &control)?;
+    world::sensed_by_drives(&sensors_table, &robot, &actuators)?;
     let mut scene = SceneFile {
         name,
         path: Path::new(&source.file).to_path_buf(),
         duration: root.get("duration").map(|value| value.positive_up_to(1e5, "a time in s, above zero")).transpose()?,
         seed: root.get("seed").map_or(Ok(0), |value| value.whole(i64::MAX as u64, "a whole number of zero or more"))?,
-        sensors: root
-            .table("sensors")?
-            .map_or(Ok(SensorSpec::default()), |t| world::sensors(&t, &robot, &plant, &control))?,
-        actuators: root.table("actuators")?.map_or(Ok(ActuatorSpec::default()), |t| world::actuators(&t, &control))?,
+        sensors,
+        actuators,
         collision: root.table("collision")?.map(|t| collision::read(&t, &robot, &control)).transpose()?,
         model,
         control,

@@ -2,15 +2,17 @@
 //! lines.
 //!
 //! Time is simulated: it passes only while the operator waits, one control period at a time, so that a script has the
-//! same result on every machine. The simulated arm is driven while torque acts, and braked otherwise, for any safe
-//! action.
+//! same result on every machine. Behind ideal drives the simulated arm is driven while torque acts, and braked otherwise, for any safe
+//! action. Simulated drives begin switched off, are switched on by the first torque, and do the safe action otherwise; their faults and
+//! temperature are told to the target beside the operator's lines.
 
 use super::device::{Device, DeviceError, Tap};
 use crate::chip::ChipError;
-use crate::run::closed_loop::{World, measurement};
+use crate::run::world::{Sensing, World};
 use crate::session::drill::Drill;
+use joint_io::higher;
 use link::convert::array;
-use link::{Actuation, Frame, Pacing, Sensed};
+use link::{Actuation, Frame, Lines, Pacing, Sensed};
 use std::time::Duration;
 
 /// A drill with a simulated arm.
@@ -20,6 +22,8 @@ pub struct DrillDevice<const N: usize, D> {
     world: World<N>,
     tick: u32,
     reading: Option<Sensed>,
+    /// The operator's lines, and those that the target knows.
+    lines: (Lines, Lines),
     /// Frames of the black box, dumped before the next tick.
     past: Vec<Frame>,
     tap: Tap,
@@ -28,8 +32,10 @@ pub struct DrillDevice<const N: usize, D> {
 impl<const N: usize, D: Drill> DrillDevice<N, D> {
     /// A target that has agreed on a hello, and the simulated arm for it.
     #[must_use]
-    pub fn new(target: D, world: World<N>) -> Self {
-        Self { target, world, tick: 0, reading: None, past: Vec::new(), tap: Tap::default() }
+    pub fn new(target: D, mut world: World<N>) -> Self {
+        world.ask();
+        let lines = (Lines::CALM, Lines::CALM);
+        Self { target, world, tick: 0, reading: None, lines, past: Vec::new(), tap: Tap::default() }
     }
 
     fn now(&self) -> Duration {
@@ -45,13 +51,25 @@ impl<const N: usize, D: Drill> DrillDevice<N, D> {
         match status {
             Some(Actuation::Drive { torque, .. }) => {
                 let torque: [f32; N] = array(torque).map_err(ChipError::from)?;
-                self.world.plant.drive(&torque.map(f64::from)).map_err(DeviceError::Diverged)
+                self.world.drive(&torque.map(f64::from)).map_err(DeviceError::Diverged)
             }
-            _ => {
-                self.world.plant.brake();
-                Ok(())
-            }
+            _ => self.world.stop().map_err(DeviceError::Diverged),
         }
+    }
+
+    /// Tell the target what simulated drives report beside the operator's lines, when it changes.
+    fn report(&mut self, sensing: &Sensing<f32, N>) -> Result<(), DeviceError> {
+        let (own, told) = self.lines;
+        let bits = (0..N).fold(0, |bits, joint| bits | u8::from(sensing.drive_fault[joint]) << joint);
+        let temperature = higher(own.temperature, sensing.temperature);
+        let lines = Lines { drive_fault: own.drive_fault | bits, temperature, ..own };
+        if lines == told {
+            return Ok(());
+        }
+        self.lines.1 = lines;
+        let frame = Frame::Lines(lines);
+        self.tap.hear_sent(self.now(), &frame)?;
+        Ok(self.target.send(&frame)?)
     }
 }
 
@@ -63,6 +81,9 @@ impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
     fn send(&mut self, frame: &Frame) -> Result<(), DeviceError> {
         self.tap.hear_sent(self.now(), frame)?;
         self.target.send(frame)?;
+        if let Frame::Lines(lines) = frame {
+            self.lines = (*lines, *lines);
+        }
         if matches!(frame, Frame::Dump) {
             self.past = self.target.dumped()?;
             let now = self.now();
@@ -74,10 +95,12 @@ impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
     }
 
     fn pass(&mut self) -> Result<Vec<Frame>, DeviceError> {
-        let World { plant, sensors, .. } = &mut self.world;
-        let reading = measurement::<f32, N>(&sensors.read(plant.measured()));
+        let sensing = self.world.sense::<f32>();
         self.tick = self.tick.wrapping_add(1);
-        let measurement = link::Measurement::new(self.tick, &reading);
+        if self.world.drives.is_some() {
+            self.report(&sensing)?;
+        }
+        let measurement = link::Measurement::new(self.tick, &sensing.measurement);
         self.reading = Some(measurement.sensed.clone());
         self.tap.hear_sent(self.now(), &Frame::Measurement(measurement.clone()))?;
         let answers = self.target.tick(&measurement)?;

@@ -9,8 +9,8 @@ use super::random::Random;
 use crate::chip::hello;
 use crate::failure::Failure;
 use crate::plant::Diverged;
-use crate::run::closed_loop::{World, measurement};
 use crate::run::simulate;
+use crate::run::world::{World, measurement};
 use dynamics_core::safety::{Rules, SafeAction};
 use dynamics_core::{ControllerConfig, Live, Reference};
 use link::codec::FrameTooLong;
@@ -59,7 +59,8 @@ impl<const N: usize> Stage<N> {
         };
         Ok(Self {
             scene: (scene.name.clone(), scene.path.clone()),
-            world: simulate::world(scene)?,
+            // Drives would stand between the injected readings and the machine.
+            world: simulate::ideal_world(scene)?,
             hello: hello(scene, &model, link::Pacing::LockStep),
             live: Frame::Live(live),
             truth,

@@ -170,7 +170,8 @@ impl Trade {
             );
         }
         let _ = writeln!(text, "{}", self.around());
-        text
+        let own = self.points.iter().find(|point| point.choice == self.own);
+        text + &own.map_or_else(String::new, |own| self.beside_drives(own))
     }
 
     /// Meaning of the share, and the part of it that no choice changes.

@@ -145,6 +145,7 @@ impl Request {
             "whole interrupt     {:.0} cycles a tick, {:.0} at most (estimate): the share of the processor is this one's",
             interrupt.cycles, interrupt.cycles_max
         );
+        text += &trade.beside_drives(chosen);
         let _ = writeln!(text, "measured by         {}", chosen.command);
         let _ = writeln!(text, "scene               {}", path.display());
         text

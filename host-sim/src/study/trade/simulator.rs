@@ -84,7 +84,8 @@ fn run<const N: usize>(
     let mut scene = scene.clone();
     scene.plant.integrator = integrator;
     scene.plant.step = scene.period() / f64::from(steps);
-    let mut world = simulate::world::<N>(&scene)?;
+    // Quantised readings would turn an integrator's last bits into whole steps.
+    let mut world = simulate::ideal_world::<N>(&scene)?;
     let run = simulate::on_desk_in::<N>(&mut world, &scene, stop, &ProgressBar::hidden())?;
     if run.end == End::Interrupted {
         return Err(Failure::Interrupted);

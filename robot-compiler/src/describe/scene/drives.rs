@@ -18,10 +18,7 @@ impl SceneFile {
     pub fn drives<const N: usize>(&self) -> Drives<N> {
         let joints = &self.robot.joints;
         // Loading has checked that all joints have a drive of one kind, or none has.
-        if let Some(drives) = all(joints, |joint| match joint.drive? {
-            JointDrive::Mit(spec) => Some(mit(&spec)),
-            JointDrive::Pwm(_) => None,
-        }) {
+        if let Some(drives) = all(joints, |joint| joint.drive?.mit().map(|spec| mit(&spec))) {
             return Drives::Mit(drives);
         }
         let pwm = all(joints, |joint| match joint.drive? {
@@ -29,6 +26,13 @@ impl SceneFile {
             JointDrive::Mit(_) => None,
         });
         pwm.map_or(Drives::Link, Drives::Pwm)
+    }
+
+    /// MIT-mode actuators that drive the simulated arm, as the robot file and as the chip have them; `None` where drives are ideal.
+    #[must_use]
+    pub fn simulated_drives<const N: usize>(&self) -> Option<([MitSpec; N], [MitDrive; N])> {
+        let specs = all(&self.robot.joints, |joint| joint.drive?.mit()).filter(|_| !self.actuators.ideal)?;
+        Some((specs, specs.map(|spec| mit(&spec))))
     }
 
     fn pwm(&self, joint: &RobotJoint, spec: &PwmSpec) -> PwmDrive {

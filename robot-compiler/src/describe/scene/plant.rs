@@ -131,8 +131,14 @@ pub struct SensorSpec {
 }
 
 /// Settings of the actuators.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActuatorSpec {
+    /// Whether commanded torques act as they are though the robot file describes drives that could be simulated.
+    pub ideal: bool,
+    /// Rate of a simulated drive's own position and velocity loop, Hz.
+    pub loop_rate: f64,
+    /// Failure of a simulated drive.
+    pub failure: Option<DriveFailure>,
     /// Whether torques saturate at the joint's torque limit.
     pub saturation: bool,
     /// First-order time constant, s; 0 for none.
@@ -143,6 +149,45 @@ pub struct ActuatorSpec {
     pub ripple: Option<Ripple>,
     /// Most that a torque is late, s.
     pub jitter: f64,
+}
+
+impl Default for ActuatorSpec {
+    fn default() -> Self {
+        Self {
+            ideal: false,
+            loop_rate: 10_000.0,
+            failure: None,
+            saturation: false,
+            lag: 0.0,
+            delay: 0,
+            ripple: None,
+            jitter: 0.0,
+        }
+    }
+}
+
+/// Failure of one simulated drive, from an instant to the end of the run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveFailure {
+    /// The joint, counted from 0.
+    pub joint: usize,
+    /// Its begin, s.
+    pub at: f64,
+    /// What fails.
+    pub kind: FailureKind,
+}
+
+/// What fails in a simulated drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FailureKind {
+    /// The drive finds an error in itself.
+    Error,
+    /// Its cable breaks: it hears nothing and says nothing.
+    Unplugged,
+    /// It is as hot as its replies can say.
+    Hot,
+    /// Its supply fails.
+    UnderVoltage,
 }
 
 impl PlantSpec {

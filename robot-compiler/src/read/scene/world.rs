@@ -4,8 +4,8 @@ use super::values::{BODY, GRAVITY, WRENCH, payload, per_joint, per_joint_text};
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::{JointFriction, Robot};
 use crate::describe::scene::{
-    ActuatorSpec, BreakawaySpec, ControlSpec, ElasticitySpec, FrictionSpec, Integrator, ModelSpec, PlantSpec, Push,
-    Ripple, SensorSpec, Side,
+    ActuatorSpec, BreakawaySpec, ControlSpec, DriveFailure, ElasticitySpec, FailureKind, FrictionSpec, Integrator,
+    ModelSpec, PlantSpec, Push, Ripple, SensorSpec, Side,
 };
 use crate::read::fields::wrench;
 use crate::read::table::{Table, Value};
@@ -260,14 +260,92 @@ pub(super) fn sensors(
     Ok(sensors)
 }
 
-pub(super) fn actuators(table: &Table<'_>, control: &ControlSpec) -> Result<ActuatorSpec, FileError> {
-    table.only(&["saturation", "lag", "delay", "ripple", "jitter"])?;
+pub(super) fn actuators(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<ActuatorSpec, FileError> {
+    table.only(&["ideal", "loop_rate", "failure", "saturation", "lag", "delay", "ripple", "jitter"])?;
+    let ideal = table.get("ideal").map_or(Ok(false), |value| value.boolean())?;
+    simulated(table, robot, ideal)?;
+    let default = ActuatorSpec::default();
     Ok(ActuatorSpec {
+        ideal,
+        loop_rate: table.get("loop_rate").map_or(Ok(default.loop_rate), |value| loop_rate(&value, control))?,
+        failure: table.table("failure")?.map(|table| failure(&table, robot)).transpose()?,
         saturation: table.get("saturation").map_or(Ok(false), |value| value.boolean())?,
         lag: table.get("lag").map_or(Ok(0.0), |value| value.not_negative("a time constant of zero or more, s"))?,
         delay: delay(table)?,
         ripple: table.table("ripple")?.map(|table| ripple(&table)).transpose()?,
         jitter: jitter(table, control)?,
+    })
+}
+
+/// Keys of simulated drives, refused where drives are ideal.
+const SIMULATED: [&str; 2] = ["loop_rate", "failure"];
+
+/// Keys of ideal drives, refused where drives are simulated: those have their own delay, ceiling and instants.
+const IDEAL: [&str; 3] = ["delay", "saturation", "jitter"];
+
+/// Keys of ideal sensors, refused where drives are simulated: those measure, and their replies have one delay.
+const MEASURED: [&str; 3] = ["encoder", "delay", "jitter"];
+
+/// Whether the robot's drives are of a kind that can be simulated.
+fn has_simulated_drives(robot: &Robot) -> bool {
+    robot.joints.iter().all(|joint| joint.drive.is_some_and(|drive| drive.mit().is_some()))
+}
+
+/// Refuse keys of `[actuators]` that do not go with the drives.
+fn simulated(table: &Table<'_>, robot: &Robot, ideal: bool) -> Result<(), FileError> {
+    let can_be = has_simulated_drives(robot);
+    let simulated = can_be && !ideal;
+    if let Some(value) = table.get("ideal").filter(|_| !can_be && !ideal) {
+        let problem = "no drive of this robot can be simulated";
+        return Err(value.error(problem, "`[joint.drive]` of kind \"mit\" on every joint of the robot"));
+    }
+    let keys = if simulated { &IDEAL[..] } else { &SIMULATED[..] };
+    let Some(value) = keys.iter().find_map(|key| table.get(key)) else { return Ok(()) };
+    Err(if simulated {
+        value.error(
+            "the robot's drives are simulated, with their own delay and ceiling",
+            "`ideal = true` beside it, or not this key",
+        )
+    } else {
+        value.error("the drives are ideal", "drives of kind \"mit\" in the robot file, and not `ideal = true`")
+    })
+}
+
+/// Refuse keys of `[sensors]` that do not go with simulated drives.
+pub(super) fn sensed_by_drives(table: &Table<'_>, robot: &Robot, actuators: &ActuatorSpec) -> Result<(), FileError> {
+    if actuators.ideal || !has_simulated_drives(robot) {
+        return Ok(());
+    }
+    let Some(value) = MEASURED.iter().find_map(|key| table.get(key)) else { return Ok(()) };
+    Err(value
+        .error("the robot's drives are simulated, and they measure", "`ideal = true` in [actuators], or not this key"))
+}
+
+fn loop_rate(value: &Value<'_>, control: &ControlSpec) -> Result<f64, FileError> {
+    let expected = "a rate of the drives' own loop in Hz, at least the control rate and at most 1e6";
+    value.within(control.rate, 1e6, expected)
+}
+
+fn failure(table: &Table<'_>, robot: &Robot) -> Result<DriveFailure, FileError> {
+    const KINDS: [(&str, FailureKind); 4] = [
+        ("error", FailureKind::Error),
+        ("unplugged", FailureKind::Unplugged),
+        ("hot", FailureKind::Hot),
+        ("under-voltage", FailureKind::UnderVoltage),
+    ];
+    table.only(&["joint", "at", "kind"])?;
+    let dof = robot.joints.len();
+    let joint = table.require("joint", "the number of a joint, from 1")?;
+    let expected = format!("the number of a joint, 1 to {dof}");
+    let number = joint.whole(dof as u64, &expected)?;
+    if number == 0 {
+        return Err(joint.error("found 0", expected));
+    }
+    const AT: &str = "a time of zero or more, s";
+    Ok(DriveFailure {
+        joint: number as usize - 1,
+        at: table.require("at", AT)?.not_negative(AT)?,
+        kind: table.require("kind", "what fails")?.choice(&KINDS)?,
     })
 }
 

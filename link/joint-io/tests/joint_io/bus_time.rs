@@ -1,7 +1,7 @@
 //! The bus time that the schedule is held to, against frames laid out bit by bit.
 
 use actuator_model::wire;
-use firmware::joint_io::bus_time::{BusLoad, frame_bits};
+use joint_io::bus_time::{BusLoad, frame_bits};
 use proptest::prelude::*;
 
 #[test]

@@ -1,6 +1,7 @@
 //! A CAN bus with actuators on it, and the possible fates of a reply.
 
 use crate::mit::Actuator;
+use embedded_can::{ErrorKind, Id, StandardId};
 use std::collections::VecDeque;
 
 /// A data frame with a standard identifier.
@@ -10,6 +11,41 @@ pub struct Frame {
     pub id: u16,
     /// Up to eight bytes.
     pub data: Vec<u8>,
+}
+
+impl embedded_can::Frame for Frame {
+    /// `None` for an extended identifier and for more than eight bytes.
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        match id.into() {
+            Id::Standard(id) if data.len() <= 8 => Some(Self { id: id.as_raw(), data: data.to_vec() }),
+            _ => None,
+        }
+    }
+
+    fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
+        None
+    }
+
+    fn is_extended(&self) -> bool {
+        false
+    }
+
+    fn is_remote_frame(&self) -> bool {
+        false
+    }
+
+    fn id(&self) -> Id {
+        // An identifier of more than 11 bits is on no wire; as the lowest priority it is nobody's.
+        StandardId::new(self.id).unwrap_or(StandardId::MAX).into()
+    }
+
+    fn dlc(&self) -> usize {
+        self.data.len()
+    }
+
+    fn data(&self) -> &[u8] {
+        &self.data
+    }
 }
 
 /// Fate of a reply.
@@ -38,20 +74,29 @@ pub struct Bus {
     pub stuck: bool,
     /// Fates of the next replies of an actuator, by identifier; empty: they arrive.
     pub fates: Vec<(u16, Fate)>,
-    /// Every frame that a controller sent.
+    /// Actuators that hear nothing and say nothing, by identifier: their cable is broken.
+    pub unplugged: Vec<u16>,
+    /// Every frame that a controller sent, where they are kept.
     pub sent: Vec<Frame>,
     pending: Vec<Frame>,
     arrived: VecDeque<Frame>,
     later: Vec<Frame>,
+    keeps_sent: bool,
 }
 
 /// Frames that wait to be sent, at most.
 pub const MAILBOXES: usize = 3;
 
 impl Bus {
-    /// A bus with these actuators.
+    /// A bus with these actuators, which keeps what is sent.
     #[must_use]
     pub fn new(actuators: Vec<Actuator>) -> Self {
+        Self { actuators, keeps_sent: true, ..Self::default() }
+    }
+
+    /// A bus with these actuators, for long runs: it keeps nothing of what is sent.
+    #[must_use]
+    pub fn forgetful(actuators: Vec<Actuator>) -> Self {
         Self { actuators, ..Self::default() }
     }
 
@@ -80,25 +125,36 @@ impl Bus {
         self.arrived.push_back(frame);
     }
 
-    /// Let time pass: waiting frames are sent, lowest identifier first, and the actuators answer and move.
+    /// Let time pass: frames go to and fro, and free shafts move.
     pub fn step(&mut self, dt: f64) {
-        self.arrived.extend(self.later.drain(..));
-        if !self.off && !self.stuck {
-            self.pending.sort_by_key(|frame| frame.id);
-            for frame in std::mem::take(&mut self.pending) {
-                self.deliver(&frame);
-                self.sent.push(frame);
-            }
-        }
+        self.serve();
         for actuator in &mut self.actuators {
             actuator.step(dt, 0.0);
         }
     }
 
+    /// Send the waiting frames, lowest identifier first; the actuators answer at once.
+    pub fn serve(&mut self) {
+        self.arrived.extend(self.later.drain(..));
+        if !self.off && !self.stuck {
+            self.pending.sort_by_key(|frame| frame.id);
+            for frame in std::mem::take(&mut self.pending) {
+                self.deliver(&frame);
+                if self.keeps_sent {
+                    self.sent.push(frame);
+                }
+            }
+        }
+    }
+
     fn deliver(&mut self, frame: &Frame) {
-        let Some(actuator) = self.actuators.iter_mut().find(|actuator| actuator.id == frame.id) else { return };
+        let addressed = |actuator: &&mut Actuator| actuator.electronics.id == frame.id;
+        let Some(actuator) = self.actuators.iter_mut().find(addressed) else { return };
+        if self.unplugged.contains(&frame.id) {
+            return;
+        }
         let Some(data) = actuator.receive(&frame.data) else { return };
-        let mut reply = Frame { id: actuator.reply_id, data };
+        let mut reply = Frame { id: actuator.electronics.reply_id, data };
         let next = self.fates.iter().position(|(id, _)| *id == frame.id);
         match next.map_or(Fate::Arrives, |next| self.fates.remove(next).1) {
             Fate::Arrives => self.arrived.push_back(reply),
@@ -110,5 +166,18 @@ impl Bus {
                 self.arrived.push_back(reply);
             }
         }
+    }
+}
+
+impl embedded_can::nb::Can for Bus {
+    type Frame = Frame;
+    type Error = ErrorKind;
+
+    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
+        if self.send(frame.clone()) { Ok(None) } else { Err(nb::Error::WouldBlock) }
+    }
+
+    fn receive(&mut self) -> nb::Result<Frame, ErrorKind> {
+        Self::receive(self).ok_or(nb::Error::WouldBlock)
     }
 }

@@ -1,4 +1,5 @@
-//! Ways of reaching the joints, without a chip in them: tested on the host against models of the devices on the wire.
+//! Ways of reaching the joints, without a chip in them: the board runs them before its wires, the desk before simulated
+//! drives, and the tests before models of the devices on the wire.
 //!
 //! | module | holds |
 //! |---|---|
@@ -10,6 +11,8 @@
 //!
 //! Every function here is total: input from a wire becomes a value, a count or a fault bit of a joint, never a panic,
 //! and no loop waits for hardware without a bound.
+#![no_std]
+#![forbid(unsafe_code)]
 
 pub mod as5047p;
 pub mod bus_time;

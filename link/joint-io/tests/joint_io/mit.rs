@@ -1,9 +1,9 @@
 //! Frames against the documented packing and against the actuator's own reading of them.
 
 use super::{drive, model_ranges, ranges};
-use actuator_model::mit::Actuator;
+use actuator_model::mit::{Actuator, Shaft};
 use dynamics_core::drive::{MitRanges, Range};
-use firmware::joint_io::mit::{ENTER, EXIT, FIELD_BITS, POSITION_BITS, Reply, Setpoint, ZERO};
+use joint_io::mit::{ENTER, EXIT, FIELD_BITS, POSITION_BITS, Reply, Setpoint, ZERO};
 use proptest::prelude::*;
 
 /// Every field spans exactly its codes, so that a value is its own code.
@@ -53,7 +53,7 @@ fn no_torque_is_within_half_a_step_of_none() {
     let data = Setpoint::torque(0.0).pack(&ranges()).unwrap();
     let mut actuator = Actuator::new(7, model_ranges());
     actuator.receive(&data);
-    let told = actuator.told();
+    let told = actuator.electronics.told();
     assert_eq!((told.kp, told.kd), (0.0, 0.0));
     assert!(told.torque.abs() <= 0.5 * 36.0 / 4095.0 * 1.0001, "{}", told.torque);
 }
@@ -61,9 +61,9 @@ fn no_torque_is_within_half_a_step_of_none() {
 #[test]
 fn special_frames_switch_the_actuator() {
     let mut actuator = Actuator::new(7, model_ranges());
-    actuator.position = 0.5;
+    actuator.shaft.position = 0.5;
     actuator.receive(&ENTER);
-    assert!(actuator.is_enabled());
+    assert!(actuator.electronics.is_enabled());
     let drive = drive(0, 7);
     let position = |actuator: &mut Actuator| {
         Reply::unpack(&actuator.receive(&Setpoint::torque(0.0).pack(&ranges()).unwrap()).unwrap(), &drive)
@@ -74,7 +74,7 @@ fn special_frames_switch_the_actuator() {
     actuator.receive(&ZERO);
     assert!(position(&mut actuator).abs() < 1e-3);
     actuator.receive(&EXIT);
-    assert!(!actuator.is_enabled());
+    assert!(!actuator.electronics.is_enabled());
 }
 
 #[test]
@@ -123,7 +123,7 @@ proptest! {
         let setpoint = Setpoint { position, velocity, kp, kd, torque };
         let mut actuator = Actuator::new(7, model_ranges());
         actuator.receive(&setpoint.pack(&ranges()).unwrap());
-        let told = actuator.told();
+        let told = actuator.electronics.told();
         let r = ranges();
         for (sent, got, range, bits) in [
             (position, told.position, r.position, POSITION_BITS),
@@ -141,7 +141,7 @@ proptest! {
     #[test]
     fn what_an_actuator_says_arrives_within_its_step(position in -12.5..12.5_f64, velocity in -65.0..65.0_f64) {
         let mut actuator = Actuator::new(7, model_ranges());
-        (actuator.position, actuator.velocity) = (position, velocity);
+        actuator.shaft = Shaft { position, velocity };
         let data = actuator.receive(&EXIT).unwrap();
         let reply = Reply::unpack(&data, &drive(0, 7)).unwrap();
         let r = ranges();

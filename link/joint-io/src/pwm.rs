@@ -11,8 +11,8 @@
 //! Inductance is left out: its time constant is far below a tick. Without a current sensor the current is estimated
 //! from the last duty, `(duty supply - k w) / R`.
 
-use super::as5047p::{As5047p, EncoderCounts, Turns};
-use super::{JointIo, MISSING_MAX};
+use crate::as5047p::{As5047p, EncoderCounts, Turns};
+use crate::{JointIo, MISSING_MAX};
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::PwmDrive;
 use dynamics_core::safety::SafeAction;

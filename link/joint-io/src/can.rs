@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A reply answers the command of the tick before: an actuator measures when a command arrives, and everything is in
-//! before the next tick begins ([`super::bus_time`] computes the highest rate). On each bus the command with the
+//! before the next tick begins ([`crate::bus_time`] computes the highest rate). On each bus the command with the
 //! **highest** identifier is queued first: a bxCAN takes a frame into a free mailbox beside pending ones only when the
 //! new one has the lower identifier, so in this order three commands fill three mailboxes without waiting.
 //!
@@ -25,8 +25,8 @@
 //! A frame carries no number, so an actuator that always answers one tick late looks punctual after its first miss,
 //! which is counted. Its delay is bounded by the bus: its reply must come before its next one.
 
-use super::mit::{ENTER, EXIT, Reply, Setpoint};
-use super::{JointIo, MISSING_MAX, higher};
+use crate::mit::{ENTER, EXIT, Reply, Setpoint};
+use crate::{JointIo, MISSING_MAX, higher};
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
@@ -137,7 +137,7 @@ enum Order {
 }
 
 /// The joints behind two buses.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct CanJoints<A, B, P, const N: usize> {
     first: A,
     second: B,
@@ -165,6 +165,16 @@ impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<A, B, P, N> {
         };
         joints.engage_brakes();
         joints
+    }
+
+    /// The two buses, for a simulation at their other end.
+    pub fn buses(&mut self) -> (&mut A, &mut B) {
+        (&mut self.first, &mut self.second)
+    }
+
+    /// The line to the brakes.
+    pub fn brake(&self) -> &P {
+        &self.brake
     }
 
     /// Errors of each joint's frames.

@@ -1,50 +1,19 @@
 //! The schedule on two buses, with replies that come, do not, come late, twice, cut short or from strangers.
 
 use super::{drive, model_ranges};
-use actuator_model::bus::{Bus, Fate, Frame as ModelFrame};
+use actuator_model::bus::{Bus, Fate, Frame};
 use actuator_model::mit::Actuator;
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::{Gearing, MitDrive};
 use dynamics_core::safety::SafeAction;
-use embedded_can::{ErrorKind, Frame, Id};
-use firmware::joint_io::can::{BusCounts, CanBus, CanJoints};
-use firmware::joint_io::{JointIo, MISSING_MAX, NoPin};
+use embedded_can::ErrorKind;
+use embedded_can::nb::Can;
+use joint_io::can::{BusCounts, CanBus, CanJoints};
+use joint_io::{JointIo, MISSING_MAX, NoPin};
 use proptest::prelude::*;
 use session::readings::{JointFaults, Readings};
 use std::cell::RefCell;
 use std::rc::Rc;
-
-/// A frame as a driver has it.
-#[derive(Clone)]
-struct Wire {
-    id: Id,
-    data: Vec<u8>,
-    remote: bool,
-}
-
-impl Frame for Wire {
-    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        (data.len() <= 8).then(|| Self { id: id.into(), data: data.to_vec(), remote: false })
-    }
-    fn new_remote(id: impl Into<Id>, _: usize) -> Option<Self> {
-        Some(Self { id: id.into(), data: Vec::new(), remote: true })
-    }
-    fn is_extended(&self) -> bool {
-        matches!(self.id, Id::Extended(_))
-    }
-    fn is_remote_frame(&self) -> bool {
-        self.remote
-    }
-    fn id(&self) -> Id {
-        self.id
-    }
-    fn dlc(&self) -> usize {
-        self.data.len()
-    }
-    fn data(&self) -> &[u8] {
-        &self.data
-    }
-}
 
 /// The model's bus behind the trait that the firmware sees; it counts how often it was asked.
 #[derive(Clone)]
@@ -62,25 +31,21 @@ impl Mock {
     }
 }
 
-impl embedded_can::nb::Can for Mock {
-    type Frame = Wire;
+impl Can for Mock {
+    type Frame = Frame;
     type Error = ErrorKind;
 
-    fn transmit(&mut self, frame: &Wire) -> nb::Result<Option<Wire>, ErrorKind> {
+    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
         *self.polls.borrow_mut() += 1;
-        let Id::Standard(id) = frame.id else { panic!("commands have standard identifiers") };
-        let sent = self.bus.borrow_mut().send(ModelFrame { id: id.as_raw(), data: frame.data.clone() });
-        if sent { Ok(None) } else { Err(nb::Error::WouldBlock) }
+        self.bus.borrow_mut().transmit(frame)
     }
 
-    fn receive(&mut self) -> nb::Result<Wire, ErrorKind> {
+    fn receive(&mut self) -> nb::Result<Frame, ErrorKind> {
         *self.polls.borrow_mut() += 1;
         if *self.broken.borrow() {
             return Err(nb::Error::Other(ErrorKind::Overrun));
         }
-        let frame = self.bus.borrow_mut().receive().ok_or(nb::Error::WouldBlock)?;
-        let id = embedded_can::StandardId::new(frame.id).unwrap();
-        Ok(Wire { id: id.into(), data: frame.data, remote: false })
+        self.bus.borrow_mut().receive().ok_or(nb::Error::WouldBlock)
     }
 }
 
@@ -190,8 +155,8 @@ fn a_torque_arrives_through_gear_and_direction_and_moves_the_joint() {
     for _ in 0..21 {
         bench.drive(&torque);
     }
-    assert!((bench.actuator(1, |a| a.told().torque) + 2.0).abs() < 0.5 * 36.0 / 4095.0 + 1e-6);
-    let (position, velocity) = bench.actuator(1, |a| (a.position, a.velocity));
+    assert!((bench.actuator(1, |a| a.electronics.told().torque) + 2.0).abs() < 0.5 * 36.0 / 4095.0 + 1e-6);
+    let (position, velocity) = bench.actuator(1, |a| (a.shaft.position, a.shaft.velocity));
     let readings = bench.joints.measure().unwrap();
     let Sensed::State { q, qd } = readings.sensed else { panic!("actuators report a state") };
     // Reported as the command arrived, a period before.
@@ -205,9 +170,9 @@ fn a_torque_arrives_through_gear_and_direction_and_moves_the_joint() {
 fn a_drive_that_is_off_is_switched_on_before_it_gives_torque() {
     let mut bench = Bench::new();
     bench.drive(&[3.0; 6]);
-    assert!(bench.actuator(4, |a| a.is_enabled() && a.torque() == 0.0));
+    assert!(bench.actuator(4, |a| a.electronics.is_enabled() && a.electronics.torque() == 0.0));
     bench.drive(&[3.0; 6]);
-    assert!(bench.actuator(4, |a| a.torque() > 2.9));
+    assert!(bench.actuator(4, |a| a.electronics.torque() > 2.9));
 }
 
 #[test]
@@ -283,11 +248,11 @@ fn strangers_and_cut_frames_are_counted_and_ignored() {
     let before = bench.drive(&HOLD);
     {
         let mut bus = bench.buses[0].bus.borrow_mut();
-        bus.inject(ModelFrame { id: 0x123, data: vec![1, 0, 0, 0, 0, 0] });
-        bus.inject(ModelFrame { id: 0, data: vec![1, 0, 0, 0, 0] });
-        bus.inject(ModelFrame { id: 0, data: vec![77, 0, 0, 0, 0, 0] });
+        bus.inject(Frame { id: 0x123, data: vec![1, 0, 0, 0, 0, 0] });
+        bus.inject(Frame { id: 0, data: vec![1, 0, 0, 0, 0] });
+        bus.inject(Frame { id: 0, data: vec![77, 0, 0, 0, 0, 0] });
         // An actuator of the other bus.
-        bus.inject(ModelFrame { id: 0, data: vec![5, 0, 0, 0, 0, 0] });
+        bus.inject(Frame { id: 0, data: vec![5, 0, 0, 0, 0, 0] });
     }
     let readings = bench.drive(&HOLD);
     assert_eq!(readings.sensed, before.sensed);
@@ -302,10 +267,10 @@ fn an_actuator_with_an_error_of_its_own_is_a_fault() {
     let mut all = drives();
     all.iter_mut().for_each(|drive| drive.reply_bytes = 8);
     let mut bench = Bench::with(all);
-    (0..6).for_each(|joint| bench.actuator(joint, |a| a.reply_bytes = 8));
+    (0..6).for_each(|joint| bench.actuator(joint, |a| a.electronics.reply_bytes = 8));
     bench.drive(&HOLD);
     bench.drive(&HOLD);
-    bench.actuator(2, |a| a.error = 4);
+    bench.actuator(2, |a| a.electronics.error = 4);
     bench.drive(&HOLD);
     let readings = bench.drive(&HOLD);
     assert_eq!(
@@ -321,14 +286,14 @@ fn the_hottest_actuator_is_the_temperature_and_none_without_one() {
     let mut all = drives();
     all.iter_mut().for_each(|drive| (drive.reply_bytes, drive.temperature_offset) = (7, Some(-40.0)));
     let mut bench = Bench::with(all);
-    (0..6).for_each(|joint| bench.actuator(joint, |a| a.reply_bytes = 7));
+    (0..6).for_each(|joint| bench.actuator(joint, |a| a.electronics.reply_bytes = 7));
     assert_eq!(bench.joints.temperature(), None, "no reply yet");
-    bench.actuator(4, |a| a.temperature = 130);
+    bench.actuator(4, |a| a.electronics.temperature = 130);
     bench.drive(&HOLD);
     bench.drive(&HOLD);
     assert_eq!(bench.joints.temperature(), Some(90.0));
-    bench.actuator(4, |a| a.temperature = 65);
-    bench.actuator(0, |a| a.temperature = 0);
+    bench.actuator(4, |a| a.electronics.temperature = 65);
+    bench.actuator(0, |a| a.electronics.temperature = 0);
     bench.drive(&HOLD);
     bench.drive(&HOLD);
     assert_eq!(bench.joints.temperature(), Some(25.0));
@@ -336,7 +301,7 @@ fn the_hottest_actuator_is_the_temperature_and_none_without_one() {
 
 #[test]
 fn a_temperature_that_is_nan_hides_behind_no_other() {
-    use firmware::joint_io::higher;
+    use joint_io::higher;
     assert_eq!(higher(None, None), None);
     assert_eq!(higher(Some(1.0), None), Some(1.0));
     assert_eq!(higher(Some(1.0), Some(2.0)), Some(2.0));
@@ -347,10 +312,10 @@ fn a_temperature_that_is_nan_hides_behind_no_other() {
 #[test]
 fn a_position_at_the_end_of_its_range_is_a_fault_while_it_lasts() {
     let mut bench = Bench::running();
-    bench.actuator(0, |a| a.position = 12.6);
+    bench.actuator(0, |a| a.shaft.position = 12.6);
     bench.drive(&HOLD);
     assert_eq!(bench.drive(&HOLD).faults[0], JointFaults::RANGE);
-    bench.actuator(0, |a| a.position = 1.0);
+    bench.actuator(0, |a| a.shaft.position = 1.0);
     bench.drive(&HOLD);
     assert_eq!(bench.drive(&HOLD).faults[0], JointFaults::NONE);
 }
@@ -361,8 +326,8 @@ fn a_torque_that_is_no_number_goes_out_as_none_and_is_a_fault() {
         let mut bench = Bench::running();
         bench.drive(&[1.0; 6]);
         bench.drive(&[1.0, bad, 1.0, 1.0, 1.0, 1.0]);
-        assert!(bench.actuator(1, |a| a.told().torque).abs() < 0.0045);
-        assert!(bench.actuator(0, |a| a.told().torque) > 0.99);
+        assert!(bench.actuator(1, |a| a.electronics.told().torque).abs() < 0.0045);
+        assert!(bench.actuator(0, |a| a.electronics.told().torque) > 0.99);
         let readings = bench.drive(&HOLD);
         assert_eq!(readings.faults[1], JointFaults::NON_FINITE);
         assert_eq!(bench.joints.joint_counts()[1].refused, 1);
@@ -375,9 +340,12 @@ fn safe_actions_take_effect_within_one_tick() {
     for action in [SafeAction::Brake, SafeAction::Off] {
         let mut bench = Bench::running();
         bench.drive(&[5.0; 6]);
-        assert!(bench.actuator(3, |a| a.torque() > 4.9));
+        assert!(bench.actuator(3, |a| a.electronics.torque() > 4.9));
         bench.safe(action);
-        assert!((0..6).all(|joint| bench.actuator(joint, |a| !a.is_enabled() && a.torque() == 0.0)), "{action:?}");
+        assert!(
+            (0..6).all(|joint| bench.actuator(joint, |a| !a.electronics.is_enabled() && a.electronics.torque() == 0.0)),
+            "{action:?}"
+        );
         // Off, they still say where they are.
         bench.safe(action);
         assert_eq!(bench.safe(action).age_ticks, [0; 6]);
@@ -388,17 +356,17 @@ fn safe_actions_take_effect_within_one_tick() {
 fn a_damped_stop_slows_a_moving_joint_and_wakes_none_that_was_off() {
     let mut bench = Bench::running();
     bench.drive(&HOLD);
-    bench.actuator(0, |a| a.velocity = 10.0);
+    bench.actuator(0, |a| a.shaft.velocity = 10.0);
     for _ in 0..30 {
         bench.safe(SafeAction::DampedStop);
     }
     // exp(-30 ms * 1 N m s/rad / 0.01 kg m^2) = 0.05, and half a step of velocity and torque.
-    let velocity = bench.actuator(0, |a| a.velocity);
+    let velocity = bench.actuator(0, |a| a.shaft.velocity);
     assert!((0.2..0.7).contains(&velocity), "{velocity}");
-    assert_eq!(bench.actuator(0, |a| a.told().kp), 0.0);
+    assert_eq!(bench.actuator(0, |a| a.electronics.told().kp), 0.0);
     let mut idle = Bench::new();
     idle.safe(SafeAction::DampedStop);
-    assert!((0..6).all(|joint| idle.actuator(joint, |a| !a.is_enabled())));
+    assert!((0..6).all(|joint| idle.actuator(joint, |a| !a.electronics.is_enabled())));
 }
 
 #[test]
@@ -422,7 +390,7 @@ fn a_full_transmitter_is_asked_a_bounded_number_of_times_and_an_old_torque_never
     let sent = bench.buses[0].bus.borrow().sent.len();
     bench.drive(&[4.0; 6]);
     assert_eq!(bench.buses[0].bus.borrow().sent.len(), sent + 3);
-    assert!(bench.actuator(0, |a| a.told().torque) > 3.9);
+    assert!(bench.actuator(0, |a| a.electronics.told().torque) > 3.9);
 }
 
 #[test]
@@ -482,7 +450,7 @@ proptest! {
                 prop_assert_eq!(missed, u32::from(readings.age_ticks[joint] > 0));
                 prop_assert_eq!(readings.faults[joint].contains(JointFaults::MISSING), readings.age_ticks[joint] > MISSING_MAX);
             }
-            prop_assert!((0..6).all(|joint| bench.actuator(joint, |a| a.told().torque.is_finite())));
+            prop_assert!((0..6).all(|joint| bench.actuator(joint, |a| a.electronics.told().torque.is_finite())));
         }
     }
 }

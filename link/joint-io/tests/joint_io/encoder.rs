@@ -2,7 +2,7 @@
 
 use actuator_model::encoder::Encoder;
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
-use firmware::joint_io::as5047p::{ANGLECOM, As5047p, COUNTS, DIAAGC, ERRFL, NOP, Turns, Word, read_word};
+use joint_io::as5047p::{ANGLECOM, As5047p, COUNTS, DIAAGC, ERRFL, NOP, Turns, Word, read_word};
 use proptest::prelude::*;
 use std::cell::RefCell;
 use std::rc::Rc;

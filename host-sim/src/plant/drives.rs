@@ -1,0 +1,241 @@
+//! Simulated drives: the board's own way to the joints ([`CanJoints`]), two CAN buses, and a MIT-mode actuator at every joint.
+//!
+//! ```text
+//! tick k:  measure: replies to the commands of tick k-1 | controller | commands arrive, actuators measure and reply | the arm moves
+//! ```
+//!
+//! Commands arrive in the instant in which the tick begins, so a measurement is one period old when the controller gets it. The
+//! actuator's shaft is the joint, through the gearing: `p = ratio q + zero`, `v = ratio qd`, `tau = ratio tau_shaft`, here in the robot
+//! file's double precision. The controller's side has the chip's numbers. An actuator renews the torque of its own position
+//! and velocity loop several times a tick; without stiffness and damping it is constant from frame to frame.
+
+use super::{Clock, State};
+use actuator_model::bus::{Bus, Frame};
+use actuator_model::mit::{Actuator, Electronics, Ranges, Shaft};
+use core::convert::Infallible;
+use dynamics_core::drive::MitDrive;
+use dynamics_core::safety::SafeAction;
+use embedded_can::ErrorKind;
+use embedded_can::nb::Can;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use joint_io::JointIo;
+use joint_io::can::{CanBus, CanJoints};
+use robot_compiler::drive::MitSpec;
+use robot_compiler::scene::{DriveFailure, FailureKind};
+use session::readings::Readings;
+
+/// Temperature of a drive that is well, degrees Celsius.
+const TEMPERATURE: f64 = 25.0;
+
+/// Supply voltage of every drive, V, and the lowest that it works with: numbers of a drive for 24 V.
+const SUPPLY: f64 = 24.0;
+const SUPPLY_MIN: f64 = 15.0;
+
+/// The drives of an arm.
+#[derive(Clone, Debug)]
+pub struct Drives<const N: usize> {
+    joints: CanJoints<Line, Line, BrakeLine, N>,
+    seats: [Seat; N],
+    /// Turns of the actuators' own loop in a tick.
+    turns: u32,
+    period: f64,
+    failure: Option<DriveFailure>,
+    /// Ticks driven or stopped.
+    ticks: u64,
+}
+
+/// Place of a joint's actuator, and the joint's gearing.
+#[derive(Clone, Copy, Debug)]
+struct Seat {
+    bus: usize,
+    place: usize,
+    ratio: f64,
+    zero: f64,
+}
+
+/// Command to all drives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order<const N: usize> {
+    /// These torques or forces, N m or N.
+    Torque([f64; N]),
+    /// The safe action.
+    Safe(SafeAction),
+}
+
+impl<const N: usize> Drives<N> {
+    /// Drives that are off: as the robot file has them, and as the chip has them. `loop_rate` is that of their own loop, Hz; a tick
+    /// holds the nearest whole number of its turns.
+    #[must_use]
+    pub fn new(specs: &[MitSpec; N], wires: [MitDrive; N], clock: Clock, loop_rate: f64) -> Self {
+        let mut actuators = [Vec::new(), Vec::new()];
+        let seats = specs.map(|spec| {
+            let bus = usize::from(spec.bus > 1);
+            let seat = Seat { bus, place: actuators[bus].len(), ratio: spec.ratio, zero: spec.zero };
+            actuators[bus].push(actuator(&spec));
+            seat
+        });
+        let [first, second] = actuators.map(|actuators| Line(Bus::forgetful(actuators)));
+        Self {
+            joints: CanJoints::new(first, second, BrakeLine::default(), wires),
+            seats,
+            // The cast saturates.
+            turns: ((clock.period * loop_rate).round() as u32).max(1),
+            period: clock.period,
+            failure: None,
+            ticks: 0,
+        }
+    }
+
+    /// The same drives, of which one fails at some time.
+    #[must_use]
+    pub fn with_failure(self, failure: Option<DriveFailure>) -> Self {
+        Self { failure, ..self }
+    }
+
+    /// Electronics of a joint's actuator, to look at or to break.
+    pub fn electronics(&mut self, joint: usize) -> Option<&mut Electronics> {
+        let Seat { bus, place, .. } = *self.seats.get(joint)?;
+        Some(&mut self.bus(bus).actuators.get_mut(place)?.electronics)
+    }
+
+    /// One of the two buses, counted from 0.
+    pub fn bus(&mut self, bus: usize) -> &mut Bus {
+        let (first, second) = self.joints.buses();
+        &mut if bus == 0 { first } else { second }.0
+    }
+
+    /// Whether the brakes hold the arm.
+    pub fn brakes_hold(&self) -> bool {
+        !self.joints.brake().open
+    }
+
+    /// What the replies said since the last call, and the highest temperature that they said, degrees Celsius.
+    pub(crate) fn measure(&mut self) -> (Option<Readings<N>>, Option<f32>) {
+        (self.joints.measure(), self.joints.temperature())
+    }
+
+    /// Send a tick's commands. The actuators take them at once, and reply with the state that they measure.
+    pub(crate) fn send(&mut self, order: &Order<N>, measured: &State<N>) {
+        match order {
+            Order::Torque(torque) => self.joints.drive(&torque.map(|torque| torque as f32)),
+            Order::Safe(action) => self.joints.safe(*action),
+        }
+        for joint in 0..N {
+            let Seat { bus, place, .. } = self.seats[joint];
+            let shaft = self.seats[joint].shaft(measured, joint);
+            if let Some(actuator) = self.bus(bus).actuators.get_mut(place) {
+                actuator.shaft = shaft;
+            }
+        }
+        (0..2).for_each(|bus| self.bus(bus).serve());
+    }
+
+    /// How many times the drives renew their torque in this tick.
+    pub(crate) fn turns(&mut self) -> u32 {
+        let follows = |joint| self.electronics(joint).is_some_and(|electronics| electronics.follows_the_shaft());
+        if (0..N).any(follows) { self.turns } else { 1 }
+    }
+
+    /// Torques on the joints for the next `dt` (s), N m or N, at this state.
+    pub(crate) fn torque(&mut self, state: &State<N>, dt: f64) -> [f64; N] {
+        core::array::from_fn(|joint| {
+            let (ratio, shaft) = (self.seats[joint].ratio, self.seats[joint].shaft(state, joint));
+            self.electronics(joint).map_or(0.0, |electronics| {
+                electronics.pass(dt);
+                ratio * electronics.drive(&shaft)
+            })
+        })
+    }
+
+    /// Let a period pass while the brakes hold the arm.
+    pub(crate) fn rest(&mut self, state: &State<N>) {
+        self.torque(state, self.period);
+    }
+
+    /// Count a tick, and let a drive fail when its time has come.
+    pub(crate) fn begin_tick(&mut self) {
+        let time = self.ticks as f64 * self.period;
+        self.ticks += 1;
+        // A rounding error of the sum of ticks is no tick.
+        let Some(DriveFailure { joint, kind, .. }) = self.failure.filter(|it| time >= it.at - 1e-9) else { return };
+        let bus = self.seats.get(joint).map_or(0, |seat| seat.bus);
+        let Some(electronics) = self.electronics(joint) else { return };
+        match kind {
+            FailureKind::Error => electronics.error = actuator_model::mit::error::OVERLOAD,
+            FailureKind::Hot => electronics.temperature = u8::MAX,
+            FailureKind::UnderVoltage => electronics.supply = 0.0,
+            FailureKind::Unplugged => {
+                let id = electronics.id;
+                self.bus(bus).unplugged = vec![id];
+            }
+        }
+    }
+}
+
+impl Seat {
+    /// The shaft at this state of the arm.
+    fn shaft<const N: usize>(&self, state: &State<N>, joint: usize) -> Shaft {
+        Shaft { position: self.ratio * state.q[joint] + self.zero, velocity: self.ratio * state.qd[joint] }
+    }
+}
+
+/// The actuator of a joint, well and off.
+fn actuator(spec: &MitSpec) -> Actuator {
+    let MitSpec { id, reply_id, reply_bytes, temperature_offset, position, velocity, kp, kd, torque, .. } = *spec;
+    let mut actuator = Actuator::new(u16::from(id), Ranges { position, velocity, kp, kd, torque });
+    let electronics = &mut actuator.electronics;
+    (electronics.reply_id, electronics.reply_bytes) = (reply_id, usize::from(reply_bytes));
+    // The cast saturates.
+    electronics.temperature = (TEMPERATURE - temperature_offset.unwrap_or(0.0)).round() as u8;
+    (electronics.supply, electronics.supply_range) = (SUPPLY, (SUPPLY_MIN, f64::INFINITY));
+    actuator
+}
+
+/// The line to the brakes: high opens them.
+#[derive(Clone, Copy, Debug, Default)]
+struct BrakeLine {
+    open: bool,
+}
+
+impl ErrorType for BrakeLine {
+    type Error = Infallible;
+}
+
+impl OutputPin for BrakeLine {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.open = false;
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.open = true;
+        Ok(())
+    }
+}
+
+/// A bus as the board's driver has it.
+#[derive(Clone, Debug)]
+struct Line(Bus);
+
+impl Can for Line {
+    type Frame = Frame;
+    type Error = ErrorKind;
+
+    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
+        Can::transmit(&mut self.0, frame)
+    }
+
+    fn receive(&mut self) -> nb::Result<Frame, ErrorKind> {
+        Can::receive(&mut self.0)
+    }
+}
+
+impl CanBus for Line {
+    fn is_off(&mut self) -> bool {
+        self.0.off
+    }
+
+    fn abandon(&mut self) {
+        self.0.abandon();
+    }
+}

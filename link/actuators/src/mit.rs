@@ -1,0 +1,270 @@
+//! An actuator in MIT mode, from its own side of the wire.
+//!
+//! Field layout and special frames after B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller, with its arithmetic:
+//! `float_to_uint` cuts off, `uint_to_float` is `code span / (2^bits - 1) + min`.
+
+/// Ranges of the fields, `(lowest, highest)`, at the shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ranges {
+    /// rad
+    pub position: (f64, f64),
+    /// rad/s
+    pub velocity: (f64, f64),
+    /// N m/rad
+    pub kp: (f64, f64),
+    /// N m s/rad
+    pub kd: (f64, f64),
+    /// N m
+    pub torque: (f64, f64),
+}
+
+/// Last command to an actuator.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Told {
+    /// rad
+    pub position: f64,
+    /// rad/s
+    pub velocity: f64,
+    /// N m/rad
+    pub kp: f64,
+    /// N m s/rad
+    pub kd: f64,
+    /// N m
+    pub torque: f64,
+}
+
+/// Motion of a shaft.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shaft {
+    /// rad
+    pub position: f64,
+    /// rad/s
+    pub velocity: f64,
+}
+
+/// Codes of [`Electronics::error`], after the feedback frame in Damiao's manual of the DM4310.
+pub mod error {
+    /// The supply voltage is too high.
+    pub const OVER_VOLTAGE: u8 = 0x8;
+    /// The supply voltage is too low.
+    pub const UNDER_VOLTAGE: u8 = 0x9;
+    /// The drive is too hot.
+    pub const HOT: u8 = 0xb;
+    /// The load is too much; somebody else finds that.
+    pub const OVERLOAD: u8 = 0xe;
+}
+
+/// Electronics of an actuator: frames in and out, and the torque on a shaft that somebody else moves.
+///
+/// `torque = kp (position - p) + kd (velocity - v) + feed-forward`, held inside `torque_max` either way; none while the drive is off, has
+/// an error, or has heard nothing for `timeout`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Electronics {
+    /// Identifier of its commands.
+    pub id: u16,
+    /// Identifier of its replies.
+    pub reply_id: u16,
+    /// Bytes of its replies.
+    pub reply_bytes: usize,
+    /// Ranges of its frames' fields.
+    pub ranges: Ranges,
+    /// Its greatest torque, for any command, N m.
+    pub torque_max: f64,
+    /// Seconds without a frame after which it gives no torque.
+    pub timeout: f64,
+    /// Its own error; not zero: it gives no torque.
+    pub error: u8,
+    /// Its temperature's byte.
+    pub temperature: u8,
+    /// Highest temperature's byte; above: [`error::HOT`].
+    pub temperature_max: u8,
+    /// Supply voltage, V.
+    pub supply: f64,
+    /// Lowest and highest supply voltage, V; beyond: [`error::UNDER_VOLTAGE`], [`error::OVER_VOLTAGE`].
+    pub supply_range: (f64, f64),
+    enabled: bool,
+    silent_for: f64,
+    zero: f64,
+    told: Told,
+    torque: f64,
+}
+
+impl Electronics {
+    /// Electronics that are off.
+    #[must_use]
+    pub fn new(id: u16, ranges: Ranges) -> Self {
+        Self {
+            id,
+            reply_id: 0,
+            reply_bytes: 6,
+            ranges,
+            torque_max: ranges.torque.1,
+            timeout: 0.1,
+            error: 0,
+            temperature: 25,
+            temperature_max: u8::MAX,
+            supply: 24.0,
+            supply_range: (0.0, f64::INFINITY),
+            enabled: false,
+            silent_for: 0.0,
+            zero: 0.0,
+            told: Told::default(),
+            torque: 0.0,
+        }
+    }
+
+    /// Whether it drives.
+    #[must_use]
+    pub fn is_enabled(&self) -> bool {
+        self.enabled
+    }
+
+    /// Last command to it.
+    #[must_use]
+    pub fn told(&self) -> Told {
+        self.told
+    }
+
+    /// Torque that it gave last, N m.
+    #[must_use]
+    pub fn torque(&self) -> f64 {
+        self.torque
+    }
+
+    /// Whether the torque depends on the shaft. Otherwise it is constant until the next frame, or the timeout.
+    #[must_use]
+    pub fn follows_the_shaft(&self) -> bool {
+        self.gives_torque() && (self.told.kp != 0.0 || self.told.kd != 0.0)
+    }
+
+    /// Take a command; the reply's data. It measures now.
+    pub fn receive(&mut self, data: &[u8], shaft: &Shaft) -> Option<Vec<u8>> {
+        let &[b0, b1, b2, b3, b4, b5, b6, b7] = data else { return None };
+        self.silent_for = 0.0;
+        match ([b0, b1, b2, b3, b4, b5, b6] == [0xff; 7], b7) {
+            (true, 0xfc) => {
+                self.enabled = true;
+                self.told = Told::default();
+            }
+            (true, 0xfd) => {
+                self.enabled = false;
+                self.told = Told::default();
+            }
+            (true, 0xfe) => self.zero = shaft.position,
+            _ => {
+                let code = |high: u8, low: u8| u32::from(high) << 8 | u32::from(low);
+                let r = &self.ranges;
+                self.told = Told {
+                    position: to_float(code(b0, b1), r.position, 16),
+                    velocity: to_float(code(b2, b3) >> 4, r.velocity, 12),
+                    kp: to_float(code(b3 & 0xf, b4), r.kp, 12),
+                    kd: to_float(code(b5, b6) >> 4, r.kd, 12),
+                    torque: to_float(code(b6 & 0xf, b7), r.torque, 12),
+                };
+            }
+        }
+        self.drive(shaft);
+        Some(self.reply(shaft))
+    }
+
+    /// Time goes by, s: towards the timeout, and the drive looks after itself.
+    pub fn pass(&mut self, dt: f64) {
+        self.silent_for += dt;
+        if self.error == 0 {
+            self.error = self.found();
+        }
+    }
+
+    /// Error that the drive finds in itself; 0 for none.
+    fn found(&self) -> u8 {
+        let (lowest, highest) = self.supply_range;
+        if self.supply > highest {
+            error::OVER_VOLTAGE
+        } else if self.supply < lowest {
+            error::UNDER_VOLTAGE
+        } else if self.temperature > self.temperature_max {
+            error::HOT
+        } else {
+            0
+        }
+    }
+
+    /// Torque on the shaft now, N m: one turn of the drive's own loop.
+    pub fn drive(&mut self, shaft: &Shaft) -> f64 {
+        self.torque = if self.gives_torque() {
+            let Told { position, velocity, kp, kd, torque } = self.told;
+            let wanted = kp * (position - (shaft.position - self.zero)) + kd * (velocity - shaft.velocity) + torque;
+            wanted.clamp(-self.torque_max, self.torque_max)
+        } else {
+            0.0
+        };
+        self.torque
+    }
+
+    fn gives_torque(&self) -> bool {
+        self.enabled && self.error == 0 && self.silent_for <= self.timeout
+    }
+
+    fn reply(&self, shaft: &Shaft) -> Vec<u8> {
+        let p = to_code(shaft.position - self.zero, self.ranges.position, 16);
+        let v = to_code(shaft.velocity, self.ranges.velocity, 12);
+        let t = to_code(self.torque, self.ranges.torque, 12);
+        let mut data = vec![
+            self.id as u8,
+            (p >> 8) as u8,
+            p as u8,
+            (v >> 4) as u8,
+            ((v & 0xf) << 4) as u8 + (t >> 8) as u8,
+            t as u8,
+            self.temperature,
+            self.error,
+        ];
+        data.truncate(self.reply_bytes);
+        data
+    }
+}
+
+/// An actuator at a bus: electronics and the shaft that they measure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuator {
+    /// Frames, loop, errors.
+    pub electronics: Electronics,
+    /// The shaft: moved by [`Actuator::step`], or by an arm that carries it.
+    pub shaft: Shaft,
+    /// Inertia at the shaft, kg m^2, where [`Actuator::step`] moves it.
+    pub inertia: f64,
+}
+
+impl Actuator {
+    /// An actuator at rest at 0, off, with a free shaft.
+    #[must_use]
+    pub fn new(id: u16, ranges: Ranges) -> Self {
+        Self { electronics: Electronics::new(id, ranges), shaft: Shaft::default(), inertia: 0.01 }
+    }
+
+    /// Take a command; the reply's data.
+    pub fn receive(&mut self, data: &[u8]) -> Option<Vec<u8>> {
+        self.electronics.receive(data, &self.shaft)
+    }
+
+    /// Time goes by for a free shaft, under a torque from outside, N m.
+    pub fn step(&mut self, dt: f64, load: f64) {
+        self.electronics.pass(dt);
+        let torque = self.electronics.drive(&self.shaft);
+        self.shaft.velocity += dt * (torque + load) / self.inertia;
+        self.shaft.position += dt * self.shaft.velocity;
+    }
+}
+
+/// `float_to_uint`, on a value held inside the range.
+#[must_use]
+pub fn to_code(x: f64, (lo, hi): (f64, f64), bits: u32) -> u32 {
+    let top = f64::from((1_u32 << bits) - 1);
+    ((x.clamp(lo, hi) - lo) * top / (hi - lo)) as u32
+}
+
+/// `uint_to_float`.
+#[must_use]
+pub fn to_float(code: u32, (lo, hi): (f64, f64), bits: u32) -> f64 {
+    f64::from(code) * (hi - lo) / f64::from((1_u32 << bits) - 1) + lo
+}
