@@ -123,14 +123,28 @@ pub struct MitRanges {
     pub torque: Range,
 }
 
-/// An actuator on a CAN bus that takes MIT-mode frames.
+/// Frames of the mini-cheetah's motor controller: standard identifiers, nothing but state in a reply.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MiniCheetah;
+
+/// Frames of Damiao's motors: the mini-cheetah's commands; a reply says whether the motor is on, its error, and two temperatures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Damiao;
+
+/// Frames of RobStride's own protocol: extended identifiers, which carry the kind of a frame and the torque of a command.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RobStride;
+
+/// An actuator on a CAN bus with an impedance loop of its own: position, velocity, stiffness, damping and torque in one frame.
+///
+/// Which frames it understands is a type: [`MiniCheetah`], [`Damiao`] or [`RobStride`], so that a firmware has one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MitDrive {
     /// Which bus, counted from 0.
     pub bus: u8,
-    /// The identifier of its commands, and the first byte of its replies.
+    /// The motor's identifier: that of its commands, and part of its replies.
     pub id: u8,
-    /// The identifier of its replies.
+    /// The identifier of its replies; a RobStride's, of the host that it replies to.
     pub reply_id: u16,
     /// Bytes of a reply: 6, 7 with a temperature, 8 with temperature and error.
     pub reply_bytes: u8,

@@ -265,10 +265,7 @@ mod rtos {
 
     /// Take a frame, or the error in its place.
     #[inline(never)]
-    fn take(
-        control: &mut impl rtic::Mutex<T = Control>,
-        received: Option<Result<Received, DecodeError>>,
-    ) -> Outcome {
+    fn take(control: &mut impl rtic::Mutex<T = Control>, received: Option<Result<Received, DecodeError>>) -> Outcome {
         let Some(received) = received else { return Outcome::None };
         if let Err(error) = &received {
             defmt::warn!("not decoded: {}", error);

@@ -6,3 +6,6 @@ use dynamics_core::drive::Drives;
 pub const fn drives() -> Drives<6> {
     Drives::Link
 }
+
+/// Frames that the drives on CAN understand.
+pub type Frames = dynamics_core::drive::MiniCheetah;

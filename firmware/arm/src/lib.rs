@@ -6,7 +6,7 @@ use dynamics_core::control::{Configuration, Controller, ControllerConfig};
 use dynamics_core::safety::{self, Rules, Safety};
 
 pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
-pub use generated::drives::drives;
+pub use generated::drives::{Frames, drives};
 pub use generated::dynamics::Arm;
 pub use generated::protection::Protection;
 pub use generated::tuning::Tuning;

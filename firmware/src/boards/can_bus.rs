@@ -5,8 +5,9 @@
 //! report bus-off.
 
 use super::pac;
-use embedded_can::{ErrorKind, Id, StandardId};
+use embedded_can::{ErrorKind, ExtendedId, Id, StandardId};
 use firmware::joint_io::can::CanBus;
+use firmware::joint_io::frames::Packet;
 use stm32f4xx_hal::can::Can;
 
 type Registers = pac::can1::RegisterBlock;
@@ -37,9 +38,10 @@ const OVERRUN: u32 = 1 << 4;
 const RELEASE: u32 = 1 << 5;
 /// ESR: the controller has left the bus.
 const BUS_OFF: u32 = 1 << 2;
-/// TxIR: send. TxIR and RxIR: extended identifier, remote request.
+/// TxIR: send. TxIR and RxIR: remote request, extended identifier.
 const REQUEST: u32 = 1;
-const EXTENDED_OR_REMOTE: u32 = 0b110;
+const REMOTE: u32 = 1 << 1;
+const EXTENDED: u32 = 1 << 2;
 
 /// TSR: the bit for an empty mailbox, and the bit that aborts its frame.
 const fn empty_bit(mailbox: usize) -> u32 {
@@ -76,8 +78,25 @@ fn registers<C: Controller>() -> &'static Registers {
     }
 }
 
+/// An identifier as TxIR has it.
+fn head(id: Id) -> u32 {
+    match id {
+        Id::Standard(id) => u32::from(id.as_raw()) << 21,
+        Id::Extended(id) => id.as_raw() << 3 | EXTENDED,
+    }
+}
+
+/// The identifier of RxIR; `None` of a remote request.
+fn identifier(head: u32) -> Option<Id> {
+    match head & (EXTENDED | REMOTE) {
+        0 => StandardId::new((head >> 21) as u16).map(Id::Standard),
+        EXTENDED => ExtendedId::new(head >> 3).map(Id::Extended),
+        _ => None,
+    }
+}
+
 /// Queue a data frame in an empty mailbox; false when there is none.
-fn queue(registers: &Registers, id: u16, length: u8, bytes: [u8; 8]) -> bool {
+fn queue(registers: &Registers, id: Id, length: u8, bytes: [u8; 8]) -> bool {
     let status = registers.tsr().read().bits();
     let Some(mailbox) = (0..MAILBOXES).find(|&mailbox| status & empty_bit(mailbox) != 0) else { return false };
     let [a, b, c, d, e, f, g, h] = bytes;
@@ -88,7 +107,7 @@ fn queue(registers: &Registers, id: u16, length: u8, bytes: [u8; 8]) -> bool {
         mailbox.tdtr().write(|w| w.bits(u32::from(length)));
         mailbox.tdlr().write(|w| w.bits(u32::from_le_bytes([a, b, c, d])));
         mailbox.tdhr().write(|w| w.bits(u32::from_le_bytes([e, f, g, h])));
-        mailbox.tir().write(|w| w.bits(u32::from(id) << 21 | REQUEST));
+        mailbox.tir().write(|w| w.bits(head(id) | REQUEST));
     }
     true
 }
@@ -106,35 +125,34 @@ fn give_up(registers: &Registers) {
     }
 }
 
-/// The last frames of a program: to these identifiers, after giving up all others. Takes bounded time, and needs no
+/// The last frames of a program, after giving up all others. Takes bounded time, and needs no
 /// ownership of the controller: call it with interrupts off, as the last action of the program.
-pub fn last_words<C: Controller>(ids: impl Iterator<Item = u8>, data: &[u8; 8]) {
+pub fn last_words<C: Controller>(packets: impl Iterator<Item = Packet>) {
     /// Looks at the mailboxes before a frame is given up: two frames at 1 Mbit/s are 270 us, a look some 20 cycles of 168 MHz.
     const LOOKS: u32 = 10_000;
     let registers = registers::<C>();
     give_up(registers);
-    for id in ids {
+    for Packet { id, data } in packets {
         for _ in 0..LOOKS {
-            if queue(registers, u16::from(id), 8, *data) {
+            if queue(registers, id, 8, data) {
                 break;
             }
         }
     }
 }
 
-/// A data frame with a standard identifier: the only kind that the schedule sends or accepts.
+/// A data frame: the only kind that the schedule sends or accepts.
 pub struct Frame {
-    id: StandardId,
+    id: Id,
     length: u8,
     bytes: [u8; 8],
 }
 
 impl embedded_can::Frame for Frame {
     fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        let Id::Standard(id) = id.into() else { return None };
         let mut bytes = [0; 8];
         bytes.get_mut(..data.len())?.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
-        Some(Self { id, length: data.len() as u8, bytes })
+        Some(Self { id: id.into(), length: data.len() as u8, bytes })
     }
 
     fn new_remote(_id: impl Into<Id>, _dlc: usize) -> Option<Self> {
@@ -142,7 +160,7 @@ impl embedded_can::Frame for Frame {
     }
 
     fn is_extended(&self) -> bool {
-        false
+        matches!(self.id, Id::Extended(_))
     }
 
     fn is_remote_frame(&self) -> bool {
@@ -150,7 +168,7 @@ impl embedded_can::Frame for Frame {
     }
 
     fn id(&self) -> Id {
-        self.id.into()
+        self.id
     }
 
     fn dlc(&self) -> usize {
@@ -167,7 +185,7 @@ impl<C: Controller> embedded_can::nb::Can for Bus<C> {
     type Error = ErrorKind;
 
     fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
-        let sent = queue(self.registers(), frame.id.as_raw(), frame.length, frame.bytes);
+        let sent = queue(self.registers(), frame.id, frame.length, frame.bytes);
         if sent { Ok(None) } else { Err(nb::Error::WouldBlock) }
     }
 
@@ -186,10 +204,10 @@ impl<C: Controller> embedded_can::nb::Can for Bus<C> {
         let [a, b, c, d] = fifo.rdlr().read().bits().to_le_bytes();
         let [e, f, g, h] = fifo.rdhr().read().bits().to_le_bytes();
         set_fifo(registers, RELEASE);
-        match (head & EXTENDED_OR_REMOTE, StandardId::new((head >> 21) as u16)) {
+        match identifier(head) {
             // A length code above 8 means 8.
-            (0, Some(id)) => Ok(Frame { id, length: (length & 0xf).min(8) as u8, bytes: [a, b, c, d, e, f, g, h] }),
-            _ => Err(nb::Error::Other(ErrorKind::Other)),
+            Some(id) => Ok(Frame { id, length: (length & 0xf).min(8) as u8, bytes: [a, b, c, d, e, f, g, h] }),
+            None => Err(nb::Error::Other(ErrorKind::Other)),
         }
     }
 }

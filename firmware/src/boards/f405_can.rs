@@ -20,7 +20,7 @@ use dynamics_core::drive::{Drives, MitDrive};
 use firmware::board::{Board, Parts};
 use firmware::joint_io::bus_time::BusLoad;
 use firmware::joint_io::can::CanJoints;
-use firmware::joint_io::mit::EXIT;
+use firmware::joint_io::frames::Frames as _;
 use stm32f4xx_hal::can::{Can, CanExt as _};
 use stm32f4xx_hal::gpio::{Output as OutputPin, PC4, PinState};
 use stm32f4xx_hal::prelude::*;
@@ -69,7 +69,7 @@ impl Board<{ arm::N }> for F405Can {
     type Ticker = ControlTimer;
     type Counter = CycleCounter;
     type Lines = Guards;
-    type Joints = CanJoints<Bus<Can<pac::CAN1>>, Bus<Can<pac::CAN2>>, PC4<OutputPin>, { arm::N }>;
+    type Joints = CanJoints<arm::Frames, Bus<Can<pac::CAN1>>, Bus<Can<pac::CAN2>>, PC4<OutputPin>, { arm::N }>;
     type Nonces = f405::Generator;
 
     const NAME: &'static str = "STM32F405, CAN";
@@ -113,9 +113,9 @@ impl Board<{ arm::N }> for F405Can {
             || {
                 // PC4.
                 f405::set_port_c_low(1 << 4);
-                let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(|drive| drive.id);
-                can_bus::last_words::<Can<pac::CAN1>>(on_bus(0), &EXIT);
-                can_bus::last_words::<Can<pac::CAN2>>(on_bus(1), &EXIT);
+                let on_bus = |bus| DRIVES.iter().filter(move |drive| drive.bus == bus).map(arm::Frames::exit);
+                can_bus::last_words::<Can<pac::CAN1>>(on_bus(0));
+                can_bus::last_words::<Can<pac::CAN2>>(on_bus(1));
             },
             last_words,
         )

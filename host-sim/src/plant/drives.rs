@@ -1,4 +1,4 @@
-//! Simulated drives: the board's own way to the joints ([`CanJoints`]), two CAN buses, and a MIT-mode actuator at every joint.
+//! Simulated drives: the board's own way to the joints ([`CanJoints`]), two CAN buses, and an actuator at every joint.
 //!
 //! ```text
 //! tick k:  measure: replies to the commands of tick k-1 | controller | commands arrive, actuators measure and reply | the arm moves
@@ -11,16 +11,16 @@
 
 use super::{Clock, State};
 use actuator_model::bus::{Bus, Frame};
-use actuator_model::mit::{Actuator, Electronics, Ranges, Shaft};
+use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use core::convert::Infallible;
-use dynamics_core::drive::MitDrive;
+use dynamics_core::drive::{Damiao, MiniCheetah, MitDrive, RobStride};
 use dynamics_core::safety::SafeAction;
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use joint_io::JointIo;
 use joint_io::can::{CanBus, CanJoints};
-use robot_compiler::drive::MitSpec;
+use robot_compiler::drive::{MitSpec, Protocol};
 use robot_compiler::scene::{DriveFailure, FailureKind};
 use session::readings::Readings;
 
@@ -31,10 +31,40 @@ const TEMPERATURE: f64 = 25.0;
 const SUPPLY: f64 = 24.0;
 const SUPPLY_MIN: f64 = 15.0;
 
+/// The board's way to the joints, for each kind of frames.
+#[derive(Clone, Debug)]
+enum Joints<const N: usize> {
+    MiniCheetah(CanJoints<MiniCheetah, Line, Line, BrakeLine, N>),
+    Damiao(CanJoints<Damiao, Line, Line, BrakeLine, N>),
+    RobStride(CanJoints<RobStride, Line, Line, BrakeLine, N>),
+}
+
+/// The same expression for whatever frames the joints have.
+macro_rules! each {
+    ($joints:expr, $name:ident => $what:expr) => {
+        match $joints {
+            Joints::MiniCheetah($name) => $what,
+            Joints::Damiao($name) => $what,
+            Joints::RobStride($name) => $what,
+        }
+    };
+}
+
+impl<const N: usize> Joints<N> {
+    fn new(protocol: Protocol, first: Line, second: Line, wires: [MitDrive; N]) -> Self {
+        let brake = BrakeLine::default();
+        match protocol {
+            Protocol::MiniCheetah => Self::MiniCheetah(CanJoints::new(first, second, brake, wires)),
+            Protocol::Damiao => Self::Damiao(CanJoints::new(first, second, brake, wires)),
+            Protocol::RobStride => Self::RobStride(CanJoints::new(first, second, brake, wires)),
+        }
+    }
+}
+
 /// The drives of an arm.
 #[derive(Clone, Debug)]
 pub struct Drives<const N: usize> {
-    joints: CanJoints<Line, Line, BrakeLine, N>,
+    joints: Joints<N>,
     seats: [Seat; N],
     /// Turns of the actuators' own loop in a tick.
     turns: u32,
@@ -74,9 +104,11 @@ impl<const N: usize> Drives<N> {
             actuators[bus].push(actuator(&spec));
             seat
         });
+        // Loading has checked that all drives are of one kind.
+        let protocol = specs.first().map_or(Protocol::MiniCheetah, |spec| spec.protocol);
         let [first, second] = actuators.map(|actuators| Line(Bus::forgetful(actuators)));
         Self {
-            joints: CanJoints::new(first, second, BrakeLine::default(), wires),
+            joints: Joints::new(protocol, first, second, wires),
             seats,
             // The cast saturates.
             turns: ((clock.period * loop_rate).round() as u32).max(1),
@@ -100,25 +132,28 @@ impl<const N: usize> Drives<N> {
 
     /// One of the two buses, counted from 0.
     pub fn bus(&mut self, bus: usize) -> &mut Bus {
-        let (first, second) = self.joints.buses();
+        let (first, second) = each!(&mut self.joints, joints => joints.buses());
         &mut if bus == 0 { first } else { second }.0
     }
 
     /// Whether the brakes hold the arm.
     pub fn brakes_hold(&self) -> bool {
-        !self.joints.brake().open
+        !each!(&self.joints, joints => joints.brake().open)
     }
 
     /// What the replies said since the last call, and the highest temperature that they said, degrees Celsius.
     pub(crate) fn measure(&mut self) -> (Option<Readings<N>>, Option<f32>) {
-        (self.joints.measure(), self.joints.temperature())
+        each!(&mut self.joints, joints => (joints.measure(), joints.temperature()))
     }
 
     /// Send a tick's commands. The actuators take them at once, and reply with the state that they measure.
     pub(crate) fn send(&mut self, order: &Order<N>, measured: &State<N>) {
         match order {
-            Order::Torque(torque) => self.joints.drive(&torque.map(|torque| torque as f32)),
-            Order::Safe(action) => self.joints.safe(*action),
+            Order::Torque(torque) => {
+                let torque = torque.map(|torque| torque as f32);
+                each!(&mut self.joints, joints => joints.drive(&torque));
+            }
+            Order::Safe(action) => each!(&mut self.joints, joints => joints.safe(*action)),
         }
         for joint in 0..N {
             let Seat { bus, place, .. } = self.seats[joint];
@@ -184,6 +219,11 @@ fn actuator(spec: &MitSpec) -> Actuator {
     let MitSpec { id, reply_id, reply_bytes, temperature_offset, position, velocity, kp, kd, torque, .. } = *spec;
     let mut actuator = Actuator::new(u16::from(id), Ranges { position, velocity, kp, kd, torque });
     let electronics = &mut actuator.electronics;
+    electronics.language = match spec.protocol {
+        Protocol::MiniCheetah => Language::MiniCheetah,
+        Protocol::Damiao => Language::Damiao,
+        Protocol::RobStride => Language::RobStride,
+    };
     (electronics.reply_id, electronics.reply_bytes) = (reply_id, usize::from(reply_bytes));
     // The cast saturates.
     electronics.temperature = (TEMPERATURE - temperature_offset.unwrap_or(0.0)).round() as u8;

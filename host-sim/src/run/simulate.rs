@@ -20,6 +20,7 @@ use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Mod
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use robot_compiler::choose::ArmDynamics;
+use robot_compiler::drive::Protocol;
 use robot_compiler::names::name;
 use robot_compiler::scene::{ElasticitySpec, Integrator, ScalarChoice, joints};
 use std::sync::atomic::AtomicBool;
@@ -352,7 +353,7 @@ fn setting(scene: &SceneFile, target: &str) -> Setting {
 fn drives(scene: &SceneFile) -> Option<SimulatedDrives> {
     let mit = scene.robot.joints.iter().all(|joint| joint.drive.is_some_and(|drive| drive.mit().is_some()));
     (mit && !scene.actuators.ideal).then_some(SimulatedDrives {
-        kind: "mit",
+        kind: scene.protocol().map_or("", Protocol::name),
         loop_rate: scene.actuators.loop_rate,
         after_fault: match scene.safety.safe_action {
             SafeAction::Brake => "the brakes held",

@@ -1,25 +1,41 @@
 //! A CAN bus with actuators on it, and the possible fates of a reply.
 
 use crate::mit::Actuator;
-use embedded_can::{ErrorKind, Id, StandardId};
+use embedded_can::{ErrorKind, ExtendedId, Id, StandardId};
 use std::collections::VecDeque;
 
-/// A data frame with a standard identifier.
+/// A data frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// The identifier.
-    pub id: u16,
+    /// The identifier: 11 bits, or 29.
+    pub id: u32,
+    /// Whether it has 29 bits.
+    pub extended: bool,
     /// Up to eight bytes.
     pub data: Vec<u8>,
 }
 
+impl Frame {
+    /// A frame with an identifier of 11 bits.
+    #[must_use]
+    pub fn standard(id: u16, data: Vec<u8>) -> Self {
+        Self { id: u32::from(id), extended: false, data }
+    }
+
+    /// Rank in arbitration: of two frames the lower one is sent first.
+    fn rank(&self) -> u32 {
+        if self.extended { self.id } else { self.id << 18 }
+    }
+}
+
 impl embedded_can::Frame for Frame {
-    /// `None` for an extended identifier and for more than eight bytes.
+    /// `None` for more than eight bytes.
     fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        match id.into() {
-            Id::Standard(id) if data.len() <= 8 => Some(Self { id: id.as_raw(), data: data.to_vec() }),
-            _ => None,
-        }
+        let (id, extended) = match id.into() {
+            Id::Standard(id) => (u32::from(id.as_raw()), false),
+            Id::Extended(id) => (id.as_raw(), true),
+        };
+        (data.len() <= 8).then(|| Self { id, extended, data: data.to_vec() })
     }
 
     fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
@@ -27,7 +43,7 @@ impl embedded_can::Frame for Frame {
     }
 
     fn is_extended(&self) -> bool {
-        false
+        self.extended
     }
 
     fn is_remote_frame(&self) -> bool {
@@ -35,8 +51,12 @@ impl embedded_can::Frame for Frame {
     }
 
     fn id(&self) -> Id {
-        // An identifier of more than 11 bits is on no wire; as the lowest priority it is nobody's.
-        StandardId::new(self.id).unwrap_or(StandardId::MAX).into()
+        // An identifier of more bits is on no wire; as the lowest priority it is nobody's.
+        if self.extended {
+            ExtendedId::new(self.id).unwrap_or(ExtendedId::MAX).into()
+        } else {
+            u16::try_from(self.id).ok().and_then(StandardId::new).unwrap_or(StandardId::MAX).into()
+        }
     }
 
     fn dlc(&self) -> usize {
@@ -103,7 +123,7 @@ impl Bus {
     /// Queue a frame; false when no mailbox takes it. As a bxCAN's driver does, one is taken beside others that wait only
     /// when its identifier is lower than all of theirs.
     pub fn send(&mut self, frame: Frame) -> bool {
-        if self.pending.len() >= MAILBOXES || self.pending.iter().any(|waiting| waiting.id <= frame.id) {
+        if self.pending.len() >= MAILBOXES || self.pending.iter().any(|waiting| waiting.rank() <= frame.rank()) {
             return false;
         }
         self.pending.push(frame);
@@ -137,7 +157,7 @@ impl Bus {
     pub fn serve(&mut self) {
         self.arrived.extend(self.later.drain(..));
         if !self.off && !self.stuck {
-            self.pending.sort_by_key(|frame| frame.id);
+            self.pending.sort_by_key(Frame::rank);
             for frame in std::mem::take(&mut self.pending) {
                 self.deliver(&frame);
                 if self.keeps_sent {
@@ -148,14 +168,15 @@ impl Bus {
     }
 
     fn deliver(&mut self, frame: &Frame) {
-        let addressed = |actuator: &&mut Actuator| actuator.electronics.id == frame.id;
-        let Some(actuator) = self.actuators.iter_mut().find(addressed) else { return };
-        if self.unplugged.contains(&frame.id) {
+        let Some(actuator) = self.actuators.iter_mut().find(|actuator| actuator.electronics.hears(frame)) else {
+            return;
+        };
+        let own = actuator.electronics.id;
+        if self.unplugged.contains(&own) {
             return;
         }
-        let Some(data) = actuator.receive(&frame.data) else { return };
-        let mut reply = Frame { id: actuator.electronics.reply_id, data };
-        let next = self.fates.iter().position(|(id, _)| *id == frame.id);
+        let Some(mut reply) = actuator.answer(frame) else { return };
+        let next = self.fates.iter().position(|(id, _)| *id == own);
         match next.map_or(Fate::Arrives, |next| self.fates.remove(next).1) {
             Fate::Arrives => self.arrived.push_back(reply),
             Fate::Lost => {}

@@ -3,6 +3,8 @@
 //! Field layout and special frames after B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller, with its arithmetic:
 //! `float_to_uint` cuts off, `uint_to_float` is `code span / (2^bits - 1) + min`.
 
+use crate::bus::Frame;
+
 /// Ranges of the fields, `(lowest, highest)`, at the shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ranges {
@@ -54,12 +56,26 @@ pub mod error {
     pub const OVERLOAD: u8 = 0xe;
 }
 
+/// Frames that an actuator speaks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Language {
+    /// The mini-cheetah's.
+    #[default]
+    MiniCheetah,
+    /// Damiao's: the same commands; replies with state, error and temperatures.
+    Damiao,
+    /// RobStride's private protocol; its replies go to the host with the identifier [`Electronics::reply_id`].
+    RobStride,
+}
+
 /// Electronics of an actuator: frames in and out, and the torque on a shaft that somebody else moves.
 ///
 /// `torque = kp (position - p) + kd (velocity - v) + feed-forward`, held inside `torque_max` either way; none while the drive is off, has
 /// an error, or has heard nothing for `timeout`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Electronics {
+    /// Its frames.
+    pub language: Language,
     /// Identifier of its commands.
     pub id: u16,
     /// Identifier of its replies.
@@ -94,6 +110,7 @@ impl Electronics {
     #[must_use]
     pub fn new(id: u16, ranges: Ranges) -> Self {
         Self {
+            language: Language::default(),
             id,
             reply_id: 0,
             reply_bytes: 6,
@@ -137,6 +154,70 @@ impl Electronics {
         self.gives_torque() && (self.told.kp != 0.0 || self.told.kd != 0.0)
     }
 
+    /// Whether a frame on the bus is for this actuator.
+    #[must_use]
+    pub fn hears(&self, frame: &Frame) -> bool {
+        match self.language {
+            Language::RobStride => frame.extended && frame.id & 0xff == u32::from(self.id),
+            Language::MiniCheetah | Language::Damiao => !frame.extended && frame.id == u32::from(self.id),
+        }
+    }
+
+    /// Take a frame; the reply. It measures now.
+    pub fn answer(&mut self, frame: &Frame, shaft: &Shaft) -> Option<Frame> {
+        match self.language {
+            Language::RobStride => self.answer_as_robstride(frame, shaft),
+            Language::MiniCheetah | Language::Damiao => {
+                self.receive(&frame.data, shaft).map(|data| Frame::standard(self.reply_id, data))
+            }
+        }
+    }
+
+    /// Bits 28 to 24 of the identifier say what it is: 1 a command, whose torque stands in bits 23 to 8, 3 on, 4 off.
+    fn answer_as_robstride(&mut self, frame: &Frame, shaft: &Shaft) -> Option<Frame> {
+        let &[b0, b1, b2, b3, b4, b5, b6, b7] = frame.data.as_slice() else { return None };
+        self.silent_for = 0.0;
+        match frame.id >> 24 {
+            1 => {
+                let code = |high: u8, low: u8| u32::from(high) << 8 | u32::from(low);
+                let r = &self.ranges;
+                self.told = Told {
+                    position: to_float(code(b0, b1), r.position, 16),
+                    velocity: to_float(code(b2, b3), r.velocity, 16),
+                    kp: to_float(code(b4, b5), r.kp, 16),
+                    kd: to_float(code(b6, b7), r.kd, 16),
+                    torque: to_float(frame.id >> 8 & 0xffff, r.torque, 16),
+                };
+            }
+            3 => (self.enabled, self.told) = (true, Told::default()),
+            4 => {
+                (self.enabled, self.told) = (false, Told::default());
+                if b0 == 1 {
+                    self.error = 0;
+                }
+            }
+            _ => return None,
+        }
+        self.drive(shaft);
+        let bytes = |code: u32| (code as u16).to_be_bytes();
+        let data = [
+            bytes(to_code(shaft.position - self.zero, self.ranges.position, 16)),
+            bytes(to_code(shaft.velocity, self.ranges.velocity, 16)),
+            bytes(to_code(self.torque, self.ranges.torque, 16)),
+            bytes(10 * u32::from(self.temperature)),
+        ];
+        let errors = match self.error {
+            0 => 0,
+            error::UNDER_VOLTAGE => 1 << 0,
+            error::HOT => 1 << 2,
+            error::OVERLOAD => 1 << 4,
+            _ => 1 << 1,
+        };
+        let state = if self.enabled && self.error == 0 { 2 } else { 0 };
+        let id = 2 << 24 | state << 22 | errors << 16 | u32::from(self.id) << 8 | u32::from(self.reply_id);
+        Some(Frame { id, extended: true, data: data.concat() })
+    }
+
     /// Take a command; the reply's data. It measures now.
     pub fn receive(&mut self, data: &[u8], shaft: &Shaft) -> Option<Vec<u8>> {
         let &[b0, b1, b2, b3, b4, b5, b6, b7] = data else { return None };
@@ -151,6 +232,7 @@ impl Electronics {
                 self.told = Told::default();
             }
             (true, 0xfe) => self.zero = shaft.position,
+            (true, 0xfb) if self.language == Language::Damiao => (self.enabled, self.error) = (false, 0),
             _ => {
                 let code = |high: u8, low: u8| u32::from(high) << 8 | u32::from(low);
                 let r = &self.ranges;
@@ -209,15 +291,17 @@ impl Electronics {
         let p = to_code(shaft.position - self.zero, self.ranges.position, 16);
         let v = to_code(shaft.velocity, self.ranges.velocity, 12);
         let t = to_code(self.torque, self.ranges.torque, 12);
+        let damiao = self.language == Language::Damiao;
+        let state = if self.error == 0 { u8::from(self.enabled) } else { self.error };
         let mut data = vec![
-            self.id as u8,
+            if damiao { state << 4 | self.id as u8 & 0xf } else { self.id as u8 },
             (p >> 8) as u8,
             p as u8,
             (v >> 4) as u8,
             ((v & 0xf) << 4) as u8 + (t >> 8) as u8,
             t as u8,
             self.temperature,
-            self.error,
+            if damiao { self.temperature } else { self.error },
         ];
         data.truncate(self.reply_bytes);
         data
@@ -245,6 +329,11 @@ impl Actuator {
     /// Take a command; the reply's data.
     pub fn receive(&mut self, data: &[u8]) -> Option<Vec<u8>> {
         self.electronics.receive(data, &self.shaft)
+    }
+
+    /// Take a frame of the bus; the reply.
+    pub fn answer(&mut self, frame: &Frame) -> Option<Frame> {
+        self.electronics.answer(frame, &self.shaft)
     }
 
     /// Time goes by for a free shaft, under a torque from outside, N m.

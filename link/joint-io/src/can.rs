@@ -1,4 +1,4 @@
-//! MIT-mode actuators on two CAN buses.
+//! Actuators on two CAN buses.
 //!
 //! The schedule of a tick:
 //!
@@ -25,13 +25,15 @@
 //! A frame carries no number, so an actuator that always answers one tick late looks punctual after its first miss,
 //! which is counted. Its delay is bounded by the bus: its reply must come before its next one.
 
-use crate::mit::{ENTER, EXIT, Reply, Setpoint};
+use crate::frames::{Frames, Packet};
+use crate::mit::{Reply, Setpoint};
 use crate::{JointIo, MISSING_MAX, higher};
+use core::marker::PhantomData;
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
 use embedded_can::nb::Can;
-use embedded_can::{Frame, Id, StandardId};
+use embedded_can::{Frame, Id};
 use embedded_hal::digital::OutputPin;
 use session::readings::{JointFaults, Readings};
 
@@ -46,6 +48,9 @@ const TRANSMIT_POLLS: u32 = 16;
 
 /// Most outstanding replies: this tick's and the one before.
 const OWED_MAX: u8 = 2;
+
+/// Replies in which a drive that was switched on may say that it is off, before it is at fault: it may need some ms to switch on.
+const OFF_MAX: u8 = 10;
 
 /// Functions of a bus that the schedule needs, beside sending and receiving.
 pub trait CanBus: Can {
@@ -102,6 +107,10 @@ struct Joint {
     torque: f32,
     /// In the last reply, degrees Celsius.
     temperature: Option<f32>,
+    /// In the last reply: the drive's own error code.
+    error: u8,
+    /// Replies since it was switched on in which the drive says that it is off.
+    off: u8,
     /// Ticks since the last reply; `u32::MAX` before the first.
     age_ticks: u32,
     /// Found in the last reply or command.
@@ -119,6 +128,8 @@ impl Joint {
         velocity: 0.0,
         torque: 0.0,
         temperature: None,
+        error: 0,
+        off: 0,
         age_ticks: u32::MAX,
         faults: JointFaults::NONE,
         counts: JointCounts { missing: 0, late: 0, duplicate: 0, refused: 0, unsent: 0 },
@@ -136,9 +147,10 @@ enum Order {
     Off,
 }
 
-/// The joints behind two buses.
+/// The joints behind two buses, whose drives understand the frames `F`.
 #[derive(Clone, Debug)]
-pub struct CanJoints<A, B, P, const N: usize> {
+pub struct CanJoints<F, A, B, P, const N: usize> {
+    frames: PhantomData<F>,
     first: A,
     second: B,
     brake: P,
@@ -150,10 +162,11 @@ pub struct CanJoints<A, B, P, const N: usize> {
     brake_failed: bool,
 }
 
-impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<A, B, P, N> {
+impl<F: Frames, A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<F, A, B, P, N> {
     /// Actuators without any command so far. `brake` is a line that is high to open the brakes; it is driven low here.
     pub fn new(first: A, second: B, brake: P, drives: [MitDrive; N]) -> Self {
         let mut joints = Self {
+            frames: PhantomData,
             first,
             second,
             brake,
@@ -195,25 +208,48 @@ impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<A, B, P, N> {
         self.brake_failed = self.brake.set_high().is_err();
     }
 
+    /// The drives' own error codes, as their last replies have them; 0 without an error. [`Frames::words`] has them in words.
+    pub fn drive_errors(&self) -> [u8; N] {
+        self.joints.map(|joint| joint.error)
+    }
+
     fn send_all(&mut self, order: impl Fn(usize) -> Order) {
         self.first.abandon();
         self.second.abandon();
-        for &i in &self.order {
-            let i = usize::from(i);
-            let (Some(drive), Some(joint)) = (self.drives.get(i), self.joints.get_mut(i)) else { continue };
-            let data = joint.data(drive, order(i));
-            let sent = match drive.bus {
-                0 => transmit(&mut self.first, drive, &data, &mut self.buses[0]),
-                _ => transmit(&mut self.second, drive, &data, &mut self.buses[1]),
-            };
-            joint.sent(sent);
+        if !F::COMMAND_IN_IDENTIFIER {
+            for i in self.order.map(usize::from) {
+                let packet = self.packet(i, order(i));
+                self.send(i, packet.as_ref());
+            }
+            return;
         }
+        let mut packets: [(usize, Option<Packet>); N] = core::array::from_fn(|i| (i, self.packet(i, order(i))));
+        packets.sort_unstable_by_key(|(_, packet)| core::cmp::Reverse(packet.map(|packet| rank(packet.id))));
+        for (i, packet) in &packets {
+            self.send(*i, packet.as_ref());
+        }
+    }
+
+    /// The frame that carries out an order to a joint; `None` for a joint that is not there.
+    fn packet(&mut self, i: usize, order: Order) -> Option<Packet> {
+        Some(self.joints.get_mut(i)?.packet::<F>(self.drives.get(i)?, order))
+    }
+
+    fn send(&mut self, i: usize, packet: Option<&Packet>) {
+        let (Some(drive), Some(joint), Some(packet)) = (self.drives.get(i), self.joints.get_mut(i), packet) else {
+            return;
+        };
+        let sent = match drive.bus {
+            0 => transmit(&mut self.first, packet, &mut self.buses[0]),
+            _ => transmit(&mut self.second, packet, &mut self.buses[1]),
+        };
+        joint.sent(sent);
     }
 }
 
 impl Joint {
     /// The frame that carries out an order.
-    fn data(&mut self, drive: &MitDrive, order: Order) -> [u8; 8] {
+    fn packet<F: Frames>(&mut self, drive: &MitDrive, order: Order) -> Packet {
         self.faults = self.faults.without(JointFaults::NON_FINITE);
         let setpoint = match order {
             Order::Torque(torque) => {
@@ -225,19 +261,26 @@ impl Joint {
                     self.counts.refused = self.counts.refused.wrapping_add(1);
                     0.0
                 };
-                if !core::mem::replace(&mut self.enabled, true) {
-                    return ENTER;
+                if !self.enabled {
+                    // An error is cleared first, in a tick of its own: only now does somebody want torque again.
+                    if core::mem::take(&mut self.error) != 0
+                        && let Some(clear) = F::clear(drive)
+                    {
+                        return clear;
+                    }
+                    (self.enabled, self.off) = (true, 0);
+                    return F::enter(drive);
                 }
                 Setpoint::torque(torque)
             }
             Order::Damp if self.enabled => Setpoint::damped(drive.damping),
             Order::Damp | Order::Off => {
                 self.enabled = false;
-                return EXIT;
+                return F::exit(drive);
             }
         };
         // A setpoint holds NaN here only if a range or a damping is NaN: then the drive is switched off.
-        setpoint.pack(&drive.ranges).unwrap_or(EXIT)
+        F::command(drive, &setpoint).unwrap_or_else(|| F::exit(drive))
     }
 
     fn sent(&mut self, sent: bool) {
@@ -262,8 +305,10 @@ impl Joint {
         self.position = drive.gearing.joint_position(reply.position);
         self.velocity = drive.gearing.joint_velocity(reply.velocity);
         self.torque = drive.gearing.joint_torque(reply.torque);
-        self.temperature = reply.temperature;
-        let found = JointFaults::RANGE.when(reply.saturated) | JointFaults::DRIVE.when(reply.error != 0);
+        (self.temperature, self.error) = (reply.temperature, reply.error);
+        self.off = if self.enabled && reply.off { self.off.saturating_add(1) } else { 0 };
+        let failed = reply.error != 0 || self.off > OFF_MAX;
+        let found = JointFaults::RANGE.when(reply.saturated) | JointFaults::DRIVE.when(failed);
         self.faults = self.faults.without(JointFaults::RANGE | JointFaults::DRIVE) | found;
     }
 
@@ -286,11 +331,11 @@ impl Joint {
     }
 }
 
-impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> JointIo<N> for CanJoints<A, B, P, N> {
+impl<F: Frames, A: CanBus, B: CanBus, P: OutputPin, const N: usize> JointIo<N> for CanJoints<F, A, B, P, N> {
     fn measure(&mut self) -> Option<Readings<N>> {
         let off = [
-            collect(&mut self.first, 0, &self.drives, &mut self.joints, &mut self.buses[0]),
-            collect(&mut self.second, 1, &self.drives, &mut self.joints, &mut self.buses[1]),
+            collect::<F, A, N>(&mut self.first, 0, &self.drives, &mut self.joints, &mut self.buses[0]),
+            collect::<F, B, N>(&mut self.second, 1, &self.drives, &mut self.joints, &mut self.buses[1]),
         ];
         let mut faults = [JointFaults::NONE; N];
         for ((joint, drive), faults) in self.joints.iter_mut().zip(&self.drives).zip(&mut faults) {
@@ -315,7 +360,7 @@ impl<A: CanBus, B: CanBus, P: OutputPin, const N: usize> JointIo<N> for CanJoint
 
     fn drive(&mut self, torque: &[f32; N]) {
         // Brakes open when every drive is on, in the tick that first gives torque.
-        if self.joints.iter().all(|joint| joint.enabled) {
+        if self.joints.iter().all(|joint| joint.enabled && joint.off == 0) {
             self.release_brakes();
         }
         self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque)));
@@ -340,10 +385,18 @@ fn sending_order<const N: usize>(drives: &[MitDrive; N]) -> [u8; N] {
     order
 }
 
+/// Rank of an identifier in arbitration: the lower one goes first. A standard one goes before the extended ones that begin as it does.
+fn rank(id: Id) -> u32 {
+    match id {
+        Id::Standard(id) => u32::from(id.as_raw()) << 18,
+        Id::Extended(id) => id.as_raw(),
+    }
+}
+
 /// Queue one command; false when the transmitter has no room for it.
-fn transmit<B: CanBus>(bus: &mut B, drive: &MitDrive, data: &[u8; 8], counts: &mut BusCounts) -> bool {
-    // A byte is always a standard identifier, and eight bytes always a frame.
-    let Some(frame) = StandardId::new(u16::from(drive.id)).and_then(|id| B::Frame::new(id, data)) else { return false };
+fn transmit<B: CanBus>(bus: &mut B, packet: &Packet, counts: &mut BusCounts) -> bool {
+    // Eight bytes are always a frame.
+    let Some(frame) = B::Frame::new(packet.id, &packet.data) else { return false };
     for _ in 0..TRANSMIT_POLLS {
         match bus.transmit(&frame) {
             // A command that was pushed out is noticed when its reply does not come.
@@ -359,7 +412,7 @@ fn transmit<B: CanBus>(bus: &mut B, drive: &MitDrive, data: &[u8; 8], counts: &m
 }
 
 /// Empty a bus's receiver; whether the bus is off.
-fn collect<B: CanBus, const N: usize>(
+fn collect<F: Frames, B: CanBus, const N: usize>(
     bus: &mut B,
     index: u8,
     drives: &[MitDrive; N],
@@ -369,7 +422,7 @@ fn collect<B: CanBus, const N: usize>(
     for _ in 0..RECEIVED_MAX {
         match bus.receive() {
             Ok(frame) => {
-                if let Some(count) = take_frame(&frame, index, drives, joints, counts) {
+                if let Some(count) = take_frame::<F, B::Frame, N>(&frame, index, drives, joints, counts) {
                     *count = count.wrapping_add(1);
                 }
             }
@@ -383,19 +436,19 @@ fn collect<B: CanBus, const N: usize>(
 }
 
 /// Give a frame to its sender's joint; returns the error count to raise when no joint is the sender.
-fn take_frame<'a, F: Frame, const N: usize>(
-    frame: &F,
+fn take_frame<'a, F: Frames, T: Frame, const N: usize>(
+    frame: &T,
     index: u8,
     drives: &[MitDrive; N],
     joints: &mut [Joint; N],
     counts: &'a mut BusCounts,
 ) -> Option<&'a mut u32> {
-    let Id::Standard(id) = frame.id() else { return Some(&mut counts.foreign) };
-    let mut ours = drives.iter().zip(joints).filter(|(drive, _)| drive.bus == index && drive.reply_id == id.as_raw());
+    let id = frame.id();
+    let mut ours = drives.iter().zip(joints).filter(|(drive, _)| drive.bus == index && F::answers(drive, id));
     let Some(first) = ours.next() else { return Some(&mut counts.foreign) };
     let data = if frame.is_data_frame() { frame.data() } else { &[] };
     for (drive, joint) in core::iter::once(first).chain(ours) {
-        if let Some(reply) = Reply::unpack(data, drive) {
+        if let Some(reply) = F::reply(drive, id, data) {
             joint.take(&reply, drive);
             return None;
         }

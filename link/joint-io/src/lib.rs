@@ -3,7 +3,8 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`mit`] | the frames of MIT-mode actuators |
+//! | [`frames`] | what an actuator on CAN is told and says, whatever its maker |
+//! | [`mit`], [`damiao`], [`robstride`] | the frames of three kinds of actuators |
 //! | [`bus_time`] | how long frames take on a CAN bus, and how fast a schedule can be |
 //! | [`can`] | actuators on two CAN buses: the schedule of commands, and the checks on replies |
 //! | [`as5047p`] | the magnetic encoder: its words, its errors, its turns |
@@ -17,8 +18,11 @@
 pub mod as5047p;
 pub mod bus_time;
 pub mod can;
+pub mod damiao;
+pub mod frames;
 pub mod mit;
 pub mod pwm;
+pub mod robstride;
 
 use core::convert::Infallible;
 use dynamics_core::safety::SafeAction;

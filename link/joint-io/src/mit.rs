@@ -17,7 +17,9 @@
 //! The actuator gives `kp (position - p) + kd (velocity - v) + torque`. We drive with `kp = kd = 0`: the torque is the
 //! controller's; a damped stop is `kd` alone. (B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller.)
 
-use dynamics_core::drive::{MitDrive, MitRanges, Range};
+use crate::frames::{Frames, Packet};
+use dynamics_core::drive::{MiniCheetah, MitDrive, MitRanges, Range};
+use embedded_can::{Id, StandardId};
 
 /// Bits of a position.
 pub const POSITION_BITS: u32 = 16;
@@ -101,6 +103,8 @@ pub struct Reply {
     pub temperature: Option<f32>,
     /// The drive's own error code; 0 without an error, or where the reply has no such byte.
     pub error: u8,
+    /// The drive says that it is switched off; false where a reply does not tell.
+    pub off: bool,
 }
 
 impl Reply {
@@ -125,6 +129,47 @@ impl Reply {
             saturated: position == 0 || position == u16::MAX,
             temperature: drive.temperature_offset.and_then(|offset| Some(f32::from(*rest.first()?) + offset)),
             error: rest.get(1).copied().unwrap_or(0),
+            off: false,
         })
+    }
+}
+
+/// A command with the identifier of the drive; a byte is always a standard identifier.
+pub(crate) fn to(drive: &MitDrive, data: [u8; 8]) -> Packet {
+    Packet { id: StandardId::new(u16::from(drive.id)).unwrap_or(StandardId::MAX).into(), data }
+}
+
+/// Whether this is the standard identifier of the drive's replies.
+pub(crate) fn is_reply_id(drive: &MitDrive, id: Id) -> bool {
+    matches!(id, Id::Standard(id) if id.as_raw() == drive.reply_id)
+}
+
+impl Frames for MiniCheetah {
+    fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
+        Some(to(drive, setpoint.pack(&drive.ranges)?))
+    }
+
+    fn enter(drive: &MitDrive) -> Packet {
+        to(drive, ENTER)
+    }
+
+    fn exit(drive: &MitDrive) -> Packet {
+        to(drive, EXIT)
+    }
+
+    fn clear(_: &MitDrive) -> Option<Packet> {
+        None
+    }
+
+    fn answers(drive: &MitDrive, id: Id) -> bool {
+        is_reply_id(drive, id)
+    }
+
+    fn reply(drive: &MitDrive, _: Id, data: &[u8]) -> Option<Reply> {
+        Reply::unpack(data, drive)
+    }
+
+    fn words(error: u8) -> &'static str {
+        if error == 0 { "no error" } else { "an error of its own: see its manual" }
     }
 }

@@ -83,14 +83,7 @@ impl<const N: usize> Way<N> {
             sum += 0.0 * (start.q[i] + v0 + a0 + end.qd[i] + end.qdd[i]);
         }
         let rate = 1.0 / duration;
-        (sum == 0.0 && rate.is_finite()).then_some(Self {
-            start: *start,
-            upper,
-            per_tick,
-            duration,
-            rate,
-            ticks,
-        })
+        (sum == 0.0 && rate.is_finite()).then_some(Self { start: *start, upper, per_tick, duration, rate, ticks })
     }
 
     /// The reference `k` ticks behind the start: the polynomial and its derivatives by three synthetic divisions by `s - k / T`, whose

@@ -12,8 +12,6 @@ use dynamics_core::JointKind;
 const ROTOR_LEAST: f64 = 0.01;
 /// Largest step, as a share of the worst load of gravity: with coarser ones the arm's weight cannot be held smoothly.
 const STEP: f64 = 0.02;
-/// Highest code of a torque in a MIT-mode frame, of 12 bits.
-const TORQUE_CODES: f64 = 4095.0;
 /// Highest code of a position in a MIT-mode frame, of 16 bits.
 const POSITION_CODES: f64 = 65535.0;
 
@@ -89,10 +87,11 @@ fn no_friction(draft: &Draft) -> Option<Finding> {
     Some(Finding::new(draft, (Rule::Friction, Severity::Note), &first.friction, problem, advice))
 }
 
-/// A step of the drive's torque that is coarse beside the load: `|ratio| (highest - lowest) / 4095 > 0.02 max |G_i|`.
+/// A step of the drive's torque that is coarse beside the load: `|ratio| (highest - lowest) / (2^bits - 1) > 0.02 max |G_i|`.
 fn torque_step(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &JointLoad) -> Option<Finding> {
     let Some(JointDrive::Mit(drive)) = joint.drive else { return None };
-    let step = drive.ratio.abs() * (drive.torque.1 - drive.torque.0) / TORQUE_CODES;
+    let step = drive.ratio.abs() * (drive.torque.1 - drive.torque.0)
+        / (f64::from(1_u32 << drive.protocol.torque_bits()) - 1.0);
     let advice = "narrow the torque range in the actuator and here, or gear it up";
     coarse(draft, (Rule::TorqueStep, &places.drive_torque), (joint, load), step, advice)
 }

@@ -13,11 +13,20 @@ pub enum JointDrive {
 }
 
 impl JointDrive {
+    /// What it needs of a board: `"mit"` for any drive on CAN, `"pwm"`.
+    #[must_use]
+    pub const fn family(&self) -> &'static str {
+        match self {
+            Self::Mit(_) => "mit",
+            Self::Pwm(_) => "pwm",
+        }
+    }
+
     /// Name of the kind in a robot file.
     #[must_use]
     pub const fn kind(&self) -> &'static str {
         match self {
-            Self::Mit(_) => "mit",
+            Self::Mit(spec) => spec.protocol.name(),
             Self::Pwm(_) => "pwm",
         }
     }
@@ -32,9 +41,77 @@ impl JointDrive {
     }
 }
 
+/// Frames that an actuator on CAN understands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Protocol {
+    /// [`dynamics_core::drive::MiniCheetah`].
+    MiniCheetah,
+    /// [`dynamics_core::drive::Damiao`].
+    Damiao,
+    /// [`dynamics_core::drive::RobStride`].
+    RobStride,
+}
+
+impl Protocol {
+    /// Its name in a robot file.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::MiniCheetah => "mit",
+            Self::Damiao => "damiao",
+            Self::RobStride => "robstride",
+        }
+    }
+
+    /// The core's type that stands for it.
+    pub(crate) const fn type_name(self) -> &'static str {
+        match self {
+            Self::MiniCheetah => "MiniCheetah",
+            Self::Damiao => "Damiao",
+            Self::RobStride => "RobStride",
+        }
+    }
+
+    /// Bits of the fields of velocity and torque.
+    #[must_use]
+    pub const fn torque_bits(self) -> u32 {
+        match self {
+            Self::MiniCheetah | Self::Damiao => 12,
+            Self::RobStride => 16,
+        }
+    }
+}
+
+/// An actuator of `robots/actuators.toml`. Its fields are symmetric, but for `kp` and `kd`, which begin at zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuator {
+    /// Its name in a robot file.
+    pub name: String,
+    /// Its frames.
+    pub protocol: Protocol,
+    /// Highest position of its frames, rad.
+    pub position: f64,
+    /// Highest velocity of its frames, rad/s.
+    pub velocity: f64,
+    /// Highest torque of its frames, N m.
+    pub torque: f64,
+    /// Highest stiffness of its frames, N m/rad.
+    pub kp: f64,
+    /// Highest damping of its frames, N m s/rad.
+    pub kd: f64,
+    /// Torque that it can give for long, N m, where it is known.
+    pub rated: Option<f64>,
+    /// Inertia of the rotor at the output shaft, kg m^2, where it is known.
+    pub rotor: Option<f64>,
+    /// Where the numbers come from.
+    pub source: String,
+}
+
 /// An actuator on CAN that takes MIT-mode frames. Ranges are `(lowest, highest)`, at its shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MitSpec {
+    /// Its frames.
+    pub protocol: Protocol,
     /// The bus, 1 or 2.
     pub bus: u8,
     /// Identifier of its commands.

@@ -5,6 +5,7 @@ use super::changed::write_changed;
 use super::drives::drives_module;
 use super::dynamics::dynamics_module;
 use super::protection::protection_module;
+use crate::describe::drive::Protocol;
 use crate::describe::robot::Robot;
 use crate::describe::scene::{SceneFile, UNREAD_MAX};
 use crate::with_dof;
@@ -46,7 +47,7 @@ pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::er
             arm_module(&file, &model),
             dynamics_module(&file, &model),
             protection_module(&file, &model),
-            drives_module(&file.drives::<N>()),
+            drives_module(&file.drives::<N>()) + &frames(file.protocol()),
         )
     });
     // An included file cannot hold a module's own documentation.
@@ -55,6 +56,12 @@ pub fn write_firmware(scene: &Path, folder: &Path) -> Result<(), Box<dyn std::er
         write_changed(&folder.join(format!("{name}.rs")), &text.replace("//!", "//"))?;
     }
     Ok(())
+}
+
+/// Frames of the drives, as a type. A robot without drives on CAN has some too, so that a board for such drives can say what is wrong.
+fn frames(protocol: Option<Protocol>) -> String {
+    let kind = protocol.unwrap_or(Protocol::MiniCheetah).type_name();
+    format!("\n/// Frames that the drives on CAN understand.\npub type Frames = dynamics_core::drive::{kind};\n")
 }
 
 /// Location of the controller's configuration: in RAM where it can be changed, else in the program.

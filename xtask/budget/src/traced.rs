@@ -32,7 +32,9 @@ pub fn trace<const N: usize>(scene: &SceneFile, elf: &Path, motion: &[Tick<N>]) 
     })?;
     if u64::from(found.below_interrupts) > open {
         let deep = found.below_interrupts;
-        return Err(Failure::NotSeen(format!("at most {open} bytes of stack below unmasked interrupts: it has {deep}")));
+        return Err(Failure::NotSeen(format!(
+            "at most {open} bytes of stack below unmasked interrupts: it has {deep}"
+        )));
     }
     found.sum_up(carried.to_chip, carried.from_chip, (supervised::TICKS_BEFORE + motion.len()) as u64)
 }

@@ -312,11 +312,11 @@ mod tests {
     /// A start, a `main` that masks interrupts, a function that unmasks them, and what that calls before (144 bytes) and behind (36).
     fn started(main: [u16; 6], opener: [u16; 8]) -> Program {
         let code: Vec<u16> = [
-            &[0xf000, 0xf802, 0xe7fe, 0xbf00][..],         // 0: bl 8; b .
-            &main,                                         // 8: frame 8
-            &opener,                                       // 20: frame 24
-            &[0xb0a4, 0xb024, 0x4770, 0xbf00],             // 36: sub sp, #144; add sp, #144; bx lr
-            &[0xe92d, 0x4ff0, 0xe8bd, 0x8ff0],             // 44: push.w {r4-r11, lr}; pop.w
+            &[0xf000, 0xf802, 0xe7fe, 0xbf00][..], // 0: bl 8; b .
+            &main,                                 // 8: frame 8
+            &opener,                               // 20: frame 24
+            &[0xb0a4, 0xb024, 0x4770, 0xbf00],     // 36: sub sp, #144; add sp, #144; bx lr
+            &[0xe92d, 0x4ff0, 0xe8bd, 0x8ff0],     // 44: push.w {r4-r11, lr}; pop.w
         ]
         .concat();
         let mut program = Program::from_halves(0, &code);

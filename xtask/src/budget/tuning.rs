@@ -58,7 +58,14 @@ pub(super) fn table(scene: &Path) -> Result<String> {
         let controller = thousands(number("/ticks/max")?);
         let interrupt = thousands(number("/traced/running/instructions")?);
         let range = |likely| format!("{} ({} to {})", thousands(likely), thousands(low), thousands(high));
-        table.row(&[tuning.name.into(), flash.clone(), ram.clone(), controller.clone(), interrupt.clone(), range(likely)]);
+        table.row(&[
+            tuning.name.into(),
+            flash.clone(),
+            ram.clone(),
+            controller.clone(),
+            interrupt.clone(),
+            range(likely),
+        ]);
         if tuning.name == KERNEL_IN_SRAM {
             let alone = likely - number("/traced/running/shared_bus")?;
             let name = format!("{KERNEL_IN_SRAM}, data in the core-coupled memory or SRAM at address 0");
@@ -70,7 +77,8 @@ pub(super) fn table(scene: &Path) -> Result<String> {
 
 /// Builds in a process of its own, whose environment has the changes.
 fn build(scene: &Path, tuning: &Tuning) -> Result<PathBuf> {
-    let scene = if tuning.control.is_empty() { scene.to_owned() } else { variant::write(scene, "tuned", tuning.control)? };
+    let scene =
+        if tuning.control.is_empty() { scene.to_owned() } else { variant::write(scene, "tuned", tuning.control)? };
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["firmware", "build", "--scene"]).arg(&scene).envs(tuning.environment.iter().copied());
     let output = command.stderr(Stdio::inherit()).output()?;

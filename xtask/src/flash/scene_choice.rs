@@ -48,7 +48,7 @@ impl Drives {
     /// Loading has checked that all joints have a drive of one kind, or none has.
     fn of(scene: &SceneFile) -> Self {
         let first = scene.robot.joints.first().and_then(|joint| joint.drive.as_ref());
-        first.map(JointDrive::kind).map_or(Self::Link, Self::Kind)
+        first.map(JointDrive::family).map_or(Self::Link, Self::Kind)
     }
 
     /// Whether `board` has lines for them. A board that uses the link alone takes any arm.

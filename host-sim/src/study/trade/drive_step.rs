@@ -4,19 +4,20 @@ use super::{Point, Trade};
 use crate::run::summary::engineering;
 use dynamics_core::Model;
 use dynamics_core::drive::{Drives, Range};
-use joint_io::mit::{FIELD_BITS, POSITION_BITS};
+use joint_io::mit::POSITION_BITS;
 use robot_compiler::SceneFile;
+use robot_compiler::drive::Protocol;
 use serde::Serialize;
 use std::fmt::Write as _;
 
 /// Steps of one joint's drive, at the joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DriveStep {
-    /// Half a step of the commanded torque, the error of the nearest code: `|ratio| (max - min) / 4095 / 2`, N m or N.
+    /// Half a step of the commanded torque, the error of the nearest code: `|ratio| (max - min) / (2^bits - 1) / 2`, N m or N.
     pub torque: f64,
     /// A step of the measured position, which is cut off: `(max - min) / 65,535 / |ratio|`, rad or m.
     pub position: f64,
-    /// A step of the measured velocity: `(max - min) / 4095 / |ratio|`, rad/s or m/s.
+    /// A step of the measured velocity: `(max - min) / (2^bits - 1) / |ratio|`, rad/s or m/s.
     pub velocity: f64,
     /// Torque that the gains make of a step of both: `M0 (Kp position + Kd velocity)`, N m or N.
     pub reading: f64,
@@ -27,13 +28,14 @@ pub struct DriveStep {
 pub fn drive_steps<const N: usize>(scene: &SceneFile, model: &Model<f64, N>) -> Vec<DriveStep> {
     let Drives::Mit(drives) = scene.drives::<N>() else { return Vec::new() };
     let gains = scene.controller_config(model).gains;
+    let bits = scene.protocol().map_or(POSITION_BITS, Protocol::torque_bits);
     let of_joint = |i: usize| {
         let (ratio, ranges) = (f64::from(drives[i].gearing.ratio).abs(), &drives[i].ranges);
         let step = |range: &Range, bits| f64::from(range.step(bits));
         let position = step(&ranges.position, POSITION_BITS) / ratio;
-        let velocity = step(&ranges.velocity, FIELD_BITS) / ratio;
+        let velocity = step(&ranges.velocity, bits) / ratio;
         DriveStep {
-            torque: 0.5 * step(&ranges.torque, FIELD_BITS) * ratio,
+            torque: 0.5 * step(&ranges.torque, bits) * ratio,
             position,
             velocity,
             reading: gains[i].inertia * (gains[i].position * position + gains[i].velocity * velocity),

@@ -4,7 +4,7 @@ use super::{drive, model_ranges};
 use actuator_model::bus::{Bus, Fate, Frame};
 use actuator_model::mit::Actuator;
 use dynamics_core::control::Sensed;
-use dynamics_core::drive::{Gearing, MitDrive};
+use dynamics_core::drive::{Gearing, MiniCheetah, MitDrive};
 use dynamics_core::safety::SafeAction;
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
@@ -62,7 +62,7 @@ const PERIOD: f64 = 0.001;
 const HOLD: [f32; 6] = [0.0; 6];
 
 struct Bench {
-    joints: CanJoints<Mock, Mock, NoPin, 6>,
+    joints: CanJoints<MiniCheetah, Mock, Mock, NoPin, 6>,
     buses: [Mock; 2],
 }
 
@@ -248,11 +248,11 @@ fn strangers_and_cut_frames_are_counted_and_ignored() {
     let before = bench.drive(&HOLD);
     {
         let mut bus = bench.buses[0].bus.borrow_mut();
-        bus.inject(Frame { id: 0x123, data: vec![1, 0, 0, 0, 0, 0] });
-        bus.inject(Frame { id: 0, data: vec![1, 0, 0, 0, 0] });
-        bus.inject(Frame { id: 0, data: vec![77, 0, 0, 0, 0, 0] });
+        bus.inject(Frame::standard(0x123, vec![1, 0, 0, 0, 0, 0]));
+        bus.inject(Frame::standard(0, vec![1, 0, 0, 0, 0]));
+        bus.inject(Frame::standard(0, vec![77, 0, 0, 0, 0, 0]));
         // An actuator of the other bus.
-        bus.inject(Frame { id: 0, data: vec![5, 0, 0, 0, 0, 0] });
+        bus.inject(Frame::standard(0, vec![5, 0, 0, 0, 0, 0]));
     }
     let readings = bench.drive(&HOLD);
     assert_eq!(readings.sensed, before.sensed);

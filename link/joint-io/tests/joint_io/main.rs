@@ -6,6 +6,7 @@
 mod bus_time;
 mod can;
 mod encoder;
+mod frames;
 mod gearing;
 mod mit;
 mod pwm;

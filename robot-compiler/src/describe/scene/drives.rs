@@ -4,7 +4,7 @@
 //! once to single precision.
 
 use super::SceneFile;
-use crate::describe::drive::{ENCODER_COUNTS, JointDrive, MitSpec, PwmSpec};
+use crate::describe::drive::{ENCODER_COUNTS, JointDrive, MitSpec, Protocol, PwmSpec};
 use crate::describe::robot::RobotJoint;
 use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
 use std::f64::consts::TAU;
@@ -13,6 +13,15 @@ use std::f64::consts::TAU;
 pub(crate) const UNREAD_MAX: u16 = 4;
 
 impl SceneFile {
+    /// Frames of the drives on CAN; `None` without any.
+    #[must_use]
+    pub fn protocol(&self) -> Option<Protocol> {
+        match self.robot.joints.first()?.drive? {
+            JointDrive::Mit(spec) => Some(spec.protocol),
+            JointDrive::Pwm(_) => None,
+        }
+    }
+
     /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none.
     #[must_use]
     pub fn drives<const N: usize>(&self) -> Drives<N> {
@@ -95,6 +104,7 @@ fn gearing(ratio: f64, zero: f64) -> Gearing {
 fn mit(spec: &MitSpec) -> MitDrive {
     let range = |(min, max): (f64, f64)| Range { min: min as f32, max: max as f32 };
     let MitSpec {
+        protocol: _,
         bus,
         id,
         reply_id,

@@ -1,9 +1,10 @@
 //! The `[joint.drive]` tables of a robot file.
 
+use super::actuators;
 use crate::describe::diagnostics::FileError;
-use crate::describe::drive::{ENCODER_COUNTS, JointDrive, MitSpec, PwmSpec};
+use crate::describe::drive::{Actuator, ENCODER_COUNTS, JointDrive, MitSpec, Protocol, PwmSpec};
 use crate::describe::robot::{JointEncoder, RobotJoint};
-use crate::read::table::{Table, counted};
+use crate::read::table::{Table, Value, counted};
 use dynamics_core::{Limits, Rotor};
 
 /// Most actuators on a bus: a bxCAN has three mailboxes to send from, and a receiver holds three replies.
@@ -18,34 +19,38 @@ pub(super) fn read(
 ) -> Result<JointDrive, FileError> {
     #[derive(Clone)]
     enum Kind {
-        Mit,
+        Can(Protocol),
         Pwm,
     }
-    let kind = table.require("kind", "mit or pwm")?.choice(&[("mit", Kind::Mit), ("pwm", Kind::Pwm)])?;
-    match kind {
-        Kind::Mit => mit(table, limits).map(JointDrive::Mit),
+    const KINDS: [(&str, Kind); 5] = [
+        ("mit", Kind::Can(Protocol::MiniCheetah)),
+        ("damiao", Kind::Can(Protocol::Damiao)),
+        ("robstride", Kind::Can(Protocol::RobStride)),
+        ("pwm", Kind::Pwm),
+        // Whose frames those of the kind mit are.
+        ("mini-cheetah", Kind::Can(Protocol::MiniCheetah)),
+    ];
+    match table.require("kind", "mit, damiao, robstride or pwm")?.choice(&KINDS)? {
+        Kind::Can(protocol) => mit(table, protocol, limits).map(JointDrive::Mit),
         Kind::Pwm => pwm(table, limits, rotor, encoder).map(JointDrive::Pwm),
     }
 }
 
-fn mit(table: &Table<'_>, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
-    table.only(&[
-        "kind",
-        "bus",
-        "id",
-        "reply_id",
-        "reply_bytes",
-        "temperature_offset",
-        "direction",
-        "gear",
-        "zero",
-        "position",
-        "velocity",
-        "kp",
-        "kd",
-        "torque",
-        "damping",
-    ])?;
+/// Identifier of the host that a RobStride replies to, unless the file says another: that of the maker's tools.
+const HOST: u64 = 0xfd;
+
+fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
+    // How a reply is made up is known, but for drives of the mini-cheetah's kind, of which there are many.
+    let of_reply: &[&str] = match protocol {
+        Protocol::MiniCheetah => &["reply_id", "reply_bytes", "temperature_offset"],
+        Protocol::Damiao => &["reply_id", "actuator"],
+        Protocol::RobStride => &["host_id", "actuator"],
+    };
+    const ALWAYS: [&str; 12] =
+        ["kind", "bus", "id", "direction", "gear", "zero", "position", "velocity", "kp", "kd", "torque", "damping"];
+    table.only(&[&ALWAYS, of_reply].concat())?;
+    let actuator = table.get("actuator").map(|value| actuator(&value, protocol)).transpose()?;
+    let actuator = actuator.as_ref();
     let whole = |key, lo: u64, hi: u64, default: Option<u64>, expected: &str| {
         let value = match (table.get(key), default) {
             (None, Some(default)) => return Ok(default),
@@ -55,22 +60,49 @@ fn mit(table: &Table<'_>, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
         if number < lo { Err(value.error(format!("found {number}"), expected)) } else { Ok(number) }
     };
     let ratio = ratio(table, 1.0)?;
-    let reply_bytes =
-        whole("reply_bytes", 6, 8, Some(6), "bytes of a reply: 6, 7 with a temperature, 8 with an error too")? as u8;
+    let (reply_bytes, temperature_offset) = if protocol == Protocol::MiniCheetah {
+        const BYTES: &str = "bytes of a reply: 6, 7 with a temperature, 8 with an error too";
+        let bytes = whole("reply_bytes", 6, 8, Some(6), BYTES)? as u8;
+        (bytes, temperature_offset(table, bytes)?)
+    } else {
+        (8, Some(0.0))
+    };
+    let reply_id = if protocol == Protocol::RobStride {
+        whole("host_id", 0, 255, Some(HOST), "the identifier of the host that it replies to, 0 to 255")?
+    } else {
+        whole("reply_id", 0, 0x7ff, Some(0), "the identifier of its replies, 0 to 2047")?
+    };
+    let symmetric = |of: fn(&Actuator) -> f64| actuator.map(|actuator| (-of(actuator), of(actuator)));
+    let from_zero = |of: fn(&Actuator) -> f64| actuator.map(|actuator| (0.0, of(actuator)));
+    let around = |lo: f64, hi: f64| lo < 0.0 && hi > 0.0;
+    let above = |lo: f64, hi: f64| lo == 0.0 && hi > 0.0;
     const ZERO: &str = "the actuator's position where the joint's is 0, rad";
     let spec = MitSpec {
+        protocol,
         bus: whole("bus", 1, 2, None, "the bus, 1 or 2")? as u8,
         id: whole("id", 0, 255, None, "the identifier of its commands, 0 to 255")? as u8,
-        reply_id: whole("reply_id", 0, 0x7ff, Some(0), "the identifier of its replies, 0 to 2047")? as u16,
+        reply_id: reply_id as u16,
         reply_bytes,
-        temperature_offset: temperature_offset(table, reply_bytes)?,
+        temperature_offset,
         ratio,
         zero: table.get("zero").map_or(Ok(0.0), |value| value.finite(ZERO))?,
-        position: span(table, "position", "[lowest, highest] in rad, with 0 inside", |lo, hi| lo < 0.0 && hi > 0.0)?,
-        velocity: span(table, "velocity", "[lowest, highest] in rad/s, with 0 inside", |lo, hi| lo < 0.0 && hi > 0.0)?,
-        kp: span(table, "kp", "[0, highest] in N m/rad", |lo, hi| lo == 0.0 && hi > 0.0)?,
-        kd: span(table, "kd", "[0, highest] in N m s/rad", |lo, hi| lo == 0.0 && hi > 0.0)?,
-        torque: span(table, "torque", "[lowest, highest] in N m, with 0 inside", |lo, hi| lo < 0.0 && hi > 0.0)?,
+        position: span(
+            table,
+            "position",
+            symmetric(|a| a.position),
+            "[lowest, highest] in rad, with 0 inside",
+            around,
+        )?,
+        velocity: span(
+            table,
+            "velocity",
+            symmetric(|a| a.velocity),
+            "[lowest, highest] in rad/s, with 0 inside",
+            around,
+        )?,
+        kp: span(table, "kp", from_zero(|a| a.kp), "[0, highest] in N m/rad", above)?,
+        kd: span(table, "kd", from_zero(|a| a.kd), "[0, highest] in N m s/rad", above)?,
+        torque: span(table, "torque", symmetric(|a| a.torque), "[lowest, highest] in N m, with 0 inside", around)?,
         damping: {
             const EXPECTED: &str =
                 "damping of a damped stop at the actuator's shaft, N m s/rad, inside the range of kd";
@@ -124,12 +156,29 @@ fn covers(table: &Table<'_>, limits: &Limits<f64>, spec: &MitSpec) -> Result<(),
     Ok(())
 }
 
+/// The actuator of the table with this name, which must be of this kind.
+fn actuator(value: &Value<'_>, protocol: Protocol) -> Result<Actuator, FileError> {
+    let of_kind = || actuators::all().iter().filter(|actuator| actuator.protocol == protocol);
+    let names: Vec<&str> = of_kind().map(|actuator| actuator.name.as_str()).collect();
+    let expected = format!("{}; another one needs ranges of its own", names.join(", "));
+    let name = value.string(&expected)?;
+    match of_kind().find(|actuator| actuator.name == name) {
+        Some(actuator) => Ok(actuator.clone()),
+        None => Err(value.error(format!("no actuator of the kind {} is {name:?}", protocol.name()), expected)),
+    }
+}
+
+/// A range, or the actuator's where the file gives none.
 fn span(
     table: &Table<'_>,
     key: &str,
+    of_actuator: Option<(f64, f64)>,
     expected: &str,
     holds: impl Fn(f64, f64) -> bool,
 ) -> Result<(f64, f64), FileError> {
+    if let (None, Some(range)) = (table.get(key), of_actuator) {
+        return Ok(range);
+    }
     let value = table.require(key, expected)?;
     let ends = value.numbers(2, expected)?;
     match ends.as_slice() {
@@ -238,7 +287,8 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
                 let on_bus = |id: u16| {
                     joints.iter().any(|other| matches!(other.drive, Some(JointDrive::Mit(o)) if o.bus == spec.bus && u16::from(o.id) == id))
                 };
-                if on_bus(spec.reply_id) {
+                // Identifiers of both kinds of a RobStride's frames say what they are.
+                if spec.protocol != Protocol::RobStride && on_bus(spec.reply_id) {
                     let problem =
                         format!("replies with identifier {}, which is a command's on bus {}", spec.reply_id, spec.bus);
                     return Err(table.error("drive", problem, "an identifier for replies that no command has"));

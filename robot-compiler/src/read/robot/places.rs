@@ -31,9 +31,10 @@ fn body(joint: usize, body: &Body, centre: Vector3<f64>, points: Vec<Vector3<f64
 /// Places of a joint's other numbers.
 pub(super) fn joint(table: &Table<'_>) -> JointPlaces {
     let limit = |key| table.place_in("limits", key);
-    let drive = |key| table.place_in("drive", key);
-    // An H-bridge has no torque range: the current stands for it.
-    let torque = Some(drive("torque")).filter(|place| place.given).unwrap_or_else(|| drive("current_max"));
+    let drive = |key: &str| table.place_in("drive", key);
+    // A named actuator has its ranges elsewhere. An H-bridge has no torque range: the current stands for it.
+    let either = |keys: [&str; 2]| keys.map(drive).into_iter().find(|place| place.given);
+    let torque = either(["torque", "actuator"]).unwrap_or_else(|| drive("current_max"));
     JointPlaces {
         position: limit("position"),
         velocity: limit("velocity"),
@@ -42,6 +43,6 @@ pub(super) fn joint(table: &Table<'_>) -> JointPlaces {
         friction: table.place("friction"),
         encoder: table.place("encoder"),
         drive_torque: torque,
-        drive_position: drive("position"),
+        drive_position: either(["position", "actuator"]).unwrap_or_else(|| drive("position")),
     }
 }

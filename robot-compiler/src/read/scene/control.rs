@@ -74,6 +74,10 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         let one = |value: &Value<'_>| value.positive_up_to(1e3, "a damping ratio, above zero and at most 1e3");
         control.damping = per_joint(&value, robot, "a damping ratio", one)?;
     }
+    if let Some(integral) = table.get("integral").filter(|_| control.stiffness.is_some()) {
+        let expected = "one of the two: integral action ends where the error does, however soft the spring";
+        return Err(integral.error("given beside `stiffness`", expected));
+    }
     if let Some(table) = table.table("integral")? {
         control.integral = Some(integral(&table, robot, &control)?);
     }
@@ -111,10 +115,6 @@ const TIME_MARGIN: f64 = 4.0;
 
 fn integral(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<IntegralSpec, FileError> {
     table.only(&["time", "torque", "dead_band"])?;
-    if control.stiffness.is_some() {
-        let expected = "one of the two: integral action ends where the error does, however soft the spring";
-        return Err(table.error("", "given beside `stiffness`", expected));
-    }
     const TIME: &str = "the integral time, s, above zero and at most 1e4";
     let value = table.require("time", TIME)?;
     let time = value.positive_up_to(1e4, TIME)?;

@@ -1,0 +1,43 @@
+//! Kinds of frames: what an actuator on CAN is told, and what it says.
+
+use crate::mit::{Reply, Setpoint};
+use dynamics_core::drive::MitDrive;
+use embedded_can::Id;
+
+/// A command: its identifier and its eight bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Packet {
+    /// The identifier.
+    pub id: Id,
+    /// The data.
+    pub data: [u8; 8],
+}
+
+/// The frames that a kind of actuator understands.
+///
+/// Total, as everything here: a NaN makes no frame, and no reply that could be misread is taken.
+pub trait Frames {
+    /// Whether identifiers of commands depend on what is commanded, so that the order of sending changes from tick to tick.
+    const COMMAND_IN_IDENTIFIER: bool = false;
+
+    /// Position, velocity, stiffness, damping and torque; values beyond their range take its end. `None` when one is NaN.
+    fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet>;
+
+    /// Switch on.
+    fn enter(drive: &MitDrive) -> Packet;
+
+    /// Switch off.
+    fn exit(drive: &MitDrive) -> Packet;
+
+    /// Forget an error, which leaves the drive off; `None` for drives that have no such frame.
+    fn clear(drive: &MitDrive) -> Option<Packet>;
+
+    /// Whether a frame with this identifier may be a reply of this drive.
+    fn answers(drive: &MitDrive, id: Id) -> bool;
+
+    /// A reply; `None` for a frame of another length, kind or drive.
+    fn reply(drive: &MitDrive, id: Id, data: &[u8]) -> Option<Reply>;
+
+    /// The drive's own words for an error of [`Reply::error`], for a person.
+    fn words(error: u8) -> &'static str;
+}

@@ -1,0 +1,102 @@
+//! Frames of RobStride's private protocol (RS00 to RS06 instruction manuals, "communication protocol").
+//!
+//! Every frame has an extended identifier of 29 bits and eight bytes, most significant first:
+//!
+//! | bits | 28 to 24 | 23 to 8 | 7 to 0 | data |
+//! |---|---|---|---|---|
+//! | command | 1 | torque | motor | position, velocity, kp, kd: 16 bits each |
+//! | reply | 2 | state (23, 22), errors (21 to 16), motor (15 to 8) | host | position, velocity, torque, 0.1 degrees Celsius |
+//! | on | 3 | host | motor | zero |
+//! | off | 4 | host | motor | first byte 1: forget the errors |
+//!
+//! State 0 is off, 1 calibrating, 2 on.
+
+use crate::frames::{Frames, Packet};
+use crate::mit::{Reply, Setpoint};
+use dynamics_core::drive::{MitDrive, RobStride};
+use embedded_can::{ExtendedId, Id};
+
+/// Bits of every field.
+const BITS: u32 = 16;
+
+/// Kinds of frames.
+const COMMAND: u32 = 1;
+const REPLY: u32 = 2;
+const ON: u32 = 3;
+const OFF: u32 = 4;
+
+/// State of a motor that is on.
+const RUNNING: u32 = 2;
+
+/// The identifier of a frame to a drive; all parts together have 29 bits.
+fn to(kind: u32, middle: u16, drive: &MitDrive, data: [u8; 8]) -> Packet {
+    let id = kind << 24 | u32::from(middle) << 8 | u32::from(drive.id);
+    Packet { id: ExtendedId::new(id).unwrap_or(ExtendedId::MAX).into(), data }
+}
+
+/// Errors of an identifier's bits 21 to 16.
+fn errors(id: u32) -> u8 {
+    (id >> 16 & 0x3f) as u8
+}
+
+impl Frames for RobStride {
+    const COMMAND_IN_IDENTIFIER: bool = true;
+
+    fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
+        let ranges = &drive.ranges;
+        let [a, b] = ranges.position.code(setpoint.position, BITS)?.to_be_bytes();
+        let [c, d] = ranges.velocity.code(setpoint.velocity, BITS)?.to_be_bytes();
+        let [e, f] = ranges.kp.code(setpoint.kp, BITS)?.to_be_bytes();
+        let [g, h] = ranges.kd.code(setpoint.kd, BITS)?.to_be_bytes();
+        let torque = ranges.torque.code(setpoint.torque, BITS)?;
+        Some(to(COMMAND, torque, drive, [a, b, c, d, e, f, g, h]))
+    }
+
+    fn enter(drive: &MitDrive) -> Packet {
+        to(ON, drive.reply_id, drive, [0; 8])
+    }
+
+    fn exit(drive: &MitDrive) -> Packet {
+        to(OFF, drive.reply_id, drive, [0; 8])
+    }
+
+    fn clear(drive: &MitDrive) -> Option<Packet> {
+        Some(to(OFF, drive.reply_id, drive, [1, 0, 0, 0, 0, 0, 0, 0]))
+    }
+
+    fn answers(drive: &MitDrive, id: Id) -> bool {
+        let Id::Extended(id) = id else { return false };
+        let id = id.as_raw();
+        id >> 24 == REPLY && id >> 8 & 0xff == u32::from(drive.id) && id & 0xff == u32::from(drive.reply_id)
+    }
+
+    fn reply(drive: &MitDrive, id: Id, data: &[u8]) -> Option<Reply> {
+        let Id::Extended(id) = id else { return None };
+        let &[a, b, c, d, e, f, g, h] = data else { return None };
+        let position = u16::from_be_bytes([a, b]);
+        let ranges = &drive.ranges;
+        Some(Reply {
+            position: ranges.position.value(position, BITS),
+            velocity: ranges.velocity.value(u16::from_be_bytes([c, d]), BITS),
+            torque: ranges.torque.value(u16::from_be_bytes([e, f]), BITS),
+            saturated: position == 0 || position == u16::MAX,
+            temperature: Some(0.1 * f32::from(u16::from_be_bytes([g, h]))),
+            error: errors(id.as_raw()),
+            off: id.as_raw() >> 22 & 0b11 != RUNNING,
+        })
+    }
+
+    /// The most urgent of several.
+    fn words(error: u8) -> &'static str {
+        match error {
+            0 => "no error",
+            e if e & 1 << 0 != 0 => "supply voltage too low",
+            e if e & 1 << 1 != 0 => "too much current",
+            e if e & 1 << 2 != 0 => "too hot",
+            e if e & 1 << 3 != 0 => "its encoder fails",
+            e if e & 1 << 4 != 0 => "overloaded, or its Hall sensor fails",
+            e if e & 1 << 5 != 0 => "not calibrated",
+            _ => "an error that its manual does not name",
+        }
+    }
+}

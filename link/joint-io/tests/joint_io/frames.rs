@@ -1,0 +1,279 @@
+//! Frames of Damiao's and RobStride's motors, made by hand from their documented layout, and drives that answer in them.
+
+use super::drive;
+use dynamics_core::drive::{Damiao, MitDrive, MitRanges, Range, RobStride};
+use dynamics_core::safety::SafeAction;
+use embedded_can::{ErrorKind, ExtendedId, Frame, Id, StandardId};
+use joint_io::can::{CanBus, CanJoints};
+use joint_io::damiao::CLEAR;
+use joint_io::frames::{Frames, Packet};
+use joint_io::mit::{ENTER, EXIT, Setpoint};
+use joint_io::{JointIo as _, NoPin};
+use session::readings::JointFaults;
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+fn standard(id: u16) -> Id {
+    StandardId::new(id).unwrap().into()
+}
+
+fn extended(id: u32) -> Id {
+    ExtendedId::new(id).unwrap().into()
+}
+
+/// Every field spans exactly its codes, so that a value is its own code.
+fn with_unit_ranges(bits: [u32; 5]) -> MitDrive {
+    let [position, velocity, kp, kd, torque] =
+        bits.map(|bits| Range { min: 0.0, max: f32::from(u16::MAX >> (16 - bits)) });
+    MitDrive { ranges: MitRanges { position, velocity, kp, kd, torque }, ..drive(0, 0x15) }
+}
+
+const SETPOINT: [u16; 5] = [0x1234, 0x567, 0x89a, 0xbcd, 0xef0];
+
+fn setpoint([position, velocity, kp, kd, torque]: [u16; 5]) -> Setpoint {
+    let [position, velocity, kp, kd, torque] = [position, velocity, kp, kd, torque].map(f32::from);
+    Setpoint { position, velocity, kp, kd, torque }
+}
+
+#[test]
+fn a_damiao_is_told_as_a_mini_cheetah_and_has_one_more_special_frame() {
+    let drive = with_unit_ranges([16, 12, 12, 12, 12]);
+    let packet = Damiao::command(&drive, &setpoint(SETPOINT)).unwrap();
+    assert_eq!(packet, Packet { id: standard(0x15), data: [0x12, 0x34, 0x56, 0x78, 0x9a, 0xbc, 0xde, 0xf0] });
+    assert_eq!(Damiao::enter(&drive), Packet { id: standard(0x15), data: ENTER });
+    assert_eq!(Damiao::exit(&drive), Packet { id: standard(0x15), data: EXIT });
+    assert_eq!(Damiao::clear(&drive), Some(Packet { id: standard(0x15), data: CLEAR }));
+    assert_eq!(Damiao::command(&drive, &Setpoint::torque(f32::NAN)), None);
+}
+
+#[test]
+fn a_damiaos_reply_has_its_state_and_the_higher_of_its_temperatures() {
+    let drive = MitDrive { reply_id: 0x25, ..with_unit_ranges([16, 12, 12, 12, 12]) };
+    let reply = |head: u8| Damiao::reply(&drive, standard(0x25), &[head, 0x12, 0x34, 0x56, 0x78, 0x9a, 41, 57]);
+    let on = reply(0x15).unwrap();
+    assert_eq!(
+        (on.position, on.velocity, on.torque),
+        (f32::from(0x1234_u16), f32::from(0x567_u16), f32::from(0x89a_u16))
+    );
+    assert_eq!((on.temperature, on.error, on.off), (Some(57.0), 0, false));
+    let off = reply(0x05).unwrap();
+    assert_eq!((off.error, off.off), (0, true));
+    for (state, words) in [(0x8, "supply voltage too high"), (0xc, "winding too hot"), (0xe, "overloaded")] {
+        let failed = reply(state << 4 | 5).unwrap();
+        assert_eq!((failed.error, Damiao::words(failed.error)), (state, words));
+    }
+    assert_eq!(reply(0x16), None, "the reply of motor 6");
+    for length in 0..8 {
+        assert_eq!(Damiao::reply(&drive, standard(0x25), &[0x15; 8][..length]), None);
+    }
+    for (id, answers) in [(standard(0x25), true), (standard(0x15), false), (extended(0x25), false)] {
+        assert_eq!(Damiao::answers(&drive, id), answers, "{id:?}");
+    }
+}
+
+/// RobStride number 0x15, whose host is 0xfd.
+fn robstride() -> MitDrive {
+    MitDrive { reply_id: 0xfd, ..with_unit_ranges([16; 5]) }
+}
+
+#[test]
+fn a_robstride_is_told_its_torque_in_the_identifier() {
+    let drive = robstride();
+    let packet = RobStride::command(&drive, &setpoint([0x1234, 0x5678, 0x9abc, 0xdef0, 0x2468])).unwrap();
+    assert_eq!(packet.id, extended(0x0124_6815));
+    assert_eq!(packet.data, [0x12, 0x34, 0x56, 0x78, 0x9a, 0xbc, 0xde, 0xf0]);
+    assert_eq!(RobStride::enter(&drive), Packet { id: extended(0x0300_fd15), data: [0; 8] });
+    assert_eq!(RobStride::exit(&drive), Packet { id: extended(0x0400_fd15), data: [0; 8] });
+    assert_eq!(RobStride::clear(&drive), Some(Packet { id: extended(0x0400_fd15), data: [1, 0, 0, 0, 0, 0, 0, 0] }));
+    assert_eq!(RobStride::command(&drive, &Setpoint::torque(f32::NAN)), None);
+}
+
+#[test]
+fn a_robstrides_reply_has_its_state_and_errors_in_the_identifier() {
+    let drive = robstride();
+    // 36.5 degrees.
+    let data = [0x12, 0x34, 0x56, 0x78, 0x9a, 0xbc, 0x01, 0x6d];
+    let running = RobStride::reply(&drive, extended(0x0280_15fd), &data).unwrap();
+    let values = (running.position, running.velocity, running.torque);
+    assert_eq!(values, (f32::from(0x1234_u16), f32::from(0x5678_u16), f32::from(0x9abc_u16)));
+    assert!((running.temperature.unwrap() - 36.5).abs() < 1e-5);
+    assert_eq!((running.error, running.off), (0, false));
+    let hot_and_off = RobStride::reply(&drive, extended(0x0204_15fd), &data).unwrap();
+    assert_eq!((RobStride::words(hot_and_off.error), hot_and_off.off), ("too hot", true));
+    let low = RobStride::reply(&drive, extended(0x0281_15fd), &data).unwrap();
+    assert_eq!((RobStride::words(low.error), low.off), ("supply voltage too low", false));
+    assert_eq!(RobStride::reply(&drive, extended(0x0280_15fd), &data[..7]), None);
+    // Another motor's, another host's, another kind of frame, a standard identifier.
+    for id in [extended(0x0280_16fd), extended(0x0280_15fc), extended(0x0180_15fd), standard(0x5fd)] {
+        assert!(!RobStride::answers(&drive, id), "{id:?}");
+    }
+    assert!(RobStride::answers(&drive, extended(0x0280_15fd)));
+}
+
+#[test]
+fn every_error_has_words() {
+    for error in 1..=u8::MAX {
+        assert_ne!(Damiao::words(error), "no error");
+        assert_ne!(RobStride::words(error), "no error");
+    }
+}
+
+/// A data frame on the wire.
+#[derive(Clone, Debug)]
+struct Wire(Packet);
+
+impl Frame for Wire {
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        Some(Self(Packet { id: id.into(), data: data.try_into().ok()? }))
+    }
+    fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
+        None
+    }
+    fn is_extended(&self) -> bool {
+        matches!(self.0.id, Id::Extended(_))
+    }
+    fn is_remote_frame(&self) -> bool {
+        false
+    }
+    fn id(&self) -> Id {
+        self.0.id
+    }
+    fn dlc(&self) -> usize {
+        8
+    }
+    fn data(&self) -> &[u8] {
+        &self.0.data
+    }
+}
+
+/// What was sent on a bus, and what is there to be received.
+#[derive(Clone, Default)]
+struct Tape(Rc<RefCell<(Vec<Packet>, VecDeque<Packet>)>>);
+
+impl Tape {
+    fn sent(&self) -> Vec<Packet> {
+        std::mem::take(&mut self.0.borrow_mut().0)
+    }
+    fn say(&self, id: Id, data: [u8; 8]) {
+        self.0.borrow_mut().1.push_back(Packet { id, data });
+    }
+}
+
+impl embedded_can::nb::Can for Tape {
+    type Frame = Wire;
+    type Error = ErrorKind;
+
+    fn transmit(&mut self, frame: &Wire) -> nb::Result<Option<Wire>, ErrorKind> {
+        self.0.borrow_mut().0.push(frame.0);
+        Ok(None)
+    }
+    fn receive(&mut self) -> nb::Result<Wire, ErrorKind> {
+        self.0.borrow_mut().1.pop_front().map(Wire).ok_or(nb::Error::WouldBlock)
+    }
+}
+
+impl CanBus for Tape {
+    fn is_off(&mut self) -> bool {
+        false
+    }
+    fn abandon(&mut self) {}
+}
+
+/// Two motors on the first bus, and the tape of it.
+fn pair<F: Frames>(drive: impl Fn(u8) -> MitDrive) -> (CanJoints<F, Tape, Tape, NoPin, 2>, Tape) {
+    let tape = Tape::default();
+    let mut joints = CanJoints::new(tape.clone(), Tape::default(), NoPin, [drive(1), drive(2)]);
+    joints.safe(SafeAction::Off);
+    tape.sent();
+    (joints, tape)
+}
+
+#[test]
+fn an_error_stops_the_joint_and_is_cleared_before_torque_is_given_again() {
+    let damiao = |id| MitDrive { id, reply_id: 0x10 + u16::from(id), ..with_unit_ranges([16, 12, 12, 12, 12]) };
+    let (mut joints, tape) = pair::<Damiao>(damiao);
+    let reply = |tape: &Tape, states: [u8; 2]| {
+        for (id, state) in (1_u8..).zip(states) {
+            tape.say(standard(0x10 + u16::from(id)), [state << 4 | id, 0x80, 0, 0x80, 8, 0, 30, 30]);
+        }
+    };
+    let kinds = |tape: &Tape| tape.sent().iter().rev().map(|packet| packet.data[7]).collect::<Vec<_>>();
+    let faults = |joints: &mut CanJoints<Damiao, Tape, Tape, NoPin, 2>| joints.measure().unwrap().faults;
+
+    reply(&tape, [0, 0]);
+    assert_eq!(faults(&mut joints), [JointFaults::NONE; 2], "off, as it was told to be");
+    joints.drive(&[0.0; 2]);
+    assert_eq!(kinds(&tape), [0xfc, 0xfc]);
+    reply(&tape, [1, 1]);
+    joints.measure();
+    joints.drive(&[0.0; 2]);
+    tape.sent();
+    // The winding of the second becomes too hot.
+    reply(&tape, [1, 0xc]);
+    assert_eq!(faults(&mut joints), [JointFaults::NONE, JointFaults::DRIVE]);
+    assert_eq!(joints.drive_errors(), [0, 0xc]);
+    joints.safe(SafeAction::Off);
+    assert_eq!(kinds(&tape), [0xfd, 0xfd]);
+    reply(&tape, [0, 0xc]);
+    joints.measure();
+    // Torque is wanted again: the second is cleared first, and on a tick later.
+    joints.drive(&[0.0; 2]);
+    assert_eq!(kinds(&tape), [0xfc, 0xfb]);
+    reply(&tape, [1, 0]);
+    assert_eq!(faults(&mut joints), [JointFaults::NONE; 2]);
+    joints.drive(&[0.0; 2]);
+    assert_eq!(kinds(&tape)[1], 0xfc);
+}
+
+#[test]
+fn a_drive_that_goes_off_by_itself_is_at_fault_and_one_that_is_being_switched_on_has_some_ticks() {
+    let (mut joints, tape) = pair::<RobStride>(|id| MitDrive { id, ..robstride() });
+    let reply = |tape: &Tape, states: [u32; 2]| {
+        for (id, state) in (1_u32..).zip(states) {
+            tape.say(extended(0x0200_00fd | state << 22 | id << 8), [0x80, 0, 0x80, 0, 0x80, 0, 1, 0]);
+        }
+    };
+    reply(&tape, [0, 0]);
+    joints.measure();
+    let mut ticks = 0;
+    loop {
+        joints.drive(&[0.0; 2]);
+        reply(&tape, [2, 0]);
+        let faults = joints.measure().unwrap().faults;
+        assert_eq!(faults[0], JointFaults::NONE);
+        if faults[1] != JointFaults::NONE {
+            break;
+        }
+        ticks += 1;
+    }
+    assert_eq!(ticks, 10);
+}
+
+#[test]
+fn robstrides_are_sent_to_from_the_identifier_that_waits_longest() {
+    let (mut joints, tape) = pair::<RobStride>(|id| MitDrive { id, ..robstride() });
+    let on = |tape: &Tape| {
+        for id in 1..=2 {
+            tape.say(extended(0x0280_00fd | id << 8), [0x80, 0, 0x80, 0, 0x80, 0, 1, 0]);
+        }
+    };
+    on(&tape);
+    joints.measure();
+    joints.drive(&[0.0; 2]);
+    for torques in [[1000.0, 2000.0], [2000.0, 1000.0]] {
+        on(&tape);
+        joints.measure();
+        tape.sent();
+        joints.drive(&torques);
+        let sent: Vec<u32> = tape
+            .sent()
+            .iter()
+            .map(|packet| match packet.id {
+                Id::Extended(id) => id.as_raw(),
+                Id::Standard(id) => panic!("{id:?}"),
+            })
+            .collect();
+        assert!(sent.len() == 2 && sent[0] > sent[1], "{sent:x?}");
+    }
+}
