@@ -380,16 +380,16 @@ fn integral_action_brings_the_puma_to_rest_within_a_count_whatever_it_holds_and_
     }
 }
 
-/// Error of the elbow, rad, two seconds after the arm has come to a place under a steady wrench, in the tip's axes, that no model knows.
+/// Error of the elbow, rad, twelve seconds after the arm has come to a place under a steady wrench, in the tip's axes, that no model knows.
 fn elbow_pushed(law: Law, place: [f64; 2], stiffness: Option<f64>) -> f64 {
     let mut scene = swing();
     let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
     points.truncate(2);
     points[1].q = place.to_vec();
-    points[1].dwell = 2.0;
+    points[1].dwell = 12.0;
     (scene.control.law, scene.control.stiffness) = (law, stiffness.map(|stiffness| vec![stiffness; 2]));
     let wrench = Wrench { force: Vector3::new(3.0, PUSH, 0.0), moment: Vector3::zeros() };
-    scene.plant.push = Some(Push { at: 0.0, duration: 10.0, wrench });
+    scene.plant.push = Some(Push { at: 0.0, duration: 20.0, wrench });
     let done = run(&scene);
     assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]));
     done.record.joint(1).nth(done.record.ticks() - 1).unwrap().error()

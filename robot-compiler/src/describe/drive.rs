@@ -82,7 +82,7 @@ impl Protocol {
     }
 }
 
-/// An actuator of `robots/actuators.toml`. Its fields are symmetric, but for `kp` and `kd`, which begin at zero.
+/// An actuator of `robot-compiler/actuators.toml`. Its fields are symmetric, but for `kp` and `kd`, which begin at zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
     /// Its name in a robot file.

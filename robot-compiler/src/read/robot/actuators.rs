@@ -1,4 +1,4 @@
-//! The table of actuators, `robots/actuators.toml`, as part of the program.
+//! The table of actuators, `robot-compiler/actuators.toml`, as part of the program.
 
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::drive::{Actuator, Protocol};
@@ -8,8 +8,8 @@ use std::sync::LazyLock;
 static TABLE: LazyLock<Vec<Actuator>> = LazyLock::new(|| read(&source()).unwrap_or_default());
 
 fn source() -> Source {
-    let text = include_str!("../../../../robots/actuators.toml").to_owned();
-    Source { file: "robots/actuators.toml".to_owned(), text }
+    let text = include_str!("../../../actuators.toml").to_owned();
+    Source { file: "robot-compiler/actuators.toml".to_owned(), text }
 }
 
 /// Every actuator of the table.
