@@ -15,7 +15,8 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
         "scene",
         "board",
         "instructions of the controller",
-        "supervised tick / one that grants a request",
+        "supervised tick",
+        "one that grants a request",
         "flash",
         "RAM",
         "stack: seen / bound",
@@ -30,11 +31,8 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
             format!("`{}`", row.scene),
             row.board.clone(),
             between(row, Field::Instructions, Field::InstructionsSpread),
-            format!(
-                "{} / {}",
-                between(row, Field::Supervised, Field::SupervisedSpread),
-                cell(Field::SupervisedLongest)
-            ),
+            between(row, Field::Supervised, Field::SupervisedSpread),
+            cell(Field::SupervisedLongest),
             cell(Field::Flash),
             cell(Field::Ram),
             format!("{} / {}", cell(Field::StackPainted), cell(Field::StackBound)),
