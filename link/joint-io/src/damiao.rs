@@ -10,8 +10,8 @@
 //! | temperature of the transistors, of the winding, degrees Celsius | 8, 8 |
 
 use crate::frames::{Frames, Packet};
-use crate::mit::{ENTER, EXIT, FIELD_BITS, POSITION_BITS, Reply, Setpoint, is_reply_id, to};
-use dynamics_core::drive::{Damiao, MitDrive};
+use crate::mit::{Reply, Setpoint, to};
+use dynamics_core::drive::{Damiao, MiniCheetah, MitDrive};
 use embedded_can::Id;
 
 /// Forget the error.
@@ -25,15 +25,15 @@ const ERRORS: u8 = 8;
 
 impl Frames for Damiao {
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
-        Some(to(drive, setpoint.pack(&drive.ranges)?))
+        MiniCheetah::command(drive, setpoint)
     }
 
     fn enter(drive: &MitDrive) -> Packet {
-        to(drive, ENTER)
+        MiniCheetah::enter(drive)
     }
 
     fn exit(drive: &MitDrive) -> Packet {
-        to(drive, EXIT)
+        MiniCheetah::exit(drive)
     }
 
     fn clear(drive: &MitDrive) -> Option<Packet> {
@@ -41,7 +41,7 @@ impl Frames for Damiao {
     }
 
     fn answers(drive: &MitDrive, id: Id) -> bool {
-        is_reply_id(drive, id)
+        MiniCheetah::answers(drive, id)
     }
 
     fn reply(drive: &MitDrive, _: Id, data: &[u8]) -> Option<Reply> {
@@ -49,16 +49,12 @@ impl Frames for Damiao {
         if head & 0xf != drive.id & 0xf {
             return None;
         }
-        let (state, position) = (head >> 4, u16::from_be_bytes([p_high, p_low]));
-        let ranges = &drive.ranges;
+        let state = head >> 4;
         Some(Reply {
-            position: ranges.position.value(position, POSITION_BITS),
-            velocity: ranges.velocity.value(u16::from(v) << 4 | u16::from(vt) >> 4, FIELD_BITS),
-            torque: ranges.torque.value(u16::from(vt & 0xf) << 8 | u16::from(t), FIELD_BITS),
-            saturated: position == 0 || position == u16::MAX,
             temperature: Some(f32::from(transistors.max(winding))),
             error: if state >= ERRORS { state } else { 0 },
             off: state == OFF,
+            ..Reply::of_state([p_high, p_low, v, vt, t], &drive.ranges)
         })
     }
 

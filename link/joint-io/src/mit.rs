@@ -119,29 +119,33 @@ impl Reply {
         if id != drive.id {
             return None;
         }
+        Some(Self {
+            temperature: drive.temperature_offset.and_then(|offset| Some(f32::from(*rest.first()?) + offset)),
+            error: rest.get(1).copied().unwrap_or(0),
+            ..Self::of_state([p_high, p_low, v, vt, t], &drive.ranges)
+        })
+    }
+
+    /// A reply that says position, velocity and torque, and nothing else.
+    #[inline]
+    pub(crate) fn of_state([p_high, p_low, v, vt, t]: [u8; 5], ranges: &MitRanges) -> Self {
         let position = u16::from_be_bytes([p_high, p_low]);
         let field = |range: &Range, code: u16| range.value(code, FIELD_BITS);
-        let ranges = &drive.ranges;
-        Some(Self {
+        Self {
             position: ranges.position.value(position, POSITION_BITS),
             velocity: field(&ranges.velocity, u16::from(v) << 4 | u16::from(vt) >> 4),
             torque: field(&ranges.torque, u16::from(vt & 0xf) << 8 | u16::from(t)),
             saturated: position == 0 || position == u16::MAX,
-            temperature: drive.temperature_offset.and_then(|offset| Some(f32::from(*rest.first()?) + offset)),
-            error: rest.get(1).copied().unwrap_or(0),
+            temperature: None,
+            error: 0,
             off: false,
-        })
+        }
     }
 }
 
 /// A command with the identifier of the drive; a byte is always a standard identifier.
 pub(crate) fn to(drive: &MitDrive, data: [u8; 8]) -> Packet {
     Packet { id: StandardId::new(u16::from(drive.id)).unwrap_or(StandardId::MAX).into(), data }
-}
-
-/// Whether this is the standard identifier of the drive's replies.
-pub(crate) fn is_reply_id(drive: &MitDrive, id: Id) -> bool {
-    matches!(id, Id::Standard(id) if id.as_raw() == drive.reply_id)
 }
 
 impl Frames for MiniCheetah {
@@ -162,7 +166,7 @@ impl Frames for MiniCheetah {
     }
 
     fn answers(drive: &MitDrive, id: Id) -> bool {
-        is_reply_id(drive, id)
+        matches!(id, Id::Standard(id) if id.as_raw() == drive.reply_id)
     }
 
     fn reply(drive: &MitDrive, _: Id, data: &[u8]) -> Option<Reply> {
