@@ -1,6 +1,7 @@
 //! `check`: would a physicist believe a robot file?
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{json, print};
 use crate::failure::{FAULT, Failure};
 use crate::study::check::answer;
@@ -39,15 +40,9 @@ pub struct CheckArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// Gravitational acceleration in the base frame, m/s^2.
-    #[arg(
-        long,
-        value_name = "GX,GY,GZ",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        default_value = "0,0,-9.81"
-    )]
-    pub gravity: Vec<f64>,
+    /// Gravity.
+    #[command(flatten)]
+    pub gravity: GravityArgs,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -59,7 +54,7 @@ pub struct CheckArgs {
 /// [`Failure::Input`] for a file that cannot be read, and for an option that is wrong.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     let draft = Draft::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
-    let answer = answer(draft, &args.gravity)?;
+    let answer = answer(draft, &args.gravity.gravity)?;
     print(&if args.json { json(&answer.json())? + "\n" } else { answer.text() })?;
     Ok(if answer.count(Severity::Wrong) > 0 { FAULT } else { 0 })
 }

@@ -1,6 +1,7 @@
 //! `contact`: the wrench at the tip from that in the base, or the other way round.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
 use crate::study::contact::{Known, Question, answer};
@@ -40,15 +41,9 @@ pub struct ContactArgs {
     /// Joint accelerations, rad/s^2 or m/s^2; zero if not given.
     #[arg(long, value_name = "QDD1,QDD2,..", value_delimiter = ',', allow_hyphen_values = true)]
     pub qdd: Option<Vec<f64>>,
-    /// Gravitational acceleration in the base frame, m/s^2.
-    #[arg(
-        long,
-        value_name = "GX,GY,GZ",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        default_value = "0,0,-9.81"
-    )]
-    pub gravity: Vec<f64>,
+    /// Gravity.
+    #[command(flatten)]
+    pub gravity: GravityArgs,
     /// Reading of a sensor in the base, N and N m.
     #[arg(long, value_name = "FX,FY,FZ,MX,MY,MZ", value_delimiter = ',', allow_hyphen_values = true)]
     pub base_wrench: Option<Vec<f64>>,
@@ -74,7 +69,7 @@ pub fn run(args: &ContactArgs) -> Result<(), Failure> {
         q: args.q.clone(),
         qd: args.qd.clone(),
         qdd: args.qdd.clone(),
-        gravity: args.gravity.clone(),
+        gravity: args.gravity.gravity.clone(),
         known,
     };
     let wrong = |problem| Failure::Input(miette::miette!(help = "see `host-sim contact --help`", "{problem}"));

@@ -12,6 +12,7 @@ pub mod dynamics;
 pub mod energy;
 pub mod explain;
 pub mod extremes;
+pub mod gravity;
 pub mod import;
 pub mod info;
 pub mod kernel;

@@ -1,6 +1,7 @@
 //! `statics`: what holds an arm at rest, and the posture that takes least.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{files, json, print};
 use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
@@ -53,15 +54,9 @@ pub struct StaticsArgs {
         required_unless_present = "minimise"
     )]
     pub q: Option<Vec<f64>>,
-    /// Gravitational acceleration in the base frame, m/s^2.
-    #[arg(
-        long,
-        value_name = "GX,GY,GZ",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        default_value = "0,0,-9.81"
-    )]
-    pub gravity: Vec<f64>,
+    /// Gravity.
+    #[command(flatten)]
+    pub gravity: GravityArgs,
     /// A point mass held by the tip: kg, and where in the tip frame, m (its origin if left out).
     #[arg(long, value_name = "MASS[,X,Y,Z]", value_delimiter = ',', allow_hyphen_values = true)]
     pub load: Option<Vec<f64>>,
@@ -96,7 +91,7 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     let question = Question {
         q: args.q.clone(),
-        gravity: args.gravity.clone(),
+        gravity: args.gravity.gravity.clone(),
         load: args.load.clone(),
         tip_wrench: args.tip_wrench.clone(),
         minimise: args.minimise.clone(),

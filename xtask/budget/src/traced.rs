@@ -214,7 +214,7 @@ impl<'a> Watch<'a> {
     /// Nothing counts before priorities are set: no interrupt can come by then. The lowest priority waits for PRIMASK alone.
     fn measure_stack(&mut self, step: &Step) {
         const SP: usize = 13;
-        // The log has no registers of some steps behind an exception: there they are zero.
+        // A step whose registers the log lacks has zeros.
         let known = step.registers[SP] != 0 && !self.priorities.is_empty();
         if step.exception == 0 && known && !self.mask.holds_off(u8::MAX) {
             let used = self.top.saturating_sub(step.registers[SP]);
