@@ -230,6 +230,11 @@ impl<S: Real, const N: usize, M, K: CollisionConfiguration<S, N>> CollisionWatch
         let config = self.config.get();
         let residual = self.observer.residual();
         let hit = above(residual, &config.threshold);
+        // Nearly every tick is this one.
+        if let (WatchState::Free, None) = (self.state, hit) {
+            self.count = 0;
+            return Verdict::Free;
+        }
         let (speaks, needed) = match self.state {
             WatchState::Free | WatchState::Holding { .. } => (hit.is_some(), config.ticks),
             WatchState::Complying { .. } => (above(residual, &config.released).is_none(), config.release_ticks),

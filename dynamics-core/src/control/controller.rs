@@ -293,8 +293,7 @@ where
         }
 
         let state = State { reference, q, qd, live, turn };
-        let law = (!complies).then_some(config.law);
-        *torque = torques(law, &config.gains, dynamics, trig, &state);
+        *torque = torques(config.law, complies, &config.gains, dynamics, trig, &state);
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, complies) {
                 torque[i] += friction[i].torque(reference.qd[i]);

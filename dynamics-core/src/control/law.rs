@@ -158,50 +158,44 @@ pub fn computed_torque<S: Scalar, const N: usize>(
     dynamics.inverse_dynamics(&turn(), q, qd, &wanted, live)
 }
 
-/// Torques before friction and limits, N m or N; without a law the arm's weight is carried and its motion damped, without any
+/// Torques before friction and limits, N m or N; an arm that complies has its weight carried and its motion damped, without any
 /// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`.
 #[inline]
 pub(super) fn torques<S: Real, const N: usize>(
-    law: Option<Law>,
+    law: Law,
+    complies: bool,
     gains: &[Gains<S>; N],
     dynamics: &mut impl InverseDynamics<S, N>,
     trig: &impl Trig<S>,
     state: &State<'_, S, N>,
 ) -> [S; N] {
     let State { reference, q, qd, live, turn } = *state;
-    let turned = || known_or_new(trig, turn, q);
-    let weighted = |with: [S; N]| {
-        let spring = spring(gains, reference, q, qd);
-        core::array::from_fn(|i| with[i] + gains[i].inertia * spring[i])
-    };
     let zero = [S::zero(); N];
-    match law {
+    // Nothing is wanted of an arm that complies.
+    let wanted: [S; N] = if complies { zero } else { wanted(gains, reference, q, qd) };
+    // `law` is a constant of a firmware and `complies` is not: asked apart, what other laws need is left out.
+    let (at, turn) = match law {
+        Law::Feedforward if !complies => (&reference.q, None),
+        _ => (q, turn),
+    };
+    let (speed, acceleration) = match law {
+        _ if complies => (&zero, &wanted),
+        // `computed_torque`, by a dynamics that may keep state.
+        Law::ComputedTorque => (qd, &wanted),
+        Law::Impedance => (qd, &reference.qdd),
+        Law::Feedforward => (&reference.qd, &reference.qdd),
+        Law::Pd | Law::PdGravity | Law::DiagonalInertia => (&zero, &zero),
+    };
+    let of_model = match law {
+        Law::Pd if !complies => zero,
         // One call for all: called from two places, the kernel would not become part of the tick.
-        None | Some(Law::ComputedTorque | Law::Impedance) => {
-            let wanted = wanted(gains, reference, q, qd);
-            let (speed, acceleration) = match law {
-                None => (&zero, &zero),
-                Some(Law::Impedance) => (qd, &reference.qdd),
-                Some(_) => (qd, &wanted),
-            };
-            // `computed_torque`, by a dynamics that may keep state.
-            let of_model = dynamics.tick(turned, q, speed, acceleration, live);
-            match law {
-                None => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
-                Some(Law::Impedance) => weighted(of_model),
-                Some(_) => of_model,
-            }
-        }
-        Some(Law::Pd) => weighted(zero),
-        Some(Law::PdGravity) => weighted(dynamics.tick(turned, q, &zero, &zero, live)),
-        Some(Law::DiagonalInertia) => {
-            let held = dynamics.tick(turned, q, &zero, &zero, live);
-            let wanted = wanted(gains, reference, q, qd);
-            core::array::from_fn(|i| held[i] + gains[i].inertia * wanted[i])
-        }
-        Some(Law::Feedforward) => {
-            let Reference { q, qd, qdd } = reference;
-            weighted(dynamics.tick(|| trig.sin_cos_all(q), q, qd, qdd, live))
-        }
+        _ => dynamics.tick(|| known_or_new(trig, turn, at), at, speed, acceleration, live),
+    };
+    let with = |acceleration: [S; N]| core::array::from_fn(|i| of_model[i] + gains[i].inertia * acceleration[i]);
+    match law {
+        _ if complies => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
+        Law::ComputedTorque => of_model,
+        Law::DiagonalInertia => with(wanted),
+        Law::Pd | Law::PdGravity | Law::Feedforward | Law::Impedance => with(spring(gains, reference, q, qd)),
     }
 }

@@ -58,8 +58,8 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     /// As [`Safety::tick`], with the output written to its place. `control` writes its torques, and the limits that acted
     /// on the reference, to where the machine holds them; they are zero and none before.
     ///
-    /// Cost beside the controller's: `O(N)`, no division, no root. A tick that is [ordinary](super::ordinary) takes the same
-    /// comparisons whatever the numbers are.
+    /// Cost beside the controller's: `O(N)`, no division, no root. An ordinary tick takes the same comparisons whatever
+    /// the numbers are: the arm moves, nobody asks for anything, every joint answers.
     #[inline]
     pub fn tick_into(
         &mut self,
