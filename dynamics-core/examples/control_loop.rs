@@ -48,6 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         encoder: [Encoder { zero: 0, per_count: 1e-4 }; 2],
         observer: TrackingObserver::new(200.0, PERIOD),
         integral: None,
+        teach: None,
     };
     let model = arm(1.5)?;
     let mut controller =

@@ -19,6 +19,7 @@ mod law;
 mod limits;
 mod momentum_observer;
 mod observer;
+mod teach;
 pub mod trajectory;
 
 pub use ask::Ask;
@@ -36,6 +37,7 @@ pub use law::{Gains, Law, computed_torque};
 pub use limits::LimitFlags;
 pub use momentum_observer::{MomentumFilter, MomentumObserver};
 pub use observer::{Encoder, TrackingObserver};
+pub use teach::Teach;
 
 /// Desired joint positions, velocities and accelerations of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]

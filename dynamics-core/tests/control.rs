@@ -11,4 +11,5 @@ mod laws;
 mod limits;
 mod observer;
 mod support;
+mod teach;
 mod totality;

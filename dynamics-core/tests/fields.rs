@@ -1,6 +1,6 @@
 //! Visitors see every field of a configuration once, in the order of declaration, and a cast rounds each number.
 
-use dynamics_core::control::{Encoder, Friction, Gains, Guard, Integral, Law, TrackingObserver};
+use dynamics_core::control::{Encoder, Friction, Gains, Guard, Integral, Law, Teach, TrackingObserver};
 use dynamics_core::fields::{Fields, Group, Visitor};
 use dynamics_core::{ControllerConfig, Limits, Real};
 use std::fmt::Debug;
@@ -28,6 +28,17 @@ fn config() -> ControllerConfig<f64, 2> {
             torque_max: x(n + 1),
             dead_band: x(n + 2),
             friction: x(n + 3),
+        })),
+        teach: Some([43, 53].map(|n| Teach {
+            friction: x(n),
+            per_still_speed: x(n + 1),
+            breakaway: x(n + 2),
+            slip: x(n + 3),
+            drag: x(n + 4),
+            speed: x(n + 5),
+            wall: (x(n + 6), x(n + 7)),
+            stiffness: x(n + 8),
+            damping: x(n + 9),
         })),
     }
 }
@@ -92,7 +103,9 @@ fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
     let limits = "limits:[Limits{position:(13.1 14.1 . velocity:15.1 torque:16.1 torque_rate:17.1 . ";
     let end = "age_max:4294967295 encoder:[Encoder{zero:-29 per_count:29.1 . Encoder{zero:-30 per_count:30.1 . . \
                observer:TrackingObserver::from_gains(31.1 32.1 33.1 34.1 . \
-               integral:some [Integral{gain:35.1 torque_max:36.1 dead_band:37.1 friction:38.1 . Integral{gain:39.1 torque_max:40.1 dead_band:41.1 friction:42.1 . . . ";
+               integral:some [Integral{gain:35.1 torque_max:36.1 dead_band:37.1 friction:38.1 . Integral{gain:39.1 torque_max:40.1 dead_band:41.1 friction:42.1 . . \
+               teach:some [Teach{friction:43.1 per_still_speed:44.1 breakaway:45.1 slip:46.1 drag:47.1 speed:48.1 wall:(49.1 50.1 . stiffness:51.1 damping:52.1 . \
+               Teach{friction:53.1 per_still_speed:54.1 breakaway:55.1 slip:56.1 drag:57.1 speed:58.1 wall:(59.1 60.1 . stiffness:61.1 damping:62.1 . . . ";
     assert!(text.contains(middle) && text.contains(limits) && text.ends_with(end), "{text}");
     let none = seen(&ControllerConfig { friction: None, ..config() }).text;
     assert!(none.contains(". . friction:none limits:["), "{none}");
@@ -101,7 +114,7 @@ fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
 #[test]
 fn a_cast_rounds_every_number_once_and_loses_none() {
     let (wide, narrow) = (seen(&config()).numbers, seen(&config().cast::<f32>()).numbers);
-    assert_eq!(wide.len(), 42);
+    assert_eq!(wide.len(), 62);
     assert_eq!(narrow, wide.iter().map(|x| f64::from(*x as f32)).collect::<Vec<_>>());
     assert!(narrow.iter().zip(&wide).all(|(narrow, wide)| narrow.to_bits() != wide.to_bits()));
     assert_eq!(config().cast::<f64>(), config());

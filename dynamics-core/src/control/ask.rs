@@ -17,6 +17,8 @@ pub struct Ask<'a, S, const N: usize> {
     pub reference: &'a Reference<S, N>,
     /// Whether no limit acts on the reference, as far as the machine has looked.
     pub inside: bool,
+    /// Whether the arm runs: a law that follows no reference lets go of it.
+    pub runs: bool,
     /// Joint position that the machine has observed and judged, rad or m.
     pub q: &'a [S; N],
     /// Joint velocity, likewise, rad/s or m/s.

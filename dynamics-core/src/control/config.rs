@@ -4,6 +4,7 @@ use super::friction::Friction;
 use super::integral::Integral;
 use super::law::{Gains, Law};
 use super::observer::{Encoder, TrackingObserver};
+use super::teach::Teach;
 use crate::fields::record;
 use crate::joint::Limits;
 
@@ -42,6 +43,8 @@ record! {
         pub observer: TrackingObserver<S>,
         /// Integral action per joint; `None` leaves a constant load that the model does not know to the position gain.
         pub integral: Option<[Integral<S>; N]>,
+        /// Behaviour of the joints under [`Law::Teach`]; `None` leaves the weight alone carried.
+        pub teach: Option<[Teach<S>; N]>,
     }
 }
 

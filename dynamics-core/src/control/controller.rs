@@ -4,7 +4,7 @@ use super::ask::Ask;
 use super::collision::{Protection, Seen, Unprotected, Verdict};
 use super::config::{Configuration, ControllerConfig, Guard};
 use super::integral::{Integral, Integrated};
-use super::law::{State, torques};
+use super::law::{Law, State, torques};
 use super::limits::{LimitFlags, hold_reference, hold_torques, reference_is_inside};
 use super::observer::TrackingObserver;
 use super::{Command, Fault, Measurement, Reference, Sensed};
@@ -18,6 +18,8 @@ use crate::trig::Trig;
 struct Memory<S, const N: usize> {
     /// Integral action before the last proposal, and with it.
     integral: [[Integrated<S>; N]; 2],
+    /// Where the joints of an arm that is led by hand came to rest, rad or m; `None` while it is not.
+    anchor: Option<[S; N]>,
     /// The fault in force.
     fault: Option<Fault>,
 }
@@ -51,6 +53,8 @@ pub(crate) struct Given<'a, S, const N: usize> {
     pub(crate) reference: &'a Reference<S, N>,
     /// No limit acts on the reference: somebody has looked.
     pub(crate) inside: bool,
+    /// A law that follows no reference lets go of it.
+    pub(crate) runs: bool,
     pub(crate) q: &'a [S; N],
     pub(crate) qd: &'a [S; N],
 }
@@ -141,7 +145,7 @@ where
         if let Some(fault) = self.regulator.memory.fault {
             return Err(fault);
         }
-        let given = Given { reference: ask.reference, inside: ask.inside, q: ask.q, qd: ask.qd };
+        let given = Given { reference: ask.reference, inside: ask.inside, runs: ask.runs, q: ask.q, qd: ask.qd };
         let answer = self.regulator.propose(&given, torque, limits, None);
         if let Err(fault) = answer {
             self.regulator.memory.fault = Some(fault);
@@ -221,7 +225,7 @@ where
         if !state_is_inside(q, qd, config) {
             return Err(name_fault(reference, q, qd, config));
         }
-        let given = Given { reference, inside: false, q, qd };
+        let given = Given { reference, inside: false, runs: true, q, qd };
         regulator.propose(&given, torque, limits, Some(&mut alone.acceleration))?;
         let config = regulator.config.get();
         hold_torques(torque, limits, &config.limits, &alone.torque, &alone.torque_step, &config.torque_step)?;
@@ -253,7 +257,7 @@ where
     ) -> Result<(), Fault> {
         let Self { config, dynamics, trig, live, memory, protection } = self;
         let config = config.get();
-        let Given { reference, inside, q, qd } = *given;
+        let Given { reference, inside, runs, q, qd } = *given;
         *limits = [LimitFlags::NONE; N];
         let held;
         let reference = if inside || reference_is_inside(reference, &config.limits) {
@@ -268,8 +272,12 @@ where
 
         let standing;
         let (mut reference, mut turn, mut complies) = (reference, None, false);
-        // A constant at build time: a controller without protection has not one instruction of this.
-        if P::WATCHES {
+        // Led by hand: the hand is no collision, and there is no reference to make up friction along.
+        let led = runs && config.law == Law::Teach;
+        if led {
+            protection.forget();
+        } else if P::WATCHES {
+            // A constant at build time: a controller without protection has not one instruction of this.
             let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
             let verdict;
             (verdict, turn) = protection.look(&seen, || trig.sin_cos_all(q));
@@ -293,19 +301,29 @@ where
         }
 
         let state = State { reference, q, qd, live, turn };
-        *torque = torques(config.law, complies, &config.gains, dynamics, trig, &state);
+        // Armed or held, it stands where it is.
+        let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
+        *torque = torques(law, complies, &config.gains, dynamics, trig, &state);
+        let gives = complies || led;
+        if config.teach.is_some() {
+            // Let go of, an arm that was held hangs where it was held.
+            memory.anchor = led.then(|| memory.anchor.unwrap_or(*q));
+        }
         for i in 0..N {
-            if let (Some(friction), false) = (&config.friction, complies) {
+            if let (Some(friction), false) = (&config.friction, gives) {
                 torque[i] += friction[i].torque(reference.qd[i]);
             }
             if let Some(integral) = &config.integral {
                 // An arm that gives way must not be pushed on by what it was held with.
-                let next = match complies {
+                let next = match gives {
                     true => Integrated::zero(),
                     false => integral[i].next(memory.integral[0][i], reference.q[i] - q[i]),
                 };
                 memory.integral[1][i] = next;
                 torque[i] += next.torque;
+            }
+            if let (Some(teach), Some(anchor)) = (&config.teach, &mut memory.anchor) {
+                torque[i] += teach[i].torque(q[i], qd[i], &mut anchor[i]);
             }
             // Turns -0 into +0: equal kernels may differ in the sign of a zero, and commands are compared by their
             // bits.
@@ -338,7 +356,7 @@ fn flag<const N: usize>(limits: &mut [LimitFlags; N], joint: u8) {
 
 impl<S: Real, const N: usize> Memory<S, N> {
     fn new() -> Self {
-        Self { integral: [[Integrated::zero(); N]; 2], fault: None }
+        Self { integral: [[Integrated::zero(); N]; 2], anchor: None, fault: None }
     }
 }
 

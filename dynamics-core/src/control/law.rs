@@ -27,6 +27,9 @@ pub enum Law {
     /// torque from outside: a steady one moves a joint by `tau / K`, in any posture, and a joint that is kept from its reference
     /// pushes with `K e`.
     Impedance,
+    /// `tau = ID(q, 0, 0)` plus [`Teach`](super::Teach) while the arm runs: it is led by hand, and follows no reference.
+    /// [`Law::PdGravity`] while it is armed or held.
+    Teach,
 }
 
 impl Law {
@@ -35,7 +38,9 @@ impl Law {
     pub const fn feeds_back_through_model(self) -> bool {
         match self {
             Self::ComputedTorque => true,
-            Self::Pd | Self::PdGravity | Self::DiagonalInertia | Self::Feedforward | Self::Impedance => false,
+            Self::Pd | Self::PdGravity | Self::DiagonalInertia | Self::Feedforward | Self::Impedance | Self::Teach => {
+                false
+            }
         }
     }
 
@@ -43,13 +48,13 @@ impl Law {
     #[must_use]
     pub const fn carries_weight(self) -> bool {
         match self {
-            Self::ComputedTorque | Self::PdGravity | Self::DiagonalInertia | Self::Impedance => true,
+            Self::ComputedTorque | Self::PdGravity | Self::DiagonalInertia | Self::Impedance | Self::Teach => true,
             Self::Pd | Self::Feedforward => false,
         }
     }
 }
 
-words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4, Impedance = 5 });
+words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4, Impedance = 5, Teach = 6 });
 
 record! {
     /// Gains of one joint: they make an error of the joint behave as a mass on a spring with a damper.
@@ -184,7 +189,7 @@ pub(super) fn torques<S: Real, const N: usize>(
         Law::ComputedTorque => (qd, &wanted),
         Law::Impedance => (qd, &reference.qdd),
         Law::Feedforward => (&reference.qd, &reference.qdd),
-        Law::Pd | Law::PdGravity | Law::DiagonalInertia => (&zero, &zero),
+        Law::Pd | Law::PdGravity | Law::DiagonalInertia | Law::Teach => (&zero, &zero),
     };
     let of_model = match law {
         Law::Pd if !complies => zero,
@@ -194,7 +199,7 @@ pub(super) fn torques<S: Real, const N: usize>(
     let with = |acceleration: [S; N]| core::array::from_fn(|i| of_model[i] + gains[i].inertia * acceleration[i]);
     match law {
         _ if complies => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
-        Law::ComputedTorque => of_model,
+        Law::ComputedTorque | Law::Teach => of_model,
         Law::DiagonalInertia => with(wanted),
         Law::Pd | Law::PdGravity | Law::Feedforward | Law::Impedance => with(spring(gains, reference, q, qd)),
     }

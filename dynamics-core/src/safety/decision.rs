@@ -29,6 +29,8 @@ pub(super) struct Memory<S, const N: usize> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Now<'a, S, const N: usize> {
     pub(super) inputs: &'a Inputs<S, N>,
+    /// The host's reference, or that of an arm that is led by hand.
+    pub(super) reference: Option<&'a Reference<S, N>>,
     pub(super) seen: &'a Seen<'a, S, N>,
     /// The host has not been heard for too long.
     pub(super) silent: bool,
@@ -86,7 +88,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Decision {
-        let Now { inputs, seen, silent } = *now;
+        let Now { inputs, seen, silent, .. } = *now;
         let Judgement { fault: judged, jumped } = self.sensors.judge(inputs, seen, config, rules);
         self.homed &= !jumped;
         let external = external(inputs, rules);
@@ -162,7 +164,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Result<(), Refusal> {
-        let Now { inputs, seen, silent } = *now;
+        let Now { inputs, seen, silent, .. } = *now;
         let Some(request) = inputs.request else { return Ok(()) };
         match (self.state, request) {
             (State::Idle, Request::Home) => {
@@ -199,7 +201,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }
-                let reference = fit(inputs, seen, config, rules).map_err(|unfit| match unfit {
+                let reference = fit(now, config, rules).map_err(|unfit| match unfit {
                     Unfit::Missing => Refusal::NoReference,
                     Unfit::NonFinite(fault) => Refusal::Implausible(fault),
                     Unfit::NoRoom { joint } => Refusal::NoRoom { joint },
@@ -226,9 +228,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Result<(), Fault> {
-        let Now { inputs, seen, silent } = *now;
+        let Now { seen, silent, .. } = *now;
         let cause = match self.state {
-            State::Running => match fit(inputs, seen, config, rules) {
+            State::Running => match fit(now, config, rules) {
                 Err(Unfit::NonFinite(fault)) => return Err(fault),
                 _ if silent => Some(HoldCause::HeartbeatLost),
                 Err(Unfit::Missing) => Some(HoldCause::NoReference),
@@ -320,12 +322,12 @@ fn standing<S: Real, const N: usize>(
 ///
 /// The reference must be able to stop at the joint's limit; the arm itself at the guard's bound.
 fn fit<'a, S: Real, const N: usize>(
-    inputs: &'a Inputs<S, N>,
-    seen: &Seen<'_, S, N>,
+    now: &Now<'a, S, N>,
     config: &ControllerConfig<S, N>,
     rules: &Rules<S, N>,
 ) -> Result<&'a Reference<S, N>, Unfit> {
-    let reference = inputs.reference.as_ref().ok_or(Unfit::Missing)?;
+    let seen = now.seen;
+    let reference = now.reference.ok_or(Unfit::Missing)?;
     // Loops, not iterators: for an iterator that is not inlined the compiler keeps the panic on the index.
     let (mut cramped, mut far) = (None, None);
     // A NaN or infinite acceleration shows in the sum.

@@ -4,7 +4,7 @@ use super::decision::{Decision, Memory, Now};
 use super::measured::Seen;
 use super::ordinary::{goes_on, is_quiet};
 use super::{Actuation, Configuration, Inputs, Output, State};
-use crate::control::{Ask, Command, Fault, LimitFlags, Observed};
+use crate::control::{Ask, Command, ControllerConfig, Fault, Law, LimitFlags, Observed, Reference};
 use crate::scalar::Real;
 
 /// The state machine around a controller. See the [module](super) for its states and `docs/safety.md` for its rules.
@@ -78,7 +78,16 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         let silent = inputs.heartbeat_age > rules.heartbeat_max;
         let drove = memory.state.drives();
 
-        let ordinary = match &inputs.reference {
+        let led;
+        let reference = match &inputs.reference {
+            Some(_) if config.law == Law::Teach => {
+                led = where_it_is(q, config);
+                Some(&led)
+            }
+            reference => reference.as_ref(),
+        };
+
+        let ordinary = match reference {
             Some(reference) if memory.state == State::Running && memory.sensors.fresh && is_quiet(inputs, rules) => {
                 let goes_on = goes_on(&seen, &memory.sensors.last, reference, config, rules);
                 if goes_on {
@@ -90,14 +99,15 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         };
         let decision = match ordinary {
             true => Decision::Drive(None),
-            false => memory.decide(&Now { inputs, seen: &seen, silent }, config, rules),
+            false => memory.decide(&Now { inputs, reference, seen: &seen, silent }, config, rules),
         };
         let decision = match decision {
             Decision::Safe(refused) => Decision::Safe(refused),
             Decision::Drive(refused) => {
                 let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
                 let Memory { reference, torque: last, limits: acted, .. } = &*memory;
-                let ask = Ask { start: !drove, reference, inside: ordinary, q, qd, torque: last, limits: acted };
+                let runs = memory.state == State::Running;
+                let ask = Ask { start: !drove, reference, inside: ordinary, runs, q, qd, torque: last, limits: acted };
                 // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
                 match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits))
                 {
@@ -122,4 +132,13 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         };
         (output.state, output.homed) = (memory.state, memory.homed);
     }
+}
+
+/// The reference of an arm that is led by hand: at rest where it is, or at the position limit that it has passed.
+#[inline]
+fn where_it_is<S: Real, const N: usize>(q: &[S; N], config: &ControllerConfig<S, N>) -> Reference<S, N> {
+    Reference::at_rest(core::array::from_fn(|i| {
+        let (lo, hi) = config.limits[i].position;
+        q[i].clamp_to(lo, hi)
+    }))
 }

@@ -9,8 +9,8 @@ use dynamics_core::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-const LAWS: [Law; 6] =
-    [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward, Law::Impedance];
+const LAWS: [Law; 7] =
+    [Law::ComputedTorque, Law::Pd, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward, Law::Impedance, Law::Teach];
 
 const REFERENCE: Reference<f64, 2> = Reference { q: [0.4, -1.1], qd: [0.8, 0.3], qdd: [-1.5, 2.5] };
 const Q: [f64; 2] = [0.35, -1.02];
@@ -38,6 +38,7 @@ fn expected(law: Law) -> [f64; 2] {
         }
         Law::Feedforward => plus(by_hand(REFERENCE.q, REFERENCE.qd, REFERENCE.qdd)),
         Law::Impedance => plus(by_hand(Q, QD, REFERENCE.qdd)),
+        Law::Teach => by_hand(Q, [0.0; 2], [0.0; 2]),
     }
 }
 

@@ -79,6 +79,7 @@ pub(crate) fn config<const N: usize>(law: Law) -> ControllerConfig<f64, N> {
         encoder: [Encoder { zero: 0, per_count: 1e-4 }; N],
         observer: TrackingObserver::new(200.0, 1e-3),
         integral: None,
+        teach: None,
     }
 }
 

@@ -3,7 +3,7 @@
 
 use crate::control::support::config;
 use dynamics_core::control::{
-    CollisionConfig, CollisionWatch, Friction, Guard, Law, LimitFlags, MomentumFilter, Reaction,
+    CollisionConfig, CollisionWatch, Friction, Guard, Law, LimitFlags, MomentumFilter, Reaction, Teach,
 };
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{
@@ -31,6 +31,18 @@ fn arm<const N: usize>() -> Dynamics<f32, N> {
     Dynamics::new(model.cast(), Scene::with_gravity(Vector3::new(0.0, 0.0, -9.81), &model).cast())
 }
 
+const LED: Teach<f64> = Teach {
+    friction: 2.0,
+    per_still_speed: 20.0,
+    breakaway: 3.0,
+    slip: 0.01,
+    drag: 0.1,
+    speed: 2.0,
+    wall: (-1.5, 1.5),
+    stiffness: 300.0,
+    damping: 30.0,
+};
+
 fn settings<const N: usize>(law: Law, friction: bool) -> ControllerConfig<f32, N> {
     let limits = Limits { position: (-2.0, 2.0), velocity: 3.0, torque: TORQUE, torque_rate: 1e3 };
     let settings = ControllerConfig {
@@ -38,6 +50,7 @@ fn settings<const N: usize>(law: Law, friction: bool) -> ControllerConfig<f32, N
         limits: [limits; N],
         torque_step: [STEP; N],
         guard: [Guard { position_margin: 0.5, velocity_max: 6.0 }; N],
+        teach: (law == Law::Teach).then_some([LED; N]),
         ..config(law)
     };
     settings.cast()
@@ -190,7 +203,8 @@ fn run<const N: usize>() {
         Just(Law::PdGravity),
         Just(Law::DiagonalInertia),
         Just(Law::Feedforward),
-        Just(Law::Impedance)
+        Just(Law::Impedance),
+        Just(Law::Teach)
     ];
     let reaction = prop_oneof![Just(Reaction::Stop), Just(Reaction::Hold), Just(Reaction::Comply)];
     let reaction = proptest::option::of(reaction);

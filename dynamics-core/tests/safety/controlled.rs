@@ -1,7 +1,7 @@
 //! The machine with a controller inside it: bumpless arming, running, stopping; encoders instead of states.
 
 use crate::safety::support::*;
-use dynamics_core::control::{Controller, Fault, Law, LimitFlags};
+use dynamics_core::control::{Controller, Fault, Law, LimitFlags, Teach};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, State};
 use dynamics_core::trig::Polynomial;
@@ -185,4 +185,58 @@ fn an_arm_that_gives_way_to_a_collision_may_be_pushed_away() {
     assert_eq!(machine.tick(&calm([0.5, 0.0]), |_| wanting(0.0)).state, State::Armed);
     let output = machine.tick(&calm([0.5, 0.0]), |_| panic!("asked for torque"));
     assert_eq!(output.state, State::Fault(Fault::FollowingError { joint: 0 }));
+}
+
+#[test]
+fn an_arm_that_is_led_by_hand_runs_wherever_it_is_led_and_is_held_there() {
+    let teach = Teach {
+        friction: 0.0,
+        per_still_speed: 20.0,
+        breakaway: 0.5,
+        slip: 0.5 / 400.0,
+        drag: 0.1,
+        speed: 1.5,
+        wall: (-1.9, 1.9),
+        stiffness: 400.0,
+        damping: 40.0,
+    };
+    let mut config = config();
+    (config.control.law, config.control.teach) = (Law::Teach, Some([teach; 2]));
+    let (mut machine, mut inside) = (Machine::new(config), Controller::new(config, Weights, Polynomial));
+    for request in TO_ARMED {
+        step(&mut machine, &mut inside, &asked(request, &calm([0.0; 2])));
+    }
+    // Armed, it stands as on a spring: 400 N m/rad of the law that holds it.
+    step(&mut machine, &mut inside, &calm([0.0; 2]));
+    let pushed = torque(&step(&mut machine, &mut inside, &calm([0.004; 2]))).unwrap()[0];
+    assert!((pushed - (6.0 - 1.6)).abs() < 1e-4, "{pushed}");
+    // The host's reference is nowhere near, and nothing of it is followed.
+    let told = |q: f32, qd: f32, request| Inputs {
+        request,
+        reference: Some(Reference::at_rest([-1.5; 2])),
+        sensed: Sensed::State { q: [q; 2], qd: [qd; 2] },
+        ..calm([q; 2])
+    };
+    step(&mut machine, &mut inside, &told(0.0, 0.0, Some(Request::Run)));
+    let mut q = 0.0;
+    for _ in 0..1000 {
+        q += PERIOD;
+        let output = step(&mut machine, &mut inside, &told(q, 1.0, None));
+        assert_eq!(output.state, State::Running);
+        let carried = torque(&output).unwrap()[0];
+        // The first ticks are those of the spring that yields, at 4 N m a tick at most.
+        assert!(q < 0.01 || (carried - (6.0 - 0.1)).abs() < 1e-4, "{carried} at {q}");
+    }
+    // Let go, it keeps still; held, it is held where it is, without a bump.
+    let still = torque(&step(&mut machine, &mut inside, &told(q, 0.0, None))).unwrap()[0];
+    let held = step(&mut machine, &mut inside, &told(q, 0.0, Some(Request::Hold)));
+    assert_eq!(held.state, State::Holding(HoldCause::Requested));
+    let held = torque(&held).unwrap()[0];
+    assert!((held - 6.0).abs() < 1e-4 && (still - held).abs() <= 0.5, "{still}, {held}");
+    let moved = torque(&step(&mut machine, &mut inside, &told(q + 0.004, 0.0, None))).unwrap()[0];
+    assert!((moved - (6.0 - 1.6)).abs() < 1e-3, "{moved}");
+    // Without a host nobody leads it.
+    step(&mut machine, &mut inside, &told(q, 0.0, Some(Request::Run)));
+    let silent = step(&mut machine, &mut inside, &Inputs { reference: None, ..told(q, 0.0, None) });
+    assert_eq!(silent.state, State::Holding(HoldCause::NoReference));
 }

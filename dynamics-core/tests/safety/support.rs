@@ -39,6 +39,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
         encoder: [Encoder { zero: 0, per_count: 1e-4 }; 2],
         observer: TrackingObserver::new(200.0, 1e-3),
         integral: None,
+        teach: None,
     };
     let joint = JointRules {
         rest_speed: REST,

@@ -2,12 +2,12 @@
 
 use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::control::{
-    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, Integral, MomentumFilter, TrackingObserver,
+    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, Integral, MomentumFilter, Teach, TrackingObserver,
 };
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Libm;
-use dynamics_core::{ControllerConfig, Dynamics, Inertia, Live, Model, Real, Scene, Trig, Wrench};
+use dynamics_core::{ControllerConfig, Dynamics, Inertia, Limits, Live, Model, Real, Scene, Trig, Wrench};
 use model::inertia;
 use nalgebra::SVector;
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ mod plant;
 mod safety;
 mod trajectory;
 
-pub use control::{CollisionSpec, ControlSpec, IntegralSpec, KernelChoice, KernelMemory, ScalarChoice};
+pub use control::{CollisionSpec, ControlSpec, IntegralSpec, KernelChoice, KernelMemory, ScalarChoice, TeachSpec};
 pub(crate) use drives::UNREAD_MAX;
 pub use lists::joints;
 pub use model::{AutoTerms, ModelSpec, ModelTerm};
@@ -125,6 +125,8 @@ impl SceneFile {
                 friction: self.friction(i).coulomb,
             })
         });
+        let teach =
+            self.control.teach.as_ref().map(|spec| std::array::from_fn(|i| self.teach(spec, i, &limits[i], &gains[i])));
         ControllerConfig {
             law: self.control.law,
             gains,
@@ -139,6 +141,7 @@ impl SceneFile {
             encoder: std::array::from_fn(|i| self.encoder(i)),
             observer: TrackingObserver::new(self.control.observer_bandwidth, period),
             integral,
+            teach,
         }
     }
 
@@ -214,6 +217,24 @@ impl SceneFile {
     pub fn steps_per_tick(&self) -> u32 {
         let ratio = (self.period() / self.plant.step).round();
         if ratio.is_finite() && ratio >= 1.0 { ratio.min(f64::from(u32::MAX)) as u32 } else { 1 }
+    }
+
+    /// Springs and dampers of a joint that is led by hand are those of the gains that hold it before and after.
+    fn teach(&self, spec: &TeachSpec, index: usize, limits: &Limits<f64>, gains: &Gains<f64>) -> Teach<f64> {
+        let friction = self.friction(index);
+        let (stiffness, damping) = (gains.inertia * gains.position, gains.inertia * gains.velocity);
+        let ((lo, hi), wall) = (limits.position, spec.wall[index]);
+        Teach {
+            friction: spec.friction * friction.coulomb,
+            per_still_speed: 1.0 / spec.still_speed[index],
+            breakaway: spec.breakaway[index],
+            slip: spec.breakaway[index] / stiffness,
+            drag: spec.drag[index] - spec.friction * friction.viscous,
+            speed: spec.speed[index],
+            wall: (lo + wall, hi - wall),
+            stiffness,
+            damping,
+        }
     }
 
     pub(crate) fn friction(&self, index: usize) -> Friction<f64> {

@@ -85,9 +85,10 @@ fn hexadecimal(hash: u64) -> String {
 fn imports<S: Float, const N: usize>(scene: &Scene<S, N>, config: &ControllerConfig<S, N>, trig: &str) -> String {
     let friction = if config.friction.is_some() { "Friction, " } else { "" };
     let integral = if config.integral.is_some() { "Integral, " } else { "" };
+    let teach = if config.teach.is_some() { ", Teach" } else { "" };
     let wrench = if matches!(scene.tip_wrench, Term::Constant(_)) { ", Wrench" } else { "" };
     format!(
-        "use dynamics_core::control::{{Encoder, {friction}Gains, Guard, {integral}Law, TrackingObserver}};\n\
+        "use dynamics_core::control::{{Encoder, {friction}Gains, Guard, {integral}Law{teach}, TrackingObserver}};\n\
          use dynamics_core::model::{{Link, Placement}};\n\
          use dynamics_core::safety::{{JointRules, Rules, SafeAction}};\n\
          use dynamics_core::trig::{trig};\n\

@@ -63,6 +63,7 @@ fn config() -> ControllerConfig<f32, 2> {
         encoder: [Encoder { zero: 0, per_count: 0.001 }; 2],
         observer: TrackingObserver::from_gains(0.002, 2e-6, 0.5, 100.0),
         integral: None,
+        teach: None,
     }
 }
 

@@ -33,6 +33,8 @@ pub struct ControlSpec {
     pub observer_bandwidth: f64,
     /// Integral action, if the law has any.
     pub integral: Option<IntegralSpec>,
+    /// Feel of an arm that is led by hand; given if the law is [`Law::Teach`].
+    pub teach: Option<TeachSpec>,
     /// Whether gains and friction are kept in RAM on the chip, where a host can change them while it runs.
     pub tunable: bool,
     /// Greatest age of a measurement that is still used, ticks.
@@ -52,6 +54,23 @@ pub struct IntegralSpec {
     pub torque: Vec<f64>,
     /// Error of each joint below which nothing grows, rad or m.
     pub dead_band: Vec<f64>,
+}
+
+/// Feel of an arm that is led by hand, per joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TeachSpec {
+    /// Share of the robot file's friction that is made up for where the joint moves.
+    pub friction: f64,
+    /// Speed below which a joint counts as still, rad/s or m/s.
+    pub still_speed: Vec<f64>,
+    /// Torque that keeps a joint where it was let go, N m or N.
+    pub breakaway: Vec<f64>,
+    /// Drag, N m s/rad or N s/m.
+    pub drag: Vec<f64>,
+    /// Speed above which the joint is braked, rad/s or m/s.
+    pub speed: Vec<f64>,
+    /// Distance from each position limit at which the wall begins, rad or m.
+    pub wall: Vec<f64>,
 }
 
 /// Collision detection, and the reaction to a collision.
@@ -118,6 +137,7 @@ impl ControlSpec {
             kernel_memory: KernelMemory::Flash,
             observer_bandwidth: 500.0,
             integral: None,
+            teach: None,
             tunable: false,
             age_max: 2,
             position_margin: 0.05,

@@ -21,6 +21,7 @@ impl Named for Law {
         ),
         ("feedforward", "Spring and damper, and the torque of the reference motion", Self::Feedforward),
         ("impedance", "Spring and damper of a chosen stiffness, and all that the model knows", Self::Impedance),
+        ("teach", "Led by hand: weight carried, friction made up for, soft walls at the limits", Self::Teach),
     ];
 }
 

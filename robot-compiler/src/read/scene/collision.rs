@@ -5,9 +5,13 @@ use crate::describe::diagnostics::FileError;
 use crate::describe::robot::Robot;
 use crate::describe::scene::{CollisionSpec, ControlSpec};
 use crate::read::table::Table;
-use dynamics_core::control::Reaction;
+use dynamics_core::control::{Law, Reaction};
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<CollisionSpec, FileError> {
+    if control.law == Law::Teach {
+        let expected = "no such table beside this law";
+        return Err(table.error("threshold", "the hand that leads the arm is no collision", expected));
+    }
     const THRESHOLD: &str = "an external torque above zero, N m or N";
     table.only(&["bandwidth", "threshold", "ticks", "release", "reaction"])?;
     // Above this bandwidth the residual follows within a tick; a higher one makes it no faster.

@@ -2,8 +2,8 @@
 
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
-use crate::describe::robot::Robot;
-use crate::describe::scene::{ControlSpec, IntegralSpec, KernelChoice, KernelMemory};
+use crate::describe::robot::{Robot, RobotJoint};
+use crate::describe::scene::{ControlSpec, IntegralSpec, KernelChoice, KernelMemory, TeachSpec};
 use crate::names::name;
 use crate::read::table::{Table, Value};
 use dynamics_core::control::Law;
@@ -23,6 +23,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         "kernel_memory",
         "observer_bandwidth",
         "integral",
+        "teach",
         "age_max",
         "guard",
         "tunable",
@@ -80,6 +81,16 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     }
     if let Some(table) = table.table("integral")? {
         control.integral = Some(integral(&table, robot, &control)?);
+    }
+    if let Some(value) = table.get("teach").filter(|_| control.law != Law::Teach) {
+        let expected = "`law = \"teach\"`, or no such table";
+        return Err(value.error(format!("given beside the law {:?}", name(control.law)), expected));
+    }
+    if let Some(value) = table.get("integral").filter(|_| control.law == Law::Teach) {
+        return Err(value.error("an arm that is led by hand has no error to remove", "no `integral` beside this law"));
+    }
+    if control.law == Law::Teach {
+        control.teach = Some(teach(table.table("teach")?.as_ref(), robot)?);
     }
     if let Some(value) = table.get("age_max") {
         control.age_max = value.whole(1_000_000, "a whole number of ticks, at most 1,000,000")? as u32;
@@ -142,4 +153,71 @@ fn integral(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<I
         None => robot.joints.iter().map(|joint| joint.per_count().unwrap_or(0.0)).collect(),
     };
     Ok(IntegralSpec { time, torque, dead_band })
+}
+
+/// Share of a joint's velocity limit below which it counts as still, and the same share of its torque limit at its velocity limit as
+/// drag.
+const STILL: f64 = 0.02;
+/// Share of a joint's velocity limit above which it is braked.
+const BRAKED: f64 = 0.5;
+/// Share of a joint's range that a wall takes at each end.
+const WALL: f64 = 0.05;
+/// Share of the friction that is made up for: with all of it, a friction that is overestimated would push the arm on.
+const FRICTION: f64 = 0.8;
+
+fn teach(table: Option<&Table<'_>>, robot: &Robot) -> Result<TeachSpec, FileError> {
+    let of_joint = |of: fn(&RobotJoint) -> f64| robot.joints.iter().map(of).collect::<Vec<_>>();
+    let mut spec = TeachSpec {
+        friction: FRICTION,
+        still_speed: of_joint(|joint| STILL * joint.spec.limits.velocity),
+        breakaway: of_joint(|joint| joint.friction.map_or(0.0, |friction| friction.coulomb)),
+        drag: of_joint(|joint| STILL * joint.spec.limits.torque / joint.spec.limits.velocity),
+        speed: of_joint(|joint| BRAKED * joint.spec.limits.velocity),
+        wall: of_joint(|joint| {
+            let width = WALL * range(joint);
+            if width.is_finite() { width } else { 0.0 }
+        }),
+    };
+    let Some(table) = table else { return Ok(spec) };
+    table.only(&["friction", "still_speed", "breakaway", "drag", "speed", "wall"])?;
+    if let Some(value) = table.get("friction") {
+        let expected = "a share of the friction, 0 to 1";
+        spec.friction = value.not_negative(expected)?;
+        if spec.friction > 1.0 {
+            return Err(value.error(format!("found {}", spec.friction), expected));
+        }
+    }
+    let list = |key, expected: &str, zero: bool, default: &mut Vec<f64>| -> Result<(), FileError> {
+        let Some(value) = table.get(key) else { return Ok(()) };
+        let one =
+            |value: &Value<'_>| if zero { value.not_negative(expected) } else { value.positive_up_to(1e6, expected) };
+        *default = per_joint(&value, robot, expected, one)?;
+        Ok(())
+    };
+    list("still_speed", "a speed in rad/s or m/s, above zero", false, &mut spec.still_speed)?;
+    list("breakaway", "a torque in N m or N, zero or more", true, &mut spec.breakaway)?;
+    list("drag", "a drag in N m s/rad or N s/m, above zero", false, &mut spec.drag)?;
+    list("speed", "a speed in rad/s or m/s, above zero", false, &mut spec.speed)?;
+    list("wall", "a distance in rad or m, zero or more", true, &mut spec.wall)?;
+    for (index, joint) in robot.joints.iter().enumerate() {
+        let limits = joint.spec.limits;
+        let of_limit = [
+            ("speed", spec.speed[index], limits.velocity, "velocity limit"),
+            ("breakaway", spec.breakaway[index], limits.torque, "torque limit"),
+            ("wall", spec.wall[index], 0.5 * range(joint), "half of the range"),
+        ];
+        for (key, found, most, what) in of_limit {
+            if let (true, Some(value)) = (found > most, table.get(key)) {
+                let problem = format!("found {found}, the {what} of {:?} is {most}", joint.name);
+                return Err(value.error(problem, format!("no more than each joint's {what}")));
+            }
+        }
+    }
+    Ok(spec)
+}
+
+/// Distance between a joint's position limits, rad or m.
+fn range(joint: &RobotJoint) -> f64 {
+    let (lo, hi) = joint.spec.limits.position;
+    hi - lo
 }
