@@ -107,6 +107,12 @@ impl Limits<f64> {
         let free = f64::INFINITY;
         Self { position: (-free, free), velocity: free, torque: free, torque_rate: free }
     }
+
+    /// Distance between the position limits, rad or m; infinite where one is missing.
+    #[must_use]
+    pub fn range(&self) -> f64 {
+        self.position.1 - self.position.0
+    }
 }
 
 /// One joint and the link that moves with it.

@@ -2,6 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`arms`] | arms that people own, with their drives, in simulation |
 //! | [`chip`] | instructions in the emulator; bytes and stack traffic in the linked program |
 //! | [`cycles`], [`disassembly`] | cycles estimated from the emulator's trace; the decoder compared with objdump |
 //! | [`micro`] | instructions of one class each: their estimates beside the emulator and a board |
@@ -11,6 +12,7 @@
 //! | [`baseline`] | the gate: counts compared with `xtask/bench/baseline.toml` |
 //! | [`report`] | the tables of `docs/measured/kernels.md` |
 
+mod arms;
 mod baseline;
 mod chip;
 mod counts;
@@ -39,6 +41,9 @@ pub(crate) struct Options {
     /// Measure other people's dynamics beside ours instead, installing them from PyPI and Debian
     #[arg(long, conflicts_with_all = ["bless", "gate"])]
     peers: bool,
+    /// Simulate arms that people own instead, and write docs/measured/arms.md
+    #[arg(long, conflicts_with_all = ["bless", "gate", "peers"])]
+    arms: bool,
     /// With --peers: everything as JSON, to a file or to `-`
     #[arg(long, requires = "peers")]
     json: Option<PathBuf>,
@@ -48,6 +53,9 @@ pub(crate) struct Options {
 pub(crate) fn run(options: Options) -> Result<()> {
     if options.peers {
         return crate::peers::run(options.json.as_deref());
+    }
+    if options.arms {
+        return arms::run();
     }
     let chip = chip::count()?;
     let desk = counts::count()?;
@@ -65,7 +73,7 @@ pub(crate) fn run(options: Options) -> Result<()> {
 
 /// The gate of `cargo xtask test`: counts only.
 pub(crate) fn gate() -> Result<()> {
-    run(Options { bless: false, gate: true, peers: false, json: None })
+    run(Options { bless: false, gate: true, peers: false, arms: false, json: None })
 }
 
 fn from_json(path: &Path) -> Result<serde_json::Value> {

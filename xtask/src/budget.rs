@@ -19,7 +19,7 @@ mod measure;
 pub(crate) mod row;
 mod table;
 mod tuning;
-mod variant;
+pub(crate) mod variant;
 
 use crate::bench::write_into;
 use crate::firmware::{self, Board};

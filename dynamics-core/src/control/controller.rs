@@ -18,8 +18,8 @@ use crate::trig::Trig;
 struct Memory<S, const N: usize> {
     /// Integral action before the last proposal, and with it.
     integral: [[Integrated<S>; N]; 2],
-    /// Where the joints of an arm that is led by hand came to rest, rad or m; `None` while it is not.
-    anchor: Option<[S; N]>,
+    /// Where each joint of an arm that is led by hand is kept, rad or m; `None` where it is let go.
+    anchors: [Option<S>; N],
     /// The fault in force.
     fault: Option<Fault>,
 }
@@ -305,10 +305,6 @@ where
         let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
         *torque = torques(law, complies, &config.gains, dynamics, trig, &state);
         let gives = complies || led;
-        if config.teach.is_some() {
-            // Let go of, an arm that was held hangs where it was held.
-            memory.anchor = led.then(|| memory.anchor.unwrap_or(*q));
-        }
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {
                 torque[i] += friction[i].torque(reference.qd[i]);
@@ -322,8 +318,13 @@ where
                 memory.integral[1][i] = next;
                 torque[i] += next.torque;
             }
-            if let (Some(teach), Some(anchor)) = (&config.teach, &mut memory.anchor) {
-                torque[i] += teach[i].torque(q[i], qd[i], &mut anchor[i]);
+            if let Some(teach) = &config.teach {
+                if led {
+                    torque[i] += teach[i].torque(q[i], qd[i], &mut memory.anchors[i]);
+                } else {
+                    // It is let go from the spring that holds it.
+                    memory.anchors[i] = Some(reference.q[i]);
+                }
             }
             // Turns -0 into +0: equal kernels may differ in the sign of a zero, and commands are compared by their
             // bits.
@@ -356,7 +357,7 @@ fn flag<const N: usize>(limits: &mut [LimitFlags; N], joint: u8) {
 
 impl<S: Real, const N: usize> Memory<S, N> {
     fn new() -> Self {
-        Self { integral: [[Integrated::zero(); N]; 2], anchor: None, fault: None }
+        Self { integral: [[Integrated::zero(); N]; 2], anchors: [None; N], fault: None }
     }
 }
 

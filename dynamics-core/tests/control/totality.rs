@@ -39,6 +39,7 @@ const LED: Teach<f64> = Teach {
     drag: 0.1,
     speed: 2.0,
     wall: (-1.5, 1.5),
+    per_wall: 2.0,
     stiffness: 300.0,
     damping: 30.0,
 };

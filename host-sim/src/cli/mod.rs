@@ -18,6 +18,7 @@ pub mod info;
 pub mod kernel;
 pub mod key;
 pub mod linkage;
+pub mod motion;
 pub mod names;
 pub mod replay;
 pub mod run;
@@ -69,6 +70,8 @@ pub enum Command {
     Explain(explain::ExplainArgs),
     /// Show what a robot file holds.
     Info(info::InfoArgs),
+    /// Make a motion of the path that an arm was led along by hand.
+    Motion(motion::MotionArgs),
     /// Would a physicist believe a robot file: impossible bodies, placeholders, what cannot hold itself, what is missing.
     Check(check::CheckArgs),
     /// Write a TOML robot file from an arm of a URDF file.

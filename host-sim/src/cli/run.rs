@@ -12,7 +12,7 @@ use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
 use robot_compiler::names::name;
-use robot_compiler::scene::ScalarChoice;
+use robot_compiler::scene::{ScalarChoice, TeachSpec};
 use robot_compiler::{SceneFile, with_dof};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -61,6 +61,9 @@ pub struct RunArgs {
     /// The control law; the scene's otherwise.
     #[arg(long, value_parser = named::<Law>())]
     pub law: Option<Law>,
+    /// A file with another table `[motion]`, as `host-sim motion` writes it; the scene's otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub motion: Option<PathBuf>,
     /// Simulated time, s; the scene's otherwise.
     #[arg(long, value_name = "SECONDS")]
     pub duration: Option<f64>,
@@ -109,9 +112,15 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
         )));
     }
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    if let Some(motion) = &args.motion {
+        scene.take_motion(motion).map_err(Failure::input)?;
+    }
     set_duration(&mut scene, args.duration)?;
     if let Some(law) = args.law {
         scene.control.law = law;
+        // What a scene with this law and no more says.
+        scene.control.teach = (law == Law::Teach)
+            .then(|| scene.control.teach.take().unwrap_or_else(|| TeachSpec::default_for(&scene.robot)));
     }
     if let Some(trig) = args.trig {
         scene.control.trig = trig;

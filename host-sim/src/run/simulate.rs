@@ -13,16 +13,16 @@ use crate::run::plot::Marks;
 use crate::run::record::{JointLabel, Record};
 use crate::run::summary::{ModelTicks, Setting, SimulatedDrives, Summary};
 use crate::run::target::Torques;
-use dynamics_core::control::{CollisionWatch, EveryNth};
+use dynamics_core::control::{CollisionWatch, EveryNth, Law};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Method;
-use dynamics_core::{Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
+use dynamics_core::{Body, Controller, ControllerConfig, Dynamics, JointSpec, Live, Model, Real, Trig};
 use indicatif::ProgressBar;
-use robot_compiler::SceneFile;
 use robot_compiler::choose::ArmDynamics;
 use robot_compiler::drive::Protocol;
 use robot_compiler::names::name;
 use robot_compiler::scene::{ElasticitySpec, Integrator, ScalarChoice, joints};
+use robot_compiler::{RobotJoint, SceneFile};
 use std::sync::atomic::AtomicBool;
 
 /// A finished run.
@@ -151,12 +151,16 @@ pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
     Ok(Run { record, summary, marks, end, failure })
 }
 
-/// The arm that a scene simulates, with its tool, payload, gravity and wrench at the tip.
+/// The arm that a scene simulates, with its tool, payload, gravity and wrench at the tip, as heavy as it truly is.
 ///
 /// # Errors
 /// [`Failure::Input`]: the robot does not have `N` joints.
 pub fn arm<const N: usize>(scene: &SceneFile) -> Result<Arm<N>, Failure> {
-    let specs: Vec<JointSpec> = scene.robot.joints.iter().map(|joint| joint.spec).collect();
+    let heavy = |(joint, factor): (&RobotJoint, &f64)| {
+        let Body { mass, com, inertia } = joint.spec.body;
+        JointSpec { body: Body { mass: factor * mass, com, inertia: *factor * inertia }, ..joint.spec }
+    };
+    let specs: Vec<JointSpec> = scene.robot.joints.iter().zip(&scene.plant.masses).map(heavy).collect();
     let wrong = |_| Failure::Input(miette::miette!("{} does not have {N} joints", scene.robot.path.display()));
     Ok(Arm {
         joints: <[JointSpec; N]>::try_from(specs).map_err(wrong)?,
@@ -226,6 +230,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         sensors: Sensors::new(sensors, scene.seed),
         motion,
         repeat: scene.motion.repeats(),
+        led: scene.control.law == Law::Teach,
         period: scene.period(),
     })
 }

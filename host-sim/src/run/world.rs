@@ -28,6 +28,8 @@ pub struct World<const N: usize> {
     pub motion: Motion<f64, N>,
     /// Restart the motion each time it ends.
     pub repeat: bool,
+    /// The arm is led by hand: its reference is where it is.
+    pub led: bool,
     /// Control period, s.
     pub period: f64,
 }
@@ -46,6 +48,9 @@ pub struct Sensing<S, const N: usize> {
 impl<const N: usize> World<N> {
     /// Reference of the arm at `t` (s).
     pub(crate) fn reference(&self, t: f64) -> Reference<f64, N> {
+        if self.led {
+            return Reference::at_rest(self.plant.state().q);
+        }
         self.motion.sample(if self.repeat { t % self.motion.duration() } else { t })
     }
 

@@ -34,5 +34,6 @@ pub mod path_work;
 pub mod posture_search;
 pub(crate) mod robot_or_scene;
 pub mod statics;
+pub mod taught;
 pub mod terms;
 pub mod trade;

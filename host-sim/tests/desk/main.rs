@@ -33,6 +33,7 @@ mod reference;
 mod room_names;
 mod rooms;
 mod statics;
+mod teach;
 mod terms_command;
 mod trade;
 mod urdf_command;

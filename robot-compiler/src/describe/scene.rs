@@ -232,6 +232,7 @@ impl SceneFile {
             drag: spec.drag[index] - spec.friction * friction.viscous,
             speed: spec.speed[index],
             wall: (lo + wall, hi - wall),
+            per_wall: if wall > 0.0 { 1.0 / wall } else { 0.0 },
             stiffness,
             damping,
         }

@@ -56,6 +56,24 @@ impl SceneFile {
         read(&source, path.parent().unwrap_or(Path::new("")))
     }
 
+    /// Takes the motion from another file, which has the table `[motion]` alone. The simulated arm starts where it starts.
+    ///
+    /// # Errors
+    /// A file that cannot be read or parsed, or a motion that this arm cannot make.
+    pub fn take_motion(&mut self, path: &Path) -> Result<(), FileError> {
+        let source = read_text(path)?;
+        let document = parse(&source)?;
+        let root = Table::root(&source, &document);
+        root.only(&["motion"])?;
+        let table = root.require("motion", "a [motion] table")?.table()?;
+        let motion = motion::read(&table, &self.robot)?;
+        if self.plant.start == self.motion.start() {
+            self.plant.start = motion.start().to_vec();
+        }
+        self.motion = motion;
+        motion::check(self, &table)
+    }
+
     /// The line of a key of a table, counted from 1, in the scene's file as it is now; `None` where the file does not have
     /// the key.
     #[must_use]

@@ -1,4 +1,4 @@
-//! Variant of a scene: some settings of its `[control]` are changed, and the rest stays as in the file.
+//! Variant of a scene: some settings are changed, of its `[control]` unless another table is named, and the rest stays as in the file.
 
 use crate::process::root;
 use crate::toolchain;
@@ -21,15 +21,16 @@ pub(crate) fn write(scene: &Path, name: &str, settings: &[(&str, &str)]) -> Resu
     Ok(path)
 }
 
-/// The text with these settings in its `[control]`, and with an absolute path of its robot.
+/// The text with these settings, `KEY` of `[control]` or `TABLE.KEY`, an empty one left out, and with an absolute path of its robot.
 fn with(text: &str, folder: &Path, settings: &[(&str, &str)]) -> Result<String> {
     let mut scene: DocumentMut = text.parse()?;
     if let Some(robot) = scene.get("robot").and_then(Item::as_str) {
         scene["robot"] = value(folder.join(robot).display().to_string());
     }
-    let control = scene.entry("control").or_insert_with(table);
     for (name, setting) in settings {
-        control[name] = Item::Value(setting.parse()?);
+        let (of, key) = name.split_once('.').unwrap_or(("control", name));
+        let of = scene.entry(of).or_insert_with(table);
+        of[key] = if setting.is_empty() { Item::None } else { Item::Value(setting.parse()?) };
     }
     Ok(scene.to_string())
 }
@@ -56,5 +57,7 @@ mod tests {
         let scene = "robot = \"/a.toml\"\n[motion]\n";
         let changed = with(scene, Path::new("/p"), &[("kernel_memory", "\"sram\"")]).unwrap();
         assert_eq!(changed, "robot = \"/a.toml\"\n[motion]\n\n[control]\nkernel_memory = \"sram\"\n");
+        let changed = with(scene, Path::new("/p"), &[("plant.masses", "1.2")]).unwrap();
+        assert_eq!(changed, "robot = \"/a.toml\"\n[motion]\n\n[plant]\nmasses = 1.2\n");
     }
 }

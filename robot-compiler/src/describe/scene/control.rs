@@ -1,6 +1,6 @@
 //! Controller of an arm: the tables `[control]` and `[collision]`.
 
-use crate::describe::robot::Robot;
+use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::control::{Between, Law, Reaction};
 use dynamics_core::trig::Method;
 
@@ -17,7 +17,8 @@ pub struct ControlSpec {
     pub model_between: Between,
     /// Natural frequency of the error, per joint, rad/s; not used where there is a stiffness.
     pub natural_frequency: Vec<f64>,
-    /// Stiffness of [`Law::Impedance`], per joint, N m/rad or N/m; `None` makes the natural frequency one.
+    /// Stiffness `M0 Kp` of each joint, N m/rad or N/m, in a law that does not feed back through the model; `None` makes the natural
+    /// frequency one.
     pub stiffness: Option<Vec<f64>>,
     /// Damping ratio of the error, per joint.
     pub damping: Vec<f64>,
@@ -142,6 +143,35 @@ impl ControlSpec {
             age_max: 2,
             position_margin: 0.05,
             velocity_factor: 1.5,
+        }
+    }
+}
+
+/// Share of a joint's velocity limit below which it counts as still, and the same share of its torque limit at its velocity limit as
+/// drag.
+const STILL: f64 = 0.02;
+/// Share of a joint's velocity limit above which it is braked.
+const BRAKED: f64 = 0.5;
+/// Share of a joint's range that a wall takes at each end.
+const WALL: f64 = 0.05;
+/// Share of the friction that is made up for: with all of it, a friction that is overestimated would push the arm on.
+const FRICTION: f64 = 0.8;
+
+impl TeachSpec {
+    /// From what the robot file says of each joint.
+    #[must_use]
+    pub fn default_for(robot: &Robot) -> Self {
+        let of_joint = |of: fn(&RobotJoint) -> f64| robot.joints.iter().map(of).collect();
+        Self {
+            friction: FRICTION,
+            still_speed: of_joint(|joint| STILL * joint.spec.limits.velocity),
+            breakaway: of_joint(|joint| joint.friction.map_or(0.0, |friction| friction.coulomb)),
+            drag: of_joint(|joint| STILL * joint.spec.limits.torque / joint.spec.limits.velocity),
+            speed: of_joint(|joint| BRAKED * joint.spec.limits.velocity),
+            wall: of_joint(|joint| {
+                let width = WALL * joint.spec.limits.range();
+                if width.is_finite() { width } else { 0.0 }
+            }),
         }
     }
 }

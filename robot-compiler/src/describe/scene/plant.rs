@@ -13,6 +13,8 @@ pub struct PlantSpec {
     pub integrator: Integrator,
     /// Integration step, s; the control period is a whole multiple of it. The adaptive integrator chooses its own.
     pub step: f64,
+    /// True mass and inertia of each link, as multiples of the robot file's.
+    pub masses: Vec<f64>,
     /// The actual body held by the tip, in the tip frame.
     pub payload: Option<Body>,
     /// The actual wrench of the environment at the tip's origin, in tip axes.
@@ -212,6 +214,7 @@ impl PlantSpec {
         Self {
             integrator: Integrator::RungeKutta,
             step: 0.25 / control.rate,
+            masses: vec![1.0; robot.dof()],
             payload: match model.payload {
                 Term::Constant(body) => Some(body),
                 Term::Absent | Term::Live => None,

@@ -2,7 +2,7 @@
 
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
-use crate::describe::robot::{Robot, RobotJoint};
+use crate::describe::robot::Robot;
 use crate::describe::scene::{ControlSpec, IntegralSpec, KernelChoice, KernelMemory, TeachSpec};
 use crate::names::name;
 use crate::read::table::{Table, Value};
@@ -107,9 +107,9 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     Ok(control)
 }
 
-/// Stiffness of the joints, for the one law that has it as its own.
+/// Stiffness of the joints, for the laws in which a joint's spring is its own.
 fn stiffness(table: &Table<'_>, value: &Value<'_>, robot: &Robot, law: Law) -> Result<Vec<f64>, FileError> {
-    if law != Law::Impedance {
+    if law.feeds_back_through_model() {
         let expected = "`law = \"impedance\"`, or `natural_frequency` in its place";
         return Err(value.error(format!("given beside the law {:?}", name(law)), expected));
     }
@@ -155,29 +155,8 @@ fn integral(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<I
     Ok(IntegralSpec { time, torque, dead_band })
 }
 
-/// Share of a joint's velocity limit below which it counts as still, and the same share of its torque limit at its velocity limit as
-/// drag.
-const STILL: f64 = 0.02;
-/// Share of a joint's velocity limit above which it is braked.
-const BRAKED: f64 = 0.5;
-/// Share of a joint's range that a wall takes at each end.
-const WALL: f64 = 0.05;
-/// Share of the friction that is made up for: with all of it, a friction that is overestimated would push the arm on.
-const FRICTION: f64 = 0.8;
-
 fn teach(table: Option<&Table<'_>>, robot: &Robot) -> Result<TeachSpec, FileError> {
-    let of_joint = |of: fn(&RobotJoint) -> f64| robot.joints.iter().map(of).collect::<Vec<_>>();
-    let mut spec = TeachSpec {
-        friction: FRICTION,
-        still_speed: of_joint(|joint| STILL * joint.spec.limits.velocity),
-        breakaway: of_joint(|joint| joint.friction.map_or(0.0, |friction| friction.coulomb)),
-        drag: of_joint(|joint| STILL * joint.spec.limits.torque / joint.spec.limits.velocity),
-        speed: of_joint(|joint| BRAKED * joint.spec.limits.velocity),
-        wall: of_joint(|joint| {
-            let width = WALL * range(joint);
-            if width.is_finite() { width } else { 0.0 }
-        }),
-    };
+    let mut spec = TeachSpec::default_for(robot);
     let Some(table) = table else { return Ok(spec) };
     table.only(&["friction", "still_speed", "breakaway", "drag", "speed", "wall"])?;
     if let Some(value) = table.get("friction") {
@@ -204,7 +183,7 @@ fn teach(table: Option<&Table<'_>>, robot: &Robot) -> Result<TeachSpec, FileErro
         let of_limit = [
             ("speed", spec.speed[index], limits.velocity, "velocity limit"),
             ("breakaway", spec.breakaway[index], limits.torque, "torque limit"),
-            ("wall", spec.wall[index], 0.5 * range(joint), "half of the range"),
+            ("wall", spec.wall[index], 0.5 * limits.range(), "half of the range"),
         ];
         for (key, found, most, what) in of_limit {
             if let (true, Some(value)) = (found > most, table.get(key)) {
@@ -214,10 +193,4 @@ fn teach(table: Option<&Table<'_>>, robot: &Robot) -> Result<TeachSpec, FileErro
         }
     }
     Ok(spec)
-}
-
-/// Distance between a joint's position limits, rad or m.
-fn range(joint: &RobotJoint) -> f64 {
-    let (lo, hi) = joint.spec.limits.position;
-    hi - lo
 }

@@ -25,6 +25,7 @@ pub(super) fn plant(
         "integrator",
         "step",
         "tolerance",
+        "masses",
         "payload",
         "tip_wrench",
         "push",
@@ -39,6 +40,10 @@ pub(super) fn plant(
     plant.integrator = integrator(table)?;
     if let Some(value) = table.get("step") {
         plant.step = step(&value, 1.0 / control.rate)?;
+    }
+    if let Some(value) = table.get("masses") {
+        const FACTOR: &str = "a factor on mass and inertia, above zero and at most 100";
+        plant.masses = per_joint(&value, robot, FACTOR, |value| value.positive_up_to(100.0, FACTOR))?;
     }
     if let Some(value) = table.get("payload") {
         plant.payload = absent_or(&value, BODY, payload)?;
