@@ -2,6 +2,10 @@
 //!
 //! A robot file gives these in the units of a data sheet; they are converted once, on the desk, and rounded to single
 //! precision. Everything here works in the drive's own units on one side and in the joint's SI units on the other.
+//!
+//! [`bus_time`] computes how long the frames of such drives take on their buses.
+
+pub mod bus_time;
 
 /// The lowest and the highest value that a field of a frame can carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,6 +139,29 @@ pub struct Damiao;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RobStride;
 
+/// Rates of the data of CAN FD frames. Identifiers go at [`bus_time::NOMINAL_RATE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataRate {
+    /// 2 Mbit/s.
+    Mbit2,
+    /// 5 Mbit/s.
+    Mbit5,
+}
+
+impl DataRate {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Mbit2, Self::Mbit5];
+
+    /// Bits per second.
+    #[must_use]
+    pub const fn bits_per_second(self) -> u32 {
+        match self {
+            Self::Mbit2 => 2_000_000,
+            Self::Mbit5 => 5_000_000,
+        }
+    }
+}
+
 /// An actuator on a CAN bus with an impedance loop of its own: position, velocity, stiffness, damping and torque in one frame.
 ///
 /// Which frames it understands is a type: [`MiniCheetah`], [`Damiao`] or [`RobStride`], so that a firmware has one of them.
@@ -142,6 +169,8 @@ pub struct RobStride;
 pub struct MitDrive {
     /// Which bus, counted from 0.
     pub bus: u8,
+    /// Rate of the data of its frames, which are FD frames then; `None`: classic frames. The same for all drives of a bus.
+    pub data_rate: Option<DataRate>,
     /// The motor's identifier: that of its commands, and part of its replies.
     pub id: u8,
     /// The identifier of its replies; a RobStride's, of the host that it replies to.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let own = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR")?);
-    link_arguments::write(&own.join("../.."), &[]);
+    link_arguments::write(&own.join("../memory/stm32f405"), &[]);
     for (variable, name) in [("NEWTAU_COST", "COST"), ("NEWTAU_KERNELS", "KERNELS")] {
         println!("cargo::rerun-if-env-changed={variable}");
         let folder = std::env::var_os(variable).map_or_else(|| Path::new("").to_owned(), PathBuf::from);

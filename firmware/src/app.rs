@@ -5,8 +5,11 @@
 //! | `receive` | the link's receiver: a byte, or the idle line behind what a DMA has stored | 3 | the receiving half of the link |
 //! | `half_filled` | the DMA that stores the link's bytes | 3 | the same |
 //! | `tick` | the control timer | 2 | timer, counter, lines, joints |
+//! | `on_first_bus` to `on_third_bus` | a CAN controller with less room than a tick has frames | 2 | joints |
 //! | `serve` | a vector that no peripheral uses | 1 | decoder, encoder, the sending half of the link |
 //! | `sent` | the DMA that sends the link's bytes | 1 | the sending half of the link |
+//!
+//! Tasks are bound to the vectors of an STM32F405; another chip's file says which of its own these are.
 //!
 //! `serve` is pended, not spawned: pending it while it runs makes it run again, so every received frame is handled. Tasks of one priority
 //! share without a lock.
@@ -15,7 +18,7 @@ use crate::boards;
 use firmware::board::Board;
 use link::{Hello, Pacing};
 
-#[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm"))]
+#[cfg(any(feature = "odrive-v3", feature = "f405-can", feature = "f405-pwm", feature = "g474-fdcan"))]
 use defmt_rtt as _;
 #[cfg(feature = "netduinoplus2")]
 use defmt_semihosting as _;
@@ -25,6 +28,8 @@ use defmt_semihosting as _;
 pub(crate) use boards::f405_can::F405Can as ThisBoard;
 #[cfg(feature = "f405-pwm")]
 pub(crate) use boards::f405_pwm::F405Pwm as ThisBoard;
+#[cfg(feature = "g474-fdcan")]
+pub(crate) use boards::g474_fdcan::G474Fdcan as ThisBoard;
 #[cfg(feature = "netduinoplus2")]
 pub(crate) use boards::netduinoplus2::NetduinoPlus2 as ThisBoard;
 #[cfg(feature = "odrive-v3")]
@@ -187,6 +192,27 @@ mod rtos {
             }
         });
         rtic::pend(Interrupt::EXTI0);
+    }
+
+    /// A frame has come on a CAN bus, or one is sent.
+    #[cfg(feature = "g474-fdcan")]
+    #[task(binds = CAN1_RX0, priority = 2, shared = [control])]
+    fn on_first_bus(mut cx: on_first_bus::Context) {
+        cx.shared.control.lock(|control| control.joints.interrupt());
+    }
+
+    /// The same on the second one.
+    #[cfg(feature = "g474-fdcan")]
+    #[task(binds = CAN1_RX1, priority = 2, shared = [control])]
+    fn on_second_bus(mut cx: on_second_bus::Context) {
+        cx.shared.control.lock(|control| control.joints.interrupt());
+    }
+
+    /// The same on the third one.
+    #[cfg(feature = "g474-fdcan")]
+    #[task(binds = CAN2_RX0, priority = 2, shared = [control])]
+    fn on_third_bus(mut cx: on_third_bus::Context) {
+        cx.shared.control.lock(|control| control.joints.interrupt());
     }
 
     /// A piece is sent: the next one.

@@ -10,7 +10,7 @@
 use crate::seal::{KEY_BYTES, Key, Nonce};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
-/// Address of the page on the STM32F405: its last sector (`memory.x`).
+/// Address of the page on the STM32F405: its last sector (`memory.x`, where other chips have their own).
 pub const ADDRESS: u32 = 0x080e_0000;
 
 /// Length of the page's contents, bytes.

@@ -314,7 +314,9 @@ fn a_key_page_is_read_back_and_no_bit_of_it_may_be_wrong() {
 /// The page lies in the flash that the linker keeps free of the program.
 #[test]
 fn the_key_page_is_where_the_linker_s_map_has_it() {
-    let map = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../memory.x")).unwrap();
+    let map =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/memory/stm32f405/chip_memory.x"))
+            .unwrap();
     let origin = format!("ORIGIN = {:#010X}", link::key_page::ADDRESS).replace("0X", "0x");
     let key = map.lines().find(|line| line.trim_start().starts_with("KEY ")).unwrap();
     assert!(key.contains(&origin), "{key}: {origin}");

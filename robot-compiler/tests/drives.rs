@@ -6,7 +6,7 @@
 #![allow(clippy::panic, reason = "a test names the file that fails")]
 #![allow(clippy::float_cmp, reason = "the emitted numbers must be the very same")]
 
-use dynamics_core::drive::Drives;
+use dynamics_core::drive::{DataRate, Drives};
 use proptest::prelude::*;
 use robot_compiler::drive::JointDrive;
 use robot_compiler::{Robot, SceneFile, emit};
@@ -84,6 +84,8 @@ fn a_hash_feels_every_number_of_a_drive() {
         all.push(hash(&other));
     };
     change(&|spec| spec.bus = 1);
+    change(&|spec| spec.data_rate = Some(DataRate::Mbit2));
+    change(&|spec| spec.data_rate = Some(DataRate::Mbit5));
     change(&|spec| spec.id = 9);
     change(&|spec| spec.reply_id = 8);
     change(&|spec| spec.reply_bytes = 8);

@@ -89,7 +89,7 @@ pub(crate) struct Options {
 const HARDEST: &str = "scenes/puma560_collision.toml";
 
 /// Boards without an emulator: their programs are measured, but not run.
-const SIZE_ONLY: [Board; 3] = [Board::F405Can, Board::F405Pwm, Board::OdriveV3];
+const SIZE_ONLY: [Board; 4] = [Board::F405Can, Board::F405Pwm, Board::OdriveV3, Board::G474Fdcan];
 
 /// Measures, compares with the bounds, and prints or writes.
 pub(crate) fn run(options: &Options) -> Result<()> {

@@ -1,10 +1,14 @@
 //! Building the firmware for a scene and a board.
 
+pub(crate) mod can_buses;
 pub(crate) mod cost;
 
+use crate::bad_input::BadInput;
 use crate::emitted;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result};
+use can_buses::{CanBuses, Schedule};
+use robot_compiler::SceneFile;
 use std::ffi::OsStr;
 use std::fmt;
 use std::fs::File;
@@ -24,11 +28,14 @@ pub(crate) enum Board {
     F405Can,
     /// A bare STM32F405 with H-bridges on PWM and magnetic encoders
     F405Pwm,
+    /// An STM32G474 with MIT-mode actuators on three CAN FD buses
+    G474Fdcan,
 }
 
 impl Board {
     /// All of them.
-    pub(crate) const ALL: [Self; 4] = [Self::Netduinoplus2, Self::OdriveV3, Self::F405Can, Self::F405Pwm];
+    pub(crate) const ALL: [Self; 5] =
+        [Self::Netduinoplus2, Self::OdriveV3, Self::F405Can, Self::F405Pwm, Self::G474Fdcan];
 
     /// The name of its Cargo feature and of the board.
     pub(crate) const fn name(self) -> &'static str {
@@ -37,6 +44,7 @@ impl Board {
             Self::OdriveV3 => "odrive-v3",
             Self::F405Can => "f405-can",
             Self::F405Pwm => "f405-pwm",
+            Self::G474Fdcan => "g474-fdcan",
         }
     }
 
@@ -46,6 +54,7 @@ impl Board {
             Self::Netduinoplus2 | Self::OdriveV3 => SCENE_DEFAULT,
             Self::F405Can => "scenes/examples/mit6_wave.toml",
             Self::F405Pwm => "scenes/examples/pwm2_swing.toml",
+            Self::G474Fdcan => "scenes/examples/mit6_fd_wave.toml",
         }
     }
 
@@ -54,8 +63,60 @@ impl Board {
     pub(crate) const fn drives(self) -> Option<&'static str> {
         match self {
             Self::Netduinoplus2 | Self::OdriveV3 => None,
-            Self::F405Can => Some("mit"),
+            Self::F405Can | Self::G474Fdcan => Some("mit"),
             Self::F405Pwm => Some("pwm"),
+        }
+    }
+
+    /// Its CAN controllers; `None` for a board without.
+    const fn can_buses(self) -> Option<CanBuses> {
+        match self {
+            Self::Netduinoplus2 | Self::OdriveV3 | Self::F405Pwm => None,
+            Self::F405Can => Some(CanBuses { count: 2, fd: false }),
+            Self::G474Fdcan => Some(CanBuses { count: 3, fd: true }),
+        }
+    }
+
+    /// Its chip.
+    pub(crate) const fn chip(self) -> Chip {
+        match self {
+            Self::Netduinoplus2 | Self::OdriveV3 | Self::F405Can | Self::F405Pwm => Chip::F405,
+            Self::G474Fdcan => Chip::G474,
+        }
+    }
+}
+
+/// A microcontroller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Chip {
+    /// STM32F405.
+    F405,
+    /// STM32G474.
+    G474,
+}
+
+impl Chip {
+    /// Its name for probe-rs.
+    pub(crate) const fn probe_name(self) -> &'static str {
+        match self {
+            Self::F405 => "STM32F405RGTx",
+            Self::G474 => "STM32G474RETx",
+        }
+    }
+
+    /// Address of the link key's page, as the chip's `memory.x` has it; a test compares both.
+    pub(crate) const fn key_page(self) -> &'static str {
+        match self {
+            Self::F405 => "0x080e0000",
+            Self::G474 => "0x0807f000",
+        }
+    }
+
+    /// Clock of its core as the boards set it, Hz.
+    pub(crate) const fn clock_hz(self) -> f64 {
+        match self {
+            Self::F405 => 168e6,
+            Self::G474 => 170e6,
         }
     }
 }
@@ -109,6 +170,7 @@ pub(crate) fn build_with_stand_in(scene: &Path) -> Result<PathBuf> {
 
 /// Builds with more features than the board's own; the suffix is part of the program's name.
 fn build_with(scene: &Path, board: Board, more: &str, suffix: &str) -> Result<PathBuf> {
+    schedules(scene, board)?;
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let toolchain = Toolchain::find_or_install()?;
     let folder = toolchain::target_directory();
@@ -119,6 +181,18 @@ fn build_with(scene: &Path, board: Board, more: &str, suffix: &str) -> Result<Pa
     cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
     let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
     keep(&std::fs::read(&built)?, place(&scene, board, suffix))
+}
+
+/// What the scene's frames take of the board's CAN buses; none on a board without.
+///
+/// # Errors
+/// [`BadInput`]: drives that the board does not reach, or a rate that its buses do not hold.
+pub(crate) fn schedules(scene: &Path, board: Board) -> Result<Vec<Schedule>> {
+    if board.can_buses().is_none() {
+        return Ok(Vec::new());
+    }
+    let file = SceneFile::load(scene).map_err(|error| BadInput(format!("{error}; expected {}", error.expected())))?;
+    Ok(can_buses::schedules(&file, scene, board).map_err(BadInput)?)
 }
 
 /// Path where [`build_trusting`] puts the program, even before it is built.

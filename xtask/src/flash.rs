@@ -8,16 +8,13 @@ mod log_strings;
 mod scene_choice;
 
 use crate::bad_input::BadInput;
-use crate::firmware::{self, Board};
+use crate::firmware::{self, Board, Chip};
 use crate::process::{root, run, which};
 use anyhow::Result;
 use scene_choice::Wanted;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-/// The chip as probe-rs names it.
-const PROBE_CHIP: &str = "STM32F405RGTx";
 
 /// The tool, and how to get it.
 const PROBE_TOOL: &str = "probe-rs";
@@ -62,7 +59,7 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
         (None, None) => Wanted::Scene(root().join(board.scene())),
     };
     let scene = scene_choice::choose(&wanted, board)?;
-    println!("board    {board}: {PROBE_CHIP}");
+    println!("board    {board}: {}", board.chip().probe_name());
     println!("scene    {}", shown(&scene.path));
     println!("drives   {}", scene.drives);
     let trust = firmware::Trust::insecure(options.insecure);
@@ -92,7 +89,7 @@ pub(crate) fn flash(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Writes a built program that is no firmware, and starts it.
+/// Writes a built program that is no firmware to an STM32F405, and starts it.
 ///
 /// # Errors
 /// [`BadInput`] for a missing tool; a tool that fails.
@@ -100,7 +97,10 @@ pub(crate) fn write_program(program: &Path) -> Result<()> {
     let tool = which(PROBE_TOOL).ok_or_else(no_tool)?;
     run_steps(
         &tool,
-        &[probe_call("download", None, &["--verify"], Some(program)), probe_call("reset", None, &[], None)],
+        &[
+            probe_call(Chip::F405, "download", None, &["--verify"], Some(program)),
+            probe_call(Chip::F405, "reset", None, &[], None),
+        ],
     )
 }
 
@@ -138,7 +138,9 @@ fn is_real(board: Board) -> Result<()> {
 /// Calls of the tool, in order. `run` resets by itself, and stays to print the log.
 fn probe_steps(options: &Options, program: &Path) -> Vec<Vec<OsString>> {
     let probe = options.probe.as_deref();
-    let call = |subcommand: &str, more: &[&str], file: Option<&Path>| probe_call(subcommand, probe, more, file);
+    let call = |subcommand: &str, more: &[&str], file: Option<&Path>| {
+        probe_call(options.board.chip(), subcommand, probe, more, file)
+    };
     if options.log {
         vec![call("run", &["--verify"], Some(program))]
     } else {
@@ -147,8 +149,8 @@ fn probe_steps(options: &Options, program: &Path) -> Vec<Vec<OsString>> {
 }
 
 /// Words of one call of the tool.
-fn probe_call(subcommand: &str, probe: Option<&str>, more: &[&str], file: Option<&Path>) -> Vec<OsString> {
-    let mut words: Vec<OsString> = [subcommand, "--chip", PROBE_CHIP].map(OsString::from).into();
+fn probe_call(chip: Chip, subcommand: &str, probe: Option<&str>, more: &[&str], file: Option<&Path>) -> Vec<OsString> {
+    let mut words: Vec<OsString> = [subcommand, "--chip", chip.probe_name()].map(OsString::from).into();
     if let Some(probe) = probe {
         words.extend(["--probe", probe].map(OsString::from));
     }

@@ -185,6 +185,7 @@ fn run(task: Task) -> anyhow::Result<()> {
                 }
                 let elf = if dma_stand_in { firmware::build_with_stand_in(&what.scene())? } else { what.build()? };
                 if !message_path {
+                    firmware::schedules(&what.scene(), what.board)?.iter().for_each(|schedule| println!("{schedule}"));
                     print!("firmware for {} with {}: ", what.board, what.scene().display());
                 }
                 println!("{}", elf.display());

@@ -108,7 +108,9 @@ fn first_table(text: &str) -> String {
 #[test]
 fn the_wiring_tables_have_the_pins_of_the_board_files() {
     let page = text("docs/flash.md");
-    for (board, file) in [("odrive-v3", "odrive_v3"), ("f405-can", "f405_can"), ("f405-pwm", "f405_pwm")] {
+    for (board, file) in
+        [("odrive-v3", "odrive_v3"), ("f405-can", "f405_can"), ("f405-pwm", "f405_pwm"), ("g474-fdcan", "g474_fdcan")]
+    {
         let source = text(&format!("firmware/src/boards/{file}.rs"));
         let head: String =
             source.lines().filter_map(|line| line.strip_prefix("//! ")).map(|line| format!("{line}\n")).collect();

@@ -90,10 +90,27 @@ fn drives_that_the_board_has_no_lines_for_are_refused_with_file_line_and_kinds()
 }
 
 #[test]
+fn a_rate_that_the_buses_do_not_hold_is_refused_with_file_and_line() {
+    let scene = folder("too-fast").join("too_fast.toml");
+    let root = xtask().get_current_dir().unwrap().canonicalize().unwrap();
+    let text = std::fs::read_to_string(root.join(SCENE)).unwrap();
+    let text =
+        text.replace("../../robots", root.join("robots").to_str().unwrap()).replace("rate = 1000", "rate = 1100");
+    std::fs::write(&scene, text).unwrap();
+    let (code, printed, error) = flash(&["--board", "f405-can", "--scene", scene.to_str().unwrap()]);
+    assert_eq!((code, printed.as_str()), (2, ""));
+    let expected = "too_fast.toml:6: control.rate: found 1100 Hz, expected at most 1098, which bus 1 holds on f405-can";
+    assert!(error.contains(expected), "{error}");
+    let (code, _, error) = flash(&["--board", "f405-can", "--scene", "scenes/examples/mit6_fd_wave.toml"]);
+    assert_eq!(code, 2);
+    assert!(error.contains("mit6_fd.toml:") && error.contains("f405-can has classic CAN alone"), "{error}");
+}
+
+#[test]
 fn the_emulated_board_is_not_flashed_and_a_wrong_scene_is_shown_in_its_line() {
     let (code, _, error) = flash(&["--board", "netduinoplus2"]);
     assert_eq!(code, 2);
-    assert!(error.contains("expected one of odrive-v3, f405-can, f405-pwm"), "{error}");
+    assert!(error.contains("expected one of odrive-v3, f405-can, f405-pwm, g474-fdcan"), "{error}");
     let scene = folder("wrong").join("wrong.toml");
     std::fs::write(&scene, "name = \"wrong\"\nrobot = \"nowhere.toml\"\n").unwrap();
     let (code, _, error) = flash(&["--board", "f405-can", "--scene", scene.to_str().unwrap()]);
@@ -123,29 +140,38 @@ fn key_file(name: &str, text: &str) -> std::path::PathBuf {
 /// The page goes to its own sector, behind the program's flash, and no file with the key stays behind.
 #[test]
 fn a_key_is_written_to_its_page_and_the_program_stays() {
-    let file = key_file("key", KEY_FILE);
-    let probe =
-        FakeProbe::new("key-probe", "for word; do last=$word; done; [ ! -f \"$last\" ] || wc -c < \"$last\"; exit 0");
-    let key = xtask()
-        .args(["firmware", "key", file.to_str().unwrap(), "--board", "f405-can"])
-        .env("PATH", probe.path())
-        .output();
+    key_is_written("f405-can", "STM32F405RGTx", "stm32f405");
+    key_is_written("g474-fdcan", "STM32G474RETx", "stm32g474");
+}
+
+fn key_is_written(board: &str, chip: &str, map: &str) {
+    let file = key_file(&format!("key-{board}"), KEY_FILE);
+    let probe = FakeProbe::new(
+        &format!("key-probe-{board}"),
+        "for word; do last=$word; done; [ ! -f \"$last\" ] || wc -c < \"$last\"; exit 0",
+    );
+    let key =
+        xtask().args(["firmware", "key", file.to_str().unwrap(), "--board", board]).env("PATH", probe.path()).output();
     let (code, printed, error) = told(key.unwrap());
     assert_eq!(code, 0, "{error}");
     assert!(printed.lines().any(|line| line.trim() == "60"), "{printed}");
     let calls = probe.calls();
     assert_eq!(calls.len(), 2, "{calls:?}");
-    let place = format!("--binary-format bin --base-address {} ", key_sector());
-    assert!(calls[0].starts_with("download --chip STM32F405RGTx --verify ") && calls[0].contains(&place), "{calls:?}");
-    assert_eq!(calls[1], "reset --chip STM32F405RGTx");
+    let place = format!("--binary-format bin --base-address {} ", key_sector(map));
+    assert!(
+        calls[0].starts_with(&format!("download --chip {chip} --verify ")) && calls[0].contains(&place),
+        "{calls:?}"
+    );
+    assert_eq!(calls[1], format!("reset --chip {chip}"));
     let page = calls[0].rsplit(' ').next().unwrap();
     assert!(!std::path::Path::new(page).exists(), "{page}");
     assert!(!printed.contains("0011223344") && !error.contains("0011223344"));
 }
 
 /// Start of the key's own flash in the linker's map of the chip.
-fn key_sector() -> String {
-    let map = std::fs::read_to_string(xtask().get_current_dir().unwrap().join("memory.x")).unwrap();
+fn key_sector(chip: &str) -> String {
+    let folder = xtask().get_current_dir().unwrap().join("firmware/memory").join(chip);
+    let map = std::fs::read_to_string(folder.join("chip_memory.x")).unwrap();
     let line = map.lines().find(|line| line.trim_start().starts_with("KEY ")).unwrap();
     line.split("ORIGIN = ").nth(1).unwrap().split(',').next().unwrap().to_lowercase()
 }
@@ -161,7 +187,7 @@ fn a_file_that_is_no_key_and_a_board_that_is_none_are_refused() {
     assert!(error.contains("arm.key:2: found 4 characters, expected 64 hexadecimal digits"), "{error}");
     let (code, _, error) = asked("netduinoplus2");
     assert_eq!(code, 2);
-    assert!(error.contains("expected one of odrive-v3, f405-can, f405-pwm"), "{error}");
+    assert!(error.contains("expected one of odrive-v3, f405-can, f405-pwm, g474-fdcan"), "{error}");
 }
 
 #[test]

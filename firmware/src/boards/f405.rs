@@ -1,12 +1,12 @@
-//! Shared parts of boards with an STM32F405 and an 8 MHz crystal: clocks, the control timer, the cycle counter. Their link is in
+//! Shared parts of boards with an STM32F405 and an 8 MHz crystal: clocks, the control timer, the watchdog. Their link is in
 //! `dma_link`.
 //!
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 
+pub use super::cortex::{CycleCounter, cycle_counter, halt};
 use super::pac;
 use firmware::board::{BoardLines, Nonces, Ticker};
-use link::{Cost, Nonce, NonceSource};
-use session::meter::Counter;
+use link::{Nonce, NonceSource};
 use session::readings::Lines;
 use stm32f4xx_hal::gpio::{ErasedPin, Input as InputPin};
 use stm32f4xx_hal::prelude::*;
@@ -23,9 +23,6 @@ pub struct ControlTimer {
 
 /// The chip's random number generator.
 pub struct Generator(pac::RNG);
-
-/// The core's cycle counter.
-pub struct CycleCounter;
 
 /// The emergency stop, where the board has a pin for it, and the independent watchdog.
 pub struct Guards {
@@ -57,13 +54,6 @@ pub fn control_timer(timer: pac::TIM3, rate_hz: f32, rcc: &mut Rcc) -> ControlTi
     timer.listen(Event::Update);
     // Whole hertz: the cast saturates, and a rate below 1 Hz is no control rate.
     ControlTimer { timer, rate: (rate_hz as u32).max(1).Hz() }
-}
-
-/// The cycle counter, counting.
-pub fn cycle_counter(core: &mut cortex_m::Peripherals) -> CycleCounter {
-    core.DCB.enable_trace();
-    core.DWT.enable_cycle_counter();
-    CycleCounter
 }
 
 /// The watchdog, not running, and the emergency stop's pin.
@@ -141,30 +131,6 @@ impl Ticker for ControlTimer {
 
     fn trigger(&mut self) {
         rtic::pend(pac::Interrupt::TIM3);
-    }
-}
-
-impl Counter for CycleCounter {
-    fn now(&self) -> u32 {
-        cortex_m::peripheral::DWT::cycle_count()
-    }
-
-    fn cost(count: u32) -> Cost {
-        Cost::Cycles(count)
-    }
-
-    fn exercise(&self) {
-        cortex_m::asm::delay(100);
-    }
-}
-
-/// Interrupts off, then the drives, then its last words, then it stops for good.
-pub fn halt(drives_off: impl FnOnce(), last_words: impl FnOnce()) -> ! {
-    cortex_m::interrupt::disable();
-    drives_off();
-    last_words();
-    loop {
-        cortex_m::asm::wfi();
     }
 }
 

@@ -18,8 +18,8 @@ use bxcan::Fifo;
 use bxcan::filter::Mask32;
 use dynamics_core::drive::{Drives, MitDrive};
 use firmware::board::{Board, Parts};
-use firmware::joint_io::bus_time::BusLoad;
-use firmware::joint_io::can::CanJoints;
+use firmware::joint_io::bus_time::{BusLoad, LEAD_US};
+use firmware::joint_io::can::{CanJoints, NoBus};
 use firmware::joint_io::frames::Frames as _;
 use stm32f4xx_hal::can::{Can, CanExt as _};
 use stm32f4xx_hal::gpio::{Output as OutputPin, PC4, PinState};
@@ -33,27 +33,23 @@ const DRIVES: [MitDrive; arm::N] = match arm::drives() {
     }
 };
 
-/// From the end of a command to the start of its reply: the longest that a maker states.
-const TURNAROUND_US: u32 = 60;
-/// From the start of a tick to its commands: the time allowed for the controller.
-const LEAD_US: u32 = 100;
+/// Drives that a bxCAN reaches; others do not compile.
+const _: () = {
+    let mut i = 0;
+    while i < arm::N {
+        assert!(DRIVES[i].bus < 2, "the board has buses 1 and 2");
+        assert!(DRIVES[i].data_rate.is_none(), "the board's controllers have classic frames alone");
+        i += 1;
+    }
+};
 
 /// Every reply is in before the next tick; a faster rate does not compile.
 const _: () = {
     let mut bus = 0;
     while bus < 2 {
-        let mut load = BusLoad { actuators: 0, reply_bytes: 0, bit_rate: 1_000_000, turnaround_us: TURNAROUND_US };
-        let mut i = 0;
-        while i < arm::N {
-            if DRIVES[i].bus == bus {
-                load.actuators += 1;
-                if DRIVES[i].reply_bytes as u32 > load.reply_bytes {
-                    load.reply_bytes = DRIVES[i].reply_bytes as u32;
-                }
-            }
-            i += 1;
-        }
-        assert!(arm::RATE_HZ <= load.max_rate_hz(LEAD_US) as f32, "the scene's rate is faster than its CAN buses");
+        let load = BusLoad::of(&DRIVES, bus, arm::Frames::IDENTIFIER);
+        let fits = load.actuators == 0 || arm::RATE_HZ <= load.max_rate_hz(LEAD_US) as f32;
+        assert!(fits, "the scene's rate is faster than its CAN buses");
         bus += 1;
     }
 };
@@ -69,7 +65,7 @@ impl Board<{ arm::N }> for F405Can {
     type Ticker = ControlTimer;
     type Counter = CycleCounter;
     type Lines = Guards;
-    type Joints = CanJoints<arm::Frames, Bus<Can<pac::CAN1>>, Bus<Can<pac::CAN2>>, PC4<OutputPin>, { arm::N }>;
+    type Joints = CanJoints<arm::Frames, Bus<Can<pac::CAN1>>, Bus<Can<pac::CAN2>>, NoBus, PC4<OutputPin>, { arm::N }>;
     type Nonces = f405::Generator;
 
     const NAME: &'static str = "STM32F405, CAN";
@@ -103,7 +99,7 @@ impl Board<{ arm::N }> for F405Can {
             ticker: f405::control_timer(device.TIM3, rate_hz, &mut rcc),
             counter: f405::cycle_counter(&mut core),
             lines: f405::guards(Some(gpioc.pc5.into_pull_up_input().erase()), device.IWDG, rate_hz),
-            joints: CanJoints::new(Bus::new(first), Bus::new(second), brake, DRIVES),
+            joints: CanJoints::new((Bus::new(first), Bus::new(second), NoBus), brake, DRIVES),
             nonces: f405::generator(device.RNG, &mut rcc),
         }
     }

@@ -1,4 +1,4 @@
-//! Simulated drives: the board's own way to the joints ([`CanJoints`]), two CAN buses, and an actuator at every joint.
+//! Simulated drives: the board's own way to the joints ([`CanJoints`]), three CAN buses, and an actuator at every joint.
 //!
 //! ```text
 //! tick k:  measure: replies to the commands of tick k-1 | controller | commands arrive, actuators measure and reply | the arm moves
@@ -19,7 +19,8 @@ use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use joint_io::JointIo;
-use joint_io::can::{CanBus, CanJoints};
+use joint_io::can::{BUSES, CanBus, CanJoints};
+use joint_io::queued::Queued;
 use robot_compiler::drive::{MitSpec, Protocol};
 use robot_compiler::scene::{DriveFailure, FailureKind};
 use session::readings::Readings;
@@ -34,9 +35,9 @@ const SUPPLY_MIN: f64 = 15.0;
 /// The board's way to the joints, for each kind of frames.
 #[derive(Clone, Debug)]
 enum Joints<const N: usize> {
-    MiniCheetah(CanJoints<MiniCheetah, Line, Line, BrakeLine, N>),
-    Damiao(CanJoints<Damiao, Line, Line, BrakeLine, N>),
-    RobStride(CanJoints<RobStride, Line, Line, BrakeLine, N>),
+    MiniCheetah(CanJoints<MiniCheetah, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>),
+    Damiao(CanJoints<Damiao, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>),
+    RobStride(CanJoints<RobStride, Queued<Line>, Queued<Line>, Queued<Line>, BrakeLine, N>),
 }
 
 /// The same expression for whatever frames the joints have.
@@ -51,12 +52,13 @@ macro_rules! each {
 }
 
 impl<const N: usize> Joints<N> {
-    fn new(protocol: Protocol, first: Line, second: Line, wires: [MitDrive; N]) -> Self {
+    fn new(protocol: Protocol, lines: [Line; BUSES], wires: [MitDrive; N]) -> Self {
         let brake = BrakeLine::default();
+        let buses = lines.map(Queued::new).into();
         match protocol {
-            Protocol::MiniCheetah => Self::MiniCheetah(CanJoints::new(first, second, brake, wires)),
-            Protocol::Damiao => Self::Damiao(CanJoints::new(first, second, brake, wires)),
-            Protocol::RobStride => Self::RobStride(CanJoints::new(first, second, brake, wires)),
+            Protocol::MiniCheetah => Self::MiniCheetah(CanJoints::new(buses, brake, wires)),
+            Protocol::Damiao => Self::Damiao(CanJoints::new(buses, brake, wires)),
+            Protocol::RobStride => Self::RobStride(CanJoints::new(buses, brake, wires)),
         }
     }
 }
@@ -97,18 +99,18 @@ impl<const N: usize> Drives<N> {
     /// holds the nearest whole number of its turns.
     #[must_use]
     pub fn new(specs: &[MitSpec; N], wires: [MitDrive; N], clock: Clock, loop_rate: f64) -> Self {
-        let mut actuators = [Vec::new(), Vec::new()];
+        let mut actuators = [const { Vec::new() }; BUSES];
         let seats = specs.map(|spec| {
-            let bus = usize::from(spec.bus > 1);
+            let bus = usize::from(spec.bus.saturating_sub(1)).min(BUSES - 1);
             let seat = Seat { bus, place: actuators[bus].len(), ratio: spec.ratio, zero: spec.zero };
             actuators[bus].push(actuator(&spec));
             seat
         });
         // Loading has checked that all drives are of one kind.
         let protocol = specs.first().map_or(Protocol::MiniCheetah, |spec| spec.protocol);
-        let [first, second] = actuators.map(|actuators| Line(Bus::forgetful(actuators)));
+        let lines = actuators.map(|actuators| Line(Bus::forgetful(actuators)));
         Self {
-            joints: Joints::new(protocol, first, second, wires),
+            joints: Joints::new(protocol, lines, wires),
             seats,
             // The cast saturates.
             turns: ((clock.period * loop_rate).round() as u32).max(1),
@@ -130,10 +132,15 @@ impl<const N: usize> Drives<N> {
         Some(&mut self.bus(bus).actuators.get_mut(place)?.electronics)
     }
 
-    /// One of the two buses, counted from 0.
+    /// One of the buses, counted from 0.
     pub fn bus(&mut self, bus: usize) -> &mut Bus {
-        let (first, second) = each!(&mut self.joints, joints => joints.buses());
-        &mut if bus == 0 { first } else { second }.0
+        let (first, second, third) = each!(&mut self.joints, joints => joints.buses());
+        let queued = match bus {
+            0 => first,
+            1 => second,
+            _ => third,
+        };
+        &mut queued.bus().0
     }
 
     /// Whether the brakes hold the arm.
@@ -162,7 +169,11 @@ impl<const N: usize> Drives<N> {
                 actuator.shaft = shaft;
             }
         }
-        (0..2).for_each(|bus| self.bus(bus).serve());
+        // Each interrupt takes what has come, and hands on the next three commands: two are all six.
+        for _ in 0..2 {
+            (0..BUSES).for_each(|bus| self.bus(bus).serve());
+            each!(&mut self.joints, joints => joints.interrupt());
+        }
     }
 
     /// How many times the drives renew their torque in this tick.

@@ -7,7 +7,7 @@
 //! | [`elasticity`] | motor and link sides of elastic joints, play between them |
 //! | [`friction`] | viscous, Coulomb and Stribeck friction |
 //! | [`actuator`] | delay, saturation, lag and ripple of an ideal drive's torque |
-//! | [`drives`] | simulated drives: the board's own code before two CAN buses, an actuator at every joint |
+//! | [`drives`] | simulated drives: the board's own code before three CAN buses, an actuator at every joint |
 //! | [`jitter`] | random offsets of the instants of measuring and acting |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
 //! | [`ledger`] | energy put into the arm and taken out of it |

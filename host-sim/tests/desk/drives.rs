@@ -251,3 +251,22 @@ fn an_actuator_that_turns_against_the_robot_file_does_not_go_unseen() {
         assert_eq!(lost, mutant, "joint {}: {:?}", joint + 1, run.summary.faults);
     }
 }
+
+#[test]
+fn six_drives_on_one_fd_bus_move_the_arm_as_on_two_classic_ones() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let fd = run(&SceneFile::load(&scenes.join("examples/mit6_fd_wave.toml")).unwrap());
+    let classic = run(&wave());
+    assert!(fd.summary.faults.is_empty(), "{:?}", fd.summary.faults);
+    let moved = |run: &Run| -> Vec<Vec<f64>> {
+        (0..6).map(|joint| run.record.joint(joint).map(|sample| sample.q).collect()).collect()
+    };
+    assert_eq!(moved(&fd), moved(&classic));
+    // Two on each of three.
+    let mut three = wave();
+    for (index, joint) in three.robot.joints.iter_mut().enumerate() {
+        let Some(JointDrive::Mit(spec)) = &mut joint.drive else { panic!("an MIT actuator") };
+        spec.bus = index as u8 / 2 + 1;
+    }
+    assert_eq!(moved(&run(&three)), moved(&classic));
+}

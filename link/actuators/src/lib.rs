@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`mit`] | an actuator that takes MIT-mode frames: its electronics (quantised, limited, with a state of its own), and a free shaft |
 //! | [`bus`] | a CAN bus with such actuators, on which replies get lost, late, doubled |
-//! | [`wire`] | a CAN frame bit by bit, stuffing included |
+//! | [`wire`] | CAN frames bit by bit, stuffing included |
 //! | [`encoder`] | an AS5047P: words with parity, replies one word later, a magnet that can go away |
 //!
 //! The joint tests put free shafts behind the electronics, the simulated arm its joints.

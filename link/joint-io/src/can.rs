@@ -1,16 +1,17 @@
-//! Actuators on two CAN buses.
+//! Actuators on up to three CAN buses.
 //!
 //! The schedule of a tick:
 //!
 //! ```text
-//! tick k:    measure: empty both receivers, match replies | controller | drive: one command to each actuator
-//! bus:                                                                 | commands and replies ............ |  tick k+1
+//! tick k:    measure: empty the receivers, match replies | controller | drive: one command to each actuator
+//! bus:                                                             | commands and replies ............ |  tick k+1
 //! ```
 //!
 //! A reply answers the command of the tick before: an actuator measures when a command arrives, and everything is in
 //! before the next tick begins ([`crate::bus_time`] computes the highest rate). On each bus the command with the
 //! **highest** identifier is queued first: a bxCAN takes a frame into a free mailbox beside pending ones only when the
-//! new one has the lower identifier, so in this order three commands fill three mailboxes without waiting.
+//! new one has the lower identifier, so in this order three commands fill three mailboxes without waiting. Where a bus has
+//! more actuators than its controller has room for, [`crate::queued`] stands between them.
 //!
 //! Effect of the replies:
 //!
@@ -33,14 +34,15 @@ use dynamics_core::control::Sensed;
 use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
 use embedded_can::nb::Can;
-use embedded_can::{Frame, Id};
+use embedded_can::{ErrorKind, Frame, Id};
 use embedded_hal::digital::OutputPin;
 use session::readings::{JointFaults, Readings};
 
-/// Buses.
-pub const BUSES: usize = 2;
+/// Buses, at most.
+pub const BUSES: usize = 3;
 
-/// Frames taken from one bus in one tick, at most: a bxCAN holds six, and more arrive only while these are read.
+/// Frames taken from one bus in one tick, at most: [`crate::queued`] and its controller hold eleven, a bxCAN six, and
+/// more arrive only while these are read.
 const RECEIVED_MAX: u32 = 16;
 
 /// Polls of a full transmitter before a command is given up.
@@ -60,6 +62,68 @@ pub trait CanBus: Can {
 
     /// Abandon all unsent frames: a torque of the tick before must not go out after this tick's.
     fn abandon(&mut self);
+
+    /// The controller's interrupt. Nothing to do where it holds all frames of a tick.
+    fn interrupt(&mut self) {}
+}
+
+/// A bus that a board does not have: it takes no frame, and none comes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NoBus;
+
+/// A frame that cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoFrame {}
+
+impl Frame for NoFrame {
+    fn new(_: impl Into<Id>, _: &[u8]) -> Option<Self> {
+        None
+    }
+
+    fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
+        None
+    }
+
+    fn is_extended(&self) -> bool {
+        match *self {}
+    }
+
+    fn is_remote_frame(&self) -> bool {
+        match *self {}
+    }
+
+    fn id(&self) -> Id {
+        match *self {}
+    }
+
+    fn dlc(&self) -> usize {
+        match *self {}
+    }
+
+    fn data(&self) -> &[u8] {
+        match *self {}
+    }
+}
+
+impl Can for NoBus {
+    type Frame = NoFrame;
+    type Error = ErrorKind;
+
+    fn transmit(&mut self, frame: &NoFrame) -> nb::Result<Option<NoFrame>, ErrorKind> {
+        match *frame {}
+    }
+
+    fn receive(&mut self) -> nb::Result<NoFrame, ErrorKind> {
+        Err(nb::Error::WouldBlock)
+    }
+}
+
+impl CanBus for NoBus {
+    fn is_off(&mut self) -> bool {
+        false
+    }
+
+    fn abandon(&mut self) {}
 }
 
 /// Errors of a joint's frames; every count wraps.
@@ -147,12 +211,13 @@ enum Order {
     Off,
 }
 
-/// The joints behind two buses, whose drives understand the frames `F`.
+/// The joints behind up to three buses, whose drives understand the frames `F`. A bus that is not there is [`NoBus`].
 #[derive(Clone, Debug)]
-pub struct CanJoints<F, A, B, P, const N: usize> {
+pub struct CanJoints<F, A, B, C, P, const N: usize> {
     frames: PhantomData<F>,
     first: A,
     second: B,
+    third: C,
     brake: P,
     drives: [MitDrive; N],
     /// Joints in the order in which they are sent to: highest identifier first.
@@ -162,13 +227,14 @@ pub struct CanJoints<F, A, B, P, const N: usize> {
     brake_failed: bool,
 }
 
-impl<F: Frames, A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<F, A, B, P, N> {
+impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> CanJoints<F, A, B, C, P, N> {
     /// Actuators without any command so far. `brake` is a line that is high to open the brakes; it is driven low here.
-    pub fn new(first: A, second: B, brake: P, drives: [MitDrive; N]) -> Self {
+    pub fn new((first, second, third): (A, B, C), brake: P, drives: [MitDrive; N]) -> Self {
         let mut joints = Self {
             frames: PhantomData,
             first,
             second,
+            third,
             brake,
             drives,
             order: sending_order(&drives),
@@ -180,9 +246,9 @@ impl<F: Frames, A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<F,
         joints
     }
 
-    /// The two buses, for a simulation at their other end.
-    pub fn buses(&mut self) -> (&mut A, &mut B) {
-        (&mut self.first, &mut self.second)
+    /// The buses, for a simulation at their other end.
+    pub fn buses(&mut self) -> (&mut A, &mut B, &mut C) {
+        (&mut self.first, &mut self.second, &mut self.third)
     }
 
     /// The line to the brakes.
@@ -216,6 +282,7 @@ impl<F: Frames, A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<F,
     fn send_all(&mut self, order: impl Fn(usize) -> Order) {
         self.first.abandon();
         self.second.abandon();
+        self.third.abandon();
         if !F::COMMAND_IN_IDENTIFIER {
             for i in self.order.map(usize::from) {
                 let packet = self.packet(i, order(i));
@@ -241,7 +308,8 @@ impl<F: Frames, A: CanBus, B: CanBus, P: OutputPin, const N: usize> CanJoints<F,
         };
         let sent = match drive.bus {
             0 => transmit(&mut self.first, packet, &mut self.buses[0]),
-            _ => transmit(&mut self.second, packet, &mut self.buses[1]),
+            1 => transmit(&mut self.second, packet, &mut self.buses[1]),
+            _ => transmit(&mut self.third, packet, &mut self.buses[2]),
         };
         joint.sent(sent);
     }
@@ -331,18 +399,21 @@ impl Joint {
     }
 }
 
-impl<F: Frames, A: CanBus, B: CanBus, P: OutputPin, const N: usize> JointIo<N> for CanJoints<F, A, B, P, N> {
+impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> JointIo<N>
+    for CanJoints<F, A, B, C, P, N>
+{
     fn measure(&mut self) -> Option<Readings<N>> {
         let off = [
             collect::<F, A, N>(&mut self.first, 0, &self.drives, &mut self.joints, &mut self.buses[0]),
             collect::<F, B, N>(&mut self.second, 1, &self.drives, &mut self.joints, &mut self.buses[1]),
+            collect::<F, C, N>(&mut self.third, 2, &self.drives, &mut self.joints, &mut self.buses[2]),
         ];
         let mut faults = [JointFaults::NONE; N];
         for ((joint, drive), faults) in self.joints.iter_mut().zip(&self.drives).zip(&mut faults) {
             joint.begin_tick();
             *faults = joint.faults
                 | JointFaults::MISSING.when(joint.age_ticks > MISSING_MAX)
-                | JointFaults::BUS.when(off[usize::from(drive.bus != 0)])
+                | JointFaults::BUS.when(off[usize::from(drive.bus.min(2))])
                 | JointFaults::OUTPUT.when(self.brake_failed);
         }
         let (q, qd) = (self.joints.map(|joint| joint.position), self.joints.map(|joint| joint.velocity));
@@ -375,6 +446,12 @@ impl<F: Frames, A: CanBus, B: CanBus, P: OutputPin, const N: usize> JointIo<N> f
             SafeAction::DampedStop => self.send_all(|_| Order::Damp),
             SafeAction::Off => self.send_all(|_| Order::Off),
         }
+    }
+
+    fn interrupt(&mut self) {
+        self.first.interrupt();
+        self.second.interrupt();
+        self.third.interrupt();
     }
 }
 

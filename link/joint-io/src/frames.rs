@@ -1,5 +1,6 @@
 //! Kinds of frames: what an actuator on CAN is told, and what it says.
 
+use crate::bus_time::Identifier;
 use crate::mit::{Reply, Setpoint};
 use dynamics_core::drive::MitDrive;
 use embedded_can::Id;
@@ -19,6 +20,9 @@ pub struct Packet {
 pub trait Frames {
     /// Whether identifiers of commands depend on what is commanded, so that the order of sending changes from tick to tick.
     const COMMAND_IN_IDENTIFIER: bool = false;
+
+    /// Identifiers of commands and replies.
+    const IDENTIFIER: Identifier = Identifier::Standard;
 
     /// Position, velocity, stiffness, damping and torque; values beyond their range take its end. `None` when one is NaN.
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet>;

@@ -5,8 +5,9 @@
 //! |---|---|
 //! | [`frames`] | what an actuator on CAN is told and says, whatever its maker |
 //! | [`mit`], [`damiao`], [`robstride`] | the frames of three kinds of actuators |
-//! | [`bus_time`] | how long frames take on a CAN bus, and how fast a schedule can be |
-//! | [`can`] | actuators on two CAN buses: the schedule of commands, and the checks on replies |
+//! | [`bus_time`] | how long frames take on a CAN bus, and how fast a schedule can be; the core's |
+//! | [`can`] | actuators on up to three CAN buses: the schedule of commands, and the checks on replies |
+//! | [`queued`] | queues beside a controller that holds fewer frames than a tick has |
 //! | [`as5047p`] | the magnetic encoder: its words, its errors, its turns |
 //! | [`pwm`] | torque to duty cycle, H-bridges, and the encoders beside them |
 //!
@@ -16,15 +17,16 @@
 #![forbid(unsafe_code)]
 
 pub mod as5047p;
-pub mod bus_time;
 pub mod can;
 pub mod damiao;
 pub mod frames;
 pub mod mit;
 pub mod pwm;
+pub mod queued;
 pub mod robstride;
 
 use core::convert::Infallible;
+pub use dynamics_core::drive::bus_time;
 use dynamics_core::safety::SafeAction;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use session::readings::Readings;
@@ -52,6 +54,9 @@ pub trait JointIo<const N: usize> {
     /// Stop, in one tick and from any state. Called in every tick that does not drive; where the wire asks for it, it also
     /// asks for the next measurement.
     fn safe(&mut self, action: SafeAction);
+
+    /// The interrupt of a controller between two ticks, at the tick's own priority: a frame has come, or one is sent.
+    fn interrupt(&mut self) {}
 }
 
 /// The higher of two temperatures; NaN where one is NaN, which no bound lets pass.

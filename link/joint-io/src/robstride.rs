@@ -11,6 +11,7 @@
 //!
 //! State 0 is off, 1 calibrating, 2 on.
 
+use crate::bus_time::Identifier;
 use crate::frames::{Frames, Packet};
 use crate::mit::{Reply, Setpoint};
 use dynamics_core::drive::{MitDrive, RobStride};
@@ -41,6 +42,7 @@ fn errors(id: u32) -> u8 {
 
 impl Frames for RobStride {
     const COMMAND_IN_IDENTIFIER: bool = true;
+    const IDENTIFIER: Identifier = Identifier::Extended;
 
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
         let ranges = &drive.ranges;

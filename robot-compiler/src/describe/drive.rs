@@ -1,5 +1,8 @@
 //! Drive of a joint, as a robot file describes it: in the units of data sheets.
 
+use dynamics_core::drive::DataRate;
+use dynamics_core::drive::bus_time::Identifier;
+
 /// Counts per turn of the magnetic encoder.
 pub(crate) const ENCODER_COUNTS: u16 = 1 << 14;
 
@@ -72,6 +75,15 @@ impl Protocol {
         }
     }
 
+    /// Identifiers of its frames.
+    #[must_use]
+    pub const fn identifier(self) -> Identifier {
+        match self {
+            Self::MiniCheetah | Self::Damiao => Identifier::Standard,
+            Self::RobStride => Identifier::Extended,
+        }
+    }
+
     /// Bits of the fields of velocity and torque.
     #[must_use]
     pub const fn torque_bits(self) -> u32 {
@@ -112,8 +124,10 @@ pub struct Actuator {
 pub struct MitSpec {
     /// Its frames.
     pub protocol: Protocol,
-    /// The bus, 1 or 2.
+    /// The bus, 1 to 3.
     pub bus: u8,
+    /// Rate of the data of its frames, which are FD frames then; `None`: classic frames.
+    pub data_rate: Option<DataRate>,
     /// Identifier of its commands.
     pub id: u8,
     /// Identifier of its replies.

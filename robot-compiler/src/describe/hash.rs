@@ -181,7 +181,18 @@ fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
         Drives::Link => {}
         Drives::Mit(all) => {
             fnv.tag(1);
-            for MitDrive { bus, id, reply_id, reply_bytes, temperature_offset, ranges, gearing, damping } in all {
+            for drive in all {
+                let MitDrive {
+                    bus,
+                    data_rate,
+                    id,
+                    reply_id,
+                    reply_bytes,
+                    temperature_offset,
+                    ranges,
+                    gearing,
+                    damping,
+                } = drive;
                 fnv.bytes(&[*bus, *id, *reply_bytes]);
                 fnv.tag(u32::from(*reply_id));
                 let MitRanges { position, velocity, kp, kd, torque } = ranges;
@@ -192,6 +203,8 @@ fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
                 fnv.number(*damping);
                 // A drive without a temperature keeps the hash that it had before drives had one.
                 fnv.numbers(temperature_offset);
+                // Nor does one with classic frames change.
+                data_rate.iter().for_each(|rate| fnv.tag(rate.bits_per_second()));
             }
         }
         Drives::Pwm(all) => {

@@ -1,7 +1,7 @@
 //! Drives of the joints, as Rust source.
 
 use super::expression::{Item, call, integer, list, number, record, word};
-use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
+use dynamics_core::drive::{DataRate, Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
 
 /// Rust source of a module with one function, `drives() -> Drives<N>`, for use beside [`super::arm_module`].
 #[must_use]
@@ -41,13 +41,14 @@ fn range_item(range: &Range) -> Item {
 }
 
 fn mit_item(drive: &MitDrive) -> Item {
-    let MitDrive { bus, id, reply_id, reply_bytes, temperature_offset, ranges, gearing, damping } = drive;
+    let MitDrive { bus, data_rate, id, reply_id, reply_bytes, temperature_offset, ranges, gearing, damping } = drive;
     let MitRanges { position, velocity, kp, kd, torque } = ranges;
     let ranges = [("position", position), ("velocity", velocity), ("kp", kp), ("kd", kd), ("torque", torque)];
     record(
         "MitDrive",
         vec![
             ("bus", whole(*bus)),
+            ("data_rate", data_rate.map_or_else(|| word("None"), |rate| call("Some", vec![data_rate_item(rate)]))),
             ("id", whole(*id)),
             ("reply_id", whole(*reply_id)),
             ("reply_bytes", whole(*reply_bytes)),
@@ -57,6 +58,14 @@ fn mit_item(drive: &MitDrive) -> Item {
             ("damping", number(*damping)),
         ],
     )
+}
+
+fn data_rate_item(rate: DataRate) -> Item {
+    // By its path: drives with classic frames do not name the type.
+    word(match rate {
+        DataRate::Mbit2 => "dynamics_core::drive::DataRate::Mbit2",
+        DataRate::Mbit5 => "dynamics_core::drive::DataRate::Mbit5",
+    })
 }
 
 fn pwm_item(drive: &PwmDrive) -> Item {

@@ -7,6 +7,7 @@ pub const fn drives() -> Drives<6> {
     Drives::Mit([
         MitDrive {
             bus: 0,
+            data_rate: None,
             id: 1,
             reply_id: 0,
             reply_bytes: 6,
@@ -23,6 +24,7 @@ pub const fn drives() -> Drives<6> {
         },
         MitDrive {
             bus: 0,
+            data_rate: None,
             id: 2,
             reply_id: 0,
             reply_bytes: 6,
@@ -39,6 +41,7 @@ pub const fn drives() -> Drives<6> {
         },
         MitDrive {
             bus: 0,
+            data_rate: None,
             id: 3,
             reply_id: 0,
             reply_bytes: 6,
@@ -55,6 +58,7 @@ pub const fn drives() -> Drives<6> {
         },
         MitDrive {
             bus: 1,
+            data_rate: None,
             id: 4,
             reply_id: 0,
             reply_bytes: 6,
@@ -71,6 +75,7 @@ pub const fn drives() -> Drives<6> {
         },
         MitDrive {
             bus: 1,
+            data_rate: None,
             id: 5,
             reply_id: 0,
             reply_bytes: 6,
@@ -87,6 +92,7 @@ pub const fn drives() -> Drives<6> {
         },
         MitDrive {
             bus: 1,
+            data_rate: None,
             id: 6,
             reply_id: 0,
             reply_bytes: 6,

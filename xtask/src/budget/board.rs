@@ -15,9 +15,6 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 
-/// The core's clock, Hz, on every real board (`firmware/src/boards/f405.rs`).
-const CLOCK_HZ: f64 = 168e6;
-
 /// The requested measurement.
 pub(super) struct Asked<'a> {
     /// The serial port of the board.
@@ -121,7 +118,11 @@ impl Measured<'_> {
 
     /// Share of a period, at the scene's rate, for a number of cycles.
     fn share(&self, cycles: f64) -> Result<f64> {
-        Ok(cycles * self.number("/rate_hz")? / CLOCK_HZ)
+        Ok(cycles * self.number("/rate_hz")? / self.clock_hz())
+    }
+
+    fn clock_hz(&self) -> f64 {
+        self.asked.board.chip().clock_hz()
     }
 
     fn json(&self) -> Result<String> {
@@ -134,7 +135,7 @@ impl Measured<'_> {
             "port": self.asked.port,
             "hash": self.said["hash"],
             "rate_hz": self.said["rate_hz"],
-            "clock_hz": CLOCK_HZ,
+            "clock_hz": self.clock_hz(),
             "ticks": self.said["ticks"],
             "bits_differ": self.said["bits_differ"],
             "cycles_per_tick": self.said["cycles_per_tick"],
@@ -163,7 +164,7 @@ impl Measured<'_> {
             whole(min),
             whole(max),
             100.0 * self.share(max)?,
-            whole(CLOCK_HZ / rate),
+            whole(self.clock_hz() / rate),
             whole(rate),
         );
         let mut beside = |range: Option<(u64, u64)>, what: &str| {

@@ -30,6 +30,9 @@ pub(crate) struct Targets {
     flash: u64,
     /// Most bytes of RAM of any firmware, its bounded stack included.
     ram_with_stack: u64,
+    /// The same of a board that needs more, by its name.
+    #[serde(default)]
+    ram_with_stack_of: BTreeMap<String, u64>,
     /// Most instructions for which the tick's interrupt may be masked.
     masked: u64,
     /// The scene whose tick is limited to a share of the time.
@@ -133,8 +136,16 @@ impl Budget {
     }
 
     fn print(&self) -> String {
-        let Targets { flash, ram_with_stack, masked, share_scene, share_rate_hz, share_clock_hz, share_percent } =
-            &self.target;
+        let Targets {
+            flash,
+            ram_with_stack,
+            ram_with_stack_of,
+            masked,
+            share_scene,
+            share_rate_hz,
+            share_clock_hz,
+            share_percent,
+        } = &self.target;
         let mut text = format!(
             "# What every firmware may take, from both sides. `cargo xtask budget` measures and holds; `cargo xtask budget --bless`\n\
              # writes the rows, {SLACK} % around what is measured, the controller's instructions exactly, and leaves the targets alone.\n\
@@ -144,8 +155,14 @@ impl Budget {
              share_rate_hz = {share_rate_hz}\nshare_clock_hz = {share_clock_hz}\nshare_percent = {share_percent}\n",
             self.rustc
         );
+        // Writing to a String cannot fail.
+        if !ram_with_stack_of.is_empty() {
+            text += "\n[target.ram_with_stack_of]\n";
+        }
+        for (board, most) in ram_with_stack_of {
+            let _ = writeln!(text, "{board} = {most}");
+        }
         for Bounds { scene, board, ranges } in &self.row {
-            // Writing to a String cannot fail.
             let _ = writeln!(text, "\n[[row]]\nscene = {scene:?}\nboard = {board:?}");
             for field in Field::ALL {
                 if let Some((low, high)) = ranges.get(field.name()) {
@@ -245,7 +262,8 @@ impl Targets {
         };
         below("flash", row.number(Field::Flash), self.flash, "bytes");
         let ram = row.number(Field::Ram).zip(row.number(Field::StackBound)).map(|(ram, stack)| ram + stack);
-        below("ram with stack", ram, self.ram_with_stack, "bytes");
+        let most = self.ram_with_stack_of.get(&row.board).copied().unwrap_or(self.ram_with_stack);
+        below("ram with stack", ram, most, "bytes");
         below("masked", row.number(Field::Masked), self.masked, "instructions");
         if row.scene == self.share_scene {
             let most = self.share_clock_hz * self.share_percent / (100 * self.share_rate_hz.max(1));
@@ -379,6 +397,21 @@ mod tests {
         let budget = blessed(&[row("pick", &[(Field::Instructions, 1_000)])]);
         assert_eq!(budget.range("pick", Board::Netduinoplus2, Field::Instructions), Some((1_000, 1_000)));
         assert_eq!(budget.range("pick", Board::F405Can, Field::Instructions), None);
+    }
+
+    #[test]
+    fn a_board_may_have_a_target_of_its_own_which_is_kept() {
+        let own = format!("{TARGETS}[target.ram_with_stack_of]\nnetduinoplus2 = 100\n");
+        let mut budget = Budget::parse(&own).unwrap();
+        let mut row = row("pick", &[(Field::Ram, 60), (Field::StackBound, 41)]);
+        budget.bless(std::slice::from_ref(&row), "rustc 1.95.0", true);
+        assert_eq!(Budget::parse(&budget.print()).unwrap(), budget);
+        let expected = "pick on netduinoplus2: ram with stack: 101 bytes found, expected at most 100: a target";
+        assert_eq!(held(&budget, std::slice::from_ref(&row)), [expected]);
+        // Other boards keep to the one of all.
+        row.board = "odrive-v3".into();
+        budget.bless(std::slice::from_ref(&row), "rustc 1.95.0", true);
+        assert_eq!(held(&budget, &[row]), [""; 0]);
     }
 
     #[test]

@@ -3,15 +3,12 @@
 //! The page is the chip's last sector (`memory.x`), which writing the program does not touch: the tool erases the sectors that it
 //! writes, and no others.
 
-use super::{Board, PROBE_TOOL, is_real, line, no_tool, probe_call, run_steps};
+use super::{Board, Chip, PROBE_TOOL, is_real, line, no_tool, probe_call, run_steps};
 use crate::bad_input::BadInput;
 use crate::process::{cargo_run, which};
 use anyhow::Result;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-
-/// Address of the page, as `memory.x` has it; a test compares both.
-const ADDRESS: &str = "0x080e0000";
 
 /// Options of `firmware key`.
 #[derive(clap::Args)]
@@ -36,7 +33,7 @@ pub(crate) struct Options {
 pub(crate) fn write(options: &Options) -> Result<()> {
     is_real(options.board)?;
     let page = Page::of(&options.file)?;
-    let steps = steps(options.probe.as_deref(), &page.0);
+    let steps = steps(options.board.chip(), options.probe.as_deref(), &page.0);
     if options.dry_run {
         steps.iter().for_each(|step| println!("$ {PROBE_TOOL} {}", line(step)));
         return Ok(());
@@ -47,9 +44,9 @@ pub(crate) fn write(options: &Options) -> Result<()> {
     Ok(())
 }
 
-fn steps(probe: Option<&str>, page: &Path) -> [Vec<OsString>; 2] {
-    let place = ["--verify", "--binary-format", "bin", "--base-address", ADDRESS];
-    [probe_call("download", probe, &place, Some(page)), probe_call("reset", probe, &[], None)]
+fn steps(chip: Chip, probe: Option<&str>, page: &Path) -> [Vec<OsString>; 2] {
+    let place = ["--verify", "--binary-format", "bin", "--base-address", chip.key_page()];
+    [probe_call(chip, "download", probe, &place, Some(page)), probe_call(chip, "reset", probe, &[], None)]
 }
 
 /// A page as a file that only its owner can read; deleted on drop.

@@ -1,7 +1,7 @@
 //! Choice of the scene, and the check that the board has lines for its drives.
 
 use crate::bad_input::BadInput;
-use crate::firmware::Board;
+use crate::firmware::{Board, can_buses};
 use crate::process::root;
 use crate::scene_keys::SceneKeys;
 use anyhow::Result;
@@ -81,6 +81,7 @@ fn scene(path: &Path, board: Board) -> Result<Choice, String> {
             file.robot.name,
         ));
     }
+    can_buses::schedules(&file, path, board)?;
     let path = path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))?;
     Ok(Choice { path, drives })
 }

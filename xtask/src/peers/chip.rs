@@ -225,7 +225,14 @@ fn build(arm: &str, ours: &Ours) -> Result<(Vec<Entry>, PathBuf)> {
     let list: String = entries.iter().map(|entry| format!("X({})", entry.symbol)).collect();
     let elf = folder().join(arm).join("chip.elf");
     let mut job = Job::new(GCC, elf.clone()).words(MACHINE).words("-O2 -nostartfiles -Wl,--gc-sections");
-    job = job.with(format!("-DCONTESTANTS={list}")).with("-L").with(root()).with("-T").from(&source("chip.ld"));
+    job = job
+        .with(format!("-DCONTESTANTS={list}"))
+        .with("-L")
+        .with(root())
+        .with("-L")
+        .with(root().join("firmware/memory/stm32f405"))
+        .with("-T")
+        .from(&source("chip.ld"));
     job = job.from(&source("chip.c"));
     for object in &objects {
         job = job.from(object);

@@ -8,7 +8,7 @@ use dynamics_core::drive::{Gearing, MiniCheetah, MitDrive};
 use dynamics_core::safety::SafeAction;
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
-use joint_io::can::{BusCounts, CanBus, CanJoints};
+use joint_io::can::{BusCounts, CanBus, CanJoints, NoBus};
 use joint_io::{JointIo, MISSING_MAX, NoPin};
 use proptest::prelude::*;
 use session::readings::{JointFaults, Readings};
@@ -62,7 +62,7 @@ const PERIOD: f64 = 0.001;
 const HOLD: [f32; 6] = [0.0; 6];
 
 struct Bench {
-    joints: CanJoints<MiniCheetah, Mock, Mock, NoPin, 6>,
+    joints: CanJoints<MiniCheetah, Mock, Mock, NoBus, NoPin, 6>,
     buses: [Mock; 2],
 }
 
@@ -79,7 +79,7 @@ impl Bench {
     fn with(drives: [MitDrive; 6]) -> Self {
         let buses = [Mock::new(&[1, 2, 3]), Mock::new(&[4, 5, 6])];
         let [first, second] = buses.clone();
-        let mut bench = Self { joints: CanJoints::new(first, second, NoPin, drives), buses };
+        let mut bench = Self { joints: CanJoints::new((first, second, NoBus), NoPin, drives), buses };
         // A first poll, as a board makes when it starts.
         bench.joints.safe(SafeAction::Off);
         bench.pass();
@@ -141,7 +141,7 @@ fn every_actuator_gets_one_command_a_tick_and_answers_before_the_next() {
         }
     }
     assert_eq!(bench.missing(), [0; 6]);
-    assert_eq!(bench.joints.bus_counts(), [BusCounts::default(); 2]);
+    assert_eq!(bench.joints.bus_counts(), [BusCounts::default(); 3]);
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn a_joint_that_never_answered_is_at_fault_from_the_first_tick() {
     let mut silent = drives();
     silent[0].id = 9;
     let [first, second] = bench.buses.clone();
-    bench.joints = CanJoints::new(first, second, NoPin, silent);
+    bench.joints = CanJoints::new((first, second, NoBus), NoPin, silent);
     let readings = bench.safe(SafeAction::Off);
     assert!(readings.faults.iter().all(|faults| faults.contains(JointFaults::MISSING)), "nothing was asked yet");
     let readings = bench.safe(SafeAction::Off);
@@ -257,7 +257,7 @@ fn strangers_and_cut_frames_are_counted_and_ignored() {
     let readings = bench.drive(&HOLD);
     assert_eq!(readings.sensed, before.sensed);
     assert_eq!(readings.faults, [JointFaults::NONE; 6]);
-    let [first, second] = bench.joints.bus_counts();
+    let [first, second, _] = bench.joints.bus_counts();
     assert_eq!((first.foreign, first.malformed), (1, 3));
     assert_eq!(second, BusCounts::default());
 }

@@ -4,7 +4,7 @@ use super::drive;
 use dynamics_core::drive::{Damiao, MitDrive, MitRanges, Range, RobStride};
 use dynamics_core::safety::SafeAction;
 use embedded_can::{ErrorKind, ExtendedId, Frame, Id, StandardId};
-use joint_io::can::{CanBus, CanJoints};
+use joint_io::can::{CanBus, CanJoints, NoBus};
 use joint_io::damiao::CLEAR;
 use joint_io::frames::{Frames, Packet};
 use joint_io::mit::{ENTER, EXIT, Setpoint};
@@ -181,9 +181,9 @@ impl CanBus for Tape {
 }
 
 /// Two motors on the first bus, and the tape of it.
-fn pair<F: Frames>(drive: impl Fn(u8) -> MitDrive) -> (CanJoints<F, Tape, Tape, NoPin, 2>, Tape) {
+fn pair<F: Frames>(drive: impl Fn(u8) -> MitDrive) -> (CanJoints<F, Tape, NoBus, NoBus, NoPin, 2>, Tape) {
     let tape = Tape::default();
-    let mut joints = CanJoints::new(tape.clone(), Tape::default(), NoPin, [drive(1), drive(2)]);
+    let mut joints = CanJoints::new((tape.clone(), NoBus, NoBus), NoPin, [drive(1), drive(2)]);
     joints.safe(SafeAction::Off);
     tape.sent();
     (joints, tape)
@@ -199,7 +199,7 @@ fn an_error_stops_the_joint_and_is_cleared_before_torque_is_given_again() {
         }
     };
     let kinds = |tape: &Tape| tape.sent().iter().rev().map(|packet| packet.data[7]).collect::<Vec<_>>();
-    let faults = |joints: &mut CanJoints<Damiao, Tape, Tape, NoPin, 2>| joints.measure().unwrap().faults;
+    let faults = |joints: &mut CanJoints<Damiao, Tape, NoBus, NoBus, NoPin, 2>| joints.measure().unwrap().faults;
 
     reply(&tape, [0, 0]);
     assert_eq!(faults(&mut joints), [JointFaults::NONE; 2], "off, as it was told to be");

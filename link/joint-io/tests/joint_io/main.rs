@@ -10,6 +10,7 @@ mod frames;
 mod gearing;
 mod mit;
 mod pwm;
+mod queued;
 
 use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Range};
 
@@ -27,7 +28,17 @@ fn ranges() -> MitRanges {
 
 fn drive(bus: u8, id: u8) -> MitDrive {
     let gearing = Gearing { ratio: 1.0, per_ratio: 1.0, zero: 0.0 };
-    MitDrive { bus, id, reply_id: 0, reply_bytes: 6, temperature_offset: None, ranges: ranges(), gearing, damping: 1.0 }
+    MitDrive {
+        bus,
+        data_rate: None,
+        id,
+        reply_id: 0,
+        reply_bytes: 6,
+        temperature_offset: None,
+        ranges: ranges(),
+        gearing,
+        damping: 1.0,
+    }
 }
 
 /// The same ranges as the model has them.

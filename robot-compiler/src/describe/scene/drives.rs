@@ -37,6 +37,12 @@ impl SceneFile {
         pwm.map_or(Drives::Link, Drives::Pwm)
     }
 
+    /// MIT-mode actuators of the joints, base first, in the chip's numbers; empty where drives are of another kind.
+    #[must_use]
+    pub fn mit_drives(&self) -> Vec<MitDrive> {
+        self.robot.joints.iter().filter_map(|joint| joint.drive?.mit()).map(|spec| mit(&spec)).collect()
+    }
+
     /// MIT-mode actuators that drive the simulated arm, as the robot file and as the chip have them; `None` where drives are ideal.
     #[must_use]
     pub fn simulated_drives<const N: usize>(&self) -> Option<([MitSpec; N], [MitDrive; N])> {
@@ -106,6 +112,7 @@ fn mit(spec: &MitSpec) -> MitDrive {
     let MitSpec {
         protocol: _,
         bus,
+        data_rate,
         id,
         reply_id,
         reply_bytes,
@@ -121,6 +128,7 @@ fn mit(spec: &MitSpec) -> MitDrive {
     } = *spec;
     MitDrive {
         bus: bus.saturating_sub(1),
+        data_rate,
         id,
         reply_id,
         reply_bytes,

@@ -5,10 +5,16 @@ use crate::describe::diagnostics::FileError;
 use crate::describe::drive::{Actuator, ENCODER_COUNTS, JointDrive, MitSpec, Protocol, PwmSpec};
 use crate::describe::robot::{JointEncoder, RobotJoint};
 use crate::read::table::{Table, Value, counted};
+use dynamics_core::drive::DataRate;
 use dynamics_core::{Limits, Rotor};
 
-/// Most actuators on a bus: a bxCAN has three mailboxes to send from, and a receiver holds three replies.
+/// Most actuators on a bus with classic frames: a bxCAN has three mailboxes to send from, and a receiver holds three replies.
 const PER_BUS: usize = 3;
+/// Most with FD frames: an arm's.
+const PER_FD_BUS: usize = 6;
+
+/// Buses of a board, at most.
+const BUSES: u64 = 3;
 
 /// One joint's drive.
 pub(super) fn read(
@@ -42,8 +48,8 @@ const HOST: u64 = 0xfd;
 fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<MitSpec, FileError> {
     // How a reply is made up is known, but for drives of the mini-cheetah's kind, of which there are many.
     let of_reply: &[&str] = match protocol {
-        Protocol::MiniCheetah => &["reply_id", "reply_bytes", "temperature_offset"],
-        Protocol::Damiao => &["reply_id", "actuator"],
+        Protocol::MiniCheetah => &["data_rate", "reply_id", "reply_bytes", "temperature_offset"],
+        Protocol::Damiao => &["data_rate", "reply_id", "actuator"],
         Protocol::RobStride => &["host_id", "actuator"],
     };
     const ALWAYS: [&str; 12] =
@@ -79,7 +85,8 @@ fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<Mi
     const ZERO: &str = "the actuator's position where the joint's is 0, rad";
     let spec = MitSpec {
         protocol,
-        bus: whole("bus", 1, 2, None, "the bus, 1 or 2")? as u8,
+        bus: whole("bus", 1, BUSES, None, "the bus, 1 to 3")? as u8,
+        data_rate: table.get("data_rate").map(|value| data_rate(&value)).transpose()?,
         id: whole("id", 0, 255, None, "the identifier of its commands, 0 to 255")? as u8,
         reply_id: reply_id as u16,
         reply_bytes,
@@ -115,6 +122,14 @@ fn mit(table: &Table<'_>, protocol: Protocol, limits: &Limits<f64>) -> Result<Mi
     }
     covers(table, limits, &spec)?;
     Ok(spec)
+}
+
+/// The rate of the data of FD frames.
+fn data_rate(value: &Value<'_>) -> Result<DataRate, FileError> {
+    const EXPECTED: &str = "bits per second of the data of FD frames, 2000000 or 5000000; no key for classic frames";
+    let found = value.whole(u64::from(u32::MAX), EXPECTED)?;
+    let rate = DataRate::ALL.into_iter().find(|rate| u64::from(rate.bits_per_second()) == found);
+    rate.ok_or_else(|| value.error(format!("found {found}"), EXPECTED))
 }
 
 /// Makers count temperatures from different ones: without the offset a hot motor may look cool.
@@ -279,10 +294,21 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
                     let problem = format!("identifier {} on bus {} is that of {name:?}", spec.id, spec.bus);
                     return Err(table.error("drive", problem, "an identifier of its own on the bus"));
                 }
-                if beside.len() >= PER_BUS {
+                if let Some((name, _)) = beside
+                    .iter()
+                    .find(|(_, other)| matches!(other, JointDrive::Mit(o) if o.data_rate != spec.data_rate))
+                {
+                    let problem = format!("another `data_rate` than {name:?}, on bus {}", spec.bus);
+                    return Err(table.error("drive", problem, "one `data_rate` on a bus, or classic frames alone"));
+                }
+                let (most, expected) = match spec.data_rate {
+                    None => (PER_BUS, "at most three actuators on a bus with classic frames"),
+                    Some(_) => (PER_FD_BUS, "at most six actuators on a bus with FD frames"),
+                };
+                if beside.len() >= most {
                     let problem =
                         format!("bus {} has {} already", spec.bus, counted(beside.len(), "actuator", "actuators"));
-                    return Err(table.error("drive", problem, "at most three actuators on a bus"));
+                    return Err(table.error("drive", problem, expected));
                 }
                 let on_bus = |id: u16| {
                     joints.iter().any(|other| matches!(other.drive, Some(JointDrive::Mit(o)) if o.bus == spec.bus && u16::from(o.id) == id))

@@ -1,0 +1,38 @@
+//! What boards with a Cortex-M4 share, whatever the chip around it: the cycle counter, and the end of the program.
+
+use link::Cost;
+use session::meter::Counter;
+
+/// The core's cycle counter.
+pub struct CycleCounter;
+
+/// The cycle counter, counting.
+pub fn cycle_counter(core: &mut cortex_m::Peripherals) -> CycleCounter {
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+    CycleCounter
+}
+
+impl Counter for CycleCounter {
+    fn now(&self) -> u32 {
+        cortex_m::peripheral::DWT::cycle_count()
+    }
+
+    fn cost(count: u32) -> Cost {
+        Cost::Cycles(count)
+    }
+
+    fn exercise(&self) {
+        cortex_m::asm::delay(100);
+    }
+}
+
+/// Interrupts off, then the drives, then its last words, then it stops for good.
+pub fn halt(drives_off: impl FnOnce(), last_words: impl FnOnce()) -> ! {
+    cortex_m::interrupt::disable();
+    drives_off();
+    last_words();
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

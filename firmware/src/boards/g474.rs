@@ -1,0 +1,237 @@
+//! Shared parts of boards with an STM32G474 and a 24 MHz crystal: clocks, the control timer, the watchdog. Their link is in `dma_channels`,
+//! their CAN controllers in `fdcan_bus`.
+//!
+//! Written from the reference manual (RM0440) and compiled; **not yet run on silicon**.
+
+pub use super::cortex::{CycleCounter, cycle_counter, halt};
+use core::convert::Infallible;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use firmware::board::{BoardLines, Nonces, Ticker};
+use link::{Nonce, NonceSource};
+use pac::{FLASH, GPIOC, IWDG, PWR, RCC, RNG, TIM3};
+use session::readings::Lines;
+
+/// The chip's registers, and its vectors under the names that the tasks are bound to.
+pub mod pac {
+    pub use stm32g4::stm32g474::{
+        DMA1, DMAMUX, FLASH, GPIOA, GPIOB, GPIOC, IWDG, Interrupt, NVIC_PRIO_BITS, PWR, Peripherals, RCC, RNG, TIM3,
+        USART2, fdcan,
+    };
+
+    /// Vectors of the tasks. `firmware/memory/stm32g474/chip_memory.x` gives their handlers the names that this chip has for them.
+    pub mod interrupt {
+        use super::Interrupt;
+
+        /// The receiver of the link.
+        pub const USART2: Interrupt = Interrupt::USART2;
+        /// The control timer.
+        pub const TIM3: Interrupt = Interrupt::TIM3;
+        /// A vector that no peripheral uses.
+        pub const EXTI0: Interrupt = Interrupt::EXTI0;
+        /// The DMA that stores the link's bytes.
+        pub const DMA1_STREAM5: Interrupt = Interrupt::DMA1_CH1;
+        /// The DMA that sends the link's bytes.
+        pub const DMA1_STREAM6: Interrupt = Interrupt::DMA1_CH2;
+        /// The controller of the first bus.
+        pub const CAN1_RX0: Interrupt = Interrupt::FDCAN1_IT0;
+        /// That of the second.
+        pub const CAN1_RX1: Interrupt = Interrupt::FDCAN2_IT0;
+        /// That of the third.
+        pub const CAN2_RX0: Interrupt = Interrupt::FDCAN3_IT0;
+    }
+}
+
+/// Clock of the core, of both peripheral buses and of the timers, Hz.
+pub const CLOCK_HZ: u32 = 170_000_000;
+
+/// TIM3.
+pub struct ControlTimer(TIM3);
+
+/// The chip's random number generator.
+pub struct Generator(RNG);
+
+/// The emergency stop at PC5, and the independent watchdog.
+pub struct Guards {
+    /// Its pin, an input with a pull-up. High when pressed, and when its wire is broken: a closed contact to ground.
+    port: GPIOC,
+    watchdog: IWDG,
+    /// Start value of the watchdog's count-down, eighths of a millisecond.
+    reload: u16,
+    running: bool,
+}
+
+/// Ticks without feeding before the watchdog resets the chip. Its oscillator has 29.5 to 34 kHz instead of 32: 3.8 to 4.3 ticks.
+const TICKS_UNFED: f32 = 4.0;
+
+/// 170 MHz from the crystal, for everything; 48 MHz for the random number generator from the chip's own oscillator.
+pub fn start_clocks(rcc: &RCC, power: &PWR, flash: &FLASH) {
+    rcc.cr().modify(|_, w| w.hseon().on());
+    rcc.crrcr().modify(|_, w| w.hsi48on().set_bit());
+    rcc.apb1enr1().modify(|_, w| w.pwren().enabled());
+    while rcc.cr().read().hserdy().bit_is_clear() || rcc.crrcr().read().hsi48rdy().bit_is_clear() {}
+    // 24 MHz / 6 * 85 / 2.
+    rcc.pllcfgr().write(|w| w.pllsrc().hse().pllm().div6().plln().div85().pllr().div2().pllren().set_bit());
+    rcc.cr().modify(|_, w| w.pllon().on());
+    while rcc.cr().read().pllrdy().bit_is_clear() {}
+    // Above 150 MHz the core's voltage is boosted, and the change goes by way of half the clock for a microsecond at least.
+    rcc.cfgr().modify(|_, w| w.hpre().div2());
+    power.cr5().modify(|_, w| w.r1mode().clear_bit());
+    flash.acr().modify(|_, w| w.latency().wait4().prften().set_bit().icen().set_bit().dcen().set_bit());
+    while !flash.acr().read().latency().is_wait4() {}
+    rcc.cfgr().modify(|_, w| w.sw().pll());
+    while !rcc.cfgr().read().sws().is_pll() {}
+    cortex_m::asm::delay(CLOCK_HZ / 1_000_000);
+    rcc.cfgr().modify(|_, w| w.hpre().div1());
+    // CAN from the clock of its bus, which is exact to the crystal and as fast as the controller's memory needs.
+    rcc.ccipr().modify(|_, w| w.fdcansel().pclk().clk48sel().hsi48());
+    rcc.ahb1enr().modify(|_, w| w.dma1en().enabled().dmamux1en().enabled());
+    rcc.ahb2enr().modify(|_, w| w.rngen().enabled());
+    rcc.apb1enr1().modify(|_, w| w.tim3en().enabled().usart2en().enabled().fdcanen().enabled());
+    // A peripheral answers two cycles after its clock is on; a read takes longer.
+    rcc.apb1enr1().read();
+}
+
+/// The random number generator, running.
+pub fn generator(rng: RNG) -> Generator {
+    rng.cr().modify(|_, w| w.rngen().enabled());
+    Generator(rng)
+}
+
+/// The control timer, held.
+pub fn control_timer(timer: TIM3, rate_hz: f32) -> ControlTimer {
+    // Whole hertz: the cast saturates, and a rate below 1 Hz is no control rate.
+    let period = CLOCK_HZ / (rate_hz as u32).clamp(1, CLOCK_HZ);
+    // The counter has 16 bits. The least prescaler that divides the period makes the rate exact, where there is one near.
+    let least = period.div_ceil(1 << 16);
+    let prescaler = (least..2 * least).find(|prescaler| period.is_multiple_of(*prescaler)).unwrap_or(least);
+    timer.psc().write(|w| w.psc().set((prescaler - 1) as u16));
+    timer.arr().write(|w| w.arr().set(period / prescaler - 1));
+    // Of updates only those by the counter's end are told.
+    timer.cr1().write(|w| w.urs().counter_only());
+    timer.dier().write(|w| w.uie().enabled());
+    ControlTimer(timer)
+}
+
+/// The watchdog, not running, and the emergency stop's pin with its pull-up.
+pub fn guards(port: GPIOC, watchdog: IWDG, rate_hz: f32) -> Guards {
+    port.pupdr().modify(|_, w| w.pupdr(5).pull_up());
+    port.moder().modify(|_, w| w.moder(5).input());
+    // 32 kHz by 4; a count of at least a millisecond, at most what the register holds. The cast saturates.
+    let reload = ((8_000.0 * TICKS_UNFED / rate_hz) as u16).clamp(8, 0xfff);
+    Guards { port, watchdog, reload, running: false }
+}
+
+impl BoardLines for Guards {
+    fn read(&mut self) -> Lines {
+        Lines { emergency_stop: self.port.idr().read().idr(5).bit_is_set(), ..Lines::NONE }
+    }
+
+    fn feed(&mut self) {
+        if !self.running {
+            self.running = true;
+            // Started first, with half a second to go: the settings take effect some cycles of its oscillator after they are written,
+            // and the next tick loads them. Nothing has to be waited for.
+            self.watchdog.kr().write(|w| w.key().start());
+            self.watchdog.kr().write(|w| w.key().unlock());
+            self.watchdog.pr().write(|w| w.pr().divide_by4());
+            self.watchdog.rlr().write(|w| w.rl().set(self.reload));
+        }
+        self.watchdog.kr().write(|w| w.key().feed());
+    }
+}
+
+impl Nonces for Generator {
+    fn next(&mut self) -> Option<(Nonce, NonceSource)> {
+        let mut nonce = Nonce::default();
+        for word in nonce.chunks_exact_mut(4) {
+            word.copy_from_slice(&self.word()?.to_le_bytes());
+        }
+        Some((nonce, NonceSource::Generator))
+    }
+}
+
+impl Generator {
+    /// The next random word. The generator tests itself; one that has doubts, or is silent for far longer than the some 400 periods of
+    /// 48 MHz that four words take, gives none.
+    fn word(&self) -> Option<u32> {
+        for _ in 0..10_000 {
+            let status = self.0.sr().read();
+            if status.cecs().bit() || status.secs().bit() {
+                return None;
+            }
+            if status.drdy().bit() {
+                return Some(self.0.dr().read().rndata().bits());
+            }
+        }
+        None
+    }
+}
+
+impl Ticker for ControlTimer {
+    fn run(&mut self) {
+        // From zero, with prescaler and period as they were set.
+        self.0.egr().write(|w| w.ug().update());
+        self.0.sr().write(|w| w.uif().clear());
+        self.0.cr1().modify(|_, w| w.cen().enabled());
+    }
+
+    fn hold(&mut self) {
+        self.0.cr1().modify(|_, w| w.cen().disabled());
+        self.0.sr().write(|w| w.uif().clear());
+    }
+
+    fn acknowledge(&mut self) {
+        self.0.sr().write(|w| w.uif().clear());
+    }
+
+    fn is_due(&self) -> bool {
+        self.0.sr().read().uif().is_update_pending()
+    }
+
+    fn trigger(&mut self) {
+        rtic::pend(pac::Interrupt::TIM3);
+    }
+}
+
+/// The brake line at PC4. High opens the brakes.
+pub struct BrakeLine(());
+
+/// The brake line, an output that engages the brakes. Called first of all.
+pub fn brake_line(rcc: &RCC, port: &GPIOC) -> BrakeLine {
+    rcc.ahb2enr().modify(|_, w| w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled());
+    // A port answers two cycles after its clock is on; a read takes longer.
+    rcc.ahb2enr().read();
+    engage_brakes();
+    port.moder().modify(|_, w| w.moder(4).output());
+    BrakeLine(())
+}
+
+/// Pull the brake line low, without owning it: what its owner does, and what the end of the program does, when no owner runs any more.
+pub fn engage_brakes() {
+    port_c(1 << (16 + 4));
+}
+
+/// Set pins of port C by the lower half, and reset them by the upper half.
+fn port_c(pins: u32) {
+    #[allow(unsafe_code, reason = "one port's pins have several owners")]
+    // SAFETY: a write to the set-reset register changes only the pins that it names; PC4 is the brake line's.
+    unsafe {
+        (*GPIOC::ptr()).bsrr().write(|w| w.bits(pins));
+    }
+}
+
+impl ErrorType for BrakeLine {
+    type Error = Infallible;
+}
+
+impl OutputPin for BrakeLine {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        engage_brakes();
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        port_c(1 << 4);
+        Ok(())
+    }
+}

@@ -1,0 +1,116 @@
+//! Queues beside a controller that holds fewer frames than a tick has.
+//!
+//! The FDCAN of an STM32G4 has room for three frames to send and three that have come; six actuators on one bus make six of each in a tick.
+//! [`Queued`] keeps the others. The controller's interrupt moves them on: when a frame is sent the next one takes its room, and one that has
+//! come makes room for the next. It may be held up for the time of three replies: 130 us at least, with FD frames at 5 Mbit/s.
+//!
+//! | call | queue out | queue in |
+//! |---|---|---|
+//! | `transmit` | behind what waits; refused when six wait | |
+//! | `interrupt` | to the controller, as far as it has room | all that has come |
+//! | `receive` | | the first, after all that has come since; an error before it |
+//! | `abandon` | emptied, with the controller's own | |
+
+use crate::can::CanBus;
+use embedded_can::Frame as _;
+use embedded_can::nb::Can;
+use heapless::Deque;
+
+/// Frames that wait to be sent, at most: those of a tick, while the controller still gives up those of the tick before.
+pub const OUT: usize = 6;
+
+/// Frames that wait to be read, at most: the replies of a tick and two strangers, beside what the controller holds.
+pub const IN: usize = 8;
+
+/// A controller with queues.
+#[derive(Clone, Debug)]
+pub struct Queued<B: CanBus> {
+    bus: B,
+    out: Deque<B::Frame, OUT>,
+    received: Deque<B::Frame, IN>,
+    /// Of the errors since the last reception the last one.
+    error: Option<B::Error>,
+}
+
+impl<B: CanBus> Queued<B> {
+    /// Empty queues.
+    pub const fn new(bus: B) -> Self {
+        Self { bus, out: Deque::new(), received: Deque::new(), error: None }
+    }
+
+    /// The controller.
+    pub const fn bus(&mut self) -> &mut B {
+        &mut self.bus
+    }
+
+    /// Give the controller frames until it has no room. One that it refuses is dropped: its reply will be missing.
+    fn hand_on(&mut self) {
+        // Each turn takes a frame away, and nothing puts one in meanwhile.
+        while let Some(frame) = self.out.front() {
+            if let Err(nb::Error::WouldBlock) = self.bus.transmit(frame) {
+                return;
+            }
+            self.out.pop_front();
+        }
+    }
+
+    /// Take what has come. What finds no room stays in the controller.
+    fn take_in(&mut self) {
+        // Errors take no room, so the turns are counted.
+        for _ in 0..IN {
+            if self.received.is_full() {
+                return;
+            }
+            match self.bus.receive() {
+                Ok(frame) => {
+                    self.received.push_back(frame).ok();
+                }
+                Err(nb::Error::WouldBlock) => return,
+                Err(nb::Error::Other(error)) => self.error = Some(error),
+            }
+        }
+    }
+}
+
+impl<B: CanBus> Can for Queued<B> {
+    type Frame = B::Frame;
+    type Error = B::Error;
+
+    fn transmit(&mut self, frame: &B::Frame) -> nb::Result<Option<B::Frame>, B::Error> {
+        self.hand_on();
+        if self.out.is_empty() {
+            match self.bus.transmit(frame) {
+                Err(nb::Error::WouldBlock) => {}
+                sent => return sent,
+            }
+        }
+        let waiting = B::Frame::new(frame.id(), frame.data()).ok_or(nb::Error::WouldBlock)?;
+        self.out.push_back(waiting).map_err(|_| nb::Error::WouldBlock)?;
+        Ok(None)
+    }
+
+    fn receive(&mut self) -> nb::Result<B::Frame, B::Error> {
+        self.take_in();
+        if let Some(error) = self.error.take() {
+            return Err(nb::Error::Other(error));
+        }
+        self.received.pop_front().ok_or(nb::Error::WouldBlock)
+    }
+}
+
+impl<B: CanBus> CanBus for Queued<B> {
+    fn is_off(&mut self) -> bool {
+        self.bus.is_off()
+    }
+
+    fn abandon(&mut self) {
+        self.out.clear();
+        self.bus.abandon();
+    }
+
+    fn interrupt(&mut self) {
+        self.bus.interrupt();
+        self.take_in();
+        self.hand_on();
+    }
+}

@@ -1,0 +1,195 @@
+//! What a scene's frames take of its board's CAN buses, and whether they fit.
+//!
+//! The same numbers are held when the board is compiled ([`dynamics_core::drive::bus_time`]); here a scene that does not fit is refused in
+//! its line, before the compiler starts.
+
+use super::Board;
+use crate::scene_keys::SceneKeys;
+use dynamics_core::drive::bus_time::{BusLoad, LEAD_US, TURNAROUND_US};
+use robot_compiler::SceneFile;
+use std::fmt;
+use std::path::Path;
+use toml_edit::{Document, Item};
+
+/// The CAN controllers of a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct CanBuses {
+    /// How many.
+    pub(super) count: u8,
+    /// Whether they know FD frames.
+    pub(super) fd: bool,
+}
+
+/// Frames of a tick on one bus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Schedule {
+    /// As in a robot file, from 1.
+    bus: u8,
+    load: BusLoad,
+    rate_hz: f64,
+}
+
+impl fmt::Display for Schedule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { bus, load, rate_hz } = self;
+        let actuators = if load.actuators == 1 { "actuator" } else { "actuators" };
+        let mbit = |rate: u32| f64::from(rate) * 1e-6;
+        let frames = match load.data_rate {
+            None => format!("classic frames at {} Mbit/s", mbit(load.bit_rate)),
+            Some(rate) => format!("FD frames at {} and {} Mbit/s", mbit(load.bit_rate), mbit(rate)),
+        };
+        // The rate is a whole number of hertz here: the cast saturates.
+        let slack = load.slack_percent(rate_hz.ceil() as u32);
+        write!(
+            f,
+            "bus {bus}: {} {actuators}, {frames}: at most {:.1} of {:.0} us a tick, {slack} % free; up to {} Hz",
+            load.actuators,
+            f64::from(load.frames_ns()) * 1e-3,
+            1e6 / rate_hz,
+            load.max_rate_hz(LEAD_US)
+        )
+    }
+}
+
+/// The schedule of each bus that has actuators; none for a board without CAN.
+///
+/// # Errors
+/// In a line of the robot's file: a bus or FD frames that the board does not have. In one of the scene's: a rate at which the frames do not fit.
+pub(crate) fn schedules(file: &SceneFile, scene: &Path, board: Board) -> Result<Vec<Schedule>, String> {
+    let (Some(buses), Some(protocol)) = (board.can_buses(), file.protocol()) else { return Ok(Vec::new()) };
+    let drives = file.mit_drives();
+    for (index, drive) in drives.iter().enumerate() {
+        let wrong = |key: &str, found: u32, expected: String| {
+            let robot = SceneKeys::read(scene).and_then(|keys| keys.robot()).unwrap_or_default();
+            let at = place(&robot, |document| document.get("joint")?.get(index)?.get("drive")?.get(key));
+            let name = file.robot.joints.get(index).map_or("", |joint| joint.name.as_str());
+            Err(format!("{at}: joint {} ({name}).drive.{key}: found {found}, expected {expected}", index + 1))
+        };
+        if drive.bus >= buses.count {
+            let expected = format!("a bus of {board}, 1 to {}", buses.count);
+            return wrong("bus", u32::from(drive.bus) + 1, expected);
+        }
+        if let (Some(rate), false) = (drive.data_rate, buses.fd) {
+            return wrong("data_rate", rate.bits_per_second(), format!("no such key: {board} has classic CAN alone"));
+        }
+    }
+    let rate_hz = file.control.rate;
+    let of_bus = |bus| Schedule { bus: bus + 1, load: BusLoad::of(&drives, bus, protocol.identifier()), rate_hz };
+    let schedules: Vec<_> = (0..buses.count).map(of_bus).filter(|schedule| schedule.load.actuators > 0).collect();
+    match schedules.iter().find(|schedule| rate_hz > f64::from(schedule.load.max_rate_hz(LEAD_US))) {
+        None => Ok(schedules),
+        Some(slow) => Err(format!(
+            "{}: control.rate: found {rate_hz} Hz, expected at most {}, which bus {} holds on {board}: {:.1} us for frames, {TURNAROUND_US} us for the \
+             last actuator's answer, {LEAD_US} us for the controller",
+            place(scene, |document| document.get("control")?.get("rate")),
+            slow.load.max_rate_hz(LEAD_US),
+            slow.bus,
+            f64::from(slow.load.frames_ns()) * 1e-3,
+        )),
+    }
+}
+
+/// A file and the line, counted from 1, of a value in it; the file alone where the value is not there.
+fn place(path: &Path, value: impl FnOnce(&Item) -> Option<&Item>) -> String {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let document = Document::parse(text.as_str()).ok();
+    let start = document.as_ref().and_then(|document| Some(value(document.as_item())?.span()?.start));
+    let line = start.and_then(|start| Some(1 + text.get(..start)?.matches('\n').count()));
+    line.map_or_else(|| path.display().to_string(), |line| format!("{}:{line}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+
+    use super::{Schedule, schedules};
+    use crate::firmware::Board;
+    use dynamics_core::drive::DataRate;
+    use robot_compiler::SceneFile;
+    use robot_compiler::drive::{JointDrive, MitSpec};
+    use std::path::PathBuf;
+
+    const CLASSIC: &str = "scenes/examples/mit6_wave.toml";
+    const FD: &str = "scenes/examples/mit6_fd_wave.toml";
+
+    fn path(scene: &str) -> PathBuf {
+        crate::process::root().join(scene)
+    }
+
+    fn of(scene: &str, board: Board, change: impl Fn(usize, &mut MitSpec)) -> Result<Vec<Schedule>, String> {
+        let mut file = SceneFile::load(&path(scene)).unwrap();
+        for (index, joint) in file.robot.joints.iter_mut().enumerate() {
+            if let Some(JointDrive::Mit(spec)) = &mut joint.drive {
+                change(index, spec);
+            }
+        }
+        schedules(&file, &path(scene), board)
+    }
+
+    fn lines(scene: &str, board: Board, change: impl Fn(usize, &mut MitSpec)) -> Vec<String> {
+        of(scene, board, change).unwrap().iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn every_bus_with_actuators_is_told_with_its_slack() {
+        let bus = |bus: u8| {
+            format!(
+                "bus {bus}: 3 actuators, classic frames at 1 Mbit/s: at most 750.0 of 1000 us a tick, 25 % free; up to 1098 Hz"
+            )
+        };
+        assert_eq!(lines(CLASSIC, Board::F405Can, |_, _| ()), [bus(1), bus(2)]);
+        assert_eq!(lines(CLASSIC, Board::G474Fdcan, |_, _| ()), [bus(1), bus(2)]);
+        assert_eq!(
+            lines(FD, Board::G474Fdcan, |_, _| ()),
+            [
+                "bus 1: 6 actuators, FD frames at 1 and 5 Mbit/s: at most 643.2 of 1000 us a tick, 35 % free; up to 1243 Hz"
+            ]
+        );
+        assert!(lines(CLASSIC, Board::OdriveV3, |_, _| ()).is_empty());
+    }
+
+    /// The longest replies that there are, at 1 kHz.
+    #[test]
+    fn six_joints_leave_30_percent_free_on_three_classic_buses_and_on_one_of_fd() {
+        let three = of(CLASSIC, Board::G474Fdcan, |index, spec| {
+            (spec.bus, spec.reply_bytes) = (index as u8 / 2 + 1, 8);
+        });
+        let slacks: Vec<u32> = three.unwrap().iter().map(|schedule| schedule.load.slack_percent(1000)).collect();
+        assert_eq!(slacks, [46; 3]);
+        let fd = of(FD, Board::G474Fdcan, |_, spec| spec.reply_bytes = 8).unwrap();
+        assert_eq!(fd.iter().map(|schedule| schedule.load.slack_percent(1000)).collect::<Vec<_>>(), [33]);
+    }
+
+    #[test]
+    fn a_bus_that_the_board_does_not_have_is_refused_in_the_robots_line() {
+        let third = |_: usize, spec: &mut MitSpec| spec.bus = 3;
+        let why = of(CLASSIC, Board::F405Can, third).unwrap_err();
+        let expected = "mit6.toml:23: joint 1 (base).drive.bus: found 3, expected a bus of f405-can, 1 to 2";
+        assert!(why.ends_with(expected), "{why}");
+        let why = of(FD, Board::F405Can, |_, _| ()).unwrap_err();
+        let expected =
+            "joint 1 (base).drive.data_rate: found 5000000, expected no such key: f405-can has classic CAN alone";
+        assert!(why.contains("mit6_fd.toml:") && why.ends_with(expected), "{why}");
+    }
+
+    #[test]
+    fn a_rate_that_a_bus_does_not_hold_is_refused_in_the_scenes_line() {
+        let mut file = SceneFile::load(&path(FD)).unwrap();
+        file.control.rate = 1243.0;
+        assert!(schedules(&file, &path(FD), Board::G474Fdcan).is_ok());
+        file.control.rate = 1244.0;
+        let why = schedules(&file, &path(FD), Board::G474Fdcan).unwrap_err();
+        assert!(
+            why.contains("mit6_fd_wave.toml:6: control.rate: found 1244 Hz, expected at most 1243, which bus 1 holds"),
+            "{why}"
+        );
+        // The lower data rate does not hold 1 kHz.
+        let why = of(FD, Board::G474Fdcan, |_, spec| spec.data_rate = Some(DataRate::Mbit2)).unwrap_err();
+        assert!(
+            why.contains(
+                ": found 1000 Hz, expected at most 851, which bus 1 holds on g474-fdcan: 1014.0 us for frames"
+            ),
+            "{why}"
+        );
+    }
+}
