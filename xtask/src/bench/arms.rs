@@ -16,12 +16,17 @@ const ARMS: [(&str, &str, Option<&str>); 2] = [
 /// Every link a fifth heavier than the model says.
 const HEAVY: (&str, &str) = ("plant.masses", "1.2");
 
+/// Integral action with a dead band of one step of a Damiao reply.
+const INTEGRAL: (&str, &str) =
+    ("integral", "{ time = 0.2, torque = [4.0, 6.0, 6.0, 2.0, 1.0, 1.0], dead_band = 4e-4 }");
+
 /// What is run of each arm: name, and what it changes in the scene.
 fn runs(makers: Option<&str>) -> Vec<(&'static str, Vec<(&'static str, &str)>)> {
     let mut runs = vec![
         ("computed torque, 1 kHz", vec![]),
         ("the same, ideal drives", vec![("actuators.ideal", "true")]),
         ("the same, each link a fifth heavier than its model", vec![HEAVY]),
+        ("the same, with integral action", vec![HEAVY, INTEGRAL]),
     ];
     if let Some(stiffness) = makers {
         // A stiffness stands in the place of the frequency.
