@@ -104,7 +104,7 @@ impl Chip {
         }
     }
 
-    /// Address of the link key's page, as the chip's `memory.x` has it; a test compares both.
+    /// Address of the link key's page, as the chip's `chip_memory.x` has it; a test compares both.
     pub(crate) const fn key_page(self) -> &'static str {
         match self {
             Self::F405 => "0x080e0000",
