@@ -1,6 +1,6 @@
-//! What boards with a Cortex-M4 share, whatever the chip around it: the cycle counter, and the end of the program.
+//! What boards with a Cortex-M4 share, whatever the chip around it: the cycle counter, nonces of random words, and the end of the program.
 
-use link::Cost;
+use link::{Cost, Nonce, NonceSource};
 use session::meter::Counter;
 
 /// The core's cycle counter.
@@ -25,6 +25,15 @@ impl Counter for CycleCounter {
     fn exercise(&self) {
         cortex_m::asm::delay(100);
     }
+}
+
+/// A nonce of words from a random number generator; `None` when it gives none.
+pub fn nonce(mut word: impl FnMut() -> Option<u32>) -> Option<(Nonce, NonceSource)> {
+    let mut nonce = Nonce::default();
+    for bytes in nonce.chunks_exact_mut(4) {
+        bytes.copy_from_slice(&word()?.to_le_bytes());
+    }
+    Some((nonce, NonceSource::Generator))
 }
 
 /// Interrupts off, then the drives, then its last words, then it stops for good.

@@ -3,6 +3,7 @@
 //!
 //! Written from the reference manual (RM0090) and compiled; **not yet run on silicon**.
 
+use super::cortex::nonce;
 pub use super::cortex::{CycleCounter, cycle_counter, halt};
 use super::pac;
 use firmware::board::{BoardLines, Nonces, Ticker};
@@ -84,11 +85,7 @@ impl BoardLines for Guards {
 
 impl Nonces for Generator {
     fn next(&mut self) -> Option<(Nonce, NonceSource)> {
-        let mut nonce = Nonce::default();
-        for word in nonce.chunks_exact_mut(4) {
-            word.copy_from_slice(&self.word()?.to_le_bytes());
-        }
-        Some((nonce, NonceSource::Generator))
+        nonce(|| self.word())
     }
 }
 

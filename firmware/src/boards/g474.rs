@@ -3,6 +3,7 @@
 //!
 //! Written from the reference manual (RM0440) and compiled; **not yet run on silicon**.
 
+use super::cortex::nonce;
 pub use super::cortex::{CycleCounter, cycle_counter, halt};
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -142,11 +143,7 @@ impl BoardLines for Guards {
 
 impl Nonces for Generator {
     fn next(&mut self) -> Option<(Nonce, NonceSource)> {
-        let mut nonce = Nonce::default();
-        for word in nonce.chunks_exact_mut(4) {
-            word.copy_from_slice(&self.word()?.to_le_bytes());
-        }
-        Some((nonce, NonceSource::Generator))
+        nonce(|| self.word())
     }
 }
 

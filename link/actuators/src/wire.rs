@@ -3,24 +3,34 @@
 /// The bits of a classic frame that are stuffed: start of frame to the end of the check sum.
 #[must_use]
 pub fn stuffed_part(id: u32, extended: bool, data: &[u8]) -> Vec<bool> {
-    let mut bits = vec![false];
-    let mut push = |value: u32, count: u32| bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
-    if extended {
-        push(id >> 18, 11);
-        // SRR and IDE are recessive.
-        push(0b11, 2);
-        push(id & 0x3_ffff, 18);
-    } else {
-        push(id, 11);
-    }
+    let mut bits = beginning(id, extended);
     // RTR, and IDE and the reserved bit, or two reserved bits: dominant.
-    push(0, 3);
-    push(data.len() as u32, 4);
+    push(&mut bits, 0, 3);
+    push(&mut bits, data.len() as u32, 4);
     for byte in data {
-        push(u32::from(*byte), 8);
+        push(&mut bits, u32::from(*byte), 8);
     }
     let sum = crc15(&bits);
-    bits.extend((0..15).rev().map(|bit| sum >> bit & 1 == 1));
+    push(&mut bits, u32::from(sum), 15);
+    bits
+}
+
+/// A value's bits, the highest first.
+fn push(bits: &mut Vec<bool>, value: u32, count: u32) {
+    bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
+}
+
+/// Start of frame and identifier; behind the first part of an extended one SRR and IDE.
+fn beginning(id: u32, extended: bool) -> Vec<bool> {
+    let mut bits = vec![false];
+    if extended {
+        push(&mut bits, id >> 18, 11);
+        // Recessive.
+        push(&mut bits, 0b11, 2);
+        push(&mut bits, id & 0x3_ffff, 18);
+    } else {
+        push(&mut bits, id, 11);
+    }
     bits
 }
 
@@ -70,26 +80,15 @@ pub struct FdLength {
 pub fn fd_length(id: u32, extended: bool, passive: bool, data: &[u8]) -> FdLength {
     const LONGER: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
     let code = LONGER.iter().position(|&length| length == data.len()).map_or(data.len(), |at| 9 + at);
-    let mut bits = vec![false];
-    let mut push = |value: u32, count: u32| bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
-    if extended {
-        push(id >> 18, 11);
-        // SRR and IDE are recessive.
-        push(0b11, 2);
-        push(id & 0x3_ffff, 18);
-        push(0, 1);
-    } else {
-        push(id, 11);
-        // RRS and IDE are dominant.
-        push(0, 2);
-    }
+    let mut bits = beginning(id, extended);
+    // RRS, or RRS and IDE: dominant.
+    push(&mut bits, 0, if extended { 1 } else { 2 });
     // FDF, res, BRS.
-    push(0b101, 3);
+    push(&mut bits, 0b101, 3);
     let arbitration = bits.len();
-    let mut push = |value: u32, count: u32| bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
-    push(u32::from(passive), 1);
-    push(code as u32, 4);
-    data.iter().for_each(|byte| push(u32::from(*byte), 8));
+    push(&mut bits, u32::from(passive), 1);
+    push(&mut bits, code as u32, 4);
+    data.iter().for_each(|byte| push(&mut bits, u32::from(*byte), 8));
     // A stuff bit right after BRS comes after the switch.
     let early = stuff_bits(&bits[..arbitration]) - usize::from(ends_stuffed(&bits[..arbitration]));
     let late = stuff_bits(&bits) - early;
