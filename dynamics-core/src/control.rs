@@ -33,7 +33,7 @@ pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
 pub use friction::Friction;
 pub use integral::{Integral, Integrated};
-pub use law::{Gains, Law, computed_torque};
+pub use law::{Gains, Law, Spring, computed_torque};
 pub use limits::LimitFlags;
 pub use momentum_observer::{MomentumFilter, MomentumObserver};
 pub use observer::{Encoder, TrackingObserver};

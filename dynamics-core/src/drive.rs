@@ -7,6 +7,8 @@
 
 pub mod bus_time;
 
+use crate::control::Spring;
+
 /// The lowest and the highest value that a field of a frame can carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
@@ -95,6 +97,21 @@ impl Gearing {
     #[must_use]
     pub fn joint_velocity(&self, drive: f32) -> f32 {
         drive * self.per_ratio
+    }
+
+    /// The drive's velocity, rad/s, from the joint's, rad/s or m/s.
+    #[inline]
+    #[must_use]
+    pub fn drive_velocity(&self, joint: f32) -> f32 {
+        joint * self.ratio
+    }
+
+    /// Spring and damper at the drive's shaft, N m/rad and N m s/rad, that are these at the joint: divided by `ratio^2`.
+    #[inline]
+    #[must_use]
+    pub fn drive_spring(&self, joint: &Spring<f32>) -> Spring<f32> {
+        let share = self.per_ratio * self.per_ratio;
+        Spring { stiffness: joint.stiffness * share, damping: joint.damping * share }
     }
 
     /// Torque or force of the joint, N m or N, from the drive's torque, N m.

@@ -183,7 +183,7 @@ mod rtos {
                 session.overrun();
             }
             match drives {
-                Drives::Drive(torque) if !late => joints.drive(&torque),
+                Drives::Drive(torque) if !late => joints.drive(&torque, session.springs().as_ref()),
                 Drives::Drive(_) => joints.safe(session.safe_action()),
                 Drives::Safe(action) => joints.safe(action),
             }

@@ -313,7 +313,7 @@ pub enum Refusal {
     TrajectoryFull,
     /// A point that takes time came before one to start from.
     NoStart,
-    /// A start came while the arm runs.
+    /// A start, or another law, came while the arm runs.
     Running,
     /// No parameter has this number.
     NoParameter,
@@ -364,12 +364,32 @@ pub struct Lines {
     pub supply: Option<f32>,
     /// Highest temperature, degrees Celsius, where it is measured.
     pub temperature: Option<f32>,
+    /// What the first joint with a fault reports. A board says it in the state of a fault.
+    pub trouble: Option<Trouble>,
+}
+
+/// Fault of a joint's drive or sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Trouble {
+    /// The joint, counted from 0.
+    pub joint: u8,
+    /// As the bits of `session::readings::JointFaults`.
+    pub faults: u8,
+    /// The drive's own error code; 0 for none.
+    pub error: u8,
 }
 
 impl Lines {
     /// No fault, every joint knows its zero, and nothing else is measured.
-    pub const CALM: Self =
-        Self { emergency_stop: false, overrun: false, zeroed: true, drive_fault: 0, supply: None, temperature: None };
+    pub const CALM: Self = Self {
+        emergency_stop: false,
+        overrun: false,
+        zeroed: true,
+        drive_fault: 0,
+        supply: None,
+        temperature: None,
+        trouble: None,
+    };
 }
 
 /// A point of the trajectory. The way to it from the point before is the polynomial of fifth degree that agrees with both in
@@ -406,8 +426,10 @@ impl Parts {
     pub const REFERENCE: Self = Self(4);
     /// Cost of the tick.
     pub const COST: Self = Self(8);
-    /// All of them.
+    /// All that a record holds.
     pub const ALL: Self = Self(15);
+    /// Torque from outside on each joint, where the scene estimates it; in the place of the reference.
+    pub const EXTERNAL: Self = Self(16);
 
     /// Both.
     #[must_use]
@@ -471,6 +493,8 @@ pub struct Status {
     pub sensed: Option<SensedLines>,
     /// The trajectory's reference, where it was requested and there is one.
     pub reference: Option<Reference>,
+    /// Torque from outside on each joint, N m or N, where it was requested and the scene estimates it.
+    pub external: Option<Joints<f32>>,
     /// Cost of the tick, where it was requested and can be counted exactly.
     pub cost: Option<TickCost>,
 }

@@ -46,11 +46,11 @@ pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
     Actuation, Challenge, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live, Measurement,
     NonceSource, Pacing, Parts, Payload, Point, Reference, Refusal, Request, Sensed, SensedLines, Setting, Status,
-    TickCost, Trust, Value, Watch,
+    TickCost, Trouble, Trust, Value, Watch,
 };
 pub use inlet::{Arrival, Inlet};
 pub use outgoing::{Outgoing, Sending};
 pub use seal::{Key, Nonce, Proof};
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
-pub const PROTOCOL_VERSION: u8 = 4;
+pub const PROTOCOL_VERSION: u8 = 5;

@@ -42,9 +42,11 @@ pub enum Reaction {
     /// No stiffness: weight is carried and motion damped as long as something pushes; then as [`Reaction::Hold`], until reset or
     /// the next push.
     Comply,
+    /// None: the external torques are told, and that is all.
+    Report,
 }
 
-words!(Reaction { Stop = 0, Hold = 1, Comply = 2 });
+words!(Reaction { Stop = 0, Hold = 1, Comply = 2, Report = 3 });
 
 record! {
     /// Detection of a collision, and the reaction to it.
@@ -131,6 +133,18 @@ pub trait Protection<S, const N: usize> {
     /// The torque that this tick commands, N m or N.
     fn drove(&mut self, torque: &[S; N]);
 
+    /// The last estimate of the torque from outside on each joint, N m or N.
+    #[inline]
+    fn external(&self) -> Option<&[S; N]> {
+        None
+    }
+
+    /// Whether the protection never acts, so that it may look at an arm that a hand leads.
+    #[inline]
+    fn only_reports(&self) -> bool {
+        false
+    }
+
     /// Forget everything: the next tick is the first.
     fn forget(&mut self);
 }
@@ -174,6 +188,14 @@ impl<S, const N: usize, P: Protection<S, N>> Protection<S, N> for Option<P> {
         }
     }
 
+    fn external(&self) -> Option<&[S; N]> {
+        self.as_ref()?.external()
+    }
+
+    fn only_reports(&self) -> bool {
+        self.as_ref().is_some_and(P::only_reports)
+    }
+
     fn forget(&mut self) {
         if let Some(protection) = self {
             protection.forget();
@@ -192,7 +214,7 @@ impl<S, const N: usize, P: Protection<S, N>> Protection<S, N> for Option<P> {
 ///         |r| > threshold for `ticks` in a row
 /// ```
 ///
-/// Only [`Protection::forget`] leads back to free: the watch does not know where the reference has gone meanwhile. A
+/// With [`Reaction::Report`] it stays free. Only [`Protection::forget`] leads back to free: the watch does not know where the reference has gone meanwhile. A
 /// residual that is NaN is above every threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollisionWatch<S, const N: usize, M, K = CollisionConfig<S, N>> {
@@ -286,6 +308,16 @@ impl<S: Real, const N: usize, M: GeneralizedMomentum<S, N>, K: CollisionConfigur
         };
         self.observer.observe(&self.config.get().filter, &momentum, &lost);
         (self.decide(q), Some(turn))
+    }
+
+    #[inline]
+    fn external(&self) -> Option<&[S; N]> {
+        Some(self.residual())
+    }
+
+    #[inline]
+    fn only_reports(&self) -> bool {
+        self.config.get().reaction == Reaction::Report
     }
 
     #[inline]

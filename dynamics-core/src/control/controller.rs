@@ -274,7 +274,7 @@ where
         let (mut reference, mut turn, mut complies) = (reference, None, false);
         // Led by hand: the hand is no collision, and there is no reference to make up friction along.
         let led = runs && config.law == Law::Teach;
-        if led {
+        if led && !protection.only_reports() {
             protection.forget();
         } else if P::WATCHES {
             // A constant at build time: a controller without protection has not one instruction of this.

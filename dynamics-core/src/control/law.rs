@@ -30,17 +30,51 @@ pub enum Law {
     /// `tau = ID(q, 0, 0)` plus [`Teach`](super::Teach) while the arm runs: it is led by hand, and follows no reference.
     /// [`Law::PdGravity`] while it is armed or held.
     Teach,
+    /// The torque of [`Law::Impedance`], whose spring and damper the actuators' own loops renew between two ticks: each is told the
+    /// torque, the measurement that it follows from, and its [`Spring`]. The bus's delay is outside of that loop.
+    Split,
 }
 
 impl Law {
+    /// All of them, by [`Law::code`].
+    pub const ALL: [Self; 8] = [
+        Self::ComputedTorque,
+        Self::Pd,
+        Self::PdGravity,
+        Self::Feedforward,
+        Self::DiagonalInertia,
+        Self::Impedance,
+        Self::Teach,
+        Self::Split,
+    ];
+
+    /// Stable number of the law, in hashes and on the wire.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::ComputedTorque => 0,
+            Self::Pd => 1,
+            Self::PdGravity => 2,
+            Self::Feedforward => 3,
+            Self::DiagonalInertia => 4,
+            Self::Impedance => 5,
+            Self::Teach => 6,
+            Self::Split => 7,
+        }
+    }
+
     /// Whether the model's inertia turns the feedback's acceleration into torques; otherwise the fixed `M0` does.
     #[must_use]
     pub const fn feeds_back_through_model(self) -> bool {
         match self {
             Self::ComputedTorque => true,
-            Self::Pd | Self::PdGravity | Self::DiagonalInertia | Self::Feedforward | Self::Impedance | Self::Teach => {
-                false
-            }
+            Self::Pd
+            | Self::PdGravity
+            | Self::DiagonalInertia
+            | Self::Feedforward
+            | Self::Impedance
+            | Self::Teach
+            | Self::Split => false,
         }
     }
 
@@ -48,13 +82,29 @@ impl Law {
     #[must_use]
     pub const fn carries_weight(self) -> bool {
         match self {
-            Self::ComputedTorque | Self::PdGravity | Self::DiagonalInertia | Self::Impedance | Self::Teach => true,
+            Self::ComputedTorque
+            | Self::PdGravity
+            | Self::DiagonalInertia
+            | Self::Impedance
+            | Self::Teach
+            | Self::Split => true,
             Self::Pd | Self::Feedforward => false,
         }
     }
 }
 
-words!(Law { ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4, Impedance = 5, Teach = 6 });
+words!(Law {
+    ComputedTorque = 0, Pd = 1, PdGravity = 2, Feedforward = 3, DiagonalInertia = 4, Impedance = 5, Teach = 6, Split = 7
+});
+
+/// Spring and damper of one joint: `-K dq - D dqd` beside a torque, `dq` and `dqd` from where that torque was worked out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring<S> {
+    /// `K`, N m/rad or N/m.
+    pub stiffness: S,
+    /// `D`, N m s/rad or N s/m.
+    pub damping: S,
+}
 
 record! {
     /// Gains of one joint: they make an error of the joint behave as a mass on a spring with a damper.
@@ -79,6 +129,13 @@ impl<S: Real> Gains<S> {
             velocity: S::literal(2.0 * damping * natural_frequency),
             inertia: S::literal(inertia),
         }
+    }
+
+    /// Spring and damper that these gains make of a joint with the inertia `M0`: `K = M0 Kp`, `D = M0 Kd`.
+    #[inline]
+    #[must_use]
+    pub fn spring(&self) -> Spring<S> {
+        Spring { stiffness: self.inertia * self.position, damping: self.inertia * self.velocity }
     }
 }
 
@@ -187,7 +244,7 @@ pub(super) fn torques<S: Real, const N: usize>(
         _ if complies => (&zero, &wanted),
         // `computed_torque`, by a dynamics that may keep state.
         Law::ComputedTorque => (qd, &wanted),
-        Law::Impedance => (qd, &reference.qdd),
+        Law::Impedance | Law::Split => (qd, &reference.qdd),
         Law::Feedforward => (&reference.qd, &reference.qdd),
         Law::Pd | Law::PdGravity | Law::DiagonalInertia | Law::Teach => (&zero, &zero),
     };
@@ -201,6 +258,8 @@ pub(super) fn torques<S: Real, const N: usize>(
         _ if complies => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
         Law::ComputedTorque | Law::Teach => of_model,
         Law::DiagonalInertia => with(wanted),
-        Law::Pd | Law::PdGravity | Law::Feedforward | Law::Impedance => with(spring(gains, reference, q, qd)),
+        Law::Pd | Law::PdGravity | Law::Feedforward | Law::Impedance | Law::Split => {
+            with(spring(gains, reference, q, qd))
+        }
     }
 }

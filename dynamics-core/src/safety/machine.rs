@@ -45,7 +45,8 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         control: impl FnOnce(Ask<'_, S, N>) -> Command<S, N>,
     ) -> Output<S, N> {
         let mut output = Output::silent(self.config.rules().safe_action);
-        self.tick_into(&mut output, inputs, |ask, torque, limits| match control(*ask) {
+        let led = self.config.get().law == Law::Teach;
+        self.tick_into(&mut output, inputs, led, |ask, torque, limits| match control(*ask) {
             Command::Drive { torque: given, limits: acted } => {
                 (*torque, *limits) = (given, acted);
                 Ok(())
@@ -56,7 +57,8 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     }
 
     /// As [`Safety::tick`], with the output written to its place. `control` writes its torques, and the limits that acted
-    /// on the reference, to where the machine holds them; they are zero and none before.
+    /// on the reference, to where the machine holds them; they are zero and none before. `led` says whether the controller's law is
+    /// [`Law::Teach`] now: then the reference is where the arm is.
     ///
     /// Cost beside the controller's: `O(N)`, no division, no root. An ordinary tick takes the same comparisons whatever
     /// the numbers are: the arm moves, nobody asks for anything, every joint answers.
@@ -65,6 +67,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         &mut self,
         output: &mut Output<S, N>,
         inputs: &Inputs<S, N>,
+        led: bool,
         control: impl FnOnce(&Ask<'_, S, N>, &mut [S; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
     ) {
         let Self { config: source, observed, memory } = self;
@@ -78,11 +81,11 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         let silent = inputs.heartbeat_age > rules.heartbeat_max;
         let drove = memory.state.drives();
 
-        let led;
+        let here;
         let reference = match &inputs.reference {
-            Some(_) if config.law == Law::Teach => {
-                led = where_it_is(q, config);
-                Some(&led)
+            Some(_) if led => {
+                here = where_it_is(q, config);
+                Some(&here)
             }
             reference => reference.as_ref(),
         };

@@ -12,6 +12,7 @@ use super::pac;
 use crate::key::CountedNonces;
 use cortex_m_semihosting::debug;
 use dynamics_core::Sensed;
+use dynamics_core::control::Spring;
 use dynamics_core::safety::SafeAction;
 use firmware::board::{Board, BoardLines, Parts, Ticker};
 use firmware::joint_io::JointIo;
@@ -158,10 +159,11 @@ impl JointIo<{ arm::N }> for RestingJoints {
             torque: ZERO,
             age_ticks: [0; arm::N],
             faults: [JointFaults::NONE; arm::N],
+            errors: [0; arm::N],
         })
     }
 
-    fn drive(&mut self, _torque: &[f32; arm::N]) {}
+    fn drive(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {}
 
     fn safe(&mut self, _action: SafeAction) {}
 }

@@ -12,6 +12,7 @@
 
 use super::dma_link;
 use super::f405::{self, ControlTimer, CycleCounter, Guards};
+use dynamics_core::control::Spring;
 use dynamics_core::safety::SafeAction;
 use firmware::board::{Board, Parts};
 use firmware::joint_io::JointIo;
@@ -78,7 +79,7 @@ impl JointIo<{ arm::N }> for Lines {
         None
     }
 
-    fn drive(&mut self, _torque: &[f32; arm::N]) {
+    fn drive(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {
         self.brake.set_high();
     }
 

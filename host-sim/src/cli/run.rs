@@ -121,6 +121,13 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
         // What a scene with this law and no more says.
         scene.control.teach = (law == Law::Teach)
             .then(|| scene.control.teach.take().unwrap_or_else(|| TeachSpec::default_for(&scene.robot)));
+        if let Some(joint) = scene.robot.joints.iter().find(|joint| law == Law::Split && !joint.has_own_loop()) {
+            let named = &joint.name;
+            return Err(Failure::Input(miette::miette!(
+                help = "expected a [joint.drive] of kind mit, damiao or robstride for every joint",
+                "--law split: the joint {named:?} has no drive with a position loop of its own"
+            )));
+        }
     }
     if let Some(trig) = args.trig {
         scene.control.trig = trig;

@@ -13,6 +13,7 @@ use super::{Clock, State};
 use actuator_model::bus::{Bus, Frame};
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use core::convert::Infallible;
+use dynamics_core::control::Spring;
 use dynamics_core::drive::{Damiao, MiniCheetah, MitDrive, RobStride};
 use dynamics_core::safety::SafeAction;
 use embedded_can::ErrorKind;
@@ -88,8 +89,8 @@ struct Seat {
 /// Command to all drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order<const N: usize> {
-    /// These torques or forces, N m or N.
-    Torque([f64; N]),
+    /// These torques or forces, N m or N, and springs for the drives' own loops.
+    Torque([f64; N], Option<[Spring<f32>; N]>),
     /// The safe action.
     Safe(SafeAction),
 }
@@ -156,9 +157,9 @@ impl<const N: usize> Drives<N> {
     /// Send a tick's commands. The actuators take them at once, and reply with the state that they measure.
     pub(crate) fn send(&mut self, order: &Order<N>, measured: &State<N>) {
         match order {
-            Order::Torque(torque) => {
+            Order::Torque(torque, springs) => {
                 let torque = torque.map(|torque| torque as f32);
-                each!(&mut self.joints, joints => joints.drive(&torque));
+                each!(&mut self.joints, joints => joints.drive(&torque, springs.as_ref()));
             }
             Order::Safe(action) => each!(&mut self.joints, joints => joints.safe(*action)),
         }

@@ -203,7 +203,8 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         lag: (scene.actuators.lag > 0.0).then_some(scene.actuators.lag),
         ripple: scene.actuators.ripple,
     };
-    let encoder = scene.controller_config(&model).encoder;
+    let control = scene.controller_config(&model);
+    let (encoder, config) = (control.encoder, control.cast::<f32>());
     let sensors = SensorSettings {
         position_noise: scene.sensors.position_noise,
         velocity_noise: scene.sensors.velocity_noise,
@@ -231,6 +232,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         motion,
         repeat: scene.motion.repeats(),
         led: scene.control.law == Law::Teach,
+        springs: (scene.control.law == Law::Split).then(|| config.gains.map(|gains| gains.spring())),
         period: scene.period(),
     })
 }

@@ -3,10 +3,12 @@
 use crate::plant::drives::{Drives, Order};
 use crate::plant::sensor::{Reading, Sample, Sensors};
 use crate::plant::{Diverged, Plant};
+use dynamics_core::control::Spring;
 use dynamics_core::control::trajectory::Motion;
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Fault, Measurement, Real, Reference, Sensed};
-use session::readings::JointFaults;
+use link::Trouble;
+use session::readings::{JointFaults, Readings};
 
 /// Everything in the loop but the controller.
 ///
@@ -30,6 +32,8 @@ pub struct World<const N: usize> {
     pub repeat: bool,
     /// The arm is led by hand: its reference is where it is.
     pub led: bool,
+    /// Springs and dampers for the drives' own loops, beside every torque.
+    pub springs: Option<[Spring<f32>; N]>,
     /// Control period, s.
     pub period: f64,
 }
@@ -43,6 +47,8 @@ pub struct Sensing<S, const N: usize> {
     pub drive_fault: [bool; N],
     /// Highest temperature that the drives report, degrees Celsius.
     pub temperature: Option<f32>,
+    /// What the first joint with a fault reports.
+    pub trouble: Option<Trouble>,
 }
 
 impl<const N: usize> World<N> {
@@ -61,7 +67,7 @@ impl<const N: usize> World<N> {
             drives.measure();
         }
         // Drives that are off are switched on by their first torque; they reply to that in the first tick.
-        self.exchange(&Order::Torque([0.0; N]));
+        self.exchange(&Order::Torque([0.0; N], None));
     }
 
     /// Ask simulated drives for a first reply, as a board does when it starts; they stay off.
@@ -73,10 +79,11 @@ impl<const N: usize> World<N> {
     pub fn sense<S: Real>(&mut self) -> Sensing<S, N> {
         let Some((readings, temperature)) = self.drives.as_mut().map(Drives::measure) else {
             let measurement = measurement(&self.sensors.read(self.plant.measured()));
-            return Sensing { measurement, drive_fault: [false; N], temperature: None };
+            return Sensing { measurement, drive_fault: [false; N], temperature: None, trouble: None };
         };
         // These drives always give readings; without any, a measurement is as old as can be.
         let never = Sensed::State { q: [S::zero(); N], qd: [S::zero(); N] };
+        let trouble = readings.as_ref().and_then(Readings::trouble);
         let (sensed, age_ticks, faults) = readings.map_or((never, u32::MAX, [JointFaults::NONE; N]), |readings| {
             let oldest = readings.age_ticks.into_iter().fold(0, u32::max);
             (cast(&readings.sensed), oldest, readings.faults)
@@ -85,6 +92,7 @@ impl<const N: usize> World<N> {
             measurement: Measurement { sensed, age_ticks },
             drive_fault: faults.map(|faults| faults.intersects(JointFaults::OF_DRIVE)),
             temperature,
+            trouble,
         }
     }
 
@@ -106,7 +114,7 @@ impl<const N: usize> World<N> {
     /// As [`Plant::drive`].
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
-        self.exchange(&Order::Torque(*torque));
+        self.exchange(&Order::Torque(*torque, self.springs));
         let Self { plant, drives, .. } = self;
         match drives {
             None => plant.drive(torque),

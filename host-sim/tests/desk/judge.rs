@@ -38,6 +38,7 @@ fn idle() -> Status {
         actuation: Some(Actuation::Brake),
         sensed: None,
         reference: None,
+        external: None,
         cost: None,
     }
 }

@@ -30,7 +30,7 @@ use crate::frames::{Frames, Packet};
 use crate::mit::{Reply, Setpoint};
 use crate::{JointIo, MISSING_MAX, higher};
 use core::marker::PhantomData;
-use dynamics_core::control::Sensed;
+use dynamics_core::control::{Sensed, Spring};
 use dynamics_core::drive::MitDrive;
 use dynamics_core::safety::SafeAction;
 use embedded_can::nb::Can;
@@ -203,8 +203,8 @@ impl Joint {
 /// Order to a drive in a tick.
 #[derive(Clone, Copy)]
 enum Order {
-    /// This torque of the joint, N m or N; the drive is switched on first.
-    Torque(f32),
+    /// This torque of the joint, N m or N, and a spring about its last measurement; the drive is switched on first.
+    Torque(f32, Option<Spring<f32>>),
     /// Damp, if the drive is on.
     Damp,
     /// Off.
@@ -320,14 +320,14 @@ impl Joint {
     fn packet<F: Frames>(&mut self, drive: &MitDrive, order: Order) -> Packet {
         self.faults = self.faults.without(JointFaults::NON_FINITE);
         let setpoint = match order {
-            Order::Torque(torque) => {
+            Order::Torque(torque, spring) => {
                 let torque = drive.gearing.drive_torque(torque);
-                let torque = if torque.is_finite() {
-                    torque
+                let (torque, spring) = if torque.is_finite() {
+                    (torque, spring)
                 } else {
                     self.faults |= JointFaults::NON_FINITE;
                     self.counts.refused = self.counts.refused.wrapping_add(1);
-                    0.0
+                    (0.0, None)
                 };
                 if !self.enabled {
                     // An error is cleared first, in a tick of its own: only now does somebody want torque again.
@@ -339,7 +339,10 @@ impl Joint {
                     (self.enabled, self.off) = (true, 0);
                     return F::enter(drive);
                 }
-                Setpoint::torque(torque)
+                match spring {
+                    None => Setpoint::torque(torque),
+                    Some(spring) => self.sprung(drive, torque, &spring),
+                }
             }
             Order::Damp if self.enabled => Setpoint::damped(drive.damping),
             Order::Damp | Order::Off => {
@@ -349,6 +352,20 @@ impl Joint {
         };
         // A setpoint holds NaN here only if a range or a damping is NaN: then the drive is switched off.
         F::command(drive, &setpoint).unwrap_or_else(|| F::exit(drive))
+    }
+
+    /// This torque of the drive where the joint was measured, and the spring's wherever it has gone since.
+    ///
+    /// `kp (position - p) + kd (velocity - v) + torque` with position and velocity of the last reply, which are codes: no rounding
+    /// is between the drive's measurement and this. Of a spring or damper beyond the frame's range the drive renews what it can; the
+    /// rest is in the torque.
+    fn sprung(&self, drive: &MitDrive, torque: f32, spring: &Spring<f32>) -> Setpoint {
+        let gearing = &drive.gearing;
+        let Spring { stiffness, damping: kd } = gearing.drive_spring(spring);
+        // The highest code of all may be part of a special frame.
+        let kp = stiffness.min(0.999 * drive.ranges.kp.max);
+        let (position, velocity) = (gearing.drive_position(self.position), gearing.drive_velocity(self.velocity));
+        Setpoint { position, velocity, kp, kd, torque }
     }
 
     fn sent(&mut self, sent: bool) {
@@ -422,6 +439,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
             torque: self.joints.map(|joint| joint.torque),
             age_ticks: self.joints.map(|joint| joint.age_ticks),
             faults,
+            errors: self.drive_errors(),
         })
     }
 
@@ -429,12 +447,13 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
         self.joints.iter().fold(None, |hottest, joint| higher(hottest, joint.temperature))
     }
 
-    fn drive(&mut self, torque: &[f32; N]) {
+    fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         // Brakes open when every drive is on, in the tick that first gives torque.
         if self.joints.iter().all(|joint| joint.enabled && joint.off == 0) {
             self.release_brakes();
         }
-        self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque)));
+        let spring = |i: usize| springs.and_then(|springs| springs.get(i).copied());
+        self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque, spring(i))));
     }
 
     fn safe(&mut self, action: SafeAction) {

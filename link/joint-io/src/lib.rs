@@ -26,6 +26,7 @@ pub mod queued;
 pub mod robstride;
 
 use core::convert::Infallible;
+use dynamics_core::control::Spring;
 pub use dynamics_core::drive::bus_time;
 use dynamics_core::safety::SafeAction;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -49,7 +50,10 @@ pub trait JointIo<const N: usize> {
 
     /// Drive these torques or forces, N m or N, with open brakes. A drive that is off is switched on first, and gives its
     /// torque from the next tick on.
-    fn drive(&mut self, torque: &[f32; N]);
+    ///
+    /// A drive with a loop of its own takes `springs` beside them, about the measurement that the torques follow from; any other
+    /// leaves them out.
+    fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>);
 
     /// Stop, in one tick and from any state. Called in every tick that does not drive; where the wire asks for it, it also
     /// asks for the next measurement.

@@ -15,7 +15,7 @@
 //! half a step, 0.0044 N m on a range of 18 N m either way. `kp` and `kd` begin at 0, which is code 0 exactly.
 //!
 //! The actuator gives `kp (position - p) + kd (velocity - v) + torque`. We drive with `kp = kd = 0`: the torque is the
-//! controller's; a damped stop is `kd` alone. (B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller.)
+//! controller's; a damped stop is `kd` alone. Under the law `split` the spring and the damper are the actuator's. (B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller.)
 
 use crate::frames::{Frames, Packet};
 use dynamics_core::drive::{MiniCheetah, MitDrive, MitRanges, Range};

@@ -13,7 +13,7 @@
 
 use crate::as5047p::{As5047p, EncoderCounts, Turns};
 use crate::{JointIo, MISSING_MAX};
-use dynamics_core::control::Sensed;
+use dynamics_core::control::{Sensed, Spring};
 use dynamics_core::drive::PwmDrive;
 use dynamics_core::safety::SafeAction;
 use embedded_hal::digital::OutputPin;
@@ -259,6 +259,7 @@ where
             torque: [0.0; N],
             age_ticks: [u32::MAX; N],
             faults: [JointFaults::OUTPUT.when(self.brake_failed); N],
+            errors: [0; N],
         };
         let mut counts = [0; N];
         for (i, (joint, drive)) in self.joints.iter_mut().zip(&self.drives).enumerate() {
@@ -273,7 +274,7 @@ where
         Some(readings)
     }
 
-    fn drive(&mut self, torque: &[f32; N]) {
+    fn drive(&mut self, torque: &[f32; N], _: Option<&[Spring<f32>; N]>) {
         for ((joint, drive), &torque) in self.joints.iter_mut().zip(&self.drives).zip(torque) {
             joint.torque(torque, drive);
         }

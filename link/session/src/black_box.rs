@@ -6,7 +6,7 @@ use crate::supervisor::silence;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Output, SafeAction, State};
 use heapless::Vec;
 use link::convert::joints;
-use link::{Denial, Frame, Parts, SensedLines, Status, TickCost};
+use link::{Denial, Frame, Parts, SensedLines, Status, TickCost, Trouble};
 
 /// Ticks that are remembered.
 pub const TICKS: usize = 39;
@@ -44,9 +44,9 @@ impl<const N: usize> Record<N> {
         cost: None,
     };
 
-    /// Status frame with these parts, and the number of points that the trajectory has room for.
+    /// Status frame with these parts, and what stands beside the record.
     #[must_use]
-    pub fn status(&self, parts: Parts, room: u8) -> Status {
+    pub fn status(&self, parts: Parts, beside: &Beside<N>) -> Status {
         let Output { actuation, state, homed, refused } = &self.output;
         let (cause, joint) = cause(*state);
         let asked = |part| parts.contains(part);
@@ -58,10 +58,17 @@ impl<const N: usize> Record<N> {
             joint,
             homed: *homed,
             refused: refused.map(Denial::new),
-            room,
+            room: beside.room,
             actuation: asked(Parts::TORQUE).then(|| link::Actuation::new(actuation)),
-            sensed: asked(Parts::SENSED).then(|| sensed(&self.inputs)),
-            reference: self.inputs.reference.as_ref().filter(|_| asked(Parts::REFERENCE)).map(link::Reference::new),
+            sensed: asked(Parts::SENSED).then(|| sensed(&self.inputs, beside.trouble)),
+            // A status with both does not fit into a packet.
+            reference: self
+                .inputs
+                .reference
+                .as_ref()
+                .filter(|_| asked(Parts::REFERENCE) && !asked(Parts::EXTERNAL))
+                .map(link::Reference::new),
+            external: beside.external.as_ref().map(joints),
             cost: self.cost.filter(|_| asked(Parts::COST)),
         }
     }
@@ -80,7 +87,7 @@ fn cause(state: State) -> (u8, Option<u8>) {
 }
 
 /// Readings and lines of a board.
-fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
+fn sensed<const N: usize>(inputs: &Inputs<f32, N>, trouble: Option<Trouble>) -> SensedLines {
     let drive_fault = inputs.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault));
     SensedLines {
         sensed: link::Sensed::new(&inputs.sensed),
@@ -92,8 +99,25 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
             drive_fault,
             supply: inputs.supply,
             temperature: inputs.temperature,
+            trouble,
         },
     }
+}
+
+/// What a status holds of now, and no record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside<const N: usize> {
+    /// Points that the trajectory has room for.
+    pub room: u8,
+    /// What the first joint with a fault reports.
+    pub trouble: Option<Trouble>,
+    /// Torque from outside on each joint, N m or N, where it is asked for and estimated.
+    pub external: Option<[f32; N]>,
+}
+
+impl<const N: usize> Beside<N> {
+    /// Nothing.
+    const NONE: Self = Self { room: 0, trouble: None, external: None };
 }
 
 /// Report of ticks. Made under the lock of the tick by copying; [`Report::frame`] does the rest.
@@ -102,8 +126,8 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
 pub enum Report<const N: usize> {
     /// The answer of a bench tick.
     Answer(Frame),
-    /// A tick, these parts of it, and the number of points that the trajectory has room for.
-    Tick(Record<N>, Parts, u8),
+    /// A tick, these parts of it, and what stands beside its record.
+    Tick(Record<N>, Parts, Beside<N>),
     /// A tick of the black box; `None` behind the last.
     Past(Option<Record<N>>),
 }
@@ -115,8 +139,8 @@ impl<const N: usize> Report<N> {
     pub fn frame(self) -> Frame {
         match self {
             Self::Answer(frame) => frame,
-            Self::Tick(record, parts, room) => Frame::Status(record.status(parts, room)),
-            Self::Past(record) => Frame::Past(record.map(|record| record.status(Parts::ALL, 0))),
+            Self::Tick(record, parts, beside) => Frame::Status(record.status(parts, &beside)),
+            Self::Past(record) => Frame::Past(record.map(|record| record.status(Parts::ALL, &Beside::NONE))),
         }
     }
 }

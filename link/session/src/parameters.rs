@@ -17,18 +17,21 @@
 //! and for the whole arm, from 96 on: payload mass (kg), its first moment (kg m, x y z), its inertia about the last
 //! link's origin (kg m^2: xx yy zz xy xz yz), gravity (m/s^2, x y z). These are live inputs and are set together, by a
 //! frame of their own: the payload must be possible, and no heavier and no larger than the rules allow
-//! ([`InertiaBounds`]); gravity of at most [`GRAVITY_MAX`].
+//! ([`InertiaBounds`]); gravity of at most [`GRAVITY_MAX`]. Behind them, [`LAW`]: the control law, as [`Law::code`].
 //!
-//! The first four can be changed where the scene says `tunable = true` under `[control]`: only then are they in RAM.
+//! The first four and the law can be changed where the scene says `tunable = true` under `[control]`: only then are they in RAM.
 
 use dynamics_core::InertiaBounds;
-use dynamics_core::control::ControllerConfig;
+use dynamics_core::control::{ControllerConfig, Law};
 use dynamics_core::safety::Rules;
 use dynamics_core::scene::Live;
 use link::{Refusal, Setting, Value};
 
 /// The first number of the whole arm.
 pub const ARM: u8 = 96;
+
+/// Number of the control law.
+pub const LAW: u8 = ARM + 13;
 
 /// Greatest gravity that can be set, m/s^2: twice the earth's, for a base that is accelerated.
 pub const GRAVITY_MAX: f32 = 20.0;
@@ -48,7 +51,7 @@ pub const JOINT_NAMES: [&str; 10] = [
 ];
 
 /// The parameters of the whole arm, by number less [`ARM`].
-pub const ARM_NAMES: [&str; 13] = [
+pub const ARM_NAMES: [&str; 14] = [
     "payload mass",
     "payload first moment x",
     "payload first moment y",
@@ -62,6 +65,7 @@ pub const ARM_NAMES: [&str; 13] = [
     "gravity x",
     "gravity y",
     "gravity z",
+    "law",
 ];
 
 /// Name of a parameter's number, and its joint (counted from 0).
@@ -106,6 +110,7 @@ pub fn read<const N: usize>(
     let nominal = changeable(&mut built_in.clone(), index).map(|nominal| *nominal);
     let bounds = match index {
         ARM => Some((0.0, payload.mass)),
+        LAW => tunable.then_some((0.0, f32::from(Law::Split.code()))),
         _ => nominal.filter(|_| tunable && index < ARM).and_then(around),
     };
     let (low, high) = bounds.unwrap_or((f32::NAN, f32::NAN));
@@ -113,6 +118,9 @@ pub fn read<const N: usize>(
 }
 
 fn value<const N: usize>(index: u8, config: &ControllerConfig<f32, N>, live: &Live<f32, N>) -> Option<f32> {
+    if index == LAW {
+        return Some(f32::from(config.law.code()));
+    }
     if let Some(of_arm) = index.checked_sub(ARM) {
         let (payload, tensor) = (&live.payload, &live.payload.about_origin);
         let (first, gravity) = (&payload.first_moment, &live.gravity);
@@ -164,11 +172,29 @@ pub fn check<const N: usize>(
     tunable: bool,
 ) -> Result<(), Refusal> {
     let Value { low, high, .. } = read(setting.index, built_in, built_in, live, payload, tunable)?;
+    if setting.index == LAW && !low.is_nan() {
+        return law(setting.value).filter(|law| is_built_in(*law, built_in)).map(|_| ()).ok_or(Refusal::OutOfBounds);
+    }
     if low.is_nan() || setting.index >= ARM {
         return Err(Refusal::Fixed);
     }
     // False for NaN.
     if setting.value >= low && setting.value <= high { Ok(()) } else { Err(Refusal::OutOfBounds) }
+}
+
+/// The law with this number; `None` where no law has it.
+fn law(number: f32) -> Option<Law> {
+    Law::ALL.into_iter().find(|law| f32::from(law.code()) == number)
+}
+
+/// Whether the configuration has all that a law needs: the feel of an arm that is led by hand, or springs that its drives' frames can
+/// carry.
+fn is_built_in<const N: usize>(law: Law, built_in: &ControllerConfig<f32, N>) -> bool {
+    match law {
+        Law::Teach => built_in.teach.is_some(),
+        Law::Split => built_in.law == Law::Split,
+        _ => true,
+    }
 }
 
 /// Whether live inputs, all finite, can be taken.
@@ -186,7 +212,9 @@ pub fn check_live<const N: usize>(live: &Live<f32, N>, rules: &Rules<f32, N>) ->
 
 /// Make a setting that was checked.
 pub fn set<const N: usize>(setting: Setting, config: &mut ControllerConfig<f32, N>) {
-    if let Some(value) = changeable(config, setting.index) {
+    if setting.index == LAW {
+        config.law = law(setting.value).unwrap_or(config.law);
+    } else if let Some(value) = changeable(config, setting.index) {
         *value = setting.value;
     }
 }

@@ -2,6 +2,7 @@
 
 use core::ops::{BitOr, BitOrAssign};
 use dynamics_core::control::Sensed;
+use link::Trouble;
 
 /// Faults of a joint: a set of bits, stable in telemetry. Any of them stops the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -113,6 +114,21 @@ pub struct Readings<const N: usize> {
     pub age_ticks: [u32; N],
     /// Faults of each joint.
     pub faults: [JointFaults; N],
+    /// Each drive's own error code, where it has told one; 0 for none.
+    pub errors: [u8; N],
+}
+
+impl<const N: usize> Readings<N> {
+    /// The first joint with a fault.
+    #[must_use]
+    pub fn trouble(&self) -> Option<Trouble> {
+        let mut joints = self.faults.iter().zip(&self.errors).zip(0..);
+        let found = |((faults, error), joint): ((&JointFaults, &u8), u8)| {
+            let (faults, error) = (faults.bits(), *error);
+            (faults != 0 || error != 0).then_some(Trouble { joint, faults, error })
+        };
+        joints.find_map(found)
+    }
 }
 
 /// Lines of a board, beside its joints' readings.

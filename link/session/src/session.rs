@@ -16,13 +16,13 @@ use crate::trajectory::Trajectory;
 use change::Change;
 use core::borrow::BorrowMut;
 use dynamics_core::control::{
-    Configuration, Controller, ControllerConfig, Fault, Measurement, Protection, Reference, Unprotected,
+    Configuration, Controller, ControllerConfig, Fault, Law, Measurement, Protection, Reference, Spring, Unprotected,
 };
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, SafeAction};
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
-use link::{Frame, Hello, Pacing, Parts, Refusal, Watch};
+use link::{Frame, Hello, Pacing, Parts, Refusal, Trouble, Watch};
 
 /// State of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +88,8 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     watch: Watch,
     /// Ticks until the next report.
     until: u16,
+    /// What the first joint with a fault has reported last, outside of the state of a fault or since its beginning.
+    trouble: Option<Trouble>,
     buffers: B,
     /// The next tick of the black box to be sent.
     past: Option<usize>,
@@ -136,6 +138,7 @@ where
             tunable: true,
             watch: QUIET,
             until: 0,
+            trouble: None,
             buffers,
             past: None,
         }
@@ -184,7 +187,22 @@ where
         self.supervisor.lines(lines);
         if let Some(readings) = readings {
             self.supervisor.sense(readings);
+            self.remember(readings.trouble());
         }
+    }
+
+    /// Remember what a joint reports. In the state of a fault it stays, though the drive may have forgotten it.
+    fn remember(&mut self, trouble: Option<Trouble>) {
+        if trouble.is_some() || !matches!(self.supervisor.state(), safety::State::Fault(_)) {
+            self.trouble = trouble;
+        }
+    }
+
+    /// Springs and dampers for the actuators' own loops, beside the torques of this tick; `None` where the law has none for them.
+    #[inline]
+    pub fn springs(&self) -> Option<[Spring<f32>; N]> {
+        let config = self.controller.config();
+        (config.law == Law::Split).then(|| core::array::from_fn(|i| config.gains[i].spring()))
     }
 
     /// The first part of a new start: forget what the controller knows. Between the parts no tick runs.
@@ -202,6 +220,7 @@ where
     pub fn begin(&mut self, theirs: &Hello) -> Outcome {
         (self.reference, self.measurement, self.fresh, self.taken, self.tick) = (None, None, false, 0, 0);
         (self.answer, self.unsaid, self.past, self.until, self.change) = (None, false, None, 0, None);
+        self.trouble = None;
         self.supervisor.forget();
         let Buffers { trajectory, black_box } = self.buffers.borrow_mut();
         trajectory.clear();

@@ -110,19 +110,20 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         }
     }
 
-    /// One tick, its output written to its place. `control` is called at most once: where torque may act. Call
-    /// [`Supervisor::age`] when its inputs are no longer needed.
+    /// One tick, its output written to its place. `control` is called at most once: where torque may act. `led`: a hand leads the
+    /// arm. Call [`Supervisor::age`] when its inputs are no longer needed.
     #[inline]
     pub fn tick(
         &mut self,
         output: &mut Output<f32, N>,
+        led: bool,
         control: impl FnOnce(&Ask<'_, f32, N>, &mut [f32; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
     ) {
         self.ran = self.state() == State::Running;
         if !self.read {
             self.grow_old();
         }
-        self.safety.tick_into(output, &self.inputs, control);
+        self.safety.tick_into(output, &self.inputs, led, control);
     }
 
     /// No reading has come since the last tick.

@@ -46,6 +46,12 @@ pub struct RobotJoint {
 }
 
 impl RobotJoint {
+    /// Whether the joint's drive has a loop of its own that takes a spring and a damper, as [`Law::Split`] needs it.
+    #[must_use]
+    pub fn has_own_loop(&self) -> bool {
+        self.drive.is_some_and(|drive| drive.mit().is_some())
+    }
+
     /// Joint position per count of the encoder, rad or m, where there is one.
     pub(crate) fn per_count(&self) -> Option<f64> {
         let counts = self.encoder?.counts_per_turn;

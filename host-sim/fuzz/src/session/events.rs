@@ -143,7 +143,8 @@ impl<const N: usize> Bench<N> {
         self.lines = Lines { emergency_stop, supply, temperature };
         if self.pacing() == Some(Pacing::Drill) {
             let (overrun, zeroed) = (bits & 32 != 0, bits & 64 == 0);
-            let lines = link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature };
+            let lines =
+                link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature, trouble: None };
             self.send(&Frame::Lines(lines));
         }
     }

@@ -62,7 +62,8 @@ impl<const N: usize, D: Drill> DrillDevice<N, D> {
         let (own, told) = self.lines;
         let bits = (0..N).fold(0, |bits, joint| bits | u8::from(sensing.drive_fault[joint]) << joint);
         let temperature = higher(own.temperature, sensing.temperature);
-        let lines = Lines { drive_fault: own.drive_fault | bits, temperature, ..own };
+        let trouble = sensing.trouble.or(own.trouble);
+        let lines = Lines { drive_fault: own.drive_fault | bits, temperature, trouble, ..own };
         if lines == told {
             return Ok(());
         }

@@ -70,8 +70,12 @@ pub(super) fn replay<const N: usize>(
         match replayed {
             Ok((recorded, replayed)) => {
                 replay.ticks += 1;
-                // Room and cost cannot be compared; see the table in the parent module.
-                let comparable = |status: Status| Status { room: 0, cost: None, ..status };
+                // Room, cost and trouble cannot be compared; see the table in the parent module.
+                let comparable = |status: Status| {
+                    let calm =
+                        |said: SensedLines| SensedLines { lines: link::Lines { trouble: None, ..said.lines }, ..said };
+                    Status { room: 0, cost: None, sensed: status.sensed.map(calm), ..status }
+                };
                 if let Some(difference) = difference(&comparable(recorded), &comparable(replayed)) {
                     replay.differs(difference);
                 }
@@ -118,7 +122,7 @@ impl<const N: usize> Again<N> {
     /// Give the session the recorded readings of joints and lines.
     fn tell(&mut self, sensed: &SensedLines) -> Result<(), String> {
         let wrong = |error: link::JointCountMismatch| error.to_string();
-        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = sensed.lines;
+        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature, .. } = sensed.lines;
         let drive = |joint: usize| drive_fault >> joint & 1 == 1;
         // A lost turn is a fault of its drive too. So without a drive fault, nothing else can be lost.
         let lost = if zeroed { JointFaults::NONE } else { JointFaults::LOST };
@@ -129,6 +133,7 @@ impl<const N: usize> Again<N> {
             torque: [0.0; N],
             age_ticks: array(&sensed.age_ticks).map_err(wrong)?.map(age),
             faults: core::array::from_fn(fault),
+            errors: [0; N],
         };
         // A board without joints of its own has neither readings nor zeros.
         let has_joints = zeroed || drive_fault != 0;

@@ -84,6 +84,7 @@ fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
             torque: [0.0; N],
             age_ticks: [tick % 2, 0],
             faults: now.map_or([JointFaults::NONE; N], |now| now.faults),
+            errors: [0; N],
         };
         board.sense(has_joints.then_some(&readings), &now.map_or(Lines::NONE, |now| now.lines));
         if now.is_some_and(|now| now.overrun) {

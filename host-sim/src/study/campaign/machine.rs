@@ -46,6 +46,7 @@ impl<const N: usize> Told<N> {
             drive_fault: self.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault)),
             supply: self.supply,
             temperature: self.temperature,
+            trouble: None,
         }
     }
 
@@ -62,6 +63,7 @@ impl<const N: usize> Told<N> {
             torque: [0.0; N],
             age_ticks: self.age_ticks,
             faults: self.drive_fault.map(|fault| drive(fault) | lost),
+            errors: [0; N],
         }
     }
 }

@@ -99,7 +99,7 @@ impl Bench {
 
     fn drive(&mut self, torque: &[f32; 6]) -> Readings<6> {
         let readings = self.joints.measure().unwrap();
-        self.joints.drive(torque);
+        self.joints.drive(torque, None);
         self.pass();
         readings
     }

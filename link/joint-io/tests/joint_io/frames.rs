@@ -203,11 +203,11 @@ fn an_error_stops_the_joint_and_is_cleared_before_torque_is_given_again() {
 
     reply(&tape, [0, 0]);
     assert_eq!(faults(&mut joints), [JointFaults::NONE; 2], "off, as it was told to be");
-    joints.drive(&[0.0; 2]);
+    joints.drive(&[0.0; 2], None);
     assert_eq!(kinds(&tape), [0xfc, 0xfc]);
     reply(&tape, [1, 1]);
     joints.measure();
-    joints.drive(&[0.0; 2]);
+    joints.drive(&[0.0; 2], None);
     tape.sent();
     // The winding of the second becomes too hot.
     reply(&tape, [1, 0xc]);
@@ -218,11 +218,11 @@ fn an_error_stops_the_joint_and_is_cleared_before_torque_is_given_again() {
     reply(&tape, [0, 0xc]);
     joints.measure();
     // Torque is wanted again: the second is cleared first, and on a tick later.
-    joints.drive(&[0.0; 2]);
+    joints.drive(&[0.0; 2], None);
     assert_eq!(kinds(&tape), [0xfc, 0xfb]);
     reply(&tape, [1, 0]);
     assert_eq!(faults(&mut joints), [JointFaults::NONE; 2]);
-    joints.drive(&[0.0; 2]);
+    joints.drive(&[0.0; 2], None);
     assert_eq!(kinds(&tape)[1], 0xfc);
 }
 
@@ -238,7 +238,7 @@ fn a_drive_that_goes_off_by_itself_is_at_fault_and_one_that_is_being_switched_on
     joints.measure();
     let mut ticks = 0;
     loop {
-        joints.drive(&[0.0; 2]);
+        joints.drive(&[0.0; 2], None);
         reply(&tape, [2, 0]);
         let faults = joints.measure().unwrap().faults;
         assert_eq!(faults[0], JointFaults::NONE);
@@ -260,12 +260,12 @@ fn robstrides_are_sent_to_from_the_identifier_that_waits_longest() {
     };
     on(&tape);
     joints.measure();
-    joints.drive(&[0.0; 2]);
+    joints.drive(&[0.0; 2], None);
     for torques in [[1000.0, 2000.0], [2000.0, 1000.0]] {
         on(&tape);
         joints.measure();
         tape.sent();
-        joints.drive(&torques);
+        joints.drive(&torques, None);
         let sent: Vec<u32> = tape
             .sent()
             .iter()

@@ -189,7 +189,7 @@ fn nothing_moves_when_the_joints_are_made() {
 #[test]
 fn the_motor_holds_before_the_brake_lets_go() {
     let mut bench = Bench::ready();
-    bench.joints.drive(&[1.8]);
+    bench.joints.drive(&[1.8], None);
     let steps = duty_steps(0.48 / 24.0, 4200);
     let wanted = [Event::Duty(0), Event::Direction(true), Event::Duty(steps), Event::Enable(true), Event::Brake(true)];
     assert_eq!(bench.log.take(), wanted);
@@ -198,12 +198,12 @@ fn the_motor_holds_before_the_brake_lets_go() {
 #[test]
 fn no_voltage_is_on_while_the_direction_changes() {
     let mut bench = Bench::ready();
-    bench.joints.drive(&[1.8]);
+    bench.joints.drive(&[1.8], None);
     bench.log.take();
-    bench.joints.drive(&[-1.8]);
+    bench.joints.drive(&[-1.8], None);
     let events = bench.log.take();
     assert_eq!(events[..2], [Event::Duty(0), Event::Direction(false)]);
-    bench.joints.drive(&[-1.9]);
+    bench.joints.drive(&[-1.9], None);
     assert!(!bench.log.take().iter().any(|event| matches!(event, Event::Direction(_) | Event::Duty(0))));
 }
 
@@ -211,7 +211,7 @@ fn no_voltage_is_on_while_the_direction_changes() {
 fn safe_actions_brake_damp_or_let_go() {
     let stopped = |action| {
         let mut bench = Bench::ready();
-        bench.joints.drive(&[1.8]);
+        bench.joints.drive(&[1.8], None);
         bench.log.take();
         bench.joints.safe(action);
         bench.log.take()
@@ -225,7 +225,7 @@ fn safe_actions_brake_damp_or_let_go() {
 fn a_torque_that_is_no_number_drives_nothing_and_is_a_fault() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
         let mut bench = Bench::ready();
-        bench.joints.drive(&[bad]);
+        bench.joints.drive(&[bad], None);
         let finite = (bad * 0.02 / 0.045).is_finite();
         assert_eq!(bench.counts().1 == JointFaults::NON_FINITE, !finite, "{bad}");
         assert_eq!(bench.joints.given()[0] == Drive::NONE, !finite, "{bad}");
@@ -237,7 +237,7 @@ fn a_torque_that_is_no_number_drives_nothing_and_is_a_fault() {
 fn a_pin_that_refuses_is_a_fault_and_no_panic() {
     let mut bench = Bench::ready();
     *bench.log.refuse.borrow_mut() = true;
-    bench.joints.drive(&[1.0]);
+    bench.joints.drive(&[1.0], None);
     assert!(bench.counts().1.contains(JointFaults::OUTPUT));
     bench.joints.safe(SafeAction::Brake);
     assert!(bench.counts().1.contains(JointFaults::OUTPUT));
@@ -280,7 +280,7 @@ fn a_weak_magnet_is_a_fault() {
 #[test]
 fn the_current_is_measured_where_a_sensor_is_and_estimated_where_none_is() {
     let mut bench = Bench::ready();
-    bench.joints.drive(&[1.8]);
+    bench.joints.drive(&[1.8], None);
     assert!((bench.joints.measure().unwrap().torque[0] - 1.8).abs() < 1e-4);
     *bench.shunt.0.borrow_mut() = Some(0.5);
     assert!((bench.joints.measure().unwrap().torque[0] - 0.5 * 0.045 * 50.0).abs() < 1e-5);

@@ -117,7 +117,7 @@ impl Bench {
 
     fn tick(&mut self, torque: f32, interrupts: bool) -> [u32; 6] {
         let readings = self.joints.measure().unwrap();
-        self.joints.drive(&[torque; 6]);
+        self.joints.drive(&[torque; 6], None);
         self.pass(interrupts);
         readings.age_ticks
     }
@@ -154,7 +154,7 @@ fn without_the_interrupts_half_of_them_are_not_heard() {
 fn a_torque_that_still_waits_is_never_sent_after_the_next_ticks() {
     let mut bench = Bench::new();
     bench.joints.measure();
-    bench.joints.drive(&[5.0; 6]);
+    bench.joints.drive(&[5.0; 6], None);
     // One is sent, and the next tick comes: five wait, of which three in the controller.
     assert!(bench.wire.exchange());
     bench.joints.interrupt();
@@ -169,7 +169,7 @@ fn a_torque_that_still_waits_is_never_sent_after_the_next_ticks() {
 fn replies_that_the_controller_loses_are_told() {
     let mut bench = Bench::new();
     bench.joints.measure();
-    bench.joints.drive(&[0.0; 6]);
+    bench.joints.drive(&[0.0; 6], None);
     // Strangers fill the receiver.
     let stranger = Frame::standard(0x123, vec![0; 8]);
     bench.wire.0.borrow_mut().received.extend([stranger.clone(), stranger.clone(), stranger]);
@@ -198,7 +198,7 @@ fn a_bus_that_is_not_there_takes_nothing() {
     let mut joints: CanJoints<MiniCheetah, NoBus, NoBus, NoBus, NoPin, 2> =
         CanJoints::new((NoBus, NoBus, NoBus), NoPin, on_third);
     joints.measure();
-    joints.drive(&[0.0; 2]);
+    joints.drive(&[0.0; 2], None);
     joints.interrupt();
     assert_eq!(joints.joint_counts().map(|counts| counts.unsent), [1; 2]);
     assert_eq!(joints.measure().unwrap().age_ticks, [u32::MAX; 2]);

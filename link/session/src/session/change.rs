@@ -84,6 +84,10 @@ where
         let tunable = self.is_tunable();
         let payload = &self.safety.rules().payload;
         parameters::check(setting, self.safety.get(), self.controller.live(), payload, tunable)?;
+        // The reference of an arm that is led is where it is, of any other the trajectory's.
+        if setting.index == parameters::LAW && self.supervisor.state() == safety::State::Running {
+            return Err(Refusal::Running);
+        }
         Ok(match self.change(Change::Parameter(setting))? {
             true => Outcome::Value(self.value(setting.index)?),
             // Answered by the tick that makes it.

@@ -1,7 +1,7 @@
 //! Reports out.
 
 use super::{Buffers, Session};
-use crate::black_box::Report;
+use crate::black_box::{Beside, Report};
 use core::borrow::BorrowMut;
 use dynamics_core::control::{Configuration, Protection};
 use dynamics_core::newton_euler::InverseDynamics;
@@ -28,8 +28,8 @@ where
         if core::mem::take(&mut self.unsaid)
             && let Some(parts) = self.is_due()
         {
-            let room = u8::try_from(self.buffers.borrow().trajectory.room()).unwrap_or(u8::MAX);
-            return Some(Report::Tick(*self.buffers.borrow().black_box.now(), parts, room));
+            let beside = self.beside(parts);
+            return Some(Report::Tick(*self.buffers.borrow().black_box.now(), parts, beside));
         }
         let place = self.past?;
         let past = self.buffers.borrow().black_box.get(place).copied();
@@ -41,6 +41,15 @@ where
     #[must_use]
     pub fn dumps(&self) -> bool {
         self.past.is_some()
+    }
+
+    fn beside(&self, parts: Parts) -> Beside<N> {
+        let failed = matches!(self.supervisor.state(), safety::State::Fault(_));
+        Beside {
+            room: u8::try_from(self.buffers.borrow().trajectory.room()).unwrap_or(u8::MAX),
+            trouble: self.trouble.filter(|_| failed),
+            external: self.controller.protection().external().copied().filter(|_| parts.contains(Parts::EXTERNAL)),
+        }
     }
 
     /// The parts of the last tick that are to be reported, if any are.

@@ -92,7 +92,8 @@ impl Arm {
             self.receive(Frame::Alive);
         }
         let sensed = Sensed::State { q: self.q, qd: self.qd };
-        let readings = Readings { sensed, torque: [0.0; 2], age_ticks: self.age_ticks, faults: self.faults };
+        let readings =
+            Readings { sensed, torque: [0.0; 2], age_ticks: self.age_ticks, faults: self.faults, errors: [0; 2] };
         self.session.sense(Some(&readings), &self.lines);
         self.session.tick(&self.meter)
     }

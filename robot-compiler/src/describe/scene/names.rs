@@ -20,6 +20,7 @@ impl Named for Law {
             Self::DiagonalInertia,
         ),
         ("feedforward", "Spring and damper, and the torque of the reference motion", Self::Feedforward),
+        ("split", "Impedance whose spring and damper are in the actuators' own loops", Self::Split),
         ("impedance", "Spring and damper of a chosen stiffness, and all that the model knows", Self::Impedance),
         ("teach", "Led by hand: weight carried, friction made up for, soft walls at the limits", Self::Teach),
     ];

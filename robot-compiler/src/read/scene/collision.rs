@@ -8,21 +8,39 @@ use crate::read::table::Table;
 use dynamics_core::control::{Law, Reaction};
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<CollisionSpec, FileError> {
-    if control.law == Law::Teach {
-        let expected = "no such table beside this law";
-        return Err(table.error("threshold", "the hand that leads the arm is no collision", expected));
-    }
     const THRESHOLD: &str = "an external torque above zero, N m or N";
     table.only(&["bandwidth", "threshold", "ticks", "release", "reaction"])?;
     // Above this bandwidth the residual follows within a tick; a higher one makes it no faster.
     let most = 5.0 * control.rate;
     let expected = format!("a bandwidth in rad/s, above zero and at most {most}, 5 times the rate");
     let bandwidth = table.get("bandwidth").map_or(Ok(50.0), |value| value.positive_up_to(most, &expected))?;
-    let threshold = table.require("threshold", THRESHOLD)?;
-    let threshold = per_joint(&threshold, robot, THRESHOLD, |value| value.positive(THRESHOLD))?;
+    let reactions = [
+        ("stop", Reaction::Stop),
+        ("hold", Reaction::Hold),
+        ("comply", Reaction::Comply),
+        ("report", Reaction::Report),
+    ];
+    let reaction = table.get("reaction").map_or(Ok(Reaction::Stop), |value| value.choice(&reactions))?;
+    let problem = match control.law {
+        _ if reaction == Reaction::Report => None,
+        Law::Teach => Some("the hand that leads the arm is no collision"),
+        Law::Split => Some("the drives' own loops give torque that the watch does not see"),
+        _ => None,
+    };
+    if let Some(problem) = problem {
+        let key = if table.get("reaction").is_some() { "reaction" } else { "threshold" };
+        return Err(table.error(key, problem, "`reaction = \"report\"` beside this law"));
+    }
+    let threshold = if reaction == Reaction::Report {
+        if let Some(value) = table.get("threshold") {
+            return Err(value.error("nothing acts on it", "no `threshold` beside `reaction = \"report\"`"));
+        }
+        vec![f64::INFINITY; robot.joints.len()]
+    } else {
+        let threshold = table.require("threshold", THRESHOLD)?;
+        per_joint(&threshold, robot, THRESHOLD, |value| value.positive(THRESHOLD))?
+    };
     let ticks = table.get("ticks").map_or(Ok(3), |value| value.count(1000, "a whole number of ticks, 1 to 1,000"))?;
     let release = table.get("release").map_or(Ok(0.2), |value| value.positive_up_to(60.0, "a time in s, up to 60"))?;
-    let reactions = [("stop", Reaction::Stop), ("hold", Reaction::Hold), ("comply", Reaction::Comply)];
-    let reaction = table.get("reaction").map_or(Ok(Reaction::Stop), |value| value.choice(&reactions))?;
     Ok(CollisionSpec { bandwidth, threshold, ticks, release, reaction })
 }

@@ -2,7 +2,7 @@
 
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
-use crate::describe::robot::Robot;
+use crate::describe::robot::{Robot, RobotJoint};
 use crate::describe::scene::{ControlSpec, IntegralSpec, KernelChoice, KernelMemory, TeachSpec};
 use crate::names::name;
 use crate::read::table::{Table, Value};
@@ -38,6 +38,10 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     }
     if let Some(value) = table.get("law") {
         control.law = value.named()?;
+        if let Some(joint) = without_loop(robot, control.law) {
+            let problem = format!("the joint {:?} has no drive with a position loop of its own", joint.name);
+            return Err(value.error(problem, "a [joint.drive] of kind mit, damiao or robstride for every joint"));
+        }
     }
     if let Some(value) = table.get("model_every") {
         control.model_every = value.count(1000, "a whole number of ticks, 1 to 1,000")?;
@@ -82,14 +86,15 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     if let Some(table) = table.table("integral")? {
         control.integral = Some(integral(&table, robot, &control)?);
     }
-    if let Some(value) = table.get("teach").filter(|_| control.law != Law::Teach) {
-        let expected = "`law = \"teach\"`, or no such table";
+    let changes = control.law == Law::Teach || control.tunable;
+    if let Some(value) = table.get("teach").filter(|_| !changes) {
+        let expected = "`law = \"teach\"`, `tunable = true`, or no such table";
         return Err(value.error(format!("given beside the law {:?}", name(control.law)), expected));
     }
     if let Some(value) = table.get("integral").filter(|_| control.law == Law::Teach) {
         return Err(value.error("an arm that is led by hand has no error to remove", "no `integral` beside this law"));
     }
-    if control.law == Law::Teach {
+    if control.law == Law::Teach || table.get("teach").is_some() {
         control.teach = Some(teach(table.table("teach")?.as_ref(), robot)?);
     }
     if let Some(value) = table.get("age_max") {
@@ -105,6 +110,11 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         }
     }
     Ok(control)
+}
+
+/// The first joint whose drive cannot do its part of the law.
+fn without_loop(robot: &Robot, law: Law) -> Option<&RobotJoint> {
+    robot.joints.iter().find(|joint| law == Law::Split && !joint.has_own_loop())
 }
 
 /// Stiffness of the joints, for the laws in which a joint's spring is its own.
