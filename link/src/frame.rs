@@ -364,12 +364,11 @@ pub struct Lines {
     pub supply: Option<f32>,
     /// Highest temperature, degrees Celsius, where it is measured.
     pub temperature: Option<f32>,
-    /// What the first joint with a fault reports. A board says it in the state of a fault.
-    pub trouble: Option<Trouble>,
 }
 
 /// Fault of a joint's drive or sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct Trouble {
     /// The joint, counted from 0.
     pub joint: u8,
@@ -381,15 +380,8 @@ pub struct Trouble {
 
 impl Lines {
     /// No fault, every joint knows its zero, and nothing else is measured.
-    pub const CALM: Self = Self {
-        emergency_stop: false,
-        overrun: false,
-        zeroed: true,
-        drive_fault: 0,
-        supply: None,
-        temperature: None,
-        trouble: None,
-    };
+    pub const CALM: Self =
+        Self { emergency_stop: false, overrun: false, zeroed: true, drive_fault: 0, supply: None, temperature: None };
 }
 
 /// A point of the trajectory. The way to it from the point before is the polynomial of fifth degree that agrees with both in
@@ -491,12 +483,53 @@ pub struct Status {
     pub actuation: Option<Actuation>,
     /// Readings of the board's sensors and lines; `None` where they were not requested.
     pub sensed: Option<SensedLines>,
-    /// The trajectory's reference, where it was requested and there is one.
-    pub reference: Option<Reference>,
-    /// Torque from outside on each joint, N m or N, where it was requested and the scene estimates it.
-    pub external: Option<Joints<f32>>,
+    /// One of several things.
+    pub aside: Aside,
     /// Cost of the tick, where it was requested and can be counted exactly.
     pub cost: Option<TickCost>,
+}
+
+/// What a status has room for one of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "host", derive(Deserialize))]
+pub enum Aside {
+    /// Nothing.
+    Nothing,
+    /// The trajectory's reference, where it was requested and there is one.
+    Reference(Reference),
+    /// Torque from outside on each joint, N m or N, where it was requested and the scene estimates it.
+    External(Joints<f32>),
+    /// In the state of a fault, where readings were requested: what the first joint with a fault reports.
+    Trouble(Trouble),
+}
+
+impl Status {
+    /// The trajectory's reference, if it is told.
+    #[must_use]
+    pub fn reference(&self) -> Option<&Reference> {
+        match &self.aside {
+            Aside::Reference(reference) => Some(reference),
+            _ => None,
+        }
+    }
+
+    /// Torque from outside on each joint, N m or N, if it is told.
+    #[must_use]
+    pub fn external(&self) -> Option<&[f32]> {
+        match &self.aside {
+            Aside::External(external) => Some(external),
+            _ => None,
+        }
+    }
+
+    /// What the first joint with a fault reports, if it is told.
+    #[must_use]
+    pub fn trouble(&self) -> Option<Trouble> {
+        match self.aside {
+            Aside::Trouble(trouble) => Some(trouble),
+            _ => None,
+        }
+    }
 }
 
 /// Reason why a request was not granted.

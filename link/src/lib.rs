@@ -44,9 +44,9 @@ pub use circular::{Circular, Filling, Halves};
 pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
 pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
-    Actuation, Challenge, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live, Measurement,
-    NonceSource, Pacing, Parts, Payload, Point, Reference, Refusal, Request, Sensed, SensedLines, Setting, Status,
-    TickCost, Trouble, Trust, Value, Watch,
+    Actuation, Aside, Challenge, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live,
+    Measurement, NonceSource, Pacing, Parts, Payload, Point, Reference, Refusal, Request, Sensed, SensedLines, Setting,
+    Status, TickCost, Trouble, Trust, Value, Watch,
 };
 pub use inlet::{Arrival, Inlet};
 pub use outgoing::{Outgoing, Sending};

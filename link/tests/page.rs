@@ -60,8 +60,7 @@ fn answers() -> [(&'static str, Frame); 3] {
         room: 16,
         actuation: Some(Actuation::Drive { torque: joints([1.5, -2.0]), limits: joints([0; 2]) }),
         sensed: None,
-        reference: None,
-        external: None,
+        aside: link::Aside::Nothing,
         cost: None,
     };
     [

@@ -117,6 +117,30 @@ fn a_stop_comes_after_so_many_ticks_above_the_threshold_and_latches() {
 }
 
 #[test]
+fn a_watch_that_reports_tells_the_force_and_does_nothing_even_while_a_hand_leads_the_arm() {
+    let (mut arm, mut other) = (Loop::new(Reaction::Report), Loop::new(Reaction::Stop));
+    for external in [[5.0, -3.0], [0.0, 0.0], [-7.0, 3.5]] {
+        for _ in 0..4 {
+            assert_eq!(arm.tick(external), other.tick(external));
+        }
+    }
+    arm.run([200.0, -300.0], 50);
+    let (fault, limits, _) = arm.tick(FREE);
+    assert_eq!((fault, limits.map(|flags| flags.contains(LimitFlags::COLLISION))), (None, [false; 2]));
+    let told = *arm.controller.protection().external().unwrap();
+    assert!((told[0] - 200.0).abs() < 1e-9 && (told[1] + 300.0).abs() < 1e-9, "{told:?}");
+
+    // A watch that would act forgets what it has felt where a hand leads the arm.
+    for (reaction, tells) in [(Reaction::Report, true), (Reaction::Stop, false)] {
+        let mut led = Loop::new(reaction);
+        led.controller.config_mut().unwrap().law = Law::Teach;
+        led.run([3.0, 0.0], 5);
+        let told = led.controller.protection().external().unwrap()[0];
+        assert_eq!((told - 3.0).abs() < 1e-9, tells, "{reaction:?}: {told}");
+    }
+}
+
+#[test]
 fn a_hold_stands_where_the_arm_was_until_the_reset() {
     let mut arm = Loop::new(Reaction::Hold);
     arm.run(FREE, 40);

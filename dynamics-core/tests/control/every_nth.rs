@@ -50,7 +50,8 @@ fn ticks() -> impl Iterator<Item = (Reference<f64, 2>, Measurement<f64, 2>)> {
 
 #[test]
 fn in_every_tick_it_is_the_inner_model_bit_for_bit() {
-    for law in [Law::ComputedTorque, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward, Law::Impedance] {
+    for law in [Law::ComputedTorque, Law::PdGravity, Law::DiagonalInertia, Law::Feedforward, Law::Impedance, Law::Split]
+    {
         for (every, between) in [(0, Between::Hold), (1, Between::Hold), (1, Between::Extrapolate)] {
             let mut plain = controller(config(law));
             let settings = config(law);

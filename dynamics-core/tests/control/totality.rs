@@ -205,9 +205,11 @@ fn run<const N: usize>() {
         Just(Law::DiagonalInertia),
         Just(Law::Feedforward),
         Just(Law::Impedance),
-        Just(Law::Teach)
+        Just(Law::Teach),
+        Just(Law::Split)
     ];
-    let reaction = prop_oneof![Just(Reaction::Stop), Just(Reaction::Hold), Just(Reaction::Comply)];
+    let reaction =
+        prop_oneof![Just(Reaction::Stop), Just(Reaction::Hold), Just(Reaction::Comply), Just(Reaction::Report)];
     let reaction = proptest::option::of(reaction);
     let input = (law, any::<bool>(), reaction, proptest::collection::vec(tick::<N>(), 1..6));
     let config = Config { cases: 4000, failure_persistence: None, ..Config::default() };

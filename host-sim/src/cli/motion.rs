@@ -9,9 +9,9 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim run scenes/examples/yam_teach.toml
-  host-sim motion out/yam_teach/log.csv --scene scenes/examples/yam_move.toml --out out/taught.toml
-  host-sim run scenes/examples/yam_move.toml --motion out/taught.toml
+  host-sim run scenes/yam_teach.toml
+  host-sim motion out/yam_teach/log.csv --scene scenes/yam_move.toml --out out/taught.toml
+  host-sim run scenes/yam_move.toml --motion out/taught.toml
 
 A path is log.csv of `run` (columns t, q1, q2 ..), the table or the record of a session of `connect`. Rests at its ends are left
 out. The motion is a quintic through as few of its samples as keep every joint within the tolerance, 16 at most, slowed down where

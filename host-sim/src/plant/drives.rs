@@ -84,6 +84,8 @@ struct Seat {
     place: usize,
     ratio: f64,
     zero: f64,
+    /// True torque, as a multiple of what the frames say.
+    factor: f64,
 }
 
 /// Command to all drives.
@@ -103,7 +105,7 @@ impl<const N: usize> Drives<N> {
         let mut actuators = [const { Vec::new() }; BUSES];
         let seats = specs.map(|spec| {
             let bus = usize::from(spec.bus.saturating_sub(1)).min(BUSES - 1);
-            let seat = Seat { bus, place: actuators[bus].len(), ratio: spec.ratio, zero: spec.zero };
+            let seat = Seat { bus, place: actuators[bus].len(), ratio: spec.ratio, zero: spec.zero, factor: 1.0 };
             actuators[bus].push(actuator(&spec));
             seat
         });
@@ -125,6 +127,13 @@ impl<const N: usize> Drives<N> {
     #[must_use]
     pub fn with_failure(self, failure: Option<DriveFailure>) -> Self {
         Self { failure, ..self }
+    }
+
+    /// The same drives, whose true torques are so many times what their frames say; no factors: once.
+    #[must_use]
+    pub fn with_torque_factors(mut self, factors: &[f64]) -> Self {
+        self.seats.iter_mut().zip(factors).for_each(|(seat, factor)| seat.factor = *factor);
+        self
     }
 
     /// Electronics of a joint's actuator, to look at or to break.
@@ -186,7 +195,8 @@ impl<const N: usize> Drives<N> {
     /// Torques on the joints for the next `dt` (s), N m or N, at this state.
     pub(crate) fn torque(&mut self, state: &State<N>, dt: f64) -> [f64; N] {
         core::array::from_fn(|joint| {
-            let (ratio, shaft) = (self.seats[joint].ratio, self.seats[joint].shaft(state, joint));
+            let seat = &self.seats[joint];
+            let (ratio, shaft) = (seat.ratio * seat.factor, seat.shaft(state, joint));
             self.electronics(joint).map_or(0.0, |electronics| {
                 electronics.pass(dt);
                 ratio * electronics.drive(&shaft)

@@ -4,6 +4,7 @@ use crate::plant::Diverged;
 use crate::run::record::{JointSample, Record};
 use crate::run::target::{Ticked, Torques};
 pub use crate::run::world::World;
+use crate::run::wrench::tip_wrench;
 use dynamics_core::control::LimitFlags;
 use dynamics_core::{Command, Fault, Real};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -91,6 +92,9 @@ pub fn run<S: Real, const N: usize>(
             limits: limits[i],
         };
         record.push::<N>(t, core::array::from_fn(sample), fault);
+        if let Some(external) = controller.external() {
+            record.push_external(external, tip_wrench(&world.model, &state.q, &external));
+        }
         let passed = if fault.is_some() { world.stop() } else { world.drive(&torque) };
         if let Err(diverged) = passed {
             end = End::Diverged(diverged);

@@ -10,6 +10,7 @@
 //! | [`quality`] | chatter, the error at rest, the distance from the reference |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
+//! | `wrench` | from torques of the joints to a wrench at the tip |
 //! | `files` | all of these as files |
 
 pub mod closed_loop;
@@ -21,3 +22,4 @@ pub mod simulate;
 pub mod summary;
 pub mod target;
 pub mod world;
+pub(crate) mod wrench;

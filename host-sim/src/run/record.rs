@@ -84,6 +84,9 @@ pub struct Record {
     faults: Vec<Option<Fault>>,
     /// Tick by tick, all joints of a tick together.
     samples: Vec<JointSample>,
+    /// Torque from outside on each joint, likewise, and what it stands for at the tip; empty where nobody estimates it.
+    external: Vec<f64>,
+    wrenches: Vec<Option<[f64; 6]>>,
 }
 
 impl Record {
@@ -92,7 +95,8 @@ impl Record {
     pub fn new(joints: Vec<JointLabel>, ticks: usize) -> Self {
         let room = ticks.min(1 << 20);
         let samples = Vec::with_capacity(room * joints.len());
-        Self { joints, time: Vec::with_capacity(room), faults: Vec::with_capacity(room), samples }
+        let (external, wrenches) = (Vec::new(), Vec::new());
+        Self { joints, time: Vec::with_capacity(room), faults: Vec::with_capacity(room), samples, external, wrenches }
     }
 
     /// Add a tick at time `t` (s).
@@ -101,6 +105,24 @@ impl Record {
         self.time.push(t);
         self.faults.push(fault);
         self.samples.extend(samples);
+    }
+
+    /// Add to the last tick the torque from outside on each joint, N m or N, and force (N) and moment (N m) at the tip that it stands
+    /// for, in base axes.
+    pub fn push_external<const N: usize>(&mut self, external: [f64; N], wrench: Option<[f64; 6]>) {
+        self.external.extend(external);
+        self.wrenches.push(wrench);
+    }
+
+    /// Estimate of the torque from outside on one joint over all ticks, N m or N; empty where nobody estimates it.
+    pub fn external(&self, joint: usize) -> impl Iterator<Item = f64> + Clone {
+        self.external.iter().skip(joint).step_by(self.joints.len().max(1)).copied()
+    }
+
+    /// Whether torques from outside are estimated.
+    #[must_use]
+    pub fn estimates(&self) -> bool {
+        !self.wrenches.is_empty()
     }
 
     /// The joints, base first.
@@ -136,7 +158,8 @@ impl Record {
     ///
     /// Columns: `t`, then per joint `k` (counted from 1) `qk_reference, qk, qdk_reference, qdk, tauk, limitsk`, then
     /// `fault` (0: none). SI units; `limits` is the sum of 1 position, 2 velocity, 4 torque, 8 torque rate,
-    /// 16 collision.
+    /// 16 collision. Where torques from outside are estimated, `external1, ..` and the wrench at the tip in base axes, `tip_fx, .., tip_mz`
+    /// (empty where the arm is singular), stand behind them.
     ///
     /// # Errors
     /// Errors of the writer.
@@ -145,7 +168,10 @@ impl Record {
         let names = (1..=self.joints.len()).flat_map(|k| {
             ["q?_reference", "q?", "qd?_reference", "qd?", "tau?", "limits?"].map(|s| s.replace('?', &k.to_string()))
         });
-        out.write_record(std::iter::once("t".to_owned()).chain(names).chain(["fault".to_owned()]))?;
+        let external = (1..=self.joints.len()).map(|k| format!("external{k}"));
+        let tip = ["tip_fx", "tip_fy", "tip_fz", "tip_mx", "tip_my", "tip_mz"].map(str::to_owned);
+        let outside = external.chain(tip).filter(|_| self.estimates());
+        out.write_record(std::iter::once("t".to_owned()).chain(names).chain(["fault".to_owned()]).chain(outside))?;
         for (tick, samples) in self.samples.chunks_exact(self.joints.len().max(1)).enumerate() {
             out.write_field(self.time[tick].to_string())?;
             for s in samples {
@@ -155,6 +181,15 @@ impl Record {
                 out.write_field(s.limits.bits().to_string())?;
             }
             out.write_field(self.faults[tick].map_or(0, |fault| fault.code()).to_string())?;
+            if let Some(wrench) = self.wrenches.get(tick) {
+                let joints = self.joints.len();
+                for torque in self.external.iter().skip(tick * joints).take(joints) {
+                    out.write_field(torque.to_string())?;
+                }
+                for axis in 0..6 {
+                    out.write_field(wrench.map_or(String::new(), |wrench| wrench[axis].to_string()))?;
+                }
+            }
             out.write_record(None::<&[u8]>)?;
         }
         out.flush()?;

@@ -218,7 +218,9 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         .with_jitter(jitter(scene.sensors.jitter, Moved::Sampling), jitter(scene.actuators.jitter, Moved::Acting));
     let plant = if scene.plant.rotor_coupling { plant.with_rotor_coupling(&arm.joints) } else { plant };
     let drives = drives.map(|(specs, wires)| {
-        Drives::new(&specs, wires, clock, scene.actuators.loop_rate).with_failure(scene.actuators.failure)
+        Drives::new(&specs, wires, clock, scene.actuators.loop_rate)
+            .with_failure(scene.actuators.failure)
+            .with_torque_factors(&scene.actuators.torque_factor)
     });
     Ok(World {
         drives,
@@ -234,6 +236,7 @@ pub fn world<const N: usize>(scene: &SceneFile) -> Result<World<N>, Failure> {
         led: scene.control.law == Law::Teach,
         springs: (scene.control.law == Law::Split).then(|| config.gains.map(|gains| gains.spring())),
         period: scene.period(),
+        model,
     })
 }
 

@@ -121,6 +121,10 @@ pub struct Summary {
     /// Per joint, chatter of the commanded torque: root mean square of its change from one tick to the next, N m or N. With
     /// encoders most of it is the counts, which the velocity gain turns into torque.
     pub torque_chatter: Vec<f64>,
+    /// Per joint, root mean square of the estimated torque from outside, N m or N: where nothing pushes, its noise and what the model
+    /// lacks. `None` where nobody estimates it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub external_rms: Option<Vec<f64>>,
     /// Per joint, rest error: reference less actual position in the last tick of the last stretch in which every reference stands
     /// still, rad or m. `None` without such a stretch.
     pub rest_error: Vec<Option<f64>>,
@@ -176,6 +180,7 @@ impl Summary {
             torque_rms: each(&|i| rms(torques(i))),
             torque_peak: each(&|i| peak(torques(i))),
             torque_chatter: each(&|i| chatter(torques(i))),
+            external_rms: record.estimates().then(|| each(&|i| rms(record.external(i).take(driven)))),
             rest_error: rests.iter().map(|rest| rest.as_ref().map(|rest| rest.error)).collect(),
             settling_time: rests.iter().map(|rest| rest.as_ref().and_then(|rest| rest.settled)).collect(),
             limits: (0..record.joints().len()).map(|i| count_limits(record, i)).collect(),
@@ -266,6 +271,10 @@ impl Summary {
         }
         if let Some(Parity { ticks, mismatches }) = self.parity {
             lines.push(format!("{:<20}{mismatches} of {ticks} ticks differ from the desk", "parity"));
+        }
+        if let Some(external) = &self.external_rms {
+            let each = external.iter().zip(&self.joints).map(|(x, joint)| engineering(*x, joint.torque_unit()));
+            lines.push(format!("{:<20}{} rms", "from outside", each.collect::<Vec<_>>().join(", ")));
         }
         if self.faults.is_empty() {
             lines.push(format!("{:<20}none", "faults"));

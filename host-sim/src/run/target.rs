@@ -25,6 +25,11 @@ pub trait Torques<S, const N: usize> {
     /// # Errors
     /// The target cannot be reached or sends an invalid answer; the desk's own controller never fails.
     fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> miette::Result<Ticked<S, N>>;
+
+    /// Estimate of the torque from outside on each joint, N m or N, where there is one.
+    fn external(&self) -> Option<[f64; N]> {
+        None
+    }
 }
 
 impl<S, const N: usize, D, T, P> Torques<S, N> for Controller<S, N, D, T, ControllerConfig<S, N>, P>
@@ -41,6 +46,10 @@ where
 
     fn tick(&mut self, reference: &Reference<S, N>, measurement: &Measurement<S, N>) -> miette::Result<Ticked<S, N>> {
         Ok(Ticked { command: Controller::tick(self, reference, measurement), instructions: None })
+    }
+
+    fn external(&self) -> Option<[f64; N]> {
+        self.protection().external().map(|external| external.map(Real::to_f64))
     }
 }
 
@@ -103,6 +112,11 @@ impl<const N: usize, C: Torques<f32, N>, D: Torques<f32, N>> Torques<f32, N> for
             self.instructions = Some((least.min(count), most.max(count)));
         }
         Ok(chip)
+    }
+
+    /// The desk's: the bench has no telemetry of it.
+    fn external(&self) -> Option<[f64; N]> {
+        self.desk.external()
     }
 }
 

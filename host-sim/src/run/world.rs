@@ -6,7 +6,7 @@ use crate::plant::{Diverged, Plant};
 use dynamics_core::control::Spring;
 use dynamics_core::control::trajectory::Motion;
 use dynamics_core::safety::SafeAction;
-use dynamics_core::{Fault, Measurement, Real, Reference, Sensed};
+use dynamics_core::{Fault, Measurement, Model, Real, Reference, Sensed};
 use link::Trouble;
 use session::readings::{JointFaults, Readings};
 
@@ -36,6 +36,8 @@ pub struct World<const N: usize> {
     pub springs: Option<[Spring<f32>; N]>,
     /// Control period, s.
     pub period: f64,
+    /// The arm as its robot file has it.
+    pub model: Model<f64, N>,
 }
 
 /// Measurement at the start of a tick, and what drives report beside it.

@@ -20,6 +20,8 @@
 //! | `arm` | the parts that depend on the arm, and on the number of its joints |
 //! | [`motion_queue`] | motions as points, waiting to be sent |
 //! | [`parameters`] | parameters by name: reading and changing them |
+//! | `feel` | law, stiffness and payload of an armed arm, changed without a jump of torque |
+//! | `torque_check` | whether the drives give the torque that they are told |
 //! | [`messages`] | messages for the protocol's numbers |
 //! | [`report`], [`table`] | output for the operator |
 
@@ -36,8 +38,10 @@ pub mod report;
 pub mod table;
 
 mod arm;
+mod feel;
 mod moves;
 mod session;
+mod torque_check;
 
 use crate::chip::ChipError;
 use crate::session::frame_log::Head;
@@ -46,7 +50,7 @@ use ::session::trajectory::WAYS;
 use arm::Arm;
 use device::{Device, DeviceError};
 use dynamics_core::Model;
-use link::{Denial, Frame, Lines, Pacing, Refusal, Status, Value};
+use link::{Actuation, Denial, Frame, Lines, Pacing, Refusal, Status, Value};
 use motion_queue::MotionQueue;
 use report::{Report, Seen};
 use robot_compiler::SceneFile;
@@ -55,6 +59,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
+use torque_check::{Sample, Samples};
 
 /// Timeout for an answer or a status of the board.
 pub const SILENCE: Duration = Duration::from_secs(2);
@@ -120,6 +125,10 @@ pub struct Operator {
     /// Whether anything was refused.
     refused: bool,
     agreed: bool,
+    /// The last ticks in which torque acted.
+    samples: Samples,
+    /// The torques of this arming have been judged.
+    judged: bool,
 }
 
 impl Operator {
@@ -160,6 +169,8 @@ impl Operator {
             denial: None,
             refused: false,
             agreed: false,
+            samples: Samples::default(),
+            judged: false,
         })
     }
 
@@ -226,7 +237,24 @@ impl Operator {
     fn seen_now(&self) -> Option<Seen<'_>> {
         let status = self.status.as_ref()?;
         let q = self.q.as_deref();
-        Some(Seen { status, q, joints: &self.arm.joints, period: self.arm.period })
+        let external = status.external();
+        // In a drill the drives are simulated here.
+        let trouble = status.trouble().or(self.device.trouble()).filter(|_| status.state == FAULT);
+        let wrench = q.zip(external).and_then(|(q, external)| self.arm.limbs.tip_wrench(q, external));
+        Some(Seen {
+            status,
+            q,
+            wrench,
+            trouble,
+            joints: &self.arm.joints,
+            period: self.arm.period,
+            words: self.arm.words,
+        })
+    }
+
+    /// What the board is doing, and what a drive says of a fault.
+    fn doing(&self) -> String {
+        self.seen_now().map(|seen| seen.doing()).unwrap_or_default()
     }
 
     fn take(&mut self, frame: Frame) -> Result<(), Stop> {
@@ -263,6 +291,7 @@ impl Operator {
         if let Some(q) = sensed.and_then(|sensed| self.arm.limbs.positions(sensed)) {
             self.q = Some(q);
         }
+        self.sample(&status);
         self.denial = status.refused.filter(|_| self.asking).or(self.denial.take());
         let before = self.status.replace(status);
         let Some(status) = &self.status else { return Ok(()) };
@@ -275,8 +304,11 @@ impl Operator {
             self.goal = None;
         }
         if changed && !self.asking {
-            let text = format!("tick {}: {}", status.tick, messages::doing(status));
+            let text = format!("tick {}: {}", status.tick, self.doing());
             self.report.say("change", &text, self.seen_now().as_ref())?;
+            if let (FAULT, Some((text, _))) = (status.state, self.torque_in_words()) {
+                self.say("torque", &text)?;
+            }
         }
         let (every, last) = self.print;
         if let Some(seen) = self.seen_now().filter(|_| every > 0)
@@ -287,6 +319,21 @@ impl Operator {
             self.print.1 = tick;
         }
         Ok(())
+    }
+
+    /// Keep where the arm is and what it is told, as long as torque acts.
+    fn sample(&mut self, status: &Status) {
+        if status.state == ARMED && !self.drives() {
+            (self.judged, self.samples) = (false, Samples::default());
+        }
+        match (&status.actuation, &self.q) {
+            (Some(Actuation::Drive { torque, .. }), Some(q)) => {
+                let torque = torque.iter().copied().map(f64::from).collect();
+                self.samples.push(Sample { tick: status.tick, q: q.clone(), torque }, self.arm.period);
+            }
+            _ if status.state != FAULT => self.samples.clear(),
+            _ => {}
+        }
     }
 
     fn say(&self, about: &str, text: &str) -> Result<(), Stop> {

@@ -133,7 +133,7 @@ fn difference(recorded: &Status, replayed: &Status) -> Option<Difference> {
         ("refused", |s| format!("{:?}", s.refused), |s, o| s.refused = o.refused),
         ("actuation", actuation, |s, o| s.actuation = o.actuation.clone()),
         ("sensed", |s| format!("{:?}", s.sensed), |s, o| s.sensed = o.sensed.clone()),
-        ("reference", |s| format!("{:?}", s.reference), |s, o| s.reference = o.reference.clone()),
+        ("reference", |s| format!("{:?}", s.aside), |s, o| s.aside = o.aside.clone()),
         ("room", |s| s.room.to_string(), |s, o| s.room = o.room),
         ("taken", |s| s.taken.to_string(), |s, o| s.taken = o.taken),
         ("tick", |s| s.tick.to_string(), |s, o| s.tick = o.tick),

@@ -82,11 +82,11 @@ fn measurements_of_simulated_drives_give_the_desks_bits() {
 
 #[test]
 fn arms_that_people_own_give_the_desks_bits() {
-    let summary = run_file("scenes/examples/rebot_move.toml", "rebot_move", &["--duration", "0.3"]);
+    let summary = run_file("scenes/rebot_move.toml", "rebot_move", &["--duration", "0.3"]);
     assert_parity(&summary, 300);
     assert_eq!(summary["drives"]["kind"], "robstride");
     // Kept, pushed away, and in a wall.
-    let summary = run_file("scenes/examples/yam_teach.toml", "yam_teach", &["--duration", "1.2"]);
+    let summary = run_file("scenes/yam_teach.toml", "yam_teach", &["--duration", "1.2"]);
     assert_parity(&summary, 1_200);
     assert_eq!((summary["law"].as_str(), summary["drives"]["kind"].as_str()), (Some("teach"), Some("damiao")));
 }

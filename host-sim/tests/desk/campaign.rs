@@ -322,7 +322,7 @@ fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
     for (value, law) in [(f32::NAN, Law::Reference), (2.5, Law::Reference)] {
         let by = found("states.toml", FaultKind::Nothing, Situation::Running, |moment| {
             if let Moment::Said(said, ..) = moment
-                && let Some(reference) = &mut said.status.reference
+                && let link::Aside::Reference(reference) = &mut said.status.aside
             {
                 reference.q[1] = value;
             }
@@ -332,7 +332,7 @@ fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
     // Remove the flag of a held velocity.
     let by = found("states.toml", FaultKind::Nothing, Situation::Running, |moment| {
         if let Moment::Said(said, ..) = moment
-            && let Some(reference) = &mut said.status.reference
+            && let link::Aside::Reference(reference) = &mut said.status.aside
         {
             reference.qd[5] = 8.5;
         }

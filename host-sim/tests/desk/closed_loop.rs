@@ -12,7 +12,7 @@ use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::Named as _;
 use robot_compiler::scene::{IntegralSpec, Integrator, MotionSpec, Push, ScalarChoice, Side};
-use robot_compiler::{Robot, SceneFile, with_dof};
+use robot_compiler::{Robot, RobotJoint, SceneFile, with_dof};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -126,9 +126,16 @@ fn every_law_drives_every_robot_without_a_fault() {
             assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]), "{name}");
             assert_eq!(done.summary.ticks, 250, "{name}");
             // Measured: at most 7.8e-4 (Puma, from the smoothed friction model) with a model of the motion, at most
-            // 0.032 without one in the loop, because an arm sags under its weight by G / (M0 omega^2).
-            let models_the_motion = [Law::ComputedTorque, Law::Feedforward, Law::Impedance].contains(&law);
-            let bound = if models_the_motion { 1e-3 } else { 0.05 };
+            // 0.032 without one in the loop, because an arm sags under its weight by G / (M0 omega^2). Light joints behind simulated
+            // drives sag further, and their frames round: 2.1e-3 and 0.069.
+            let models_the_motion = [Law::ComputedTorque, Law::Feedforward, Law::Impedance, Law::Split].contains(&law);
+            let behind_frames = robot.joints.iter().all(RobotJoint::has_own_loop);
+            let bound = match (models_the_motion, behind_frames) {
+                (true, false) => 1e-3,
+                (true, true) => 4e-3,
+                (false, false) => 0.05,
+                (false, true) => 0.1,
+            };
             assert!(largest(&done.summary.tracking_max) < bound, "{name}: {:?}", done.summary.tracking_max);
         }
     }

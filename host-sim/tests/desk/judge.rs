@@ -37,8 +37,7 @@ fn idle() -> Status {
         room: 16,
         actuation: Some(Actuation::Brake),
         sensed: None,
-        reference: None,
-        external: None,
+        aside: link::Aside::Nothing,
         cost: None,
     }
 }

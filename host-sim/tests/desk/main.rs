@@ -16,6 +16,7 @@ mod dynamics;
 mod energy;
 mod explain_command;
 mod extremes;
+mod feel;
 mod judge;
 mod kernel_command;
 mod linkage;
@@ -32,6 +33,7 @@ mod reference;
 #[path = "../../../robot-compiler/tests/common/rooms.rs"]
 mod room_names;
 mod rooms;
+mod split;
 mod statics;
 mod teach;
 mod terms_command;

@@ -13,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 const DOF: usize = 6;
 
 fn scene() -> SceneFile {
-    let path = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/examples/yam_teach.toml");
+    let path = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/yam_teach.toml");
     SceneFile::load(&path).unwrap()
 }
 
@@ -120,7 +120,7 @@ fn the_path_that_it_was_led_along_becomes_a_motion_that_runs() {
     // Another scene of the same arm plays it.
     let text = motion.toml();
     std::fs::write(&file, &text).unwrap();
-    let plays = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/examples/yam_move.toml");
+    let plays = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/yam_move.toml");
     let mut plays = SceneFile::load(&plays).unwrap();
     plays.take_motion(&file).unwrap();
     std::fs::remove_file(&file).unwrap();

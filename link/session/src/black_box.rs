@@ -6,7 +6,7 @@ use crate::supervisor::silence;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Output, SafeAction, State};
 use heapless::Vec;
 use link::convert::joints;
-use link::{Denial, Frame, Parts, SensedLines, Status, TickCost, Trouble};
+use link::{Aside, Denial, Frame, Parts, SensedLines, Status, TickCost, Trouble};
 
 /// Ticks that are remembered.
 pub const TICKS: usize = 39;
@@ -60,16 +60,19 @@ impl<const N: usize> Record<N> {
             refused: refused.map(Denial::new),
             room: beside.room,
             actuation: asked(Parts::TORQUE).then(|| link::Actuation::new(actuation)),
-            sensed: asked(Parts::SENSED).then(|| sensed(&self.inputs, beside.trouble)),
-            // A status with both does not fit into a packet.
-            reference: self
-                .inputs
-                .reference
-                .as_ref()
-                .filter(|_| asked(Parts::REFERENCE) && !asked(Parts::EXTERNAL))
-                .map(link::Reference::new),
-            external: beside.external.as_ref().map(joints),
+            sensed: asked(Parts::SENSED).then(|| sensed(&self.inputs)),
+            aside: self.aside(parts, beside),
             cost: self.cost.filter(|_| asked(Parts::COST)),
+        }
+    }
+
+    fn aside(&self, parts: Parts, beside: &Beside<N>) -> Aside {
+        let asked = |part| parts.contains(part);
+        match (beside.trouble, &beside.external, &self.inputs.reference) {
+            (Some(trouble), ..) if asked(Parts::SENSED) => Aside::Trouble(trouble),
+            (_, Some(external), _) => Aside::External(joints(external)),
+            (.., Some(reference)) if asked(Parts::REFERENCE) => Aside::Reference(link::Reference::new(reference)),
+            _ => Aside::Nothing,
         }
     }
 }
@@ -87,7 +90,7 @@ fn cause(state: State) -> (u8, Option<u8>) {
 }
 
 /// Readings and lines of a board.
-fn sensed<const N: usize>(inputs: &Inputs<f32, N>, trouble: Option<Trouble>) -> SensedLines {
+fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
     let drive_fault = inputs.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault));
     SensedLines {
         sensed: link::Sensed::new(&inputs.sensed),
@@ -99,7 +102,6 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>, trouble: Option<Trouble>) -> 
             drive_fault,
             supply: inputs.supply,
             temperature: inputs.temperature,
-            trouble,
         },
     }
 }

@@ -9,8 +9,8 @@ use std::path::Path;
 
 /// The arms: name, motion, and the stiffnesses of the maker's own program, where they are known.
 const ARMS: [(&str, &str, Option<&str>); 2] = [
-    ("I2RT YAM", "scenes/examples/yam_move.toml", Some("[80.0, 80.0, 80.0, 10.0, 10.0, 10.0]")),
-    ("Seeed reBot B601-RS", "scenes/examples/rebot_move.toml", None),
+    ("I2RT YAM", "scenes/yam_move.toml", Some("[80.0, 80.0, 80.0, 10.0, 10.0, 10.0]")),
+    ("Seeed reBot B601-RS", "scenes/rebot_move.toml", None),
 ];
 
 /// Every link a fifth heavier than the model says.

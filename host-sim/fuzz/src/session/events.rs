@@ -143,8 +143,7 @@ impl<const N: usize> Bench<N> {
         self.lines = Lines { emergency_stop, supply, temperature };
         if self.pacing() == Some(Pacing::Drill) {
             let (overrun, zeroed) = (bits & 32 != 0, bits & 64 == 0);
-            let lines =
-                link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature, trouble: None };
+            let lines = link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature };
             self.send(&Frame::Lines(lines));
         }
     }

@@ -5,14 +5,20 @@
 
 use super::Stop;
 use super::motion_queue::way;
+use super::torque_check::hidden;
+use crate::run::wrench::tip_wrench;
 use crate::session::frame_log::Head;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError};
 use dynamics_core::control::{ControllerConfig, Encoder};
-use dynamics_core::{Inertia, JointKind, Live, Model, Reference, Term};
+use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, Inertia, InverseDynamics as _, JointKind, Live, Model, Reference, Term, Trig as _};
+use joint_io::frames::Frames as _;
 use link::convert::{AsymmetricInertia, array};
 use link::{Hello, Sensed};
-use robot_compiler::SceneFile;
+use robot_compiler::drive::Protocol;
 use robot_compiler::scene::joints;
+use robot_compiler::{RobotJoint, SceneFile};
 use std::fmt;
 use std::rc::Rc;
 
@@ -62,6 +68,16 @@ pub(super) trait Joints: fmt::Debug {
 
     /// Live inputs of the arm, with another payload if one is given.
     fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia>;
+
+    /// Payload of the scene, in the last link's frame.
+    fn payload(&self) -> Inertia<f32>;
+
+    /// Torque of this motion by the model that the controller has, N m or N.
+    fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64>;
+
+    /// Force (N) and moment (N m) at the tip, in base axes, that these external torques stand for; the smallest of several. `None`
+    /// where the arm is singular.
+    fn tip_wrench(&self, q: &[f64], external: &[f32]) -> Option<[f64; 6]>;
 }
 
 #[derive(Debug)]
@@ -71,6 +87,7 @@ struct OfScene<const N: usize> {
     /// Bounds of the operator's own motions.
     bounds: Bounds<f64, N>,
     encoder: [Encoder<f64>; N],
+    dynamics: Dynamics<f64, N>,
 }
 
 impl<const N: usize> Joints for OfScene<N> {
@@ -94,6 +111,22 @@ impl<const N: usize> Joints for OfScene<N> {
 
     fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia> {
         link::Live::new(&Live { payload: payload.unwrap_or(self.live.payload), ..self.live })
+    }
+
+    fn payload(&self) -> Inertia<f32> {
+        self.live.payload
+    }
+
+    fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64> {
+        let (q, qd, qdd): ([f64; N], [f64; N], [f64; N]) = (joints(q), joints(qd), joints(qdd));
+        let live = Live { payload: payload.unwrap_or(self.live.payload), ..self.live }.cast();
+        self.dynamics.inverse_dynamics(&Libm.sin_cos_all(&q), &q, &qd, &qdd, &live).to_vec()
+    }
+
+    fn tip_wrench(&self, q: &[f64], external: &[f32]) -> Option<[f64; 6]> {
+        let (q, external): ([f64; N], [f64; N]) =
+            (joints(q), joints(&external.iter().copied().map(f64::from).collect::<Vec<_>>()));
+        tip_wrench(self.dynamics.model(), &q, &external)
     }
 }
 
@@ -129,6 +162,14 @@ pub(super) struct Arm {
     pub(super) period: f64,
     /// What the model of the board leaves out, and how that was judged; `None` if `terms = "auto"` left nothing out.
     pub(super) left_out: Option<String>,
+    /// Whether the board estimates external torques.
+    pub(super) estimates: bool,
+    /// Lowest and highest position of each joint, rad or m.
+    pub(super) range: Vec<(f64, f64)>,
+    /// What friction and noise may hide of each joint's torque, N m or N.
+    pub(super) hidden: Vec<f64>,
+    /// The drives' own words for their errors.
+    pub(super) words: Option<fn(u8) -> &'static str>,
 }
 
 impl Arm {
@@ -151,6 +192,9 @@ impl Arm {
             let (place, force) = units(joint.spec.kind);
             (joint.name.clone(), place, force)
         });
+        let of_friction = |joint: &RobotJoint| {
+            hidden(joint.friction.map_or(0.0, |friction| friction.coulomb), joint.spec.limits.torque)
+        };
         let bounds = Bounds::from_limits(&limits).with_acceleration(deceleration);
         Ok(Self {
             head,
@@ -159,10 +203,28 @@ impl Arm {
             payload_is_live: matches!(scene.model.payload, Term::Live),
             motion: Rc::new(motion),
             times,
-            limbs: Box::new(OfScene { live: scene.live(model).cast(), bounds, encoder }),
+            limbs: Box::new(OfScene {
+                live: scene.live(model).cast(),
+                bounds,
+                encoder,
+                dynamics: Dynamics::new(*model, scene.scene(model)),
+            }),
             joints: named.collect(),
             period: scene.period(),
             left_out: left_out(scene),
+            estimates: scene.collision.is_some(),
+            range: limits.map(|limits| limits.position).to_vec(),
+            hidden: scene.robot.joints.iter().map(of_friction).collect(),
+            words: scene.protocol().map(words_of),
         })
+    }
+}
+
+/// The words of a kind of drive for its errors.
+fn words_of(protocol: Protocol) -> fn(u8) -> &'static str {
+    match protocol {
+        Protocol::MiniCheetah => MiniCheetah::words,
+        Protocol::Damiao => Damiao::words,
+        Protocol::RobStride => RobStride::words,
     }
 }

@@ -5,7 +5,7 @@ use crate::chip::ChipError;
 use crate::plant::Diverged;
 use crate::session::frame_log::{Way, Writer};
 use crate::session::serial::SerialError;
-use link::{Frame, Pacing, Sensed};
+use link::{Frame, Pacing, Sensed, Trouble};
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::time::Duration;
@@ -27,6 +27,11 @@ pub trait Device {
     /// # Errors
     /// As [`Device::send`]; also a simulated arm that has diverged.
     fn pass(&mut self) -> Result<Vec<Frame>, DeviceError>;
+
+    /// What the first simulated drive with a fault has reported, if this program simulates them.
+    fn trouble(&self) -> Option<Trouble> {
+        None
+    }
 
     /// The last reading, if this program makes the readings.
     fn reading(&self) -> Option<&Sensed> {

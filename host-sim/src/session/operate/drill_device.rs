@@ -12,7 +12,7 @@ use crate::run::world::{Sensing, World};
 use crate::session::drill::Drill;
 use joint_io::higher;
 use link::convert::array;
-use link::{Actuation, Frame, Lines, Pacing, Sensed};
+use link::{Actuation, Frame, Lines, Pacing, Sensed, Trouble};
 use std::time::Duration;
 
 /// A drill with a simulated arm.
@@ -26,6 +26,8 @@ pub struct DrillDevice<const N: usize, D> {
     lines: (Lines, Lines),
     /// Frames of the black box, dumped before the next tick.
     past: Vec<Frame>,
+    /// What a simulated drive with a fault has reported last.
+    trouble: Option<Trouble>,
     tap: Tap,
 }
 
@@ -35,7 +37,7 @@ impl<const N: usize, D: Drill> DrillDevice<N, D> {
     pub fn new(target: D, mut world: World<N>) -> Self {
         world.ask();
         let lines = (Lines::CALM, Lines::CALM);
-        Self { target, world, tick: 0, reading: None, lines, past: Vec::new(), tap: Tap::default() }
+        Self { target, world, tick: 0, reading: None, lines, past: Vec::new(), trouble: None, tap: Tap::default() }
     }
 
     fn now(&self) -> Duration {
@@ -62,8 +64,8 @@ impl<const N: usize, D: Drill> DrillDevice<N, D> {
         let (own, told) = self.lines;
         let bits = (0..N).fold(0, |bits, joint| bits | u8::from(sensing.drive_fault[joint]) << joint);
         let temperature = higher(own.temperature, sensing.temperature);
-        let trouble = sensing.trouble.or(own.trouble);
-        let lines = Lines { drive_fault: own.drive_fault | bits, temperature, trouble, ..own };
+        self.trouble = sensing.trouble.or(self.trouble);
+        let lines = Lines { drive_fault: own.drive_fault | bits, temperature, ..own };
         if lines == told {
             return Ok(());
         }
@@ -113,6 +115,10 @@ impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
         let mut past = core::mem::take(&mut self.past);
         past.extend(answers);
         Ok(past)
+    }
+
+    fn trouble(&self) -> Option<Trouble> {
+        self.trouble
     }
 
     fn reading(&self) -> Option<&Sensed> {

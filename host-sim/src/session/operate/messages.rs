@@ -2,8 +2,9 @@
 //! core's numbers.
 
 use crate::chip::refusal_in_words;
+use ::session::readings::JointFaults;
 use dynamics_core::control::{Fault, LimitFlags};
-use link::{Denial, Refusal, Status};
+use link::{Denial, Refusal, Status, Trouble};
 
 /// State of the machine, by [`dynamics_core::safety::State::code`].
 pub const STATES: [&str; 6] = ["idle", "homing", "armed", "running", "holding", "fault"];
@@ -95,6 +96,24 @@ pub fn doing(status: &Status) -> String {
         5 => fault(status.cause, status.joint),
         code => state(code),
     }
+}
+
+/// What a joint's drive or sensor reports, with the drive's own words for its error.
+#[must_use]
+pub fn trouble(trouble: &Trouble, words: Option<fn(u8) -> &'static str>) -> String {
+    let Trouble { joint, faults, error } = *trouble;
+    let mut all: Vec<&str> =
+        JointFaults::NAMES.iter().filter(|(fault, _)| faults & fault.bits() != 0).map(|(_, name)| *name).collect();
+    let said = words.filter(|_| error != 0).map(|words| words(error));
+    // Its own words say more than that it has an error.
+    if said.is_some() {
+        all.retain(|name| {
+            !JointFaults::NAMES.iter().any(|(fault, other)| *fault == JointFaults::DRIVE && other == name)
+        });
+    }
+    all.extend(said);
+    let code = if error == 0 { String::new() } else { format!(" (error {error:#x})") };
+    format!("joint {} says: {}{code}", u32::from(joint) + 1, all.join(", "))
 }
 
 /// Reason why a request was denied, with advice.

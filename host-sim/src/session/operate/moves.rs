@@ -4,7 +4,7 @@ use super::arm::Course;
 use super::{Operator, Stop};
 use crate::session::states::RUNNING;
 use dynamics_core::control::trajectory::MotionError;
-use link::{Frame, Request};
+use link::{Denial, Frame, Request};
 use std::rc::Rc;
 
 impl Operator {
@@ -24,7 +24,7 @@ impl Operator {
     }
 
     /// Start of the next motion: the end of the motion before it, or the arm's present position.
-    fn here(&self) -> Result<Vec<f64>, Stop> {
+    pub(super) fn here(&self) -> Result<Vec<f64>, Stop> {
         let running = self.goal.as_ref().filter(|_| self.state() == Some(RUNNING));
         running
             .or(self.q.as_ref())
@@ -73,7 +73,7 @@ impl Operator {
         self.go(name, vec![motion], here, goal, &text)
     }
 
-    fn way(&self, name: &str, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, Stop> {
+    pub(super) fn way(&self, name: &str, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, Stop> {
         self.arm.limbs.way(from, to, time).map_err(|error| {
             let what_to_do = match (error, time) {
                 (MotionError::TooFast { .. } | MotionError::TooSteep { .. }, Some(_)) => {
@@ -95,6 +95,20 @@ impl Operator {
         goal: Vec<f64>,
         text: &str,
     ) -> Result<(), Stop> {
+        if !self.torque_is_believed()? {
+            return Ok(());
+        }
+        let denial = self.set_out(legs, here, goal)?;
+        self.answer(name, denial, text)
+    }
+
+    /// The same without a word: the board's reason if it denies it.
+    pub(super) fn set_out(
+        &mut self,
+        legs: Vec<Rc<dyn Course>>,
+        here: &[f64],
+        goal: Vec<f64>,
+    ) -> Result<Option<Denial>, Stop> {
         let running = self.state() == Some(RUNNING);
         if !running {
             self.under_way.clear();
@@ -114,7 +128,7 @@ impl Operator {
             self.under_way.clear();
             self.goal = None;
         }
-        self.answer(name, denial, text)
+        Ok(denial)
     }
 }
 

@@ -1,12 +1,12 @@
-//! Parameters of a board by name: reading and changing them, and setting a payload.
+//! Parameters of a board by name: reading and changing them.
 
 use super::{Operator, SILENCE, Stop};
-use crate::chip::{ChipError, refusal_in_words};
+use crate::chip::refusal_in_words;
 use crate::session::operate::device::DeviceError;
-use dynamics_core::Inertia;
+use dynamics_core::control::Law;
 use link::{Frame, Refusal, Setting, Value};
-use nalgebra::{Matrix3, Vector3};
-use session::parameters::{ARM, ARM_NAMES, JOINT_NAMES, name};
+use robot_compiler::names;
+use session::parameters::{ARM, ARM_NAMES, JOINT_NAMES, LAW, name};
 use std::time::Instant;
 
 /// Number of parameters requested at once: a board takes three packets of the greatest length before it answers, and
@@ -55,7 +55,8 @@ fn unit(index: u8, place: &str, force: &str) -> String {
         Some(0) => "kg".into(),
         Some(1..=3) => "kg m".into(),
         Some(4..=9) => "kg m^2".into(),
-        Some(_) => "m/s^2".into(),
+        Some(10..=12) => "m/s^2".into(),
+        Some(_) => String::new(),
         None => match index % 16 {
             0 => "1/s^2".into(),
             1 => "1/s".into(),
@@ -99,40 +100,8 @@ impl Operator {
         self.say("set", &text)
     }
 
-    /// Send the board a payload: a mass at a point of the last link's frame.
-    pub(super) fn payload(&mut self, mass: f64, place: [f64; 3]) -> Result<(), Stop> {
-        if !self.arm.payload_is_live {
-            self.refused = true;
-            return self.say(
-                "payload",
-                "payload: refused: the scene has no live payload; `payload = \"live\"` in its [model]",
-            );
-        }
-        let payload = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
-        let frame = Frame::Live(self.arm.limbs.live(Some(payload)).map_err(ChipError::from)?);
-        // The board answers live inputs only by a refusal. While torque acts, the refusal comes from the tick after the
-        // one that took them.
-        self.send(&frame)?;
-        self.expected = Some(Vec::new());
-        let taken = self.until_taken().and_then(|()| self.wait(2.0 * self.arm.period));
-        let refused = self.expected.take().unwrap_or_default().into_iter().find_map(Result::err);
-        taken?;
-        let text = match refused {
-            Some(refusal) => self.refusal_of("payload", &refusal),
-            None => {
-                self.arm.payload = Some(payload);
-                match self.answers(&[Frame::Get(ARM)])?.pop() {
-                    Some(Ok(value)) => format!("payload: {}", self.value_in_words(&value)),
-                    Some(Err(refusal)) => self.refusal_of("payload", &refusal),
-                    None => String::new(),
-                }
-            }
-        };
-        self.say("payload", &text)
-    }
-
     /// Send frames and wait for an answer to each: a value or a refusal.
-    fn answers(&mut self, frames: &[Frame]) -> Result<Vec<Result<Value, Refusal>>, Stop> {
+    pub(super) fn answers(&mut self, frames: &[Frame]) -> Result<Vec<Result<Value, Refusal>>, Stop> {
         self.expected = Some(Vec::new());
         let waited = self.until_answered(frames);
         let answers = self.expected.take().unwrap_or_default();
@@ -153,19 +122,23 @@ impl Operator {
         Ok(())
     }
 
-    fn refusal_of(&mut self, command: &str, refusal: &Refusal) -> String {
+    pub(super) fn refusal_of(&mut self, command: &str, refusal: &Refusal) -> String {
         self.refused = true;
         format!("{command}: refused: {}", refusal_in_words(refusal))
     }
 
     /// A value in words, for example `elbow position gain 100 1/s^2 (25 to 400)`.
-    fn value_in_words(&self, value: &Value) -> String {
+    pub(super) fn value_in_words(&self, value: &Value) -> String {
         let Value { index, value, low, high } = *value;
         let Some((name, joint)) = name(index) else { return format!("parameter {index}: {value}") };
         let (joint, place, force) = match joint.and_then(|joint| self.arm.joints.get(usize::from(joint))) {
             Some((name, place, force)) => (format!("{name} "), *place, *force),
             None => (String::new(), "", ""),
         };
+        if index == LAW {
+            let law = Law::ALL.into_iter().find(|law| f32::from(law.code()) == value);
+            return format!("law {}", law.map_or("unknown", names::name));
+        }
         let bounds = match low.is_nan() {
             false => format!("{low} to {high}"),
             true if index < ARM => "fixed".into(),

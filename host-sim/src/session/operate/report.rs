@@ -2,12 +2,12 @@
 
 use super::messages;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use link::{Actuation, Status};
+use link::{Actuation, Status, Trouble};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal, Write};
 
 /// A status in the units of the arm.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Seen<'a> {
     /// The status.
     pub status: &'a Status,
@@ -17,6 +17,12 @@ pub struct Seen<'a> {
     pub joints: &'a [(String, &'static str, &'static str)],
     /// Control period, s.
     pub period: f64,
+    /// Force (N) and moment (N m) from outside at the tip, in base axes, where it is estimated and the posture tells it.
+    pub wrench: Option<[f64; 6]>,
+    /// What the first joint with a fault reports, in the state of a fault.
+    pub trouble: Option<Trouble>,
+    /// The drives' own words for their errors.
+    pub words: Option<fn(u8) -> &'static str>,
 }
 
 impl Seen<'_> {
@@ -27,11 +33,18 @@ impl Seen<'_> {
         }
     }
 
+    /// What the machine is doing, and what a drive says of a fault.
+    #[must_use]
+    pub fn doing(&self) -> String {
+        let said = self.trouble.map_or(String::new(), |said| format!("; {}", messages::trouble(&said, self.words)));
+        format!("{}{said}", messages::doing(self.status))
+    }
+
     /// The status in one line.
     #[must_use]
     pub fn line(&self) -> String {
         let Status { tick, room, .. } = self.status;
-        let mut line = format!("tick {tick}  {}", messages::doing(self.status));
+        let mut line = format!("tick {tick}  {}", self.doing());
         if let Some(q) = self.q {
             line += "  q";
             q.iter().for_each(|q| line += &format!(" {q:.4}"));
@@ -39,6 +52,10 @@ impl Seen<'_> {
         if let Some(torque) = self.torque() {
             line += "  torque";
             torque.iter().for_each(|torque| line += &format!(" {torque:.2}"));
+        }
+        if let Some(external) = self.status.external() {
+            line += "  external";
+            external.iter().for_each(|torque| line += &format!(" {torque:.2}"));
         }
         line + &format!("  room {room}")
     }
@@ -49,8 +66,7 @@ impl Seen<'_> {
         let Status { tick, homed, room, .. } = self.status;
         let time = f64::from(*tick) * self.period;
         let homed = if *homed { "homed" } else { "not homed" };
-        let mut text =
-            format!("{}; {homed}, room for {room} points\ntick {tick}, {time:.3} s", messages::doing(self.status));
+        let mut text = format!("{}; {homed}, room for {room} points\ntick {tick}, {time:.3} s", self.doing());
         let limits = match &self.status.actuation {
             Some(Actuation::Drive { limits, .. }) => limits.as_slice(),
             _ => &[],
@@ -62,7 +78,14 @@ impl Seen<'_> {
             let torque = torque.map_or_else(|| "no torque".into(), |torque| format!("{torque:>10.3} {force}"));
             let acted = messages::limits(limits.get(i).copied().unwrap_or(0));
             let acted = if acted.is_empty() { acted } else { format!("  limited: {acted}") };
-            text += &format!("\n  {name:<12} {q}  {torque}{acted}");
+            let external = self.status.external().and_then(|external| external.get(i));
+            let external = external.map_or_else(String::new, |torque| format!("  from outside {torque:.3} {force}"));
+            text += &format!("\n  {name:<12} {q}  {torque}{external}{acted}");
+        }
+        if let Some([x, y, z, a, b, c]) = self.wrench {
+            text += &format!(
+                "\nat the tip from outside: force {x:.2} {y:.2} {z:.2} N, moment {a:.3} {b:.3} {c:.3} N m, base axes"
+            );
         }
         text
     }
@@ -79,6 +102,7 @@ impl Seen<'_> {
         json!({
             "tick": tick, "state": messages::state(*state), "cause": cause, "joint": joint, "homed": homed,
             "room": room, "refused": refused, "q": self.q, "torque": self.torque(), "limits": limits,
+            "external": self.status.external(), "wrench": self.wrench,
         })
     }
 }

@@ -23,8 +23,11 @@ const HELLOS: u32 = 8;
 const REST: f64 = 10.0;
 const LOOK: f64 = 0.05;
 
+/// Speed below which an arm counts as still before its law is changed, rad/s or m/s.
+const STILL: f64 = 0.05;
+
 /// Contents of a board's reports: all that a replay needs.
-const PARTS: Parts = Parts::SENSED.and(Parts::TORQUE);
+const PARTS: Parts = Parts::SENSED.and(Parts::TORQUE).and(Parts::EXTERNAL);
 
 /// [`dynamics_core::safety::Refusal::NotAtRest`].
 const NOT_AT_REST: u8 = 6;
@@ -71,6 +74,9 @@ impl Operator {
             self.send(&Frame::Watch(Watch { every: self.watched, parts: PARTS }))?;
         } else {
             self.send(&Frame::Lines(self.lines))?;
+            if self.arm.estimates {
+                self.send(&Frame::Watch(Watch { every: 1, parts: PARTS.and(Parts::COST) }))?;
+            }
         }
         let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
         self.send(&Frame::Live(live))
@@ -92,7 +98,7 @@ impl Operator {
     }
 
     /// Interval at which the board has to report, in ticks.
-    fn needed(&mut self) -> u16 {
+    pub(super) fn needed(&mut self) -> u16 {
         if self.device.tap().is_recording() {
             return 1;
         }
@@ -104,7 +110,7 @@ impl Operator {
     }
 
     /// Set the interval of the board's reports, in ticks. A drill reports every tick anyway.
-    fn watch(&mut self, every: u16) -> Result<(), Stop> {
+    pub(super) fn watch(&mut self, every: u16) -> Result<(), Stop> {
         if !self.is_live() || self.watched == every {
             return Ok(());
         }
@@ -148,7 +154,7 @@ impl Operator {
             }
             (None, Some(status)) => {
                 let homed = if status.state == 0 && status.homed { ", homed" } else { "" };
-                format!("{name}: {}{homed}{granted}", messages::doing(status))
+                format!("{name}: {}{homed}{granted}", self.doing())
             }
             (None, None) => name.to_owned(),
         };
@@ -180,6 +186,25 @@ impl Operator {
         }
     }
 
+    /// Wait until an arm that was told to hold is at rest, so that another law finds it where it stays.
+    pub(super) fn until_at_rest(&mut self) -> Result<(), Stop> {
+        let mut left = REST;
+        let mut last = self.q.clone();
+        while left > 0.0 {
+            self.wait(LOOK)?;
+            left -= LOOK;
+            let moved = match (&last, &self.q) {
+                (Some(a), Some(b)) => a.iter().zip(b).any(|(a, b)| (a - b).abs() > STILL * LOOK),
+                _ => false,
+            };
+            if !moved {
+                break;
+            }
+            last.clone_from(&self.q);
+        }
+        Ok(())
+    }
+
     /// Wait for a time of the board, s.
     pub(super) fn wait(&mut self, seconds: f64) -> Result<(), Stop> {
         let tick = |operator: &Self| operator.status.as_ref().map_or(0, |status| status.tick);
@@ -203,7 +228,7 @@ impl Operator {
                 let (name, unit) = self.arm.joints.get(joint).map_or(("", ""), |(name, unit, _)| (name, unit));
                 format!("wait: arrived; furthest off: {name}, by {off:.2e} {unit}")
             }
-            _ => format!("wait: {}", self.status.as_ref().map(messages::doing).unwrap_or_default()),
+            _ => format!("wait: {}", self.doing()),
         };
         self.say("wait", &text)
     }
@@ -271,6 +296,9 @@ impl Operator {
             Command::Get(numbers) => self.get(&numbers)?,
             Command::Set(setting) => self.set(setting)?,
             Command::Payload(mass, place) => self.payload(mass, place)?,
+            Command::Law(law) => self.law(law)?,
+            Command::Stiffness(factor) => self.stiffness(factor)?,
+            Command::CheckTorque(joint) => self.check_torque(joint)?,
             Command::EmergencyStop(pressed) => self.emergency_stop(pressed)?,
         }
         Ok(false)

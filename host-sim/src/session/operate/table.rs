@@ -49,7 +49,7 @@ fn row(status: &Status, joints: usize) -> Vec<String> {
         _ => (Vec::new(), Vec::new()),
     };
     let age = sensed.map_or(Vec::new(), |sensed| texts(&sensed.age_ticks));
-    let reference = status.reference.as_ref().map_or(Vec::new(), |reference| texts(&reference.q));
+    let reference = status.reference().map_or(Vec::new(), |reference| texts(&reference.q));
     let faults =
         lines.map_or(Vec::new(), |lines| (0..joints).map(|i| (lines.drive_fault >> i & 1).to_string()).collect());
     for column in [place, speed, age, reference, torque, limits, faults] {

@@ -6,7 +6,7 @@ use crate::session::frame_log::{Entry, LogError, Way};
 use dynamics_core::Model;
 use link::codec::Received;
 use link::convert::array;
-use link::{Frame, Pacing, Refusal, SensedLines, Status};
+use link::{Aside, Frame, Pacing, Refusal, SensedLines, Status};
 use robot_compiler::SceneFile;
 use session::black_box::Report;
 use session::meter::Meter;
@@ -72,9 +72,11 @@ pub(super) fn replay<const N: usize>(
                 replay.ticks += 1;
                 // Room, cost and trouble cannot be compared; see the table in the parent module.
                 let comparable = |status: Status| {
-                    let calm =
-                        |said: SensedLines| SensedLines { lines: link::Lines { trouble: None, ..said.lines }, ..said };
-                    Status { room: 0, cost: None, sensed: status.sensed.map(calm), ..status }
+                    let aside = match status.aside {
+                        Aside::Trouble(_) => Aside::Nothing,
+                        aside => aside,
+                    };
+                    Status { room: 0, cost: None, aside, ..status }
                 };
                 if let Some(difference) = difference(&comparable(recorded), &comparable(replayed)) {
                     replay.differs(difference);
@@ -122,7 +124,7 @@ impl<const N: usize> Again<N> {
     /// Give the session the recorded readings of joints and lines.
     fn tell(&mut self, sensed: &SensedLines) -> Result<(), String> {
         let wrong = |error: link::JointCountMismatch| error.to_string();
-        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature, .. } = sensed.lines;
+        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = sensed.lines;
         let drive = |joint: usize| drive_fault >> joint & 1 == 1;
         // A lost turn is a fault of its drive too. So without a drive fault, nothing else can be lost.
         let lost = if zeroed { JointFaults::NONE } else { JointFaults::LOST };

@@ -188,7 +188,7 @@ fn every_other_field_of_a_status_is_compared() {
         ("refused", |status| status.refused = Some(link::Denial { code: 1, fault: 0, joint: None })),
         ("reference", |status| {
             let at = dynamics_core::Reference::at_rest([0.0_f32; N]);
-            status.reference = Some(link::Reference::new(&at));
+            status.aside = link::Aside::Reference(link::Reference::new(&at));
         }),
     ];
     for (field, change) in changes {

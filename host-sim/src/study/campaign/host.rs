@@ -166,8 +166,8 @@ impl<const N: usize> Host<N> {
 fn same(a: &link::Lines, b: &link::Lines) -> bool {
     let bits = |x: Option<f32>| x.map(f32::to_bits);
     let of = |lines: &link::Lines| {
-        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature, trouble } = *lines;
-        (emergency_stop, overrun, zeroed, drive_fault, bits(supply), bits(temperature), trouble)
+        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = *lines;
+        (emergency_stop, overrun, zeroed, drive_fault, bits(supply), bits(temperature))
     };
     of(a) == of(b)
 }

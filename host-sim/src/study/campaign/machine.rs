@@ -46,7 +46,6 @@ impl<const N: usize> Told<N> {
             drive_fault: self.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault)),
             supply: self.supply,
             temperature: self.temperature,
-            trouble: None,
         }
     }
 

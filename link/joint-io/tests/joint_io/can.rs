@@ -2,8 +2,8 @@
 
 use super::{drive, model_ranges};
 use actuator_model::bus::{Bus, Fate, Frame};
-use actuator_model::mit::Actuator;
-use dynamics_core::control::Sensed;
+use actuator_model::mit::{Actuator, Shaft};
+use dynamics_core::control::{Sensed, Spring};
 use dynamics_core::drive::{Gearing, MiniCheetah, MitDrive};
 use dynamics_core::safety::SafeAction;
 use embedded_can::ErrorKind;
@@ -164,6 +164,51 @@ fn a_torque_arrives_through_gear_and_direction_and_moves_the_joint() {
     assert!((f64::from(q[1]) - measured).abs() < 2e-4, "{} and {measured}", q[1]);
     assert!(qd[1] > 0.5, "a positive torque moves the joint up: {}", qd[1]);
     assert!((readings.torque[1] - 8.0).abs() < 0.08, "{}", readings.torque[1]);
+}
+
+#[test]
+fn a_spring_is_renewed_by_the_drive_about_the_measurement_that_its_torque_follows_from() {
+    let mut drives = drives();
+    drives[1].gearing = Gearing { ratio: -2.0, per_ratio: -0.5, zero: 1.0 };
+    let mut bench = Bench::with(drives);
+    bench.drive(&HOLD);
+    let place = |a: &mut Actuator| (a.shaft.position, a.shaft.velocity) = (0.4, -0.6);
+    bench.actuator(1, place);
+    bench.drive(&HOLD);
+    // It goes on after it was measured.
+    let springs = [Spring { stiffness: 80.0, damping: 2.0 }; 6];
+    bench.actuator(1, place);
+    bench.joints.measure().unwrap();
+    let mut torque = HOLD;
+    torque[1] = 6.0;
+    bench.joints.drive(&torque, Some(&springs));
+    bench.pass();
+    let told = bench.actuator(1, |a| a.electronics.told());
+    // At the shaft a stiffness is divided by the square of the ratio, a torque by the ratio.
+    let near = |found: f64, expected: f64, step: f64| (found - expected).abs() <= step;
+    assert!(near(told.kp, 20.0, 500.0 / 4095.0) && near(told.kd, 0.5, 5.0 / 4095.0), "{told:?}");
+    assert!(near(told.torque, -3.0, 36.0 / 4095.0), "{told:?}");
+    assert!(near(told.position, 0.4, 25.0 / 65535.0) && near(told.velocity, -0.6, 130.0 / 4095.0), "{told:?}");
+    // Where it was measured it gives the torque; elsewhere the spring's and the damper's beside it.
+    let given =
+        |bench: &Bench, position, velocity| bench.actuator(1, |a| a.electronics.drive(&Shaft { position, velocity }));
+    let here = given(&bench, told.position, told.velocity);
+    assert!(near(here, told.torque, 1e-9), "{here}");
+    let there = given(&bench, told.position + 0.05, told.velocity + 0.2);
+    assert!(near(there, told.torque - 0.05 * told.kp - 0.2 * told.kd, 1e-9), "{there}");
+    // Without a spring, as ever; one beyond the frame's range is renewed as far as it goes, and no special frame comes of it.
+    bench.joints.drive(&torque, None);
+    bench.pass();
+    assert_eq!(bench.actuator(1, |a| (a.electronics.told().kp, a.electronics.told().kd)), (0.0, 0.0));
+    let hard = [Spring { stiffness: 1e6, damping: 1e6 }; 6];
+    bench.joints.drive(&torque, Some(&hard));
+    bench.pass();
+    let told = bench.actuator(1, |a| a.electronics.told());
+    assert!(told.kp > 498.0 && told.kp < 500.0 && near(told.kd, 5.0, 1e-9), "{told:?}");
+    // A torque that is no number takes its spring with it.
+    bench.joints.drive(&[f32::NAN; 6], Some(&springs));
+    bench.pass();
+    assert_eq!(bench.actuator(1, |a| (a.electronics.told().kp, a.electronics.told().kd)), (0.0, 0.0));
 }
 
 #[test]

@@ -212,10 +212,9 @@ where
             Frame::Get(index) => return self.value(*index).map(Outcome::Value),
             Frame::Set(setting) => return self.set(*setting),
             Frame::Lines(lines) if pacing == Pacing::Drill => {
-                let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature, trouble } = *lines;
+                let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = *lines;
                 self.supervisor.lines(&Lines { emergency_stop, supply, temperature });
                 self.supervisor.drives_say(core::array::from_fn(|i| drive_fault >> i & 1 == 1), zeroed);
-                self.remember(trouble);
                 if overrun {
                     self.supervisor.overrun();
                 }

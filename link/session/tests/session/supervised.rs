@@ -11,6 +11,7 @@ use link::{
 };
 use session::black_box::{Report, TICKS, TICKS_AFTER};
 use session::meter::Meter;
+use session::parameters::LAW;
 use session::readings::Lines;
 use session::readings::{JointFaults, Readings};
 use session::{Drives, Reaction, Session, State};
@@ -25,6 +26,7 @@ struct Arm {
     q: [f32; 2],
     qd: [f32; 2],
     faults: [JointFaults; 2],
+    errors: [u8; 2],
     age_ticks: [u32; 2],
     lines: Lines,
     heard: bool,
@@ -44,6 +46,7 @@ impl Arm {
             q: [0.1, 0.2],
             qd: [0.0; 2],
             faults: [JointFaults::NONE; 2],
+            errors: [0; 2],
             age_ticks: [0; 2],
             lines: Lines::NONE,
             heard: true,
@@ -93,7 +96,7 @@ impl Arm {
         }
         let sensed = Sensed::State { q: self.q, qd: self.qd };
         let readings =
-            Readings { sensed, torque: [0.0; 2], age_ticks: self.age_ticks, faults: self.faults, errors: [0; 2] };
+            Readings { sensed, torque: [0.0; 2], age_ticks: self.age_ticks, faults: self.faults, errors: self.errors };
         self.session.sense(Some(&readings), &self.lines);
         self.session.tick(&self.meter)
     }
@@ -418,6 +421,105 @@ fn a_change_is_made_while_torque_acts_only_where_no_torque_jumps() {
     // One at a time.
     assert_eq!(arm.receive(set(16, 211.0)), Reaction::None);
     assert_eq!(arm.receive(set(16, 212.0)), Reaction::Reply(Frame::Refusal(Refusal::Busy)));
+}
+
+#[test]
+fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_all_of_it() {
+    use dynamics_core::control::{Gains, Law, Teach};
+    let number = |law: Law| f32::from(law.code());
+    let teach = Teach {
+        friction: 0.0,
+        per_still_speed: 100.0,
+        breakaway: 1.0,
+        slip: 0.01,
+        drag: 0.1,
+        speed: 1.0,
+        wall: (-3.0, 3.0),
+        per_wall: 0.0,
+        stiffness: 100.0,
+        damping: 20.0,
+    };
+    let soft = ControllerConfig { torque_step: [f32::INFINITY; 2], teach: Some([teach; 2]), ..config() };
+    let mut arm = Arm::with(soft, true).arm();
+    assert!(arm.session.springs().is_none());
+    for law in [Law::Impedance, Law::PdGravity, Law::Teach, Law::ComputedTorque] {
+        let answer = answers(&mut arm, set(LAW, number(law)));
+        let value = number(law);
+        assert_eq!(answer, [Frame::Value(Value { index: LAW, value, low: 0.0, high: 7.0 })], "{law:?}");
+    }
+    // What no law has; a law whose drives were not built for it; a moving arm.
+    for value in [0.5, 8.0, -1.0, f32::NAN, number(Law::Split)] {
+        assert_eq!(answers(&mut arm, set(LAW, value)), [Frame::Refusal(Refusal::OutOfBounds)], "{value}");
+    }
+    arm.point(0, arm.q);
+    arm.point(100, arm.q.map(|q| q + 0.1));
+    arm.asked(Request::Run);
+    assert_eq!(answers(&mut arm, set(LAW, 1.0)), [Frame::Refusal(Refusal::Running)]);
+    // Off its place the two laws differ by more than 2 % of the torque limit: a joint of other inertia than its gains'.
+    let heavy = ControllerConfig { gains: [Gains { inertia: 4.0, ..soft.gains[0] }; 2], teach: None, ..soft };
+    let mut arm = Arm::with(heavy, true).arm();
+    arm.q[1] += 0.02;
+    arm.tick();
+    let jumps = [Frame::Refusal(Refusal::WouldJump { joint: 1 })];
+    assert_eq!(answers(&mut arm, set(LAW, number(Law::PdGravity))), jumps);
+    assert_eq!(answers(&mut arm, set(LAW, number(Law::Teach))), [Frame::Refusal(Refusal::OutOfBounds)]);
+    // Where nothing can be tuned, nothing of it.
+    let mut fixed = Arm::with(soft, false).arm();
+    assert_eq!(answers(&mut fixed, set(LAW, 1.0)), [Frame::Refusal(Refusal::Fixed)]);
+    // The springs of a law that has them.
+    let split = Arm::with(ControllerConfig { law: Law::Split, ..soft }, true);
+    assert_eq!(split.session.springs(), Some(soft.gains.map(|gains| gains.spring())));
+}
+
+#[test]
+fn an_arm_whose_law_became_teach_is_led_and_its_reference_is_where_it_is() {
+    use dynamics_core::control::{Law, Teach};
+    let (none, wall) = (0.0, (-3.0, 3.0));
+    let teach = Teach {
+        friction: none,
+        per_still_speed: 100.0,
+        breakaway: none,
+        slip: none,
+        drag: 0.1,
+        speed: 1.0,
+        wall,
+        per_wall: none,
+        stiffness: 100.0,
+        damping: none,
+    };
+    let config = ControllerConfig { teach: Some([teach; 2]), ..config() };
+    let mut arm = Arm::with(config, true).arm();
+    answers(&mut arm, set(LAW, f32::from(Law::Teach.code())));
+    arm.point(0, arm.q);
+    arm.asked(Request::Run);
+    // Further than any reach of a reference, slowly.
+    for _ in 0..400 {
+        arm.q = arm.q.map(|q| q + 5e-4);
+        arm.qd = [0.25; 2];
+        let Drives::Drive(torque) = arm.tick() else { panic!("{:?}", arm.state()) };
+        assert!(torque.iter().all(|torque| torque.abs() < 0.2), "{torque:?}");
+    }
+    assert_eq!(arm.state(), safety::State::Running);
+}
+
+#[test]
+fn a_fault_of_a_drive_is_told_with_the_drive_s_own_code_until_it_is_left() {
+    let mut arm = Arm::armed();
+    let trouble = |arm: &mut Arm| match arm.watched().aside {
+        link::Aside::Trouble(trouble) => Some(trouble),
+        _ => None,
+    };
+    assert_eq!(trouble(&mut arm), None);
+    (arm.faults[1], arm.errors[1]) = (JointFaults::DRIVE, 0xb);
+    let told = Some(link::Trouble { joint: 1, faults: JointFaults::DRIVE.bits(), error: 0xb });
+    assert_eq!(trouble(&mut arm), told);
+    assert_eq!(arm.state(), safety::State::Fault(Fault::DriveFault { joint: 1 }));
+    // The drive has forgotten it; the board has not.
+    (arm.faults[1], arm.errors[1]) = (JointFaults::NONE, 0);
+    assert_eq!(trouble(&mut arm), told);
+    arm.asked(Request::Clear);
+    arm.said();
+    assert_eq!((trouble(&mut arm), arm.state()), (None, safety::State::Idle));
 }
 
 #[test]

@@ -133,7 +133,7 @@ pub struct SensorSpec {
 }
 
 /// Settings of the actuators.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorSpec {
     /// Whether commanded torques act as they are though the robot file describes drives that could be simulated.
     pub ideal: bool,
@@ -141,6 +141,8 @@ pub struct ActuatorSpec {
     pub loop_rate: f64,
     /// Failure of a simulated drive.
     pub failure: Option<DriveFailure>,
+    /// True torque of each simulated drive, as a multiple of what its frames say; empty: what they say.
+    pub torque_factor: Vec<f64>,
     /// Whether torques saturate at the joint's torque limit.
     pub saturation: bool,
     /// First-order time constant, s; 0 for none.
@@ -159,6 +161,7 @@ impl Default for ActuatorSpec {
             ideal: false,
             loop_rate: 10_000.0,
             failure: None,
+            torque_factor: Vec::new(),
             saturation: false,
             lag: 0.0,
             delay: 0,

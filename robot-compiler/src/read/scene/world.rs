@@ -266,7 +266,17 @@ pub(super) fn sensors(
 }
 
 pub(super) fn actuators(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<ActuatorSpec, FileError> {
-    table.only(&["ideal", "loop_rate", "failure", "saturation", "lag", "delay", "ripple", "jitter"])?;
+    table.only(&[
+        "ideal",
+        "loop_rate",
+        "failure",
+        "torque_factor",
+        "saturation",
+        "lag",
+        "delay",
+        "ripple",
+        "jitter",
+    ])?;
     let ideal = table.get("ideal").map_or(Ok(false), |value| value.boolean())?;
     simulated(table, robot, ideal)?;
     let default = ActuatorSpec::default();
@@ -274,6 +284,10 @@ pub(super) fn actuators(table: &Table<'_>, robot: &Robot, control: &ControlSpec)
         ideal,
         loop_rate: table.get("loop_rate").map_or(Ok(default.loop_rate), |value| loop_rate(&value, control))?,
         failure: table.table("failure")?.map(|table| failure(&table, robot)).transpose()?,
+        torque_factor: table.get("torque_factor").map_or(Ok(Vec::new()), |value| {
+            const FACTOR: &str = "the true torque as a multiple of what the frames say, above zero and at most 100";
+            per_joint(&value, robot, FACTOR, |value| value.positive_up_to(100.0, FACTOR))
+        })?,
         saturation: table.get("saturation").map_or(Ok(false), |value| value.boolean())?,
         lag: table.get("lag").map_or(Ok(0.0), |value| value.not_negative("a time constant of zero or more, s"))?,
         delay: delay(table)?,
@@ -283,7 +297,7 @@ pub(super) fn actuators(table: &Table<'_>, robot: &Robot, control: &ControlSpec)
 }
 
 /// Keys of simulated drives, refused where drives are ideal.
-const SIMULATED: [&str; 2] = ["loop_rate", "failure"];
+const SIMULATED: [&str; 3] = ["loop_rate", "failure", "torque_factor"];
 
 /// Keys of ideal drives, refused where drives are simulated: those have their own delay, ceiling and instants.
 const IDEAL: [&str; 3] = ["delay", "saturation", "jitter"];

@@ -13,7 +13,7 @@ impl<const N: usize> Judge<N> {
         if status.state != RUNNING {
             return Ok(());
         }
-        let (Some(reference), Some(Actuation::Drive { limits, .. })) = (&status.reference, &status.actuation) else {
+        let (Some(reference), Some(Actuation::Drive { limits, .. })) = (status.reference(), &status.actuation) else {
             return broken(Law::Reference, "it runs without a reference");
         };
         for i in 0..N {

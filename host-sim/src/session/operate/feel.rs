@@ -1,0 +1,167 @@
+//! Law, stiffness and payload of an arm that is armed: changed in steps, each of which the board takes only if no torque jumps.
+
+use super::{Operator, Stop};
+use crate::chip::ChipError;
+use crate::session::states::RUNNING;
+use dynamics_core::Inertia;
+use dynamics_core::control::Law;
+use link::{Frame, Refusal, Request, Setting};
+use nalgebra::{Matrix3, Vector3};
+use robot_compiler::names::name;
+use session::parameters::{ARM, LAW};
+
+/// Stiffness of `soft` and of `stiff`, as multiples of the scene's.
+pub(super) const SOFT: f64 = 0.25;
+pub(super) const STIFF: f64 = 4.0;
+
+/// Steps of a change of stiffness.
+const STEPS: u32 = 24;
+
+/// Smallest part of a payload that is told at once.
+const PART_MIN: f64 = 1.0 / 256.0;
+
+/// Number of a joint's position gain, and of its velocity gain.
+const POSITION_GAIN: u8 = 0;
+const VELOCITY_GAIN: u8 = 1;
+
+impl Operator {
+    /// Another control law. A moving arm is stopped first; an arm whose law is `teach` is led from then on.
+    pub(super) fn law(&mut self, law: Law) -> Result<(), Stop> {
+        if self.state() == Some(RUNNING) {
+            let denial = self.request(Request::Hold)?;
+            self.answer("hold", denial, "")?;
+            self.until_at_rest()?;
+        }
+        let setting = Setting { index: LAW, value: f32::from(law.code()) };
+        match self.answers(&[Frame::Set(setting)])?.pop() {
+            Some(Err(refusal)) => {
+                let text = self.refusal_of("law", &refusal);
+                return self.say("law", &text);
+            }
+            Some(Ok(_)) | None => self.say("law", &format!("law: {}", name(law)))?,
+        }
+        if law == Law::Teach && self.drives() { self.lead() } else { Ok(()) }
+    }
+
+    /// Let the arm be led: it runs, and follows its own place.
+    fn lead(&mut self) -> Result<(), Stop> {
+        let here = self.here()?;
+        let denial = self.set_out(Vec::new(), &here, here.clone())?;
+        self.answer("teach", denial, "; lead it, then `hold`")
+    }
+
+    /// So many times the scene's stiffness on every joint, with the damping ratio as it is: `Kp` by the factor, `Kd` by its root.
+    pub(super) fn stiffness(&mut self, factor: f64) -> Result<(), Stop> {
+        let joints = self.arm.joints.len() as u8;
+        let asked: Vec<Frame> = (0..joints).map(|joint| Frame::Get(16 * joint + POSITION_GAIN)).collect();
+        let mut built_in = Vec::new();
+        for answer in self.answers(&asked)? {
+            match answer {
+                // The bounds are a quarter and four times what was built in.
+                Ok(value) if value.high.is_finite() => built_in.push((value.value, value.high / 4.0)),
+                Ok(_) => {
+                    let text = self.refusal_of("stiffness", &Refusal::Fixed);
+                    return self.say("stiffness", &format!("{text}; `tunable = true` in its [control]"));
+                }
+                Err(refusal) => {
+                    let text = self.refusal_of("stiffness", &refusal);
+                    return self.say("stiffness", &text);
+                }
+            }
+        }
+        let from: Vec<f64> = built_in.iter().map(|(now, nominal)| f64::from(now / nominal)).collect();
+        let nominal = self.damping_gains(joints)?;
+        for step in 1..=STEPS {
+            let share = f64::from(step) / f64::from(STEPS);
+            for (joint, from) in from.iter().enumerate() {
+                let now = from * (factor / from).powf(share);
+                let gain = |index: u8, nominal: f32, by: f64| Setting {
+                    index: 16 * joint as u8 + index,
+                    value: (f64::from(nominal) * by) as f32,
+                };
+                let of = |list: &[f32]| list.get(joint).copied().unwrap_or(0.0);
+                let stiff = gain(POSITION_GAIN, built_in.get(joint).map_or(0.0, |(_, nominal)| *nominal), now);
+                let damped = gain(VELOCITY_GAIN, of(&nominal), now.sqrt());
+                // On the way the joint is damped more, not less.
+                let order = if factor > *from { [damped, stiff] } else { [stiff, damped] };
+                for setting in order {
+                    if let Some(Err(refusal)) = self.answers(&[Frame::Set(setting)])?.pop() {
+                        let text = self.refusal_of("stiffness", &refusal);
+                        return self.say("stiffness", &format!("{text}; it stays at {now:.2} of the scene's"));
+                    }
+                }
+            }
+        }
+        self.say("stiffness", &format!("stiffness: {factor} of the scene's"))
+    }
+
+    /// Velocity gains as they were built in.
+    fn damping_gains(&mut self, joints: u8) -> Result<Vec<f32>, Stop> {
+        let asked: Vec<Frame> = (0..joints).map(|joint| Frame::Get(16 * joint + VELOCITY_GAIN)).collect();
+        // The highest is twice what was built in.
+        Ok(self.answers(&asked)?.into_iter().map(|answer| answer.map_or(0.0, |value| value.high / 2.0)).collect())
+    }
+
+    /// Send the board a payload: a mass at a point of the last link's frame. While torque acts, in parts so small that no torque jumps.
+    pub(super) fn payload(&mut self, mass: f64, place: [f64; 3]) -> Result<(), Stop> {
+        if !self.arm.payload_is_live {
+            self.refused = true;
+            return self.say(
+                "payload",
+                "payload: refused: the scene has no live payload; `payload = \"live\"` in its [model]",
+            );
+        }
+        let goal: Inertia<f32> = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
+        let from = self.arm.payload.unwrap_or_else(|| self.arm.limbs.payload());
+        let (mut done, mut part) = (0.0, 1.0);
+        while done < 1.0 {
+            let next = f64::min(done + part, 1.0);
+            let payload = if next < 1.0 { between(&from, &goal, next as f32) } else { goal };
+            match self.tell_payload(&payload)? {
+                None => done = next,
+                Some(Refusal::WouldJump { .. }) if part > PART_MIN => part *= 0.5,
+                Some(refusal) => {
+                    let told = if done > 0.0 {
+                        format!("; {:.0} % of the change is made", 100.0 * done)
+                    } else {
+                        String::new()
+                    };
+                    let text = self.refusal_of("payload", &refusal);
+                    return self.say("payload", &format!("{text}{told}"));
+                }
+            }
+        }
+        let text = match self.answers(&[Frame::Get(ARM)])?.pop() {
+            Some(Ok(value)) => format!("payload: {}", self.value_in_words(&value)),
+            Some(Err(refusal)) => self.refusal_of("payload", &refusal),
+            None => String::new(),
+        };
+        self.say("payload", &text)
+    }
+
+    /// Tell one payload; the refusal, if there is one.
+    fn tell_payload(&mut self, payload: &Inertia<f32>) -> Result<Option<Refusal>, Stop> {
+        let frame = Frame::Live(self.arm.limbs.live(Some(*payload)).map_err(ChipError::from)?);
+        // The board answers live inputs only by a refusal. While torque acts, the refusal comes from the tick after the
+        // one that took them.
+        self.send(&frame)?;
+        self.expected = Some(Vec::new());
+        let taken = self.until_taken().and_then(|()| self.wait(2.0 * self.arm.period));
+        let refused = self.expected.take().unwrap_or_default().into_iter().find_map(Result::err);
+        taken?;
+        if refused.is_none() {
+            self.arm.payload = Some(*payload);
+        }
+        Ok(refused)
+    }
+}
+
+/// Inertia this share of the way from one to another: its ten parameters are.
+fn between(from: &Inertia<f32>, to: &Inertia<f32>, share: f32) -> Inertia<f32> {
+    Inertia {
+        mass: from.mass + share * (to.mass - from.mass),
+        first_moment: from.first_moment + (to.first_moment - from.first_moment) * share,
+        about_origin: from.about_origin + (to.about_origin - from.about_origin) * share,
+    }
+    .symmetric()
+}

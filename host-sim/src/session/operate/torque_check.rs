@@ -1,0 +1,305 @@
+//! Torque units: does a drive give the torque that it is told?
+//!
+//! ```text
+//! acted = ID(q, qd, qdd)      from the arm's motion, by the scene's model
+//! told  = mean of the commands
+//! factor = acted / told       1 where drive, gear and model are right
+//! ```
+//!
+//! Positions of some 0.1 s give `q`, `qd` and `qdd` by a parabola of least squares, so that an arm at rest, one that settles and one
+//! that a wrong unit throws are judged alike. What friction may hide is allowed for. A joint without weight says nothing at rest:
+//! `check-torque` moves it a little, there and back, and fits `told = s acted + c sign(qd)`; its factor is `1 / s`.
+
+use super::arm::Arm;
+use super::{Operator, Stop};
+use crate::session::states::{ARMED, HOLDING, RUNNING};
+use std::collections::VecDeque;
+
+/// Time over which a joint is judged, s, and when that begins after arming: drives are switched on, and most arms have settled by then.
+const WINDOW: f64 = 0.1;
+const RISE: f64 = 0.3;
+
+/// Fewest samples of a parabola.
+const SAMPLES_MIN: usize = 8;
+
+/// Factors beyond this either way are named, and beyond the second no motion begins.
+const NAMED: f64 = 1.15;
+const REFUSED: f64 = 2.0;
+
+/// Share of the torque limit that counts as noise.
+const NOISE: f64 = 0.01;
+
+/// How far `check-torque` moves a joint, rad or m, and in how many times its shortest time.
+const REACH: f64 = 0.2;
+const SLOWER: f64 = 1.0;
+
+/// Greatest standard deviation of a factor that is told.
+const DOUBT: f64 = 0.1;
+
+/// Positions and commands of a tick.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sample {
+    pub(super) tick: u32,
+    pub(super) q: Vec<f64>,
+    pub(super) torque: Vec<f64>,
+}
+
+/// The last ticks in which torque acted.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Samples {
+    all: VecDeque<Sample>,
+    /// Samples that are kept; 0 keeps those of one window.
+    room: usize,
+    /// Tick in which torque began to act, and the time since, s.
+    first: Option<u32>,
+    since: f64,
+}
+
+impl Samples {
+    pub(super) fn push(&mut self, sample: Sample, period: f64) {
+        let window = (WINDOW / period).ceil() as usize;
+        while self.all.len() >= window.max(SAMPLES_MIN).max(self.room) {
+            self.all.pop_front();
+        }
+        let first = self.first.get_or_insert(sample.tick);
+        self.since = f64::from(sample.tick.wrapping_sub(*first)) * period;
+        self.all.push_back(sample);
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.all.clear();
+    }
+}
+
+/// Torque that acted on each joint, and torque that was told, both N m or N, in the middle of these samples; velocities too.
+#[derive(Clone, Debug, PartialEq)]
+struct Acted {
+    acted: Vec<f64>,
+    told: Vec<f64>,
+    qd: Vec<f64>,
+}
+
+/// `None` for too few samples.
+fn acted<'a>(samples: impl Iterator<Item = &'a Sample> + Clone, arm: &Arm) -> Option<Acted> {
+    let (mut count, mut middle) = (0_usize, 0.0);
+    let first = samples.clone().next()?.tick;
+    let time = |sample: &Sample| f64::from(sample.tick.wrapping_sub(first)) * arm.period;
+    samples.clone().for_each(|sample| {
+        count += 1;
+        middle += time(sample);
+    });
+    if count < SAMPLES_MIN {
+        return None;
+    }
+    middle /= count as f64;
+    let joints = arm.joints.len();
+    let [mut q, mut qd, mut qdd, mut told] = [const { Vec::new() }; 4];
+    for joint in 0..joints {
+        let points = samples.clone().map(|sample| (time(sample) - middle, sample.q.get(joint).copied().unwrap_or(0.0)));
+        let [place, speed, acceleration] = parabola(points);
+        q.push(place);
+        qd.push(speed);
+        qdd.push(acceleration);
+        told.push(samples.clone().filter_map(|sample| sample.torque.get(joint)).sum::<f64>() / count as f64);
+    }
+    Some(Acted { acted: arm.limbs.inverse_dynamics(&q, &qd, &qdd, arm.payload), told, qd })
+}
+
+/// Value, slope and curvature at zero of the parabola nearest to these points, whose arguments have the mean zero.
+fn parabola(points: impl Iterator<Item = (f64, f64)> + Clone) -> [f64; 3] {
+    let sum = |f: &dyn Fn(f64, f64) -> f64| points.clone().map(|(t, x)| f(t, x)).sum::<f64>();
+    let [n, t2, t3, t4] = [sum(&|_, _| 1.0), sum(&|t, _| t * t), sum(&|t, _| t * t * t), sum(&|t, _| t * t * t * t)];
+    let [x, tx, ttx] = [sum(&|_, x| x), sum(&|t, x| t * x), sum(&|t, x| t * t * x)];
+    let normal = nalgebra::Matrix3::new(n, 0.0, t2, 0.0, t2, t3, t2, t3, t4);
+    let solved = normal.lu().solve(&nalgebra::Vector3::new(x, tx, ttx));
+    solved.map_or([x / n, 0.0, 0.0], |a| [a.x, a.y, 2.0 * a.z])
+}
+
+/// A joint whose torque is not what it was told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Finding {
+    joint: usize,
+    /// Negative where it acts the other way.
+    factor: f64,
+    acted: f64,
+    told: f64,
+}
+
+impl Finding {
+    fn is_grave(&self) -> bool {
+        !(1.0 / REFUSED..=REFUSED).contains(&self.factor)
+    }
+}
+
+/// Joints whose factor is beyond what friction and noise explain.
+fn findings(seen: &Acted, arm: &Arm) -> Vec<Finding> {
+    let judge = |(joint, ((&acted, &told), &hidden)): (usize, ((&f64, &f64), &f64))| {
+        let finding = Finding { joint, factor: acted / told, acted, told };
+        if acted.abs() < 2.0 * hidden || told.abs() < hidden {
+            return None;
+        }
+        let (low, high) = ((acted.abs() - hidden) / told.abs(), (acted.abs() + hidden) / told.abs());
+        (acted * told < 0.0 || low > NAMED || high < 1.0 / NAMED).then_some(finding)
+    };
+    seen.acted.iter().zip(&seen.told).zip(&arm.hidden).enumerate().filter_map(judge).collect()
+}
+
+/// What friction and noise may hide of a joint's torque, N m or N.
+pub(super) fn hidden(coulomb: f64, limit: f64) -> f64 {
+    coulomb + if limit.is_finite() { NOISE * limit } else { 0.0 }
+}
+
+impl Operator {
+    /// The torques of an arm that was armed, in words; `None` where nothing is wrong, or nothing can be said.
+    pub(super) fn torque_in_words(&self) -> Option<(String, bool)> {
+        let found = findings(&acted(self.samples.all.iter(), &self.arm)?, &self.arm);
+        let grave = found.iter().any(Finding::is_grave);
+        let words = found.iter().map(|finding| self.finding_in_words(finding)).collect::<Vec<_>>();
+        (!words.is_empty()).then(|| (words.join("\n"), grave))
+    }
+
+    fn finding_in_words(&self, finding: &Finding) -> String {
+        let Finding { joint, factor, acted, told } = *finding;
+        let (name, _, unit) = self.arm.joints.get(joint).map_or(("", "", ""), |(name, a, b)| (name.as_str(), *a, *b));
+        let what =
+            if factor < 0.0 { "acts against its sign".to_owned() } else { format!("acts {factor:.2} times as told") };
+        format!(
+            "torque of {name} {what}: {acted:.2} {unit} by the model, {told:.2} told; look at: the range, gear, direction and torque \
+             constant of its drive, then the model's weight and the payload"
+        )
+    }
+
+    /// Judge the torques before the first motion of an arm that was armed. Returns whether it may move.
+    pub(super) fn torque_is_believed(&mut self) -> Result<bool, Stop> {
+        if self.judged || self.state() != Some(ARMED) {
+            return Ok(true);
+        }
+        let missing = RISE + WINDOW - self.samples.since;
+        if missing > 0.0 {
+            self.watch(1)?;
+            self.wait(missing)?;
+            let needed = self.needed();
+            self.watch(needed)?;
+        }
+        self.judged = true;
+        let Some((text, grave)) = self.torque_in_words() else { return Ok(true) };
+        if !grave {
+            self.say("torque", &text)?;
+            return Ok(true);
+        }
+        self.refused = true;
+        self.say("torque", &format!("{text}\nrefused to move: `disarm`, see to it, and arm again; or ask again"))?;
+        Ok(false)
+    }
+
+    /// Move a joint, or each in turn, a little there and back, and say how much torque acts of what is told.
+    pub(super) fn check_torque(&mut self, joint: Option<usize>) -> Result<(), Stop> {
+        let held = matches!(self.state(), Some(ARMED | HOLDING | RUNNING)) && !self.is_moving();
+        if !held {
+            self.refused = true;
+            return self.say("check-torque", "check-torque: refused: the arm is not held at rest; `arm` first");
+        }
+        let joints = joint.map_or(0..self.arm.joints.len(), |joint| joint..joint + 1);
+        let mut lines = Vec::new();
+        for joint in joints {
+            let line = self.check_one(joint)?;
+            let name = self.arm.joints.get(joint).map_or("", |(name, ..)| name);
+            lines.push(format!("  {name:<12} {line}"));
+            if !self.drives() {
+                break;
+            }
+        }
+        self.say("check-torque", &format!("check-torque: torque that acts, of what is told\n{}", lines.join("\n")))
+    }
+
+    fn check_one(&mut self, joint: usize) -> Result<String, Stop> {
+        let here = self.here()?;
+        let (low, high) = self.arm.range.get(joint).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let at = here.get(joint).copied().unwrap_or(0.0);
+        let (below, above) = (at - low, high - at);
+        let step = if above >= below { (0.5 * above).min(REACH) } else { -(0.5 * below).min(REACH) };
+        let mut there = here.clone();
+        if let Some(q) = there.get_mut(joint) {
+            *q += step;
+        }
+        let time = SLOWER * self.way("check-torque", &here, &there, None)?.duration();
+        self.samples.clear();
+        self.samples.room = (4.0 * time / self.arm.period) as usize + SAMPLES_MIN;
+        self.watch(1)?;
+        for goal in [there, here] {
+            let from = self.here()?;
+            let motion = self.way("check-torque", &from, &goal, Some(time))?;
+            if let Some(denial) = self.set_out(vec![motion], &from, goal)? {
+                return Ok(super::messages::denial(&denial));
+            }
+            while self.is_moving() {
+                self.step()?;
+            }
+        }
+        let line = self.factor_of(joint);
+        self.samples.room = 0;
+        let needed = self.needed();
+        self.watch(needed)?;
+        Ok(match (self.drives(), line) {
+            (true, Some(line)) => line,
+            (true, None) => "moved too little to tell; give it room, or a payload".into(),
+            (false, _) => self.status.as_ref().map(super::messages::doing).unwrap_or_default(),
+        })
+    }
+
+    /// `told = s acted + c sign(qd)` over the last motion: `1 / s` and its deviation in words; `None` where it cannot be told.
+    fn factor_of(&self, joint: usize) -> Option<String> {
+        let all: Vec<&Sample> = self.samples.all.iter().collect();
+        let width = ((0.03 / self.arm.period) as usize).max(SAMPLES_MIN);
+        let rows = all.chunks(width).filter_map(|chunk| acted(chunk.iter().copied(), &self.arm)).filter_map(|seen| {
+            Some(nalgebra::Vector3::new(*seen.acted.get(joint)?, seen.qd.get(joint)?.signum(), *seen.told.get(joint)?))
+        });
+        let rows: Vec<_> = rows.collect();
+        let mut normal = nalgebra::Matrix2::zeros();
+        let mut right = nalgebra::Vector2::zeros();
+        for row in &rows {
+            normal += row.xy() * row.xy().transpose();
+            right += row.xy() * row.z;
+        }
+        let inverse = normal.try_inverse()?;
+        let solved: nalgebra::Vector2<f64> = inverse * right;
+        let spare = rows.len().checked_sub(2).filter(|&spare| spare > 0)? as f64;
+        let error = rows.iter().map(|row| (row.z - solved.dot(&row.xy())).powi(2)).sum::<f64>() / spare;
+        let (share, deviation) = (solved.x, (error * inverse.m11).sqrt());
+        if !(share.is_finite() && deviation <= DOUBT * share.abs()) {
+            return None;
+        }
+        let (_, _, unit) = self.arm.joints.get(joint)?;
+        let wrong = if (1.0 / NAMED..=NAMED).contains(&share) {
+            ""
+        } else {
+            "  WRONG: see its drive's range, gear and torque constant"
+        };
+        Some(format!(
+            "{:.2} +- {:.2}, friction {:.2} {unit}{wrong}",
+            1.0 / share,
+            deviation / (share * share),
+            solved.y.abs()
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parabola;
+
+    #[test]
+    fn a_parabola_gives_place_speed_and_acceleration_and_does_not_mind_noise_that_it_cannot_follow() {
+        let points = |noise: f64| {
+            (-20..=20).map(move |i| {
+                let t = f64::from(i) * 1e-3;
+                let alternates = if i % 2 == 0 { noise } else { -noise };
+                (t, 0.3 - 0.7 * t + 0.5 * 4.0 * t * t + alternates)
+            })
+        };
+        let [q, qd, qdd] = parabola(points(0.0));
+        assert!((q - 0.3).abs() < 1e-12 && (qd + 0.7).abs() < 1e-10 && (qdd - 4.0).abs() < 1e-6, "{q} {qd} {qdd}");
+        let [_, _, noisy] = parabola(points(4e-4));
+        assert!((noisy - 4.0).abs() > 1e-3 && (noisy - 4.0).abs() < 1.5, "{noisy}");
+    }
+}

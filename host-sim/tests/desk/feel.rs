@@ -1,0 +1,154 @@
+//! `connect` to an arm that people own: law, stiffness and payload changed while it is armed, torques that are not what they should
+//! be, and drives that say what is wrong with them.
+
+use crate::program::{at_the_top, told};
+use std::path::{Path, PathBuf};
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// A scene of the YAM that can be changed at run time, with this in it.
+fn connect(name: &str, more: &str, script: &str) -> (i32, String) {
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/yam.toml");
+    let scene = format!(
+        r#"
+name = "{name}"
+robot = "{}"
+[model]
+payload = "live"
+[control]
+rate = 1000
+law = "impedance"
+stiffness = [80.0, 80.0, 80.0, 10.0, 10.0, 10.0]
+tunable = true
+teach = {{}}
+[collision]
+reaction = "report"
+[motion]
+kind = "quintic"
+points = [
+    {{ q = [0.0, 0.6, 0.8, 0.0, 0.0, 0.0] }},
+    {{ q = [0.3, 0.9, 1.0, 0.1, 0.0, 0.2], duration = 1.0 }},
+]
+[safety]
+safe_action = "damped-stop"
+{more}
+"#,
+        robot.display()
+    );
+    let (path, lines) = (file(&format!("{name}.toml")), file(&format!("{name}_feel.txt")));
+    std::fs::write(&path, scene).unwrap();
+    std::fs::write(&lines, format!("home\nconfirm\narm\n{script}")).unwrap();
+    let (code, out, error) = told(
+        at_the_top().arg("connect").arg(&path).args(["--target", "desk", "--script"]).arg(&lines).output().unwrap(),
+    );
+    assert_eq!(error, "", "{out}");
+    (code, out)
+}
+
+/// The torque of each joint in the last status that was printed, N m.
+fn torques(out: &str) -> Vec<f64> {
+    let last = out.rsplit("tick ").next().unwrap();
+    last.lines().filter_map(|line| line.split("rad").nth(1)?.split("N m").next()?.trim().parse().ok()).collect()
+}
+
+#[test]
+fn law_and_stiffness_change_without_a_jump_of_torque_and_a_hand_can_lead_the_arm_in_between() {
+    let script = "wait 0.2\nstatus\nsoft\nget 2 position gain\nstiff\nlaw computed-torque\nstatus\nlaw impedance\nstiffness 1\nstatus\n\
+                  teach\nwait 0.3\nhold\nlaw impedance\nrun\nwait\nlaw pd\n";
+    let (code, out) = connect("feel", "", script);
+    assert_eq!(code, 3, "{out}");
+    for line in [
+        "stiffness: 0.25 of the scene's",
+        "stiffness: 4 of the scene's",
+        "law: computed-torque",
+        "stiffness: 1 of the scene's",
+        "law: teach",
+        "teach: running; lead it, then `hold`",
+        "hold: holding: as asked",
+        "run: running; ",
+        "wait: arrived; ",
+    ] {
+        assert!(out.contains(line), "{line}: {out}");
+    }
+    // The one that carries no weight would drop the arm: it is stopped first, and the law refused.
+    let last: Vec<&str> = out.lines().rev().take(3).collect();
+    assert!(out.contains("law: refused: the torque of joint "), "{last:?}");
+    let gain: f64 = out.split("position gain ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let bounds = out.split("1/s^2 (").nth(1).unwrap().split(" to ").next().unwrap();
+    assert_eq!(gain, bounds.parse::<f64>().unwrap(), "the softest is the lower bound: {out}");
+    // An arm at rest is held by the same torques whatever holds it, but for what friction hides: 0.3 N m.
+    let statuses: Vec<Vec<f64>> =
+        out.split("armed; homed").skip(1).map(|part| torques(&format!("tick {part}"))).collect();
+    assert!(statuses.len() >= 3, "{out}");
+    for other in &statuses[1..] {
+        let far = statuses[0].iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(statuses[0].len() == 6 && far < 0.3, "{statuses:?}");
+    }
+}
+
+#[test]
+fn a_payload_is_taken_up_in_parts_where_all_at_once_would_jump() {
+    // A kilogram at the tip is several newton metres at the shoulder, of which 2 may come in a tick.
+    let (code, out) = connect("feel_payload", "", "payload 1.5 0 0 0.1\nstatus\npayload 0\n");
+    assert_eq!(code, 0, "{out}");
+    assert!(out.contains("payload: payload mass 1.5 kg (0 to ") && out.contains("payload: payload mass 0 kg"), "{out}");
+}
+
+#[test]
+fn a_torque_unit_that_is_wrong_is_named_before_anything_moves() {
+    // Right: nothing is said, and every joint that can be told is told.
+    let (code, out) = connect("units", "", "check-torque elbow\njog 2 0.1\nwait\n");
+    assert_eq!(code, 0, "{out}");
+    assert!(!out.contains("torque of") && !out.contains("WRONG"), "{out}");
+    let factor: f64 = out.split("elbow ").nth(1).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
+    assert!((factor - 1.0).abs() < 0.06, "{out}");
+
+    // By 1.3: it is said, and the arm may move.
+    let (code, out) =
+        connect("units_more", "[actuators]\ntorque_factor = 1.3\n", "jog 2 0.1\nwait\ncheck-torque elbow\n");
+    assert_eq!(code, 0, "{out}");
+    let said = out.find("torque of elbow acts 1.").unwrap_or_else(|| panic!("{out}"));
+    assert!(said < out.find("jog: running").unwrap() && out.contains("N m by the model"), "{out}");
+    let factor: f64 = out.split("  elbow ").nth(1).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
+    assert!((factor - 1.3).abs() < 0.08 && out.contains("WRONG"), "{out}");
+
+    // By 4: no motion begins. By a quarter: the arm sinks, is caught, and the reason is named.
+    let (code, out) = connect("units_four", "[actuators]\ntorque_factor = 4.0\n", "jog 2 0.1\n");
+    assert!(
+        code == 3 && out.contains("acts 3.") && out.contains("refused to move") && !out.contains("jog: running"),
+        "{out}"
+    );
+    let (code, out) = connect("units_quarter", "[actuators]\ntorque_factor = 0.25\n", "wait 0.3\n");
+    assert!(code == 3 && out.contains("fault 15") && out.contains("torque of elbow acts 0.2"), "{out}");
+}
+
+#[test]
+fn a_drive_says_in_its_own_words_what_is_wrong() {
+    let failure = "[actuators]\nfailure = { joint = 3, at = 0.2, kind = \"error\" }\n";
+    let (code, out) = connect("words", failure, "wait 0.5\nstatus\n");
+    assert_eq!(code, 3, "{out}");
+    assert!(out.contains("fault 11: the drive reports a fault (joint 3)"), "{out}");
+    assert!(out.contains("joint 3 says: overloaded (error 0xe)"), "{out}");
+}
+
+#[test]
+fn a_push_is_told_in_newtons_at_the_tip() {
+    let push = "[plant]\npush = { at = 0.3, duration = 2.0, wrench = { force = [0.0, 0.0, -8.0] } }\n";
+    let (code, out) = connect("push", push, "wait 0.2\nstatus\nwait 0.6\nstatus\n");
+    assert_eq!(code, 0, "{out}");
+    let forces: Vec<[f64; 3]> = out
+        .split("force ")
+        .skip(1)
+        .map(|part| {
+            let numbers: Vec<f64> = part.split(" N").next().unwrap().split(' ').map(|x| x.parse().unwrap()).collect();
+            numbers.try_into().unwrap()
+        })
+        .collect();
+    let [before, during] = forces.as_slice() else { panic!("{out}") };
+    let size = |force: &[f64; 3]| force.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // What stiction hides of 0.3 N m is a newton at the tip.
+    assert!(size(before) < 2.0, "{before:?}");
+    assert!((size(during) - 8.0).abs() < 2.5, "{during:?}");
+}
