@@ -38,7 +38,11 @@ pub struct CampaignArgs {
     /// The scene files (TOML), which take turns.
     #[arg(
         value_name = "SCENE",
-        default_values = ["scenes/campaign/encoders.toml", "scenes/campaign/states.toml"]
+        default_values = [
+            "scenes/campaign/encoders.toml",
+            "scenes/campaign/states.toml",
+            "scenes/campaign/yam.toml"
+        ]
     )]
     pub scenes: Vec<PathBuf>,
     /// How many runs.

@@ -130,15 +130,15 @@ impl CanBus for NoBus {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct JointCounts {
     /// Ticks in which a reply was due and none came.
-    pub missing: u32,
+    pub missing: u16,
     /// Replies that came a tick late.
-    pub late: u32,
+    pub late: u16,
     /// Replies to no command.
-    pub duplicate: u32,
+    pub duplicate: u16,
     /// Torques that were NaN or infinite, and were sent as no torque.
-    pub refused: u32,
+    pub refused: u16,
     /// Commands that found no room in the transmitter, or were pushed out of it.
-    pub unsent: u32,
+    pub unsent: u16,
 }
 
 /// Errors of a bus; every count wraps.

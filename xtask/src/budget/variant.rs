@@ -21,7 +21,7 @@ pub(crate) fn write(scene: &Path, name: &str, settings: &[(&str, &str)]) -> Resu
     Ok(path)
 }
 
-/// The text with these settings, `KEY` of `[control]` or `TABLE.KEY`, an empty one left out, and with an absolute path of its robot.
+/// The text with these settings, `KEY` of `[control]`, `TABLE.KEY` or `.KEY` of no table, an empty one left out, and with an absolute path of its robot.
 fn with(text: &str, folder: &Path, settings: &[(&str, &str)]) -> Result<String> {
     let mut scene: DocumentMut = text.parse()?;
     if let Some(robot) = scene.get("robot").and_then(Item::as_str) {
@@ -29,8 +29,12 @@ fn with(text: &str, folder: &Path, settings: &[(&str, &str)]) -> Result<String> 
     }
     for (name, setting) in settings {
         let (of, key) = name.split_once('.').unwrap_or(("control", name));
-        let of = scene.entry(of).or_insert_with(table);
-        of[key] = if setting.is_empty() { Item::None } else { Item::Value(setting.parse()?) };
+        let setting = if setting.is_empty() { Item::None } else { Item::Value(setting.parse()?) };
+        if of.is_empty() {
+            scene[key] = setting;
+        } else {
+            scene.entry(of).or_insert_with(table)[key] = setting;
+        }
     }
     Ok(scene.to_string())
 }
@@ -57,6 +61,8 @@ mod tests {
         let scene = "robot = \"/a.toml\"\n[motion]\n";
         let changed = with(scene, Path::new("/p"), &[("kernel_memory", "\"sram\"")]).unwrap();
         assert_eq!(changed, "robot = \"/a.toml\"\n[motion]\n\n[control]\nkernel_memory = \"sram\"\n");
+        let changed = with(scene, Path::new("/p"), &[(".duration", "9.0")]).unwrap();
+        assert_eq!(changed, "robot = \"/a.toml\"\nduration = 9.0\n[motion]\n");
         let changed = with(scene, Path::new("/p"), &[("plant.masses", "1.2")]).unwrap();
         assert_eq!(changed, "robot = \"/a.toml\"\n[motion]\n\n[plant]\nmasses = 1.2\n");
     }

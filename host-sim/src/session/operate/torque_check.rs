@@ -27,7 +27,7 @@ const NAMED: f64 = 1.15;
 const REFUSED: f64 = 2.0;
 
 /// Share of the torque limit that counts as noise.
-const NOISE: f64 = 0.01;
+const NOISE: f64 = 0.005;
 
 /// How far `check-torque` moves a joint, rad or m, and in how many times its shortest time.
 const REACH: f64 = 0.2;

@@ -119,7 +119,7 @@ impl Bench {
         self.buses[joint / 3].bus.borrow_mut().fates.push((joint as u16 + 1, fate));
     }
 
-    fn missing(&self) -> [u32; 6] {
+    fn missing(&self) -> [u16; 6] {
         self.joints.joint_counts().map(|counts| counts.missing)
     }
 }
@@ -492,7 +492,7 @@ proptest! {
             prop_assert!(q.iter().chain(&qd).chain(&readings.torque).all(|x| x.is_finite()));
             for joint in 0..6 {
                 let missed = bench.missing()[joint] - before[joint];
-                prop_assert_eq!(missed, u32::from(readings.age_ticks[joint] > 0));
+                prop_assert_eq!(missed, u16::from(readings.age_ticks[joint] > 0));
                 prop_assert_eq!(readings.faults[joint].contains(JointFaults::MISSING), readings.age_ticks[joint] > MISSING_MAX);
             }
             prop_assert!((0..6).all(|joint| bench.actuator(joint, |a| a.electronics.told().torque.is_finite())));
