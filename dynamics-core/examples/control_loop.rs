@@ -49,6 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         observer: TrackingObserver::new(200.0, PERIOD),
         integral: None,
         teach: None,
+        posture_damping: None,
     };
     let model = arm(1.5)?;
     let mut controller =

@@ -45,6 +45,9 @@ record! {
         pub integral: Option<[Integral<S>; N]>,
         /// Behaviour of the joints under [`Law::Teach`]; `None` leaves the weight alone carried.
         pub teach: Option<[Teach<S>; N]>,
+        /// Share of the damping of [`Law::Impedance`] and [`Law::Split`] that goes through the model, as `M(q) Kd` instead of `M0 Kd`;
+        /// `None` for none.
+        pub posture_damping: Option<S>,
     }
 }
 

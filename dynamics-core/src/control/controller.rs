@@ -303,7 +303,7 @@ where
         let state = State { reference, q, qd, live, turn };
         // Armed or held, it stands where it is.
         let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
-        *torque = torques(law, complies, &config.gains, dynamics, trig, &state);
+        *torque = torques(law, complies, (&config.gains, config.posture_damping), dynamics, trig, &state);
         let gives = complies || led;
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {

@@ -226,7 +226,7 @@ pub fn computed_torque<S: Scalar, const N: usize>(
 pub(super) fn torques<S: Real, const N: usize>(
     law: Law,
     complies: bool,
-    gains: &[Gains<S>; N],
+    (gains, through_model): (&[Gains<S>; N], Option<S>),
     dynamics: &mut impl InverseDynamics<S, N>,
     trig: &impl Trig<S>,
     state: &State<'_, S, N>,
@@ -240,11 +240,19 @@ pub(super) fn torques<S: Real, const N: usize>(
         Law::Feedforward if !complies => (&reference.q, None),
         _ => (q, turn),
     };
+    let damped;
     let (speed, acceleration) = match law {
         _ if complies => (&zero, &wanted),
         // `computed_torque`, by a dynamics that may keep state.
         Law::ComputedTorque => (qd, &wanted),
-        Law::Impedance | Law::Split => (qd, &reference.qdd),
+        Law::Impedance | Law::Split => match through_model {
+            None => (qd, &reference.qdd),
+            Some(share) => {
+                let of = |i: usize| share * gains[i].velocity * (reference.qd[i] - qd[i]);
+                damped = core::array::from_fn(|i| reference.qdd[i] + of(i));
+                (qd, &damped)
+            }
+        },
         Law::Feedforward => (&reference.qd, &reference.qdd),
         Law::Pd | Law::PdGravity | Law::DiagonalInertia | Law::Teach => (&zero, &zero),
     };
@@ -258,6 +266,13 @@ pub(super) fn torques<S: Real, const N: usize>(
         _ if complies => core::array::from_fn(|i| of_model[i] - gains[i].inertia * (gains[i].velocity * qd[i])),
         Law::ComputedTorque | Law::Teach => of_model,
         Law::DiagonalInertia => with(wanted),
+        Law::Impedance | Law::Split if through_model.is_some() => {
+            let rest = S::one() - through_model.unwrap_or(S::zero());
+            with(core::array::from_fn(|i| {
+                let Gains { position, velocity, .. } = gains[i];
+                rest * velocity * (reference.qd[i] - qd[i]) + position * (reference.q[i] - q[i])
+            }))
+        }
         Law::Pd | Law::PdGravity | Law::Feedforward | Law::Impedance | Law::Split => {
             with(spring(gains, reference, q, qd))
         }

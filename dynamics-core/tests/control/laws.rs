@@ -4,8 +4,8 @@ use crate::control::support::{Desk, UnitMasses, by_hand, config, controller, dri
 use dynamics_core::control::{Gains, Law, Spring};
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::{
-    Body, Controller, Dh, Dynamics, Frame, JointKind, JointSpec, Limits, Live, Model, Reference, Rotor, Scene, Tool,
-    Trig,
+    Body, Controller, ControllerConfig, Dh, Dynamics, Frame, JointKind, JointSpec, Limits, Live, Model, Reference,
+    Rotor, Scene, Tool, Trig,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -61,6 +61,27 @@ fn at_this_state_no_two_laws_could_be_mistaken_for_each_other() {
         for b in LAWS[..i].iter().filter(|b| (a, **b) != (Law::Split, Law::Impedance)) {
             assert!(distance(expected(a), expected(*b)) > 0.1, "{a:?} and {b:?}");
         }
+    }
+}
+
+#[test]
+fn damping_by_the_posture_goes_through_the_model_by_its_share() {
+    for law in [Law::Impedance, Law::Split] {
+        let with = |share| {
+            let config = ControllerConfig { posture_damping: Some(share), ..config(law) };
+            driven(controller(config).tick(&REFERENCE, &measured(Q, QD))).0
+        };
+        let damper = [0, 1].map(|i| 2.0 * 0.9 * [20.0, 25.0][i] * (REFERENCE.qd[i] - QD[i]));
+        for share in [0.0, 0.5, 1.0] {
+            let model = by_hand(Q, QD, [0, 1].map(|i| REFERENCE.qdd[i] + share * damper[i]));
+            let expected = [0, 1].map(|i| model[i] + [1.5, 1.3][i] * (spring()[i] - share * damper[i]));
+            assert!(
+                distance(with(share), expected) < 1e-12,
+                "{law:?} {share}: {:?}, by hand {expected:?}",
+                with(share)
+            );
+        }
+        assert_eq!(with(0.0), driven(controller(config(law)).tick(&REFERENCE, &measured(Q, QD))).0);
     }
 }
 

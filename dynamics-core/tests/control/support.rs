@@ -80,6 +80,7 @@ pub(crate) fn config<const N: usize>(law: Law) -> ControllerConfig<f64, N> {
         observer: TrackingObserver::new(200.0, 1e-3),
         integral: None,
         teach: None,
+        posture_damping: None,
     }
 }
 

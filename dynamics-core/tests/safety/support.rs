@@ -40,6 +40,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
         observer: TrackingObserver::new(200.0, 1e-3),
         integral: None,
         teach: None,
+        posture_damping: None,
     };
     let joint = JointRules {
         rest_speed: REST,

@@ -219,6 +219,7 @@ pub const fn config() -> ControllerConfig<f32, N> {
         observer: TrackingObserver::from_gains(0.001, 5e-7, 0.6988058, 203.57094),
         integral: None,
         teach: None,
+        posture_damping: None,
     }
 }
 

@@ -11,7 +11,7 @@ use host_sim::run::target::{Ticked, Torques};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::Named as _;
-use robot_compiler::scene::{IntegralSpec, Integrator, MotionSpec, Push, ScalarChoice, Side};
+use robot_compiler::scene::{DampingAt, IntegralSpec, Integrator, MotionSpec, Push, ScalarChoice, Side};
 use robot_compiler::{Robot, RobotJoint, SceneFile, with_dof};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -404,6 +404,33 @@ fn elbow_pushed(law: Law, place: [f64; 2], stiffness: Option<f64>) -> f64 {
 
 /// Force across the last link, N.
 const PUSH: f64 = 2.0;
+
+/// How far the shoulder swings past its reference when a push on the stretched arm ends, a share of what it was pushed off; its gains
+/// are for the motion's start, which is folded.
+fn swing_back(damping_at: DampingAt) -> f64 {
+    let mut scene = swing();
+    let MotionSpec::Quintic { points, .. } = &mut scene.motion else { panic!("a quintic") };
+    points.truncate(2);
+    (points[0].q, points[1].q, points[1].dwell) = (vec![0.4, 2.8], vec![0.4, 0.1], 6.0);
+    points[1].duration = Some(1.5);
+    scene.plant.start = vec![0.4, 2.8];
+    (scene.control.law, scene.control.stiffness) = (Law::Impedance, Some(vec![60.0; 2]));
+    (scene.control.damping, scene.control.damping_at) = (vec![1.0; 2], damping_at);
+    let wrench = Wrench { force: Vector3::new(0.0, 2.0, 0.0), moment: Vector3::zeros() };
+    scene.plant.push = Some(Push { at: 3.0, duration: 2.0, wrench });
+    let done = run(&scene);
+    assert_eq!((done.end, done.summary.faults), (End::Complete, vec![]));
+    let errors: Vec<f64> = done.record.joint(0).skip(3000).map(|sample| sample.error()).collect();
+    let (low, high) = errors.iter().fold((0.0, 0.0), |(low, high): (f64, f64), e| (low.min(*e), high.max(*e)));
+    // It is pushed to one side, and swings to the other.
+    low.abs().min(high.abs()) / low.abs().max(high.abs())
+}
+
+#[test]
+fn damping_by_the_posture_keeps_a_stretched_arm_from_swinging() {
+    let (start, posture) = (swing_back(DampingAt::Start), swing_back(DampingAt::Posture));
+    assert!(start > 0.02 && posture < 0.2 * start, "{start} and {posture}");
+}
 
 #[test]
 fn an_impedance_gives_way_by_the_torque_over_its_stiffness_in_every_posture_and_computed_torque_does_not() {

@@ -23,7 +23,9 @@ mod plant;
 mod safety;
 mod trajectory;
 
-pub use control::{CollisionSpec, ControlSpec, IntegralSpec, KernelChoice, KernelMemory, ScalarChoice, TeachSpec};
+pub use control::{
+    CollisionSpec, ControlSpec, DampingAt, IntegralSpec, KernelChoice, KernelMemory, ScalarChoice, TeachSpec,
+};
 pub(crate) use drives::UNREAD_MAX;
 pub use lists::joints;
 pub use model::{AutoTerms, ModelSpec, ModelTerm};
@@ -142,6 +144,7 @@ impl SceneFile {
             observer: TrackingObserver::new(self.control.observer_bandwidth, period),
             integral,
             teach,
+            posture_damping: self.control.damping_at.share(),
         }
     }
 

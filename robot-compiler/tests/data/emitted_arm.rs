@@ -158,6 +158,7 @@ pub const fn config() -> ControllerConfig<f32, N> {
         observer: TrackingObserver::from_gains(0.001, 5e-7, 0.63212055, 154.81812),
         integral: None,
         teach: None,
+        posture_damping: None,
     }
 }
 

@@ -64,6 +64,7 @@ fn config() -> ControllerConfig<f32, 2> {
         observer: TrackingObserver::from_gains(0.002, 2e-6, 0.5, 100.0),
         integral: None,
         teach: None,
+        posture_damping: None,
     }
 }
 

@@ -36,6 +36,8 @@ pub struct ControlSpec {
     pub integral: Option<IntegralSpec>,
     /// Feel of an arm that is led by hand; given if the law is [`Law::Teach`].
     pub teach: Option<TeachSpec>,
+    /// Which inertia the damping of a spring is for.
+    pub damping_at: DampingAt,
     /// Whether gains and friction are kept in RAM on the chip, where a host can change them while it runs.
     pub tunable: bool,
     /// Greatest age of a measurement that is still used, ticks.
@@ -139,6 +141,7 @@ impl ControlSpec {
             observer_bandwidth: 500.0,
             integral: None,
             teach: None,
+            damping_at: DampingAt::Start,
             tunable: false,
             age_max: 2,
             position_margin: 0.05,
@@ -172,6 +175,28 @@ impl TeachSpec {
                 let width = WALL * joint.spec.limits.range();
                 if width.is_finite() { width } else { 0.0 }
             }),
+        }
+    }
+}
+
+/// Which inertia the damping of a spring is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DampingAt {
+    /// That of the motion's start.
+    Start,
+    /// That of the posture: half of the damping goes through the model, so that the ratio is nowhere below the one that is asked for.
+    Posture,
+}
+
+impl DampingAt {
+    /// Share of the damping that goes through the model.
+    ///
+    /// With `m = M(q) / M0` the ratio becomes `(1 - s) / sqrt(m) + s sqrt(m)` times the one that is asked for. For `s = 1/2` that is never
+    /// below 1, since the arithmetic mean is not below the geometric one; 1.25 where the inertia is four times or a quarter.
+    pub(crate) fn share(self) -> Option<f64> {
+        match self {
+            Self::Start => None,
+            Self::Posture => Some(0.5),
         }
     }
 }

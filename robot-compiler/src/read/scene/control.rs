@@ -3,7 +3,7 @@
 use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::{Robot, RobotJoint};
-use crate::describe::scene::{ControlSpec, IntegralSpec, KernelChoice, KernelMemory, TeachSpec};
+use crate::describe::scene::{ControlSpec, DampingAt, IntegralSpec, KernelChoice, KernelMemory, TeachSpec};
 use crate::names::name;
 use crate::read::table::{Table, Value};
 use dynamics_core::control::Law;
@@ -17,6 +17,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         "natural_frequency",
         "stiffness",
         "damping",
+        "damping_at",
         "trig",
         "scalar",
         "kernel",
@@ -78,6 +79,13 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
     if let Some(value) = table.get("damping") {
         let one = |value: &Value<'_>| value.positive_up_to(1e3, "a damping ratio, above zero and at most 1e3");
         control.damping = per_joint(&value, robot, "a damping ratio", one)?;
+    }
+    if let Some(value) = table.get("damping_at") {
+        control.damping_at = value.choice(&[("start", DampingAt::Start), ("posture", DampingAt::Posture)])?;
+        if !(control.tunable || matches!(control.law, Law::Impedance | Law::Split)) {
+            let expected = "`law = \"impedance\"` or \"split\", or no such key";
+            return Err(value.error(format!("given beside the law {:?}", name(control.law)), expected));
+        }
     }
     if let Some(integral) = table.get("integral").filter(|_| control.stiffness.is_some()) {
         let expected = "one of the two: integral action ends where the error does, however soft the spring";
