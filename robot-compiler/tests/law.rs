@@ -17,7 +17,7 @@ const STATES: u32 = 50;
 
 /// The law alone: the configuration without the controller's other parts.
 fn law_alone<const N: usize>(config: ControllerConfig<f64, N>) -> ControllerConfig<f64, N> {
-    ControllerConfig { law: Law::ComputedTorque, friction: None, limits: [Limits::none(); N], ..config }
+    ControllerConfig { law: Law::ComputedTorque, friction: None, integral: None, limits: [Limits::none(); N], ..config }
 }
 
 /// Largest difference between a controller and a traced law in some states, relative to the largest torque of the state.

@@ -6,7 +6,7 @@
 use dynamics_core::control::Between;
 use nalgebra::Vector3;
 use robot_compiler::scene::{IntegralSpec, KernelChoice, KernelMemory};
-use robot_compiler::{Robot, SceneFile, emit, with_dof};
+use robot_compiler::{Robot, RobotJoint, SceneFile, emit, with_dof};
 
 use crate::common::{files, rustfmt, top};
 
@@ -20,11 +20,12 @@ fn scenes() -> Vec<SceneFile> {
 fn every_robot_loads_and_names_its_source() {
     let robots = files(&top("robots"), &["toml"]);
     let names: Vec<String> = robots.iter().map(|path| path.file_stem().unwrap().to_string_lossy().into()).collect();
-    assert_eq!(names, ["planar2r", "planar3r", "puma560", "scara", "stanford", "ur5"]);
+    assert_eq!(names, ["planar2r", "planar3r", "puma560", "rebot_b601_rs", "scara", "stanford", "ur5", "yam"]);
     for path in robots {
         let robot = Robot::load(&path).unwrap_or_else(|error| panic!("{error}"));
         assert!(robot.source.len() > 20, "{}", path.display());
-        assert!(robot.joints.iter().all(|joint| joint.encoder.is_some()), "{}", path.display());
+        let measured = |joint: &RobotJoint| joint.encoder.is_some() || joint.has_own_loop();
+        assert!(robot.joints.iter().all(measured), "{}", path.display());
         with_dof!(robot.dof(), N => { robot.model::<N>().unwrap(); });
     }
 }
