@@ -73,6 +73,16 @@ fn ur5_agrees_with_pinocchio() {
 }
 
 #[test]
+fn the_yam_agrees_with_pinocchio() {
+    agrees("yam");
+}
+
+#[test]
+fn the_rebot_agrees_with_pinocchio() {
+    agrees("rebot_b601_rs");
+}
+
+#[test]
 fn the_stanford_arm_agrees_with_pinocchio() {
     agrees("stanford");
 }

@@ -89,4 +89,7 @@ fn arms_that_people_own_give_the_desks_bits() {
     let summary = run_file("scenes/yam_teach.toml", "yam_teach", &["--duration", "1.2"]);
     assert_parity(&summary, 1_200);
     assert_eq!((summary["law"].as_str(), summary["drives"]["kind"].as_str()), (Some("teach"), Some("damiao")));
+    let summary = run_file("scenes/yam_split.toml", "yam_split", &["--duration", "0.3"]);
+    assert_parity(&summary, 300);
+    assert_eq!(summary["law"], "split");
 }
