@@ -184,7 +184,7 @@ pub fn check<const N: usize>(
 
 /// The law with this number; `None` where no law has it.
 fn law(number: f32) -> Option<Law> {
-    Law::ALL.into_iter().find(|law| f32::from(law.code()) == number)
+    Law::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == number.to_bits())
 }
 
 /// Whether the configuration has all that a law needs: the feel of an arm that is led by hand, or springs that its drives' frames can

@@ -7,7 +7,7 @@ use dynamics_core::control::Sensed;
 use host_sim::session::drill::DeskSession;
 use host_sim::study::campaign::Said;
 use host_sim::study::campaign::judge::Heard;
-use link::{Frame, Measurement, Pacing, Status};
+use link::{Aside, Frame, Measurement, Pacing, Status};
 use session::Drives;
 use session::black_box::Report;
 use session::readings::{JointFaults, Readings};
@@ -41,7 +41,7 @@ impl<const N: usize> Bench<N> {
         let (sensed, age_ticks, faults) = self.odd.take().unwrap_or((self.reading(), [0; N], [JointFaults::NONE; N]));
         let sees = self.blind == 0;
         self.blind = self.blind.saturating_sub(1);
-        let readings = sees.then_some(Readings { sensed, torque: [0.0; N], age_ticks, faults });
+        let readings = sees.then_some(Readings { sensed, torque: [0.0; N], age_ticks, faults, errors: [0; N] });
         self.session.sense(readings.as_ref(), &self.lines);
         self.twin.sense(readings.as_ref(), &self.lines);
         if self.pacing() != Some(Pacing::Live) {
@@ -108,7 +108,11 @@ impl<const N: usize> Bench<N> {
             taken: status.taken,
             actuation: complete.actuation.clone().filter(|_| status.actuation.is_some()),
             sensed: complete.sensed.clone().filter(|_| status.sensed.is_some()),
-            reference: complete.reference.clone().filter(|_| status.reference.is_some()),
+            // Torques from outside and a joint's trouble are in no record.
+            aside: match &status.aside {
+                Aside::Reference(_) => complete.aside.clone(),
+                other => other.clone(),
+            },
             ..complete.clone()
         };
         let (a, b) = (Frame::Status(status.clone()), Frame::Status(cut));
@@ -126,7 +130,7 @@ impl<const N: usize> Bench<N> {
 
     /// Move the arm to the reference, or let it stand.
     fn move_arm(&mut self, status: &Status) {
-        let reference = status.reference.as_ref().filter(|_| status.state == 3);
+        let reference = status.reference().filter(|_| status.state == 3);
         match reference.map(|reference| reference.to_core::<N>().unwrap()) {
             Some(Reference { q, qd, .. }) => (self.q, self.qd) = (q, qd),
             None => self.qd = [0.0; N],

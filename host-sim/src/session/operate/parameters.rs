@@ -136,7 +136,7 @@ impl Operator {
             None => (String::new(), "", ""),
         };
         if index == LAW {
-            let law = Law::ALL.into_iter().find(|law| f32::from(law.code()) == value);
+            let law = Law::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == value.to_bits());
             return format!("law {}", law.map_or("unknown", names::name));
         }
         let bounds = match low.is_nan() {
