@@ -46,7 +46,7 @@ pub struct RobotJoint {
 }
 
 impl RobotJoint {
-    /// Whether the joint's drive has a loop of its own that takes a spring and a damper, as [`Law::Split`] needs it.
+    /// Whether the joint's drive has a loop of its own that takes a spring and a damper, as [`dynamics_core::control::Law::Split`] needs it.
     #[must_use]
     pub fn has_own_loop(&self) -> bool {
         self.drive.is_some_and(|drive| drive.mit().is_some())
