@@ -10,6 +10,7 @@
 //! | [`energy`] | energy balance of a run |
 //! | [`explain`] | cost of each term of a model, and the errors without it |
 //! | [`extremes`] | behaviour at the extremes, cell by cell |
+//! | [`identify`] | the model of an arm from logs: its files, its report, the robot file that it becomes |
 //! | [`kernel`] | the arm's dynamics as source code, and the operations that each rewrite saves |
 //! | [`linkage`] | a closed loop of links, driven at constant speed or simulated under a constant moment |
 //! | [`path_work`] | work of the actuators along given states |
@@ -26,6 +27,7 @@ pub mod dynamics;
 pub mod energy;
 pub mod explain;
 pub mod extremes;
+pub mod identify;
 pub mod kernel;
 pub mod linkage;
 mod numbers;
