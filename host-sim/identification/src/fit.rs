@@ -152,6 +152,14 @@ impl Rows {
     }
 }
 
+impl Rows {
+    /// How many neighbouring rows of this residual say as much as one independent row.
+    #[must_use]
+    pub fn runs(&self, left: &[f64]) -> f64 {
+        covariance::runs(left, self)
+    }
+}
+
 impl Fit {
     /// Root mean square of each joint's residual in blocks that were not fitted, N m or N.
     #[must_use]
@@ -181,7 +189,7 @@ impl Fit {
 }
 
 /// Robust deviation: 1.4826 times the median of magnitudes, and not less than half of the root mean square.
-fn deviation(x: &[f64]) -> f64 {
+pub(crate) fn deviation(x: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = x.iter().map(|x| x.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);

@@ -4,7 +4,7 @@ use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{json, print};
 use crate::failure::{Failure, in_file};
-use crate::study::identify::{LogOptions, Outcome, Subject, prediction};
+use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction};
 use clap::Args;
 use identification::identify::Settings;
 use identification::log::Log;
@@ -37,6 +37,12 @@ pub struct IdentifyArgs {
     /// Logs to judge the result on.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub validate: Vec<PathBuf>,
+    /// Logs with something held: its mass, centre and inertia. Without --log, the robot file's own numbers are the known arm.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub payload: Vec<PathBuf>,
+    /// How far the scale of measured torque is trusted, as a share; 0.1 for currents, 0.02 otherwise.
+    #[arg(long, value_name = "SHARE")]
+    pub torque_deviation: Option<f64>,
     /// A file for the robot with its new numbers.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -86,10 +92,15 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
     let wrong = |expected: &str, found: String| {
         Err(Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}")))
     };
-    if args.log.is_empty() {
-        return wrong("--log FILE, a record of the arm's motion", "no log".to_owned());
+    if args.log.is_empty() && args.payload.is_empty() {
+        return wrong("--log FILE, a record of the arm's motion, or --payload FILE", "no log".to_owned());
     }
-    for (name, value) in [("--cutoff", args.cutoff), ("--motion-cutoff", args.motion_cutoff), ("--trust", Some(args.trust))] {
+    for (name, value) in [
+        ("--cutoff", args.cutoff),
+        ("--motion-cutoff", args.motion_cutoff),
+        ("--torque-deviation", args.torque_deviation),
+        ("--trust", Some(args.trust)),
+    ] {
         if value.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
             return wrong("a number above zero", format!("{name} {}", value.unwrap_or(f64::NAN)));
         }
@@ -109,11 +120,16 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
     let logs = args.log.iter().map(|path| subject.log(path, &options)).collect::<Result<Vec<Log>, _>>()?;
     let resting = LogOptions { may_rest: true, ..options };
     let validation = args.validate.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
+    let loaded = args.payload.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
     let settings = Settings {
         torque_cutoff: args.cutoff,
         motion_cutoff: args.motion_cutoff,
         plain_friction: args.plain_friction,
     };
+    if logs.is_empty() {
+        let held = held::against_file(&subject, &loaded, &settings, args.torque_deviation);
+        return print(&if args.json { json(&held::json(&held, &subject))? + "\n" } else { held::text(&held, &subject) });
+    }
     let outcome = Outcome::of(&subject, &logs, &validation, &settings);
     if let (Some(path), Some(judged)) = (&args.predict, outcome.judged.first()) {
         prediction::write(judged, path)?;
@@ -122,5 +138,13 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
         let text = outcome.numbers.robot_file(&subject, &args.robot, args.chain.ends())?;
         std::fs::write(path, text).map_err(|error| in_file(path, &error))?;
     }
-    print(&if args.json { json(&outcome.json(&subject))? + "\n" } else { outcome.text(&subject) })
+    let held = (!loaded.is_empty()).then(|| held::against(&subject, &outcome.found, &loaded, args.torque_deviation));
+    if args.json {
+        let mut all = outcome.json(&subject);
+        if let Some(held) = &held {
+            all["payload"] = held::json(held, &subject)["payload"].clone();
+        }
+        return print(&(json(&all)? + "\n"));
+    }
+    print(&(outcome.text(&subject) + &held.map_or_else(String::new, |held| held::text(&held, &subject))))
 }

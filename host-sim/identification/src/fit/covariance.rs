@@ -30,8 +30,7 @@ fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &
     let covariances = autocovariance(&left, rows);
     let lags = covariances.len();
     let bartlett = |lag: usize| 1.0 - lag as f64 / lags as f64;
-    let runs = 1.0 + 2.0 * (1..lags).map(|k| bartlett(k) * covariances[k] / covariances[0]).sum::<f64>();
-    let independent = count as f64 / runs.max(1.0);
+    let independent = count as f64 / run_length(&covariances);
     let used = rows.places.len() as f64;
     // Each joint pays for its friction and for its share of the bodies; no more than nine tenths.
     let raise = independent / (independent - used.min(0.9 * independent));
@@ -50,6 +49,18 @@ fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &
             }
         }
     }
+}
+
+/// How many rows say as much as one independent row.
+fn run_length(covariances: &[f64]) -> f64 {
+    let lags = covariances.len() as f64;
+    let sum: f64 = covariances.iter().enumerate().skip(1).map(|(k, c)| (1.0 - k as f64 / lags) * c).sum();
+    (1.0 + 2.0 * sum / covariances[0]).max(1.0)
+}
+
+/// The same for a residual.
+pub(super) fn runs(left: &[f64], rows: &Rows) -> f64 {
+    run_length(&autocovariance(left, rows))
 }
 
 /// Autocovariance of a residual up to the end of its runs.

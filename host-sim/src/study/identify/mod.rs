@@ -4,10 +4,12 @@
 //! |---|---|
 //! | [`subject`] | the arm and its maker's numbers |
 //! | [`outcome`] | errors of torque on logs, before and after; JSON and text |
+//! | [`held`] | what the arm holds |
 //! | [`robot_file`] | the robot file with the identified numbers |
 //! | [`report`] | the page that a person reads |
 //! | [`prediction`] | measured and predicted torque as CSV |
 
+pub mod held;
 pub mod outcome;
 pub mod prediction;
 pub mod report;
