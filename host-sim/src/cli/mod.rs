@@ -10,6 +10,7 @@ pub mod contact;
 pub mod doctor;
 pub mod dynamics;
 pub mod energy;
+pub mod excite;
 pub mod explain;
 pub mod extremes;
 pub mod gravity;
@@ -75,6 +76,8 @@ pub enum Command {
     Motion(motion::MotionArgs),
     /// Would a physicist believe a robot file: impossible bodies, placeholders, what cannot hold itself, what is missing.
     Check(check::CheckArgs),
+    /// Design a motion worth recording, to identify an arm from.
+    Excite(excite::ExciteArgs),
     /// Identify an arm from logs: masses, inertias, friction, what it holds.
     Identify(identify::IdentifyArgs),
     /// Write a TOML robot file from an arm of a URDF file.

@@ -8,6 +8,7 @@
 //! | [`contact`] | the wrench at the tip, felt through a sensor in the base |
 //! | [`dynamics`] | inverse and forward dynamics of given states |
 //! | [`energy`] | energy balance of a run |
+//! | [`excite`] | motions worth recording |
 //! | [`explain`] | cost of each term of a model, and the errors without it |
 //! | [`extremes`] | behaviour at the extremes, cell by cell |
 //! | [`identify`] | the model of an arm from logs: its files, its report, the robot file that it becomes |
@@ -25,6 +26,7 @@ pub mod check;
 pub mod contact;
 pub mod dynamics;
 pub mod energy;
+pub mod excite;
 pub mod explain;
 pub mod extremes;
 pub mod identify;
