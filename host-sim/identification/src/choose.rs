@@ -15,14 +15,16 @@ pub const EARNED: f64 = 0.03;
 const EARNED_DIRECTION: f64 = 0.06;
 
 /// Ways of telling the direction, in rad and rad/s (m and m/s).
-const DIRECTIONS: [Direction; 9] = [
+const DIRECTIONS: [Direction; 11] = [
     Direction::Hysteresis(1e-4),
     Direction::Hysteresis(3e-5),
     Direction::Hysteresis(3e-4),
     Direction::Hysteresis(1e-3),
     Direction::Hysteresis(5e-3),
     Direction::Smooth(1e-3),
+    Direction::Smooth(2e-3),
     Direction::Smooth(5e-3),
+    Direction::Smooth(1e-2),
     Direction::Smooth(2e-2),
     Direction::Smooth(8e-2),
 ];

@@ -145,6 +145,9 @@ impl Outcome {
             "joints": joints,
             "parameters": base,
             "links": self.numbers.json(subject),
+            "tried": found.tried.iter().map(|tried| json!({
+                "what": tried.what, "held_out": tried.held_out, "kept": tried.kept,
+            })).collect::<Vec<_>>(),
             "condition": found.condition,
             "rank": found.base.len(),
             "gap": [found.base.gap.0, found.base.gap.1],
