@@ -4,7 +4,7 @@ use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{json, print};
 use crate::failure::{Failure, in_file};
-use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction};
+use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report};
 use clap::Args;
 use identification::identify::Settings;
 use identification::log::Log;
@@ -46,7 +46,7 @@ pub struct IdentifyArgs {
     /// A file for the robot with its new numbers.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// A folder for the report: index.html with its pictures.
+    /// A folder for the report: index.html, with all pictures in it.
     #[arg(long, value_name = "FOLDER")]
     pub report: Option<PathBuf>,
     /// A file for measured and predicted torque (behind the same filter) of the first judged log, CSV.
@@ -139,6 +139,10 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
         std::fs::write(path, text).map_err(|error| in_file(path, &error))?;
     }
     let held = (!loaded.is_empty()).then(|| held::against(&subject, &outcome.found, &loaded, args.torque_deviation));
+    if let Some(folder) = &args.report {
+        let text = held.as_ref().map(|held| held::text(held, &subject));
+        report::write(&outcome, &subject, text.as_deref(), folder)?;
+    }
     if args.json {
         let mut all = outcome.json(&subject);
         if let Some(held) = &held {
