@@ -76,7 +76,7 @@ const ROWS: [Row; 21] = [
         &[],
     ),
     row("fuzz", "host-sim/fuzz", &["dynamics-core", "host-sim", "link", "robot-compiler", "session"], &[]),
-    row("identification", "host-sim/identification", &["dynamics-core"], &[]),
+    row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
     row("chip-image", "xtask/image", &[], &[]),
     row("chip-log", "xtask/log", &[], &[]),
     row("chip-budget", "xtask/budget", ALL, ALL),

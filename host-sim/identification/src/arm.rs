@@ -77,8 +77,7 @@ impl<const N: usize> Arm for Chain<N> {
     fn columns(&self, q: &[f64], qd: &[f64], qdd: &[f64], out: &mut [f64]) {
         let fixed = |x: &[f64]| -> [f64; N] { core::array::from_fn(|i| x[i]) };
         let (q, qd, qdd) = (fixed(q), fixed(qd), fixed(qdd));
-        let found =
-            inverse_dynamics_regressor(&self.dynamics, &Libm.sin_cos_all(&q), &q, &qd, &qdd, &Live::zero());
+        let found = inverse_dynamics_regressor(&self.dynamics, &Libm.sin_cos_all(&q), &q, &qd, &qdd, &Live::zero());
         for (place, value) in out.iter_mut().zip(found.iter().flatten().flatten()) {
             *place = *value;
         }

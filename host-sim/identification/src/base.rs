@@ -119,9 +119,8 @@ impl Base {
 fn preferred(joints: usize) -> Vec<usize> {
     const FIRST: [usize; 7] = [4, 5, 6, 8, 9, 1, 2];
     const THEN: [usize; 3] = [7, 3, 0];
-    let of_links = |which: &'static [usize]| {
-        (0..joints).flat_map(move |link| which.iter().map(move |k| PARAMETERS * link + k))
-    };
+    let of_links =
+        |which: &'static [usize]| (0..joints).flat_map(move |link| which.iter().map(move |k| PARAMETERS * link + k));
     of_links(&FIRST).chain(of_links(&THEN)).chain(PARAMETERS * joints..parameter_count(joints)).collect()
 }
 

@@ -30,11 +30,7 @@ const DIRECTIONS: [Direction; 11] = [
 ];
 
 /// Terms beside offset, viscous and Coulomb friction, in groups of which a joint takes the best.
-const GROUPS: [&[Term]; 3] = [
-    &[Term::Load],
-    &[Term::Root, Term::Stribeck(0.1)],
-    &[Term::Asymmetric],
-];
+const GROUPS: [&[Term]; 3] = [&[Term::Load], &[Term::Root, Term::Stribeck(0.1)], &[Term::Asymmetric]];
 
 /// A candidate and what it did.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,8 +93,8 @@ impl Change {
 /// Fits every change in all joints at once, and lets each joint keep the one that helps it most.
 fn try_group(
     judge: &impl Fn(&[Law]) -> Vec<f64>,
-    laws: &mut Vec<Law>,
-    best: &mut Vec<f64>,
+    laws: &mut [Law],
+    best: &mut [f64],
     tried: &mut Vec<Tried>,
     changes: &[Change],
 ) {
@@ -106,12 +102,14 @@ fn try_group(
         changes.iter().map(|change| judge(&laws.iter().map(|law| change.of(law)).collect::<Vec<_>>())).collect();
     let pick = |joint: usize| {
         let all = errors.iter().enumerate().map(|(k, e)| (k, e[joint]));
-        all.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(k, e)| *e < (1.0 - changes[*k].earned()) * best[joint]).map(|(k, _)| k)
+        all.min_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(k, e)| *e < (1.0 - changes[*k].earned()) * best[joint])
+            .map(|(k, _)| k)
     };
     let picked: Vec<Option<usize>> = (0..laws.len()).map(pick).collect();
     let combined: Vec<Law> =
         laws.iter().zip(&picked).map(|(law, k)| k.map_or_else(|| law.clone(), |k| changes[k].of(law))).collect();
-    let together = if picked.iter().any(Option::is_some) { judge(&combined) } else { best.clone() };
+    let together = if picked.iter().any(Option::is_some) { judge(&combined) } else { best.to_vec() };
     // Joints share links: what helps one alone may not help beside the others.
     let lower = |joint: usize| picked[joint].is_some() && together[joint] < best[joint];
     let kept: Vec<bool> = (0..laws.len()).map(lower).collect();

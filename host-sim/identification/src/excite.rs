@@ -109,7 +109,11 @@ pub fn excite(subject: &Subject<'_>, room: &Room, search: &Search, tick: &dyn Fn
             _ => {
                 let mut draw = || -> Vec<Vec<f64>> {
                     (0..search.harmonics)
-                        .map(|k| (0..joints).map(|j| uniform() * (room.position[j].1 - room.position[j].0) / (k + 1) as f64).collect())
+                        .map(|k| {
+                            (0..joints)
+                                .map(|j| uniform() * (room.position[j].1 - room.position[j].0) / (k + 1) as f64)
+                                .collect()
+                        })
                         .collect()
                 };
                 Coefficients { sine: draw(), cosine: draw() }

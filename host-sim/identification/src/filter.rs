@@ -32,10 +32,7 @@ impl LowPass {
             let norm = 1.0 + damping * w + w * w;
             Section { b: w * w / norm, a1: 2.0 * (w * w - 1.0) / norm, a2: (1.0 - damping * w + w * w) / norm }
         };
-        Self {
-            sections: [section(PI / 8.0), section(3.0 * PI / 8.0)],
-            settling: (1.5 * rate / cutoff).ceil() as usize,
-        }
+        Self { sections: [section(PI / 8.0), section(3.0 * PI / 8.0)], settling: (2.5 * rate / cutoff).ceil() as usize }
     }
 
     /// The filtered samples, as many as before. Beyond its ends a signal is continued by its own reflection in the end point, which keeps

@@ -85,7 +85,8 @@ impl Problem<'_> {
     /// Rows of each joint, for these loads of every log.
     #[must_use]
     pub fn rows(&self, loads: &[Series]) -> Vec<Rows> {
-        let friction: Vec<Vec<Series>> = self.logs.iter().zip(loads).map(|(log, loads)| self.friction(log, loads)).collect();
+        let friction: Vec<Vec<Series>> =
+            self.logs.iter().zip(loads).map(|(log, loads)| self.friction(log, loads)).collect();
         (0..self.laws.len()).map(|joint| self.rows_of(joint, &friction)).collect()
     }
 
@@ -107,7 +108,8 @@ impl Problem<'_> {
                 None => friction[log][joint][column - bodies.len()][k],
             }
         });
-        let target = DVector::from_iterator(picked.len(), picked.iter().map(|(log, k, _)| self.logs[*log].tau[joint][*k]));
+        let target =
+            DVector::from_iterator(picked.len(), picked.iter().map(|(log, k, _)| self.logs[*log].tau[joint][*k]));
         Rows { places, columns, target, from: picked.into_iter().map(|(log, _, block)| (log, block)).collect() }
     }
 

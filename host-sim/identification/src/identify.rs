@@ -99,8 +99,11 @@ pub fn identify(arm: &dyn Arm, maker: &Maker, logs: &[Log], settings: &Settings)
         let at = problem.offset(joint) + k;
         whole[(at, at)].max(0.0).sqrt()
     };
-    let friction_deviations =
-        laws.iter().enumerate().map(|(joint, law)| (0..law.terms.len()).map(|k| deviation(joint, k)).collect()).collect();
+    let friction_deviations = laws
+        .iter()
+        .enumerate()
+        .map(|(joint, law)| (0..law.terms.len()).map(|k| deviation(joint, k)).collect())
+        .collect();
     let condition = condition(&fit.normal.matrix.view((0, 0), (b, b)).into_owned());
     Identified {
         filters: Filters { motion, torque },
@@ -173,7 +176,9 @@ impl Identified {
         let loads = prepared.of_bodies(self.bodies.beta.as_slice());
         let problem = Problem { logs: std::slice::from_ref(&prepared), base: &self.base, laws: &self.laws };
         let mut model = loads.clone();
-        for ((model, columns), coefficients) in model.iter_mut().zip(problem.friction(&prepared, &loads)).zip(&self.friction) {
+        for ((model, columns), coefficients) in
+            model.iter_mut().zip(problem.friction(&prepared, &loads)).zip(&self.friction)
+        {
             for (column, c) in columns.iter().zip(coefficients) {
                 model.iter_mut().zip(column).for_each(|(sum, x)| *sum += c * x);
             }
@@ -183,7 +188,13 @@ impl Identified {
 
     /// Torque along a log by other parameters and a law `friction(joint, qd)` of one's own, N m or N: what a robot file says.
     #[must_use]
-    pub fn predict_by(&self, arm: &dyn Arm, log: &Log, parameters: &[f64], friction: &dyn Fn(usize, f64) -> f64) -> Series {
+    pub fn predict_by(
+        &self,
+        arm: &dyn Arm,
+        log: &Log,
+        parameters: &[f64],
+        friction: &dyn Fn(usize, f64) -> f64,
+    ) -> Series {
         let prepared = Prepared::new(log, arm, &self.base, self.filters);
         let mut model = prepared.of_bodies(self.base.of_parameters(parameters).as_slice());
         for (joint, model) in model.iter_mut().enumerate() {

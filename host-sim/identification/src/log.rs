@@ -71,7 +71,8 @@ impl Log {
     /// [`BadLog`] names the line and the column: a column that is missing or there twice, a field that is no number, time that runs back
     /// or has a gap, units that cannot be, a joint that never moves, clipped torques, columns of two joints exchanged, too few samples.
     pub fn read(text: &[u8], file: &str, reading: &Reading) -> Result<Self, BadLog> {
-        let wrong = |place: String, found: String, expected: String| BadLog { file: file.to_owned(), place, found, expected };
+        let wrong =
+            |place: String, found: String, expected: String| BadLog { file: file.to_owned(), place, found, expected };
         let mut rows = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text);
         let head = rows
             .headers()

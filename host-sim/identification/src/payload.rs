@@ -102,7 +102,8 @@ impl Known {
     /// What the arm holds along these logs. `scale` is measured torque over true torque with its deviation: [`torque_scale`], or (1, 0).
     #[must_use]
     pub fn payload(&self, arm: &dyn Arm, logs: &[Log], scale: (f64, f64)) -> Payload {
-        let prepared: Vec<Prepared> = logs.iter().map(|log| Prepared::new(log, arm, &self.base, self.filters)).collect();
+        let prepared: Vec<Prepared> =
+            logs.iter().map(|log| Prepared::new(log, arm, &self.base, self.filters)).collect();
         let problem = Problem { logs: &prepared, base: &self.base, laws: &self.laws };
         let last = self.last_link();
         let b = self.base.len();
@@ -171,8 +172,10 @@ impl Known {
         let mut sum = DMatrix::zeros(PARAMETERS + more, b);
         for (((rows, asked), sigma), weights) in rows.iter().zip(asked).zip(sigma).zip(weights) {
             for (column, &place) in asked.columns.column_iter().zip(&asked.places) {
-                let weighed: DVector<f64> =
-                    DVector::from_iterator(column.len(), column.iter().zip(weights).map(|(x, w)| x * w / (sigma * sigma)));
+                let weighed: DVector<f64> = DVector::from_iterator(
+                    column.len(),
+                    column.iter().zip(weights).map(|(x, w)| x * w / (sigma * sigma)),
+                );
                 for (own, &at) in rows.columns.column_iter().zip(&rows.places).filter(|(_, at)| **at < b) {
                     sum[(place, at)] += weighed.dot(&own);
                 }
@@ -255,7 +258,9 @@ pub fn torque_scale(arm: &dyn Arm, known: &Known, maker: &Maker, deviation: f64)
     let directions = gravity_directions(arm, &known.base);
     let n = known.base.joints;
     let mut parameters = vec![0.0; known.base.regroup.ncols()];
-    for (place, (own, fixed)) in parameters.iter_mut().zip(maker.links.iter().flatten().zip(maker.fixed.iter().flatten())) {
+    for (place, (own, fixed)) in
+        parameters.iter_mut().zip(maker.links.iter().flatten().zip(maker.fixed.iter().flatten()))
+    {
         *place = own + fixed;
     }
     let total: f64 = maker.links.iter().map(|link| link[0]).sum();
@@ -274,8 +279,7 @@ pub fn torque_scale(arm: &dyn Arm, known: &Known, maker: &Maker, deviation: f64)
     let through = directions.transpose() * &known.base.regroup;
     let made = &through * DVector::from_vec(parameters);
     let of_maker = &through * spread * through.transpose();
-    let (found, of_data) =
-        (directions.tr_mul(&known.beta), directions.transpose() * &known.covariance * &directions);
+    let (found, of_data) = (directions.tr_mul(&known.beta), directions.transpose() * &known.covariance * &directions);
     let cost = |s: f64| {
         let c = &of_data + &of_maker * (s * s);
         let off = &found - &made * s;
@@ -302,7 +306,8 @@ fn gravity_directions(arm: &dyn Arm, base: &Base) -> DMatrix<f64> {
     let mut out = vec![0.0; n * width];
     let mut gram = DMatrix::zeros(base.len(), base.len());
     for state in 0..200 {
-        let q: Vec<f64> = (0..n).map(|joint| 3.0 * (f64::from(state) * (1.0 + 0.37 * joint as f64) + joint as f64).sin()).collect();
+        let q: Vec<f64> =
+            (0..n).map(|joint| 3.0 * (f64::from(state) * (1.0 + 0.37 * joint as f64) + joint as f64).sin()).collect();
         arm.columns(&q, &vec![0.0; n], &vec![0.0; n], &mut out);
         for joint in 0..n {
             let row = DVector::from_iterator(

@@ -105,7 +105,10 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
         }
     }
     if !(1..=8).contains(&args.harmonics) || !(1..=100).contains(&args.periods) || args.tries == 0 {
-        return wrong("--harmonics 1 to 8, --periods 1 to 100, --tries above zero", "a number out of its range".to_owned());
+        return wrong(
+            "--harmonics 1 to 8, --periods 1 to 100, --tries above zero",
+            "a number out of its range".to_owned(),
+        );
     }
     let given = RobotOrScene::load(&args.file, args.chain.ends())?;
     let kind = match (args.friction, args.r#static) {

@@ -121,14 +121,15 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
     let resting = LogOptions { may_rest: true, ..options };
     let validation = args.validate.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
     let loaded = args.payload.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
-    let settings = Settings {
-        torque_cutoff: args.cutoff,
-        motion_cutoff: args.motion_cutoff,
-        plain_friction: args.plain_friction,
-    };
+    let settings =
+        Settings { torque_cutoff: args.cutoff, motion_cutoff: args.motion_cutoff, plain_friction: args.plain_friction };
     if logs.is_empty() {
         let held = held::against_file(&subject, &loaded, &settings, args.torque_deviation);
-        return print(&if args.json { json(&held::json(&held, &subject))? + "\n" } else { held::text(&held, &subject) });
+        return print(&if args.json {
+            json(&held::json(&held, &subject))? + "\n"
+        } else {
+            held::text(&held, &subject)
+        });
     }
     let outcome = Outcome::of(&subject, &logs, &validation, &settings);
     if let (Some(path), Some(judged)) = (&args.predict, outcome.judged.first()) {

@@ -81,7 +81,9 @@ pub struct Designed {
 /// # Errors
 /// [`Failure::Input`]: a centre outside the limits, or nothing found that keeps them.
 pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
-    let wrong = |expected: &str, found: String| Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"));
+    let wrong = |expected: &str, found: String| {
+        Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"))
+    };
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     let gravity = match scene.model.gravity {
         Term::Constant(gravity) => gravity,
@@ -94,13 +96,18 @@ pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn(
     let allowed = |q: &[f64]| wishes.above.is_none_or(|height| lowest(&model, &gravity, q) >= height);
     let subject = Subject { arm: &chain, base: &base, beta: beta.as_slice(), allowed: &allowed };
     let nothing = || {
-        wrong("a lower --above, another --centre, less --swing or more --torque", "no motion keeps limits and workspace".to_owned())
+        wrong(
+            "a lower --above, another --centre, less --swing or more --torque",
+            "no motion keeps limits and workspace".to_owned(),
+        )
     };
     match wishes.kind {
         Kind::Series => {
-            let search = Search { harmonics: wishes.harmonics, period: wishes.period, tries: wishes.tries, seed: wishes.seed };
+            let search =
+                Search { harmonics: wishes.harmonics, period: wishes.period, tries: wishes.tries, seed: wishes.seed };
             let series = excite(&subject, &room, &search, tick).ok_or_else(nothing)?;
-            with_ramp(&model, &base, &room, wishes, &series).map_err(|error| wrong("a longer --period or less --speed", error.to_string()))
+            with_ramp(&model, &base, &room, wishes, &series)
+                .map_err(|error| wrong("a longer --period or less --speed", error.to_string()))
         }
         Kind::Friction => Ok(sweeps(&room)),
         Kind::Static => {
@@ -112,7 +119,8 @@ pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn(
 
 fn room<const N: usize>(model: &Model<f64, N>, wishes: &Wishes) -> Result<Room, String> {
     let limits: Vec<_> = model.links().iter().map(|link| link.limits).collect();
-    let middle = |(lo, hi): (f64, f64)| if lo.is_finite() && hi.is_finite() { 0.5 * (lo + hi) } else { 0.0_f64.clamp(lo, hi) };
+    let middle =
+        |(lo, hi): (f64, f64)| if lo.is_finite() && hi.is_finite() { 0.5 * (lo + hi) } else { 0.0_f64.clamp(lo, hi) };
     let centre = wishes.centre.clone().unwrap_or_else(|| limits.iter().map(|l| middle(l.position)).collect());
     if centre.len() != N {
         return Err(format!("--centre: {} numbers for {N} joints", centre.len()));
@@ -199,8 +207,7 @@ fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &Series, spec: &Fo
     );
     let often = f64::from(wishes.periods).sqrt();
     let deviations: Vec<f64> = series.deviations.iter().map(|d| d / often).collect();
-    let notes: Vec<String> =
-        (0..base.len()).map(|k| format!("#   {:.1e}  {}", deviations[k], base.name(k))).collect();
+    let notes: Vec<String> = (0..base.len()).map(|k| format!("#   {:.1e}  {}", deviations[k], base.name(k))).collect();
     let block = |name: &str, all: &[[f64; N]]| {
         let rows: Vec<String> = all[..wishes.harmonics].iter().map(|a| format!("    {},\n", list(a))).collect();
         format!("{name} = [\n{}]\n", rows.concat())

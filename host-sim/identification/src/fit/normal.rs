@@ -18,7 +18,13 @@ pub struct Normal {
 impl Normal {
     /// Sum over the rows of the blocks that are asked for, each row weighing `weight / sigma^2`.
     #[must_use]
-    pub fn of(rows: &[Rows], sigma: &[f64], weights: &[Vec<f64>], block: impl Fn(usize) -> bool, unknowns: usize) -> Self {
+    pub fn of(
+        rows: &[Rows],
+        sigma: &[f64],
+        weights: &[Vec<f64>],
+        block: impl Fn(usize) -> bool,
+        unknowns: usize,
+    ) -> Self {
         let mut normal = Self { matrix: DMatrix::zeros(unknowns, unknowns), right: DVector::zeros(unknowns) };
         for ((rows, sigma), weights) in rows.iter().zip(sigma).zip(weights) {
             normal.add(rows, *sigma, weights, &block);
@@ -75,7 +81,8 @@ pub fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
         let ridge = if i == j { RIDGE + if scale[i] > 0.0 { 0.0 } else { 1.0 } } else { 0.0 };
         matrix[(i, j)] * scale[i] * scale[j] + ridge
     });
-    let found = scaled.cholesky().map_or_else(|| DVector::zeros(n), |factor| factor.solve(&right.component_mul(&scale)));
+    let found =
+        scaled.cholesky().map_or_else(|| DVector::zeros(n), |factor| factor.solve(&right.component_mul(&scale)));
     found.component_mul(&scale)
 }
 

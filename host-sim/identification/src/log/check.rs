@@ -50,7 +50,11 @@ impl Table<'_> {
         let time: Vec<f64> = columns.next().unwrap_or_default().iter().map(|t| t / ticks).collect();
         let scaled = |series: Series| -> Series {
             let unit = |turns: bool| if reading.degrees && turns { 1f64.to_radians() } else { 1.0 };
-            series.into_iter().zip(&reading.turns).map(|(x, turns)| x.iter().map(|x| x * unit(*turns)).collect()).collect()
+            series
+                .into_iter()
+                .zip(&reading.turns)
+                .map(|(x, turns)| x.iter().map(|x| x * unit(*turns)).collect())
+                .collect()
         };
         let q = scaled(columns.by_ref().take(n).collect());
         let qd = self.places.velocities.then(|| scaled(columns.by_ref().take(n).collect()));
@@ -92,7 +96,11 @@ impl Table<'_> {
         }
         if let Some(k) = time.windows(2).position(|t| t[1] - t[0] > (GAP * step).max(0.1)) {
             let found = format!("a gap of {:.3} s", time[k + 1] - time[k]);
-            return Err(self.wrong(self.at(k + 1, 0), found, "one stretch of time: cut the log there, and give both parts"));
+            return Err(self.wrong(
+                self.at(k + 1, 0),
+                found,
+                "one stretch of time: cut the log there, and give both parts",
+            ));
         }
         Ok(())
     }
@@ -145,7 +153,11 @@ impl Table<'_> {
             let ratio = dot(&change[i], &qd[i]) / dot(&change[i], &change[i]);
             if own > 0.7 && !(0.5..2.0).contains(&ratio) {
                 let found = format!("{ratio:.4} times the position's change per second");
-                return Err(self.wrong(self.at(0, 1 + n + i), found, "position, velocity and time in one set of units"));
+                return Err(self.wrong(
+                    self.at(0, 1 + n + i),
+                    found,
+                    "position, velocity and time in one set of units",
+                ));
             }
         }
         Ok(())
@@ -154,7 +166,8 @@ impl Table<'_> {
     /// Torques that stay at their extreme while the arm moves.
     fn clipped(&self, q: &Series, tau: &Series) -> Result<(), BadLog> {
         for (joint, tau) in tau.iter().enumerate() {
-            for extreme in [tau.iter().copied().fold(f64::MIN, f64::max), tau.iter().copied().fold(f64::MAX, f64::min)] {
+            for extreme in [tau.iter().copied().fold(f64::MIN, f64::max), tau.iter().copied().fold(f64::MAX, f64::min)]
+            {
                 let near = |x: &f64| (x - extreme).abs() <= 1e-9 * extreme.abs();
                 let (mut all, mut first, mut k) = (0, None, 0);
                 while k < tau.len() {
@@ -182,7 +195,11 @@ impl Table<'_> {
             let most = TOO_MUCH * reading.torque[joint];
             if let Some(k) = tau.iter().position(|x| x.abs() > most.min(1e6)) {
                 let found = format!("{:.1} N m, {TOO_MUCH} times the torque limit or more", tau[k]);
-                return Err(self.wrong(self.at(k, column), found, "torque in N m (N), or currents with --torque-per-ampere"));
+                return Err(self.wrong(
+                    self.at(k, column),
+                    found,
+                    "torque in N m (N), or currents with --torque-per-ampere",
+                ));
             }
             if tau.iter().all(|x| x.abs() < 1e-9) {
                 let place = format!("lines {} on, {}", self.lines[0], self.name(column));

@@ -45,7 +45,12 @@ impl Places {
             let both = [number, name];
             kinds.iter().find_map(|kind| {
                 both.iter().find_map(|id| {
-                    let forms = [format!("{kind}{id}"), format!("{id}{kind}"), format!("joint{id}{kind}"), format!("{kind}joint{id}")];
+                    let forms = [
+                        format!("{kind}{id}"),
+                        format!("{id}{kind}"),
+                        format!("joint{id}{kind}"),
+                        format!("{kind}joint{id}"),
+                    ];
                     forms.iter().map(|form| plain(form)).find_map(|form| find(&form))
                 })
             })
@@ -58,7 +63,12 @@ impl Places {
                 None => Ok(found.iter().flatten().copied().collect()),
                 Some(joint) => Err((
                     listed(head),
-                    format!("a column `{name}_{}` for joint {} ({}), {unit}", joint + 1, joint + 1, reading.joints[joint]),
+                    format!(
+                        "a column `{name}_{}` for joint {} ({}), {unit}",
+                        joint + 1,
+                        joint + 1,
+                        reading.joints[joint]
+                    ),
                 )),
             }
         };

@@ -56,7 +56,9 @@ impl Outcome {
         let judged = if held_out { validation } else { logs };
         let judge = |log: &Log| {
             let arm = subject.arm.as_ref();
-            let by = |parameters: &[f64], friction: &dyn Fn(usize, f64) -> f64| found.predict_by(arm, log, parameters, friction);
+            let by = |parameters: &[f64], friction: &dyn Fn(usize, f64) -> f64| {
+                found.predict_by(arm, log, parameters, friction)
+            };
             let rub = |joint: usize, qd: f64| {
                 law(numbers.friction[joint].viscous, numbers.friction[joint].coulomb).torque(qd)
             };
@@ -112,9 +114,10 @@ impl Outcome {
             .zip(self.errors())
             .enumerate()
             .map(|(joint, (name, error))| {
-                let friction: Vec<Value> = self.terms(joint).map(|(term, value, deviation)| {
-                    json!({ "term": term, "value": value, "deviation": deviation })
-                }).collect();
+                let friction: Vec<Value> = self
+                    .terms(joint)
+                    .map(|(term, value, deviation)| json!({ "term": term, "value": value, "deviation": deviation }))
+                    .collect();
                 json!({
                     "name": name,
                     "relative_rms": error.relative,
@@ -181,7 +184,8 @@ impl Outcome {
             ]);
         }
         let logs: Vec<&str> = self.judged.iter().map(|judged| judged.file.as_str()).collect();
-        let judged = if self.held_out { "held out" } else { "the logs themselves: give --validate for an honest number" };
+        let judged =
+            if self.held_out { "held out" } else { "the logs themselves: give --validate for an honest number" };
         let unseen = self.numbers.unseen(subject);
         format!(
             "{}: relative error of torque on {} ({judged}), both behind {:.1} Hz\n{table}\n\
@@ -201,7 +205,11 @@ impl Outcome {
             found.filters.motion,
             found.cutoffs.iter().map(|(f, _)| format!("{f:.1}")).collect::<Vec<_>>().join(", "),
             (found.distance() / found.base.len() as f64).sqrt(),
-            if unseen.is_empty() { "nothing".to_owned() } else { format!("{} (the maker's numbers stay)", unseen.join(", ")) },
+            if unseen.is_empty() {
+                "nothing".to_owned()
+            } else {
+                format!("{} (the maker's numbers stay)", unseen.join(", "))
+            },
         )
     }
 }

@@ -111,7 +111,11 @@ fn friction(outcome: &Outcome, subject: &Subject) -> Chart {
         let rub = outcome.numbers.friction[joint];
         let lines = vec![
             Line { name: "identified", pen: Some(Pen::BROAD), pieces: curve(&identified) },
-            Line { name: "robot file", pen: Some(Pen::BLUE), pieces: curve(&|qd| law(rub.viscous, rub.coulomb).torque(qd)) },
+            Line {
+                name: "robot file",
+                pen: Some(Pen::BLUE),
+                pieces: curve(&|qd| law(rub.viscous, rub.coulomb).torque(qd)),
+            },
         ];
         panel(subject, joint, "friction", lines)
     };

@@ -116,7 +116,8 @@ impl Numbers {
     pub fn robot_file(&self, subject: &Subject, path: &Path, ends: Ends<'_>) -> Result<String, Failure> {
         let is_toml = path.extension().is_some_and(|extension| extension == "toml");
         let text = if is_toml {
-            std::fs::read_to_string(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?
+            std::fs::read_to_string(path)
+                .map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?
         } else {
             robot_file(&UrdfArm::load(path, ends).map_err(Failure::input)?)
         };
@@ -128,7 +129,8 @@ impl Numbers {
         }
         // Every body is possible now.
         document.remove("allow_unphysical");
-        let head = "# Masses, mass centres, inertias, rotors and friction of `host-sim identify`; deviations behind them.\n";
+        let head =
+            "# Masses, mass centres, inertias, rotors and friction of `host-sim identify`; deviations behind them.\n";
         // What the import asked to be filled in, and now is.
         let answered = |line: &&str| !["# ? rotor", "# ? friction"].iter().any(|asked| line.starts_with(asked));
         let text: Vec<String> = document.to_string().lines().filter(answered).map(str::to_owned).collect();

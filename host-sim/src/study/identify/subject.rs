@@ -97,11 +97,10 @@ impl Subject {
             tick_rate: options.tick_rate,
             may_rest: options.may_rest,
         };
-        let text = std::fs::read(path)
-            .map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
-        Log::read(&text, &path.display().to_string(), &reading).map_err(|error| {
-            Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}"))
-        })
+        let text =
+            std::fs::read(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
+        Log::read(&text, &path.display().to_string(), &reading)
+            .map_err(|error| Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}")))
     }
 
     /// The robot file's own friction, as a controller makes up for it, N m or N.

@@ -52,7 +52,8 @@ impl SceneFile {
                 Motion::sweep(&spec, &bounds)
             }
             MotionSpec::Fourier { centre, sine, cosine, period, duration, ramp } => {
-                let harmonics = |list: &[Vec<f64>]| core::array::from_fn(|k| list.get(k).map_or([0.0; N], |a| joints(a)));
+                let harmonics =
+                    |list: &[Vec<f64>]| core::array::from_fn(|k| list.get(k).map_or([0.0; N], |a| joints(a)));
                 let spec = FourierSpec {
                     centre: joints(centre),
                     sine: harmonics(sine),
