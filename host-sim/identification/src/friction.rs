@@ -119,8 +119,8 @@ impl Direction {
     #[must_use]
     pub fn name(self) -> String {
         match self {
-            Self::Hysteresis(width) => format!("turns over within {width} of way"),
-            Self::Smooth(speed) => format!("tanh(qd / {speed})"),
+            Self::Hysteresis(width) => format!("turns over within {width:.1e} of way"),
+            Self::Smooth(speed) => format!("tanh(qd / {speed:.1e})"),
         }
     }
 }

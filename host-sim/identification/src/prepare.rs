@@ -8,8 +8,8 @@ use crate::log::Log;
 use dynamics_core::regressor::PARAMETERS;
 use nalgebra::DMatrix;
 
-/// Rate that is enough for what is left after a filter, in cut-offs.
-const PER_CUTOFF: f64 = 10.0;
+/// Rate that is enough for what is left after the filter of torques, and of motions, in cut-offs.
+const PER_CUTOFF: (f64, f64) = (10.0, 5.0);
 
 /// The two filters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +59,7 @@ impl Prepared {
         let first = LowPass::new(filters.torque, rate);
         let torque: Series = log.tau.iter().map(|tau| first.apply(&lines(&log.time, tau, &even))).collect();
 
-        let step = ((rate / (PER_CUTOFF * filters.motion.max(filters.torque))).floor() as usize).max(1);
+        let step = ((rate / (PER_CUTOFF.0 * filters.torque).max(PER_CUTOFF.1 * filters.motion)).floor() as usize).max(1);
         let rate = rate / step as f64;
         let low_pass = LowPass::new(filters.torque, rate);
         let time: Vec<f64> = even.iter().step_by(step).copied().collect();

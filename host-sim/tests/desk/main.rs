@@ -16,6 +16,7 @@ mod dynamics;
 mod energy;
 mod explain_command;
 mod extremes;
+mod identify;
 mod judge;
 mod kernel_command;
 mod linkage;
