@@ -59,7 +59,8 @@ impl Prepared {
         let first = LowPass::new(filters.torque, rate);
         let torque: Series = log.tau.iter().map(|tau| first.apply(&lines(&log.time, tau, &even))).collect();
 
-        let step = ((rate / (PER_CUTOFF.0 * filters.torque).max(PER_CUTOFF.1 * filters.motion)).floor() as usize).max(1);
+        let step =
+            ((rate / (PER_CUTOFF.0 * filters.torque).max(PER_CUTOFF.1 * filters.motion)).floor() as usize).max(1);
         let rate = rate / step as f64;
         let low_pass = LowPass::new(filters.torque, rate);
         let time: Vec<f64> = even.iter().step_by(step).copied().collect();

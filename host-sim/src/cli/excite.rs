@@ -13,7 +13,7 @@ use std::path::PathBuf;
 const EXAMPLES: &str = "\
 Examples:
   host-sim excite scenes/examples/yam_move.toml --out out/excite.toml
-  host-sim run scenes/examples/yam_move.toml --motion out/excite.toml --out out/excite
+  host-sim run scenes/examples/yam_move.toml --motion out/excite.toml --duration 33 --out out/excite
   host-sim excite robots/ur5.toml --above 0.2 --period 8 --seed 3
   host-sim excite robots/ur5.toml --friction > slow.toml
 
@@ -135,6 +135,9 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
     let designed = with_dof!(given.file.robot.dof(), N => design::<N>(&given.file, &wishes, &|| bar.inc(1)))?;
     bar.finish_and_clear();
     if let Some(path) = &args.out {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
+        }
         std::fs::write(path, &designed.toml).map_err(|error| in_file(path, &error))?;
     }
     match (args.json, &args.out) {
