@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`log`] | a log: columns of a CSV file, and what is wrong with them |
+//! | [`exchanged`] | columns of two joints that stand in each other's place |
 //! | [`filter`] | even time, a low-pass without delay, derivatives |
 //! | [`arm`] | what identification sees of an arm: torque by inertial parameters |
 //! | [`base`] | the combinations of parameters that torques depend on |
@@ -22,6 +23,7 @@ pub mod arm;
 pub mod base;
 pub mod choose;
 pub mod consistent;
+pub mod exchanged;
 pub mod excite;
 pub mod filter;
 pub mod fit;

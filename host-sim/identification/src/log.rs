@@ -65,7 +65,7 @@ impl Log {
     /// Reads and checks the text of a CSV file with a header.
     ///
     /// Columns: `time` (or `t`, in s; or `tick`), and per joint `q_1` .., optionally `qd_1` .., and `tau_1` .. or `current_1` ..;
-    /// variants of these names are in the manual of `host-sim identify`. Other columns are left alone.
+    /// variants of these names are in the manual of `host-sim identify`. A row in which all positions, or all torques, are empty is left out. Other columns are left alone.
     ///
     /// # Errors
     /// [`BadLog`] names the line and the column: a column that is missing or there twice, a field that is no number, time that runs back
@@ -88,9 +88,18 @@ impl Log {
                 wrong(format!("row {}", index + 1), error.to_string(), "numbers with commas between".to_owned())
             })?;
             let line = row.position().map_or(index as u64 + 2, csv::Position::line);
+            // A tick without a reading, or without a torque: a record has such before the arm is armed.
+            let empty = |of: &[usize]| of.iter().all(|place| row.get(*place) == Some(""));
+            if empty(places.positions()) || empty(places.torques()) {
+                continue;
+            }
             for (&place, column) in places.all.iter().zip(&mut columns) {
                 let text = row.get(place).unwrap_or("");
                 let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
+                if text.is_empty() && places.speeds().contains(&place) {
+                    column.push(f64::NAN);
+                    continue;
+                }
                 column.push(number.ok_or_else(|| {
                     let found = if text.is_empty() { "nothing".to_owned() } else { format!("{text:?}") };
                     wrong(format!("line {line}, {}", head[place]), found, "a finite number".to_owned())

@@ -58,6 +58,7 @@ impl Table<'_> {
         };
         let q = scaled(columns.by_ref().take(n).collect());
         let qd = self.places.velocities.then(|| scaled(columns.by_ref().take(n).collect()));
+        let qd = qd.filter(|qd| qd.iter().flatten().all(|x| x.is_finite()));
         let mut tau: Series = columns.collect();
         self.time(&time)?;
         self.positions(&q, reading)?;

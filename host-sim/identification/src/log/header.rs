@@ -24,6 +24,22 @@ const CURRENT: [&str; 6] = ["current", "i", "actual_current", "cur", "motor_curr
 type Problem = (String, String);
 
 impl Places {
+    fn joints(&self) -> usize {
+        (self.all.len() - 1) / if self.velocities { 3 } else { 2 }
+    }
+
+    pub(super) fn positions(&self) -> &[usize] {
+        &self.all[1..=self.joints()]
+    }
+
+    pub(super) fn speeds(&self) -> &[usize] {
+        &self.all[1 + self.joints()..self.all.len() - self.joints()]
+    }
+
+    pub(super) fn torques(&self) -> &[usize] {
+        &self.all[self.all.len() - self.joints()..]
+    }
+
     pub(super) fn find(head: &[String], reading: &Reading) -> Result<Self, Problem> {
         let names: Vec<String> = head.iter().map(|name| plain(name)).collect();
         if let Some(twice) = (0..names.len()).find(|&k| !names[k].is_empty() && names[..k].contains(&names[k])) {

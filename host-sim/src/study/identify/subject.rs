@@ -5,6 +5,7 @@ use dynamics_core::control::Friction;
 use dynamics_core::{Inertia, JointKind};
 use identification::arm::{Arm, Chain};
 use identification::consistent::Maker;
+use identification::exchanged::{Exchanged, exchanged};
 use identification::log::{Log, Reading};
 use nalgebra::Vector3;
 use robot_compiler::drive::JointDrive;
@@ -99,8 +100,24 @@ impl Subject {
         };
         let text =
             std::fs::read(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
-        Log::read(&text, &path.display().to_string(), &reading)
-            .map_err(|error| Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}")))
+        let log = Log::read(&text, &path.display().to_string(), &reading).map_err(|error| {
+            Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}"))
+        })?;
+        let (what, a, b) = match exchanged(self.arm.as_ref(), &log) {
+            None => return Ok(log),
+            Some(Exchanged::Torques(a, b)) => ("torque", a, b),
+            Some(Exchanged::Positions(a, b)) => ("position", a, b),
+        };
+        Err(Failure::Input(miette::miette!(
+            help =
+                "expected every column to be that of its own joint; with these two exchanged, the arm explains the log",
+            "{}: line 1: found the {what} of joint {} ({}) in the place of joint {}'s ({}), and the other way round",
+            path.display(),
+            a + 1,
+            joints[a].name,
+            b + 1,
+            joints[b].name
+        )))
     }
 
     /// The robot file's own friction, as a controller makes up for it, N m or N.
