@@ -7,4 +7,5 @@ pub mod kinematics;
 pub mod mass_matrix;
 pub mod momentum;
 pub mod newton_euler;
+pub mod regressor;
 pub(crate) mod solve;

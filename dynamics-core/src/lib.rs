@@ -17,6 +17,7 @@
 //! | [`model`] | the arm: checked, immutable, every joint about its own z |
 //! | [`scene`] | loads on the arm, and the choice of terms to compute |
 //! | [`newton_euler`] | joint torques and joint wrenches from the motion |
+//! | [`regressor`] | the matrix that carries inertial parameters to joint torques |
 //! | [`mass_matrix`] | the joint-space inertia matrix |
 //! | [`momentum`] | generalised momentum and its rate, for observers of external torques |
 //! | [`forward_dynamics`], [`articulated_body`] | accelerations from torques, by factoring the inertia matrix and without it |
@@ -81,7 +82,9 @@ pub mod scene;
 pub mod trig;
 
 pub use control::{Command, Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
-pub use dynamics::{articulated_body, energy, forward_dynamics, kinematics, mass_matrix, momentum, newton_euler};
+pub use dynamics::{
+    articulated_body, energy, forward_dynamics, kinematics, mass_matrix, momentum, newton_euler, regressor,
+};
 pub use forward_dynamics::Singular;
 pub use inertia::{Inertia, InertiaBounds, Wrench};
 pub use joint::{Body, Dh, Frame, JointKind, JointSpec, Limits, Rotor, Tool};

@@ -140,6 +140,13 @@ impl<S, const N: usize> Model<S, N> {
 }
 
 impl Placement<f64> {
+    /// The parent's place in this frame: undoes the placement.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self { rotation, translation: -apply(&rotation, &self.translation) }
+    }
+
     /// `self` followed by `next`: `parent_from_frame * frame_from_next`.
     #[must_use]
     pub fn then(&self, next: &Self) -> Self {
@@ -147,6 +154,14 @@ impl Placement<f64> {
             rotation: snap(&compose(&self.rotation, &next.rotation)),
             translation: self.translation + apply(&self.rotation, &next.translation),
         }
+    }
+}
+
+impl Frame {
+    /// Where the frame of a link's data stands in the link's own frame, z along the joint: `link_from_body`.
+    #[must_use]
+    pub fn link_from_body(&self) -> Placement<f64> {
+        split(self).1
     }
 }
 

@@ -18,6 +18,7 @@ mod methods;
 mod momentum;
 mod operations;
 mod reactions;
+mod regressor;
 mod rotor_coupling;
 mod safety;
 mod statics;

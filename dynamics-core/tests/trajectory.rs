@@ -5,6 +5,7 @@
 mod quintic;
 mod refused;
 mod scaling;
+mod series;
 mod support;
 mod sweep;
 mod torque;

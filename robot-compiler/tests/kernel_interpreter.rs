@@ -3,7 +3,9 @@
 #![allow(clippy::float_cmp, reason = "the same operations give the same bits")]
 
 use dynamics_core::Trig;
+use dynamics_core::regressor::inverse_dynamics_regressor;
 use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, Live};
 use robot_compiler::kernel::functions::{forward_input_values, input_values};
 use robot_compiler::kernel::interpreter::Interpreter;
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
@@ -37,6 +39,30 @@ fn every_function_in_every_shipped_scene_has_the_values_of_its_program() {
         for (function, level) in Function::ALL.into_iter().flat_map(|f| Level::ALL.map(|level| (f, level))) {
             with_dof!(file.robot.dof(), N => agrees::<N>(&file, function, level));
         }
+    }
+}
+
+fn regressor_agrees<const N: usize>(file: &SceneFile) {
+    let model = file.robot.model::<N>().unwrap();
+    let scene = file.scene(&model);
+    let program = compile(Function::Regressor, &model, &scene, Level::Exact, Precision::Double);
+    let dynamics = Dynamics::new(model, scene);
+    for k in 0..5 {
+        let wave = |phase: f64| core::array::from_fn(|i| (f64::from(k) * 0.7 + i as f64 + phase).sin() * 2.0);
+        let (q, qd, qdd): ([f64; N], [f64; N], [f64; N]) = (wave(0.0), wave(1.0), wave(2.0));
+        let turn = Libm.sin_cos_all(&q);
+        let columns = inverse_dynamics_regressor(&dynamics, &turn, &q, &qd, &qdd, &Live::zero());
+        let wanted: Vec<f64> = columns.iter().enumerate().flat_map(|(i, row)| row[i..].concat()).collect();
+        assert_eq!(program.evaluate(&input_values(&turn, &q, &qd, &qdd, &Live::zero())), wanted, "{}", file.name);
+    }
+}
+
+#[test]
+fn the_traced_regressor_is_the_regressor_to_the_bit() {
+    for name in ["puma560_ideal", "scara_pick", "stanford_reach", "planar2r_sine"] {
+        let mut file = SceneFile::load(&top(&format!("scenes/{name}.toml"))).unwrap();
+        file.model.gravity = dynamics_core::Term::Constant(nalgebra::Vector3::new(0.3, -1.0, -9.7));
+        with_dof!(file.robot.dof(), N => regressor_agrees::<N>(&file));
     }
 }
 

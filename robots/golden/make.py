@@ -2,7 +2,7 @@
 """Reference data for the arms in robots/, from Pinocchio.
 
     python3 -m venv venv && venv/bin/pip install pin==4.1.0
-    venv/bin/python robots/golden/make.py robots/*.toml        # writes robots/golden/shipped/<name>.json
+    venv/bin/python robots/golden/make.py robots/*.toml        # writes shipped/ and regressor/ here
 
 Reads the robot files with Python's own TOML parser and builds the arm with Pinocchio's own joints, so it shares
 nothing with the project's code. Fields and conventions: robots/golden/README.md. The states are seeded by the arm's name.
@@ -19,6 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 STATES = 20
+REGRESSORS = 3
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
@@ -123,9 +124,23 @@ def state(model, frame, rotor, robot, rng):
     return {key: value.tolist() for key, value in numbers.items()}
 
 
+def regressor(model, head, states):
+    """Pinocchio's own columns at the first states: the entries row by row, joint by joint."""
+    data = model.createData()
+    rows = []
+    for s in states[:REGRESSORS]:
+        motion = [np.array(s[key]) for key in ("q", "qd", "qdd")]
+        matrix = pin.computeJointTorqueRegressor(model, data, *motion)
+        rows.append({**{key: s[key] for key in ("q", "qd", "qdd")}, "regressor": matrix.tolist()})
+    lines = ",\n".join("  " + json.dumps(row) for row in rows)
+    return json.dumps(head)[:-1] + ',\n "states": [\n' + lines + "\n ]}\n"
+
+
 def main():
     folder = pathlib.Path(__file__).parent / "shipped"
+    columns = pathlib.Path(__file__).parent / "regressor"
     folder.mkdir(exist_ok=True)
+    columns.mkdir(exist_ok=True)
     for path in map(pathlib.Path, sys.argv[1:]):
         robot = tomllib.loads(path.read_text())
         model, frame, rotor = build(robot)
@@ -135,6 +150,7 @@ def main():
         lines = ",\n".join("  " + json.dumps(s) for s in states)
         text = json.dumps(head)[:-1] + ',\n "states": [\n' + lines + "\n ]}\n"
         (folder / f"{path.stem}.json").write_text(text)
+        (columns / f"{path.stem}.json").write_text(regressor(model, head, states))
         print(f"{path}: {len(states)} states")
 
 

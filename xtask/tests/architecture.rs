@@ -46,6 +46,7 @@ const ALL: &[&str] = &[
     "firmware",
     "host-sim",
     "fuzz",
+    "identification",
     "chip-image",
     "chip-log",
     "chip-budget",
@@ -54,7 +55,7 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 20] = [
+const ROWS: [Row; 21] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
@@ -71,10 +72,11 @@ const ROWS: [Row; 20] = [
     row(
         "host-sim",
         "host-sim",
-        &["actuator-model", "dynamics-core", "joint-io", "link", "robot-compiler", "session"],
+        &["actuator-model", "dynamics-core", "identification", "joint-io", "link", "robot-compiler", "session"],
         &[],
     ),
     row("fuzz", "host-sim/fuzz", &["dynamics-core", "host-sim", "link", "robot-compiler", "session"], &[]),
+    row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
     row("chip-image", "xtask/image", &[], &[]),
     row("chip-log", "xtask/log", &[], &[]),
     row("chip-budget", "xtask/budget", ALL, ALL),

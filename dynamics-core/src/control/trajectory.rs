@@ -6,12 +6,13 @@
 //! | [`Motion::quintic`] | quintic polynomials through up to [`POINTS_MAX`] points | `q, qd, qdd` |
 //! | [`Motion::trapezoid`] | a straight line: constant acceleration, constant speed, constant deceleration | `q, qd` |
 //! | [`Motion::sweep`] | a sine whose frequency rises or falls linearly | `q, qd, qdd` |
+//! | [`Motion::fourier`] | a finite Fourier series each | `q, qd, qdd` |
 //!
 //! Every motion starts and ends at rest. Making one checks it against [`Bounds`]; sampling one never fails. A motion can
 //! be slowed and hastened ([`Motion::stretched`]) without leaving its path, and so fitted to bounds on velocity and
 //! acceleration ([`Motion::fastest`]) and on torque ([`Motion::scale_to_torque`]).
 //!
-//! References are made on the desk and sent to the chip: the sweep takes its sine from libm in double precision, which a
+//! References are made on the desk and sent to the chip: sweep and series take their sines from libm in double precision, which a
 //! control tick on a chip without a double-precision unit should not do. Of the others only [`Motion::sample`] is meant
 //! for either side.
 //!
@@ -27,6 +28,7 @@
 
 mod bounds;
 mod error;
+mod fourier;
 mod quintic;
 mod sweep;
 mod torque;
@@ -34,6 +36,7 @@ mod trapezoid;
 
 pub use bounds::{Bounds, Peaks};
 pub use error::MotionError;
+pub use fourier::{Fourier, FourierSpec, HARMONICS_MAX};
 pub use quintic::{POINTS_MAX, Quintic, Timing, Waypoint};
 pub use sweep::{Sweep, SweepSpec};
 pub use torque::TorqueLimits;
@@ -75,6 +78,8 @@ pub enum Motion<S, const N: usize> {
     Trapezoid(Trapezoid<S, N>),
     /// A sine of changing frequency.
     Sweep(Sweep<S, N>),
+    /// Sums of sines and cosines.
+    Fourier(Fourier<S, N>),
 }
 
 impl<S: Real, const N: usize> Motion<S, N> {
@@ -136,6 +141,15 @@ impl<S: Real, const N: usize> Motion<S, N> {
         Sweep::new(spec, bounds).map(Self::Sweep)
     }
 
+    /// A finite Fourier series for each joint about a centre; see [`Fourier`].
+    ///
+    /// # Errors
+    /// A value that is NaN or infinite; a series that leads out of the position bounds; a duration or ramp out of its range; a motion
+    /// that breaks a bound.
+    pub fn fourier(spec: &FourierSpec<S, N>, bounds: &Bounds<S, N>) -> Result<Self, MotionError> {
+        Fourier::new(spec, bounds).map(Self::Fourier)
+    }
+
     /// From the start to the end, s.
     #[must_use]
     pub fn duration(&self) -> S {
@@ -144,6 +158,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
             Self::Quintic(motion) => motion.duration(),
             Self::Trapezoid(motion) => motion.duration(),
             Self::Sweep(motion) => motion.duration(),
+            Self::Fourier(motion) => motion.duration(),
         }
     }
 
@@ -167,6 +182,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
             Self::Quintic(motion) => motion.first(),
             Self::Trapezoid(motion) => motion.first(),
             Self::Sweep(motion) => motion.centre(),
+            Self::Fourier(motion) => motion.centre(),
         })
     }
 
@@ -178,6 +194,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
             Self::Quintic(motion) => motion.last(),
             Self::Trapezoid(motion) => motion.last(),
             Self::Sweep(motion) => motion.centre(),
+            Self::Fourier(motion) => motion.centre(),
         })
     }
 
@@ -197,6 +214,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
                 Self::Quintic(motion) => motion.sample(t),
                 Self::Trapezoid(motion) => motion.sample(t),
                 Self::Sweep(motion) => motion.sample(t),
+                Self::Fourier(motion) => motion.sample(t),
             }
         } else {
             self.start()
@@ -205,7 +223,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
 
     /// Greatest speed and acceleration of each joint over the whole motion.
     ///
-    /// Exact up to rounding for all but the sweep, whose peaks are never understated and overstated by 1 % at most where its
+    /// Exact up to rounding for all but sweep and series, whose peaks are never understated and overstated by 1 % at most where its
     /// ramps are not too short (see [`Sweep`]).
     #[must_use]
     pub fn peaks(&self) -> Peaks<S, N> {
@@ -214,6 +232,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
             Self::Quintic(motion) => motion.peaks(),
             Self::Trapezoid(motion) => motion.peaks(),
             Self::Sweep(motion) => motion.peaks(),
+            Self::Fourier(motion) => motion.peaks(),
         }
     }
 
@@ -230,6 +249,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
             Self::Quintic(motion) => Self::Quintic(motion.stretched(factor)),
             Self::Trapezoid(motion) => Self::Trapezoid(motion.stretched(factor)),
             Self::Sweep(motion) => Self::Sweep(motion.stretched(factor)),
+            Self::Fourier(motion) => Self::Fourier(motion.stretched(factor)),
         })
     }
 
@@ -241,7 +261,7 @@ impl<S: Real, const N: usize> Motion<S, N> {
         check_time("duration", duration)?;
         let dwell = match self {
             Self::Quintic(motion) => motion.dwell(),
-            Self::Hold { .. } | Self::Trapezoid(_) | Self::Sweep(_) => S::zero(),
+            Self::Hold { .. } | Self::Trapezoid(_) | Self::Sweep(_) | Self::Fourier(_) => S::zero(),
         };
         self.stretched((duration - dwell) / (self.duration() - dwell))
     }

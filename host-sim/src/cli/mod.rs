@@ -10,9 +10,11 @@ pub mod contact;
 pub mod doctor;
 pub mod dynamics;
 pub mod energy;
+pub mod excite;
 pub mod explain;
 pub mod extremes;
 pub mod gravity;
+pub mod identify;
 pub mod import;
 pub mod info;
 pub mod kernel;
@@ -74,6 +76,10 @@ pub enum Command {
     Motion(motion::MotionArgs),
     /// Would a physicist believe a robot file: impossible bodies, placeholders, what cannot hold itself, what is missing.
     Check(check::CheckArgs),
+    /// Design a motion worth recording, to identify an arm from.
+    Excite(excite::ExciteArgs),
+    /// Identify an arm from logs: masses, inertias, friction, what it holds.
+    Identify(identify::IdentifyArgs),
     /// Write a TOML robot file from an arm of a URDF file.
     Import(import::ImportArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.

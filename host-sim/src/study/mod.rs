@@ -8,8 +8,10 @@
 //! | [`contact`] | the wrench at the tip, felt through a sensor in the base |
 //! | [`dynamics`] | inverse and forward dynamics of given states |
 //! | [`energy`] | energy balance of a run |
+//! | [`excite`] | motions worth recording |
 //! | [`explain`] | cost of each term of a model, and the errors without it |
 //! | [`extremes`] | behaviour at the extremes, cell by cell |
+//! | [`identify`] | the model of an arm from logs: its files, its report, the robot file that it becomes |
 //! | [`kernel`] | the arm's dynamics as source code, and the operations that each rewrite saves |
 //! | [`linkage`] | a closed loop of links, driven at constant speed or simulated under a constant moment |
 //! | [`path_work`] | work of the actuators along given states |
@@ -24,8 +26,10 @@ pub mod check;
 pub mod contact;
 pub mod dynamics;
 pub mod energy;
+pub mod excite;
 pub mod explain;
 pub mod extremes;
+pub mod identify;
 pub mod kernel;
 pub mod linkage;
 mod numbers;

@@ -17,6 +17,7 @@ mod energy;
 mod explain_command;
 mod extremes;
 mod feel;
+mod identify;
 mod judge;
 mod kernel_command;
 mod linkage;

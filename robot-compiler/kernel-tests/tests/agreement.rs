@@ -7,6 +7,7 @@ use dynamics_core::forward_dynamics::acceleration;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::newton_euler::joint_wrenches;
+use dynamics_core::regressor::inverse_dynamics_regressor;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, InverseDynamics, Live, Real, Reference, Scene, SinCos, Term, Trig, Wrench};
 use nalgebra::Vector3;
@@ -177,6 +178,10 @@ fn expected(function: Function, at: &State<f64, 6>) -> Vec<f64> {
             let found = acceleration(&dynamics(scene), turn, q, qd, tau(at), live);
             found.qdd.into_iter().chain(found.pivot).collect()
         }
+        Function::Regressor => {
+            let columns = inverse_dynamics_regressor(&dynamics(scene), turn, q, qd, qdd, live);
+            columns.iter().enumerate().flat_map(|(i, row)| row[i..].iter().flatten().copied()).collect()
+        }
         Function::ComputedTorque(_) => {
             let gains = file.controller_config(&model).gains;
             computed_torque(&gains, &dynamics(scene), || *turn, &reference(at), (q, qd), live).to_vec()
@@ -239,6 +244,16 @@ fn joint_wrenches_agree() {
     use kernel_tests::stanford_reach_joint_wrenches_regrouped_f64::joint_wrenches as regrouped;
     compare_function(
         Function::JointWrenches,
+        [&|s| exact(&s.turn, &s.q, &s.qd, &s.qdd), &|s| regrouped(&s.turn, &s.q, &s.qd, &s.qdd)],
+    );
+}
+
+#[test]
+fn the_regressor_agrees() {
+    use kernel_tests::stanford_reach_regressor_exact_f64::regressor as exact;
+    use kernel_tests::stanford_reach_regressor_regrouped_f64::regressor as regrouped;
+    compare_function(
+        Function::Regressor,
         [&|s| exact(&s.turn, &s.q, &s.qd, &s.qdd), &|s| regrouped(&s.turn, &s.q, &s.qd, &s.qdd)],
     );
 }

@@ -89,6 +89,7 @@ fn text<const N: usize>(
         | Function::MassMatrix
         | Function::JointWrenches
         | Function::ForwardDynamics
+        | Function::Regressor
         | Function::ComputedTorque(_) => text.function(),
     };
     head + &item

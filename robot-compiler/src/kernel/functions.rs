@@ -9,6 +9,7 @@ use dynamics_core::forward_dynamics;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::momentum::{GeneralizedMomentum, Momentum};
 use dynamics_core::newton_euler::joint_wrenches;
+use dynamics_core::regressor::inverse_dynamics_regressor;
 use dynamics_core::{
     Dynamics, Inertia, InverseDynamics, Live, Model, Real, Reference, Scalar, Scene, SinCos, Term, Wrench,
 };
@@ -31,6 +32,8 @@ pub enum Function {
     Momentum,
     /// `qdd = D^-1 (tau - C qd - G + J^T w)`, then the pivots: the only one that divides.
     ForwardDynamics,
+    /// `d tau / d pi`, joint by joint: the ten parameters of the joint's own link and of every link beyond it.
+    Regressor,
     /// `tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`: the whole law, its gains folded in.
     ComputedTorque(Springs),
 }
@@ -100,6 +103,8 @@ impl Function {
             Self::MassMatrix => Scene { gravity: Term::Absent, ..weight },
             // The momentum keeps all its velocity terms.
             Self::Momentum => Scene { coriolis: Term::Live, ..*scene },
+            // Of the loads, gravity alone multiplies a link's parameters.
+            Self::Regressor => Scene { payload: Term::Absent, tip_wrench: Term::Absent, rotor: Term::Absent, ..*scene },
             // A rotor turns between motor and link, so no joint carries its wrench.
             Self::JointWrenches => Scene { rotor: Term::Absent, ..*scene },
         }
@@ -116,6 +121,7 @@ impl Named for Function {
         ("joint-wrenches", "Force and moment at every joint, base first", Self::JointWrenches),
         ("momentum", "Generalised momentum, then what changes it beside the actuators", Self::Momentum),
         ("forward-dynamics", "Accelerations from torques, then the pivots", Self::ForwardDynamics),
+        ("regressor", "d tau / d pi: joint by joint, ten parameters of each link that it moves", Self::Regressor),
         (
             "computed-torque",
             "The law, ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q)), with the scene's gains folded in",
@@ -290,6 +296,10 @@ pub(super) fn record<const N: usize>(
             Function::ForwardDynamics => {
                 let found = forward_dynamics::acceleration(&dynamics, &turn, &q, &qd, &tau, &live);
                 found.qdd.into_iter().chain(found.pivot).collect()
+            }
+            Function::Regressor => {
+                let columns = inverse_dynamics_regressor(&dynamics, &turn, &q, &qd, &qdd, &live);
+                columns.iter().enumerate().flat_map(|(i, row)| row[i..].iter().flatten().copied()).collect()
             }
             Function::ComputedTorque(springs) => {
                 let start = input_count(N);

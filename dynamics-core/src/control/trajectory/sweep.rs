@@ -2,6 +2,7 @@
 
 use super::bounds::{Bounds, Peaks};
 use super::error::{MotionError, check_time};
+use super::fourier::envelope;
 use crate::control::Reference;
 use crate::scalar::Real;
 use core::f64::consts::TAU;
@@ -147,29 +148,13 @@ impl Chirp {
 
     /// `[y, y', y'']`.
     fn sample(&self, t: f64) -> [f64; 3] {
-        let [w, wd, wdd] = self.envelope(t);
+        let [w, wd, wdd] = envelope(t, self.duration, self.ramp);
         let phid = self.omega + self.alpha * t;
         let (sin, cos) = libm::sincos(t * (self.omega + 0.5 * self.alpha * t));
         [
             w * sin,
             wd * sin + w * phid * cos,
             wdd * sin + 2.0 * wd * phid * cos + w * (self.alpha * cos - phid * phid * sin),
-        ]
-    }
-
-    /// `[w, w', w'']`.
-    fn envelope(&self, t: f64) -> [f64; 3] {
-        let left = self.duration - t;
-        let (near, sign) = if left < t { (left, -1.0) } else { (t, 1.0) };
-        if near >= self.ramp {
-            return [1.0, 0.0, 0.0];
-        }
-        let u = near / self.ramp;
-        let v = 1.0 - u;
-        [
-            u * u * u * (10.0 + u * (6.0 * u - 15.0)),
-            sign * 30.0 * (u * v) * (u * v) / self.ramp,
-            60.0 * u * v * (v - u) / (self.ramp * self.ramp),
         ]
     }
 

@@ -48,6 +48,21 @@ pub enum MotionSpec {
         /// Time in which the amplitude grows at the start and vanishes at the end, s.
         ramp: f64,
     },
+    /// A finite Fourier series per joint.
+    Fourier {
+        /// Centre, rad or m.
+        centre: Vec<f64>,
+        /// Of each harmonic, the sine's amplitude in each joint, rad or m.
+        sine: Vec<Vec<f64>>,
+        /// Of each harmonic, the cosine's amplitude in each joint, rad or m.
+        cosine: Vec<Vec<f64>>,
+        /// Period of the first harmonic, s.
+        period: f64,
+        /// Duration, s.
+        duration: f64,
+        /// Time in which the series grows at the start and vanishes at the end, s.
+        ramp: f64,
+    },
 }
 
 /// A point of a quintic motion.
@@ -69,7 +84,7 @@ impl MotionSpec {
             Self::Hold { q, .. } => q,
             Self::Quintic { points, .. } => points.first().map_or(&[], |point| &point.q),
             Self::Trapezoid { start, .. } => start,
-            Self::Sine { centre, .. } => centre,
+            Self::Sine { centre, .. } | Self::Fourier { centre, .. } => centre,
         }
     }
 

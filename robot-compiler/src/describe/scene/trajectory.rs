@@ -3,7 +3,9 @@
 use super::SceneFile;
 use super::lists::joints;
 use super::motion::MotionSpec;
-use dynamics_core::control::trajectory::{Bounds, Motion, MotionError, SweepSpec, Timing, TorqueLimits, Waypoint};
+use dynamics_core::control::trajectory::{
+    Bounds, FourierSpec, Motion, MotionError, SweepSpec, Timing, TorqueLimits, Waypoint,
+};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Model};
 
@@ -48,6 +50,19 @@ impl SceneFile {
                     ramp: *ramp,
                 };
                 Motion::sweep(&spec, &bounds)
+            }
+            MotionSpec::Fourier { centre, sine, cosine, period, duration, ramp } => {
+                let harmonics =
+                    |list: &[Vec<f64>]| core::array::from_fn(|k| list.get(k).map_or([0.0; N], |a| joints(a)));
+                let spec = FourierSpec {
+                    centre: joints(centre),
+                    sine: harmonics(sine),
+                    cosine: harmonics(cosine),
+                    period: *period,
+                    duration: *duration,
+                    ramp: *ramp,
+                };
+                Motion::fourier(&spec, &bounds)
             }
         }
     }

@@ -14,6 +14,7 @@ pub(super) const fn name(function: Function) -> &'static str {
         Function::JointWrenches => "Joint wrenches",
         Function::Momentum => "Generalised momentum",
         Function::ForwardDynamics => "Forward dynamics",
+        Function::Regressor => "Regressor",
         Function::ComputedTorque(_) => "Computed torque",
     }
 }
@@ -38,6 +39,10 @@ pub(super) fn documentation(function: Function, title: &Title<'_>) -> String {
             "`qdd = D(q)^-1 (tau - C(q, qd) qd - G(q) + J^T w)`, one per joint, rad/s^2 or m/s^2; then the inertia that each joint\n\
              /// feels with the joints beyond it free, kg m^2 or kg. One of these that is not above zero says that `D` cannot be\n\
              /// inverted: the accelerations, finite or not, then mean nothing."
+        }
+        Function::Regressor => {
+            "`d tau / d pi`, joint by joint: for each link from the joint's own to the last, the torque per `m, m cx, m cy, m cz, Ixx,\n\
+             /// Ixy, Ixz, Iyy, Iyz, Izz` of that link, about its origin and in its frame: N m or N per kg, kg m, kg m^2."
         }
         Function::ComputedTorque(_) => {
             "`tau = ID(q, qd, qdd_ref + Kd (qd_ref - qd) + Kp (q_ref - q))`, before friction and limits: one per joint, N m or N."

@@ -6,7 +6,7 @@ use crate::describe::robot::Robot;
 use crate::describe::scene::{MotionSpec, SceneFile, ViaPoint};
 use crate::read::table::{Table, Value, counted};
 use crate::with_dof;
-use dynamics_core::control::trajectory::{MotionError, POINTS_MAX};
+use dynamics_core::control::trajectory::{HARMONICS_MAX, MotionError, POINTS_MAX};
 
 /// Longest motion, s: longer ones (a day) are typing errors.
 const DURATION_MAX: f64 = 1e4;
@@ -18,13 +18,15 @@ enum Kind {
     Quintic,
     Trapezoid,
     Sine,
+    Fourier,
 }
 
 pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<MotionSpec, FileError> {
-    let kind = table.require("kind", "one of quintic, trapezoid, sine, hold")?.choice(&[
+    let kind = table.require("kind", "one of quintic, trapezoid, sine, fourier, hold")?.choice(&[
         ("quintic", Kind::Quintic),
         ("trapezoid", Kind::Trapezoid),
         ("sine", Kind::Sine),
+        ("fourier", Kind::Fourier),
         ("hold", Kind::Hold),
     ])?;
     match kind {
@@ -32,6 +34,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<MotionSpec, FileE
         Kind::Quintic => quintic(table, robot),
         Kind::Trapezoid => trapezoid(table, robot),
         Kind::Sine => sine(table, robot),
+        Kind::Fourier => fourier(table, robot),
     }
 }
 
@@ -130,6 +133,31 @@ fn sine(table: &Table<'_>, robot: &Robot) -> Result<MotionSpec, FileError> {
     })
 }
 
+fn fourier(table: &Table<'_>, robot: &Robot) -> Result<MotionSpec, FileError> {
+    table.only(&["kind", "centre", "sine", "cosine", "period", "duration", "ramp"])?;
+    let duration = time(&table.require("duration", TIME)?)?;
+    const RAMP: &str = "a time in s, above zero and at most half the duration";
+    Ok(MotionSpec::Fourier {
+        centre: position(table, "centre", robot)?,
+        sine: harmonics(table, "sine", robot)?,
+        cosine: harmonics(table, "cosine", robot)?,
+        period: time(&table.require("period", TIME)?)?,
+        duration,
+        ramp: table.get("ramp").map_or(Ok(0.1 * duration), |value| value.positive_up_to(0.5 * duration, RAMP))?,
+    })
+}
+
+/// A list of harmonics, each a list of amplitudes, one for each joint.
+fn harmonics(table: &Table<'_>, key: &str, robot: &Robot) -> Result<Vec<Vec<f64>>, FileError> {
+    let expected = format!("1 to {HARMONICS_MAX} harmonics, each {} amplitudes in rad or m", robot.dof());
+    let list = table.require(key, &expected)?;
+    let items = list.array(&expected)?;
+    if !(1..=HARMONICS_MAX).contains(&items.len()) {
+        return Err(list.error(format!("found {}", counted(items.len(), "harmonic", "harmonics")), expected));
+    }
+    items.iter().map(|item| item.numbers(robot.dof(), &expected)).collect()
+}
+
 fn position(table: &Table<'_>, key: &str, robot: &Robot) -> Result<Vec<f64>, FileError> {
     let expected = per_joint_text(robot, "a position (rad or m)");
     table.require(key, &expected)?.numbers(robot.dof(), &expected)
@@ -172,6 +200,9 @@ pub(super) fn check(scene: &SceneFile, table: &Table<'_>) -> Result<(), FileErro
         (MotionSpec::Sine { .. }, MotionError::PositionOutOfLimits { .. }) => "centre",
         (MotionSpec::Sine { .. }, MotionError::AmplitudeBeyondLimits { .. }) => "amplitude",
         (MotionSpec::Sine { .. }, _) => "frequency_end",
+        (MotionSpec::Fourier { .. }, MotionError::PositionOutOfLimits { .. }) => "centre",
+        (MotionSpec::Fourier { .. }, MotionError::AmplitudeBeyondLimits { .. }) => "sine",
+        (MotionSpec::Fourier { .. }, _) => "period",
         (MotionSpec::Hold { .. }, _) => "q",
     };
     Err(table.error(key, error.to_string(), expected))

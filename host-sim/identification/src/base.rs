@@ -1,0 +1,156 @@
+//! The combinations of inertial parameters that torques depend on.
+
+use crate::arm::{Arm, parameter_count, parameter_name};
+use dynamics_core::regressor::PARAMETERS;
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// States that the combinations are found from; each gives a row for every joint.
+const STATES: usize = 120;
+/// What is left of a column beside those before it, as a share, from which on it is one of its own.
+const INDEPENDENT: f64 = 1e-8;
+/// Coefficients of a combination below this are rounding.
+const NOTHING: f64 = 1e-9;
+
+/// Base parameters: the fewest numbers that give the torque of every motion.
+///
+/// `tau = Y pi = Y_b beta` with `beta = R pi`, where `Y_b` are the columns of [`Base::columns`].
+#[derive(Clone, Debug)]
+pub struct Base {
+    /// Number of joints.
+    pub joints: usize,
+    /// The parameters whose columns are kept, one for each base parameter.
+    pub columns: Vec<usize>,
+    /// `R`, base parameters by parameters.
+    pub regroup: DMatrix<f64>,
+    /// The last singular value that counts and the first that does not, over the largest, of columns scaled to one length.
+    pub gap: (f64, f64),
+}
+
+impl Base {
+    /// Found numerically, from torques at random states.
+    ///
+    /// Columns are taken in an order that keeps the usual names: of a link, `Iyy`, `mz` and `m` last, and rotors at the very end. What is
+    /// left of a column after projection onto those before decides.
+    #[must_use]
+    pub fn of(arm: &dyn Arm) -> Self {
+        let n = arm.joints();
+        let total = parameter_count(n);
+        let stack = random_rows(arm);
+        let norms: Vec<f64> = stack.column_iter().map(|column| column.norm()).collect();
+        let largest = norms.iter().fold(0.0_f64, |a, b| a.max(*b));
+        let scale = |k: usize| if norms[k] > INDEPENDENT * largest { norms[k].recip() } else { 0.0 };
+        let scaled = DMatrix::from_fn(stack.nrows(), total, |row, k| stack[(row, k)] * scale(k));
+
+        let (mut columns, mut directions): (Vec<usize>, Vec<DVector<f64>>) = (Vec::new(), Vec::new());
+        for k in preferred(n) {
+            let mut rest = scaled.column(k).into_owned();
+            // Twice, against rounding.
+            for direction in directions.iter().chain(&directions) {
+                let along = direction.dot(&rest);
+                rest.axpy(-along, direction, 1.0);
+            }
+            let left = rest.norm();
+            if left > INDEPENDENT {
+                directions.push(rest / left);
+                columns.push(k);
+            }
+        }
+        // Keep the order of links for readers.
+        columns.sort_unstable();
+        let kept = scaled.select_columns(&columns);
+        let gram = kept.tr_mul(&kept);
+        let right = kept.tr_mul(&scaled);
+        let mut regroup =
+            gram.cholesky().map_or_else(|| DMatrix::zeros(columns.len(), total), |factor| factor.solve(&right));
+        for (b, k) in (0..columns.len()).flat_map(|b| (0..total).map(move |k| (b, k))) {
+            // A scaled coefficient back in units: column k is worth so many of column b.
+            let value = regroup[(b, k)] * if scale(k) > 0.0 { scale(columns[b]) / scale(k) } else { 0.0 };
+            let near = value.round();
+            let snapped = if (value - near).abs() < NOTHING { near } else { value };
+            regroup[(b, k)] = if columns.contains(&k) { f64::from(u8::from(columns[b] == k)) } else { snapped };
+        }
+        let gap = gap(&scaled, columns.len());
+        Self { joints: n, columns, regroup, gap }
+    }
+
+    /// Number of base parameters.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Whether no parameter has an effect.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.columns.is_empty()
+    }
+
+    /// A base parameter in standard parameters, for example `Ixx2 - Iyy2 + 0.43 m3`.
+    #[must_use]
+    pub fn name(&self, index: usize) -> String {
+        let row = self.regroup.row(index);
+        let own = parameter_name(self.columns[index], self.joints);
+        let others = row.iter().enumerate().filter(|(k, c)| *k != self.columns[index] && **c != 0.0);
+        others.fold(own, |text, (k, c)| {
+            let sign = if *c < 0.0 { '-' } else { '+' };
+            let size = c.abs();
+            let factor = if (size - 1.0).abs() < NOTHING { String::new() } else { format!("{size:.4} ") };
+            format!("{text} {sign} {factor}{}", parameter_name(k, self.joints))
+        })
+    }
+
+    /// The link (or the rotor's joint), counted from 0, of a base parameter's own column.
+    #[must_use]
+    pub fn link(&self, index: usize) -> usize {
+        let k = self.columns[index];
+        k.checked_sub(PARAMETERS * self.joints).unwrap_or(k / PARAMETERS)
+    }
+
+    /// `beta = R pi`.
+    #[must_use]
+    pub fn of_parameters(&self, parameters: &[f64]) -> DVector<f64> {
+        &self.regroup * DVector::from_column_slice(parameters)
+    }
+}
+
+/// Columns of parameters in the order in which they are kept.
+fn preferred(joints: usize) -> Vec<usize> {
+    const FIRST: [usize; 7] = [4, 5, 6, 8, 9, 1, 2];
+    const THEN: [usize; 3] = [7, 3, 0];
+    let of_links =
+        |which: &'static [usize]| (0..joints).flat_map(move |link| which.iter().map(move |k| PARAMETERS * link + k));
+    of_links(&FIRST).chain(of_links(&THEN)).chain(PARAMETERS * joints..parameter_count(joints)).collect()
+}
+
+/// Columns of every parameter at random states, a row for each joint.
+fn random_rows(arm: &dyn Arm) -> DMatrix<f64> {
+    let n = arm.joints();
+    let mut random = ChaCha8Rng::seed_from_u64(16);
+    let mut uniform = |size: f64| size * (random.next_u32() as f64 / f64::from(u32::MAX) * 2.0 - 1.0);
+    let mut out = vec![0.0; n * PARAMETERS * n];
+    let mut stack = DMatrix::zeros(STATES * n, parameter_count(n));
+    for state in 0..STATES {
+        let mut draw = |size: f64| -> Vec<f64> { (0..n).map(|_| uniform(size)).collect() };
+        let (q, qd, qdd) = (draw(3.0), draw(2.0), draw(5.0));
+        arm.columns(&q, &qd, &qdd, &mut out);
+        for i in 0..n {
+            for k in 0..PARAMETERS * n {
+                stack[(state * n + i, k)] = out[i * PARAMETERS * n + k];
+            }
+            stack[(state * n + i, PARAMETERS * n + i)] = qdd[i];
+        }
+    }
+    stack
+}
+
+/// Singular values on both sides of the rank, over the largest.
+fn gap(scaled: &DMatrix<f64>, rank: usize) -> (f64, f64) {
+    let values = scaled.clone().qr().r().singular_values();
+    let mut values: Vec<f64> = values.iter().copied().collect();
+    values.sort_by(|a, b| b.total_cmp(a));
+    let largest = values.first().copied().unwrap_or(1.0);
+    let at = |k: usize| values.get(k).map_or(0.0, |x| x / largest);
+    (at(rank.saturating_sub(1)), at(rank))
+}

@@ -1,0 +1,126 @@
+//! Which terms of friction and which cut-off earn their place.
+//!
+//! Each candidate is fitted and judged by the error in blocks of the logs that were held out, joint by joint. What does not lower it by
+//! [`EARNED`] is left out.
+
+use crate::base::Base;
+use crate::fit::Problem;
+use crate::friction::{Direction, Law, Term};
+use crate::prepare::Prepared;
+
+/// Share by which a term must lower the held-out error. Below this, blocks of one log cannot tell a better law from a lucky one: with
+/// a third of it, terms were taken on one half of a log of a real arm that made its other half worse.
+pub const EARNED: f64 = 0.03;
+/// The same for another way of telling the direction.
+const EARNED_DIRECTION: f64 = 0.06;
+
+/// Ways of telling the direction, in rad and rad/s (m and m/s).
+const DIRECTIONS: [Direction; 11] = [
+    Direction::Hysteresis(1e-4),
+    Direction::Hysteresis(3e-5),
+    Direction::Hysteresis(3e-4),
+    Direction::Hysteresis(1e-3),
+    Direction::Hysteresis(5e-3),
+    Direction::Smooth(1e-3),
+    Direction::Smooth(2e-3),
+    Direction::Smooth(5e-3),
+    Direction::Smooth(1e-2),
+    Direction::Smooth(2e-2),
+    Direction::Smooth(8e-2),
+];
+
+/// Terms beside offset, viscous and Coulomb friction, in groups of which a joint takes the best.
+const GROUPS: [&[Term]; 3] = [&[Term::Load], &[Term::Root, Term::Stribeck(0.1)], &[Term::Asymmetric]];
+
+/// A candidate and what it did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tried {
+    /// The candidate, in words.
+    pub what: String,
+    /// Root mean square of each joint's torque in blocks held out, N m or N.
+    pub held_out: Vec<f64>,
+    /// The joints that keep it.
+    pub kept: Vec<bool>,
+}
+
+/// The law of every joint, and all that was tried.
+#[must_use]
+pub fn laws(logs: &[Prepared], base: &Base) -> (Vec<Law>, Vec<Tried>) {
+    let judge = |laws: &[Law]| Problem { logs, base, laws }.fit().held_out();
+    let mut laws = vec![Law::with(DIRECTIONS[0], &[]); base.joints];
+    let mut best = judge(&laws);
+    let mut tried = vec![Tried { what: DIRECTIONS[0].name(), held_out: best.clone(), kept: vec![true; laws.len()] }];
+    let others = DIRECTIONS[1..].iter().map(|direction| Change::Direction(*direction));
+    try_group(&judge, &mut laws, &mut best, &mut tried, &others.collect::<Vec<_>>());
+    for group in GROUPS {
+        let changes: Vec<Change> = group.iter().map(|term| Change::Term(*term)).collect();
+        try_group(&judge, &mut laws, &mut best, &mut tried, &changes);
+    }
+    (laws, tried)
+}
+
+#[derive(Clone, Copy)]
+enum Change {
+    Direction(Direction),
+    Term(Term),
+}
+
+impl Change {
+    fn of(self, law: &Law) -> Law {
+        let mut law = law.clone();
+        match self {
+            Self::Direction(direction) => law.direction = direction,
+            Self::Term(term) => law.terms.push(term),
+        }
+        law
+    }
+
+    const fn earned(self) -> f64 {
+        match self {
+            Self::Direction(_) => EARNED_DIRECTION,
+            Self::Term(_) => EARNED,
+        }
+    }
+
+    fn name(self) -> String {
+        match self {
+            Self::Direction(direction) => direction.name(),
+            Self::Term(term) => term.name(),
+        }
+    }
+}
+
+/// Fits every change in all joints at once, and lets each joint keep the one that helps it most.
+fn try_group(
+    judge: &impl Fn(&[Law]) -> Vec<f64>,
+    laws: &mut [Law],
+    best: &mut [f64],
+    tried: &mut Vec<Tried>,
+    changes: &[Change],
+) {
+    let errors: Vec<Vec<f64>> =
+        changes.iter().map(|change| judge(&laws.iter().map(|law| change.of(law)).collect::<Vec<_>>())).collect();
+    let pick = |joint: usize| {
+        let all = errors.iter().enumerate().map(|(k, e)| (k, e[joint]));
+        all.min_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(k, e)| *e < (1.0 - changes[*k].earned()) * best[joint])
+            .map(|(k, _)| k)
+    };
+    let picked: Vec<Option<usize>> = (0..laws.len()).map(pick).collect();
+    let combined: Vec<Law> =
+        laws.iter().zip(&picked).map(|(law, k)| k.map_or_else(|| law.clone(), |k| changes[k].of(law))).collect();
+    let together = if picked.iter().any(Option::is_some) { judge(&combined) } else { best.to_vec() };
+    // Joints share links: what helps one alone may not help beside the others.
+    let lower = |joint: usize| picked[joint].is_some() && together[joint] < best[joint];
+    let kept: Vec<bool> = (0..laws.len()).map(lower).collect();
+    for (k, change) in changes.iter().enumerate() {
+        let kept = (0..laws.len()).map(|joint| kept[joint] && picked[joint] == Some(k)).collect();
+        tried.push(Tried { what: change.name(), held_out: errors[k].clone(), kept });
+    }
+    for joint in 0..laws.len() {
+        if kept[joint] {
+            laws[joint] = combined[joint].clone();
+            best[joint] = together[joint];
+        }
+    }
+}

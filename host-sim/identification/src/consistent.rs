@@ -1,0 +1,225 @@
+//! Bodies that some mass distribution could have, nearest to data and maker.
+//!
+//! A body is possible if its pseudo-inertia `P = [Sigma, h; h^T, m]` with `Sigma = tr(I) / 2 1 - I` is positive definite (Wensing, Kim and
+//! Slotine 2018). With the maker's `P_0 = L_0 L_0^T` every such body is `P = L_0 T T^T L_0^T`, `T` lower triangular with `exp(theta)` on
+//! its diagonal: log-Cholesky coordinates (Rucker and Wensing 2022) about the maker's body, where all of them are 0. What is looked for is
+//!
+//! `min_theta (b - R pi(theta))^T Lambda (b - R pi(theta)) + |theta|^2 / rho^2`
+//!
+//! by Levenberg and Marquardt's method, `b` and `Lambda` the base parameters of the data and their inverse covariance: where these say
+//! nothing, the maker's numbers stay.
+
+use crate::base::Base;
+use dynamics_core::regressor::PARAMETERS;
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Vector3};
+
+/// Steps of Levenberg and Marquardt's method at most; some ten are used.
+const STEPS: usize = 100;
+/// Smallest eigenvalue of a maker's body, as a share of its largest, and of the arm's largest mass.
+const FLOOR: f64 = 1e-4;
+/// Logarithmic deviation of a rotor's inertia where the maker says one, and where nobody does.
+const ROTOR: (f64, f64) = (0.5, 2.0);
+
+/// What the maker says of an arm, in the frames of the model's links.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Maker {
+    /// Ten parameters of each link.
+    pub links: Vec<[f64; PARAMETERS]>,
+    /// What is fixed to each link and stays as it is: a tool.
+    pub fixed: Vec<[f64; PARAMETERS]>,
+    /// Reflected inertia of each rotor, kg m^2; 0 if it is not known.
+    pub rotors: Vec<f64>,
+    /// How far the maker is trusted: relative deviation of the roots of masses and second moments.
+    pub deviation: f64,
+}
+
+/// Bodies and rotors, with their deviations.
+#[derive(Clone, Debug)]
+pub struct Consistent {
+    /// All parameters: ten of each link without what is fixed to it, then the rotors.
+    pub parameters: Vec<f64>,
+    /// A standard deviation of each.
+    pub deviations: Vec<f64>,
+    /// Share of the maker's uncertainty that is left of each: near 1, the data cannot see it.
+    pub unseen: Vec<f64>,
+    /// `R` times the parameters with what is fixed: what torques depend on.
+    pub beta: DVector<f64>,
+}
+
+/// The ten parameters of a pseudo-inertia.
+fn of_pseudo(p: &Matrix4<f64>) -> [f64; PARAMETERS] {
+    let sigma: Matrix3<f64> = p.fixed_view::<3, 3>(0, 0).into_owned();
+    let i = Matrix3::from_diagonal_element(sigma.trace()) - sigma;
+    [p[(3, 3)], p[(0, 3)], p[(1, 3)], p[(2, 3)], i.m11, i.m12, i.m13, i.m22, i.m23, i.m33]
+}
+
+/// The pseudo-inertia of ten parameters.
+#[must_use]
+pub fn pseudo(parameters: &[f64; PARAMETERS]) -> Matrix4<f64> {
+    let [m, hx, hy, hz, xx, xy, xz, yy, yz, zz] = *parameters;
+    let half = (xx + yy + zz) / 2.0;
+    Matrix4::new(half - xx, -xy, -xz, hx, -xy, half - yy, -yz, hy, -xz, -yz, half - zz, hz, hx, hy, hz, m)
+}
+
+/// Lower factor of the nearest body that has some mass and size: makers leave out both.
+fn factor(parameters: &[f64; PARAMETERS], mass: f64) -> Matrix4<f64> {
+    // In metres and kilograms a link's eigenvalues are far apart for good reason: a tenth of a metre is the unit of length here.
+    let unit = Matrix4::from_diagonal(&nalgebra::Vector4::new(10.0, 10.0, 10.0, 1.0));
+    let scaled = unit * pseudo(parameters) * unit;
+    let eigen = scaled.symmetric_eigen();
+    let floor = FLOOR * eigen.eigenvalues.amax().max(mass);
+    let values = eigen.eigenvalues.map(|x| x.max(floor));
+    let raised = eigen.eigenvectors * Matrix4::from_diagonal(&values) * eigen.eigenvectors.transpose();
+    let back = Matrix4::from_diagonal(&nalgebra::Vector4::new(0.1, 0.1, 0.1, 1.0));
+    let symmetric = back * (raised + raised.transpose()) * back * 0.5;
+    symmetric.cholesky().map_or_else(Matrix4::identity, |c| c.l())
+}
+
+/// Places of `theta` in `T`: the diagonal, then what is below it.
+const PLACES: [(usize, usize); PARAMETERS] =
+    [(0, 0), (1, 1), (2, 2), (3, 3), (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2)];
+
+fn triangle(theta: &[f64]) -> Matrix4<f64> {
+    let mut t = Matrix4::zeros();
+    for (k, &(row, column)) in PLACES.iter().enumerate() {
+        t[(row, column)] = if row == column { theta[k].exp() } else { theta[k] };
+    }
+    t
+}
+
+/// Parameters of the body at `theta` about the body of `l`, and their derivatives.
+fn body(l: &Matrix4<f64>, theta: &[f64]) -> ([f64; PARAMETERS], [[f64; PARAMETERS]; PARAMETERS]) {
+    let t = triangle(theta);
+    let around = |inner: Matrix4<f64>| of_pseudo(&(l * inner * l.transpose()));
+    let slopes = core::array::from_fn(|k| {
+        let (row, column) = PLACES[k];
+        let mut change = Matrix4::zeros();
+        change[(row, column)] = if row == column { t[(row, column)] } else { 1.0 };
+        let inner = change * t.transpose();
+        around(inner + inner.transpose())
+    });
+    (around(t * t.transpose()), slopes)
+}
+
+struct Search<'a> {
+    base: &'a Base,
+    factors: Vec<Matrix4<f64>>,
+    fixed: DVector<f64>,
+    rotors: Vec<f64>,
+    /// One over the square of each coordinate's deviation.
+    trust: DVector<f64>,
+}
+
+impl Search<'_> {
+    /// Parameters without what is fixed, and their derivatives by `theta`.
+    fn parameters(&self, theta: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+        let n = self.factors.len();
+        let total = theta.len();
+        let (mut value, mut slope) = (DVector::zeros(total), DMatrix::zeros(total, total));
+        for (link, l) in self.factors.iter().enumerate() {
+            let at = PARAMETERS * link;
+            let (found, slopes) = body(l, &theta.as_slice()[at..at + PARAMETERS]);
+            for k in 0..PARAMETERS {
+                value[at + k] = found[k];
+                for (coordinate, slopes) in slopes.iter().enumerate() {
+                    slope[(at + k, at + coordinate)] = slopes[k];
+                }
+            }
+        }
+        for (joint, rotor) in self.rotors.iter().enumerate() {
+            let at = PARAMETERS * n + joint;
+            value[at] = rotor * theta[at].exp();
+            slope[(at, at)] = value[at];
+        }
+        (value, slope)
+    }
+
+    fn cost(&self, theta: &DVector<f64>, wanted: &DVector<f64>, precision: &DMatrix<f64>) -> f64 {
+        let off = wanted - &self.base.regroup * (self.parameters(theta).0 + &self.fixed);
+        off.dot(&(precision * &off)) + theta.component_mul(theta).dot(&self.trust)
+    }
+}
+
+/// The bodies nearest to the base parameters `wanted`, of covariance `covariance`, and to the maker's.
+#[must_use]
+pub fn nearest(base: &Base, maker: &Maker, wanted: &DVector<f64>, covariance: &DMatrix<f64>) -> Consistent {
+    let n = base.joints;
+    let heaviest = maker.links.iter().fold(1e-3_f64, |m, link| m.max(link[0]));
+    let largest = maker.links.iter().map(|link| link[9].abs()).fold(1e-6, f64::max);
+    let rotors: Vec<f64> = maker.rotors.iter().map(|r| if *r > 0.0 { *r } else { 0.1 * largest }).collect();
+    let mut trust = DVector::from_element(base.regroup.ncols(), maker.deviation.powi(-2));
+    for (joint, rotor) in maker.rotors.iter().enumerate() {
+        trust[PARAMETERS * n + joint] = if *rotor > 0.0 { ROTOR.0 } else { ROTOR.1 }.powi(-2);
+    }
+    let mut fixed = DVector::zeros(base.regroup.ncols());
+    for (place, value) in fixed.iter_mut().zip(maker.fixed.iter().flatten()) {
+        *place = *value;
+    }
+    let factors = maker.links.iter().map(|link| factor(link, heaviest)).collect();
+    let search = Search { base, factors, fixed, rotors, trust };
+    let precision = crate::fit::inverse(covariance);
+    let theta = search.run(wanted, &precision);
+    let (value, slope) = search.parameters(&theta);
+    let seen = search.curvature(&slope, &precision);
+    let spread = &slope * crate::fit::inverse(&seen) * slope.transpose();
+    let before = &slope * DMatrix::from_diagonal(&search.trust.map(f64::recip)) * slope.transpose();
+    let deviations: Vec<f64> = spread.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
+    let unseen = deviations.iter().zip(before.diagonal().iter()).map(|(d, b)| d / b.sqrt().max(1e-300)).collect();
+    let beta = &base.regroup * (&value + &search.fixed);
+    Consistent { parameters: value.as_slice().to_vec(), deviations, unseen, beta }
+}
+
+impl Search<'_> {
+    /// Gauss and Newton's matrix of the whole cost.
+    fn curvature(&self, slope: &DMatrix<f64>, precision: &DMatrix<f64>) -> DMatrix<f64> {
+        let through = &self.base.regroup * slope;
+        through.tr_mul(&(precision * &through)) + DMatrix::from_diagonal(&self.trust)
+    }
+
+    fn run(&self, wanted: &DVector<f64>, precision: &DMatrix<f64>) -> DVector<f64> {
+        let mut theta = DVector::zeros(self.base.regroup.ncols());
+        let mut cost = self.cost(&theta, wanted, precision);
+        let mut damping = 1e-3;
+        for _ in 0..STEPS {
+            let (value, slope) = self.parameters(&theta);
+            let off = wanted - &self.base.regroup * (value + &self.fixed);
+            let through = &self.base.regroup * &slope;
+            let downhill = through.tr_mul(&(precision * off)) - theta.component_mul(&self.trust);
+            let curvature = self.curvature(&slope, precision);
+            let mut better = None;
+            for _ in 0..12 {
+                let mut damped = curvature.clone();
+                for k in 0..theta.len() {
+                    damped[(k, k)] *= 1.0 + damping;
+                }
+                let step = crate::fit::solve(&damped, &downhill);
+                // A step of e in a logarithm is far enough for one.
+                let longest = step.amax();
+                let next = &theta + step * (1.0 / longest.max(1.0));
+                let there = self.cost(&next, wanted, precision);
+                if there < cost {
+                    better = Some((next, there));
+                    break;
+                }
+                damping *= 4.0;
+            }
+            let Some((next, there)) = better else { break };
+            let gained = cost - there;
+            (theta, cost) = (next, there);
+            damping = (damping / 8.0).max(1e-12);
+            if gained < 1e-9 * (1.0 + cost) {
+                break;
+            }
+        }
+        theta
+    }
+}
+
+/// Mass, mass centre and inertia about it, of ten parameters about an origin.
+#[must_use]
+pub fn central(parameters: &[f64; PARAMETERS]) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let [m, hx, hy, hz, xx, xy, xz, yy, yz, zz] = *parameters;
+    let c = Vector3::new(hx, hy, hz) / m;
+    let about_origin = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    (m, c, about_origin - (Matrix3::from_diagonal_element(c.dot(&c)) - c * c.transpose()) * m)
+}

@@ -1,0 +1,295 @@
+//! Motions worth recording.
+//!
+//! A finite Fourier series per joint (Swevers et al. 1997): periodic, of few frequencies, and within every limit by its scale. Of the
+//! series the one is looked for whose logs tell most: `max log det (A^T W A)`, over base parameters and plain friction at once, by random
+//! starts and then changes of one coefficient at a time. The same seed gives the same motion.
+
+use crate::arm::Arm;
+use crate::base::Base;
+use crate::fit::inverse;
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// Samples of a period.
+const SAMPLES: usize = 120;
+/// Share of the tries that are starts of their own; the rest improve the best.
+const STARTS: f64 = 0.25;
+/// Friction that is identified beside the bodies: offset, viscous, Coulomb.
+const FRICTION: usize = 3;
+
+/// What a motion may do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Room {
+    /// Position that is swung about, rad or m.
+    pub centre: Vec<f64>,
+    /// Lowest and highest position, rad or m.
+    pub position: Vec<(f64, f64)>,
+    /// Greatest speed.
+    pub velocity: Vec<f64>,
+    /// Greatest acceleration.
+    pub acceleration: Vec<f64>,
+    /// Greatest torque, N m or N.
+    pub torque: Vec<f64>,
+    /// Expected deviation of a measured torque behind the filter, N m or N.
+    pub noise: Vec<f64>,
+}
+
+/// How to look.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search {
+    /// Number of harmonics.
+    pub harmonics: usize,
+    /// Period of the first, s.
+    pub period: f64,
+    /// Motions that are tried.
+    pub tries: usize,
+    /// Seed of the search.
+    pub seed: u64,
+}
+
+/// A series, and what a log of one period of it would tell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Of each harmonic, the sine's amplitude in each joint, rad or m.
+    pub sine: Vec<Vec<f64>>,
+    /// The same of the cosine.
+    pub cosine: Vec<Vec<f64>>,
+    /// `log det` of the information, up to a constant.
+    pub information: f64,
+    /// Condition number of the weighted columns of the base parameters, each of one length.
+    pub condition: f64,
+    /// Expected deviation of each base parameter after one period.
+    pub deviations: Vec<f64>,
+}
+
+/// The arm, and what it is expected to weigh and to rub.
+pub struct Subject<'a> {
+    /// Torque by parameters.
+    pub arm: &'a dyn Arm,
+    /// The base.
+    pub base: &'a Base,
+    /// Expected base parameters.
+    pub beta: &'a [f64],
+    /// Whether a posture is allowed: a workspace.
+    pub allowed: &'a dyn Fn(&[f64]) -> bool,
+}
+
+/// `[q, qd, qdd]` of every sample of a period.
+type Motion = Vec<[Vec<f64>; 3]>;
+
+struct Coefficients {
+    sine: Vec<Vec<f64>>,
+    cosine: Vec<Vec<f64>>,
+}
+
+/// The most telling series within the room; `tick` is called after every try. `None` if none was found that stays in the workspace.
+#[must_use]
+pub fn excite(subject: &Subject<'_>, room: &Room, search: &Search, tick: &dyn Fn()) -> Option<Series> {
+    let mut random = ChaCha8Rng::seed_from_u64(search.seed);
+    let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let joints = room.centre.len();
+    let mut best: Option<(f64, Coefficients)> = None;
+    let starts = ((search.tries as f64 * STARTS) as usize).max(1);
+    for attempt in 0..search.tries {
+        let mut next = match &best {
+            Some((_, best)) if attempt >= starts => {
+                let mut next = Coefficients { sine: best.sine.clone(), cosine: best.cosine.clone() };
+                let size = 0.5 * (1.0 - attempt as f64 / search.tries as f64) + 0.05;
+                let pick = |x: f64, n: usize| (((x + 1.0) / 2.0 * n as f64) as usize).min(n - 1);
+                for _ in 0..2 {
+                    let (k, joint) = (pick(uniform(), search.harmonics), pick(uniform(), joints));
+                    let half = 0.5 * (room.position[joint].1 - room.position[joint].0);
+                    let change = uniform() * size * half / (k + 1) as f64;
+                    let list = if uniform() > 0.0 { &mut next.sine } else { &mut next.cosine };
+                    list[k][joint] += change;
+                }
+                next
+            }
+            _ => {
+                let mut draw = || -> Vec<Vec<f64>> {
+                    (0..search.harmonics)
+                        .map(|k| {
+                            (0..joints)
+                                .map(|j| uniform() * (room.position[j].1 - room.position[j].0) / (k + 1) as f64)
+                                .collect()
+                        })
+                        .collect()
+                };
+                Coefficients { sine: draw(), cosine: draw() }
+            }
+        };
+        if fit_in(subject, room, search, &mut next) {
+            let found = information(subject, room, &motion(room, search, &next)).0;
+            if best.as_ref().is_none_or(|(most, _)| found > *most) {
+                best = Some((found, next));
+            }
+        }
+        tick();
+    }
+    let (_, Coefficients { sine, cosine }) = best?;
+    let chosen = Coefficients { sine, cosine };
+    let (information, matrix) = information(subject, room, &motion(room, search, &chosen));
+    let b = subject.base.len();
+    let spread = inverse(&matrix);
+    let deviations = (0..b).map(|k| spread[(k, k)].max(0.0).sqrt()).collect();
+    let scale = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
+    let scaled = DMatrix::from_fn(b, b, |i, j| matrix[(i, j)] * scale[i] * scale[j]).symmetric_eigenvalues();
+    let condition = (scaled.max() / scaled.min().max(1e-300)).sqrt();
+    Some(Series { sine: chosen.sine, cosine: chosen.cosine, information, condition, deviations })
+}
+
+fn motion(room: &Room, search: &Search, coefficients: &Coefficients) -> Motion {
+    let joints = room.centre.len();
+    let sample = |step: usize| {
+        let mut state = [room.centre.clone(), vec![0.0; joints], vec![0.0; joints]];
+        for k in 0..search.harmonics {
+            let rate = std::f64::consts::TAU * (k + 1) as f64 / search.period;
+            let (sin, cos) = (rate * search.period * step as f64 / SAMPLES as f64).sin_cos();
+            for joint in 0..joints {
+                let (a, b) = (coefficients.sine[k][joint], coefficients.cosine[k][joint]);
+                state[0][joint] += a * sin + b * cos;
+                state[1][joint] += rate * (a * cos - b * sin);
+                state[2][joint] -= rate * rate * (a * sin + b * cos);
+            }
+        }
+        state
+    };
+    (0..SAMPLES).map(sample).collect()
+}
+
+/// Scales each joint into its limits, then all of them until torque and workspace hold; false if they do not.
+fn fit_in(subject: &Subject<'_>, room: &Room, search: &Search, coefficients: &mut Coefficients) -> bool {
+    let joints = room.centre.len();
+    let first = motion(room, search, coefficients);
+    let most = |pick: &dyn Fn(&[Vec<f64>; 3]) -> f64| first.iter().map(pick).fold(0.0, f64::max);
+    let mut factors = vec![1.0; joints];
+    for (joint, factor) in factors.iter_mut().enumerate() {
+        let (lo, hi) = room.position[joint];
+        let centre = room.centre[joint];
+        // A little room between samples.
+        let up = most(&|s| (s[0][joint] - centre).max(0.0)) * 1.02;
+        let down = most(&|s| (centre - s[0][joint]).max(0.0)) * 1.02;
+        let speed = most(&|s| s[1][joint].abs()) * 1.02;
+        let steep = most(&|s| s[2][joint].abs()) * 1.03;
+        let ratio = |room: f64, taken: f64| if taken > 0.0 { room / taken } else { f64::INFINITY };
+        *factor = [
+            ratio(hi - centre, up),
+            ratio(centre - lo, down),
+            ratio(room.velocity[joint], speed),
+            ratio(room.acceleration[joint], steep),
+        ]
+        .into_iter()
+        .fold(f64::INFINITY, f64::min)
+        .clamp(0.0, 1e6);
+    }
+    for list in coefficients.sine.iter_mut().chain(&mut coefficients.cosine) {
+        list.iter_mut().zip(&factors).for_each(|(a, factor)| *a *= factor);
+    }
+    for _ in 0..12 {
+        let moved = motion(room, search, coefficients);
+        if moved.iter().all(|state| holds(subject, room, state)) {
+            return true;
+        }
+        for list in coefficients.sine.iter_mut().chain(&mut coefficients.cosine) {
+            list.iter_mut().for_each(|a| *a *= 0.85);
+        }
+    }
+    false
+}
+
+fn holds(subject: &Subject<'_>, room: &Room, state: &[Vec<f64>; 3]) -> bool {
+    (subject.allowed)(&state[0])
+        && rows(subject, state).iter().enumerate().all(|(joint, row)| {
+            let tau: f64 = row.iter().zip(subject.beta).map(|(y, beta)| y * beta).sum();
+            tau.abs() <= room.torque[joint]
+        })
+}
+
+/// Columns of the base parameters at each joint.
+fn rows(subject: &Subject<'_>, state: &[Vec<f64>; 3]) -> Vec<Vec<f64>> {
+    let n = subject.base.joints;
+    let width = dynamics_core::regressor::PARAMETERS * n;
+    let mut out = vec![0.0; n * width];
+    subject.arm.columns(&state[0], &state[1], &state[2], &mut out);
+    let of = |joint: usize| {
+        let column = |k: &usize| match k.checked_sub(width) {
+            Some(rotor) if rotor == joint => state[2][joint],
+            Some(_) => 0.0,
+            None => out[joint * width + k],
+        };
+        subject.base.columns.iter().map(column).collect()
+    };
+    (0..n).map(of).collect()
+}
+
+/// `log det` of the information of one period about bodies and friction, and the information.
+fn information(subject: &Subject<'_>, room: &Room, motion: &Motion) -> (f64, DMatrix<f64>) {
+    let b = subject.base.len();
+    let unknowns = b + FRICTION * subject.base.joints;
+    let mut matrix = DMatrix::zeros(unknowns, unknowns);
+    for state in motion {
+        for (joint, row) in rows(subject, state).iter().enumerate() {
+            let rub = [1.0, state[1][joint], state[1][joint].signum()];
+            let mut all = DVector::zeros(unknowns);
+            for (place, y) in all.iter_mut().zip(row) {
+                *place = *y;
+            }
+            for (k, x) in rub.into_iter().enumerate() {
+                all[b + FRICTION * joint + k] = x;
+            }
+            matrix.syger(room.noise[joint].powi(-2), &all, &all, 1.0);
+        }
+    }
+    matrix.fill_upper_triangle_with_lower_triangle();
+    let scale = matrix.diagonal().map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
+    let scaled = DMatrix::from_fn(unknowns, unknowns, |i, j| {
+        matrix[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-9 } else { 0.0 }
+    });
+    let determinant = scaled.cholesky().map_or(f64::NEG_INFINITY, |factor| {
+        2.0 * factor.l_dirty().diagonal().iter().zip(scale.iter()).map(|(l, s)| l.ln() + s.ln()).sum::<f64>()
+    });
+    (determinant, matrix)
+}
+
+/// Postures that gravity's columns differ most in: each next the one that adds most to the information, of random ones.
+#[must_use]
+pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tick: &dyn Fn()) -> Vec<Vec<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut share = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+    let joints = room.centre.len();
+    let still = vec![0.0; joints];
+    let b = subject.base.len();
+    let mut matrix = DMatrix::from_diagonal_element(b, b, 1e-6);
+    let mut chosen = vec![room.centre.clone()];
+    while chosen.len() < count {
+        let covariance = inverse(&matrix);
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        for _ in 0..200 {
+            let q: Vec<f64> = room.position.iter().map(|(lo, hi)| lo + share() * (hi - lo)).collect();
+            let state = [q, still.clone(), still.clone()];
+            if !holds(subject, room, &state) {
+                continue;
+            }
+            let gain: f64 = rows(subject, &state)
+                .iter()
+                .zip(&room.noise)
+                .map(|(row, noise)| {
+                    let y = DVector::from_column_slice(row);
+                    (1.0 + y.dot(&(&covariance * &y)) / (noise * noise)).ln()
+                })
+                .sum();
+            if best.as_ref().is_none_or(|(most, _)| gain > *most) {
+                best = Some((gain, state[0].clone()));
+            }
+        }
+        tick();
+        let Some((_, q)) = best else { break };
+        for (row, noise) in rows(subject, &[q.clone(), still.clone(), still.clone()]).iter().zip(&room.noise) {
+            let y = DVector::from_column_slice(row);
+            matrix += &y * y.transpose() / (noise * noise);
+        }
+        chosen.push(q);
+    }
+    chosen
+}

@@ -1,0 +1,200 @@
+//! Weighted least squares with robust weights, held-out error, and deviations.
+
+mod covariance;
+mod normal;
+
+pub use normal::{Normal, inverse, solve};
+
+use crate::Series;
+use crate::base::Base;
+use crate::friction::Law;
+use crate::prepare::Prepared;
+use nalgebra::{DMatrix, DVector};
+
+/// Rows a second, in cut-offs of the torque filter: what is left of a torque behind it has no more to say.
+const ROWS_PER_CUTOFF: f64 = 4.0;
+/// Rounds of robust weights; loads of friction follow along.
+const ROUNDS: usize = 5;
+/// Huber's constant: residuals beyond so many deviations weigh less.
+const HUBER: f64 = 1.5;
+/// Blocks that are held out in turn.
+const BLOCKS: usize = 8;
+
+/// What is fitted: base parameters, and the coefficients of a law of friction for each joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<'a> {
+    /// The logs.
+    pub logs: &'a [Prepared],
+    /// The base parameters.
+    pub base: &'a Base,
+    /// A law for each joint.
+    pub laws: &'a [Law],
+}
+
+/// Rows of one joint.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// Place of each column among all unknowns.
+    pub places: Vec<usize>,
+    /// Columns, samples x places.
+    pub columns: DMatrix<f64>,
+    /// Torque, N m or N.
+    pub target: DVector<f64>,
+    /// Log and block of each row.
+    pub from: Vec<(usize, usize)>,
+}
+
+/// Coefficients, and what is left.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Base parameters, then the coefficients of each joint's friction.
+    pub x: DVector<f64>,
+    /// Robust deviation of the residual of each joint, N m or N.
+    pub sigma: Vec<f64>,
+    /// Rows of each joint.
+    pub rows: Vec<Rows>,
+    /// Robust weight of each row, up to 1.
+    pub weights: Vec<Vec<f64>>,
+    /// Normal equations of all rows, in units of the residuals' deviations.
+    pub normal: Normal,
+}
+
+impl Problem<'_> {
+    /// Number of unknowns.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.offset(self.laws.len())
+    }
+
+    /// Place of the first coefficient of a joint's friction.
+    #[must_use]
+    pub fn offset(&self, joint: usize) -> usize {
+        self.base.len() + self.laws[..joint].iter().map(|law| law.terms.len()).sum::<usize>()
+    }
+
+    /// Torque of friction by unit coefficients, through the filter of torques: for each joint, each term.
+    #[must_use]
+    pub fn friction(&self, log: &Prepared, loads: &Series) -> Vec<Series> {
+        let of = |(joint, law): (usize, &Law)| {
+            let found = law.columns(&log.q[joint], &log.qd[joint], &loads[joint]);
+            found.iter().map(|column| log.low_pass.apply(column)).collect()
+        };
+        self.laws.iter().enumerate().map(of).collect()
+    }
+
+    /// Rows of each joint, for these loads of every log.
+    #[must_use]
+    pub fn rows(&self, loads: &[Series]) -> Vec<Rows> {
+        let friction: Vec<Vec<Series>> =
+            self.logs.iter().zip(loads).map(|(log, loads)| self.friction(log, loads)).collect();
+        (0..self.laws.len()).map(|joint| self.rows_of(joint, &friction)).collect()
+    }
+
+    fn rows_of(&self, joint: usize, friction: &[Vec<Series>]) -> Rows {
+        let bodies: Vec<usize> = (0..self.base.len()).filter(|b| self.base.acts(*b, joint)).collect();
+        let start = self.offset(joint);
+        let terms = self.laws[joint].terms.len();
+        let places: Vec<usize> = bodies.iter().copied().chain(start..start + terms).collect();
+        let mut picked = Vec::new();
+        let each = (BLOCKS / self.logs.len().max(1)).max(2);
+        for (index, log) in self.logs.iter().enumerate() {
+            let step = ((log.rate / (ROWS_PER_CUTOFF * log.cutoff)).floor() as usize).max(1);
+            picked.extend((0..log.len()).step_by(step).map(|k| (index, k, index * each + k * each / log.len())));
+        }
+        let columns = DMatrix::from_fn(picked.len(), places.len(), |row, column| {
+            let (log, k, _) = picked[row];
+            match bodies.get(column) {
+                Some(b) => self.logs[log].columns[joint][(k, *b)],
+                None => friction[log][joint][column - bodies.len()][k],
+            }
+        });
+        let target =
+            DVector::from_iterator(picked.len(), picked.iter().map(|(log, k, _)| self.logs[*log].tau[joint][*k]));
+        Rows { places, columns, target, from: picked.into_iter().map(|(log, _, block)| (log, block)).collect() }
+    }
+
+    /// Least squares; weights from the residuals, loads from the fit, in turn until both stand.
+    #[must_use]
+    pub fn fit(&self) -> Fit {
+        let mut loads: Vec<Series> = self.logs.iter().map(|log| log.tau.clone()).collect();
+        let mut rows = self.rows(&loads);
+        let mut sigma: Vec<f64> = rows.iter().map(|rows| deviation(rows.target.as_slice())).collect();
+        let mut weights: Vec<Vec<f64>> = rows.iter().map(|rows| vec![1.0; rows.target.len()]).collect();
+        let mut x = DVector::zeros(self.unknowns());
+        let uses_loads = self.laws.iter().any(|law| law.terms.contains(&crate::friction::Term::Load));
+        for round in 0..ROUNDS {
+            let normal = Normal::of(&rows, &sigma, &weights, |_| true, self.unknowns());
+            x = solve(&normal.matrix, &normal.right);
+            for ((rows, sigma), weights) in rows.iter().zip(&mut sigma).zip(&mut weights) {
+                let left = rows.residual(&x);
+                *sigma = deviation(left.as_slice());
+                for (weight, e) in weights.iter_mut().zip(left.iter()) {
+                    *weight = (HUBER * *sigma / e.abs().max(1e-12)).min(1.0);
+                }
+            }
+            if uses_loads && round + 1 < ROUNDS {
+                loads = self.logs.iter().map(|log| log.of_bodies(&x.as_slice()[..self.base.len()])).collect();
+                rows = self.rows(&loads);
+            }
+        }
+        let normal = Normal::of(&rows, &sigma, &weights, |_| true, self.unknowns());
+        Fit { x, sigma, rows, weights, normal }
+    }
+}
+
+impl Rows {
+    /// What the unknowns leave of the torque, N m or N.
+    #[must_use]
+    pub fn residual(&self, x: &DVector<f64>) -> DVector<f64> {
+        let mut left = self.target.clone();
+        for (column, &place) in self.columns.column_iter().zip(&self.places) {
+            left.axpy(-x[place], &column, 1.0);
+        }
+        left
+    }
+}
+
+impl Rows {
+    /// How many neighbouring rows of this residual say as much as one independent row.
+    #[must_use]
+    pub fn runs(&self, left: &[f64]) -> f64 {
+        covariance::runs(left, self)
+    }
+}
+
+impl Fit {
+    /// Root mean square of each joint's residual in blocks that were not fitted, N m or N.
+    #[must_use]
+    pub fn held_out(&self) -> Vec<f64> {
+        let blocks = 1 + self.rows.iter().flat_map(|rows| rows.from.iter().map(|(_, block)| *block)).max().unwrap_or(0);
+        let mut squares = vec![(0.0, 0usize); self.rows.len()];
+        for block in 0..blocks {
+            let held = Normal::of(&self.rows, &self.sigma, &self.weights, |b| b == block, self.x.len());
+            let x = solve(&(&self.normal.matrix - &held.matrix), &(&self.normal.right - &held.right));
+            for (rows, (sum, count)) in self.rows.iter().zip(&mut squares) {
+                let left = rows.residual(&x);
+                for (e, _) in left.iter().zip(&rows.from).filter(|(_, (_, b))| *b == block) {
+                    *sum += e * e;
+                    *count += 1;
+                }
+            }
+        }
+        squares.iter().map(|(sum, count)| (sum / (*count).max(1) as f64).sqrt()).collect()
+    }
+
+    /// Covariance of the unknowns. Residuals behind a filter, and all that a model does not know, come in runs: their measured
+    /// autocorrelation is counted.
+    #[must_use]
+    pub fn covariance(&self) -> DMatrix<f64> {
+        covariance::covariance(self)
+    }
+}
+
+/// Robust deviation: 1.4826 times the median of magnitudes, and not less than half of the root mean square.
+pub(crate) fn deviation(x: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = x.iter().map(|x| x.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    let square = (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
+    (1.4826 * median).max(0.5 * square).max(1e-9)
+}

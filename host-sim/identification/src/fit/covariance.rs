@@ -1,0 +1,85 @@
+//! Covariance of a fit whose residuals come in runs.
+
+use super::normal::{dot, inverse};
+use super::{Fit, Rows};
+use nalgebra::{DMatrix, DVector};
+
+/// Longest run that is looked for, rows.
+const LAGS: usize = 60;
+/// Autocorrelation below which a run has ended.
+const ENDED: f64 = 0.03;
+
+/// `H^-1 S H^-1`, with `S = sum_j sum_k gamma_j(k) (1 - k / K) sum_t a_t a_(t+k)^T`: Bartlett's weights on the autocovariance `gamma` of
+/// each joint's weighted residual (Newey and West 1987, with the residual independent of the columns).
+///
+/// `gamma` is raised by the share of the independent residuals that the unknowns have used up.
+pub(super) fn covariance(fit: &Fit) -> DMatrix<f64> {
+    let unknowns = fit.x.len();
+    let mut spread = DMatrix::zeros(unknowns, unknowns);
+    for ((rows, sigma), weights) in fit.rows.iter().zip(&fit.sigma).zip(&fit.weights) {
+        add(&mut spread, rows, *sigma, weights, &fit.x);
+    }
+    let inverse = inverse(&fit.normal.matrix);
+    &inverse * spread * &inverse
+}
+
+fn add(spread: &mut DMatrix<f64>, rows: &Rows, sigma: f64, weights: &[f64], x: &DVector<f64>) {
+    let count = rows.target.len();
+    let roots: Vec<f64> = weights.iter().map(|w| w.sqrt() / sigma).collect();
+    let left: Vec<f64> = rows.residual(x).iter().zip(&roots).map(|(e, w)| e * w).collect();
+    let covariances = autocovariance(&left, rows);
+    let lags = covariances.len();
+    let bartlett = |lag: usize| 1.0 - lag as f64 / lags as f64;
+    let independent = count as f64 / run_length(&covariances);
+    let used = rows.places.len() as f64;
+    // Each joint pays for its friction and for its share of the bodies; no more than nine tenths.
+    let raise = independent / (independent - used.min(0.9 * independent));
+    let packed: Vec<Vec<f64>> =
+        rows.columns.column_iter().map(|column| column.iter().zip(&roots).map(|(x, w)| x * w).collect()).collect();
+    for (lag, covariance) in covariances.iter().enumerate() {
+        let factor = raise * covariance * bartlett(lag);
+        for (a, &at) in rows.places.iter().enumerate() {
+            for (b, &to) in rows.places.iter().enumerate() {
+                // The few pairs that reach from one log into the next do no harm.
+                let product = dot(&packed[a][..count - lag], &packed[b][lag..]);
+                spread[(at, to)] += factor * product;
+                if lag > 0 {
+                    spread[(to, at)] += factor * product;
+                }
+            }
+        }
+    }
+}
+
+/// How many rows say as much as one independent row.
+fn run_length(covariances: &[f64]) -> f64 {
+    let lags = covariances.len() as f64;
+    let sum: f64 = covariances.iter().enumerate().skip(1).map(|(k, c)| (1.0 - k as f64 / lags) * c).sum();
+    (1.0 + 2.0 * sum / covariances[0]).max(1.0)
+}
+
+/// The same for a residual.
+pub(super) fn runs(left: &[f64], rows: &Rows) -> f64 {
+    run_length(&autocovariance(left, rows))
+}
+
+/// Autocovariance of a residual up to the end of its runs.
+fn autocovariance(left: &[f64], rows: &Rows) -> Vec<f64> {
+    let count = left.len();
+    let at = |lag: usize| {
+        let pairs = (0..count - lag).filter(|k| rows.from[*k].0 == rows.from[k + lag].0);
+        pairs.map(|k| left[k] * left[k + lag]).sum::<f64>() / count as f64
+    };
+    let first = at(0).max(f64::MIN_POSITIVE);
+    let mut found = vec![first];
+    let most = LAGS.min(count / 4);
+    while found.len() < most && found.last().is_some_and(|last| *last > ENDED * first) {
+        found.push(at(found.len()));
+    }
+    // As long again: Bartlett's weights would halve the run otherwise.
+    let end = (2 * found.len()).min(most.max(1));
+    while found.len() < end {
+        found.push(at(found.len()));
+    }
+    found
+}

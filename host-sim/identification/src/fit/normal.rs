@@ -1,0 +1,108 @@
+//! Normal equations.
+
+use super::Rows;
+use nalgebra::{DMatrix, DVector};
+
+/// What keeps a direction that no row sees from growing, as a share of the scaled diagonal.
+const RIDGE: f64 = 1e-10;
+
+/// `A^T W A` and `A^T W b`.
+#[derive(Clone, Debug)]
+pub struct Normal {
+    /// Symmetric.
+    pub matrix: DMatrix<f64>,
+    /// The right side.
+    pub right: DVector<f64>,
+}
+
+impl Normal {
+    /// Sum over the rows of the blocks that are asked for, each row weighing `weight / sigma^2`.
+    #[must_use]
+    pub fn of(
+        rows: &[Rows],
+        sigma: &[f64],
+        weights: &[Vec<f64>],
+        block: impl Fn(usize) -> bool,
+        unknowns: usize,
+    ) -> Self {
+        let mut normal = Self { matrix: DMatrix::zeros(unknowns, unknowns), right: DVector::zeros(unknowns) };
+        for ((rows, sigma), weights) in rows.iter().zip(sigma).zip(weights) {
+            normal.add(rows, *sigma, weights, &block);
+        }
+        normal
+    }
+
+    fn add(&mut self, rows: &Rows, sigma: f64, weights: &[f64], block: &impl Fn(usize) -> bool) {
+        let taken: Vec<usize> = (0..rows.target.len()).filter(|k| block(rows.from[*k].1)).collect();
+        // Packed by columns: the products below then run over neighbours.
+        let pack = |column: usize| -> Vec<f64> {
+            taken.iter().map(|k| rows.columns[(*k, column)] * (weights[*k].sqrt() / sigma)).collect()
+        };
+        let packed: Vec<Vec<f64>> = (0..rows.places.len()).map(pack).collect();
+        let target: Vec<f64> = taken.iter().map(|k| rows.target[*k] * (weights[*k].sqrt() / sigma)).collect();
+        for (a, &at) in rows.places.iter().enumerate() {
+            self.right[at] += dot(&packed[a], &target);
+            for (b, &to) in rows.places.iter().enumerate().take(a + 1) {
+                let product = dot(&packed[a], &packed[b]);
+                self.matrix[(at, to)] += product;
+                if a != b {
+                    self.matrix[(to, at)] += product;
+                }
+            }
+        }
+    }
+}
+
+/// In four sums, which the processor can run beside each other.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a4.zip(b4) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Scale that makes the diagonal one; zero for what nothing sees.
+pub(super) fn scales(matrix: &DMatrix<f64>) -> DVector<f64> {
+    let largest = matrix.diagonal().amax();
+    matrix.diagonal().map(|d| if d > 1e-16 * largest { d.sqrt().recip() } else { 0.0 })
+}
+
+/// Solution of the normal equations; unknowns that nothing sees are zero.
+#[must_use]
+pub fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    let scale = scales(matrix);
+    let n = right.len();
+    let scaled = DMatrix::from_fn(n, n, |i, j| {
+        let ridge = if i == j { RIDGE + if scale[i] > 0.0 { 0.0 } else { 1.0 } } else { 0.0 };
+        matrix[(i, j)] * scale[i] * scale[j] + ridge
+    });
+    let found =
+        scaled.cholesky().map_or_else(|| DVector::zeros(n), |factor| factor.solve(&right.component_mul(&scale)));
+    found.component_mul(&scale)
+}
+
+/// Inverse of a symmetric matrix, by the same scaling.
+#[must_use]
+pub fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let scale = scales(matrix);
+    let n = scale.len();
+    let scaled = DMatrix::from_fn(n, n, |i, j| {
+        let ridge = if i == j { RIDGE + if scale[i] > 0.0 { 0.0 } else { RIDGE } } else { 0.0 };
+        matrix[(i, j)] * scale[i] * scale[j] + ridge
+    });
+    let found = scaled.cholesky().map_or_else(|| DMatrix::identity(n, n), |factor| factor.inverse());
+    DMatrix::from_fn(n, n, |i, j| {
+        if scale[i] > 0.0 && scale[j] > 0.0 {
+            found[(i, j)] * scale[i] * scale[j]
+        } else if i == j {
+            f64::MAX.sqrt()
+        } else {
+            0.0
+        }
+    })
+}

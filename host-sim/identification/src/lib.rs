@@ -1,0 +1,37 @@
+//! The model of an arm from logs of its motion: inertial parameters, friction, payload.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`log`] | a log: columns of a CSV file, and what is wrong with them |
+//! | [`exchanged`] | columns of two joints that stand in each other's place |
+//! | [`filter`] | even time, a low-pass without delay, derivatives |
+//! | [`arm`] | what identification sees of an arm: torque by inertial parameters |
+//! | [`base`] | the combinations of parameters that torques depend on |
+//! | [`friction`] | laws of friction, linear in their coefficients |
+//! | [`prepare`] | a log and an arm together: filtered torques and columns |
+//! | [`fit`] | weighted least squares with robust weights, held-out error, deviations |
+//! | [`choose`] | which terms of friction and which cut-off earn their place |
+//! | [`consistent`] | bodies that some mass distribution could have, nearest to data and maker |
+//! | [`identify`] | all of it in order, and predictions |
+//! | [`payload`] | what an arm holds, from a log against a known arm |
+//! | [`excite`] | motions worth recording |
+//!
+//! `tau = Y(q, qd, qdd) pi + friction(q, qd, load)`, SI units throughout. Nothing here reads robot files or prints.
+#![forbid(unsafe_code)]
+
+pub mod arm;
+pub mod base;
+pub mod choose;
+pub mod consistent;
+pub mod exchanged;
+pub mod excite;
+pub mod filter;
+pub mod fit;
+pub mod friction;
+pub mod identify;
+pub mod log;
+pub mod payload;
+pub mod prepare;
+
+/// One list of samples for each joint.
+pub type Series = Vec<Vec<f64>>;

@@ -1,0 +1,324 @@
+//! What an arm holds, from a log against a known arm.
+//!
+//! The load is ten parameters more on the last link: `tau - tau_known = Y_n p + friction`. Friction drifts with temperature between two
+//! logs, so its coefficients are estimated anew, near those of the known arm. Every row counts by how many neighbours say the same, and
+//! the known arm's own covariance goes into the interval.
+//!
+//! Motion without a load cannot tell torque per ampere from mass: with twice the constant everything weighs twice as much. What can is
+//! the maker's masses, to within how far they are trusted. [`torque_scale`] weighs both.
+
+use crate::Series;
+use crate::arm::Arm;
+use crate::base::Base;
+use crate::consistent::{Maker, central, nearest};
+use crate::fit::{Normal, Problem, Rows, deviation, inverse, solve};
+use crate::friction::{Direction, Law};
+use crate::identify::Identified;
+use crate::log::Log;
+use crate::prepare::{Filters, Prepared};
+use dynamics_core::regressor::PARAMETERS;
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+/// Rounds of robust weights and of the load that friction feels.
+const ROUNDS: usize = 5;
+/// How far a coefficient of friction may have drifted, as a share, and at least, in deviations of the residual.
+const DRIFT: (f64, f64) = (0.25, 0.5);
+/// Deviation of the maker's masses as a share, and of mass centres, m, where they judge the scale of torques.
+const MAKER: (f64, f64) = (0.2, 0.05);
+/// The scale of torques is looked for between these.
+const SCALES: (f64, f64) = (0.7, 1.4);
+
+/// An arm that is known.
+#[derive(Clone, Debug)]
+pub struct Known {
+    /// Its base.
+    pub base: Base,
+    /// Base parameters.
+    pub beta: DVector<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+    /// The law of friction of each joint.
+    pub laws: Vec<Law>,
+    /// Its coefficients.
+    pub friction: Vec<Vec<f64>>,
+    /// The filters.
+    pub filters: Filters,
+}
+
+/// What is held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Payload {
+    /// kg.
+    pub mass: f64,
+    /// Its standard deviation, with that of the scale of torques.
+    pub mass_deviation: f64,
+    /// kg, as if the scale of torques were one.
+    pub unscaled: f64,
+    /// Deviation of that.
+    pub unscaled_deviation: f64,
+    /// Mass centre in the last link's frame, m; `None` where there is no mass to speak of.
+    pub com: Option<Vector3<f64>>,
+    /// Deviation of each coordinate, m.
+    pub com_deviation: Vector3<f64>,
+    /// Inertia about the mass centre, kg m^2, of a body that is possible.
+    pub inertia: Matrix3<f64>,
+    /// Measured torque over true torque, and its deviation.
+    pub scale: (f64, f64),
+    /// Root mean square of what is left, N m or N, of each joint.
+    pub rms: Vec<f64>,
+}
+
+impl Known {
+    /// From an identification.
+    #[must_use]
+    pub fn of(found: &Identified) -> Self {
+        Self {
+            base: found.base.clone(),
+            beta: found.bodies.beta.clone(),
+            covariance: found.covariance.clone(),
+            laws: found.laws.clone(),
+            friction: found.friction.clone(),
+            filters: found.filters,
+        }
+    }
+
+    /// From numbers that are taken as they are, with viscous and Coulomb friction.
+    #[must_use]
+    pub fn of_numbers(arm: &dyn Arm, parameters: &[f64], friction: &[(f64, f64)], filters: Filters) -> Self {
+        let base = Base::of(arm);
+        let beta = base.of_parameters(parameters);
+        let covariance = DMatrix::from_diagonal(&beta.map(|b| (1e-3 * b).powi(2) + 1e-12));
+        let laws = vec![Law::with(Direction::Hysteresis(1e-4), &[]); base.joints];
+        let friction = friction.iter().map(|(viscous, coulomb)| vec![0.0, *viscous, *coulomb]).collect();
+        Self { base, beta, covariance, laws, friction, filters }
+    }
+
+    /// `R` restricted to the last link.
+    fn last_link(&self) -> DMatrix<f64> {
+        let n = self.base.joints;
+        self.base.regroup.columns(PARAMETERS * (n - 1), PARAMETERS).into_owned()
+    }
+
+    /// What the arm holds along these logs. `scale` is measured torque over true torque with its deviation: [`torque_scale`], or (1, 0).
+    #[must_use]
+    pub fn payload(&self, arm: &dyn Arm, logs: &[Log], scale: (f64, f64)) -> Payload {
+        let prepared: Vec<Prepared> =
+            logs.iter().map(|log| Prepared::new(log, arm, &self.base, self.filters)).collect();
+        let problem = Problem { logs: &prepared, base: &self.base, laws: &self.laws };
+        let last = self.last_link();
+        let b = self.base.len();
+        let more = problem.unknowns() - b;
+        let start = DVector::from_vec(self.friction.concat());
+        let mut held = DVector::zeros(PARAMETERS);
+        let mut known = DVector::zeros(problem.unknowns());
+        known.rows_mut(0, b).copy_from(&self.beta);
+        known.rows_mut(b, more).copy_from(&start);
+        let mut weights: Vec<Vec<f64>> = Vec::new();
+        let mut sigma = vec![1.0; self.laws.len()];
+        let mut found = None;
+        for _ in 0..ROUNDS {
+            let carried = &self.beta + &last * &held;
+            let loads: Vec<Series> = prepared.iter().map(|log| log.of_bodies(carried.as_slice())).collect();
+            let rows = problem.rows(&loads);
+            let asked: Vec<Rows> = rows.iter().map(|rows| rows_of_load(rows, b, &last, &known)).collect();
+            if weights.is_empty() {
+                weights = asked.iter().map(|rows| vec![1.0; rows.target.len()]).collect();
+                sigma = asked.iter().map(|rows| deviation(rows.target.as_slice())).collect();
+            }
+            let prior = self.prior(&sigma, &start, more);
+            let normal = Normal::of(&asked, &sigma, &weights, |_| true, PARAMETERS + more);
+            let matrix = &normal.matrix + DMatrix::from_diagonal(&prior);
+            let x = solve(&matrix, &normal.right);
+            held = x.rows(0, PARAMETERS).into_owned();
+            for ((rows, sigma), weights) in asked.iter().zip(&mut sigma).zip(&mut weights) {
+                let left = rows.residual(&x);
+                let size = deviation(left.as_slice());
+                let runs = rows.runs(left.as_slice());
+                *sigma = size;
+                let weight = |e: &f64| (1.5 * size / e.abs().max(1e-12)).min(1.0) / runs;
+                *weights = left.iter().map(weight).collect();
+            }
+            let through = self.through(&rows, &asked, &sigma, &weights, more);
+            found = Some((asked, x, matrix, through));
+        }
+        let Some((asked, _, matrix, through)) = found else { return Payload::nothing(self.laws.len()) };
+        let spread = inverse(&matrix);
+        let by_arm = &spread * through;
+        let spread = &spread + &by_arm * &self.covariance * by_arm.transpose();
+        let covariance = spread.view((0, 0), (PARAMETERS, PARAMETERS)).into_owned();
+        let mut unknowns = DVector::zeros(PARAMETERS + more);
+        unknowns.rows_mut(0, PARAMETERS).copy_from(&held);
+        let rms = asked.iter().zip(&sigma).map(|(_, sigma)| *sigma).collect();
+        Payload::of(&held, &covariance, scale, rms)
+    }
+
+    /// One over the variance that each unknown is expected to have: none for the load, drift for friction.
+    fn prior(&self, sigma: &[f64], start: &DVector<f64>, more: usize) -> DVector<f64> {
+        let mut prior = DVector::zeros(PARAMETERS + more);
+        let joint_of = self.laws.iter().enumerate().flat_map(|(joint, law)| vec![joint; law.terms.len()]);
+        for (k, joint) in joint_of.enumerate() {
+            prior[PARAMETERS + k] = (DRIFT.0 * start[k].abs()).max(DRIFT.1 * sigma[joint]).powi(-2);
+        }
+        // Inertia about the link's origin: no load that an arm carries has a radius of gyration of more than half a metre.
+        for k in 4..PARAMETERS {
+            prior[k] = 1.0;
+        }
+        prior
+    }
+
+    /// How the estimate follows an error of the known base parameters: `A^T W Y_b`.
+    fn through(&self, rows: &[Rows], asked: &[Rows], sigma: &[f64], weights: &[Vec<f64>], more: usize) -> DMatrix<f64> {
+        let b = self.base.len();
+        let mut sum = DMatrix::zeros(PARAMETERS + more, b);
+        for (((rows, asked), sigma), weights) in rows.iter().zip(asked).zip(sigma).zip(weights) {
+            for (column, &place) in asked.columns.column_iter().zip(&asked.places) {
+                let weighed: DVector<f64> = DVector::from_iterator(
+                    column.len(),
+                    column.iter().zip(weights).map(|(x, w)| x * w / (sigma * sigma)),
+                );
+                for (own, &at) in rows.columns.column_iter().zip(&rows.places).filter(|(_, at)| **at < b) {
+                    sum[(place, at)] += weighed.dot(&own);
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// Rows in the load's parameters and changes of friction, with what is known taken off the torque.
+fn rows_of_load(rows: &Rows, base: usize, last: &DMatrix<f64>, known: &DVector<f64>) -> Rows {
+    let bodies = rows.places.iter().filter(|place| **place < base).count();
+    let mut columns = DMatrix::zeros(rows.target.len(), PARAMETERS + rows.places.len() - bodies);
+    for (column, &place) in rows.places[..bodies].iter().enumerate() {
+        for k in 0..PARAMETERS {
+            let factor = last[(place, k)];
+            if factor != 0.0 {
+                columns.column_mut(k).axpy(factor, &rows.columns.column(column), 1.0);
+            }
+        }
+    }
+    let mut places: Vec<usize> = (0..PARAMETERS).collect();
+    for (k, &place) in rows.places[bodies..].iter().enumerate() {
+        columns.column_mut(PARAMETERS + k).copy_from(&rows.columns.column(bodies + k));
+        places.push(PARAMETERS + place - base);
+    }
+    Rows { places, columns, target: rows.residual(known), from: rows.from.clone() }
+}
+
+impl Payload {
+    fn nothing(joints: usize) -> Self {
+        Self {
+            mass: 0.0,
+            mass_deviation: 0.0,
+            unscaled: 0.0,
+            unscaled_deviation: 0.0,
+            com: None,
+            com_deviation: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+            scale: (1.0, 0.0),
+            rms: vec![0.0; joints],
+        }
+    }
+
+    fn of(held: &DVector<f64>, covariance: &DMatrix<f64>, scale: (f64, f64), rms: Vec<f64>) -> Self {
+        let mut payload = Self::nothing(rms.len());
+        let deviation = |k: usize| covariance[(k, k)].max(0.0).sqrt();
+        (payload.rms, payload.scale) = (rms, scale);
+        (payload.unscaled, payload.unscaled_deviation) = (held[0], deviation(0));
+        payload.mass = held[0] / scale.0;
+        payload.mass_deviation = (deviation(0) / scale.0).hypot(payload.mass * scale.1 / scale.0);
+        if held[0] < 2.0 * deviation(0) {
+            return payload;
+        }
+        // A ball of a decimetre about the centre that the moments say, to start from.
+        let centre = Vector3::new(held[1], held[2], held[3]) / held[0];
+        let round = Matrix3::from_diagonal_element(centre.dot(&centre)) - centre * centre.transpose();
+        let ball = (round + Matrix3::from_diagonal_element(0.004)) * held[0];
+        let start = [held[0], held[1], held[2], held[3], ball.m11, ball.m12, ball.m13, ball.m22, ball.m23, ball.m33];
+        let maker = Maker { links: vec![start], fixed: vec![[0.0; PARAMETERS]], rotors: vec![0.0], deviation: 1.0 };
+        let mut regroup = DMatrix::zeros(PARAMETERS, PARAMETERS + 1);
+        regroup.fill_diagonal(1.0);
+        let base = Base { joints: 1, columns: (0..PARAMETERS).collect(), regroup, gap: (1.0, 0.0) };
+        let body = nearest(&base, &maker, held, covariance);
+        let ten: [f64; PARAMETERS] = core::array::from_fn(|k| body.parameters[k]);
+        let (mass, com, inertia) = central(&ten);
+        payload.com = Some(com);
+        payload.com_deviation = Vector3::new(deviation(1), deviation(2), deviation(3)) / mass;
+        payload.inertia = inertia / scale.0;
+        payload
+    }
+}
+
+/// Measured torque over true torque, and its deviation, from the maker's masses and from how far a torque constant is trusted.
+///
+/// With `s` the scale, gravity's base parameters are `g ~ N(s g_maker, C + s^2 S)`, `S` from masses known to 20 % and mass centres to
+/// 5 cm, and `s ~ N(1, deviation)`: the mean and the deviation of what is left of `s`.
+#[must_use]
+pub fn torque_scale(arm: &dyn Arm, known: &Known, maker: &Maker, deviation: f64) -> (f64, f64) {
+    let directions = gravity_directions(arm, &known.base);
+    let n = known.base.joints;
+    let mut parameters = vec![0.0; known.base.regroup.ncols()];
+    for (place, (own, fixed)) in
+        parameters.iter_mut().zip(maker.links.iter().flatten().zip(maker.fixed.iter().flatten()))
+    {
+        *place = own + fixed;
+    }
+    let total: f64 = maker.links.iter().map(|link| link[0]).sum();
+    let mut spread = DMatrix::zeros(parameters.len(), parameters.len());
+    for link in 0..n {
+        let at = PARAMETERS * link;
+        let mass = maker.links[link][0].max(0.02 * total);
+        let centre = |k: usize| if k == 0 { 1.0 } else { maker.links[link][k] / maker.links[link][0].max(1e-9) };
+        for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+            spread[(at + i, at + j)] = (MAKER.0 * mass).powi(2) * centre(i) * centre(j);
+            if i == j && i > 0 {
+                spread[(at + i, at + j)] += (MAKER.1 * mass).powi(2);
+            }
+        }
+    }
+    let through = directions.transpose() * &known.base.regroup;
+    let made = &through * DVector::from_vec(parameters);
+    let of_maker = &through * spread * through.transpose();
+    let (found, of_data) = (directions.tr_mul(&known.beta), directions.transpose() * &known.covariance * &directions);
+    let cost = |s: f64| {
+        let c = &of_data + &of_maker * (s * s);
+        let off = &found - &made * s;
+        c.cholesky().map_or(f64::INFINITY, |factor| {
+            let determinant: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
+            off.dot(&factor.solve(&off)) + determinant + ((s - 1.0) / deviation).powi(2)
+        })
+    };
+    let step = 0.0025;
+    let count = ((SCALES.1 - SCALES.0) / step) as usize;
+    let costs: Vec<(f64, f64)> = (0..=count).map(|k| SCALES.0 + k as f64 * step).map(|s| (s, cost(s))).collect();
+    let least = costs.iter().map(|(_, c)| *c).fold(f64::INFINITY, f64::min);
+    let moment = |power: i32, about: f64| {
+        costs.iter().map(|(s, c)| (s - about).powi(power) * (-0.5 * (c - least)).exp()).sum::<f64>()
+    };
+    let mean = moment(1, 0.0) / moment(0, 0.0);
+    (mean, (moment(2, mean) / moment(0, 0.0)).sqrt())
+}
+
+/// Directions among the base parameters that gravity's torques depend on.
+fn gravity_directions(arm: &dyn Arm, base: &Base) -> DMatrix<f64> {
+    let n = base.joints;
+    let width = PARAMETERS * n;
+    let mut out = vec![0.0; n * width];
+    let mut gram = DMatrix::zeros(base.len(), base.len());
+    for state in 0..200 {
+        let q: Vec<f64> =
+            (0..n).map(|joint| 3.0 * (f64::from(state) * (1.0 + 0.37 * joint as f64) + joint as f64).sin()).collect();
+        arm.columns(&q, &vec![0.0; n], &vec![0.0; n], &mut out);
+        for joint in 0..n {
+            let row = DVector::from_iterator(
+                base.len(),
+                base.columns.iter().map(|k| if *k < width { out[joint * width + k] } else { 0.0 }),
+            );
+            gram += &row * row.transpose();
+        }
+    }
+    let eigen = gram.symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    let kept: Vec<usize> = (0..base.len()).filter(|k| eigen.eigenvalues[*k] > 1e-9 * largest).collect();
+    eigen.eigenvectors.select_columns(&kept)
+}

@@ -1,0 +1,141 @@
+//! A log and an arm together: filtered torques and columns.
+
+use crate::Series;
+use crate::arm::Arm;
+use crate::base::Base;
+use crate::filter::{LowPass, derivative, even_times, lines, spline, thinned};
+use crate::log::Log;
+use dynamics_core::regressor::PARAMETERS;
+use nalgebra::DMatrix;
+
+/// Rate that is enough for what is left after the filter of torques, and of motions, in cut-offs.
+const PER_CUTOFF: (f64, f64) = (10.0, 5.0);
+
+/// The two filters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Filters {
+    /// Cut-off of positions, before they are differentiated, Hz.
+    pub motion: f64,
+    /// Cut-off of measured and predicted torque alike, Hz.
+    pub torque: f64,
+}
+
+/// A log as least squares sees it. All series are even in time.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// Samples a second.
+    pub rate: f64,
+    /// s.
+    pub time: Vec<f64>,
+    /// Filtered position, rad or m.
+    pub q: Series,
+    /// Its derivative.
+    pub qd: Series,
+    /// Its second derivative.
+    pub qdd: Series,
+    /// Torque through the filter, N m or N.
+    pub tau: Series,
+    /// The filter of torques.
+    pub low_pass: LowPass,
+    /// Its cut-off, Hz.
+    pub cutoff: f64,
+    /// Columns of the base parameters at each joint, through the filter of torques: samples x base parameters.
+    pub columns: Vec<DMatrix<f64>>,
+}
+
+impl Prepared {
+    /// Even time, filtered motion, and the columns of the base parameters.
+    ///
+    /// Positions pass the filter of motions, are differentiated twice, and give the columns; these and the torque pass the filter of
+    /// torques, so that filtering makes no error of its own.
+    #[must_use]
+    pub fn new(log: &Log, arm: &dyn Arm, base: &Base, filters: Filters) -> Self {
+        let rate = log.rate();
+        let even = even_times(&log.time, rate);
+        let motion = LowPass::new(filters.motion, rate);
+        let smooth: Series = log.q.iter().map(|q| motion.apply(&spline(&log.time, q, &even))).collect();
+        let speed: Series = smooth.iter().map(|q| derivative(q, rate)).collect();
+        let change: Series = speed.iter().map(|qd| derivative(qd, rate)).collect();
+        let first = LowPass::new(filters.torque, rate);
+        let torque: Series = log.tau.iter().map(|tau| first.apply(&lines(&log.time, tau, &even))).collect();
+
+        let step =
+            ((rate / (PER_CUTOFF.0 * filters.torque).max(PER_CUTOFF.1 * filters.motion)).floor() as usize).max(1);
+        let rate = rate / step as f64;
+        let low_pass = LowPass::new(filters.torque, rate);
+        let time: Vec<f64> = even.iter().step_by(step).copied().collect();
+        let (q, qd, qdd) = (thinned(&smooth, step), thinned(&speed, step), thinned(&change, step));
+        let columns = columns(arm, base, [&q, &qd, &qdd], &low_pass);
+        let cutoff = filters.torque;
+        Self { rate, time, q, qd, qdd, tau: thinned(&torque, step), low_pass, cutoff, columns }
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// Torque of the bodies at each joint for these base parameters, N m or N.
+    #[must_use]
+    pub fn of_bodies(&self, beta: &[f64]) -> Series {
+        let row = |columns: &DMatrix<f64>| {
+            let mut sum = vec![0.0; columns.nrows()];
+            for (column, beta) in columns.column_iter().zip(beta) {
+                for (sum, x) in sum.iter_mut().zip(column.iter()) {
+                    *sum += beta * x;
+                }
+            }
+            sum
+        };
+        self.columns.iter().map(row).collect()
+    }
+}
+
+fn columns(arm: &dyn Arm, base: &Base, motion: [&Series; 3], low_pass: &LowPass) -> Vec<DMatrix<f64>> {
+    let n = arm.joints();
+    let count = motion[0].first().map_or(0, Vec::len);
+    let width = PARAMETERS * n;
+    let mut out = vec![0.0; n * width];
+    let mut found: Vec<DMatrix<f64>> = (0..n).map(|_| DMatrix::zeros(count, base.len())).collect();
+    let mut state = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+    for k in 0..count {
+        for (values, series) in state.iter_mut().zip(motion) {
+            for (value, samples) in values.iter_mut().zip(series) {
+                *value = samples[k];
+            }
+        }
+        arm.columns(&state[0], &state[1], &state[2], &mut out);
+        for (i, matrix) in found.iter_mut().enumerate() {
+            for (b, &parameter) in base.columns.iter().enumerate() {
+                matrix[(k, b)] = match parameter.checked_sub(width) {
+                    Some(rotor) if rotor == i => state[2][i],
+                    Some(_) => 0.0,
+                    None => out[i * width + parameter],
+                };
+            }
+        }
+    }
+    for (i, matrix) in found.iter_mut().enumerate() {
+        for b in (0..base.len()).filter(|b| base.acts(*b, i)) {
+            let smooth = low_pass.apply(matrix.column(b).into_owned().as_slice());
+            matrix.column_mut(b).copy_from_slice(&smooth);
+        }
+    }
+    found
+}
+
+impl Base {
+    /// Whether a base parameter can have an effect on a joint.
+    #[must_use]
+    pub fn acts(&self, index: usize, joint: usize) -> bool {
+        let rotor = self.columns[index] >= PARAMETERS * self.joints;
+        if rotor { self.link(index) == joint } else { self.link(index) >= joint }
+    }
+}

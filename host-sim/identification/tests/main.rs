@@ -1,0 +1,13 @@
+//! Identification on logs that are made here, where the truth is known.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say so")]
+
+mod arms;
+mod base;
+mod bodies;
+mod filters;
+mod friction;
+mod held;
+mod logs;
+mod made;
+mod motions;
+mod seeds;

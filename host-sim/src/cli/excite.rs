@@ -1,0 +1,148 @@
+//! `excite`: a motion worth recording.
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::output::{json, print};
+use crate::cli::progress::progress_bar;
+use crate::failure::{Failure, in_file};
+use crate::study::excite::{Kind, Wishes, design};
+use crate::study::robot_or_scene::RobotOrScene;
+use clap::Args;
+use robot_compiler::with_dof;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim excite scenes/examples/yam_move.toml --out out/excite.toml
+  host-sim run scenes/examples/yam_move.toml --motion out/excite.toml --duration 33 --out out/excite
+  host-sim excite robots/ur5.toml --above 0.2 --period 8 --seed 3
+  host-sim excite robots/ur5.toml --friction > slow.toml
+
+A finite Fourier series per joint about the centre, inside shares of the position, speed, acceleration and torque limits of the robot
+file, with every link's origin from the third on, and the tip, above a height: of the series tried, the one whose log tells most of the
+base parameters and of friction (largest log det of the information). The same seed gives the same motion. The file's comments give
+the condition number, and the deviation to be expected of every base parameter. With --friction: slow sweeps at two steady speeds, all
+joints at once. With --static: postures that gravity tells most in, with rests. What the arm may hit it cannot know: watch it.";
+
+/// Options of `excite`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct ExciteArgs {
+    /// A robot file (TOML or URDF) or a scene.
+    pub file: PathBuf,
+    /// Slow sweeps at steady speeds instead, for friction.
+    #[arg(long, conflicts_with = "static")]
+    pub friction: bool,
+    /// Postures with rests instead, for gravity.
+    #[arg(long = "static")]
+    pub r#static: bool,
+    /// Where each joint swings about, rad or m; the middle of its range otherwise.
+    #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true)]
+    pub centre: Option<Vec<f64>>,
+    /// Widest swing to either side of a joint, rad or m.
+    #[arg(long, value_name = "SWING", default_value_t = 1.5)]
+    pub swing: f64,
+    /// Share of the speed limits.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.6)]
+    pub speed: f64,
+    /// Greatest acceleration of every joint, rad/s^2 or m/s^2; the speed limit in 0.4 s otherwise.
+    #[arg(long, value_name = "ACCELERATION")]
+    pub acceleration: Option<f64>,
+    /// Share of the torque limits.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.7)]
+    pub torque: f64,
+    /// Lowest height of the outer links' origins and of the tip, against gravity, m.
+    #[arg(long, value_name = "HEIGHT", allow_hyphen_values = true)]
+    pub above: Option<f64>,
+    /// Period of the first harmonic, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    pub period: f64,
+    /// Periods to record.
+    #[arg(long, value_name = "NUMBER", default_value_t = 3)]
+    pub periods: u32,
+    /// Harmonics, 1 to 8.
+    #[arg(long, value_name = "NUMBER", default_value_t = 5)]
+    pub harmonics: usize,
+    /// Expected deviation of the measured torque, as a share of each torque limit.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.005)]
+    pub noise: f64,
+    /// Motions to try.
+    #[arg(long, value_name = "NUMBER", default_value_t = 1500)]
+    pub tries: usize,
+    /// Seed of the search.
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    pub seed: u64,
+    /// File for the motion; standard output otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Design, write.
+///
+/// # Errors
+/// [`Failure::Input`] for a file or an option that is wrong, or if no motion keeps the limits; [`Failure::Output`] for a file that cannot be
+/// written.
+pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
+    let wrong = |expected: &str, found: String| {
+        Err(Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}")))
+    };
+    let numbers = [
+        ("--swing", Some(args.swing), 100.0),
+        ("--speed", Some(args.speed), 1.0),
+        ("--acceleration", args.acceleration, 1e6),
+        ("--torque", Some(args.torque), 1.0),
+        ("--period", Some(args.period), 1000.0),
+        ("--noise", Some(args.noise), 1.0),
+    ];
+    for (name, value, most) in numbers {
+        if let Some(value) = value.filter(|value| !(*value > 0.0 && *value <= most)) {
+            return wrong(&format!("a number above zero, at most {most}"), format!("{name} {value}"));
+        }
+    }
+    if !(1..=8).contains(&args.harmonics) || !(1..=100).contains(&args.periods) || args.tries == 0 {
+        return wrong(
+            "--harmonics 1 to 8, --periods 1 to 100, --tries above zero",
+            "a number out of its range".to_owned(),
+        );
+    }
+    let given = RobotOrScene::load(&args.file, args.chain.ends())?;
+    let kind = match (args.friction, args.r#static) {
+        (true, _) => Kind::Friction,
+        (_, true) => Kind::Static,
+        _ => Kind::Series,
+    };
+    let bar = progress_bar(Some(if kind == Kind::Static { 14 } else { args.tries as u64 }), "motions");
+    let wishes = Wishes {
+        kind,
+        centre: args.centre.clone(),
+        swing: args.swing,
+        speed: args.speed,
+        acceleration: args.acceleration,
+        torque: args.torque,
+        above: args.above,
+        period: args.period,
+        periods: args.periods,
+        harmonics: args.harmonics,
+        noise: args.noise,
+        tries: args.tries,
+        seed: args.seed,
+    };
+    let designed = with_dof!(given.file.robot.dof(), N => design::<N>(&given.file, &wishes, &|| bar.inc(1)))?;
+    bar.finish_and_clear();
+    if let Some(path) = &args.out {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
+        }
+        std::fs::write(path, &designed.toml).map_err(|error| in_file(path, &error))?;
+    }
+    match (args.json, &args.out) {
+        (true, _) => print(&(json(&designed.json)? + "\n")),
+        (false, None) => print(&designed.toml),
+        (false, Some(path)) => print(&format!("{}\nwritten to {}\n", designed.line, path.display())),
+    }
+}

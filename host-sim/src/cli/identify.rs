@@ -1,0 +1,155 @@
+//! `identify`: the model of an arm from logs of its motion.
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::gravity::GravityArgs;
+use crate::cli::output::{json, print};
+use crate::failure::{Failure, in_file};
+use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report};
+use clap::Args;
+use identification::identify::Settings;
+use identification::log::Log;
+use nalgebra::Vector3;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim identify robots/yam.toml --log out/yam_excite/log.csv --validate out/yam_move/log.csv --out yam.toml
+  host-sim identify arm.urdf --log a.csv --validate b.csv --torque-per-ampere 14.9,13.3,11.1,10.6,11,11.5 --report out/arm
+  host-sim identify arm.toml --log empty.csv --payload loaded.csv
+
+A log is CSV with a header: `time` (s, uneven steps are fine), `q_1` .. (rad or m, or degrees with --degrees), optionally `qd_1` ..,
+and `tau_1` .. (N m or N) or `current_1` .. (A, with --torque-per-ampere, or with a torque constant in the robot file). `t`, `q1`,
+`position_1`, `effort_1`, `i_1` and names of joints in place of numbers are understood; log.csv of `run` is such a file.
+
+Torque is linear in the base parameters of the bodies, in rotor inertias and in friction: weighted least squares with robust weights.
+Each term of friction, and the cut-off of the filter of motions, must earn its place by the error in blocks held out. The bodies written
+are those of possible mass distributions nearest to the data, and to the robot file's where the data say nothing.";
+
+/// Options of `identify`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct IdentifyArgs {
+    /// The robot file (TOML or URDF): its geometry is believed, its masses are where the search starts.
+    pub robot: PathBuf,
+    /// Logs to identify from.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub log: Vec<PathBuf>,
+    /// Logs to judge the result on.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub validate: Vec<PathBuf>,
+    /// Logs with something held: its mass, centre and inertia. Without --log, the robot file's own numbers are the known arm.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub payload: Vec<PathBuf>,
+    /// How far the scale of measured torque is trusted, as a share; 0.1 for currents, 0.02 otherwise.
+    #[arg(long, value_name = "SHARE")]
+    pub torque_deviation: Option<f64>,
+    /// A file for the robot with its new numbers.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// A folder for the report: index.html, with all pictures in it.
+    #[arg(long, value_name = "FOLDER")]
+    pub report: Option<PathBuf>,
+    /// A file for measured and predicted torque (behind the same filter) of the first judged log, CSV.
+    #[arg(long, value_name = "FILE")]
+    pub predict: Option<PathBuf>,
+    /// Torque per ampere of each joint, or one for all, N m/A.
+    #[arg(long, value_name = "K1,K2,..", value_delimiter = ',')]
+    pub torque_per_ampere: Option<Vec<f64>>,
+    /// Angles and their velocities are in degrees.
+    #[arg(long)]
+    pub degrees: bool,
+    /// Ticks a second, for a log that counts time in ticks.
+    #[arg(long, value_name = "HZ")]
+    pub tick_rate: Option<f64>,
+    /// Cut-off of the filter of torques, Hz; 8, or a fifth of the log's rate where that is less.
+    #[arg(long, value_name = "HZ")]
+    pub cutoff: Option<f64>,
+    /// Cut-off of the filter of motions, Hz; chosen by held-out error otherwise.
+    #[arg(long, value_name = "HZ")]
+    pub motion_cutoff: Option<f64>,
+    /// Offset, viscous and Coulomb friction only.
+    #[arg(long)]
+    pub plain_friction: bool,
+    /// How far the robot file's masses and second moments are trusted, as a share.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.3)]
+    pub trust: f64,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// Gravity.
+    #[command(flatten)]
+    pub gravity: GravityArgs,
+    /// Print JSON, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Identify, print, write.
+///
+/// # Errors
+/// [`Failure::Input`] for a robot file, a log or an option that is wrong; [`Failure::Output`] for a file that cannot be written.
+pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
+    let wrong = |expected: &str, found: String| {
+        Err(Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}")))
+    };
+    if args.log.is_empty() && args.payload.is_empty() {
+        return wrong("--log FILE, a record of the arm's motion, or --payload FILE", "no log".to_owned());
+    }
+    for (name, value) in [
+        ("--cutoff", args.cutoff),
+        ("--motion-cutoff", args.motion_cutoff),
+        ("--torque-deviation", args.torque_deviation),
+        ("--trust", Some(args.trust)),
+    ] {
+        if value.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
+            return wrong("a number above zero", format!("{name} {}", value.unwrap_or(f64::NAN)));
+        }
+    }
+    let gravity: Vector3<f64> = match args.gravity.gravity.as_slice() {
+        [x, y, z] if [x, y, z].iter().all(|g| g.is_finite()) => Vector3::new(*x, *y, *z),
+        other => return wrong("three finite numbers gx,gy,gz", format!("--gravity {other:?}")),
+    };
+    // Masses scale with the square of what the coordinates scale: half the deviation.
+    let subject = Subject::load(&args.robot, args.chain.ends(), gravity, 0.5 * args.trust)?;
+    let options = LogOptions {
+        degrees: args.degrees,
+        per_ampere: args.torque_per_ampere.clone(),
+        tick_rate: args.tick_rate,
+        may_rest: false,
+    };
+    let logs = args.log.iter().map(|path| subject.log(path, &options)).collect::<Result<Vec<Log>, _>>()?;
+    let resting = LogOptions { may_rest: true, ..options };
+    let validation = args.validate.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
+    let loaded = args.payload.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
+    let settings =
+        Settings { torque_cutoff: args.cutoff, motion_cutoff: args.motion_cutoff, plain_friction: args.plain_friction };
+    if logs.is_empty() {
+        let held = held::against_file(&subject, &loaded, &settings, args.torque_deviation);
+        return print(&if args.json {
+            json(&held::json(&held, &subject))? + "\n"
+        } else {
+            held::text(&held, &subject)
+        });
+    }
+    let outcome = Outcome::of(&subject, &logs, &validation, &settings);
+    if let (Some(path), Some(judged)) = (&args.predict, outcome.judged.first()) {
+        prediction::write(judged, path)?;
+    }
+    if let Some(path) = &args.out {
+        let text = outcome.numbers.robot_file(&subject, &args.robot, args.chain.ends())?;
+        std::fs::write(path, text).map_err(|error| in_file(path, &error))?;
+    }
+    let held = (!loaded.is_empty()).then(|| held::against(&subject, &outcome.found, &loaded, args.torque_deviation));
+    if let Some(folder) = &args.report {
+        let text = held.as_ref().map(|held| held::text(held, &subject));
+        report::write(&outcome, &subject, text.as_deref(), folder)?;
+    }
+    if args.json {
+        let mut all = outcome.json(&subject);
+        if let Some(held) = &held {
+            all["payload"] = held::json(held, &subject)["payload"].clone();
+        }
+        return print(&(json(&all)? + "\n"));
+    }
+    print(&(outcome.text(&subject) + &held.map_or_else(String::new, |held| held::text(&held, &subject))))
+}

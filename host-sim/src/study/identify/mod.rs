@@ -1,0 +1,20 @@
+//! The model of an arm from logs: what the package `identification` needs of a robot file, and what becomes of its answer.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`subject`] | the arm and its maker's numbers |
+//! | [`outcome`] | errors of torque on logs, before and after; JSON and text |
+//! | [`held`] | what the arm holds |
+//! | [`robot_file`] | the robot file with the identified numbers |
+//! | [`report`] | the page that a person reads |
+//! | [`prediction`] | measured and predicted torque as CSV |
+
+pub mod held;
+pub mod outcome;
+pub mod prediction;
+pub mod report;
+pub mod robot_file;
+pub mod subject;
+
+pub use outcome::Outcome;
+pub use subject::{LogOptions, Subject};

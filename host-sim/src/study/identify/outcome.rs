@@ -1,0 +1,215 @@
+//! Errors of torque on logs, before and after; JSON and text.
+
+use super::robot_file::Numbers;
+use super::subject::{Subject, law};
+use crate::table::table;
+use comfy_table::Cell;
+use identification::Series;
+use identification::identify::{Identified, Prediction, Settings, difference, identify, rms};
+use identification::log::Log;
+use serde_json::{Value, json};
+
+/// The identified arm and what its torques miss.
+pub struct Outcome {
+    /// The model.
+    pub found: Identified,
+    /// What a robot file can hold of it.
+    pub numbers: Numbers,
+    /// The logs that were judged, in this order.
+    pub judged: Vec<Judged>,
+    /// Whether these were held out.
+    pub held_out: bool,
+}
+
+/// A log that was judged.
+pub struct Judged {
+    /// The file.
+    pub file: String,
+    /// Measured and predicted.
+    pub prediction: Prediction,
+    /// By the numbers that the robot file had.
+    pub before: Series,
+    /// By the numbers that the new robot file has: viscous and Coulomb friction only.
+    pub file_model: Series,
+}
+
+/// Error of one joint over all judged logs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointError {
+    /// Root mean square of the residual, N m or N.
+    pub rms: f64,
+    /// The same over that of the measured torque.
+    pub relative: f64,
+    /// Relative error by the numbers that the robot file had.
+    pub before: f64,
+    /// Relative error by the new robot file.
+    pub file: f64,
+}
+
+impl Outcome {
+    /// Identify from `logs`, judge on `validation`, or on `logs` where it is empty.
+    #[must_use]
+    pub fn of(subject: &Subject, logs: &[Log], validation: &[Log], settings: &Settings) -> Self {
+        let found = identify(subject.arm.as_ref(), &subject.maker, logs, settings);
+        let numbers = Numbers::of(subject, &found, logs);
+        let held_out = !validation.is_empty();
+        let judged = if held_out { validation } else { logs };
+        let judge = |log: &Log| {
+            let arm = subject.arm.as_ref();
+            let by = |parameters: &[f64], friction: &dyn Fn(usize, f64) -> f64| {
+                found.predict_by(arm, log, parameters, friction)
+            };
+            let rub = |joint: usize, qd: f64| {
+                law(numbers.friction[joint].viscous, numbers.friction[joint].coulomb).torque(qd)
+            };
+            Judged {
+                file: log.file.clone(),
+                prediction: found.predict(arm, log),
+                before: by(&subject.parameters, &|joint, qd| subject.friction(joint, qd)),
+                file_model: by(&numbers.parameters(subject), &rub),
+            }
+        };
+        let judged = judged.iter().map(judge).collect();
+        Self { found, numbers, judged, held_out }
+    }
+
+    /// The error of every joint.
+    #[must_use]
+    pub fn errors(&self) -> Vec<JointError> {
+        let joints = self.found.base.joints;
+        let squares = |pick: &dyn Fn(&Judged) -> Series| -> Vec<f64> {
+            let (mut sums, mut count) = (vec![0.0; joints], 0usize);
+            for judged in &self.judged {
+                let series = pick(judged);
+                let length = series.first().map_or(0, Vec::len);
+                for (sum, rms) in sums.iter_mut().zip(rms(&series)) {
+                    *sum += rms * rms * length as f64;
+                }
+                count += length;
+            }
+            sums.iter().map(|sum| (sum / count.max(1) as f64).sqrt()).collect()
+        };
+        let measured = squares(&|judged| judged.prediction.measured.clone());
+        let left = squares(&|judged| difference(&judged.prediction.measured, &judged.prediction.model));
+        let before = squares(&|judged| difference(&judged.prediction.measured, &judged.before));
+        let file = squares(&|judged| difference(&judged.prediction.measured, &judged.file_model));
+        (0..joints)
+            .map(|joint| {
+                let size = measured[joint].max(1e-300);
+                JointError {
+                    rms: left[joint],
+                    relative: left[joint] / size,
+                    before: before[joint] / size,
+                    file: file[joint] / size,
+                }
+            })
+            .collect()
+    }
+
+    /// What `--json` prints.
+    #[must_use]
+    pub fn json(&self, subject: &Subject) -> Value {
+        let names = subject.robot.joints.iter().map(|joint| &joint.name);
+        let joints: Vec<Value> = names
+            .zip(self.errors())
+            .enumerate()
+            .map(|(joint, (name, error))| {
+                let friction: Vec<Value> = self
+                    .terms(joint)
+                    .map(|(term, value, deviation)| json!({ "term": term, "value": value, "deviation": deviation }))
+                    .collect();
+                json!({
+                    "name": name,
+                    "relative_rms": error.relative,
+                    "rms": error.rms,
+                    "before": error.before,
+                    "robot_file": error.file,
+                    "direction": self.found.laws[joint].direction.name(),
+                    "friction": friction,
+                })
+            })
+            .collect();
+        let found = &self.found;
+        let base: Vec<Value> = (0..found.base.len())
+            .map(|k| {
+                json!({
+                    "name": found.base.name(k),
+                    "value": found.bodies.beta[k],
+                    "least_squares": found.free[k],
+                    "deviation": found.covariance[(k, k)].max(0.0).sqrt(),
+                    "before": found.base.of_parameters(&subject.parameters)[k],
+                })
+            })
+            .collect();
+        json!({
+            "robot": subject.robot.name,
+            "held_out": self.held_out,
+            "logs": self.judged.iter().map(|judged| &judged.file).collect::<Vec<_>>(),
+            "joints": joints,
+            "parameters": base,
+            "links": self.numbers.json(subject),
+            "tried": found.tried.iter().map(|tried| json!({
+                "what": tried.what, "held_out": tried.held_out, "kept": tried.kept,
+            })).collect::<Vec<_>>(),
+            "condition": found.condition,
+            "rank": found.base.len(),
+            "gap": [found.base.gap.0, found.base.gap.1],
+            "motion_cutoff": found.filters.motion,
+            "torque_cutoff": found.filters.torque,
+        })
+    }
+
+    /// Terms of a joint's friction: name, coefficient, deviation.
+    pub fn terms(&self, joint: usize) -> impl Iterator<Item = (String, f64, f64)> {
+        let found = &self.found;
+        let values = found.friction[joint].iter().zip(&found.friction_deviations[joint]);
+        found.laws[joint].terms.iter().zip(values).map(|(term, (value, deviation))| (term.name(), *value, *deviation))
+    }
+
+    /// What is printed.
+    #[must_use]
+    pub fn text(&self, subject: &Subject) -> String {
+        let found = &self.found;
+        let mut table = table(["joint", "friction", "before", "identified", "robot file", "rms left"], 2);
+        let percent = |x: f64| Cell::new(format!("{:.1} %", 100.0 * x));
+        for (joint, error) in self.errors().iter().enumerate() {
+            let terms: Vec<String> = found.laws[joint].terms.iter().skip(1).map(|term| term.name()).collect();
+            table.add_row([
+                Cell::new(&subject.robot.joints[joint].name),
+                Cell::new(terms.join(", ")),
+                percent(error.before),
+                percent(error.relative),
+                percent(error.file),
+                Cell::new(format!("{:.3}", error.rms)),
+            ]);
+        }
+        let logs: Vec<&str> = self.judged.iter().map(|judged| judged.file.as_str()).collect();
+        let judged =
+            if self.held_out { "held out" } else { "the logs themselves: give --validate for an honest number" };
+        let unseen = self.numbers.unseen(subject);
+        format!(
+            "{}: relative error of torque on {} ({judged}), both behind {:.1} Hz\n{table}\n\
+             base parameters     {} of {}, singular values {:.1e} and {:.1e} on both sides of the gap\n\
+             condition           {:.0}\n\
+             motion cut-off      {:.1} Hz: least error in blocks held out, of {}\n\
+             bodies              possible, {:.1} deviations from least squares\n\
+             not seen            {}\n",
+            subject.robot.name,
+            logs.join(", "),
+            found.filters.torque,
+            found.base.len(),
+            found.base.regroup.ncols(),
+            found.base.gap.0,
+            found.base.gap.1,
+            found.condition,
+            found.filters.motion,
+            found.cutoffs.iter().map(|(f, _)| format!("{f:.1}")).collect::<Vec<_>>().join(", "),
+            (found.distance() / found.base.len() as f64).sqrt(),
+            if unseen.is_empty() {
+                "nothing".to_owned()
+            } else {
+                format!("{} (the maker's numbers stay)", unseen.join(", "))
+            },
+        )
+    }
+}

@@ -1,0 +1,141 @@
+//! The arm and its maker's numbers, as identification takes them.
+
+use crate::failure::Failure;
+use dynamics_core::control::Friction;
+use dynamics_core::{Inertia, JointKind};
+use identification::arm::{Arm, Chain};
+use identification::consistent::Maker;
+use identification::exchanged::{Exchanged, exchanged};
+use identification::log::{Log, Reading};
+use nalgebra::Vector3;
+use robot_compiler::drive::JointDrive;
+use robot_compiler::{Ends, Robot, with_dof};
+use std::path::Path;
+
+/// Speed at which the controller's friction acts in full, rad/s: the default of a scene.
+pub const SMOOTHING_SPEED: f64 = 0.05;
+
+/// The arm that a log is of.
+pub struct Subject {
+    /// The robot file.
+    pub robot: Robot,
+    /// Torque by parameters.
+    pub arm: Box<dyn Arm>,
+    /// All parameters by the maker's numbers, tool included: ten of each link, then rotors.
+    pub parameters: Vec<f64>,
+    /// The same apart, for the search of possible bodies.
+    pub maker: Maker,
+}
+
+/// How logs are to be read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LogOptions {
+    /// Angles are in degrees.
+    pub degrees: bool,
+    /// N m/A of every joint, or one number for all.
+    pub per_ampere: Option<Vec<f64>>,
+    /// Ticks a second.
+    pub tick_rate: Option<f64>,
+    /// A joint that never moves is no reason to refuse the log.
+    pub may_rest: bool,
+}
+
+impl Subject {
+    /// From a robot file. `deviation` says how far its masses are trusted.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: a file that cannot be read.
+    pub fn load(path: &Path, ends: Ends<'_>, gravity: Vector3<f64>, deviation: f64) -> Result<Self, Failure> {
+        let robot = Robot::load_between(path, ends).map_err(Failure::input)?;
+        let n = robot.dof();
+        let (arm, parameters): (Box<dyn Arm>, Vec<f64>) = with_dof!(n, N => {
+            let chain = Chain::new(robot.model::<N>().map_err(Failure::input)?, gravity);
+            let parameters = chain.parameters();
+            (Box::new(chain), parameters)
+        });
+        let mut fixed = vec![[0.0; 10]; n];
+        let tool = &robot.tool;
+        let body = Inertia::from_mass_centre(tool.body.mass, &tool.body.com, &tool.body.inertia);
+        if let (Some(last), Some(joint)) = (fixed.last_mut(), robot.joints.last()) {
+            let link_from_body = joint.spec.frame.link_from_body();
+            *last = body
+                .in_parent(&tool.rotation, &tool.translation)
+                .in_parent(&link_from_body.rotation, &link_from_body.translation)
+                .parameters();
+        }
+        let own = |link: usize| core::array::from_fn(|k| parameters[10 * link + k] - fixed[link][k]);
+        let links = (0..n).map(own).collect();
+        let maker = Maker { links, fixed, rotors: parameters[10 * n..].to_vec(), deviation };
+        Ok(Self { robot, arm, parameters, maker })
+    }
+
+    /// Read and check a log of this arm.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] with file, line and column.
+    pub fn log(&self, path: &Path, options: &LogOptions) -> Result<Log, Failure> {
+        let joints = &self.robot.joints;
+        let n = joints.len();
+        let per_ampere = match &options.per_ampere {
+            Some(one) if one.len() == 1 => Some(vec![one[0]; n]),
+            Some(all) if all.len() == n => Some(all.clone()),
+            Some(other) => {
+                return Err(Failure::Input(miette::miette!(
+                    help = format!("expected {n} numbers, one for each joint, or one for all; N m/A"),
+                    "--torque-per-ampere: found {} numbers",
+                    other.len()
+                )));
+            }
+            None => joints.iter().map(|joint| joint.drive.as_ref().and_then(per_ampere)).collect(),
+        };
+        let reading = Reading {
+            joints: joints.iter().map(|joint| joint.name.clone()).collect(),
+            turns: joints.iter().map(|joint| joint.spec.kind == JointKind::Revolute).collect(),
+            limits: joints.iter().map(|joint| joint.spec.limits.position).collect(),
+            torque: joints.iter().map(|joint| joint.spec.limits.torque).collect(),
+            degrees: options.degrees,
+            per_ampere,
+            tick_rate: options.tick_rate,
+            may_rest: options.may_rest,
+        };
+        let text =
+            std::fs::read(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
+        let log = Log::read(&text, &path.display().to_string(), &reading).map_err(|error| {
+            Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}"))
+        })?;
+        let (what, a, b) = match exchanged(self.arm.as_ref(), &log) {
+            None => return Ok(log),
+            Some(Exchanged::Torques(a, b)) => ("torque", a, b),
+            Some(Exchanged::Positions(a, b)) => ("position", a, b),
+        };
+        Err(Failure::Input(miette::miette!(
+            help =
+                "expected every column to be that of its own joint; with these two exchanged, the arm explains the log",
+            "{}: line 1: found the {what} of joint {} ({}) in the place of joint {}'s ({}), and the other way round",
+            path.display(),
+            a + 1,
+            joints[a].name,
+            b + 1,
+            joints[b].name
+        )))
+    }
+
+    /// The robot file's own friction, as a controller makes up for it, N m or N.
+    #[must_use]
+    pub fn friction(&self, joint: usize, qd: f64) -> f64 {
+        self.robot.joints[joint].friction.map_or(0.0, |friction| law(friction.viscous, friction.coulomb).torque(qd))
+    }
+}
+
+/// The controller's law of friction.
+#[must_use]
+pub fn law(viscous: f64, coulomb: f64) -> Friction<f64> {
+    Friction { viscous, coulomb, per_smoothing_speed: SMOOTHING_SPEED.recip() }
+}
+
+fn per_ampere(drive: &JointDrive) -> Option<f64> {
+    match drive {
+        JointDrive::Pwm(spec) => Some(spec.torque_constant * spec.ratio.abs()),
+        JointDrive::Mit(_) => None,
+    }
+}

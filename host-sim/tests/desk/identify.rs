@@ -1,0 +1,140 @@
+//! From a motion worth recording to a better robot file, on a simulated YAM whose masses, friction and drives are not what its file says.
+
+use crate::program::{at_the_top, told};
+use dynamics_core::trig::Libm;
+use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
+use nalgebra::Vector3;
+use robot_compiler::{Robot, SceneFile};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const SCENE: &str = "scenes/examples/yam_identify.toml";
+const ROBOT: &str = "robots/yam.toml";
+
+fn folder() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("identify");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn simulator(arguments: &[&str]) -> Command {
+    let mut command = at_the_top();
+    command.args(arguments);
+    command
+}
+
+fn done(arguments: &[&str]) -> String {
+    let (code, out, error) = told(simulator(arguments).output().unwrap());
+    assert_eq!(code, 0, "{arguments:?}: {error}");
+    out
+}
+
+/// A log of the simulated arm on an excitation of this seed, and its file.
+fn recorded(seed: &str, periods: &str) -> String {
+    let folder = folder().join(seed);
+    let (motion, run) = (folder.with_extension("toml"), folder.to_str().unwrap().to_owned());
+    let motion = motion.to_str().unwrap();
+    done(&["excite", SCENE, "--seed", seed, "--periods", periods, "--period", "8", "--tries", "150", "--out", motion]);
+    let seconds = if periods == "1" { "10.4" } else { "18.4" };
+    done(&["run", SCENE, "--motion", motion, "--duration", seconds, "--out", &run, "--quiet"]);
+    format!("{run}/log.csv")
+}
+
+/// Largest torque of gravity that one arm misses of another, over random postures, N m of each joint.
+fn missed(model: &Robot, truth: &Robot) -> [f64; 6] {
+    let arm = |robot: &Robot| {
+        let model = robot.model::<6>().unwrap();
+        Dynamics::new(model, Scene::with_gravity(Vector3::new(0.0, 0.0, -9.81), &model))
+    };
+    let (model, truth) = (arm(model), arm(truth));
+    let mut worst = [0.0_f64; 6];
+    for step in 0..200 {
+        let q: [f64; 6] = core::array::from_fn(|i| 1.2 + 1.2 * (0.7 * f64::from(step) * (1.0 + 0.3 * i as f64)).sin());
+        let holding = |arm: &Dynamics<f64, 6>| {
+            arm.inverse_dynamics(&Libm.sin_cos_all(&q), &q, &[0.0; 6], &[0.0; 6], &Live::zero())
+        };
+        for (worst, (a, b)) in worst.iter_mut().zip(holding(&model).iter().zip(holding(&truth))) {
+            *worst = worst.max((a - b).abs());
+        }
+    }
+    worst
+}
+
+#[test]
+fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
+    let (log, other) = (recorded("1", "2"), recorded("2", "1"));
+    let out = folder().join("yam.toml");
+    let (report, predicted) = (folder().join("report"), folder().join("predicted.csv"));
+    let found = done(&[
+        "identify",
+        ROBOT,
+        "--log",
+        &log,
+        "--validate",
+        &other,
+        "--json",
+        "--out",
+        out.to_str().unwrap(),
+        "--report",
+        report.to_str().unwrap(),
+        "--predict",
+        predicted.to_str().unwrap(),
+    ]);
+    let found: Value = serde_json::from_str(&found).unwrap();
+    assert_eq!((found["rank"].as_u64(), found["joints"].as_array().unwrap().len()), (Some(40), 6));
+    for joint in found["joints"].as_array().unwrap() {
+        let (left, before) = (joint["relative_rms"].as_f64().unwrap(), joint["before"].as_f64().unwrap());
+        assert!(left < 0.02 && before > 3.0 * left, "{joint}");
+    }
+
+    // The robot file: no physicist objects, and gravity is known to within friction.
+    let new = Robot::load(&out).unwrap();
+    done(&["check", out.to_str().unwrap()]);
+    let scene = SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(SCENE)).unwrap();
+    let mut truth = scene.robot.clone();
+    for (joint, factor) in truth.joints.iter_mut().zip([1.2, 0.8, 1.2, 0.8, 1.2, 1.2]) {
+        joint.spec.body.mass *= factor;
+        joint.spec.body.inertia *= factor;
+    }
+    let (before, after) = (missed(&scene.robot, &truth), missed(&new, &truth));
+    for (joint, coulomb) in [0.4, 0.35, 0.25, 0.08, 0.05, 0.07].into_iter().enumerate() {
+        assert!(after[joint] < 0.5 * coulomb, "{after:?}");
+    }
+    assert!(before[1] > 1.0 && before[2] > 0.5, "{before:?}");
+
+    let page = std::fs::read_to_string(report.join("index.html")).unwrap();
+    assert!(page.contains("wrist_roll") && page.matches("<svg").count() == 2, "{}", page.len());
+    let table = std::fs::read_to_string(predicted).unwrap();
+    assert!(table.starts_with("time,tau_1,tau_2,tau_3,tau_4,tau_5,tau_6,model_1,"), "{}", &table[..80]);
+}
+
+#[test]
+fn slow_sweeps_and_rests_can_be_played() {
+    for kind in ["--friction", "--static"] {
+        let motion = folder().join(format!("{kind}.toml"));
+        done(&["excite", SCENE, kind, "--out", motion.to_str().unwrap()]);
+        let run = folder().join(kind);
+        done(&["run", SCENE, "--motion", motion.to_str().unwrap(), "--out", run.to_str().unwrap(), "--quiet"]);
+    }
+}
+
+#[test]
+fn what_identify_cannot_use_is_refused_with_what_is_expected() {
+    let bad = folder().join("bad.csv");
+    std::fs::write(&bad, "time,q_1\n0,0\n").unwrap();
+    let bad = bad.to_str().unwrap();
+    let cases: [(&[&str], &str); 6] = [
+        (&["identify", ROBOT], "--log FILE"),
+        (&["identify", ROBOT, "--log", "no/such.csv"], "no/such.csv"),
+        (&["identify", ROBOT, "--log", bad], "q_2"),
+        (&["identify", ROBOT, "--log", bad, "--torque-per-ampere", "1,2"], "6 numbers"),
+        (&["identify", ROBOT, "--log", bad, "--cutoff", "0"], "above zero"),
+        (&["excite", ROBOT, "--centre", "9,9,9,9,9,9"], "inside its limits"),
+    ];
+    for (arguments, expected) in cases {
+        let (code, out, error) = told(simulator(arguments).output().unwrap());
+        assert_eq!((code, out.as_str()), (2, ""), "{arguments:?}: {error}");
+        assert!(error.contains(expected), "{arguments:?}: {error}");
+    }
+}
