@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let springs = with_dof!(scene.robot.dof(), N => {
                 Springs::new(&scene.controller_config(&scene.robot.model::<N>()?).gains)
             });
-            let every = Function::ALL.into_iter().chain([Function::ComputedTorque(springs)]);
+            let every = Function::ALL.into_iter().chain([Function::Regressor, Function::ComputedTorque(springs)]);
             for (function, level) in every.flat_map(|f| Level::ALL.map(|level| (f, level))) {
                 if function != Function::InverseDynamics {
                     modules.kernel(&scene, function, level, Precision::Double)?;
