@@ -22,6 +22,7 @@
 //! | [`parameters`] | parameters by name: reading and changing them |
 //! | `feel` | law, stiffness and payload of an armed arm, changed without a jump of torque |
 //! | `torque_check` | whether the drives give the torque that they are told |
+//! | `weigh` | what the arm holds, from slow motions |
 //! | [`messages`] | messages for the protocol's numbers |
 //! | [`report`], [`table`] | output for the operator |
 
@@ -42,6 +43,7 @@ mod feel;
 mod moves;
 mod session;
 mod torque_check;
+mod weigh;
 
 use crate::chip::ChipError;
 use crate::session::frame_log::Head;

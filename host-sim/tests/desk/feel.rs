@@ -97,6 +97,31 @@ fn a_payload_is_taken_up_in_parts_where_all_at_once_would_jump() {
 }
 
 #[test]
+fn what_the_arm_holds_is_weighed_and_told_and_the_arm_no_longer_sags() {
+    let held = "[plant]\npayload = { mass = 0.8, com = [0.0, 0.0, 0.05] }\n";
+    let (code, out) = connect("weigh", held, "wait 0.3\nweigh\nstatus\n");
+    assert_eq!(code, 0, "{out}");
+    let said = out.split("weigh: ").nth(1).unwrap();
+    let mass: f64 = said.split(" kg").next().unwrap().parse().unwrap();
+    assert!((mass - 0.8).abs() < 0.06, "{out}");
+    let interval: Vec<f64> = said
+        .split("95 %: ")
+        .nth(1)
+        .unwrap()
+        .split(',')
+        .next()
+        .unwrap()
+        .split(" to ")
+        .map(|x| x.parse().unwrap())
+        .collect();
+    assert!(interval[0] < 0.8 && 0.8 < interval[1], "{out}");
+    assert!(out.contains("weigh: payload mass 0."), "{out}");
+    // Nothing held: nothing is told.
+    let (code, out) = connect("weigh_nothing", "", "wait 0.3\nweigh\n");
+    assert!(code == 0 && (out.contains("nothing that can be told") || out.contains("weigh: 0.0")), "{out}");
+}
+
+#[test]
 fn a_torque_unit_that_is_wrong_is_named_before_anything_moves() {
     // Right: nothing is said, and every joint that can be told is told.
     let (code, out) = connect("units", "", "check-torque elbow\njog 2 0.1\nwait\n");

@@ -13,6 +13,11 @@ use dynamics_core::control::{ControllerConfig, Encoder};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, InverseDynamics as _, JointKind, Live, Model, Reference, Term, Trig as _};
+use identification::arm::Chain;
+use identification::identify::TORQUE_CUTOFF;
+use identification::log::Log;
+use identification::payload::{Known, Payload};
+use identification::prepare::Filters;
 use joint_io::frames::Frames as _;
 use link::convert::{AsymmetricInertia, array};
 use link::{Hello, Sensed};
@@ -21,6 +26,9 @@ use robot_compiler::scene::joints;
 use robot_compiler::{RobotJoint, SceneFile};
 use std::fmt;
 use std::rc::Rc;
+
+/// How far torques that drives were told are trusted, as a share.
+const TORQUE_DEVIATION: f64 = 0.02;
 
 /// A motion of an arm with any number of joints.
 pub trait Course: fmt::Debug {
@@ -75,6 +83,9 @@ pub(super) trait Joints: fmt::Debug {
     /// Torque of this motion by the model that the controller has, N m or N.
     fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64>;
 
+    /// What the arm holds along a log, against the model; viscous and Coulomb friction of each joint.
+    fn weigh(&self, log: &Log, friction: &[(f64, f64)]) -> Payload;
+
     /// Force (N) and moment (N m) at the tip, in base axes, that these external torques stand for; the smallest of several. `None`
     /// where the arm is singular.
     fn tip_wrench(&self, q: &[f64], external: &[f32]) -> Option<[f64; 6]>;
@@ -123,6 +134,13 @@ impl<const N: usize> Joints for OfScene<N> {
         self.dynamics.inverse_dynamics(&Libm.sin_cos_all(&q), &q, &qd, &qdd, &live).to_vec()
     }
 
+    fn weigh(&self, log: &Log, friction: &[(f64, f64)]) -> Payload {
+        let chain = Chain::new(*self.dynamics.model(), self.live.gravity.map(f64::from));
+        let filters = Filters { motion: TORQUE_CUTOFF, torque: TORQUE_CUTOFF };
+        let known = Known::of_numbers(&chain, &chain.parameters(), friction, filters);
+        known.payload(&chain, std::slice::from_ref(log), (1.0, TORQUE_DEVIATION))
+    }
+
     fn tip_wrench(&self, q: &[f64], external: &[f32]) -> Option<[f64; 6]> {
         let (q, external): ([f64; N], [f64; N]) =
             (joints(q), joints(&external.iter().copied().map(f64::from).collect::<Vec<_>>()));
@@ -168,6 +186,8 @@ pub(super) struct Arm {
     pub(super) range: Vec<(f64, f64)>,
     /// What friction and noise may hide of each joint's torque, N m or N.
     pub(super) hidden: Vec<f64>,
+    /// Viscous and Coulomb friction of each joint.
+    pub(super) friction: Vec<(f64, f64)>,
     /// The drives' own words for their errors.
     pub(super) words: Option<fn(u8) -> &'static str>,
 }
@@ -195,6 +215,7 @@ impl Arm {
         let of_friction = |joint: &RobotJoint| {
             hidden(joint.friction.map_or(0.0, |friction| friction.coulomb), joint.spec.limits.torque)
         };
+        let rubs = |joint: &RobotJoint| joint.friction.map_or((0.0, 0.0), |rubs| (rubs.viscous, rubs.coulomb));
         let bounds = Bounds::from_limits(&limits).with_acceleration(deceleration);
         Ok(Self {
             head,
@@ -215,6 +236,7 @@ impl Arm {
             estimates: scene.collision.is_some(),
             range: limits.map(|limits| limits.position).to_vec(),
             hidden: scene.robot.joints.iter().map(of_friction).collect(),
+            friction: scene.robot.joints.iter().map(rubs).collect(),
             words: scene.protocol().map(words_of),
         })
     }

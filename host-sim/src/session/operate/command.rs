@@ -42,6 +42,8 @@ pub enum Command {
     Law(Law),
     /// So many times the scene's stiffness.
     Stiffness(f64),
+    /// Say what the arm holds, and tell it to the board.
+    Weigh,
     /// Say how much torque of a joint acts, of what is told; `None`: of each joint.
     CheckTorque(Option<usize>),
     /// Press or release the emergency stop of a drill.
@@ -51,7 +53,7 @@ pub enum Command {
 }
 
 /// Each command with its arguments and its effect.
-pub const HELP: [(&str, &str); 28] = [
+pub const HELP: [(&str, &str); 29] = [
     ("status", "what the board says: state, positions, torques"),
     ("home", "forget the zeros: the joints look for them"),
     ("confirm", "the zeros are right: look before you say so"),
@@ -74,6 +76,7 @@ pub const HELP: [(&str, &str); 28] = [
     ("stiff", "four times the scene's stiffness"),
     ("stiffness FACTOR", "so many times the scene's stiffness, 0.25 to 4"),
     ("check-torque [JOINT]", "move a joint a little, and say how much torque acts of what is told"),
+    ("weigh", "what the arm holds, from slow motions there and back; the board is told"),
     ("dump [FILE]", "the ticks that the board remembers: a table, or a CSV file"),
     ("record FILE", "keep every frame from here on, for `host-sim replay`; begins a new session"),
     ("record off", "end the record"),
@@ -123,6 +126,7 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
             let place = place.iter().map(|x| number(name, "a place", x)).collect::<Result<Vec<_>, _>>()?;
             Ok(Command::Payload(mass, [0, 1, 2].map(|axis| place.get(axis).copied().unwrap_or(0.0))))
         }
+        ("weigh", _) => none(name, arguments, Command::Weigh),
         ("law", [law]) => named(law).map(Command::Law).map_err(|expected| format!("law: {expected}")),
         ("teach", _) => none(name, arguments, Command::Law(Law::Teach)),
         ("soft", _) => none(name, arguments, Command::Stiffness(SOFT)),

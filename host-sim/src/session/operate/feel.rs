@@ -112,6 +112,12 @@ impl Operator {
             );
         }
         let goal: Inertia<f32> = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
+        self.take_up("payload", &goal)
+    }
+
+    /// The same for any body, said under the name of a command.
+    pub(super) fn take_up(&mut self, name: &str, goal: &Inertia<f32>) -> Result<(), Stop> {
+        let goal = *goal;
         let from = self.arm.payload.unwrap_or_else(|| self.arm.limbs.payload());
         let (mut done, mut part) = (0.0, 1.0);
         while done < 1.0 {
@@ -126,17 +132,17 @@ impl Operator {
                     } else {
                         String::new()
                     };
-                    let text = self.refusal_of("payload", &refusal);
-                    return self.say("payload", &format!("{text}{told}"));
+                    let text = self.refusal_of(name, &refusal);
+                    return self.say(name, &format!("{text}{told}"));
                 }
             }
         }
         let text = match self.answers(&[Frame::Get(ARM)])?.pop() {
-            Some(Ok(value)) => format!("payload: {}", self.value_in_words(&value)),
-            Some(Err(refusal)) => self.refusal_of("payload", &refusal),
+            Some(Ok(value)) => format!("{name}: {}", self.value_in_words(&value)),
+            Some(Err(refusal)) => self.refusal_of(name, &refusal),
             None => String::new(),
         };
-        self.say("payload", &text)
+        self.say(name, &text)
     }
 
     /// Tell one payload; the refusal, if there is one.

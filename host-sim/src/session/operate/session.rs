@@ -299,6 +299,7 @@ impl Operator {
             Command::Law(law) => self.law(law)?,
             Command::Stiffness(factor) => self.stiffness(factor)?,
             Command::CheckTorque(joint) => self.check_torque(joint)?,
+            Command::Weigh => self.weigh()?,
             Command::EmergencyStop(pressed) => self.emergency_stop(pressed)?,
         }
         Ok(false)

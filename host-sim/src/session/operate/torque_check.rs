@@ -66,6 +66,17 @@ impl Samples {
         self.all.push_back(sample);
     }
 
+    /// Keep so many from here on, and none of before; 0 keeps those of one window.
+    pub(super) fn keep(&mut self, room: usize) {
+        self.all.clear();
+        self.room = room;
+    }
+
+    /// All that are kept, oldest first.
+    pub(super) fn all(&self) -> impl Iterator<Item = &Sample> + Clone {
+        self.all.iter()
+    }
+
     pub(super) fn clear(&mut self) {
         self.all.clear();
     }
@@ -223,8 +234,7 @@ impl Operator {
             *q += step;
         }
         let time = SLOWER * self.way("check-torque", &here, &there, None)?.duration();
-        self.samples.clear();
-        self.samples.room = (4.0 * time / self.arm.period) as usize + SAMPLES_MIN;
+        self.samples.keep((4.0 * time / self.arm.period) as usize + SAMPLES_MIN);
         self.watch(1)?;
         for goal in [there, here] {
             let from = self.here()?;
@@ -237,7 +247,7 @@ impl Operator {
             }
         }
         let line = self.factor_of(joint);
-        self.samples.room = 0;
+        self.samples.keep(0);
         let needed = self.needed();
         self.watch(needed)?;
         Ok(match (self.drives(), line) {

@@ -1,0 +1,125 @@
+//! What the arm holds, from slow motions of its own: `weigh`.
+
+use super::arm::Arm;
+use super::torque_check::Sample;
+use super::{Operator, Stop};
+use crate::session::states::{ARMED, HOLDING, RUNNING};
+use dynamics_core::Inertia;
+use identification::log::Log;
+use identification::payload::Payload;
+
+/// How far every joint moves, rad or m, and in how many times its shortest time.
+const REACH: f64 = 0.35;
+const SLOWER: f64 = 2.0;
+
+/// Directions of the joints in each of the motions, there and back: bit `i` is joint `i`.
+const WAYS: [u32; 4] = [0b11_0101, 0b00_1010, 0b10_0110, 0b01_1001];
+
+/// Deviations on either side of the interval that is told.
+const WIDE: f64 = 1.96;
+
+/// Fewest samples that are a log.
+const SAMPLES_MIN: usize = 100;
+
+impl Operator {
+    /// Move all joints a little there and back, four times; say what the arm holds, and tell it to the board.
+    ///
+    /// The arm itself counts as known, by the scene's model and its friction.
+    pub(super) fn weigh(&mut self) -> Result<(), Stop> {
+        let refused = |operator: &mut Self, why: &str| {
+            operator.refused = true;
+            operator.say("weigh", &format!("weigh: refused: {why}"))
+        };
+        if !self.arm.payload_is_live {
+            return refused(self, "the scene has no live payload; `payload = \"live\"` in its [model]");
+        }
+        if !matches!(self.state(), Some(ARMED | HOLDING | RUNNING)) || self.is_moving() {
+            return refused(self, "the arm is not held at rest; `arm` first");
+        }
+        if !self.torque_is_believed()? {
+            return Ok(());
+        }
+        let here = self.here()?;
+        self.watch(1)?;
+        let mut samples: Vec<Sample> = Vec::new();
+        for way in WAYS {
+            let there = self.beside(&here, way);
+            let time = SLOWER * self.way("weigh", &here, &there, None)?.duration();
+            self.samples.keep((2.5 * time / self.arm.period) as usize);
+            for goal in [there, here.clone()] {
+                let from = self.here()?;
+                let motion = self.way("weigh", &from, &goal, Some(time))?;
+                if let Some(denial) = self.set_out(vec![motion], &from, goal)? {
+                    return refused(self, &super::messages::denial(&denial));
+                }
+                while self.is_moving() {
+                    self.step()?;
+                }
+            }
+            samples.extend(self.samples.all().cloned());
+        }
+        self.samples.keep(0);
+        let needed = self.needed();
+        self.watch(needed)?;
+        if !self.drives() || samples.len() < SAMPLES_MIN {
+            let doing = self.seen_now().map(|seen| seen.doing()).unwrap_or_default();
+            return refused(self, &format!("it did not come to its end: {doing}"));
+        }
+        let held = self.arm.limbs.weigh(&log(&samples, &self.arm), &self.arm.friction);
+        let (text, goal) = in_words(&held);
+        self.say("weigh", &format!("weigh: {text}"))?;
+        self.take_up("weigh", &goal)
+    }
+
+    /// A place beside this one, each joint where its bit says, or to the other side where there is more room.
+    fn beside(&self, here: &[f64], way: u32) -> Vec<f64> {
+        let place = |(joint, (&at, &(low, high))): (usize, (&f64, &(f64, f64)))| {
+            let up = way >> joint & 1 == 1;
+            let room = if up { high - at } else { at - low };
+            let other = if up { at - low } else { high - at };
+            let (up, room) = if room >= REACH.min(other) { (up, room) } else { (!up, other) };
+            let step = REACH.min(0.5 * room).max(0.0);
+            if up { at + step } else { at - step }
+        };
+        here.iter().zip(&self.arm.range).enumerate().map(place).collect()
+    }
+}
+
+/// Samples as a log: the ticks that were missed are gaps in its time.
+fn log(samples: &[Sample], arm: &Arm) -> Log {
+    let first = samples.first().map_or(0, |sample| sample.tick);
+    let mut ordered: Vec<&Sample> = samples.iter().collect();
+    ordered.sort_by_key(|sample| sample.tick.wrapping_sub(first));
+    ordered.dedup_by_key(|sample| sample.tick);
+    let joints = 0..arm.joints.len();
+    let series = |of: &dyn Fn(&Sample, usize) -> f64| {
+        joints.clone().map(|joint| ordered.iter().map(|sample| of(sample, joint)).collect()).collect()
+    };
+    Log {
+        time: ordered.iter().map(|sample| f64::from(sample.tick.wrapping_sub(first)) * arm.period).collect(),
+        q: series(&|sample, joint| sample.q.get(joint).copied().unwrap_or(0.0)),
+        tau: series(&|sample, joint| sample.torque.get(joint).copied().unwrap_or(0.0)),
+        file: "the arm's own motions".to_owned(),
+        qd: None,
+        from_current: false,
+    }
+}
+
+/// What was found, and the payload to be told.
+fn in_words(held: &Payload) -> (String, Inertia<f32>) {
+    let half = WIDE * held.mass_deviation;
+    let nothing = Inertia::<f64>::zero();
+    match held.com {
+        Some(com) if held.mass > 0.0 => {
+            let body = Inertia::from_mass_centre(held.mass, &com, &held.inertia);
+            let [x, y, z]: [f64; 3] = com.into();
+            let (low, high) = (held.mass - half, held.mass + half);
+            let text = format!(
+                "{:.3} kg, 95 %: {low:.3} to {high:.3}, at {x:.3} {y:.3} {z:.3} m of the last link's frame",
+                held.mass
+            );
+            (text, body.cast().symmetric())
+        }
+        _ => (format!("nothing that can be told from nothing: {:.3} +- {half:.3} kg", held.mass), nothing.cast()),
+    }
+}
