@@ -17,6 +17,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Vector3};
 const STEPS: usize = 100;
 /// Smallest eigenvalue of a maker's body, as a share of its largest, and of the arm's largest mass.
 const FLOOR: f64 = 1e-4;
+/// Radius of gyration of a body whose maker tells its inertia and no mass, m.
+const RADIUS: f64 = 0.2;
 /// Logarithmic deviation of a rotor's inertia where the maker says one, and where nobody does.
 const ROTOR: (f64, f64) = (0.5, 2.0);
 
@@ -65,7 +67,12 @@ pub fn pseudo(parameters: &[f64; PARAMETERS]) -> Matrix4<f64> {
 fn factor(parameters: &[f64; PARAMETERS], mass: f64) -> Matrix4<f64> {
     // In metres and kilograms a link's eigenvalues are far apart for good reason: a tenth of a metre is the unit of length here.
     let unit = Matrix4::from_diagonal(&nalgebra::Vector4::new(10.0, 10.0, 10.0, 1.0));
-    let scaled = unit * pseudo(parameters) * unit;
+    let mut given = pseudo(parameters);
+    if given[(3, 3)] <= 0.0 {
+        // An inertia without a mass: as much as would turn it at the radius of an arm's link.
+        given[(3, 3)] = (given.trace() / (RADIUS * RADIUS)).max(0.0);
+    }
+    let scaled = unit * given * unit;
     let eigen = scaled.symmetric_eigen();
     let floor = FLOOR * eigen.eigenvalues.amax().max(mass);
     let values = eigen.eigenvalues.map(|x| x.max(floor));

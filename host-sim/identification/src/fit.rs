@@ -17,6 +17,8 @@ const ROWS_PER_CUTOFF: f64 = 4.0;
 const ROUNDS: usize = 5;
 /// Huber's constant: residuals beyond so many deviations weigh less.
 const HUBER: f64 = 1.5;
+/// Expected offset, as a share of the root mean square of the torque.
+const OFFSET: f64 = 0.05;
 /// Blocks that are held out in turn.
 const BLOCKS: usize = 8;
 
@@ -113,6 +115,18 @@ impl Problem<'_> {
         Rows { places, columns, target, from: picked.into_iter().map(|(log, _, block)| (log, block)).collect() }
     }
 
+    /// Normal equations of all rows. An offset of the torque is expected to be small: on a vertical slide it looks like weight, and is
+    /// to be taken for that.
+    fn normal(&self, rows: &[Rows], sigma: &[f64], weights: &[Vec<f64>]) -> Normal {
+        let mut normal = Normal::of(rows, sigma, weights, |_| true, self.unknowns());
+        for (joint, rows) in rows.iter().enumerate() {
+            let size = rows.target.norm() / (rows.target.len().max(1) as f64).sqrt();
+            let at = self.offset(joint);
+            normal.matrix[(at, at)] += (OFFSET * size.max(1e-9)).powi(-2);
+        }
+        normal
+    }
+
     /// Least squares; weights from the residuals, loads from the fit, in turn until both stand.
     #[must_use]
     pub fn fit(&self) -> Fit {
@@ -123,7 +137,7 @@ impl Problem<'_> {
         let mut x = DVector::zeros(self.unknowns());
         let uses_loads = self.laws.iter().any(|law| law.terms.contains(&crate::friction::Term::Load));
         for round in 0..ROUNDS {
-            let normal = Normal::of(&rows, &sigma, &weights, |_| true, self.unknowns());
+            let normal = self.normal(&rows, &sigma, &weights);
             x = solve(&normal.matrix, &normal.right);
             for ((rows, sigma), weights) in rows.iter().zip(&mut sigma).zip(&mut weights) {
                 let left = rows.residual(&x);
@@ -137,7 +151,7 @@ impl Problem<'_> {
                 rows = self.rows(&loads);
             }
         }
-        let normal = Normal::of(&rows, &sigma, &weights, |_| true, self.unknowns());
+        let normal = self.normal(&rows, &sigma, &weights);
         Fit { x, sigma, rows, weights, normal }
     }
 }

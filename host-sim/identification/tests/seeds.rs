@@ -19,7 +19,7 @@ fn coverage(seeds: std::ops::Range<u64>) -> (Vec<usize>, f64) {
         let factors: Vec<f64> = (0..6).map(|_| 0.8 + 0.4 * random.share()).collect();
         let truth: Vec<f64> =
             known.parameters.iter().enumerate().map(|(k, x)| x * factors.get(k / 10).copied().unwrap_or(1.0)).collect();
-        let logs = [log(&known, &truth, &Making { seed, rate: 60.0, ..Making::default() })];
+        let logs = [log(&known, &truth, &Making { seed, rate: 42.0, ..Making::default() })];
         let found = identify(known.arm.as_ref(), &known.maker(), &logs, &settings);
         let wanted = base.of_parameters(&truth);
         for k in 0..base.len() {

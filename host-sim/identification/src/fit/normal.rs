@@ -6,6 +6,9 @@ use nalgebra::{DMatrix, DVector};
 /// What keeps a direction that no row sees from growing, as a share of the scaled diagonal.
 const RIDGE: f64 = 1e-10;
 
+/// Variance of what nothing sees: larger than any parameter's square, and far from overflow.
+const UNSEEN: f64 = 1e8;
+
 /// `A^T W A` and `A^T W b`.
 #[derive(Clone, Debug)]
 pub struct Normal {
@@ -69,7 +72,7 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Scale that makes the diagonal one; zero for what nothing sees.
 pub(super) fn scales(matrix: &DMatrix<f64>) -> DVector<f64> {
     let largest = matrix.diagonal().amax();
-    matrix.diagonal().map(|d| if d > 1e-16 * largest { d.sqrt().recip() } else { 0.0 })
+    matrix.diagonal().map(|d| if d > 1e-30 * largest { d.sqrt().recip() } else { 0.0 })
 }
 
 /// Solution of the normal equations; unknowns that nothing sees are zero.
@@ -100,7 +103,7 @@ pub fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
         if scale[i] > 0.0 && scale[j] > 0.0 {
             found[(i, j)] * scale[i] * scale[j]
         } else if i == j {
-            f64::MAX.sqrt()
+            UNSEEN
         } else {
             0.0
         }
