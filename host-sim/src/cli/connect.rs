@@ -62,6 +62,9 @@ pub struct ConnectArgs {
     /// Keep every frame in this file, for `replay`.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// A file with another table `[motion]` for `run`, as `host-sim motion` and `excite` write it; the scene's otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub motion: Option<PathBuf>,
     /// Print a JSON object for everything that happens, one a line.
     #[arg(long)]
     pub json: bool,
@@ -117,7 +120,12 @@ fn run_arm<const N: usize>(
         }
         (None, _) => Box::new(DrillDevice::new(OnDesk::start(scene, &model), world()?)),
     };
-    operate(args, Operator::new(device, scene, &model, head, report, presses).map_err(wrong)?, console)
+    // The board was built from the scene's own motion; only `run` plays another.
+    let mut plays = scene.clone();
+    if let Some(motion) = &args.motion {
+        plays.take_motion(motion).map_err(Failure::input)?;
+    }
+    operate(args, Operator::new(device, (scene, &plays), &model, head, report, presses).map_err(wrong)?, console)
 }
 
 /// Why it ended; `place` is where a wrong command stands.

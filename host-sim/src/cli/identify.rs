@@ -19,7 +19,7 @@ Examples:
 
 A log is CSV with a header: `time` (s, uneven steps are fine), `q_1` .. (rad or m, or degrees with --degrees), optionally `qd_1` ..,
 and `tau_1` .. (N m or N) or `current_1` .. (A, with --torque-per-ampere, or with a torque constant in the robot file). `t`, `q1`,
-`position_1`, `effort_1`, `i_1` and names of joints in place of numbers are understood; log.csv of `run` is such a file.
+`position_1`, `effort_1`, `i_1` and names of joints in place of numbers are understood; log.csv of `run` is such a file. A record of `connect` is one too: the longest stretch in which torque acted.
 
 Torque is linear in the base parameters of the bodies, in rotor inertias and in friction: weighted least squares with robust weights.
 Each term of friction, and the cut-off of the filter of motions, must earn its place by the error in blocks held out. The bodies written

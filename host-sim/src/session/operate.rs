@@ -134,20 +134,20 @@ pub struct Operator {
 }
 
 impl Operator {
-    /// An operator that has not sent anything yet.
+    /// An operator that has not sent anything yet. The second scene has the motion of `run`.
     ///
     /// # Errors
     /// A scene whose motion or payload is not possible.
     pub fn new<const N: usize>(
         device: Box<dyn Device>,
-        scene: &SceneFile,
+        (scene, plays): (&SceneFile, &SceneFile),
         model: &Model<f64, N>,
         head: Head,
         report: Report,
         presses: Presses,
     ) -> Result<Self, Stop> {
         let hello = crate::chip::hello(scene, model, device.pacing());
-        let arm = Arm::new(scene, model, head, hello)?;
+        let arm = Arm::new(scene, plays, model, head, hello)?;
         let lines = Lines::CALM;
         Ok(Self {
             feed: MotionQueue::new(arm.period),

@@ -10,6 +10,11 @@ fn file(name: &str) -> PathBuf {
 
 /// A scene of the YAM that can be changed at run time, with this in it.
 fn connect(name: &str, more: &str, script: &str) -> (i32, String) {
+    connect_with(name, more, script, &[])
+}
+
+/// The same with more options.
+fn connect_with(name: &str, more: &str, script: &str, options: &[&str]) -> (i32, String) {
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/yam.toml");
     let scene = format!(
         r#"
@@ -41,7 +46,14 @@ safe_action = "damped-stop"
     std::fs::write(&path, scene).unwrap();
     std::fs::write(&lines, format!("home\nconfirm\narm\n{script}")).unwrap();
     let (code, out, error) = told(
-        at_the_top().arg("connect").arg(&path).args(["--target", "desk", "--script"]).arg(&lines).output().unwrap(),
+        at_the_top()
+            .arg("connect")
+            .arg(&path)
+            .args(["--target", "desk", "--script"])
+            .arg(&lines)
+            .args(options)
+            .output()
+            .unwrap(),
     );
     assert_eq!(error, "", "{out}");
     (code, out)
@@ -176,4 +188,35 @@ fn a_push_is_told_in_newtons_at_the_tip() {
     // What stiction hides of 0.3 N m is a newton at the tip.
     assert!(size(before) < 2.0, "{before:?}");
     assert!((size(during) - 8.0).abs() < 2.5, "{during:?}");
+}
+
+#[test]
+fn a_motion_worth_recording_is_played_and_its_record_is_a_log() {
+    let motion = file("feel_motion.toml");
+    let (code, _, error) = told(
+        at_the_top().args(["excite", "scenes/yam_move.toml", "--periods", "1", "--out"]).arg(&motion).output().unwrap(),
+    );
+    assert_eq!((code, error.as_str()), (0, ""));
+    let record = file("feel_record.log");
+    let more = ["--motion", motion.to_str().unwrap(), "--record", record.to_str().unwrap()];
+    let (code, out) = connect_with("feel_plays", "", "run\nwait\n", &more);
+    assert!(code == 0 && out.contains("wait: arrived"), "{out}");
+    let (code, out, error) =
+        told(at_the_top().args(["identify", "robots/yam.toml", "--json", "--log"]).arg(&record).output().unwrap());
+    assert_eq!((code, error.as_str()), (0, ""), "{out}");
+    let found: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let joints = found["joints"].as_array().unwrap();
+    // The arm is what its file says, so nothing gets better, and little is left.
+    assert!(
+        joints.len() == 6 && joints.iter().all(|joint| joint["relative_rms"].as_f64().unwrap() < 0.25),
+        "{joints:?}"
+    );
+    // A record without torque.
+    let idle = file("feel_idle.log");
+    connect_with("feel_idles", "", "disarm\n", &["--record", idle.to_str().unwrap()]);
+    let short = std::fs::read(&idle).unwrap();
+    std::fs::write(&idle, &short[..short.len() - 3]).unwrap();
+    let (code, _, error) =
+        told(at_the_top().args(["identify", "robots/yam.toml", "--log"]).arg(&idle).output().unwrap());
+    assert!(code == 2 && error.contains("feel_idle.log"), "{error}");
 }

@@ -195,13 +195,14 @@ pub(super) struct Arm {
 impl Arm {
     pub(super) fn new<const N: usize>(
         scene: &SceneFile,
+        plays: &SceneFile,
         model: &Model<f64, N>,
         head: Head,
         hello: Hello,
     ) -> Result<Self, Stop> {
-        let motion = scene.trajectory(model).map_err(|error| Stop::Input(format!("the motion cannot be: {error}")))?;
+        let motion = plays.trajectory(model).map_err(|error| Stop::Input(format!("the motion cannot be: {error}")))?;
         let whole = |duration: f64| (duration / motion.duration() + 1e-9).floor().clamp(1.0, 1e6) as u32;
-        let times = if scene.motion.repeats() { scene.duration.map_or(1, whole) } else { 1 };
+        let times = if plays.motion.repeats() { scene.duration.map_or(1, whole) } else { 1 };
         let ControllerConfig { encoder, limits, .. } = scene.controller_config(model);
         let deceleration = scene.safety_rules(model).joints.map(|joint| joint.deceleration);
         let units = |kind| match kind {

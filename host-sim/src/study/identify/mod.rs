@@ -7,11 +7,13 @@
 //! | [`held`] | what the arm holds |
 //! | [`robot_file`] | the robot file with the identified numbers |
 //! | [`report`] | the page that a person reads |
+//! | [`record`] | a record of `connect` as a log |
 //! | [`prediction`] | measured and predicted torque as CSV |
 
 pub mod held;
 pub mod outcome;
 pub mod prediction;
+pub mod record;
 pub mod report;
 pub mod robot_file;
 pub mod subject;

@@ -1,5 +1,6 @@
 //! The arm and its maker's numbers, as identification takes them.
 
+use super::record;
 use crate::failure::Failure;
 use dynamics_core::control::Friction;
 use dynamics_core::{Inertia, JointKind};
@@ -100,6 +101,7 @@ impl Subject {
         };
         let text =
             std::fs::read(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
+        let text = if record::is_record(&text) { record::text(text, path)? } else { text };
         let log = Log::read(&text, &path.display().to_string(), &reading).map_err(|error| {
             Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}"))
         })?;
