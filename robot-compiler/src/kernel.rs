@@ -153,8 +153,8 @@ fn regrouped<const N: usize>(
         Some(Step::Identities) => how.angle = None,
         Some(Step::Frames | Step::Algebra) | None => {}
     }
-    let (arena, outputs) = if function == Function::JointWrenches {
-        // Frames and base parameters both change the wrenches, because a wrench belongs to a frame and its link.
+    let (arena, outputs) = if matches!(function, Function::JointWrenches | Function::Regressor) {
+        // Frames and base parameters both change wrenches and columns: these belong to a frame and its link.
         functions::record(function, model, scene, None, Arena::new(RuleSet::ALL, precision))
     } else {
         let (model, scene) = holding(model, scene);

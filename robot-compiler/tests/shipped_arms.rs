@@ -6,8 +6,8 @@ use dynamics_core::kinematics::tip_pose;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::regressor::inverse_dynamics_regressor;
 use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Term, Trig, Wrench};
-use nalgebra::Vector3;
+use dynamics_core::{Dynamics, Frame, Inertia, InverseDynamics, Live, Scene, Term, Trig, Wrench};
+use nalgebra::{Matrix3, Vector3};
 use robot_compiler::{Robot, with_dof};
 use serde_json::Value;
 
@@ -66,6 +66,25 @@ fn agrees(name: &str) {
 /// Pinocchio's place of each of our parameters: it has `Iyy` before `Ixz`.
 const PLACES: [usize; 10] = [0, 1, 2, 3, 4, 5, 7, 6, 8, 9];
 
+/// The ten parameters, in our link's frame, of a body that has one alone in Pinocchio's: its joints turn about any axis of their frame, ours
+/// about z.
+fn in_link(robot: &Robot, link: usize, parameter: usize) -> [f64; 10] {
+    let mut unit = [0.0; 10];
+    unit[parameter] = 1.0;
+    let frame = robot.joints[link].spec.frame;
+    if !matches!(frame, Frame::Placement { .. }) {
+        return unit;
+    }
+    let [mass, x, y, z, xx, xy, xz, yy, yz, zz] = unit;
+    let body = Inertia {
+        mass,
+        first_moment: Vector3::new(x, y, z),
+        about_origin: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+    };
+    let placed = frame.link_from_body();
+    body.in_parent(&placed.rotation, &placed.translation).parameters()
+}
+
 fn check_columns<const N: usize>(robot: &Robot, golden: &Value) {
     let model = robot.model::<N>().unwrap();
     let gravity = Vector3::from(numbers::<3>(&golden["gravity"]));
@@ -74,7 +93,9 @@ fn check_columns<const N: usize>(robot: &Robot, golden: &Value) {
         let [q, qd, qdd] = ["q", "qd", "qdd"].map(|key| numbers::<N>(&state[key]));
         let found = inverse_dynamics_regressor(&dynamics, &Libm.sin_cos_all(&q), &q, &qd, &qdd, &Live::zero());
         for (link, parameter) in (0..N).flat_map(|link| (0..10).map(move |parameter| (link, parameter))) {
-            let column: [f64; N] = core::array::from_fn(|i| found[i][link][parameter]);
+            let of_link = in_link(robot, link, parameter);
+            let sum = |row: &[f64; 10]| row.iter().zip(of_link).map(|(y, share)| y * share).sum();
+            let column: [f64; N] = core::array::from_fn(|i| sum(&found[i][link]));
             let wanted: [f64; N] =
                 core::array::from_fn(|i| state["regressor"][i][10 * link + PLACES[parameter]].as_f64().unwrap());
             let size = wanted.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
