@@ -45,6 +45,9 @@ impl Operator {
 
     /// Let the arm be led: it runs, and follows its own place.
     fn lead(&mut self) -> Result<(), Stop> {
+        if !self.torque_is_believed()? {
+            return Ok(());
+        }
         let here = self.here()?;
         let denial = self.set_out(Vec::new(), &here, here.clone())?;
         self.answer("teach", denial, "; lead it, then `hold`")
