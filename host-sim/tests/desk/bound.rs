@@ -84,6 +84,8 @@ fn states_of_every_shipped_arm_stay_below_its_bound_at_both_levels() {
     thousands_stay_below::<6>("puma560", 5);
     thousands_stay_below::<6>("stanford", 5);
     thousands_stay_below::<6>("ur5", 5);
+    thousands_stay_below::<6>("yam", 5);
+    thousands_stay_below::<6>("rebot_b601_rs", 5);
 }
 
 #[test]
@@ -95,6 +97,8 @@ fn a_million_states_of_every_shipped_arm_stay_below_its_bound_at_both_levels() {
     thousands_stay_below::<6>("puma560", 1000);
     thousands_stay_below::<6>("stanford", 1000);
     thousands_stay_below::<6>("ur5", 1000);
+    thousands_stay_below::<6>("yam", 200);
+    thousands_stay_below::<6>("rebot_b601_rs", 200);
 }
 
 const EFFORT: Effort = Effort { samples: 4000, climbs: 4, steps: 300, seed: 1 };
