@@ -127,7 +127,7 @@ fn every_law_drives_every_robot_without_a_fault() {
             assert_eq!(done.summary.ticks, 250, "{name}");
             // Measured: at most 7.8e-4 (Puma, from the smoothed friction model) with a model of the motion, at most
             // 0.032 without one in the loop, because an arm sags under its weight by G / (M0 omega^2). Light joints behind simulated
-            // drives sag further, and their frames round: 2.1e-3 and 0.069.
+            // drives sag further, 0.069, and their frames round and delay.
             let models_the_motion = [Law::ComputedTorque, Law::Feedforward, Law::Impedance, Law::Split].contains(&law);
             let behind_frames = robot.joints.iter().all(RobotJoint::has_own_loop);
             let bound = match (models_the_motion, behind_frames) {
