@@ -130,6 +130,27 @@ impl Operator {
         }
         Ok(denial)
     }
+
+    /// Go to a place and back in this time each, s, and wait for the end; the board's reason if it denies one of the two.
+    pub(super) fn there_and_back(
+        &mut self,
+        name: &str,
+        here: Vec<f64>,
+        there: Vec<f64>,
+        time: f64,
+    ) -> Result<Option<Denial>, Stop> {
+        for goal in [there, here] {
+            let from = self.here()?;
+            let motion = self.way(name, &from, &goal, Some(time))?;
+            if let Some(denial) = self.set_out(vec![motion], &from, goal)? {
+                return Ok(Some(denial));
+            }
+            while self.is_moving() {
+                self.step()?;
+            }
+        }
+        Ok(None)
+    }
 }
 
 /// Whether the positions are equal, bit by bit.

@@ -29,9 +29,8 @@ const REFUSED: f64 = 2.0;
 /// Share of the torque limit that counts as noise.
 const NOISE: f64 = 0.005;
 
-/// How far `check-torque` moves a joint, rad or m, and in how many times its shortest time.
+/// How far `check-torque` moves a joint, rad or m.
 const REACH: f64 = 0.2;
-const SLOWER: f64 = 1.0;
 
 /// Greatest standard deviation of a factor that is told.
 const DOUBT: f64 = 0.1;
@@ -233,28 +232,27 @@ impl Operator {
         if let Some(q) = there.get_mut(joint) {
             *q += step;
         }
-        let time = SLOWER * self.way("check-torque", &here, &there, None)?.duration();
+        let time = self.way("check-torque", &here, &there, None)?.duration();
         self.samples.keep((4.0 * time / self.arm.period) as usize + SAMPLES_MIN);
         self.watch(1)?;
-        for goal in [there, here] {
-            let from = self.here()?;
-            let motion = self.way("check-torque", &from, &goal, Some(time))?;
-            if let Some(denial) = self.set_out(vec![motion], &from, goal)? {
-                return Ok(super::messages::denial(&denial));
-            }
-            while self.is_moving() {
-                self.step()?;
-            }
-        }
+        let denial = self.there_and_back("check-torque", here, there, time)?;
         let line = self.factor_of(joint);
-        self.samples.keep(0);
-        let needed = self.needed();
-        self.watch(needed)?;
+        self.watch_as_before()?;
+        if let Some(denial) = denial {
+            return Ok(super::messages::denial(&denial));
+        }
         Ok(match (self.drives(), line) {
             (true, Some(line)) => line,
             (true, None) => "moved too little to tell; give it room, or a payload".into(),
             (false, _) => self.status.as_ref().map(super::messages::doing).unwrap_or_default(),
         })
+    }
+
+    /// Keep and report no more than before.
+    pub(super) fn watch_as_before(&mut self) -> Result<(), Stop> {
+        self.samples.keep(0);
+        let needed = self.needed();
+        self.watch(needed)
     }
 
     /// `told = s acted + c sign(qd)` over the last motion: `1 / s` and its deviation in words; `None` where it cannot be told.

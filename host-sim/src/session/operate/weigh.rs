@@ -46,21 +46,13 @@ impl Operator {
             let there = self.beside(&here, way);
             let time = SLOWER * self.way("weigh", &here, &there, None)?.duration();
             self.samples.keep((2.5 * time / self.arm.period) as usize);
-            for goal in [there, here.clone()] {
-                let from = self.here()?;
-                let motion = self.way("weigh", &from, &goal, Some(time))?;
-                if let Some(denial) = self.set_out(vec![motion], &from, goal)? {
-                    return refused(self, &super::messages::denial(&denial));
-                }
-                while self.is_moving() {
-                    self.step()?;
-                }
+            if let Some(denial) = self.there_and_back("weigh", here.clone(), there, time)? {
+                self.watch_as_before()?;
+                return refused(self, &super::messages::denial(&denial));
             }
             samples.extend(self.samples.all().cloned());
         }
-        self.samples.keep(0);
-        let needed = self.needed();
-        self.watch(needed)?;
+        self.watch_as_before()?;
         if !self.drives() || samples.len() < SAMPLES_MIN {
             let doing = self.seen_now().map(|seen| seen.doing()).unwrap_or_default();
             return refused(self, &format!("it did not come to its end: {doing}"));
