@@ -2,7 +2,8 @@
 
 use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::control::{
-    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, Integral, MomentumFilter, Teach, TrackingObserver,
+    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, Integral, MomentumFilter, Spring, Teach,
+    TrackingObserver,
 };
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::safety::{JointRules, Rules};
@@ -225,7 +226,7 @@ impl SceneFile {
     /// Springs and dampers of a joint that is led by hand are those of the gains that hold it before and after.
     fn teach(&self, spec: &TeachSpec, index: usize, limits: &Limits<f64>, gains: &Gains<f64>) -> Teach<f64> {
         let friction = self.friction(index);
-        let (stiffness, damping) = (gains.inertia * gains.position, gains.inertia * gains.velocity);
+        let Spring { stiffness, damping } = gains.spring();
         let ((lo, hi), wall) = (limits.position, spec.wall[index]);
         Teach {
             friction: spec.friction * friction.coulomb,

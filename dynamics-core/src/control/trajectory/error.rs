@@ -175,6 +175,17 @@ impl fmt::Display for MotionError {
     }
 }
 
+/// Refuse a duration and a ramp at both of its ends that are not above zero and finite, or do not fit into each other.
+pub(super) fn check_ramp<S: Real>(duration: S, ramp: S) -> Result<(), MotionError> {
+    check_time("duration", duration)?;
+    check_time("ramp", ramp)?;
+    if ramp > S::literal(0.5) * duration {
+        let value = ramp.to_f64();
+        return Err(MotionError::OutOfRange { what: "ramp", value, wanted: "at most half the duration" });
+    }
+    Ok(())
+}
+
 /// Refuse a value that is not above zero and finite.
 pub(super) fn check_time<S: Real>(what: &'static str, value: S) -> Result<(), MotionError> {
     if value > S::zero() && value.is_finite() {

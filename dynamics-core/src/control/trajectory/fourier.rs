@@ -1,7 +1,7 @@
 //! Finite Fourier series.
 
 use super::bounds::{Bounds, Peaks};
-use super::error::{MotionError, check_time};
+use super::error::{MotionError, check_ramp, check_time};
 use crate::control::Reference;
 use crate::scalar::Real;
 use core::f64::consts::TAU;
@@ -63,15 +63,10 @@ impl<S: Real, const N: usize> Fourier<S, N> {
             }
         }
         check_time("period", spec.period)?;
-        check_time("duration", spec.duration)?;
-        check_time("ramp", spec.ramp)?;
-        let out_of_range =
-            |what, value: S, wanted| Err(MotionError::OutOfRange { what, value: value.to_f64(), wanted });
-        if spec.ramp > S::literal(0.5) * spec.duration {
-            return out_of_range("ramp", spec.ramp, "at most half the duration");
-        }
+        check_ramp(spec.duration, spec.ramp)?;
         if spec.duration > S::literal(PERIODS_MAX) * spec.period {
-            return out_of_range("duration", spec.duration, "at most 1000 periods");
+            let value = spec.duration.to_f64();
+            return Err(MotionError::OutOfRange { what: "duration", value, wanted: "at most 1000 periods" });
         }
         let still = Peaks { velocity: [S::zero(); N], acceleration: [S::zero(); N] };
         let mut motion = Self { spec: *spec, peaks: still };

@@ -1,7 +1,7 @@
 //! A sine whose frequency changes linearly.
 
 use super::bounds::{Bounds, Peaks};
-use super::error::{MotionError, check_time};
+use super::error::{MotionError, check_ramp, check_time};
 use super::fourier::envelope;
 use crate::control::Reference;
 use crate::scalar::Real;
@@ -68,13 +68,9 @@ impl<S: Real, const N: usize> Sweep<S, N> {
                 return Err(MotionError::AmplitudeBeyondLimits { joint, reach: pair(reach), limits: pair((lo, hi)) });
             }
         }
-        check_time("duration", spec.duration)?;
-        check_time("ramp", spec.ramp)?;
+        check_ramp(spec.duration, spec.ramp)?;
         let out_of_range =
             |what, value: S, wanted| Err(MotionError::OutOfRange { what, value: value.to_f64(), wanted });
-        if spec.ramp > S::literal(0.5) * spec.duration {
-            return out_of_range("ramp", spec.ramp, "at most half the duration");
-        }
         for frequency in [spec.from, spec.to] {
             if !(frequency >= S::zero() && frequency.is_finite()) {
                 return out_of_range("frequency", frequency, "finite and not negative");
