@@ -1,0 +1,1 @@
+//! Files for engines that share a study's shards out to machines.
