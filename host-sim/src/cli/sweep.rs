@@ -1,6 +1,7 @@
 //! `sweep`: very many runs of a study, or a part of them.
 
 use crate::cli::document;
+use crate::cli::names::named;
 use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure};
@@ -9,6 +10,7 @@ use crate::study::parallel::Jobs;
 use crate::study::sweep::replay::{Replayed, replay};
 use crate::study::sweep::results::Results;
 use crate::study::sweep::store::{self, Done, Progress, STUDY, Shard};
+use crate::study::sweep::submit::{self, Engine, Submission};
 use crate::study::sweep::Prepared;
 use clap::Args;
 use indicatif::ProgressBar;
@@ -27,6 +29,7 @@ Examples:
   host-sim sweep scenes/studies/pick_payload_friction.toml --replay 4711 --out out/run4711
   host-sim sweep STUDY.toml --shard 3/50 --out out/shards/3
   host-sim merge out/shards/* --out out/whole
+  host-sim sweep STUDY.toml --runs 1000000000 --submit slurm --shards 1000 --out out/big
 
 Files, in the folder given by --out:
   runs.csv                   a row for each run: index, values, figures, end, pass
@@ -58,6 +61,16 @@ pub struct SweepArgs {
     /// Only the run with this index, in full.
     #[arg(long, value_name = "INDEX", conflicts_with_all = ["shard", "json", "write"])]
     pub replay: Option<u64>,
+    /// Run nothing: write what this engine takes for so many --shards.
+    #[arg(long, value_name = "ENGINE", value_parser = named::<Engine>(), requires = "shards")]
+    #[arg(conflicts_with_all = ["shard", "json", "write", "replay"])]
+    pub submit: Option<Engine>,
+    /// How many shards, beside --submit.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000), requires = "submit")]
+    pub shards: Option<u64>,
+    /// Container image with this program, beside --submit kubernetes.
+    #[arg(long, value_name = "IMAGE", default_value = concat!("host-sim:", env!("CARGO_PKG_VERSION")))]
+    pub image: String,
     /// Put the results into this page, between its lines `<!-- measured: NAME -->` with the study's name.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/studies.md")]
     pub write: Option<PathBuf>,
@@ -78,6 +91,9 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&prepared.study.name)));
     if let Some(index) = args.replay {
         return replayed(args, &prepared, index, &folder, stop);
+    }
+    if let (Some(engine), Some(shards)) = (args.submit, args.shards) {
+        return submitted(args, &prepared, &folder, engine, shards);
     }
     if args.write.is_some() && !args.shard.is_whole() {
         return Err(Failure::Input(miette::miette!("--write beside --shard: expected the whole study")));
@@ -157,6 +173,31 @@ pub(super) fn show(shown: &Shown<'_>, prepared: &Prepared, results: &Results, fo
 pub(super) fn code(prepared: &Prepared, results: &Results) -> u8 {
     let is_campaign = matches!(prepared.study.subject, Subject::Campaign(_));
     if is_campaign && results.failures.count > 0 { failure::FAULT } else { 0 }
+}
+
+/// Write files for an engine; they lie beside each other wherever the folder is.
+fn submitted(
+    args: &SweepArgs,
+    prepared: &Prepared,
+    folder: &Path,
+    engine: Engine,
+    shards: u64,
+) -> Result<u8, Failure> {
+    let submission = Submission {
+        engine,
+        shards,
+        threads: args.jobs.map_or(1, NonZeroUsize::get),
+        program: match engine {
+            Engine::Kubernetes => PathBuf::from("host-sim"),
+            Engine::HyperQueue | Engine::Slurm => std::env::current_exe().map_err(Failure::Output)?,
+        },
+        image: args.image.clone(),
+    };
+    let written = submit::write(prepared, &submission, folder)?;
+    if !args.quiet {
+        print(&files(&written))?;
+    }
+    Ok(0)
 }
 
 /// Do one run in full; the exit code is that of `run`.

@@ -4,7 +4,7 @@ use super::fields::text;
 use super::table::{Table, Value, counted, parse};
 use super::text::read_text;
 use crate::describe::diagnostics::{FileError, Source};
-use crate::describe::study::{Design, Experiment, Metric, Places, Runs, Study, Subject};
+use crate::describe::study::{Design, Experiment, Figure, Metric, Places, Runs, Study, Subject, Vary};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -112,7 +112,7 @@ fn campaign(root: &Table<'_>, folder: &Path, name: String) -> Result<Read, FileE
 /// The runs, and the place of their number.
 fn runs(
     root: &Table<'_>,
-    vary: &[crate::describe::study::Vary],
+    vary: &[Vary],
 ) -> Result<(Runs, Option<Range<usize>>), FileError> {
     const EITHER: &str = "exactly one of `count`, `sobol` (numbers of runs) and `grid = true`";
     let table = root.require("runs", "a [runs] table with `count`, `sobol` or `grid`")?.table()?;
@@ -131,7 +131,7 @@ fn runs(
         }
         return Ok((Runs { design: Design::Grid, count: grid(&value, vary)?, seed }, None));
     }
-    if let Some(stepped) = vary.iter().find(|vary| vary.steps != 0) {
+    if let Some(stepped) = vary.iter().find(|vary| vary.steps != 0 && vary.values.countable().is_none()) {
         let problem = format!("`{}` has `steps`, which only a grid takes", stepped.key.name);
         return Err(value.error(problem, "`grid = true`, or no `steps`"));
     }
@@ -145,7 +145,7 @@ fn runs(
 }
 
 /// Number of all combinations.
-fn grid(value: &Value<'_>, vary: &[crate::describe::study::Vary]) -> Result<u64, FileError> {
+fn grid(value: &Value<'_>, vary: &[Vary]) -> Result<u64, FileError> {
     let mut count: u64 = 1;
     for vary in vary {
         if vary.steps == 0 {
@@ -184,7 +184,7 @@ fn metric(table: &Table<'_>) -> Result<Metric, FileError> {
     const JOINT: &str = "a joint's number, counted from 1";
     table.only(&["name", "joint", "limit", "least"])?;
     let value = table.require("name", "the name of a figure")?;
-    let figure: crate::describe::study::Figure = value.named()?;
+    let figure: Figure = value.named()?;
     let joint = table.get("joint").map(|value| value.count(6, JOINT)).transpose()?.map(|joint| joint as usize);
     if joint.is_some() && !figure.is_per_joint() {
         return Err(table.error("joint", "given for a figure of the whole arm", "no `joint` beside it"));

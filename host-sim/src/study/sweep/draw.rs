@@ -48,7 +48,8 @@ impl Draw {
 
 /// A number between 0 and 1, neither of them, from 64 bits.
 fn unit(bits: u64) -> f64 {
-    ((bits >> 11) as f64 + 0.5) * (f64::EPSILON / 2.0)
+    // 52 bits and a half are exact; one bit more would round up to 1.
+    ((bits >> 12) as f64 + 0.5) * f64::EPSILON
 }
 
 /// The combination of a grid with this index; the last key changes fastest.

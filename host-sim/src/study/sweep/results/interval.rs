@@ -101,7 +101,8 @@ mod tests {
             (50, 100, 0.398_321_129_503_300_95, 0.601_678_870_496_699_1),
         ] {
             let share = Share::new(k, n);
-            assert!((share.low / low - 1.0).abs() < 1e-9 && (share.high / high - 1.0).abs() < 1e-9, "{share:?}");
+            // Logarithms of gamma functions of a million lose seven of sixteen digits.
+            assert!((share.low / low - 1.0).abs() < 1e-6 && (share.high / high - 1.0).abs() < 1e-6, "{share:?}");
         }
     }
 

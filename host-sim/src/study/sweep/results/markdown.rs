@@ -100,13 +100,13 @@ impl Results {
             let of = |key: &&str| {
                 let found = self.sensitivities.iter().find(|found| found.metric == metric.metric && found.key == **key);
                 found.and_then(|found| found.correlation).map_or("-".to_owned(), |found| {
-                    format!("{:+.2} ({:+.2} to {:+.2})", found.value, found.low, found.high)
+                    format!("{:+.2} ({:+.2} to {:+.2}), {:.0} %", found.value, found.low, found.high, 100.0 * found.share)
                 })
             };
             core::iter::once(metric.metric.clone()).chain(distinct.iter().map(of)).collect()
         };
         Titled {
-            title: "Rank correlation of figures with keys".to_owned(),
+            title: "Rank correlation of figures with keys, and the share of a figure's variance that a key explains alone".to_owned(),
             head: core::iter::once("figure").chain(distinct.iter().copied()).map(str::to_owned).collect(),
             rows: self.metrics.iter().map(row).collect(),
         }

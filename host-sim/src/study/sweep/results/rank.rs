@@ -1,4 +1,4 @@
-//! Rank correlation: how much of a figure's order is that of a key.
+//! Sensitivities: how much of a figure's order is that of a key.
 
 use serde::Serialize;
 
@@ -11,6 +11,8 @@ pub struct Correlation {
     pub low: f64,
     /// Upper end of the interval.
     pub high: f64,
+    /// Share of the variance of the figure's ranks that the key explains by itself, rising or not: a Sobol index of first order.
+    pub share: f64,
 }
 
 /// Correlation of the ranks of pairs; `None` for fewer than four, or where one side has one value only.
@@ -34,7 +36,31 @@ pub(super) fn correlation(pairs: &[(f64, f64)]) -> Option<Correlation> {
     let value = (product(&a, &b) / libm::sqrt(aa * bb)).clamp(-1.0, 1.0);
     let half = WIDTH * libm::sqrt((1.0 + 0.5 * value * value) / (n - 3.0));
     let end = |sign: f64| if value.abs() < 1.0 { libm::tanh(libm::atanh(value) + sign * half) } else { value };
-    Some(Correlation { value, low: end(-1.0), high: end(1.0) })
+    Some(Correlation { value, low: end(-1.0), high: end(1.0), share: share(&a, &b) })
+}
+
+/// Share of the variance of `y` that the means of `y` in steps of `x` explain, less what chance would: epsilon squared.
+///
+/// `(between - (m - 1) within / (n - m)) / (between + within)` with `m` steps of about equally many runs.
+fn share(x: &[f64], y: &[f64]) -> f64 {
+    let n = x.len() as f64;
+    let steps = libm::sqrt(n).clamp(2.0, 40.0).trunc();
+    let mut sums = vec![(0.0, 0.0); steps as usize];
+    for (x, y) in x.iter().zip(y) {
+        // Equal values have equal ranks, and so one step.
+        let step = (((x - 0.5) / n * steps) as usize).min(sums.len() - 1);
+        sums[step].0 += 1.0;
+        sums[step].1 += y;
+    }
+    let mean = 0.5 * (n + 1.0);
+    let total: f64 = y.iter().map(|y| (y - mean) * (y - mean)).sum();
+    let used = sums.iter().filter(|(count, _)| *count > 0.0);
+    let m = used.clone().count() as f64;
+    let between: f64 = used.map(|(count, sum)| count * (sum / count - mean) * (sum / count - mean)).sum();
+    if n <= m {
+        return 0.0;
+    }
+    ((between - (m - 1.0) * (total - between) / (n - m)) / total).max(0.0)
 }
 
 /// Ranks from 1; equal numbers share the mean of theirs.
@@ -68,6 +94,15 @@ mod tests {
         let found = correlation(&pairs).unwrap();
         assert!((found.value - 0.753_702_346_348_183).abs() < 1e-14, "{found:?}");
         assert!(found.low < found.value && found.value < found.high);
+    }
+
+    #[test]
+    fn what_falls_and_rises_again_has_a_share_and_no_correlation() {
+        let valley: Vec<_> = (-500..=500).map(|x| (f64::from(x), f64::from(x * x))).collect();
+        let found = correlation(&valley).unwrap();
+        assert!(found.value.abs() < 1e-12 && found.share > 0.98, "{found:?}");
+        let noise: Vec<_> = (0..1000_u32).map(|x| (f64::from(x), f64::from(x.wrapping_mul(2_654_435_761) >> 8))).collect();
+        assert!(correlation(&noise).unwrap().share < 0.05);
     }
 
     #[test]
