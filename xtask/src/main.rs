@@ -13,6 +13,7 @@ mod process;
 mod qemu;
 mod readme;
 mod robot_data;
+mod scale;
 mod scene_keys;
 mod setup;
 mod tally;
@@ -73,6 +74,12 @@ enum Task {
         /// Write the program with the stretches to the board first, with probe-rs; only with the drives' power off
         #[arg(long, requires = "port")]
         flash: bool,
+    },
+    /// Run a study on HyperQueue and Slurm, kill a worker of each on the way, and demand the bytes of one process; check Kubernetes'
+    /// manifest against its schema
+    Scale {
+        #[command(flatten)]
+        options: scale::Options,
     },
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
@@ -177,6 +184,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Budget { options } => budget::run(&options),
         Task::Cycles { micro, port, flash, .. } if micro || port.is_some() => bench::micro::run(port.as_deref(), flash),
         Task::Cycles { write, .. } => bench::cycles::run(write),
+        Task::Scale { options } => scale::run_all(&options),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Build { what, message_path, emulator, dma_stand_in } => {

@@ -7,11 +7,11 @@ use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure};
 use crate::run::files::file_name;
 use crate::study::parallel::Jobs;
+use crate::study::sweep::Prepared;
 use crate::study::sweep::replay::{Replayed, replay};
 use crate::study::sweep::results::Results;
 use crate::study::sweep::store::{self, Done, Progress, STUDY, Shard};
 use crate::study::sweep::submit::{self, Engine, Submission};
-use crate::study::sweep::Prepared;
 use clap::Args;
 use indicatif::ProgressBar;
 use robot_compiler::study::Subject;
@@ -116,12 +116,7 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
 }
 
 /// Do the runs; `None` where they were interrupted.
-fn write(
-    args: &SweepArgs,
-    prepared: &Prepared,
-    folder: &Path,
-    stop: &AtomicBool,
-) -> Result<Option<Done>, Failure> {
+fn write(args: &SweepArgs, prepared: &Prepared, folder: &Path, stop: &AtomicBool) -> Result<Option<Done>, Failure> {
     let jobs = Jobs::new(args.jobs.map(NonZeroUsize::get)).map_err(Failure::Output)?;
     let indices = args.shard.indices(prepared.count);
     let bar = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "runs") };
@@ -176,13 +171,7 @@ pub(super) fn code(prepared: &Prepared, results: &Results) -> u8 {
 }
 
 /// Write files for an engine; they lie beside each other wherever the folder is.
-fn submitted(
-    args: &SweepArgs,
-    prepared: &Prepared,
-    folder: &Path,
-    engine: Engine,
-    shards: u64,
-) -> Result<u8, Failure> {
+fn submitted(args: &SweepArgs, prepared: &Prepared, folder: &Path, engine: Engine, shards: u64) -> Result<u8, Failure> {
     let submission = Submission {
         engine,
         shards,

@@ -21,7 +21,7 @@ const BAD: [Bad; 31] = [
     ("seed = 7", "seed = -1", 7, &["runs.seed", "a whole number"]),
     ("\"plant.masses\" =", "\"plant.mases\" =", 11, &["plant.mases", "unknown key", "did you mean `masses`?"]),
     ("\"plant.masses\" =", "plant.masses =", 11, &["set.plant", "the whole path in quotes"]),
-    ("[1.0, 1.0]", "[1.0, -1.0]", 11, &["plant.masses", "found -1"]),
+    ("[1.0, 1.0]", "[-1.0, 1.0]", 11, &["plant.masses", "found -1"]),
     ("\"plant.masses.2\"", "\"plant.masses.3\"", 14, &["`masses` has no `3`", "a number from 1 to 2"]),
     ("\"plant.masses.2\"", "\"plant.masses.elbwo\"", 14, &["`masses` has no `elbwo`", "did you mean `elbow`?"]),
     ("\"plant.masses.2\"", "\"robot\"", 14, &["found the key \"robot\""]),
@@ -83,6 +83,7 @@ fn options_that_contradict_are_refused() {
         let (code, _, error) = told(at_the_top().args(["sweep", study]).args(&options).output().unwrap());
         assert!(code == 2 && error.contains(words), "{options:?}: {error}");
     }
-    let (code, _, error) = told(at_the_top().args(["sweep", "scenes/studies/campaign.toml", "--replay", "7"]).output().unwrap());
+    let (code, _, error) =
+        told(at_the_top().args(["sweep", "scenes/studies/campaign.toml", "--replay", "7"]).output().unwrap());
     assert!(code == 2 && error.contains("host-sim campaign --seed 1 --run 7"), "{error}");
 }

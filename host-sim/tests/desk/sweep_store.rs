@@ -227,3 +227,32 @@ fn merge_and_shards_work_from_the_command_line() {
     assert!(code == 2 && error.contains("expected K/N with K from 1 to N"), "{error}");
     assert!(Shard::WHOLE.is_whole());
 }
+
+#[test]
+fn fifty_processes_of_which_one_is_killed_give_the_bytes_of_one() {
+    let command = |out: &Path, more: &[&str]| {
+        let mut command = at_its_fixtures();
+        command.args(["sweep", "tests/fixtures/study.toml", "--runs", "2000", "--quiet", "--out"]).arg(out).args(more);
+        command
+    };
+    let parts: Vec<PathBuf> = (1..=50).map(|number| folder(&format!("fifty_{number}"))).collect();
+    for (part, number) in parts.iter().zip(1..) {
+        let shard = format!("{number}/50");
+        if number == 7 {
+            let mut child = command(part, &["--shard", &shard]).spawn().unwrap();
+            while !part.join("manifest.json").exists() && child.try_wait().unwrap().is_none() {
+                std::thread::yield_now();
+            }
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+        printed(command(part, &["--shard", &shard, "--jobs", "1"]).output().unwrap());
+    }
+    let (whole, merged) = (folder("fifty_whole"), folder("fifty_merged"));
+    printed(command(&whole, &[]).output().unwrap());
+    let mut merge = at_its_fixtures();
+    printed(merge.arg("merge").args(&parts).args(["--quiet", "--out"]).arg(&merged).output().unwrap());
+    for name in ["runs.csv", "manifest.json", "results.json"] {
+        assert!(fs::read(whole.join(name)).unwrap() == fs::read(merged.join(name)).unwrap(), "{name}");
+    }
+}

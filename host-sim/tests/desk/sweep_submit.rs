@@ -29,7 +29,10 @@ fn the_scripts_of_every_engine_do_the_shards_and_merge_them() {
             let mut task = match engine {
                 "hyperqueue" => script("HQ_TASK_ID", "exec ./shard.sh \"$HQ_TASK_ID\""),
                 "slurm" => script("SLURM_ARRAY_TASK_ID", "exec sh submit.sbatch"),
-                _ => script("ANY", &format!("JOB_COMPLETION_INDEX={}; exec ./shard.sh $((JOB_COMPLETION_INDEX + 1))", number - 1)),
+                _ => script(
+                    "ANY",
+                    &format!("JOB_COMPLETION_INDEX={}; exec ./shard.sh $((JOB_COMPLETION_INDEX + 1))", number - 1),
+                ),
             };
             printed(task.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).output().unwrap());
         }

@@ -58,9 +58,9 @@ fn read(source: Source) -> Result<Study, FileError> {
         let root = Table::root(&source, &document);
         root.only(&KEYS)?;
         let name = text(&root.require("name", "the study's name")?, "the study's name")?;
-        let kind = root.get("kind").map_or(Ok(Kind::Scene), |value| {
-            value.choice(&[("scene", Kind::Scene), ("campaign", Kind::Campaign)])
-        })?;
+        let kind = root
+            .get("kind")
+            .map_or(Ok(Kind::Scene), |value| value.choice(&[("scene", Kind::Scene), ("campaign", Kind::Campaign)]))?;
         let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
         match kind {
             Kind::Scene => scene_study(&root, &source, folder, name)?,
@@ -110,10 +110,7 @@ fn campaign(root: &Table<'_>, folder: &Path, name: String) -> Result<Read, FileE
 }
 
 /// The runs, and the place of their number.
-fn runs(
-    root: &Table<'_>,
-    vary: &[Vary],
-) -> Result<(Runs, Option<Range<usize>>), FileError> {
+fn runs(root: &Table<'_>, vary: &[Vary]) -> Result<(Runs, Option<Range<usize>>), FileError> {
     const EITHER: &str = "exactly one of `count`, `sobol` (numbers of runs) and `grid = true`";
     let table = root.require("runs", "a [runs] table with `count`, `sobol` or `grid`")?.table()?;
     table.only(&["count", "sobol", "grid", "seed"])?;

@@ -24,7 +24,8 @@ impl CampaignRuns {
     /// # Errors
     /// [`Failure::Input`]: a scene cannot be read.
     pub(super) fn new(scenes: &[PathBuf], seed: u64) -> Result<Self, Failure> {
-        let scenes = scenes.iter().map(|path| SceneFile::load(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
+        let scenes =
+            scenes.iter().map(|path| SceneFile::load(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
         Ok(Self { scenes, seed })
     }
 

@@ -53,7 +53,9 @@ pub fn write(prepared: &Prepared, submission: &Submission, folder: &Path) -> Res
     let Submission { engine, shards, .. } = *submission;
     if shards > prepared.count {
         let runs = prepared.count;
-        return Err(Failure::Input(miette::miette!("--shards {shards}: expected at most one for each of the {runs} runs")));
+        return Err(Failure::Input(miette::miette!(
+            "--shards {shards}: expected at most one for each of the {runs} runs"
+        )));
     }
     fs::create_dir_all(folder.join("logs")).map_err(|error| in_file(folder, &error))?;
     let name = name(&prepared.study.name);
@@ -98,7 +100,10 @@ fn quoted(text: &str) -> String {
 
 /// The program, which a variable of the machine may replace.
 fn program(submission: &Submission) -> String {
-    format!("program=${{HOST_SIM:-}}\n[ -n \"$program\" ] || program={}\n", quoted(&submission.program.display().to_string()))
+    format!(
+        "program=${{HOST_SIM:-}}\n[ -n \"$program\" ] || program={}\n",
+        quoted(&submission.program.display().to_string())
+    )
 }
 
 fn shard(submission: &Submission) -> String {

@@ -14,10 +14,9 @@ impl Study {
     /// # Errors
     /// A file that cannot be read or parsed.
     pub fn copies(&self, count: u64) -> Result<Vec<(String, String)>, FileError> {
-        let one = |path: &Path| -> Vec<std::path::PathBuf> { vec![path.to_owned()] };
         let scenes = match &self.subject {
-            Subject::Scene(experiment) => one(&experiment.scene),
-            Subject::Campaign(scenes) => scenes.clone(),
+            Subject::Scene(experiment) => core::slice::from_ref(&experiment.scene),
+            Subject::Campaign(scenes) => scenes.as_slice(),
         };
         let many = scenes.len() > 1;
         let mut study: Vec<(Range<usize>, String)> = Vec::new();

@@ -12,7 +12,12 @@ type Edit<'a> = &'a mut dyn FnMut(&mut Item) -> Result<(), Problem>;
 /// Edits every place that the path leads to. Missing tables are made.
 ///
 /// A name in a list is a joint's name, its number counted from 1, or `*` for all; `joints` are the names.
-pub(super) fn edit(document: &mut DocumentMut, path: &[&str], joints: &[String], edit: Edit<'_>) -> Result<(), Problem> {
+pub(super) fn edit(
+    document: &mut DocumentMut,
+    path: &[&str],
+    joints: &[String],
+    edit: Edit<'_>,
+) -> Result<(), Problem> {
     in_table(document.as_table_mut(), path, joints, edit)
 }
 
@@ -43,8 +48,10 @@ fn at(item: &mut Item, name: &str, path: &[&str], joints: &[String], edit: Edit<
         return Ok(());
     }
     if let Some(array) = item.as_array_mut() {
-        let own: Vec<String> =
-            array.iter().map(|value| value.as_inline_table().map_or_else(String::new, |table| name_of(table))).collect();
+        let own: Vec<String> = array
+            .iter()
+            .map(|value| value.as_inline_table().map_or_else(String::new, |table| name_of(table)))
+            .collect();
         let named = own.iter().any(|name| !name.is_empty());
         let count = own.len();
         let names = if named || count != joints.len() { &own } else { joints };

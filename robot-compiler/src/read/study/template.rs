@@ -81,12 +81,6 @@ impl Template {
         (self.scene.fill(values), self.robot.as_ref().map(|robot| robot.fill(values)))
     }
 
-    /// The robot's file.
-    #[must_use]
-    pub fn robot_path(&self) -> &Path {
-        &self.fixed.path
-    }
-
     /// Reads a run's scene, and where that fails names the first key of the study with which it does.
     ///
     /// # Errors
@@ -97,7 +91,7 @@ impl Template {
             Err(error) => error,
         };
         let Subject::Scene(experiment) = &study.subject else { return Err(error) };
-        for (count, key) in keys(experiment).enumerate() {
+        for (count, (_, key)) in changes(experiment).enumerate() {
             if count == 0 {
                 // The files as they are.
                 Self::with(study, 0)?.scene(values)?;
@@ -117,41 +111,28 @@ impl Template {
         };
         let (source, mut document) = document(&experiment.scene)?;
         let folder = experiment.scene.parent().unwrap_or(Path::new("")).to_owned();
-        let fixed = {
-            let parsed = parse(&source)?;
-            scene::robot(&Table::root(&source, &parsed), &folder)?
-        };
+        let fixed = scene::robot(&Table::root(&source, &parse(&source)?), &folder)?;
         let joints: Vec<String> = fixed.joints.iter().map(|joint| joint.name.clone()).collect();
         let mut of_robot: Option<(Source, DocumentMut)> = None;
-        let settings = experiment.set.iter().map(|setting| (&setting.key, setting.value.as_deref()));
-        let varied = experiment.vary.iter().map(|vary| (&vary.key, None));
-        for (order, (key, value)) in settings.chain(varied).enumerate().take(count) {
+        for (change, key) in changes(experiment).take(count) {
             let path: Vec<&str> = key.name.split('.').collect();
             let (document, path) = match path.as_slice() {
                 ["robot", rest @ ..] => {
-                    if fixed.path.extension().is_none_or(|extension| extension != "toml") {
-                        let expected = "a robot file in TOML, which `host-sim import` makes of a URDF";
-                        return Err(study.at(key, "the robot is a URDF file", expected));
-                    }
-                    if of_robot.is_none() {
-                        of_robot = Some(self::document(&fixed.path)?);
-                    }
-                    let Some((_, robot)) = &mut of_robot else { continue };
-                    (robot, rest)
+                    let robot = match of_robot.take() {
+                        Some(robot) => robot,
+                        None => robot_document(study, key, &fixed.path)?,
+                    };
+                    (&mut of_robot.insert(robot).1, rest)
                 }
                 whole => (&mut document, whole),
             };
-            let mut occurrence = 0;
-            let vary = order.checked_sub(experiment.set.len());
-            let change = &mut |item: &mut Item| match vary {
-                None => put(item, value),
-                Some(index) => {
-                    occurrence += 1;
-                    mark(item, index, experiment.vary[index].relative)
-                }
+            let mut places = 0;
+            let make = &mut |item: &mut Item| {
+                places += 1;
+                change.make(item)
             };
-            edit(document, path, &joints, change).map_err(|(problem, expected)| study.at(key, problem, expected))?;
-            if occurrence == 0 && vary.is_some() {
+            edit(document, path, &joints, make).map_err(|(problem, expected)| study.at(key, problem, expected))?;
+            if places == 0 {
                 return Err(study.at(key, "leads to no value", "a list that is not empty"));
             }
         }
@@ -164,9 +145,37 @@ impl Template {
     }
 }
 
-/// The keys of a study, in the order in which they are applied.
-fn keys(experiment: &Experiment) -> impl Iterator<Item = &Key> {
-    experiment.set.iter().map(|setting| &setting.key).chain(experiment.vary.iter().map(|vary| &vary.key))
+/// What a study does at the places of a key.
+enum Change<'a> {
+    /// Another value, or none.
+    Put(Option<&'a str>),
+    /// A gap for the values of a key that varies.
+    Mark(usize, Relative),
+}
+
+impl Change<'_> {
+    fn make(&self, item: &mut Item) -> Result<(), Problem> {
+        match self {
+            Self::Put(value) => put(item, *value),
+            Self::Mark(index, relative) => mark(item, *index, *relative),
+        }
+    }
+}
+
+/// The changes of a study and their keys, in the order in which they are made.
+fn changes(experiment: &Experiment) -> impl Iterator<Item = (Change<'_>, &Key)> {
+    let settings = experiment.set.iter().map(|setting| (Change::Put(setting.value.as_deref()), &setting.key));
+    let varied = experiment.vary.iter().enumerate().map(|(i, vary)| (Change::Mark(i, vary.relative), &vary.key));
+    settings.chain(varied)
+}
+
+/// A robot file that a study changes.
+fn robot_document(study: &Study, key: &Key, path: &Path) -> Result<(Source, DocumentMut), FileError> {
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        let expected = "a robot file in TOML, which `host-sim import` makes of a URDF";
+        return Err(study.at(key, "the robot is a URDF file", expected));
+    }
+    document(path)
 }
 
 /// A file as text, and as a document that can be edited.

@@ -7,7 +7,8 @@ use crate::read::table::{Table, Value, counted};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-const KEY: &str = "a key of the scene such as \"plant.payload.mass\", or of its robot such as \"robot.joint.elbow.mass\"";
+const KEY: &str =
+    "a key of the scene such as \"plant.payload.mass\", or of its robot such as \"robot.joint.elbow.mass\"";
 /// Most values of a list.
 const LIST_MAX: usize = 100_000;
 /// Whole numbers are drawn exactly up to here.
@@ -66,7 +67,11 @@ pub(super) fn varied(root: &Table<'_>, source: &Source) -> Result<Vec<Vary>, Fil
 
 fn key(value: &Value<'_>, name: &str, place: Range<usize>) -> Result<Key, FileError> {
     let bare = name.split('.').any(str::is_empty) || name.chars().any(char::is_control) || name == "robot";
-    if bare { Err(value.error(format!("found the key {name:?}"), KEY)) } else { Ok(Key { name: name.to_owned(), place }) }
+    if bare {
+        Err(value.error(format!("found the key {name:?}"), KEY))
+    } else {
+        Ok(Key { name: name.to_owned(), place })
+    }
 }
 
 fn vary(table: &Table<'_>, source: &Source) -> Result<Vary, FileError> {

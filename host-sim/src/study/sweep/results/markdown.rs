@@ -72,9 +72,10 @@ impl Results {
         }
         // What two keys do together says what each does.
         let pairs: Vec<&Group> = self.groups.iter().filter(|group| group.keys.len() == 2).collect();
-        let single = self.groups.iter().filter(|group| {
-            group.keys.len() == 1 && !pairs.iter().any(|pair| pair.keys.contains(&group.keys[0]))
-        });
+        let single = self
+            .groups
+            .iter()
+            .filter(|group| group.keys.len() == 1 && !pairs.iter().any(|pair| pair.keys.contains(&group.keys[0])));
         let metric = self.metrics.first().map(|metric| metric.metric.clone());
         all.extend(single.map(|group| group.list(metric.as_deref())));
         all.extend(pairs.iter().flat_map(|group| group.matrices(metric.as_deref())));
@@ -100,13 +101,21 @@ impl Results {
             let of = |key: &&str| {
                 let found = self.sensitivities.iter().find(|found| found.metric == metric.metric && found.key == **key);
                 found.and_then(|found| found.correlation).map_or("-".to_owned(), |found| {
-                    format!("{:+.2} ({:+.2} to {:+.2}), {:.0} %", found.value, found.low, found.high, 100.0 * found.share)
+                    format!(
+                        "{:+.2} ({:+.2} to {:+.2}), {:.0} %",
+                        found.value,
+                        found.low,
+                        found.high,
+                        100.0 * found.share
+                    )
                 })
             };
             core::iter::once(metric.metric.clone()).chain(distinct.iter().map(of)).collect()
         };
         Titled {
-            title: "Rank correlation of figures with keys, and the share of a figure's variance that a key explains alone".to_owned(),
+            title:
+                "Rank correlation of figures with keys, and the share of a figure's variance that a key explains alone"
+                    .to_owned(),
             head: core::iter::once("figure").chain(distinct.iter().copied()).map(str::to_owned).collect(),
             rows: self.metrics.iter().map(row).collect(),
         }
@@ -154,12 +163,10 @@ impl Group {
     /// Two keys: the share of failures, and the median of the first figure.
     fn matrices(&self, metric: Option<&str>) -> Vec<Titled> {
         let values = |at: usize| {
-            let mut list: Vec<&str> = Vec::new();
-            self.cells.iter().map(|cell| cell.values[at].as_str()).for_each(|value| {
-                if !list.contains(&value) {
-                    list.push(value);
-                }
-            });
+            let mut list: Vec<&str> = self.cells.iter().map(|cell| cell.values[at].as_str()).collect();
+            let number = |text: &str| text.parse::<f64>().unwrap_or(f64::INFINITY);
+            list.sort_by(|a, b| number(a).total_cmp(&number(b)).then(a.cmp(b)));
+            list.dedup();
             list
         };
         let (down, across) = (values(0), values(1));
@@ -178,9 +185,12 @@ impl Group {
                 rows: down.iter().map(row).collect(),
             }
         };
-        let failed = matrix("Failed of runs".to_owned(), &|cell| format!("{}/{}", cell.failures.count, cell.failures.of));
+        let failed =
+            matrix("Failed of runs".to_owned(), &|cell| format!("{}/{}", cell.failures.count, cell.failures.of));
         let median = metric.map(|metric| {
-            matrix(format!("Median {metric}"), &|cell| cell.medians.first().copied().flatten().map_or("-".into(), short))
+            matrix(format!("Median {metric}"), &|cell| {
+                cell.medians.first().copied().flatten().map_or("-".into(), short)
+            })
         });
         core::iter::once(failed).chain(median).collect()
     }

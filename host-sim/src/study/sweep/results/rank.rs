@@ -70,7 +70,8 @@ fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut ranks = vec![0.0; sorted.len()];
     let mut start = 0;
     while start < sorted.len() {
-        let end = start + sorted[start..].iter().take_while(|other| other.0.total_cmp(&sorted[start].0).is_eq()).count();
+        let end =
+            start + sorted[start..].iter().take_while(|other| other.0.total_cmp(&sorted[start].0).is_eq()).count();
         let shared = 0.5 * ((start + 1) + end) as f64;
         sorted[start..end].iter().for_each(|(_, index)| ranks[*index] = shared);
         start = end;
@@ -90,7 +91,8 @@ mod tests {
     #[test]
     fn the_correlation_is_that_of_another_program() {
         // SciPy 1.17: spearmanr([1, 2, 3, 4, 5, 6], [2, 1, 4, 3, 3, 9]).statistic.
-        let pairs: Vec<_> = [2.0, 1.0, 4.0, 3.0, 3.0, 9.0].into_iter().zip(1..).map(|(y, x)| (f64::from(x), y)).collect();
+        let pairs: Vec<_> =
+            [2.0, 1.0, 4.0, 3.0, 3.0, 9.0].into_iter().zip(1..).map(|(y, x)| (f64::from(x), y)).collect();
         let found = correlation(&pairs).unwrap();
         assert!((found.value - 0.753_702_346_348_183).abs() < 1e-14, "{found:?}");
         assert!(found.low < found.value && found.value < found.high);
@@ -101,7 +103,8 @@ mod tests {
         let valley: Vec<_> = (-500..=500).map(|x| (f64::from(x), f64::from(x * x))).collect();
         let found = correlation(&valley).unwrap();
         assert!(found.value.abs() < 1e-12 && found.share > 0.98, "{found:?}");
-        let noise: Vec<_> = (0..1000_u32).map(|x| (f64::from(x), f64::from(x.wrapping_mul(2_654_435_761) >> 8))).collect();
+        let noise: Vec<_> =
+            (0..1000_u32).map(|x| (f64::from(x), f64::from(x.wrapping_mul(2_654_435_761) >> 8))).collect();
         assert!(correlation(&noise).unwrap().share < 0.05);
     }
 

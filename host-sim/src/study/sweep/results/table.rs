@@ -5,7 +5,7 @@ use super::{Group, GroupCell, Sensitivity, Share};
 use crate::failure::Failure;
 use crate::study::sweep::Prepared;
 use csv::ByteRecord;
-use robot_compiler::study::Subject;
+use robot_compiler::study::{Subject, Vary};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -13,24 +13,43 @@ use std::path::PathBuf;
 #[derive(Clone, Debug)]
 pub(super) struct Columns {
     all: Vec<String>,
-    /// The keys, and whether all their values are numbers.
-    keys: Vec<(String, bool)>,
+    keys: Vec<Column>,
     metrics: Vec<String>,
+}
+
+/// The column of a key.
+#[derive(Clone, Debug)]
+struct Column {
+    name: String,
+    /// Whether all its values are numbers.
+    numbers: bool,
+    /// Whether its values are few, whatever the number of runs.
+    few: bool,
 }
 
 impl Columns {
     pub(super) fn new(prepared: &Prepared) -> Self {
         let (keys, metrics) = match &prepared.study.subject {
             Subject::Scene(experiment) => (
-                experiment.vary.iter().map(|vary| (vary.key.name.clone(), vary.values.are_numbers())).collect(),
+                experiment.vary.iter().map(Column::of).collect(),
                 experiment.metrics.iter().map(|metric| metric.title.clone()).collect(),
             ),
             // A campaign's keys: scene, fault and state.
             Subject::Campaign(_) => {
-                (prepared.columns().into_iter().skip(1).take(3).map(|name| (name, false)).collect(), Vec::new())
+                let word = |name| Column { name, numbers: false, few: true };
+                (prepared.columns().into_iter().skip(1).take(3).map(word).collect(), Vec::new())
             }
         };
         Self { all: prepared.columns(), keys, metrics }
+    }
+}
+
+impl Column {
+    fn of(vary: &Vary) -> Self {
+        // A range has steps in a grid only.
+        let values = vary.values.countable().unwrap_or(vary.steps);
+        let few = (1..=VALUES_MAX as u64).contains(&values);
+        Self { name: vary.key.name.clone(), numbers: vary.values.are_numbers(), few }
     }
 }
 
@@ -124,10 +143,11 @@ struct Counts {
 
 impl Sample {
     pub(super) fn new(runs: u64, columns: &Columns) -> Self {
-        let keys: Vec<usize> = (0..columns.keys.len()).filter(|place| columns.keys[*place].1).collect();
-        let one = (0..columns.keys.len()).map(|key| Counts::new(vec![key], VALUES_MAX));
-        let two = (0..columns.keys.len())
-            .flat_map(|a| (a + 1..columns.keys.len()).map(move |b| Counts::new(vec![a, b], PAIRS_MAX)));
+        let keys: Vec<usize> = (0..columns.keys.len()).filter(|place| columns.keys[*place].numbers).collect();
+        let few: Vec<usize> = (0..columns.keys.len()).filter(|place| columns.keys[*place].few).collect();
+        let one = few.iter().map(|key| Counts::new(vec![*key], VALUES_MAX));
+        let pairs = few.iter().enumerate().flat_map(|(at, a)| few[at + 1..].iter().map(move |b| vec![*a, *b]));
+        let two = pairs.map(|pair| Counts::new(pair, PAIRS_MAX));
         Self {
             stride: runs.div_ceil(SAMPLE_MAX).max(1),
             numbers: vec![Vec::new(); keys.len() + columns.metrics.len()],
@@ -168,7 +188,7 @@ impl Sample {
                 self.keys.iter().zip(&self.numbers).map(move |(key, xs)| {
                     let pairs = xs.iter().copied().zip(self.figure(place).iter().copied());
                     let pairs: Vec<_> = pairs.filter(|(x, y)| !x.is_nan() && !y.is_nan()).collect();
-                    let key = columns.keys[*key].0.clone();
+                    let key = columns.keys[*key].name.clone();
                     Sensitivity { metric: metric.clone(), key, correlation: correlation(&pairs) }
                 })
             })
@@ -179,7 +199,7 @@ impl Sample {
     pub(super) fn groups(&self, columns: &Columns) -> Vec<Group> {
         let few = self.groups.iter().filter(|group| !group.too_many && group.cells.len() > 1);
         few.map(|group| Group {
-            keys: group.keys.iter().map(|key| columns.keys[*key].0.clone()).collect(),
+            keys: group.keys.iter().map(|key| columns.keys[*key].name.clone()).collect(),
             cells: group.cells(self),
         })
         .collect()
@@ -220,7 +240,9 @@ impl Counts {
             .map(|(values, (runs, failures, places))| GroupCell {
                 values: values.clone(),
                 failures: Share::new(*failures, *runs),
-                medians: (0..metrics).map(|metric| median(places.iter().map(|at| sample.figure(metric)[*at]))).collect(),
+                medians: (0..metrics)
+                    .map(|metric| median(places.iter().map(|at| sample.figure(metric)[*at])))
+                    .collect(),
             })
             .collect()
     }

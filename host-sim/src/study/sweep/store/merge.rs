@@ -23,7 +23,11 @@ pub fn merge(folders: &[PathBuf], out: &Path, after_shard: &dyn Fn(u64)) -> Resu
     let prepared = Prepared::load(&first_folder.join(STUDY), None)?;
     let mut whole = Manifest::new(&prepared, &first.first_run, Shard::WHOLE);
     if let Some(problem) = first.differs(&whole) {
-        return Err(refused(first_folder, problem, "expected shards of this version of the program, their files unchanged"));
+        return Err(refused(
+            first_folder,
+            problem,
+            "expected shards of this version of the program, their files unchanged",
+        ));
     }
     if out.join(MANIFEST).exists() {
         return Err(refused(out, "holds runs already".to_owned(), "expected a new folder"));
@@ -60,7 +64,11 @@ fn in_order(folders: &[PathBuf]) -> Result<Vec<(PathBuf, Manifest)>, Failure> {
     let mut shards = Vec::with_capacity(folders.len());
     for folder in folders {
         let manifest = Manifest::read(folder)?.ok_or_else(|| {
-            refused(folder, format!("has no {MANIFEST}"), "expected the folder of a shard, as `host-sim sweep` writes it")
+            refused(
+                folder,
+                format!("has no {MANIFEST}"),
+                "expected the folder of a shard, as `host-sim sweep` writes it",
+            )
         })?;
         if !manifest.is_complete() {
             let problem = format!("has {} of its {} runs", manifest.rows, manifest.to - manifest.from);
