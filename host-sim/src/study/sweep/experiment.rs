@@ -7,6 +7,7 @@ use crate::run::simulate::{self, Run};
 use indicatif::ProgressBar;
 use robot_compiler::study::{Drawn, Experiment, Figure, Metric, Study, Template};
 use robot_compiler::{SceneFile, with_dof};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Titles of the columns behind the figures.
@@ -71,42 +72,55 @@ impl SceneRuns {
         self.template.scene(&self.values(index)).map_err(Failure::input)
     }
 
-    /// Does one run; the cells behind the index.
+    /// Does the runs with these indices; the cells of each.
     ///
     /// # Errors
     /// [`Failure::Interrupted`] after `stop`.
-    pub(super) fn row(&self, index: u64, stop: &AtomicBool) -> Result<Vec<String>, Failure> {
-        let values = self.values(index);
-        let mut cells: Vec<String> = values.iter().map(cell).collect();
+    pub(super) fn rows(&self, indices: Range<u64>, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
+        let drawn: Vec<(u64, Vec<Drawn<'_>>)> = indices.map(|index| (index, self.values(index))).collect();
+        let scenes: Vec<_> =
+            drawn.iter().map(|(_, values)| self.template.scene(values).map_err(Failure::input)).collect();
+        let runs = on_desk(scenes, stop);
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure::Interrupted);
+        }
+        drawn.iter().zip(runs).map(|((index, values), run)| self.row(*index, values, run)).collect()
+    }
+
+    fn row(&self, index: u64, values: &[Drawn<'_>], run: Result<Run, Failure>) -> Result<Vec<String>, Failure> {
         let metrics = &self.experiment.metrics;
-        match self.template.scene(&values).map_err(Failure::input).and_then(|scene| on_desk(&scene, stop)) {
-            Ok(run) if run.end != End::Interrupted => {
+        let mut cells: Vec<String> = core::iter::once(index.to_string()).chain(values.iter().map(cell)).collect();
+        match run {
+            Ok(run) => {
                 let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, &run)).collect();
                 let end = ending(&run);
                 let pass = end == "complete" && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
                 cells.extend(figures.iter().map(|figure| number(*figure)));
                 cells.extend([end, if pass { "1" } else { "0" }.to_owned()]);
             }
-            Ok(_) => return Err(Failure::Interrupted),
             Err(Failure::Input(_)) => {
                 cells.extend(metrics.iter().map(|_| String::new()));
                 cells.extend([REFUSED.to_owned(), String::new()]);
             }
             Err(other) => return Err(other),
         }
-        if stop.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(cells) }
+        Ok(cells)
     }
 }
 
-/// Runs a scene on the desk, whatever its number of joints.
-fn on_desk(scene: &SceneFile, stop: &AtomicBool) -> Result<Run, Failure> {
-    with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, stop, &ProgressBar::hidden()))
+/// Runs scenes on the desk, whatever their number of joints; the runs in the order of the scenes.
+///
+/// Whoever can do several runs side by side does it here: no run may depend on its neighbours.
+fn on_desk(scenes: Vec<Result<SceneFile, Failure>>, stop: &AtomicBool) -> Vec<Result<Run, Failure>> {
+    let hidden = ProgressBar::hidden();
+    let one = |scene: SceneFile| with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(&scene, stop, &hidden));
+    scenes.into_iter().map(|scene| scene.and_then(one)).collect()
 }
 
 /// A number as a cell: the shortest text that reads back exactly.
 fn number(x: f64) -> String {
-    // Not the sign of a NaN, which processors choose as they like.
-    if x.is_nan() { "nan".to_owned() } else { format!("{x:?}") }
+    // Without the signs of NaN and zero, which neighbours and processors may choose as they like.
+    if x.is_nan() { "nan".to_owned() } else { format!("{:?}", x + 0.0) }
 }
 
 fn cell(value: &Drawn<'_>) -> String {

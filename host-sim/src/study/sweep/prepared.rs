@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::study::parallel::{Jobs, try_in_parallel};
 use robot_compiler::study::{Design, Study, Subject, with_robot};
 use sha2::{Digest as _, Sha256};
+use std::fs;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -29,6 +30,9 @@ enum Kind {
     Scene(Box<SceneRuns>),
     Campaign(Box<CampaignRuns>),
 }
+
+/// Most runs that a thread does in one go, and has in memory.
+const CHUNK: u64 = 16;
 
 /// Version of this program, of which a run is a function too.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -75,17 +79,35 @@ impl Prepared {
     /// # Errors
     /// [`Failure::Interrupted`] after `stop`; otherwise as the runs.
     pub fn outcomes(&self, indices: Range<u64>, jobs: &Jobs, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
-        let first = indices.start;
-        let count = usize::try_from(indices.end.saturating_sub(first)).unwrap_or(usize::MAX);
         match &self.kind {
-            Kind::Scene(runs) => jobs.run(|| {
-                try_in_parallel(count, |offset| {
-                    let index = first + offset as u64;
-                    Ok(core::iter::once(index.to_string()).chain(runs.row(index, stop)?).collect())
-                })
-            }),
-            Kind::Campaign(runs) => jobs.run(|| runs.rows(indices, stop)),
+            Kind::Scene(runs) => {
+                let count = indices.end.saturating_sub(indices.start);
+                let chunk = count.div_ceil(jobs.count() as u64).clamp(1, CHUNK);
+                let part = |number: usize| {
+                    let from = indices.start + number as u64 * chunk;
+                    runs.rows(from..indices.end.min(from + chunk), stop)
+                };
+                let parts = usize::try_from(count.div_ceil(chunk)).unwrap_or(usize::MAX);
+                Ok(jobs.run(|| try_in_parallel(parts, part))?.concat())
+            }
+            Kind::Campaign(runs) => jobs.run(|| runs.rows(indices.clone(), stop)),
         }
+    }
+
+    /// Checks that the copies of the study's files replace nothing else in a folder.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the folder has another file of a copy's name.
+    pub(super) fn may_lie_in(&self, folder: &Path) -> Result<(), Failure> {
+        let other =
+            |(name, text): &&(String, String)| fs::read(folder.join(name)).is_ok_and(|found| found != text.as_bytes());
+        self.files.iter().find(other).map_or(Ok(()), |(name, _)| {
+            Err(Failure::Input(miette::miette!(
+                help = "expected an empty folder, or one that the same study wrote",
+                "{}: has another {name}, which a copy would replace",
+                folder.display()
+            )))
+        })
     }
 
     /// Files of one run by name and text: its scene, and its robot, which the study's own is where the run does not change it.
