@@ -9,7 +9,7 @@
 //! | [`run`] | the loop once per control period, from a scene to a record, a summary and plots |
 //! | [`chip`] | the firmware in an emulated STM32F405, driven in lock step |
 //! | [`session`] | the firmware under its safety state machine, and its hosts: drill, operator, replay, serial port |
-//! | [`study`] | computed answers: trade, torque error, extremes, campaign, statics, energy, linkages |
+//! | [`study`] | computed answers: trade, torque error, extremes, campaign, very many runs, statics, energy, linkages |
 //! | [`cli`] | one file per command: its arguments, help, call and print |
 //!
 //! All rooms use [`failure`], the reasons why a command fails, [`key`], the link's keys, and the tables.
