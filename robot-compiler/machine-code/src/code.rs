@@ -1,0 +1,76 @@
+//! Code: memory that holds the bytes of a kernel, and the one call into it.
+
+use crate::Instructions;
+use crate::encoding::{END, MIDDLE, encode};
+use crate::frame::Frame;
+use crate::registers::{Allocation, Instruction, Operand};
+use memmap2::{Mmap, MmapMut};
+
+/// Executable code, which reads and writes one frame.
+#[derive(Debug)]
+pub(crate) struct Code {
+    memory: Mmap,
+    bytes: usize,
+    /// Size of the frame that it works in, bytes.
+    frame_bytes: usize,
+    lanes: usize,
+}
+
+impl Code {
+    /// The code of these instructions; `None` if the system gives no memory for code.
+    pub(crate) fn new(allocation: &Allocation, set: Instructions) -> Option<Self> {
+        let frame_bytes = allocation.places * set.lanes() * size_of::<f64>();
+        // The safety of the call rests on it.
+        if !allocation.instructions.iter().filter_map(place).all(|place| place < allocation.places) {
+            return None;
+        }
+        let mut bytes = Vec::new();
+        for instruction in &allocation.instructions {
+            encode(&mut bytes, instruction, set);
+        }
+        bytes.extend(END);
+        let mut memory = MmapMut::map_anon(bytes.len()).ok()?;
+        memory.get_mut(..bytes.len())?.copy_from_slice(&bytes);
+        // From here on it can be executed and no longer written.
+        let memory = memory.make_exec().ok()?;
+        Some(Self { memory, bytes: bytes.len(), frame_bytes, lanes: set.lanes() })
+    }
+
+    /// Bytes of the code.
+    pub(crate) const fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// Run the code in a frame; one of another size is left alone.
+    #[cfg(target_arch = "x86_64")]
+    #[expect(unsafe_code, reason = "there is no other way to call code that was made at run time")]
+    pub(crate) fn run(&self, frame: &mut Frame) {
+        let (start, bytes) = frame.memory();
+        if bytes < self.frame_bytes {
+            return;
+        }
+        let middle = start.wrapping_add(MIDDLE * self.lanes * size_of::<f64>());
+        // SAFETY: `memory` holds instructions that `encode` wrote and a return, is executable and never written again, and lives as long
+        // as `self`. They are moves and arithmetic of vector registers, which the calling convention leaves to the callee, and of
+        // memory at `middle` and an offset: of places below `places`, as `new` has checked, all of which lie in the frame, which is
+        // borrowed for the call and aligned to 64 bytes. The processor has the instructions: `Kernel::with` has asked it.
+        unsafe {
+            let run: extern "sysv64" fn(*mut u8) = core::mem::transmute(self.memory.as_ptr());
+            run(middle);
+        }
+    }
+
+    /// There is no code for this processor.
+    #[cfg(not(target_arch = "x86_64"))]
+    pub(crate) fn run(&self, _: &mut Frame) {}
+}
+
+/// Place that an instruction reads or writes.
+const fn place(instruction: &Instruction) -> Option<usize> {
+    match *instruction {
+        Instruction::Load { from: place, .. }
+        | Instruction::Store { to: place, .. }
+        | Instruction::Compute { b: Operand::Place(place), .. } => Some(place),
+        Instruction::Compute { b: Operand::Register(_), .. } => None,
+    }
+}
