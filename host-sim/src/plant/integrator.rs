@@ -53,7 +53,7 @@ pub(super) trait Flow<Y> {
     fn input(&self, t: f64) -> Self::Input;
 
     /// Rate of change of the point under the input, per second.
-    fn slope(&self, point: &Y, input: &Self::Input) -> Result<Y, Diverged>;
+    async fn slope(&self, point: &Y, input: &Self::Input) -> Result<Y, Diverged>;
 }
 
 /// A part of a tick without a jump, s, and its number of steps.
@@ -74,7 +74,7 @@ pub(super) struct Step<'a, Y> {
 
 /// Advance a point along a stretch and call `each` after every step; `next` is the adaptive method's next step, s.
 /// After an error, `point` holds the last good state.
-pub(super) fn advance<Y: Point, F: Flow<Y>>(
+pub(super) async fn advance<Y: Point, F: Flow<Y>>(
     integrator: Integrator,
     flow: &F,
     point: &mut Y,
@@ -82,15 +82,16 @@ pub(super) fn advance<Y: Point, F: Flow<Y>>(
     next: &mut f64,
     mut each: impl FnMut(&Step<'_, Y>),
 ) -> Result<(), Diverged> {
-    let method = match integrator {
-        Integrator::RungeKutta => runge_kutta,
-        Integrator::SemiImplicitEuler => semi_implicit_euler,
-        Integrator::Adaptive { tolerance } => return adapt(flow, point, stretch, tolerance, next, each),
-    };
+    if let Integrator::Adaptive { tolerance } = integrator {
+        return adapt(flow, point, stretch, tolerance, next, each).await;
+    }
     let h = (stretch.to - stretch.from) / f64::from(stretch.steps);
     for step in 0..stretch.steps {
         let t = stretch.from + f64::from(step) * h;
-        let after = method(flow, point, t, h)?;
+        let after = match integrator {
+            Integrator::SemiImplicitEuler => semi_implicit_euler(flow, point, t, h).await?,
+            _ => runge_kutta(flow, point, t, h).await?,
+        };
         if !after.largest().is_finite() {
             return Err(Diverged::NotFinite);
         }
@@ -106,18 +107,18 @@ fn along<Y: Point>(start: &Y, slope: &Y, h: f64) -> Y {
 }
 
 /// One classical fourth-order step from `t` (s into the tick).
-fn runge_kutta<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
+async fn runge_kutta<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
     let middle = flow.input(t + h / 2.0);
-    let k1 = flow.slope(start, &flow.input(t))?;
-    let k2 = flow.slope(&along(start, &k1, h / 2.0), &middle)?;
-    let k3 = flow.slope(&along(start, &k2, h / 2.0), &middle)?;
-    let k4 = flow.slope(&along(start, &k3, h), &flow.input(t + h))?;
+    let k1 = flow.slope(start, &flow.input(t)).await?;
+    let k2 = flow.slope(&along(start, &k1, h / 2.0), &middle).await?;
+    let k3 = flow.slope(&along(start, &k2, h / 2.0), &middle).await?;
+    let k4 = flow.slope(&along(start, &k3, h), &flow.input(t + h)).await?;
     Ok(start.combine([&k1, &k2, &k3, &k4], |x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h / 6.0)))
 }
 
 /// One step of first order, symplectic for a free arm of constant inertia.
-fn semi_implicit_euler<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
-    Ok(start.kicked(&flow.slope(start, &flow.input(t))?, h))
+async fn semi_implicit_euler<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
+    Ok(start.kicked(&flow.slope(start, &flow.input(t)).await?, h))
 }
 
 /// `sum a_i k_i`.
@@ -128,26 +129,26 @@ fn sum<const K: usize>(a: [f64; K], k: [f64; K]) -> f64 {
 /// One step of Dormand and Prince's pair. Returns the point of fifth order, its slope, and the error of the point of
 /// fourth order relative to the tolerance. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta formulae,
 /// 1980.)
-fn dormand_prince<Y: Point, F: Flow<Y>>(
+async fn dormand_prince<Y: Point, F: Flow<Y>>(
     flow: &F,
     start: &Y,
     k1: &Y,
     (t, h): (f64, f64),
     tolerance: f64,
 ) -> Result<(Y, Y, f64), Diverged> {
-    let slope = |c: f64, at: Y| flow.slope(&at, &flow.input(t + c * h));
-    let k2 = slope(1.0 / 5.0, along(start, k1, h / 5.0))?;
+    let slope = async |c: f64, at: Y| flow.slope(&at, &flow.input(t + c * h)).await;
+    let k2 = slope(1.0 / 5.0, along(start, k1, h / 5.0)).await?;
     let at = start.combine([k1, &k2], |x, k| x + h * sum([3.0 / 40.0, 9.0 / 40.0], k));
-    let k3 = slope(3.0 / 10.0, at)?;
+    let k3 = slope(3.0 / 10.0, at).await?;
     let at = start.combine([k1, &k2, &k3], |x, k| x + h * sum([44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0], k));
-    let k4 = slope(4.0 / 5.0, at)?;
+    let k4 = slope(4.0 / 5.0, at).await?;
     const A5: [f64; 4] = [19_372.0 / 6561.0, -25_360.0 / 2187.0, 64_448.0 / 6561.0, -212.0 / 729.0];
-    let k5 = slope(8.0 / 9.0, start.combine([k1, &k2, &k3, &k4], |x, k| x + h * sum(A5, k)))?;
+    let k5 = slope(8.0 / 9.0, start.combine([k1, &k2, &k3, &k4], |x, k| x + h * sum(A5, k))).await?;
     const A6: [f64; 5] = [9017.0 / 3168.0, -355.0 / 33.0, 46_732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18_656.0];
-    let k6 = slope(1.0, start.combine([k1, &k2, &k3, &k4, &k5], |x, k| x + h * sum(A6, k)))?;
+    let k6 = slope(1.0, start.combine([k1, &k2, &k3, &k4, &k5], |x, k| x + h * sum(A6, k))).await?;
     const B5: [f64; 5] = [35.0 / 384.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
     let end = start.combine([k1, &k3, &k4, &k5, &k6], |x, k| x + h * sum(B5, k));
-    let k7 = slope(1.0, end)?;
+    let k7 = slope(1.0, end).await?;
     // The weights of fifth order less the weights of fourth.
     const E: [f64; 6] =
         [71.0 / 57_600.0, -71.0 / 16_695.0, 71.0 / 1920.0, -17_253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];
@@ -158,7 +159,7 @@ fn dormand_prince<Y: Point, F: Flow<Y>>(
 }
 
 /// Advance along a stretch in steps as long as the tolerance allows.
-fn adapt<Y: Point, F: Flow<Y>>(
+async fn adapt<Y: Point, F: Flow<Y>>(
     flow: &F,
     point: &mut Y,
     stretch: Stretch,
@@ -167,13 +168,13 @@ fn adapt<Y: Point, F: Flow<Y>>(
     mut each: impl FnMut(&Step<'_, Y>),
 ) -> Result<(), Diverged> {
     let mut t = stretch.from;
-    let mut slope = flow.slope(point, &flow.input(t))?;
+    let mut slope = flow.slope(point, &flow.input(t)).await?;
     for _ in 0..ATTEMPTS_MAX {
         let left = stretch.to - t;
         // A remainder of the size of a rounding error gets no step of its own.
         let last = *next >= left * (1.0 - 1e-9);
         let h = if last { left } else { *next };
-        let (after, slope_after, error) = match dormand_prince(flow, point, &slope, (t, h), tolerance) {
+        let (after, slope_after, error) = match dormand_prince(flow, point, &slope, (t, h), tolerance).await {
             Ok(found) => found,
             // A stage can be so far out that it has no sine: the step is too long, so try a shorter one.
             Err(Diverged::NotFinite) => (*point, slope, f64::INFINITY),

@@ -10,6 +10,7 @@
 //! | [`drives`] | simulated drives: the board's own code before three CAN buses, an actuator at every joint |
 //! | [`jitter`] | random offsets of the instants of measuring and acting |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
+//! | `solver` | who solves the equations of motion while a run waits |
 //! | [`ledger`] | energy put into the arm and taken out of it |
 
 pub mod actuator;
@@ -25,6 +26,7 @@ mod kinematics;
 pub mod ledger;
 mod rotor_coupling;
 pub mod sensor;
+pub(crate) mod solver;
 #[cfg(test)]
 mod tests;
 
@@ -40,6 +42,7 @@ use integrator::{Flow, Step, Stretch};
 use jitter::Jitter;
 use ledger::Ledger;
 use robot_compiler::scene::{Integrator, Push, Ripple, Side};
+use solver::{AtOnce, Solver, now};
 
 /// Position and velocity of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -255,6 +258,11 @@ impl<const N: usize> Plant<N> {
     /// # Errors
     /// [`Diverged`] if the motion cannot be continued; the state is then the last good one.
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        now(self.drive_with(&AtOnce, torque))
+    }
+
+    /// As [`Plant::drive`], with this solver of the equations of motion.
+    pub(crate) async fn drive_with(&mut self, solver: &impl Solver<N>, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
         if self.brake.take().is_some() {
             self.actuators.released();
@@ -263,7 +271,7 @@ impl<const N: usize> Plant<N> {
         let (acts, samples) = (self.acts(), self.samples());
         let (before, drive) = self.actuators.drive(torque, period, acts.unwrap_or(0.0));
         if acts.is_none() && samples.is_none() {
-            return self.pass(&drive, Stretch { from: 0.0, to: period, steps: steps_per_tick });
+            return self.pass(solver, &drive, Stretch { from: 0.0, to: period, steps: steps_per_tick }).await;
         }
         let acts = acts.unwrap_or(0.0);
         let mut from = 0.0;
@@ -273,7 +281,7 @@ impl<const N: usize> Plant<N> {
             if to > from {
                 // A part of a step counts as a step; a rounding error does not.
                 let steps = libm::ceil((to - from) / self.clock.step() - 1e-9).max(1.0) as u32;
-                self.pass(if from < acts { &before } else { &drive }, Stretch { from, to, steps })?;
+                self.pass(solver, if from < acts { &before } else { &drive }, Stretch { from, to, steps }).await?;
                 from = to;
             }
             if sample {
@@ -288,8 +296,9 @@ impl<const N: usize> Plant<N> {
     ///
     /// # Errors
     /// As [`Plant::drive`].
-    pub(crate) fn drive_by(
+    pub(crate) async fn drive_by(
         &mut self,
+        solver: &impl Solver<N>,
         times: u32,
         mut renew: impl FnMut(&State<N>, f64) -> [f64; N],
     ) -> Result<(), Diverged> {
@@ -304,19 +313,20 @@ impl<const N: usize> Plant<N> {
             let torque = renew(self.seen(), to - from);
             // The curve is in the time of the last tick only once.
             let (_, drive) = self.actuators.drive(&torque, if turn == 0 { period } else { 0.0 }, from);
-            self.pass(&drive, Stretch { from, to, steps: steps_per_tick.div_ceil(times) })?;
+            self.pass(solver, &drive, Stretch { from, to, steps: steps_per_tick.div_ceil(times) }).await?;
         }
         Ok(())
     }
 
     /// As [`Plant::drive_by`], outside the ledger: the drives stop the arm.
-    pub(crate) fn stop_by(
+    pub(crate) async fn stop_by(
         &mut self,
+        solver: &impl Solver<N>,
         times: u32,
         renew: impl FnMut(&State<N>, f64) -> [f64; N],
     ) -> Result<(), Diverged> {
         let ledger = self.ledger.take();
-        let passed = self.drive_by(times, renew);
+        let passed = self.drive_by(solver, times, renew).await;
         self.ledger = ledger;
         passed
     }
@@ -338,22 +348,28 @@ impl<const N: usize> Plant<N> {
     }
 
     /// Simulate a part of a tick.
-    fn pass(&mut self, drive: &Drive<N>, stretch: Stretch) -> Result<(), Diverged> {
+    async fn pass(
+        &mut self,
+        solver: &impl Solver<N>,
+        drive: &Drive<N>,
+        stretch: Stretch,
+    ) -> Result<(), Diverged> {
         let Self { body, integrator, next_step, state, motors, ledger, .. } = self;
         if let Some(motors) = motors {
             let mut pair = Pair { link: *state, motor: motors.state };
-            let flow = Elastic { body, motors: &*motors, drive };
-            let passed = integrator::advance(*integrator, &flow, &mut pair, stretch, next_step, |_| ());
+            let flow = Elastic { solver, body, motors: &*motors, drive };
+            let passed = integrator::advance(*integrator, &flow, &mut pair, stretch, next_step, |_| ()).await;
             (*state, motors.state) = (pair.link, pair.motor);
             return passed;
         }
-        integrator::advance(*integrator, &Rigid { body, drive }, state, stretch, next_step, |step| {
+        integrator::advance(*integrator, &Rigid { solver, body, drive }, state, stretch, next_step, |step| {
             if let Some(ledger) = ledger {
                 let Step { t, h, before, after } = *step;
                 let ends = [(t, before), (t + h, after)].map(|(t, s)| (body.acting(&drive.at(t), s), *s));
                 ledger.step(h, &ends, body.friction.as_ref(), &body.mechanism);
             }
         })
+        .await
     }
 
     /// Simulate one control period with the drives released and the brakes engaged. The arm brakes from its state at
@@ -411,53 +427,61 @@ impl<const N: usize> Acted<N> {
     }
 
     /// `(qd, qdd)` under these torques.
-    fn moved(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
+    async fn moved(
+        &self,
+        solver: &impl Solver<N>,
+        state: &State<N>,
+        torque: &[f64; N],
+    ) -> Result<State<N>, Diverged> {
         let within = |q: &f64| q.abs() <= Polynomial::LIMIT_F64;
         if !(state.q.iter().all(within) && state.qd.iter().all(|x| x.is_finite())) {
             return Err(Diverged::NotFinite);
         }
         self.solved.set(self.solved.get() + 1);
-        let qdd = self.mechanism.acceleration(&state.q, &state.qd, torque).ok_or(Diverged::SingularInertia)?;
+        let solved = solver.acceleration(&self.mechanism, &state.q, &state.qd, torque).await;
+        let qdd = solved.ok_or(Diverged::SingularInertia)?;
         Ok(State { q: state.qd, qd: qdd })
     }
 }
 
 /// Arm with rigid joints.
-struct Rigid<'a, const N: usize> {
+struct Rigid<'a, V, const N: usize> {
+    solver: &'a V,
     body: &'a Acted<N>,
     drive: &'a Drive<N>,
 }
 
-impl<const N: usize> Flow<State<N>> for Rigid<'_, N> {
+impl<V: Solver<N>, const N: usize> Flow<State<N>> for Rigid<'_, V, N> {
     type Input = [f64; N];
 
     fn input(&self, t: f64) -> [f64; N] {
         self.drive.at(t)
     }
 
-    fn slope(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
-        self.body.moved(state, &self.body.driving(torque, state))
+    async fn slope(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
+        self.body.moved(self.solver, state, &self.body.driving(torque, state)).await
     }
 }
 
 /// Arm with springs in its joints.
-struct Elastic<'a, const N: usize> {
+struct Elastic<'a, V, const N: usize> {
+    solver: &'a V,
     body: &'a Acted<N>,
     motors: &'a Motors<N>,
     drive: &'a Drive<N>,
 }
 
-impl<const N: usize> Flow<Pair<N>> for Elastic<'_, N> {
+impl<V: Solver<N>, const N: usize> Flow<Pair<N>> for Elastic<'_, V, N> {
     type Input = [f64; N];
 
     fn input(&self, t: f64) -> [f64; N] {
         self.drive.at(t)
     }
 
-    fn slope(&self, pair: &Pair<N>, torque: &[f64; N]) -> Result<Pair<N>, Diverged> {
+    async fn slope(&self, pair: &Pair<N>, torque: &[f64; N]) -> Result<Pair<N>, Diverged> {
         let driving = self.body.driving(torque, &pair.motor);
         let carried = self.motors.springs.torques(&pair.motor, &pair.link);
-        let link = self.body.moved(&pair.link, &carried)?;
+        let link = self.body.moved(self.solver, &pair.link, &carried).await?;
         let qdd = core::array::from_fn(|i| (driving[i] - carried[i]) / self.motors.inertia[i]);
         Ok(Pair { link, motor: State { q: pair.motor.qd, qd: qdd } })
     }
