@@ -126,14 +126,16 @@ impl<const N: usize> Arm<N> {
 }
 
 impl<const N: usize> Mechanism<N> {
-    /// Every number of the arm through `f`, always in the same order.
-    pub(super) fn map<S: Scalar>(&self, mut f: impl FnMut(f64) -> S) -> Mechanism<N, S> {
+    /// The same arm under another wrench, with every other number through `f`, always in the same order.
+    pub(super) fn map<S: Scalar>(
+        &self,
+        mut f: impl FnMut(f64) -> S,
+        tip_wrench: Option<Wrench<S>>,
+    ) -> Mechanism<N, S> {
         Mechanism {
             chain: self.chain.map(&mut f),
             gravity: self.gravity.map(&mut f),
-            tip_wrench: self
-                .tip_wrench
-                .map(|Wrench { force, moment }| Wrench { force: force.map(&mut f), moment: moment.map(&mut f) }),
+            tip_wrench,
             rotor_coupling: self.rotor_coupling.map(|coupling| coupling.map(f)),
         }
     }
@@ -141,12 +143,24 @@ impl<const N: usize> Mechanism<N> {
     /// The same arm in another scalar.
     #[must_use]
     pub fn cast<S: Scalar>(&self) -> Mechanism<N, S> {
-        self.map(S::literal)
+        let literal = |v: Vector3<f64>| v.map(S::literal);
+        let wrench = self.tip_wrench.map(|it| Wrench { force: literal(it.force), moment: literal(it.moment) });
+        self.map(S::literal, wrench)
+    }
+
+    /// Kind of each joint, with the number of bodies that it moves.
+    pub(super) fn joints(&self) -> [(JointKind, usize); N] {
+        self.chain.joints.each_ref().map(|joint| (joint.kind, joint.bodies.len()))
     }
 
     /// Wrench of the environment on the tip.
-    pub(super) fn tip_wrench(&self) -> Option<Wrench<f64>> {
+    pub(crate) fn tip_wrench(&self) -> Option<Wrench<f64>> {
         self.tip_wrench
+    }
+
+    /// Whether the coupling of the rotors' spin acts.
+    pub(super) fn has_rotor_coupling(&self) -> bool {
+        self.rotor_coupling.is_some()
     }
 
     /// Set the wrench of the environment on the tip.

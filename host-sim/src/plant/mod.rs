@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`dynamics`] | equations of motion by moving bodies in base axes |
+//! | `arm_kernel` | the same equations in machine code, for several arms side by side |
 //! | [`integrator`] | fourth-order Runge-Kutta, semi-implicit Euler, an adaptive pair |
 //! | [`elasticity`] | motor and link sides of elastic joints, play between them |
 //! | [`friction`] | viscous, Coulomb and Stribeck friction |
@@ -14,6 +15,7 @@
 //! | [`ledger`] | energy put into the arm and taken out of it |
 
 pub mod actuator;
+pub(crate) mod arm_kernel;
 #[cfg(test)]
 mod calls;
 pub mod drives;

@@ -5,6 +5,7 @@
 //! | [`target`] | the targets that compute the torques: the desk, the chip, or both beside each other |
 //! | [`world`] | everything in the loop but the controller: arm, sensors, drives, motion |
 //! | [`closed_loop`] | the loop itself, once per control period |
+//! | [`batch`] | runs side by side, their arms' equations solved together |
 //! | [`simulate`] | from a scene to a finished run |
 //! | [`record`] | the record of every tick, and its CSV |
 //! | [`quality`] | chatter, the error at rest, the distance from the reference |
@@ -13,6 +14,7 @@
 //! | `wrench` | from torques of the joints to a wrench at the tip |
 //! | `files` | all of these as files |
 
+pub mod batch;
 pub mod closed_loop;
 pub(crate) mod files;
 pub mod plot;
