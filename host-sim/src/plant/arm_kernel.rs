@@ -25,9 +25,6 @@ const TORQUE: usize = 4;
 /// Numbers of a wrench at the tip, which follow.
 const WRENCH: usize = 6;
 
-/// Most lanes that a kernel has.
-const LANES_MAX: usize = 8;
-
 /// A number of an arm, as the code sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Number {
@@ -100,12 +97,7 @@ impl<const N: usize> ArmKernel<N> {
         let mechanism = &plant.body.mechanism;
         let (shape, given) = take_apart(mechanism, plant.may_touch());
         let kernel = Kernel::new(&program(mechanism, &shape), GROUPS * N + WRENCH + given.len())?;
-        (kernel.lanes() <= LANES_MAX).then_some(Self { kernel, shape })
-    }
-
-    /// What arms must have in common to share this kernel.
-    pub(crate) fn shape(&self) -> &Shape {
-        &self.shape
+        Some(Self { kernel, shape })
     }
 
     /// Arms side by side.
@@ -116,60 +108,56 @@ impl<const N: usize> ArmKernel<N> {
     /// Place an arm of this shape in a lane; false if it has another shape.
     pub(crate) fn place(&mut self, lane: usize, plant: &Plant<N>) -> bool {
         let (shape, given) = take_apart(&plant.body.mechanism, plant.may_touch());
-        if shape != self.shape {
-            return false;
+        let fits = shape == self.shape && lane < self.lanes();
+        if fits {
+            let lanes = self.lanes();
+            for (k, number) in given.into_iter().enumerate() {
+                self.kernel.inputs()[(GROUPS * N + WRENCH + k) * lanes + lane] = number;
+            }
         }
-        for (k, number) in given.into_iter().enumerate() {
-            self.set(GROUPS * N + WRENCH + k, lane, number);
-        }
-        true
+        fits
     }
 
     /// Set the state of a lane's arm, the torques on its joints, and the wrench at its tip.
     pub(crate) fn ask(&mut self, lane: usize, q: &[f64; N], qd: &[f64; N], drive: &[f64; N], wrench: Option<Wrench<f64>>) {
-        for joint in 0..N {
-            self.set(POSITION * N + joint, lane, q[joint]);
-            self.set(VELOCITY * N + joint, lane, qd[joint]);
-            self.set(TORQUE * N + joint, lane, drive[joint]);
+        let (lanes, touched) = (self.kernel.lanes(), self.shape.wrench);
+        let (state, rest) = self.kernel.inputs().split_at_mut(GROUPS * N * lanes);
+        let groups = state.chunks_exact_mut(N * lanes).skip(POSITION).zip([q, qd, drive]);
+        for (places, numbers) in groups {
+            for (place, number) in places.iter_mut().skip(lane).step_by(lanes).zip(numbers) {
+                *place = *number;
+            }
         }
-        if self.shape.wrench {
+        if touched {
             let none = Wrench { force: Vector3::zeros(), moment: Vector3::zeros() };
             let Wrench { force, moment } = wrench.unwrap_or(none);
-            for (k, number) in force.iter().chain(&moment).enumerate() {
-                self.set(GROUPS * N + k, lane, *number);
+            let numbers = force.iter().chain(&moment);
+            for (place, number) in rest.iter_mut().skip(lane).step_by(lanes).zip(numbers) {
+                *place = *number;
             }
         }
     }
 
     /// Solve the equations of motion of all lanes.
     pub(crate) fn solve(&mut self) {
-        for joint in 0..N {
-            let (mut sine, mut cosine) = ([0.0; LANES_MAX], [0.0; LANES_MAX]);
-            let mut angle = [0.0; LANES_MAX];
-            let lanes = self.kernel.input(POSITION * N + joint);
-            let count = lanes.len();
-            angle[..count].copy_from_slice(lanes);
-            for lane in 0..LANES_MAX {
-                let SinCos { sin, cos } = Polynomial.sin_cos(angle[lane]);
-                (sine[lane], cosine[lane]) = (sin, cos);
-            }
-            self.kernel.input(SINE * N + joint).copy_from_slice(&sine[..count]);
-            self.kernel.input(COSINE * N + joint).copy_from_slice(&cosine[..count]);
+        let group = N * self.kernel.lanes();
+        let inputs = self.kernel.inputs();
+        let (turns, rest) = inputs.split_at_mut(2 * group);
+        let (sines, cosines) = turns.split_at_mut(group);
+        let angles = rest.iter().take(group);
+        for ((sine, cosine), angle) in sines.iter_mut().zip(cosines).zip(angles) {
+            SinCos { sin: *sine, cos: *cosine } = Polynomial.sin_cos(*angle);
         }
         self.kernel.run();
     }
 
-    /// Accelerations of a lane's arm; `None` as for [`Mechanism::acceleration`].
-    pub(crate) fn answer(&self, lane: usize) -> Option<[f64; N]> {
-        let output = |number: usize| self.kernel.output(number).get(lane).copied().unwrap_or(f64::NAN);
-        let possible = (N..2 * N).all(|pivot| output(pivot) > 0.0 && output(pivot).is_finite());
-        possible.then(|| core::array::from_fn(output))
-    }
-
-    fn set(&mut self, number: usize, lane: usize, to: f64) {
-        if let Some(place) = self.kernel.input(number).get_mut(lane) {
-            *place = to;
+    /// Write the accelerations of a lane's arm to `qdd`; false where [`Mechanism::acceleration`] has none.
+    pub(crate) fn answer(&self, lane: usize, qdd: &mut [f64; N]) -> bool {
+        let mut lane = self.kernel.outputs().iter().skip(lane).step_by(self.kernel.lanes());
+        for (to, from) in qdd.iter_mut().zip(&mut lane) {
+            *to = *from;
         }
+        lane.all(|&pivot| pivot > 0.0 && pivot.is_finite())
     }
 }
 

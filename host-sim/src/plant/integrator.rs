@@ -27,6 +27,7 @@ pub(super) trait Point: Copy {
 }
 
 impl<const N: usize> Point for State<N> {
+    #[inline]
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(f64, [f64; K]) -> f64) -> Self {
         Self {
             q: core::array::from_fn(|i| f(self.q[i], others.map(|other| other.q[i]))),
@@ -52,8 +53,8 @@ pub(super) trait Flow<Y> {
     /// Inputs at `t` (s into the tick).
     fn input(&self, t: f64) -> Self::Input;
 
-    /// Rate of change of the point under the input, per second.
-    async fn slope(&self, point: &Y, input: &Self::Input) -> Result<Y, Diverged>;
+    /// Write the rate of change of the point under the input, per second, to `slope`.
+    async fn slope(&self, point: &Y, input: &Self::Input, slope: &mut Y) -> Result<(), Diverged>;
 }
 
 /// A part of a tick without a jump, s, and its number of steps.
@@ -109,16 +110,20 @@ fn along<Y: Point>(start: &Y, slope: &Y, h: f64) -> Y {
 /// One classical fourth-order step from `t` (s into the tick).
 async fn runge_kutta<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
     let middle = flow.input(t + h / 2.0);
-    let k1 = flow.slope(start, &flow.input(t)).await?;
-    let k2 = flow.slope(&along(start, &k1, h / 2.0), &middle).await?;
-    let k3 = flow.slope(&along(start, &k2, h / 2.0), &middle).await?;
-    let k4 = flow.slope(&along(start, &k3, h), &flow.input(t + h)).await?;
-    Ok(start.combine([&k1, &k2, &k3, &k4], |x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h / 6.0)))
+    // Every slope is written before it is read.
+    let mut k = [*start; 4];
+    flow.slope(start, &flow.input(t), &mut k[0]).await?;
+    flow.slope(&along(start, &k[0], h / 2.0), &middle, &mut k[1]).await?;
+    flow.slope(&along(start, &k[1], h / 2.0), &middle, &mut k[2]).await?;
+    flow.slope(&along(start, &k[2], h), &flow.input(t + h), &mut k[3]).await?;
+    Ok(start.combine(k.each_ref(), |x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h / 6.0)))
 }
 
 /// One step of first order, symplectic for a free arm of constant inertia.
 async fn semi_implicit_euler<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
-    Ok(start.kicked(&flow.slope(start, &flow.input(t)).await?, h))
+    let mut slope = *start;
+    flow.slope(start, &flow.input(t), &mut slope).await?;
+    Ok(start.kicked(&slope, h))
 }
 
 /// `sum a_i k_i`.
@@ -136,19 +141,21 @@ async fn dormand_prince<Y: Point, F: Flow<Y>>(
     (t, h): (f64, f64),
     tolerance: f64,
 ) -> Result<(Y, Y, f64), Diverged> {
-    let slope = async |c: f64, at: Y| flow.slope(&at, &flow.input(t + c * h)).await;
-    let k2 = slope(1.0 / 5.0, along(start, k1, h / 5.0)).await?;
+    // Every slope is written before it is read.
+    let [mut k2, mut k3, mut k4, mut k5, mut k6, mut k7] = [*k1; 6];
+    let slope = async |c: f64, at: Y, k: &mut Y| flow.slope(&at, &flow.input(t + c * h), k).await;
+    slope(1.0 / 5.0, along(start, k1, h / 5.0), &mut k2).await?;
     let at = start.combine([k1, &k2], |x, k| x + h * sum([3.0 / 40.0, 9.0 / 40.0], k));
-    let k3 = slope(3.0 / 10.0, at).await?;
+    slope(3.0 / 10.0, at, &mut k3).await?;
     let at = start.combine([k1, &k2, &k3], |x, k| x + h * sum([44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0], k));
-    let k4 = slope(4.0 / 5.0, at).await?;
+    slope(4.0 / 5.0, at, &mut k4).await?;
     const A5: [f64; 4] = [19_372.0 / 6561.0, -25_360.0 / 2187.0, 64_448.0 / 6561.0, -212.0 / 729.0];
-    let k5 = slope(8.0 / 9.0, start.combine([k1, &k2, &k3, &k4], |x, k| x + h * sum(A5, k))).await?;
+    slope(8.0 / 9.0, start.combine([k1, &k2, &k3, &k4], |x, k| x + h * sum(A5, k)), &mut k5).await?;
     const A6: [f64; 5] = [9017.0 / 3168.0, -355.0 / 33.0, 46_732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18_656.0];
-    let k6 = slope(1.0, start.combine([k1, &k2, &k3, &k4, &k5], |x, k| x + h * sum(A6, k))).await?;
+    slope(1.0, start.combine([k1, &k2, &k3, &k4, &k5], |x, k| x + h * sum(A6, k)), &mut k6).await?;
     const B5: [f64; 5] = [35.0 / 384.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
     let end = start.combine([k1, &k3, &k4, &k5, &k6], |x, k| x + h * sum(B5, k));
-    let k7 = slope(1.0, end).await?;
+    slope(1.0, end, &mut k7).await?;
     // The weights of fifth order less the weights of fourth.
     const E: [f64; 6] =
         [71.0 / 57_600.0, -71.0 / 16_695.0, 71.0 / 1920.0, -17_253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];
@@ -168,7 +175,8 @@ async fn adapt<Y: Point, F: Flow<Y>>(
     mut each: impl FnMut(&Step<'_, Y>),
 ) -> Result<(), Diverged> {
     let mut t = stretch.from;
-    let mut slope = flow.slope(point, &flow.input(t)).await?;
+    let mut slope = *point;
+    flow.slope(point, &flow.input(t), &mut slope).await?;
     for _ in 0..ATTEMPTS_MAX {
         let left = stretch.to - t;
         // A remainder of the size of a rounding error gets no step of its own.

@@ -428,21 +428,22 @@ impl<const N: usize> Acted<N> {
         torque
     }
 
-    /// `(qd, qdd)` under these torques.
+    /// Write `(qd, qdd)` under these torques to `slope`.
     async fn moved(
         &self,
         solver: &impl Solver<N>,
         state: &State<N>,
         torque: &[f64; N],
-    ) -> Result<State<N>, Diverged> {
+        slope: &mut State<N>,
+    ) -> Result<(), Diverged> {
         let within = |q: &f64| q.abs() <= Polynomial::LIMIT_F64;
         if !(state.q.iter().all(within) && state.qd.iter().all(|x| x.is_finite())) {
             return Err(Diverged::NotFinite);
         }
         self.solved.set(self.solved.get() + 1);
-        let solved = solver.acceleration(&self.mechanism, &state.q, &state.qd, torque).await;
-        let qdd = solved.ok_or(Diverged::SingularInertia)?;
-        Ok(State { q: state.qd, qd: qdd })
+        slope.q = state.qd;
+        let solved = solver.acceleration(&self.mechanism, &state.q, &state.qd, torque, &mut slope.qd).await;
+        if solved { Ok(()) } else { Err(Diverged::SingularInertia) }
     }
 }
 
@@ -460,8 +461,8 @@ impl<V: Solver<N>, const N: usize> Flow<State<N>> for Rigid<'_, V, N> {
         self.drive.at(t)
     }
 
-    async fn slope(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
-        self.body.moved(self.solver, state, &self.body.driving(torque, state)).await
+    async fn slope(&self, state: &State<N>, torque: &[f64; N], slope: &mut State<N>) -> Result<(), Diverged> {
+        self.body.moved(self.solver, state, &self.body.driving(torque, state), slope).await
     }
 }
 
@@ -480,11 +481,12 @@ impl<V: Solver<N>, const N: usize> Flow<Pair<N>> for Elastic<'_, V, N> {
         self.drive.at(t)
     }
 
-    async fn slope(&self, pair: &Pair<N>, torque: &[f64; N]) -> Result<Pair<N>, Diverged> {
+    async fn slope(&self, pair: &Pair<N>, torque: &[f64; N], slope: &mut Pair<N>) -> Result<(), Diverged> {
         let driving = self.body.driving(torque, &pair.motor);
         let carried = self.motors.springs.torques(&pair.motor, &pair.link);
-        let link = self.body.moved(self.solver, &pair.link, &carried).await?;
+        self.body.moved(self.solver, &pair.link, &carried, &mut slope.link).await?;
         let qdd = core::array::from_fn(|i| (driving[i] - carried[i]) / self.motors.inertia[i]);
-        Ok(Pair { link, motor: State { q: pair.motor.qd, qd: qdd } })
+        slope.motor = State { q: pair.motor.qd, qd: qdd };
+        Ok(())
     }
 }

@@ -10,14 +10,15 @@ use core::task::{Context, Poll, Waker};
 
 /// Who solves the equations of motion.
 pub(crate) trait Solver<const N: usize> {
-    /// Joint accelerations; `None` as for [`Mechanism::acceleration`].
+    /// Write the joint accelerations to `qdd`; false where [`Mechanism::acceleration`] has none.
     async fn acceleration(
         &self,
         mechanism: &Mechanism<N>,
         q: &[f64; N],
         qd: &[f64; N],
         drive: &[f64; N],
-    ) -> Option<[f64; N]>;
+        qdd: &mut [f64; N],
+    ) -> bool;
 }
 
 /// Solves each state when it is asked, without waiting.
@@ -32,8 +33,11 @@ impl<const N: usize> Solver<N> for AtOnce {
         q: &[f64; N],
         qd: &[f64; N],
         drive: &[f64; N],
-    ) -> Option<[f64; N]> {
-        mechanism.acceleration(q, qd, drive)
+        qdd: &mut [f64; N],
+    ) -> bool {
+        let found = mechanism.acceleration(q, qd, drive);
+        *qdd = found.unwrap_or(*qdd);
+        found.is_some()
     }
 }
 

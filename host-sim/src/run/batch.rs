@@ -132,10 +132,11 @@ impl<const N: usize> Solver<N> for Lane<'_, N> {
         q: &[f64; N],
         qd: &[f64; N],
         drive: &[f64; N],
-    ) -> Option<[f64; N]> {
+        qdd: &mut [f64; N],
+    ) -> bool {
         self.kernel.borrow_mut().ask(self.lane, q, qd, drive, mechanism.tip_wrench());
         let mut asked = false;
         poll_fn(|_| if core::mem::replace(&mut asked, true) { Poll::Ready(()) } else { Poll::Pending }).await;
-        self.kernel.borrow().answer(self.lane)
+        self.kernel.borrow().answer(self.lane, qdd)
     }
 }

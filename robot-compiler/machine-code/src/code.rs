@@ -2,7 +2,6 @@
 
 use crate::Instructions;
 use crate::encoding::{END, MIDDLE, encode};
-use crate::frame::Frame;
 use crate::registers::{Allocation, Instruction, Operand};
 use memmap2::{Mmap, MmapMut};
 
@@ -11,15 +10,14 @@ use memmap2::{Mmap, MmapMut};
 pub(crate) struct Code {
     memory: Mmap,
     bytes: usize,
-    /// Size of the frame that it works in, bytes.
-    frame_bytes: usize,
-    lanes: usize,
+    /// Count of the numbers in the frame that it works in, and of those before the one that RDI points to.
+    frame: usize,
+    middle: usize,
 }
 
 impl Code {
     /// The code of these instructions; `None` if the system gives no memory for code.
     pub(crate) fn new(allocation: &Allocation, set: Instructions) -> Option<Self> {
-        let frame_bytes = allocation.places * set.lanes() * size_of::<f64>();
         // The safety of the call rests on it.
         if !allocation.instructions.iter().filter_map(place).all(|place| place < allocation.places) {
             return None;
@@ -33,7 +31,8 @@ impl Code {
         memory.get_mut(..bytes.len())?.copy_from_slice(&bytes);
         // From here on it can be executed and no longer written.
         let memory = memory.make_exec().ok()?;
-        Some(Self { memory, bytes: bytes.len(), frame_bytes, lanes: set.lanes() })
+        let (frame, middle) = (allocation.places * set.lanes(), MIDDLE * set.lanes());
+        Some(Self { memory, bytes: bytes.len(), frame, middle })
     }
 
     /// Bytes of the code.
@@ -41,28 +40,28 @@ impl Code {
         self.bytes
     }
 
-    /// Run the code in a frame; one of another size is left alone.
+    /// Run the code in a frame; a shorter one than it needs is left alone.
     #[cfg(target_arch = "x86_64")]
+    #[inline]
     #[expect(unsafe_code, reason = "there is no other way to call code that was made at run time")]
-    pub(crate) fn run(&self, frame: &mut Frame) {
-        let (start, bytes) = frame.memory();
-        if bytes < self.frame_bytes {
+    pub(crate) fn run(&self, frame: &mut [f64]) {
+        if frame.len() < self.frame {
             return;
         }
-        let middle = start.wrapping_add(MIDDLE * self.lanes * size_of::<f64>());
+        let middle = frame.as_mut_ptr().wrapping_add(self.middle);
         // SAFETY: `memory` holds instructions that `encode` wrote and a return, is executable and never written again, and lives as long
-        // as `self`. They are moves and arithmetic of vector registers, which the calling convention leaves to the callee, and of
-        // memory at `middle` and an offset: of places below `places`, as `new` has checked, all of which lie in the frame, which is
-        // borrowed for the call and aligned to 64 bytes. The processor has the instructions: `Kernel::with` has asked it.
+        // as `self`. They are moves, of any alignment, and arithmetic of vector registers, which the calling convention leaves to the
+        // callee, and of memory at `middle` and an offset: of places below `places`, as `new` has checked, all of which lie in the
+        // frame, which is borrowed for the call. The processor has the instructions: `Kernel::with` has asked it.
         unsafe {
-            let run: extern "sysv64" fn(*mut u8) = core::mem::transmute(self.memory.as_ptr());
+            let run: extern "sysv64" fn(*mut f64) = core::mem::transmute(self.memory.as_ptr());
             run(middle);
         }
     }
 
     /// There is no code for this processor.
     #[cfg(not(target_arch = "x86_64"))]
-    pub(crate) fn run(&self, _: &mut Frame) {}
+    pub(crate) fn run(&self, _: &mut [f64]) {}
 }
 
 /// Place that an instruction reads or writes.

@@ -15,8 +15,8 @@ pub(crate) const END: [u8; 4] = [0xc5, 0xf8, 0x77, 0xc3];
 const RDI: u8 = 7;
 
 /// Opcodes in the map of 0F, all with the prefix 66: packed doubles.
-const LOAD: u8 = 0x28;
-const STORE: u8 = 0x29;
+const LOAD: u8 = 0x10;
+const STORE: u8 = 0x11;
 
 const fn opcode(operation: Operation) -> u8 {
     match operation {
@@ -135,14 +135,14 @@ mod tests {
             (compute(Mul, 9, 2, Register(11)), Avx, &[0xc4, 0x41, 0x6d, 0x59, 0xcb]),
             // vdivpd ymm1, ymm15, ymm7
             (compute(Div, 1, 15, Register(7)), Avx, &[0xc5, 0x85, 0x5e, 0xcf]),
-            // vmovapd ymm1, [rdi-128]
-            (load(1, 124), Avx, &[0xc5, 0xfd, 0x28, 0x4f, 0x80]),
-            // vmovapd ymm12, [rdi+96]
-            (load(12, 131), Avx, &[0xc5, 0x7d, 0x28, 0x67, 0x60]),
-            // vmovapd ymm12, [rdi-4096]
-            (load(12, 0), Avx, &[0xc5, 0x7d, 0x28, 0xa7, 0x00, 0xf0, 0xff, 0xff]),
-            // vmovapd [rdi+4096], ymm8
-            (store(256, 8), Avx, &[0xc5, 0x7d, 0x29, 0x87, 0x00, 0x10, 0x00, 0x00]),
+            // vmovupd ymm1, [rdi-128]
+            (load(1, 124), Avx, &[0xc5, 0xfd, 0x10, 0x4f, 0x80]),
+            // vmovupd ymm12, [rdi+96]
+            (load(12, 131), Avx, &[0xc5, 0x7d, 0x10, 0x67, 0x60]),
+            // vmovupd ymm12, [rdi-4096]
+            (load(12, 0), Avx, &[0xc5, 0x7d, 0x10, 0xa7, 0x00, 0xf0, 0xff, 0xff]),
+            // vmovupd [rdi+4096], ymm8
+            (store(256, 8), Avx, &[0xc5, 0x7d, 0x11, 0x87, 0x00, 0x10, 0x00, 0x00]),
             // vaddpd ymm8, ymm15, [rdi-160]
             (compute(Add, 8, 15, Place(123)), Avx, &[0xc5, 0x05, 0x58, 0x87, 0x60, 0xff, 0xff, 0xff]),
             // vaddpd zmm1, zmm2, zmm3
@@ -153,14 +153,14 @@ mod tests {
             (compute(Mul, 25, 10, Register(11)), Avx512, &[0x62, 0x41, 0xad, 0x48, 0x59, 0xcb]),
             // vdivpd zmm17, zmm31, zmm23
             (compute(Div, 17, 31, Register(23)), Avx512, &[0x62, 0xa1, 0x85, 0x40, 0x5e, 0xcf]),
-            // vmovapd zmm1, [rdi-8192]
-            (load(1, 0), Avx512, &[0x62, 0xf1, 0xfd, 0x48, 0x28, 0x4f, 0x80]),
-            // vmovapd zmm28, [rdi+8128]
-            (load(28, 255), Avx512, &[0x62, 0x61, 0xfd, 0x48, 0x28, 0x67, 0x7f]),
-            // vmovapd zmm12, [rdi+8192]
-            (load(12, 256), Avx512, &[0x62, 0x71, 0xfd, 0x48, 0x28, 0xa7, 0x00, 0x20, 0x00, 0x00]),
-            // vmovapd [rdi+64], zmm20
-            (store(129, 20), Avx512, &[0x62, 0xe1, 0xfd, 0x48, 0x29, 0x67, 0x01]),
+            // vmovupd zmm1, [rdi-8192]
+            (load(1, 0), Avx512, &[0x62, 0xf1, 0xfd, 0x48, 0x10, 0x4f, 0x80]),
+            // vmovupd zmm28, [rdi+8128]
+            (load(28, 255), Avx512, &[0x62, 0x61, 0xfd, 0x48, 0x10, 0x67, 0x7f]),
+            // vmovupd zmm12, [rdi+8192]
+            (load(12, 256), Avx512, &[0x62, 0x71, 0xfd, 0x48, 0x10, 0xa7, 0x00, 0x20, 0x00, 0x00]),
+            // vmovupd [rdi+64], zmm20
+            (store(129, 20), Avx512, &[0x62, 0xe1, 0xfd, 0x48, 0x11, 0x67, 0x01]),
             // vaddpd zmm8, zmm31, [rdi-64]
             (compute(Add, 8, 31, Place(127)), Avx512, &[0x62, 0x71, 0x85, 0x40, 0x58, 0x47, 0xff]),
         ];

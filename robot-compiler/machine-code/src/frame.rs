@@ -2,54 +2,57 @@
 
 use crate::registers::Allocation;
 
-/// A cache line, so that no vector lies across two.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-struct Line([f64; 8]);
+/// Bytes of a cache line; no vector should lie across two.
+const CACHE_LINE: usize = 64;
 
 /// The memory of one kernel.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Frame {
-    lines: Vec<Line>,
-    lanes: usize,
-    inputs: usize,
-    /// Place of each output.
-    outputs: Vec<usize>,
+    /// Longer than what is used by a cache line.
+    numbers: Vec<f64>,
+    /// The first number that is used, at the start of a cache line.
+    start: usize,
+    /// Count of the numbers that are used.
+    count: usize,
 }
 
 impl Frame {
-    /// A frame with the allocation's numbers in place, and zero everywhere else; `lanes` is four or eight.
+    /// A frame with the allocation's numbers in place, and zero everywhere else.
     pub(crate) fn new(allocation: &Allocation, lanes: usize) -> Self {
-        let lines = vec![Line([0.0; 8]); (allocation.places * lanes).div_ceil(8)];
-        let mut frame = Self { lines, lanes, inputs: allocation.inputs, outputs: allocation.outputs.clone() };
+        let mut frame = Self::of(allocation.places * lanes);
         for &(place, number) in &allocation.numbers {
-            frame.place_mut(place).fill(number);
+            if let Some(place) = frame.all_mut().get_mut(place * lanes..(place + 1) * lanes) {
+                place.fill(number);
+            }
         }
         frame
     }
 
-    /// One input.
-    pub(crate) fn input(&mut self, number: usize) -> &mut [f64] {
-        if number < self.inputs { self.place_mut(number) } else { &mut [] }
+    fn of(count: usize) -> Self {
+        let spare = CACHE_LINE / size_of::<f64>();
+        let numbers = vec![0.0_f64; count + spare];
+        // At worst the frame lies across cache lines.
+        let start = numbers.as_ptr().align_offset(CACHE_LINE);
+        Self { start: if start <= spare { start } else { 0 }, numbers, count }
     }
 
-    /// One output.
-    pub(crate) fn output(&self, number: usize) -> &[f64] {
-        self.outputs.get(number).map_or(&[], |&place| self.place(place))
+    /// Every place, one after another.
+    #[inline]
+    pub(crate) fn all(&self) -> &[f64] {
+        &self.numbers[self.start..self.start + self.count]
     }
 
-    /// Start of the memory, and its size in bytes.
-    pub(crate) fn memory(&mut self) -> (*mut u8, usize) {
-        (self.lines.as_mut_ptr().cast(), size_of_val(self.lines.as_slice()))
+    /// Every place, one after another.
+    #[inline]
+    pub(crate) fn all_mut(&mut self) -> &mut [f64] {
+        &mut self.numbers[self.start..self.start + self.count]
     }
+}
 
-    fn place(&self, place: usize) -> &[f64] {
-        let start = place * self.lanes % 8;
-        self.lines.get(place * self.lanes / 8).map_or(&[], |line| &line.0[start..start + self.lanes])
-    }
-
-    fn place_mut(&mut self, place: usize) -> &mut [f64] {
-        let (lanes, start) = (self.lanes, place * self.lanes % 8);
-        self.lines.get_mut(place * lanes / 8).map_or(&mut [], |line| &mut line.0[start..start + lanes])
+impl Clone for Frame {
+    fn clone(&self) -> Self {
+        let mut clone = Self::of(self.count);
+        clone.all_mut().copy_from_slice(self.all());
+        clone
     }
 }

@@ -47,6 +47,7 @@ impl Instructions {
     pub const ALL: [Self; 2] = [Self::Avx512, Self::Avx];
 
     /// States side by side.
+    #[inline]
     #[must_use]
     pub const fn lanes(self) -> usize {
         match self {
@@ -84,6 +85,8 @@ pub struct Kernel {
     code: Arc<Code>,
     instructions: Instructions,
     frame: Frame,
+    inputs: usize,
+    outputs: usize,
 }
 
 impl Kernel {
@@ -102,7 +105,9 @@ impl Kernel {
         }
         let allocation = allocate(program, inputs, instructions.registers());
         let code = Code::new(&allocation, instructions)?;
-        Some(Self { code: Arc::new(code), instructions, frame: Frame::new(&allocation, instructions.lanes()) })
+        let frame = Frame::new(&allocation, instructions.lanes());
+        let (inputs, outputs) = (allocation.inputs, allocation.outputs);
+        Some(Self { code: Arc::new(code), instructions, frame, inputs, outputs })
     }
 
     /// Instructions that the kernel is made of.
@@ -112,6 +117,7 @@ impl Kernel {
     }
 
     /// States side by side.
+    #[inline]
     #[must_use]
     pub const fn lanes(&self) -> usize {
         self.instructions.lanes()
@@ -123,19 +129,31 @@ impl Kernel {
         self.code.bytes()
     }
 
-    /// One input, a number for each lane. It stays until it is written again; empty if the kernel has no such input.
-    pub fn input(&mut self, number: usize) -> &mut [f64] {
-        self.frame.input(number)
+    /// Number of inputs.
+    #[must_use]
+    pub const fn input_count(&self) -> usize {
+        self.inputs
+    }
+
+    /// All inputs, one after another, each with a number for every lane: number `k` in lane `l` is at `k * lanes + l`. They stay until they
+    /// are written again.
+    #[inline]
+    pub fn inputs(&mut self) -> &mut [f64] {
+        let count = self.inputs * self.lanes();
+        &mut self.frame.all_mut()[..count]
     }
 
     /// Run the program on all lanes.
+    #[inline]
     pub fn run(&mut self) {
-        self.code.run(&mut self.frame);
+        self.code.run(self.frame.all_mut());
     }
 
-    /// One output of the last run, a number for each lane; empty if the program has no such output.
+    /// All outputs of the last run, as the inputs lie.
+    #[inline]
     #[must_use]
-    pub fn output(&self, number: usize) -> &[f64] {
-        self.frame.output(number)
+    pub fn outputs(&self) -> &[f64] {
+        let lanes = self.lanes();
+        &self.frame.all()[self.inputs * lanes..(self.inputs + self.outputs) * lanes]
     }
 }

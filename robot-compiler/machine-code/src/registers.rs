@@ -39,13 +39,12 @@ pub(crate) enum Instruction {
 #[derive(Clone, Debug)]
 pub(crate) struct Allocation {
     pub(crate) instructions: Vec<Instruction>,
-    /// Places in memory: inputs first.
+    /// Places in memory: inputs first, then outputs.
     pub(crate) places: usize,
     pub(crate) inputs: usize,
+    pub(crate) outputs: usize,
     /// Places that hold numbers.
     pub(crate) numbers: Vec<(usize, f64)>,
-    /// Place of each output.
-    pub(crate) outputs: Vec<usize>,
 }
 
 /// Instructions of a program on so many registers, of which it needs at least three.
@@ -89,8 +88,9 @@ impl<'a> Allocator<'a> {
             }
         }
         let inputs = program.inputs().last().map_or(inputs, |&last| inputs.max(last as usize + 1));
+        let outputs = program.outputs().len();
         let out =
-            Allocation { instructions: Vec::new(), places: inputs, inputs, numbers: Vec::new(), outputs: Vec::new() };
+            Allocation { instructions: Vec::new(), places: inputs + outputs, inputs, outputs, numbers: Vec::new() };
         let held = vec![None; usize::from(registers)];
         let (registers, homes, free) = (HashMap::new(), HashMap::new(), Vec::new());
         Self { program, uses, held, registers, homes, free, released: Vec::new(), minus_zero: None, out }
@@ -134,8 +134,8 @@ impl<'a> Allocator<'a> {
         let to = self.vacant(&[]);
         self.out.instructions.push(Instruction::Compute { operation, to, a, b });
         self.free.append(&mut self.released);
-        if self.program.outputs().contains(&expr) {
-            let place = self.fresh();
+        if let Some(output) = self.program.outputs().iter().position(|&output| output == expr) {
+            let place = self.out.inputs + output;
             self.out.instructions.push(Instruction::Store { to: place, from: to });
             self.homes.insert(expr, place);
         }
@@ -245,8 +245,16 @@ impl<'a> Allocator<'a> {
         self.uses.get(&expr).and_then(|uses| uses.last()).copied().unwrap_or(NEVER)
     }
 
+    /// Copy the outputs that are inputs or numbers, or that occur twice.
     fn finish(mut self) -> Allocation {
-        self.out.outputs = self.program.outputs().iter().map(|&output| self.home(output)).collect();
+        let spare = 0;
+        for (output, &expr) in self.program.outputs().iter().enumerate() {
+            let (from, to) = (self.home(expr), self.out.inputs + output);
+            if from != to {
+                self.out.instructions.push(Instruction::Load { to: spare, from });
+                self.out.instructions.push(Instruction::Store { to, from: spare });
+            }
+        }
         self.out
     }
 }
