@@ -1,26 +1,23 @@
 //! Arm kernel: the equations of motion, traced and made into machine code, for several arms of one shape side by side.
 //!
-//! The source that is traced is [`Mechanism::solution`] itself. Zero, one and minus one stay in the code as what they are, so what they
+//! The source that is traced is [`Mechanism::solution`] itself, behind [`Polynomial::by_arithmetic`]. Zero, one and minus one stay in the code as what they are, so what they
 //! make superfluous is left out. Every other number of the arm is an input, so arms that differ in masses, lengths, payload or gravity
 //! share the code. Each arm's accelerations are equal (`==`) to those of [`Mechanism::acceleration`]; only a zero may have the other sign.
 
-use super::Plant;
 use super::dynamics::Mechanism;
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{JointKind, Scalar, SinCos, Trig, Wrench};
-use machine_code::Kernel;
+use dynamics_core::{JointKind, Scalar, Wrench};
+use machine_code::{Kernel, LANES};
 use nalgebra::Vector3;
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Precision, Program, RuleSet};
 use std::collections::HashMap;
 
-/// Groups of inputs with one number a joint: sine, cosine, position, velocity, torque.
-const GROUPS: usize = 5;
-const SINE: usize = 0;
-const COSINE: usize = 1;
-const POSITION: usize = 2;
-const VELOCITY: usize = 3;
-const TORQUE: usize = 4;
+/// Groups of inputs with one number a joint: position, velocity, torque.
+const GROUPS: usize = 3;
+const POSITION: usize = 0;
+const VELOCITY: usize = 1;
+const TORQUE: usize = 2;
 
 /// Numbers of a wrench at the tip, which follow.
 const WRENCH: usize = 6;
@@ -46,7 +43,7 @@ pub(crate) struct Shape {
 }
 
 /// The shape of an arm, and the numbers that the code is given.
-fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool) -> (Shape, Vec<f64>) {
+pub(super) fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool) -> (Shape, Vec<f64>) {
     let (mut numbers, mut given) = (Vec::new(), Vec::new());
     let mut known: HashMap<u64, usize> = HashMap::new();
     let rotor_coupling = mechanism.has_rotor_coupling();
@@ -70,94 +67,75 @@ fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool) -> (Shape,
     (Shape { joints, numbers, wrench, rotor_coupling }, given)
 }
 
-/// The equations of motion of arms of one shape, with the states of as many arms as the kernel has lanes.
+/// The equations of motion of arms of one shape, with the states of as many arms as a kernel has lanes.
 #[derive(Clone, Debug)]
-pub(crate) struct ArmKernel<const N: usize> {
+pub(super) struct ArmKernel<const N: usize> {
     kernel: Kernel,
     shape: Shape,
 }
 
-impl<const N: usize> Plant<N> {
-    /// What arms must have in common with this one to share code.
-    pub(crate) fn shape(&self) -> Shape {
-        take_apart(&self.body.mechanism, self.may_touch()).0
-    }
-
-    /// Whether a wrench acts at the tip, now or later.
-    fn may_touch(&self) -> bool {
-        self.push.is_some() || self.body.mechanism.tip_wrench().is_some()
-    }
-}
+/// One number of every joint, for all lanes.
+pub(super) type Joints<const N: usize> = [[f64; LANES]; N];
 
 impl<const N: usize> ArmKernel<N> {
-    /// The kernel of arms of this plant's shape; `None` where this processor has none.
+    /// The kernel of arms of this shape; `None` where this processor has none.
     ///
     /// Cost: some 10 ms for six joints.
-    pub(crate) fn new(plant: &Plant<N>) -> Option<Self> {
-        let mechanism = &plant.body.mechanism;
-        let (shape, given) = take_apart(mechanism, plant.may_touch());
+    pub(super) fn new(mechanism: &Mechanism<N>, wrench: bool) -> Option<Self> {
+        let (shape, given) = take_apart(mechanism, wrench);
         let kernel = Kernel::new(&program(mechanism, &shape), GROUPS * N + WRENCH + given.len())?;
         Some(Self { kernel, shape })
     }
 
-    /// Arms side by side.
-    pub(crate) fn lanes(&self) -> usize {
-        self.kernel.lanes()
-    }
-
     /// Place an arm of this shape in a lane; false if it has another shape.
-    pub(crate) fn place(&mut self, lane: usize, plant: &Plant<N>) -> bool {
-        let (shape, given) = take_apart(&plant.body.mechanism, plant.may_touch());
-        let fits = shape == self.shape && lane < self.lanes();
-        if fits {
-            let lanes = self.lanes();
-            for (k, number) in given.into_iter().enumerate() {
-                self.kernel.inputs()[(GROUPS * N + WRENCH + k) * lanes + lane] = number;
-            }
+    pub(super) fn place(&mut self, lane: usize, mechanism: &Mechanism<N>) -> bool {
+        let (shape, given) = take_apart(mechanism, self.shape.wrench);
+        if shape != self.shape {
+            return false;
         }
-        fits
+        for (k, number) in given.into_iter().enumerate() {
+            self.write(GROUPS * N + WRENCH + k, lane, number);
+        }
+        true
     }
 
-    /// Set the state of a lane's arm, the torques on its joints, and the wrench at its tip.
-    pub(crate) fn ask(&mut self, lane: usize, q: &[f64; N], qd: &[f64; N], drive: &[f64; N], wrench: Option<Wrench<f64>>) {
-        let (lanes, touched) = (self.kernel.lanes(), self.shape.wrench);
-        let (state, rest) = self.kernel.inputs().split_at_mut(GROUPS * N * lanes);
-        let groups = state.chunks_exact_mut(N * lanes).skip(POSITION).zip([q, qd, drive]);
-        for (places, numbers) in groups {
-            for (place, number) in places.iter_mut().skip(lane).step_by(lanes).zip(numbers) {
-                *place = *number;
-            }
-        }
-        if touched {
-            let none = Wrench { force: Vector3::zeros(), moment: Vector3::zeros() };
-            let Wrench { force, moment } = wrench.unwrap_or(none);
-            let numbers = force.iter().chain(&moment);
-            for (place, number) in rest.iter_mut().skip(lane).step_by(lanes).zip(numbers) {
-                *place = *number;
-            }
+    /// Set the wrench at the tip of a lane's arm.
+    pub(super) fn push(&mut self, lane: usize, wrench: Option<Wrench<f64>>) {
+        let none = Wrench { force: Vector3::zeros(), moment: Vector3::zeros() };
+        let Wrench { force, moment } = wrench.unwrap_or(none);
+        for (k, number) in force.iter().chain(&moment).enumerate() {
+            self.write(GROUPS * N + k, lane, *number);
         }
     }
 
-    /// Solve the equations of motion of all lanes.
-    pub(crate) fn solve(&mut self) {
-        let group = N * self.kernel.lanes();
-        let inputs = self.kernel.inputs();
-        let (turns, rest) = inputs.split_at_mut(2 * group);
-        let (sines, cosines) = turns.split_at_mut(group);
-        let angles = rest.iter().take(group);
-        for ((sine, cosine), angle) in sines.iter_mut().zip(cosines).zip(angles) {
-            SinCos { sin: *sine, cos: *cosine } = Polynomial.sin_cos(*angle);
-        }
+    /// Write the accelerations of all lanes' arms to `qdd`. Returns the lanes whose inertia matrix is positive definite.
+    pub(super) fn solve(
+        &mut self,
+        q: &Joints<N>,
+        qd: &Joints<N>,
+        drive: &Joints<N>,
+        qdd: &mut Joints<N>,
+    ) -> [bool; LANES] {
+        let (inputs, _) = self.kernel.inputs().as_chunks_mut::<LANES>();
+        inputs[POSITION * N..(POSITION + 1) * N].copy_from_slice(q);
+        inputs[VELOCITY * N..(VELOCITY + 1) * N].copy_from_slice(qd);
+        inputs[TORQUE * N..(TORQUE + 1) * N].copy_from_slice(drive);
         self.kernel.run();
+        let (outputs, _) = self.kernel.outputs().as_chunks::<LANES>();
+        qdd.copy_from_slice(&outputs[..N]);
+        let mut definite = [true; LANES];
+        for pivot in &outputs[N..2 * N] {
+            for lane in 0..LANES {
+                definite[lane] &= pivot[lane] > 0.0 && pivot[lane].is_finite();
+            }
+        }
+        definite
     }
 
-    /// Write the accelerations of a lane's arm to `qdd`; false where [`Mechanism::acceleration`] has none.
-    pub(crate) fn answer(&self, lane: usize, qdd: &mut [f64; N]) -> bool {
-        let mut lane = self.kernel.outputs().iter().skip(lane).step_by(self.kernel.lanes());
-        for (to, from) in qdd.iter_mut().zip(&mut lane) {
-            *to = *from;
+    fn write(&mut self, number: usize, lane: usize, to: f64) {
+        if let Some(place) = self.kernel.inputs().get_mut(number * LANES + lane) {
+            *place = to;
         }
-        lane.all(|&pivot| pivot > 0.0 && pivot.is_finite())
     }
 }
 
@@ -165,8 +143,7 @@ impl<const N: usize> ArmKernel<N> {
 fn program<const N: usize>(mechanism: &Mechanism<N>, shape: &Shape) -> Program {
     let (outputs, arena) = trace(Arena::new(RuleSet::ALL, Precision::Double), || {
         let joints = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
-        let (sin, cos) = (joints(SINE), joints(COSINE));
-        let turn: [SinCos<Expr>; N] = core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] });
+        let turn = joints(POSITION).map(Polynomial::by_arithmetic);
         let own = |k: usize| input((GROUPS * N + k) as u32);
         let wrench =
             Wrench { force: Vector3::new(own(0), own(1), own(2)), moment: Vector3::new(own(3), own(4), own(5)) };

@@ -124,7 +124,7 @@ impl JointFriction {
 
 /// The hyperbolic tangent, without a call where it is one to the last bit, as it is at most speeds.
 #[inline]
-fn sign(x: f64) -> f64 {
+pub(super) fn sign(x: f64) -> f64 {
     if x.abs() > 20.5 { 1.0_f64.copysign(x) } else { libm::tanh(x) }
 }
 

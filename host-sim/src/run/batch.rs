@@ -1,20 +1,21 @@
-//! Runs side by side: each at its own pace, their arms' equations of motion solved together.
+//! Runs side by side: each at its own pace, their arms moved together.
 //!
-//! A run waits only for its arm's acceleration. When every run of a batch waits, the [kernel](crate::plant::arm_kernel) answers all of them
-//! at once and they go on, whatever each is at: another tick, another stage of its integrator, another integrator. A run that ends makes
-//! room for the next. Every run has the results that it has alone; only a zero may have the other sign.
+//! A run waits only for its arm to pass a part of a tick. When every run of a batch waits, [the lanes](crate::plant::arm_lanes) pass all of
+//! them at once and the runs go on, whatever each is at: another tick, another integrator. A run that ends makes room for the next. Every
+//! run has the results that it has alone; only a zero may have the other sign.
 
-use crate::plant::arm_kernel::{ArmKernel, Shape};
-use crate::plant::dynamics::Mechanism;
-use crate::plant::solver::{AtOnce, Solver, now};
-use crate::plant::Plant;
+use crate::plant::arm_kernel::Shape;
+use crate::plant::arm_lanes::{ArmLanes, LANES};
+use crate::plant::ledger::Ledger;
+use crate::plant::solver::{AtOnce, Passage, Solver, now};
+use crate::plant::{Acted, Diverged, Plant};
 use core::cell::RefCell;
 use core::future::{Future, poll_fn};
 use core::pin::Pin;
 use core::task::{Context, Poll, Waker};
 use std::collections::HashMap;
 
-/// A run that waits for its arm's acceleration: whatever it computes, it computes with the solver that it is given.
+/// A run that waits for its arm: whatever moves it, moves it with the solver that it is given.
 pub(crate) trait Job<const N: usize> {
     /// What comes of it.
     type Outcome;
@@ -26,10 +27,10 @@ pub(crate) trait Job<const N: usize> {
     async fn run(self, solver: &impl Solver<N>) -> Self::Outcome;
 }
 
-/// Kernels of the arms seen so far.
+/// Lanes for the arms seen so far.
 #[derive(Clone, Debug, Default)]
 pub struct Batch<const N: usize> {
-    kernels: HashMap<Shape, ArmKernel<N>>,
+    lanes: HashMap<Shape, ArmLanes<N>>,
 }
 
 /// Fewest runs of a shape for which a kernel is made: it costs as much as some runs.
@@ -41,7 +42,7 @@ impl<const N: usize> Batch<N> {
     where
         J: Job<N, Outcome = Result<T, E>>,
     {
-        let mut shapes: HashMap<Shape, Vec<(usize, J)>> = HashMap::new();
+        let mut shapes: HashMap<Option<Shape>, Vec<(usize, J)>> = HashMap::new();
         let mut outcomes = Vec::new();
         for (place, job) in jobs.into_iter().enumerate() {
             outcomes.push(match job {
@@ -53,8 +54,8 @@ impl<const N: usize> Batch<N> {
             });
         }
         for (shape, jobs) in shapes {
-            match self.kernel(&shape, &jobs) {
-                Some(kernel) => side_by_side(kernel, jobs, &mut outcomes),
+            match shape.and_then(|shape| self.lanes(shape, &jobs)) {
+                Some(lanes) => side_by_side(lanes, jobs, &mut outcomes),
                 None => {
                     for (place, job) in jobs {
                         outcomes[place] = Some(now(job.run(&AtOnce)));
@@ -65,78 +66,89 @@ impl<const N: usize> Batch<N> {
         outcomes.into_iter().flatten().collect()
     }
 
-    fn kernel<J: Job<N>>(&mut self, shape: &Shape, jobs: &[(usize, J)]) -> Option<ArmKernel<N>> {
-        if let Some(kernel) = self.kernels.get(shape) {
-            return Some(kernel.clone());
+    fn lanes<J: Job<N>>(&mut self, shape: Shape, jobs: &[(usize, J)]) -> Option<ArmLanes<N>> {
+        if let Some(lanes) = self.lanes.get(&shape) {
+            return Some(lanes.clone());
         }
-        let first = jobs.first().filter(|_| jobs.len() >= WORTH_A_KERNEL)?;
-        let kernel = ArmKernel::new(first.1.plant())?;
-        self.kernels.insert(shape.clone(), kernel.clone());
-        Some(kernel)
+        let (_, first) = jobs.first().filter(|_| jobs.len() >= WORTH_A_KERNEL)?;
+        let lanes = ArmLanes::new(first.plant())?;
+        self.lanes.insert(shape, lanes.clone());
+        Some(lanes)
     }
+}
+
+/// What the runs of a batch have in common.
+struct Meeting<const N: usize> {
+    arms: ArmLanes<N>,
+    /// Stretches that wait to be passed; afterwards, those that have been.
+    passages: [Option<Passage<N>>; LANES],
+    failed: [Option<Diverged>; LANES],
+    solved: [u64; LANES],
 }
 
 /// A run on its way, and the place of its outcome.
 type Waiting<'a, T> = (usize, Pin<Box<dyn Future<Output = T> + 'a>>);
 
-/// Run jobs of one shape in the lanes of its kernel.
+/// Run jobs of one shape in the lanes of their arms.
 fn side_by_side<J: Job<N>, const N: usize>(
-    kernel: ArmKernel<N>,
+    arms: ArmLanes<N>,
     jobs: Vec<(usize, J)>,
     outcomes: &mut [Option<J::Outcome>],
 ) {
-    let lanes = kernel.lanes();
-    let kernel = RefCell::new(kernel);
+    let (passages, failed, solved) = ([const { None }; LANES], [None; LANES], [0; LANES]);
+    let meeting = RefCell::new(Meeting { arms, passages, failed, solved });
     let mut jobs = jobs.into_iter();
     let mut start = |lane: usize| -> Option<Waiting<'_, J::Outcome>> {
         let (place, job) = jobs.next()?;
-        kernel.borrow_mut().place(lane, job.plant());
-        let solver = Lane { kernel: &kernel, lane };
+        meeting.borrow_mut().arms.place(lane, job.plant());
+        let solver = Lane { meeting: &meeting, lane };
         Some((place, Box::pin(async move { job.run(&solver).await })))
     };
-    let mut running: Vec<_> = (0..lanes).map(&mut start).collect();
+    let mut running: [_; LANES] = core::array::from_fn(&mut start);
     let mut context = Context::from_waker(Waker::noop());
     loop {
         let mut waiting = false;
         for (lane, seat) in running.iter_mut().enumerate() {
             while let Some((place, run)) = seat {
-                match run.as_mut().poll(&mut context) {
-                    Poll::Pending => {
-                        waiting = true;
-                        break;
-                    }
-                    Poll::Ready(outcome) => {
-                        outcomes[*place] = Some(outcome);
-                        *seat = start(lane);
-                    }
+                if run.as_mut().poll(&mut context).map(|outcome| outcomes[*place] = Some(outcome)).is_pending() {
+                    waiting = true;
+                    break;
                 }
+                *seat = start(lane);
             }
         }
         if !waiting {
             return;
         }
-        kernel.borrow_mut().solve();
+        let Meeting { arms, passages, failed, solved } = &mut *meeting.borrow_mut();
+        (*failed, *solved) = arms.pass(passages);
     }
 }
 
-/// A lane of a kernel.
+/// A lane of a meeting.
 struct Lane<'a, const N: usize> {
-    kernel: &'a RefCell<ArmKernel<N>>,
+    meeting: &'a RefCell<Meeting<N>>,
     lane: usize,
 }
 
 impl<const N: usize> Solver<N> for Lane<'_, N> {
-    async fn acceleration(
+    /// An arm with a ledger has no lane.
+    async fn pass(
         &self,
-        mechanism: &Mechanism<N>,
-        q: &[f64; N],
-        qd: &[f64; N],
-        drive: &[f64; N],
-        qdd: &mut [f64; N],
-    ) -> bool {
-        self.kernel.borrow_mut().ask(self.lane, q, qd, drive, mechanism.tip_wrench());
+        body: &Acted<N>,
+        _: Option<&mut Ledger<N>>,
+        passage: &mut Passage<N>,
+    ) -> Result<(), Diverged> {
+        {
+            let Meeting { arms, passages, .. } = &mut *self.meeting.borrow_mut();
+            arms.push(self.lane, body.tip_wrench());
+            passages[self.lane] = Some(*passage);
+        }
         let mut asked = false;
         poll_fn(|_| if core::mem::replace(&mut asked, true) { Poll::Ready(()) } else { Poll::Pending }).await;
-        self.kernel.borrow().answer(self.lane, qdd)
+        let Meeting { passages, failed, solved, .. } = &mut *self.meeting.borrow_mut();
+        *passage = passages[self.lane].take().unwrap_or(*passage);
+        body.count(solved[self.lane]);
+        failed[self.lane].map_or(Ok(()), Err)
     }
 }

@@ -60,7 +60,7 @@ pub fn run<S: Real, const N: usize>(
     now(run_with(&AtOnce, world, controller, ticks, stop, record, after_tick))
 }
 
-/// As [`run`], with this solver of the equations of motion.
+/// As [`run`], with this solver.
 pub(crate) async fn run_with<S: Real, const N: usize>(
     solver: &impl Solver<N>,
     world: &mut World<N>,

@@ -119,7 +119,7 @@ impl<const N: usize> World<N> {
         now(self.drive_with(&AtOnce, torque))
     }
 
-    /// As [`World::drive`], with this solver of the equations of motion.
+    /// As [`World::drive`], with this solver.
     pub(crate) async fn drive_with(&mut self, solver: &impl Solver<N>, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(&Order::Torque(*torque, self.springs));
@@ -142,7 +142,7 @@ impl<const N: usize> World<N> {
         now(self.stop_with(&AtOnce))
     }
 
-    /// As [`World::stop`], with this solver of the equations of motion.
+    /// As [`World::stop`], with this solver.
     pub(crate) async fn stop_with(&mut self, solver: &impl Solver<N>) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(&Order::Safe(self.safe_action));

@@ -1,6 +1,6 @@
 //! Code: memory that holds the bytes of a kernel, and the one call into it.
 
-use crate::Instructions;
+use crate::{Instructions, LANES};
 use crate::encoding::{END, MIDDLE, encode};
 use crate::registers::{Allocation, Instruction, Operand};
 use memmap2::{Mmap, MmapMut};
@@ -10,9 +10,9 @@ use memmap2::{Mmap, MmapMut};
 pub(crate) struct Code {
     memory: Mmap,
     bytes: usize,
-    /// Count of the numbers in the frame that it works in, and of those before the one that RDI points to.
+    /// Count of the numbers in the frame that it works in.
     frame: usize,
-    middle: usize,
+    set: Instructions,
 }
 
 impl Code {
@@ -31,8 +31,7 @@ impl Code {
         memory.get_mut(..bytes.len())?.copy_from_slice(&bytes);
         // From here on it can be executed and no longer written.
         let memory = memory.make_exec().ok()?;
-        let (frame, middle) = (allocation.places * set.lanes(), MIDDLE * set.lanes());
-        Some(Self { memory, bytes: bytes.len(), frame, middle })
+        Some(Self { memory, bytes: bytes.len(), frame: allocation.places * LANES, set })
     }
 
     /// Bytes of the code.
@@ -48,14 +47,16 @@ impl Code {
         if frame.len() < self.frame {
             return;
         }
-        let middle = frame.as_mut_ptr().wrapping_add(self.middle);
+        let middle = frame.as_mut_ptr().wrapping_add(MIDDLE * LANES);
         // SAFETY: `memory` holds instructions that `encode` wrote and a return, is executable and never written again, and lives as long
         // as `self`. They are moves, of any alignment, and arithmetic of vector registers, which the calling convention leaves to the
         // callee, and of memory at `middle` and an offset: of places below `places`, as `new` has checked, all of which lie in the
-        // frame, which is borrowed for the call. The processor has the instructions: `Kernel::with` has asked it.
+        // frame, which is borrowed for the call; a second vector lies behind the first, in the same place. The processor has the instructions: `Kernel::with` has asked it.
         unsafe {
             let run: extern "sysv64" fn(*mut f64) = core::mem::transmute(self.memory.as_ptr());
-            run(middle);
+            for vector in 0..self.set.vectors() {
+                run(middle.wrapping_add(vector * LANES / 2));
+            }
         }
     }
 

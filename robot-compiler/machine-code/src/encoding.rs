@@ -8,6 +8,9 @@ use crate::registers::{Instruction, Operand, Operation};
 /// Place that RDI points to.
 pub(crate) const MIDDLE: usize = 128;
 
+/// Bytes of a place: eight numbers.
+const PLACE: i32 = 64;
+
 /// VZEROUPPER, RET.
 pub(crate) const END: [u8; 4] = [0xc5, 0xf8, 0x77, 0xc3];
 
@@ -53,7 +56,7 @@ fn vex(bytes: &mut Vec<u8>, opcode: u8, register: u8, a: u8, b: Operand) {
         Operand::Register(b) => bytes.extend([0xc5, not(high(register)) << 7 | last, opcode, direct(register, b)]),
         Operand::Place(place) => {
             bytes.extend([0xc5, not(high(register)) << 7 | last, opcode]);
-            let offset = (place as i32 - MIDDLE as i32) * 32;
+            let offset = (place as i32 - MIDDLE as i32) * PLACE;
             match i8::try_from(offset) {
                 Ok(offset) => bytes.extend([near(register), offset as u8]),
                 Err(_) => far(bytes, register, offset),
@@ -80,7 +83,7 @@ fn evex(bytes: &mut Vec<u8>, opcode: u8, register: u8, a: u8, b: Operand) {
             let vectors = place as i32 - MIDDLE as i32;
             match i8::try_from(vectors) {
                 Ok(vectors) => bytes.extend([near(register), vectors as u8]),
-                Err(_) => far(bytes, register, vectors * 64),
+                Err(_) => far(bytes, register, vectors * PLACE),
             }
         }
     }
@@ -136,15 +139,15 @@ mod tests {
             // vdivpd ymm1, ymm15, ymm7
             (compute(Div, 1, 15, Register(7)), Avx, &[0xc5, 0x85, 0x5e, 0xcf]),
             // vmovupd ymm1, [rdi-128]
-            (load(1, 124), Avx, &[0xc5, 0xfd, 0x10, 0x4f, 0x80]),
-            // vmovupd ymm12, [rdi+96]
-            (load(12, 131), Avx, &[0xc5, 0x7d, 0x10, 0x67, 0x60]),
-            // vmovupd ymm12, [rdi-4096]
-            (load(12, 0), Avx, &[0xc5, 0x7d, 0x10, 0xa7, 0x00, 0xf0, 0xff, 0xff]),
-            // vmovupd [rdi+4096], ymm8
-            (store(256, 8), Avx, &[0xc5, 0x7d, 0x11, 0x87, 0x00, 0x10, 0x00, 0x00]),
-            // vaddpd ymm8, ymm15, [rdi-160]
-            (compute(Add, 8, 15, Place(123)), Avx, &[0xc5, 0x05, 0x58, 0x87, 0x60, 0xff, 0xff, 0xff]),
+            (load(1, 126), Avx, &[0xc5, 0xfd, 0x10, 0x4f, 0x80]),
+            // vmovupd ymm12, [rdi+64]
+            (load(12, 129), Avx, &[0xc5, 0x7d, 0x10, 0x67, 0x40]),
+            // vmovupd ymm12, [rdi-8192]
+            (load(12, 0), Avx, &[0xc5, 0x7d, 0x10, 0xa7, 0x00, 0xe0, 0xff, 0xff]),
+            // vmovupd [rdi+8192], ymm8
+            (store(256, 8), Avx, &[0xc5, 0x7d, 0x11, 0x87, 0x00, 0x20, 0x00, 0x00]),
+            // vaddpd ymm8, ymm15, [rdi-192]
+            (compute(Add, 8, 15, Place(125)), Avx, &[0xc5, 0x05, 0x58, 0x87, 0x40, 0xff, 0xff, 0xff]),
             // vaddpd zmm1, zmm2, zmm3
             (compute(Add, 1, 2, Register(3)), Avx512, &[0x62, 0xf1, 0xed, 0x48, 0x58, 0xcb]),
             // vsubpd zmm9, zmm18, zmm27

@@ -1,5 +1,6 @@
 //! Frame: inputs, numbers, values without a register, and outputs; each place holds one number for every lane.
 
+use crate::LANES;
 use crate::registers::Allocation;
 
 /// Bytes of a cache line; no vector should lie across two.
@@ -18,10 +19,10 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// A frame with the allocation's numbers in place, and zero everywhere else.
-    pub(crate) fn new(allocation: &Allocation, lanes: usize) -> Self {
-        let mut frame = Self::of(allocation.places * lanes);
+    pub(crate) fn new(allocation: &Allocation) -> Self {
+        let mut frame = Self::of(allocation.places * LANES);
         for &(place, number) in &allocation.numbers {
-            if let Some(place) = frame.all_mut().get_mut(place * lanes..(place + 1) * lanes) {
+            if let Some(place) = frame.all_mut().get_mut(place * LANES..(place + 1) * LANES) {
                 place.fill(number);
             }
         }

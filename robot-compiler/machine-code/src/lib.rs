@@ -8,10 +8,7 @@
 //! program --registers--> instructions --encoding--> bytes --memory, made executable--> code
 //! ```
 //!
-//! | instructions of x86-64 | lanes |
-//! |---|---|
-//! | AVX | 4 |
-//! | AVX-512 | 8 |
+//! Eight states go side by side: in one vector of AVX-512, or in two of AVX, one after the other.
 //!
 //! Another processor, or a system that does not let a program make code, has no [`Kernel`]: a caller then computes state by state.
 //!
@@ -33,7 +30,10 @@ use registers::allocate;
 use robot_compiler::kernel::Program;
 use std::sync::Arc;
 
-/// Instructions that a processor may have.
+/// States side by side.
+pub const LANES: usize = 8;
+
+/// Instructions of x86-64 that a processor may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instructions {
     /// Vectors of four, sixteen registers.
@@ -46,13 +46,11 @@ impl Instructions {
     /// Every set, the widest first.
     pub const ALL: [Self; 2] = [Self::Avx512, Self::Avx];
 
-    /// States side by side.
-    #[inline]
-    #[must_use]
-    pub const fn lanes(self) -> usize {
+    /// Vectors that all lanes take.
+    const fn vectors(self) -> usize {
         match self {
-            Self::Avx => 4,
-            Self::Avx512 => 8,
+            Self::Avx => 2,
+            Self::Avx512 => 1,
         }
     }
 
@@ -105,7 +103,7 @@ impl Kernel {
         }
         let allocation = allocate(program, inputs, instructions.registers());
         let code = Code::new(&allocation, instructions)?;
-        let frame = Frame::new(&allocation, instructions.lanes());
+        let frame = Frame::new(&allocation);
         let (inputs, outputs) = (allocation.inputs, allocation.outputs);
         Some(Self { code: Arc::new(code), instructions, frame, inputs, outputs })
     }
@@ -114,13 +112,6 @@ impl Kernel {
     #[must_use]
     pub const fn instructions(&self) -> Instructions {
         self.instructions
-    }
-
-    /// States side by side.
-    #[inline]
-    #[must_use]
-    pub const fn lanes(&self) -> usize {
-        self.instructions.lanes()
     }
 
     /// Bytes of the code.
@@ -135,12 +126,11 @@ impl Kernel {
         self.inputs
     }
 
-    /// All inputs, one after another, each with a number for every lane: number `k` in lane `l` is at `k * lanes + l`. They stay until they
+    /// All inputs, one after another, each with a number for every lane: number `k` in lane `l` is at `k * LANES + l`. They stay until they
     /// are written again.
     #[inline]
     pub fn inputs(&mut self) -> &mut [f64] {
-        let count = self.inputs * self.lanes();
-        &mut self.frame.all_mut()[..count]
+        &mut self.frame.all_mut()[..self.inputs * LANES]
     }
 
     /// Run the program on all lanes.
@@ -153,7 +143,6 @@ impl Kernel {
     #[inline]
     #[must_use]
     pub fn outputs(&self) -> &[f64] {
-        let lanes = self.lanes();
-        &self.frame.all()[self.inputs * lanes..(self.inputs + self.outputs) * lanes]
+        &self.frame.all()[self.inputs * LANES..(self.inputs + self.outputs) * LANES]
     }
 }

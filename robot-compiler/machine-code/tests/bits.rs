@@ -1,7 +1,7 @@
 //! Every lane has the bits of the program's own evaluation.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use machine_code::{Instructions, Kernel};
+use machine_code::{Instructions, Kernel, LANES};
 use proptest::prelude::*;
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Precision, Program, RuleSet};
@@ -40,15 +40,15 @@ fn agrees(program: &Program, states: &[[f64; INPUTS]; 8]) {
         // Twice: what the first run leaves in memory must not matter.
         for _ in 0..2 {
             for number in 0..INPUTS {
-                for lane in 0..instructions.lanes() {
-                    kernel.inputs()[number * instructions.lanes() + lane] = states[lane][number];
+                for lane in 0..LANES {
+                    kernel.inputs()[number * LANES + lane] = states[lane][number];
                 }
             }
             kernel.run();
         }
-        for lane in 0..kernel.lanes() {
+        for lane in 0..LANES {
             for (number, wanted) in program.evaluate(&states[lane]).into_iter().enumerate() {
-                let found = kernel.outputs()[number * kernel.lanes() + lane];
+                let found = kernel.outputs()[number * LANES + lane];
                 assert!(same(found, wanted), "{instructions:?}: output {number} of lane {lane}: {found:e}, not {wanted:e}");
             }
         }
@@ -92,6 +92,6 @@ fn a_clone_has_the_same_code_and_inputs_and_a_memory_of_its_own() {
     kernel.inputs().fill(2.0);
     let mut clone = kernel.clone();
     clone.run();
-    assert_eq!(clone.outputs(), vec![4.0; kernel.lanes()]);
+    assert_eq!(clone.outputs(), vec![4.0; LANES]);
     assert_ne!(kernel.outputs(), clone.outputs(), "a clone has a memory of its own");
 }
