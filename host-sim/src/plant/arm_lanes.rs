@@ -1,7 +1,7 @@
 //! Arms side by side: each passes its own stretch of time, all in the lanes of one [kernel](super::arm_kernel).
 
-use super::arm_kernel::{ArmKernel, Joints, Shape, take_apart};
 use super::actuator::{Drive, rippled};
+use super::arm_kernel::{ArmKernel, Joints, Shape, take_apart};
 use super::friction::{JointFriction, sign};
 use super::integrator::{self, Flow, Lanes, States};
 use super::solver::Passage;
@@ -66,7 +66,10 @@ impl<const N: usize> ArmLanes<N> {
 
     /// Let the arms that have a passage pass it. Returns for every lane why it could not be continued, and the number of solutions of the
     /// equations of motion.
-    pub(crate) fn pass(&mut self, passages: &mut [Option<Passage<N>>; LANES]) -> ([Option<Diverged>; LANES], [u64; LANES]) {
+    pub(crate) fn pass(
+        &mut self,
+        passages: &mut [Option<Passage<N>>; LANES],
+    ) -> ([Option<Diverged>; LANES], [u64; LANES]) {
         let mut point = States { q: [[0.0; LANES]; N], qd: [[0.0; LANES]; N] };
         for (lane, passage) in passages.iter().enumerate() {
             let Some(Passage { state, drive, .. }) = passage else { continue };
@@ -158,7 +161,8 @@ impl<const N: usize> Frictions<N> {
             self.viscous[joint][lane] = own.map_or(0.0, |own| own.viscous);
             self.coulomb[joint][lane] = own.map_or(0.0, |own| own.coulomb);
             self.sign_speed[joint][lane] = own.map_or(1.0, |own| own.sign_speed);
-            let rises = |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| it[joint].breakaway.is_some());
+            let rises =
+                |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| it[joint].breakaway.is_some());
             self.special[joint] = self.whole.iter().any(rises);
         }
     }

@@ -127,11 +127,7 @@ impl<const N: usize> Arm<N> {
 
 impl<const N: usize> Mechanism<N> {
     /// The same arm under another wrench, with every other number through `f`, always in the same order.
-    pub(super) fn map<S: Scalar>(
-        &self,
-        mut f: impl FnMut(f64) -> S,
-        tip_wrench: Option<Wrench<S>>,
-    ) -> Mechanism<N, S> {
+    pub(super) fn map<S: Scalar>(&self, mut f: impl FnMut(f64) -> S, tip_wrench: Option<Wrench<S>>) -> Mechanism<N, S> {
         Mechanism {
             chain: self.chain.map(&mut f),
             gravity: self.gravity.map(&mut f),
@@ -192,7 +188,6 @@ impl<const N: usize> Mechanism<N> {
     pub fn contact(&self, q: &[f64; N]) -> Option<[f64; N]> {
         self.tip_wrench.map(|_| self.terms(&Polynomial.sin_cos_all(q), q, &[0.0; N]).tip)
     }
-
 }
 
 impl<S: Field, const N: usize> Mechanism<N, S> {
@@ -313,11 +308,7 @@ struct Turned<S> {
 
 impl<S: Scalar> Turned<S> {
     fn new(body: &Solid<S>, rotation: &Matrix3<S>) -> Self {
-        Self {
-            mass: body.mass,
-            centre: rotation * body.com,
-            inertia: Symmetric::turned(rotation, &body.inertia),
-        }
+        Self { mass: body.mass, centre: rotation * body.com, inertia: Symmetric::turned(rotation, &body.inertia) }
     }
 
     /// `J = I + m (r.r 1 - r r^T)`.

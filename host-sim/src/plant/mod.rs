@@ -352,12 +352,7 @@ impl<const N: usize> Plant<N> {
     }
 
     /// Simulate a part of a tick.
-    async fn pass(
-        &mut self,
-        solver: &impl Solver<N>,
-        drive: &Drive<N>,
-        stretch: Stretch,
-    ) -> Result<(), Diverged> {
+    async fn pass(&mut self, solver: &impl Solver<N>, drive: &Drive<N>, stretch: Stretch) -> Result<(), Diverged> {
         let Self { body, integrator, next_step, state, motors, ledger, .. } = self;
         let plan = Plan { integrator: *integrator, stretch, next: *next_step };
         if let Some(motors) = motors {

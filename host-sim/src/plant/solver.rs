@@ -50,7 +50,12 @@ impl<const N: usize> Solver<N> for AtOnce {
             if let Some(ledger) = &mut ledger {
                 let Step { t, h, before, after } = *step;
                 let ends = [(t, before.lane(0)), (t + h, after.lane(0))];
-                ledger.step(h, &ends.map(|(t, s)| (body.acting(&drive.at(t), &s), s)), body.friction.as_ref(), &body.mechanism);
+                ledger.step(
+                    h,
+                    &ends.map(|(t, s)| (body.acting(&drive.at(t), &s), s)),
+                    body.friction.as_ref(),
+                    &body.mechanism,
+                );
             }
         });
         *state = point.lane(0);

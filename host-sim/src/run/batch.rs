@@ -133,12 +133,7 @@ struct Lane<'a, const N: usize> {
 
 impl<const N: usize> Solver<N> for Lane<'_, N> {
     /// An arm with a ledger has no lane.
-    async fn pass(
-        &self,
-        body: &Acted<N>,
-        _: Option<&mut Ledger<N>>,
-        passage: &mut Passage<N>,
-    ) -> Result<(), Diverged> {
+    async fn pass(&self, body: &Acted<N>, _: Option<&mut Ledger<N>>, passage: &mut Passage<N>) -> Result<(), Diverged> {
         {
             let Meeting { arms, passages, .. } = &mut *self.meeting.borrow_mut();
             arms.push(self.lane, body.tip_wrench());

@@ -109,11 +109,8 @@ pub(crate) async fn run_with<S: Real, const N: usize>(
         if let Some(external) = controller.external() {
             record.push_external(external, tip_wrench(&world.model, &state.q, &external));
         }
-        let passed = if fault.is_some() {
-            world.stop_with(solver).await
-        } else {
-            world.drive_with(solver, &torque).await
-        };
+        let passed =
+            if fault.is_some() { world.stop_with(solver).await } else { world.drive_with(solver, &torque).await };
         if let Err(diverged) = passed {
             end = End::Diverged(diverged);
             break;

@@ -2,6 +2,7 @@
 //! links in a fraction of the time and disk space of thirty.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
+mod batch;
 mod bound;
 mod campaign;
 mod chapter12;

@@ -1,8 +1,8 @@
 //! Code: memory that holds the bytes of a kernel, and the one call into it.
 
-use crate::{Instructions, LANES};
 use crate::encoding::{END, MIDDLE, encode};
 use crate::registers::{Allocation, Instruction, Operand};
+use crate::{Instructions, LANES};
 use memmap2::{Mmap, MmapMut};
 
 /// Executable code, which reads and writes one frame.

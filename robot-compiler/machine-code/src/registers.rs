@@ -198,8 +198,7 @@ impl<'a> Allocator<'a> {
             return free as Register;
         }
         let candidates = self.held.iter().enumerate().filter_map(|(k, held)| held.map(|held| (k, held)));
-        let farthest =
-            candidates.filter(|(_, held)| !keep.contains(held)).max_by_key(|(_, held)| self.next_use(*held));
+        let farthest = candidates.filter(|(_, held)| !keep.contains(held)).max_by_key(|(_, held)| self.next_use(*held));
         // At most two registers are kept, so there is one.
         let Some((register, expr)) = farthest else { return 0 };
         if !self.homes.contains_key(&expr) && self.program.number(expr).is_none() {

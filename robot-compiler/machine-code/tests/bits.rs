@@ -49,7 +49,10 @@ fn agrees(program: &Program, states: &[[f64; INPUTS]; 8]) {
         for lane in 0..LANES {
             for (number, wanted) in program.evaluate(&states[lane]).into_iter().enumerate() {
                 let found = kernel.outputs()[number * LANES + lane];
-                assert!(same(found, wanted), "{instructions:?}: output {number} of lane {lane}: {found:e}, not {wanted:e}");
+                assert!(
+                    same(found, wanted),
+                    "{instructions:?}: output {number} of lane {lane}: {found:e}, not {wanted:e}"
+                );
             }
         }
     }
@@ -82,7 +85,10 @@ fn an_output_may_be_an_input_or_a_number_and_may_occur_twice() {
 #[test]
 fn infinities_and_nan_come_out_as_they_went_in() {
     let steps = [(0, 0, 1), (2, 0, 7), (3, 7, 8), (1, 9, 2)];
-    agrees(&program(&steps, 4, RuleSet::NONE), &[[f64::INFINITY, f64::NEG_INFINITY, f64::NAN, -0.0, f64::MIN_POSITIVE / 2.0]; 8]);
+    agrees(
+        &program(&steps, 4, RuleSet::NONE),
+        &[[f64::INFINITY, f64::NEG_INFINITY, f64::NAN, -0.0, f64::MIN_POSITIVE / 2.0]; 8],
+    );
 }
 
 #[test]
