@@ -34,7 +34,12 @@ pub struct Reader<'a> {
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, (String, u16)>,
     done: bool,
-    cut: bool,
+    /// Whether the footer has been read.
+    ended: bool,
+    /// Bytes read in all, and up to the last whole record.
+    taken: usize,
+    whole: usize,
+    length: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -52,14 +57,23 @@ impl<'a> Reader<'a> {
             schemas: HashMap::new(),
             channels: HashMap::new(),
             done: false,
-            cut: false,
+            ended: false,
+            taken: 0,
+            whole: 0,
+            length: bytes.len(),
         }
     }
 
-    /// Whether the file ends without its end, once all has been read.
+    /// Whether the file has the end that its writer gives it, once all has been read.
     #[must_use]
-    pub fn is_cut(&self) -> bool {
-        self.cut
+    pub fn has_end(&self) -> bool {
+        self.ended
+    }
+
+    /// Bytes behind the last whole chunk or record of a file that was cut, once all has been read.
+    #[must_use]
+    pub fn left_out(&self) -> usize {
+        if self.ended { 0 } else { self.length - self.whole }
     }
 
     /// Takes a record; gives what it holds for us, or a description of what is wrong.
@@ -101,19 +115,21 @@ impl Iterator for Reader<'_> {
                     self.reader.insert(given).copy_from_slice(now);
                     self.reader.notify_read(given);
                     self.bytes = later;
+                    self.taken += given;
                     continue;
                 }
-                Some(Ok(LinearReadEvent::Record { opcode, .. })) if !READ.contains(&opcode) => continue,
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    self.whole = self.taken;
+                    self.ended |= opcode == op::FOOTER;
+                    if !READ.contains(&opcode) {
+                        continue;
+                    }
                     mcap::read::parse_record(opcode, data).map(Record::into_owned)
                 }
                 // A record that is longer than the file is one that was cut off.
                 Some(Err(
                     McapError::UnexpectedEof | McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_),
-                )) => {
-                    self.cut = true;
-                    break;
-                }
+                )) => break,
                 Some(Err(error)) => Err(error),
             };
             let taken = record.map_err(|error| error.to_string()).and_then(|record| self.take(record));
