@@ -1,9 +1,9 @@
 //! Installation of the project's tools where they are missing. Every step prints its action.
 
-use crate::process::{output, root, run, which};
+use crate::process::{output, root, run, target_directory, which};
 use crate::toolchain::Toolchain;
 use anyhow::{Context as _, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, exit};
 
 /// Installs everything.
@@ -59,6 +59,36 @@ pub(crate) fn gungraun() -> Result<()> {
     }
     eprintln!("setup: valgrind and gungraun-runner are there");
     Ok(())
+}
+
+/// The Python of a virtual environment with these packages. It counts as complete if it holds a copy of the list.
+pub(crate) fn python(folder: &Path, list: &Path) -> Result<PathBuf> {
+    let (python, stamp) = (folder.join("bin/python"), folder.join("requirements.txt"));
+    let wanted = std::fs::read_to_string(list).with_context(|| list.display().to_string())?;
+    if python.is_file() && std::fs::read_to_string(&stamp).is_ok_and(|found| found == wanted) {
+        return Ok(python);
+    }
+    let packages: Vec<&str> = wanted.lines().filter(|line| line.contains("==")).collect();
+    eprintln!("setup: {} from PyPI, into {}", packages.join(", "), folder.display());
+    let made = (|| {
+        run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(folder))?;
+        let mut pip = Command::new(&python);
+        run(pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]).arg(list))
+    })();
+    if made.is_err() {
+        // A partial environment would look complete.
+        std::fs::remove_dir_all(folder).ok();
+    }
+    made.with_context(|| format!("could not install from PyPI: {}", packages.join(", ")))?;
+    std::fs::write(&stamp, wanted)?;
+    Ok(python)
+}
+
+/// A Python that reads the files for viewers; the tests that need it say that they are skipped where it cannot be had.
+pub(crate) fn viewers() -> Option<PathBuf> {
+    let list = root().join("host-sim/tests/viewers/requirements.txt");
+    let made = python(&target_directory().join("viewers"), &list);
+    made.inspect_err(|why| eprintln!("setup: {why:#}; the tests that need these packages are skipped")).ok()
 }
 
 /// The version of a package in `Cargo.lock`.

@@ -52,6 +52,9 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
     let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     // The long ones too, which a plain run of the tests leaves out.
     tests.args(["--run-ignored", "all", "--filterset", &format!("not {CHIP_TESTS}")]);
+    if let Some(python) = setup::viewers() {
+        tests.env("NEWTAU_VIEWERS_PYTHON", python);
+    }
     tally.tests("host tests", tests.env("NEWTAU_URDF_DIR", urdfs).env("INSTA_UPDATE", "no"));
     for example in ["torques", "control_loop", "kernel"] {
         // Built with the tests; asking cargo for one package alone would build it again, with that package's features.

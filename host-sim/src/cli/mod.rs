@@ -12,6 +12,7 @@ pub mod dynamics;
 pub mod energy;
 pub mod excite;
 pub mod explain;
+pub mod export;
 pub mod extremes;
 pub mod gravity;
 pub mod identify;
@@ -80,6 +81,8 @@ pub enum Command {
     Excite(excite::ExciteArgs),
     /// Identify an arm from logs: masses, inertias, friction, what it holds.
     Identify(identify::IdentifyArgs),
+    /// Write the arm of a robot file as a URDF.
+    Export(export::ExportArgs),
     /// Write a TOML robot file from an arm of a URDF file.
     Import(import::ImportArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.

@@ -6,6 +6,7 @@ use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure, in_file, number};
 use crate::run::closed_loop::End;
 use crate::run::files::{file_name, write};
+use crate::run::mcap_file;
 use crate::run::simulate::{self, Run};
 use clap::Args;
 use dynamics_core::control::Law;
@@ -23,6 +24,7 @@ Examples:
   host-sim run scenes/puma560_pick.toml
   host-sim run scenes/puma560_pick.toml --target qemu
   host-sim run scenes/puma560_pick.toml --law pd --scalar f64 --out out/pd
+  host-sim run scenes/puma560_pick.toml --mcap pick.mcap
   host-sim run scenes/puma560_pick.toml --json | jq .tracking_max
 
 Files, in the folder given by --out:
@@ -70,6 +72,9 @@ pub struct RunArgs {
     /// Folder for log and plots; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Write the run for viewers too: an MCAP file with the arm's URDF, which Foxglove and PlotJuggler open.
+    #[arg(long, value_name = "FILE")]
+    pub mcap: Option<PathBuf>,
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -92,7 +97,11 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
         Target::Qemu => crate::chip::on_chip::run::<N>(&scene, stop, &progress),
     })?;
-    let written = write(&run, &scene.name, &folder)?;
+    let mut written = write(&run, &scene.name, &folder)?;
+    if let Some(path) = &args.mcap {
+        with_dof!(scene.robot.dof(), N => mcap_file::run::write::<N>(&run.record, &scene, path))?;
+        written.push(path.clone());
+    }
     show(args, &run, &written)?;
     let code = exit_code(&run);
     match run.failure {

@@ -11,12 +11,14 @@
 //! | [`quality`] | chatter, the error at rest, the distance from the reference |
 //! | [`summary`] | a run in a few numbers |
 //! | [`plot`] | a run in pictures |
+//! | [`mcap_file`] | a run, or a session, as a file for viewers |
 //! | `wrench` | from torques of the joints to a wrench at the tip |
 //! | `files` | all of these as files |
 
 pub mod batch;
 pub mod closed_loop;
 pub(crate) mod files;
+pub mod mcap_file;
 pub mod plot;
 pub mod quality;
 pub mod record;

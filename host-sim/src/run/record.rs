@@ -150,6 +150,21 @@ impl Record {
         &self.faults
     }
 
+    /// All joints in one tick.
+    #[must_use]
+    pub fn tick(&self, tick: usize) -> &[JointSample] {
+        let joints = self.joints.len();
+        self.samples.get(tick * joints..(tick + 1) * joints).unwrap_or_default()
+    }
+
+    /// Torques from outside in one tick, N m or N, and what they stand for at the tip; empty where nobody estimates them.
+    #[must_use]
+    pub fn outside(&self, tick: usize) -> (&[f64], Option<[f64; 6]>) {
+        let joints = self.joints.len();
+        let torques = self.external.get(tick * joints..(tick + 1) * joints).unwrap_or_default();
+        (torques, self.wrenches.get(tick).copied().flatten())
+    }
+
     /// One joint over all ticks.
     pub fn joint(&self, joint: usize) -> impl Iterator<Item = &JointSample> + Clone {
         self.samples.iter().skip(joint).step_by(self.joints.len().max(1))

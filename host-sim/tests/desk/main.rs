@@ -35,11 +35,14 @@ mod reference;
 #[path = "../../../robot-compiler/tests/common/rooms.rs"]
 mod room_names;
 mod rooms;
+#[path = "../../../robot-compiler/tests/common/skipping.rs"]
+mod skipping;
 mod split;
 mod statics;
 mod teach;
 mod terms_command;
 mod trade;
 mod urdf_command;
+mod viewers;
 #[path = "../../../robot-compiler/tests/common/wrong_rounding.rs"]
 mod wrong_rounding;
