@@ -5,7 +5,7 @@ use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure, in_file, number};
 use crate::run::closed_loop::End;
-use crate::run::files::{file_name, write};
+use crate::run::files::{file_name, write, write_report};
 use crate::run::simulate::{self, Run};
 use clap::Args;
 use dynamics_core::control::Law;
@@ -28,6 +28,7 @@ Examples:
 Files, in the folder given by --out:
   log.csv       every tick: time, and per joint reference and actual position and velocity, torque, limits; the fault
   summary.json  what --json prints
+  report.html   all of that on one page, for a browser: the arm, the curves, the numbers (docs/report.md); --report chooses the file
   *.svg         position, velocity, error and torque of every joint over time, with waypoints, faults, the ticks in which
                 a limit acts, and the torque limits
 
@@ -70,6 +71,12 @@ pub struct RunArgs {
     /// Folder for log and plots; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// File for the report; report.html in that folder otherwise.
+    #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
+    pub report: Option<PathBuf>,
+    /// Write no report.
+    #[arg(long)]
+    pub no_report: bool,
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -92,7 +99,11 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
         Target::Qemu => crate::chip::on_chip::run::<N>(&scene, stop, &progress),
     })?;
-    let written = write(&run, &scene.name, &folder)?;
+    let mut written = write(&run, &scene.name, &folder)?;
+    if !args.no_report {
+        let path = args.report.clone().unwrap_or_else(|| folder.join("report.html"));
+        written.push(write_report(&run, &scene, &path)?);
+    }
     show(args, &run, &written)?;
     let code = exit_code(&run);
     match run.failure {

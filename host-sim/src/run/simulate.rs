@@ -146,7 +146,7 @@ pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
     };
     let Closed { end, timing, failure } = closed_loop::run(world, controller, ticks, stop, &mut record, after_tick);
     progress.finish_and_clear();
-    let summary = Summary::new(setting(scene, target), &scene.safety, &record, end, timing);
+    let summary = Summary::new(setting(scene, target), scene, &record, end, timing);
     let marks = Marks::of(world, &model, record.ticks());
     Ok(Run { record, summary, marks, end, failure })
 }

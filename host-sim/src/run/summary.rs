@@ -1,12 +1,13 @@
 //! A run in a few numbers: a table for people, JSON for machines.
 
 use crate::run::closed_loop::{End, Timing};
+use crate::run::load::{ClosestLimit, Work, closest_limit, work};
 use crate::run::quality::{OutOfReach, Supervision, at_rest, chatter, last_rest};
 use crate::run::record::{JointLabel, Record};
 use crate::run::target::Parity;
 use crate::table::table;
 use dynamics_core::control::LimitFlags;
-use robot_compiler::scene::SafetySpec;
+use robot_compiler::SceneFile;
 use serde::Serialize;
 
 /// Scene, robot, target and settings of a run.
@@ -133,6 +134,10 @@ pub struct Summary {
     pub settling_time: Vec<Option<f64>>,
     /// Per joint, ticks in which each limit acted.
     pub limits: Vec<LimitCounts>,
+    /// The limit that any joint came nearest to, as a share of it; `None` without limits.
+    pub closest_limit: Option<ClosestLimit>,
+    /// Mechanical work of the commanded torques, J.
+    pub work: Work,
     /// Each fault at the tick in which it came.
     pub faults: Vec<FaultEvent>,
     /// Where the run stands beside the firmware's safety state machine.
@@ -152,10 +157,10 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Summarize a run; `safety` holds the joints' reach and resolution.
+    /// Summarize a run of a scene, which holds the joints' limits, reach and resolution.
     #[must_use]
-    pub fn new(setting: Setting, safety: &SafetySpec, record: &Record, end: End, timing: Timing) -> Self {
-        let ticks = record.ticks();
+    pub fn new(setting: Setting, scene: &SceneFile, record: &Record, end: End, timing: Timing) -> Self {
+        let (ticks, safety) = (record.ticks(), &scene.safety);
         let driven = record.faults().iter().take_while(|fault| fault.is_none()).count();
         let each = |f: &dyn Fn(usize) -> f64| (0..record.joints().len()).map(f).collect::<Vec<f64>>();
         let errors = |joint| record.joint(joint).take(driven).map(|s| s.error());
@@ -184,6 +189,8 @@ impl Summary {
             rest_error: rests.iter().map(|rest| rest.as_ref().map(|rest| rest.error)).collect(),
             settling_time: rests.iter().map(|rest| rest.as_ref().and_then(|rest| rest.settled)).collect(),
             limits: (0..record.joints().len()).map(|i| count_limits(record, i)).collect(),
+            closest_limit: closest_limit(record, driven, &scene.robot),
+            work: work(record, driven),
             faults: fault_events(record),
             supervision: Supervision::of(record, driven, safety),
             realtime_factor: ratio(duration, timing.whole.as_secs_f64()),
@@ -247,7 +254,7 @@ impl Summary {
     }
 
     /// Lines about the whole arm.
-    fn lines(&self) -> String {
+    pub(super) fn lines(&self) -> String {
         let mut lines = vec![
             format!(
                 "{:<20}{} of {}: {}",
@@ -276,6 +283,14 @@ impl Summary {
             let each = external.iter().zip(&self.joints).map(|(x, joint)| engineering(*x, joint.torque_unit()));
             lines.push(format!("{:<20}{} rms", "from outside", each.collect::<Vec<_>>().join(", ")));
         }
+        if let Some(closest) = &self.closest_limit {
+            let at = engineering(closest.tick as f64 * self.setting.period, "s");
+            let (used, limit) = (100.0 * closest.used, closest.limit);
+            let name = &self.joints[closest.joint - 1].name;
+            lines.push(format!("{:<20}{used:.0} % of the {limit} limit of {name}, at {at}", "closest limit"));
+        }
+        let [given, back] = [&self.work.given, &self.work.taken_back].map(|each| engineering(each.iter().sum(), "J"));
+        lines.push(format!("{:<20}{given} given, {back} taken back", "work of the torques"));
         if self.faults.is_empty() {
             lines.push(format!("{:<20}none", "faults"));
         }
@@ -294,7 +309,7 @@ impl Summary {
 }
 
 impl LimitCounts {
-    fn describe(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         let named = [
             ("position", self.position),
             ("velocity", self.velocity),
