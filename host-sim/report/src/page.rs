@@ -26,6 +26,8 @@ pub enum Block {
     Words(String),
     /// A list.
     List(Vec<String>),
+    /// Names and what is said of each.
+    Facts(Vec<(String, String)>),
     /// Text as a terminal shows it.
     Terminal(String),
     /// A table.
@@ -106,6 +108,10 @@ impl Block {
             Self::List(lines) => {
                 let lines: String = lines.iter().map(|line| format!("<li>{}</li>", html(line))).collect();
                 writeln!(out, "<ul>{lines}</ul>")
+            }
+            Self::Facts(facts) => {
+                let fact = |(name, text): &(String, String)| format!("<dt>{}</dt><dd>{}</dd>", html(name), html(text));
+                writeln!(out, "<dl>{}</dl>", facts.iter().map(fact).collect::<String>())
             }
             Self::Table(table) => return table.write(out),
             Self::Figure(figure) => return figure.write(out),

@@ -39,7 +39,7 @@ pub fn page(run: &Run, scene: &SceneFile) -> Result<Page, Failure> {
         Block::Heading("Summary".to_owned()),
         Block::Table(words::quality(run)),
         Block::Table(words::loads(run)),
-        Block::List(words::settings(run)),
+        Block::Facts(words::settings(run)),
         Block::Heading("Events".to_owned()),
         Block::List(words::events(&events::events(run, scene), run)),
         Block::Heading("How to read this page".to_owned()),

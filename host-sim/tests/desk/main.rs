@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod bound;
+mod browser;
 mod campaign;
 mod chapter12;
 mod check;
@@ -31,6 +32,7 @@ mod plant_rotor_coupling;
 mod program;
 mod rates;
 mod reference;
+mod report_page;
 #[path = "../../../robot-compiler/tests/common/rooms.rs"]
 mod room_names;
 mod rooms;

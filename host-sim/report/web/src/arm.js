@@ -141,6 +141,11 @@ export class Arm {
     return new Vector3().setFromMatrixPosition(this.tip.matrixWorld);
   }
 
+  /** Origins of the joints and the tip in the base frame, m. */
+  jointsAt() {
+    return [...this.moving.map(({ link }) => link), this.tip].map((frame) => new Vector3().setFromMatrixPosition(frame.matrixWorld));
+  }
+
   showFrames(visible) {
     for (const axes of this.frames) axes.visible = visible;
   }

@@ -84,11 +84,11 @@ export class Charts {
     this.host.append(figure);
     const axis = () => ({ stroke: colour('muted'), grid: { stroke: colour('grid'), width: 1 }, ticks: { show: false }, font: '11px system-ui, sans-serif' });
     const plot = new uPlot({
-      width: this.#width(), height: last ? 158 : 134, series, bands,
+      width: this.#width(), height: last ? 160 : 134, series, bands,
       legend: { show: false }, cursor: { show: false }, padding: [6, 10, 0, 0],
       scales: { x: { time: false, range: () => this.range }, y: { range: [(low - room) / factor, (high + room) / factor] } },
       axes: [
-        { ...axis(), size: last ? 34 : 8, label: last ? 'time / s' : undefined, labelSize: 16, labelGap: -4, labelFont: '11px system-ui, sans-serif', values: last ? undefined : () => [] },
+        { ...axis(), size: last ? 22 : 8, label: last ? 'time / s' : undefined, labelSize: 18, labelGap: 0, labelFont: '11px system-ui, sans-serif', values: last ? undefined : () => [] },
         { ...axis(), size: GUTTER, label: unit, labelSize: 16, labelGap: 0, labelFont: '11px system-ui, sans-serif' },
       ],
       hooks: { drawClear: [(u) => this.#marks(u, chart)], draw: [(u) => this.#limits(u, near.map((x) => x / factor))] },

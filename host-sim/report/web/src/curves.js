@@ -16,6 +16,14 @@ function sum(a, b) {
   return { at: a.at.map((x, k) => x + b.at[k]) };
 }
 
+/** A column up to the first fault: an arm that brakes follows no reference. */
+function driven(run, column) {
+  const fault = run.events.find((event) => event.kind === 'fault');
+  if (!fault) return column;
+  const end = Math.ceil(fault.at / run.step - 1e-6);
+  return Object.fromEntries(Object.entries(column).map(([part, values]) => [part, values.map((x, k) => (k < end ? x : NaN))]));
+}
+
 /** What the terms leave of the commanded torque. */
 function rest(run, joint) {
   const known = TERMS.map(([key]) => run.columns[key]?.[joint]).filter(Boolean);
@@ -38,7 +46,7 @@ export function ofJoint(runs, joint) {
   };
   const error = {
     title: 'Position error', unit: label.position_unit, zero: true,
-    curves: each((run, k, who) => curve(run, `${who}reference less actual`, run.columns.error[joint], pen(k))),
+    curves: each((run, k, who) => curve(run, `${who}reference less actual`, driven(run, run.columns.error[joint]), pen(k))),
   };
   const velocity = {
     title: 'Velocity', unit: label.velocity_unit, limits: label.velocity && [-label.velocity, label.velocity],
@@ -77,7 +85,7 @@ export function ofAll(runs) {
     title, unit, zero,
     curves: runs.flatMap((run, index) =>
       (run.columns[column] ?? []).map((values, k) =>
-        curve(run, `${runs.length > 1 ? `${run.letter} ` : ''}${run.joints[k].name}`, values, {
+        curve(run, `${runs.length > 1 ? `${run.letter} ` : ''}${run.joints[k].name}`, column === 'error' ? driven(run, values) : values, {
           stroke: turn(k), width: 1.5, dash: index ? [5, 4] : undefined,
         }))),
   });

@@ -1,13 +1,15 @@
 // The stage of the arms: light, floor, camera, arrows. It draws when something has changed, not all the time.
 
 import {
-  ArrowHelper, Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
+  ArrowHelper, Box3, Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { Arm } from './arm.js';
 import { rowAt } from './columns.js';
 import { colour, onTheme } from './dom.js';
 
+/** Field of view from top to bottom, degrees. */
+const FIELD = 34;
 const VIEWS = [[1.1, -1.35, 0.75], [0.01, -1.9, 0.25], [1.9, -0.01, 0.25], [0.01, -0.02, 2.0]];
 
 /** An arrow that is hidden where its vector is shorter than `least`. */
@@ -32,7 +34,7 @@ function point(arrowTo, from, vector, length) {
 }
 
 export class Stage {
-  /** Throws where there is no WebGL. */
+  /** For a browser with WebGL. */
   constructor(host, runs) {
     this.host = host;
     this.runs = runs;
@@ -67,35 +69,38 @@ export class Stage {
     }
     const g = new Vector3(...this.runs[0].gravity);
     point(this.arrows.gravity, new Vector3(-0.55 * this.size, 0, 0.55 * this.size), g, g.length() > 0 ? 0.25 * this.size : 0);
-    const force = (list) => Math.hypot(...list);
-    const told = this.runs[0].wrenches.map((wrench) => force(wrench.force));
-    const { wrench } = this.runs[0];
-    let most = Math.max(0, ...told);
-    for (let row = 0; wrench && row < this.runs[0].rows; row += 1) {
-      const size = force([wrench[0][row], wrench[1][row], wrench[2][row]]);
-      if (size > most) most = size;
+    // Forces in scale with the greatest that is known; with the greatest estimate, where none is.
+    const { wrenches, wrench, rows } = this.runs[0];
+    this.newtons = Math.max(0, ...wrenches.map(({ force }) => Math.hypot(...force)));
+    for (let row = 0; wrench && !wrenches.length && row < rows; row += 1) {
+      this.newtons = Math.max(this.newtons, Math.hypot(wrench[0][row], wrench[1][row], wrench[2][row]) || 0);
     }
-    this.newtons = most;
   }
 
   #camera(canvas) {
-    this.camera = new PerspectiveCamera(36, 1, 0.01 * this.size, 40 * this.size);
+    this.camera = new PerspectiveCamera(FIELD, 1, 0.01 * this.size, 40 * this.size);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.view = -1;
-    // About the middle of where the tip has been and the base.
-    const { array } = this.arms[0].gone.geometry.getAttribute('position');
-    const middle = new Vector3();
-    const rows = array.length / 3;
-    for (let k = 0; k < rows; k += 1) middle.add(new Vector3(array[3 * k], array[3 * k + 1], array[3 * k + 2]));
-    this.controls.target.copy(middle.divideScalar(2 * rows));
+    // About everything that any joint has passed.
+    const passed = new Box3().setFromPoints([new Vector3()]);
+    for (const arm of this.arms) {
+      const every = Math.max(1, Math.floor(arm.run.rows / 50));
+      for (let row = 0; row < arm.run.rows; row += every) {
+        arm.pose(row);
+        for (const at of arm.jointsAt()) passed.expandByPoint(at);
+      }
+    }
+    const ball = passed.getBoundingSphere(new Sphere());
+    this.controls.target.copy(ball.center);
+    this.away = (1.12 * (ball.radius + 0.06 * this.size)) / Math.sin((0.5 * FIELD * Math.PI) / 180);
     this.controls.addEventListener('change', () => this.draw());
     this.nextView();
   }
 
   nextView() {
     this.view = (this.view + 1) % VIEWS.length;
-    const away = new Vector3(...VIEWS[this.view]).multiplyScalar(1.35 * this.size);
+    const away = new Vector3(...VIEWS[this.view]).setLength(this.away);
     this.camera.position.copy(this.controls.target).add(away);
     this.controls.update();
     this.draw();
@@ -113,8 +118,9 @@ export class Stage {
     });
     for (const made of Object.values(this.arrows)) made.setColor(of(made.userData.colour));
     if (this.grid) this.scene.remove(this.grid);
-    const step = 10 ** Math.floor(Math.log10(this.size / 2));
-    const cells = 2 * Math.ceil(this.size / step);
+    const decade = 10 ** Math.floor(Math.log10(this.size / 4));
+    const step = [1, 2, 5].map((x) => x * decade).filter((x) => x <= this.size / 4).pop();
+    const cells = 2 * Math.ceil((0.8 * this.size) / step);
     this.grid = new GridHelper(cells * step, cells, of('grid'), of('grid'));
     this.grid.rotation.x = Math.PI / 2;
     this.scene.add(this.grid);
@@ -127,7 +133,7 @@ export class Stage {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     // In a narrow view, as much from side to side as otherwise from top to bottom.
-    this.camera.fov = width < height ? Math.min(70, (36 * height) / width) : 36;
+    this.camera.fov = width < height ? Math.min(70, (FIELD * height) / width) : FIELD;
     this.camera.updateProjectionMatrix();
     this.draw();
   }
@@ -145,7 +151,7 @@ export class Stage {
     // A wrench that is told is in tip axes; one that is estimated, in base axes.
     const size = told.length();
     told.transformDirection(arm.tip.matrixWorld).multiplyScalar(size);
-    const length = (size) => (this.newtons > 0 ? (0.4 * this.size * size) / this.newtons : 0);
+    const length = (size) => (this.newtons > 0 ? this.size * Math.min((0.3 * size) / this.newtons, 0.5) : 0);
     point(this.arrows.contact, tip, told, length(size));
     const guess = run.wrench ? new Vector3(...[0, 1, 2].map((axis) => run.wrench[axis][arm.row] || 0)) : new Vector3();
     point(this.arrows.estimate, tip, guess, length(guess.length()));

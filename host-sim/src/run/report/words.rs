@@ -119,10 +119,9 @@ pub(super) fn loads(run: &Run) -> Table {
     table
 }
 
-/// Lines about the whole run.
-pub(super) fn settings(run: &Run) -> Vec<String> {
-    let lines = run.summary.lines();
-    lines.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
+/// Lines about the whole run, as the command line has them.
+pub(super) fn settings(run: &Run) -> Vec<(String, String)> {
+    run.summary.lines().into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
 }
 
 /// Most events that are listed one by one.
