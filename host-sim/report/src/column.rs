@@ -13,6 +13,14 @@ pub fn encode(values: impl IntoIterator<Item = f64>) -> String {
     STANDARD.encode(bytes)
 }
 
+/// The values of a column; `None` for what is no base64 of whole values.
+#[must_use]
+pub fn decode(text: &str) -> Option<Vec<f64>> {
+    let bytes = STANDARD.decode(text).ok()?;
+    let (values, rest) = bytes.as_chunks::<4>();
+    rest.is_empty().then(|| values.iter().map(|value| f64::from(f32::from_le_bytes(*value))).collect())
+}
+
 /// Length in characters of a column of `rows` values.
 #[must_use]
 pub const fn length(rows: usize) -> usize {
@@ -21,13 +29,15 @@ pub const fn length(rows: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{encode, length};
+    use super::{decode, encode, length};
 
     #[test]
     fn a_column_is_the_base64_of_its_bytes() {
         // 1.0 is 00 00 80 3f, and -2.0 is 00 00 00 c0.
         assert_eq!(encode([1.0, -2.0]), "AACAPwAAAMA=");
         assert_eq!(encode([]), "");
+        assert_eq!(decode("AACAPwAAAMA="), Some(vec![1.0, -2.0]));
+        assert_eq!((decode("AACAPw="), decode("AAA="), decode("?")), (None, None, None));
         for rows in 0..9 {
             assert_eq!(encode(vec![0.5; rows]).len(), length(rows), "{rows}");
         }

@@ -72,10 +72,13 @@ impl Series {
         Self { name: name.into(), kind: Kind::Points, points }
     }
 
-    /// A line through these points, which interrupts itself where one is not finite.
+    /// A line through these points, which interrupts itself where one is not finite. Of many points those are kept that are seen: the
+    /// lowest and the highest of each column of pixels.
     #[must_use]
     pub fn line(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        Self { name: name.into(), kind: Kind::Line, points: points.into_iter().map(|(x, y)| Point::at(x, y)).collect() }
+        let all: Vec<(f64, f64)> = points.into_iter().collect();
+        let points = thinned(&all).into_iter().map(|(x, y)| Point::at(x, y)).collect();
+        Self { name: name.into(), kind: Kind::Line, points }
     }
 
     /// A line that keeps its height until the next point, as a Pareto front does. The points keep their names.
@@ -110,6 +113,25 @@ impl Series {
         let points = if low <= high { counts.iter().enumerate().map(bar).collect() } else { Vec::new() };
         Self { name: name.into(), kind: Kind::Bars, points }
     }
+}
+
+/// The lowest and the highest of every so many neighbours, in their order, where there are more than two in a column of pixels.
+fn thinned(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let chunk = all.len().div_ceil(SIZE.0 as usize);
+    if chunk <= 2 {
+        return all.to_vec();
+    }
+    let ends = |points: &[(f64, f64)]| {
+        let finite = || (0..points.len()).filter(|k| points[*k].1.is_finite());
+        let low = finite().min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
+        let high = finite().max_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
+        let mut kept: Vec<usize> = low.into_iter().chain(high).collect();
+        kept.sort_unstable();
+        kept.dedup();
+        // Nothing but gaps: a gap stays.
+        if kept.is_empty() { vec![points[0]] } else { kept.into_iter().map(|k| points[k]).collect() }
+    };
+    all.chunks(chunk).flat_map(ends).collect()
 }
 
 /// Size of the drawing, and its margins: left, right, top, bottom.
@@ -348,6 +370,14 @@ mod tests {
         let gap = Figure::new("a", "x", "y").with(Series::line("l", [(0.0, 0.0), (1.0, f64::NAN), (2.0, 1.0)]));
         assert_eq!(drawn(&gap).matches("class=\"line\" d=\"M").count(), 1);
         assert_eq!(drawn(&gap).split("class=\"line\"").nth(1).unwrap().matches('M').count(), 2);
+    }
+
+    #[test]
+    fn a_long_line_keeps_its_peaks() {
+        let all = (0..50_000).map(|k| (f64::from(k), if k == 31_415 { 7.0 } else { 0.0 }));
+        let line = Series::line("l", all);
+        assert!(line.points.len() <= 1520 && line.points.iter().any(|p| p.at == (31_415.0, 7.0)));
+        assert!(line.points.is_sorted_by(|a, b| a.at.0 <= b.at.0));
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub struct Run {
     pub record: Record,
     /// The run in a few numbers.
     pub summary: Summary,
-    /// Torque limits and times of waypoints, for the pictures.
+    /// Limits and times of waypoints, for the pictures.
     pub marks: Marks,
     /// Reason why the run ended.
     pub end: End,

@@ -102,7 +102,7 @@ pub(super) fn loads(run: &Run) -> Table {
     let mut table = Table::new("How hard the drives work", &head);
     for (i, joint) in run.record.joints().iter().enumerate() {
         let unit = joint.torque_unit();
-        let limit = run.marks.torque_limits.get(i).copied().filter(|limit| limit.is_finite());
+        let limit = run.marks.limits.get(i).map(|limits| limits.torque).filter(|limit| limit.is_finite());
         let share = limit.map(|limit| summary.torque_peak[i] / limit);
         let mut row = vec![
             joint.name.clone().into(),
