@@ -13,6 +13,7 @@ pub(crate) fn all() -> Result<()> {
     eprintln!("setup: firmware is built by {toolchain}");
     qemu()?;
     eprintln!("setup: qemu-system-arm is there");
+    chromium()?;
     nextest()
 }
 
@@ -32,6 +33,15 @@ fn components() -> Result<()> {
 /// The emulator.
 pub(crate) fn qemu() -> Result<()> {
     if which("qemu-system-arm").is_some() { Ok(()) } else { apt_install(&["qemu-system-arm"]) }
+}
+
+/// The browser that reports are tested in.
+pub(crate) fn chromium() -> Result<()> {
+    if which("chromium").is_none() {
+        apt_install(&["chromium"])?;
+    }
+    eprintln!("setup: chromium is there");
+    Ok(())
 }
 
 /// The test runner.

@@ -29,8 +29,8 @@ Files, in the folder given by --out:
   log.csv       every tick: time, and per joint reference and actual position and velocity, torque, limits; the fault
   summary.json  what --json prints
   report.html   all of that on one page, for a browser: the arm, the curves, the numbers (docs/report.md); --report chooses the file
-  *.svg         position, velocity, error and torque of every joint over time, with waypoints, faults, the ticks in which
-                a limit acts, and the torque limits
+  *.svg         position and velocity with their errors on top, and torque, of every joint over time, with limits, waypoints,
+                faults and the ticks in which a limit acts
 
 Terms that the scene's model calls live are fed from its [plant], to the desk's controller and to the chip's alike.
 
@@ -94,15 +94,18 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // Better now than after the run.
     fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+    let report = (!args.no_report).then(|| args.report.clone().unwrap_or_else(|| folder.join("report.html")));
+    if let Some(parent) = report.as_deref().and_then(Path::parent) {
+        fs::create_dir_all(parent).map_err(|error| in_file(parent, &error))?;
+    }
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
     let run = with_dof!(scene.robot.dof(), N => match args.target {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
         Target::Qemu => crate::chip::on_chip::run::<N>(&scene, stop, &progress),
     })?;
     let mut written = write(&run, &scene.name, &folder)?;
-    if !args.no_report {
-        let path = args.report.clone().unwrap_or_else(|| folder.join("report.html"));
-        written.push(write_report(&run, &scene, &path)?);
+    if let Some(path) = &report {
+        written.push(write_report(&run, &scene, path)?);
     }
     show(args, &run, &written)?;
     let code = exit_code(&run);

@@ -262,6 +262,12 @@ impl Summary {
             ("time per tick", engineering(self.seconds_per_tick, "s")),
             ("faster than real", format!("{:.1} times", self.realtime_factor)),
         ];
+        if let Some(ClosestLimit { joint, limit, used, tick }) = &self.closest_limit {
+            let (at, name) = (engineering(*tick as f64 * period, "s"), &self.joints[joint - 1].name);
+            lines.push(("closest limit", format!("{:.0} % of the {limit} limit of {name}, at {at}", 100.0 * used)));
+        }
+        let [given, back] = [&self.work.given, &self.work.taken_back].map(|each| engineering(each.iter().sum(), "J"));
+        lines.push(("work of the torques", format!("{given} given, {back} taken back")));
         if let Some(ModelTicks { every, between }) = &self.setting.model {
             lines.push(("model", format!("every {every} ticks, {between} between")));
         }
@@ -279,12 +285,6 @@ impl Summary {
             let each = external.iter().zip(&self.joints).map(|(x, joint)| engineering(*x, joint.torque_unit()));
             lines.push(("from outside", format!("{} rms", each.collect::<Vec<_>>().join(", "))));
         }
-        if let Some(ClosestLimit { joint, limit, used, tick }) = &self.closest_limit {
-            let (at, name) = (engineering(*tick as f64 * period, "s"), &self.joints[joint - 1].name);
-            lines.push(("closest limit", format!("{:.0} % of the {limit} limit of {name}, at {at}", 100.0 * used)));
-        }
-        let [given, back] = [&self.work.given, &self.work.taken_back].map(|each| engineering(each.iter().sum(), "J"));
-        lines.push(("work of the torques", format!("{given} given, {back} taken back")));
         if self.faults.is_empty() {
             lines.push(("faults", "none".to_owned()));
         }

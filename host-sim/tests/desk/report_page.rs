@@ -1,10 +1,13 @@
 //! Reports in a real browser: they load, play and scrub, and show the numbers of the run.
 
 use crate::browser::{Browser, FLAT, WEBGL};
+use crate::program::{at_the_top, told};
 use host_sim::run::report::{SUMMARY, page};
 use host_sim::run::simulate::{self, Run};
 use host_sim::run::summary::engineering;
+use host_sim::study::compare::{self, Side};
 use indicatif::ProgressBar;
+use report::{Block, Figure, Page, Point, Scale, Series};
 use robot_compiler::SceneFile;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -158,4 +161,78 @@ fn a_minute_of_motion_fits_in_two_megabytes() {
     let html = page(&run, &scene).unwrap().html();
     assert!((1_000_000..BYTES_MAX).contains(&html.len()), "{}", html.len());
     assert!(html.contains("Every 3") && html.contains("is in this page, as it was"));
+}
+
+/// A folder with the report of a run, changed by `change`.
+fn folder(name: &str, change: fn(&mut SceneFile)) -> (PathBuf, Run) {
+    let mut scene = scene("puma560_pick.toml");
+    change(&mut scene);
+    let run = run(&scene);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("report.html"), page(&run, &scene).unwrap().html()).unwrap();
+    (folder, run)
+}
+
+#[test]
+fn two_runs_are_compared_from_their_reports_alone() {
+    let (a, of_a) = folder("compare_a", |_| {});
+    let (b, of_b) = folder("compare_b", |scene| scene.control.law = dynamics_core::control::Law::PdGravity);
+    let html = compare::page(&Side::load(&a).unwrap(), &Side::load(&b.join("report.html")).unwrap()).unwrap().html();
+    assert!(html.len() < BYTES_MAX, "{}", html.len());
+    let change = 100.0 * (of_b.summary.tracking_max[1] / of_a.summary.tracking_max[1] - 1.0);
+    assert!(change > 100.0 && html.contains(&format!("<td>{change:+.1} %</td>")), "{change}");
+
+    let Some(mut browser) = Browser::start("compare", WEBGL) else { return };
+    for width in [1280, 390] {
+        browser.open(&write("compare", &html), width, 800);
+        browser.until("document.getElementById('viewer').dataset.ready === 'yes'");
+        assert!(browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap() <= 0.0);
+        browser.press("End");
+        let apart = browser.value("Math.hypot(...tipOfRun(0).map((x, k) => x - tipOfRun(1)[k]))").as_f64().unwrap();
+        assert!((1e-4..0.1).contains(&apart), "the arm with another law stands elsewhere: {apart} m");
+        let names = browser.value("document.querySelector('.chart .values').textContent").to_string();
+        assert!(names.contains("A actual") && names.contains("B actual"), "{names}");
+    }
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+#[test]
+fn what_is_no_report_of_a_run_is_not_compared() {
+    let (a, _) = folder("compare_bad", |scene| scene.duration = Some(0.01));
+    let (run, planar) = {
+        let scene = scene("planar2r_swing.toml");
+        (simulate::on_desk::<2>(&scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap(), scene)
+    };
+    let other = write("compare_planar", &page(&run, &planar).unwrap().html());
+    let text = write("compare_text", "<!doctype html><p>a page");
+    let missing = Path::new(env!("CARGO_TARGET_TMPDIR")).join("compare_missing.html");
+    for (b, expected) in
+        [(&missing, "there is no such file"), (&text, "no data of one run in it"), (&other, "has 6 joints")]
+    {
+        let output = at_the_top().arg("compare").args([&a, b]).output().unwrap();
+        let (code, out, error) = told(output);
+        assert_eq!((code, out.as_str()), (2, ""), "{error}");
+        assert!(error.contains(expected) && error.contains("expected"), "{error}");
+    }
+}
+
+#[test]
+fn a_point_of_a_study_hands_over_the_command_that_repeats_it() {
+    let Some(mut browser) = Browser::start("study", FLAT) else { return };
+    let point = Point::at(100.0, 1e-3).named("best").told("host-sim trade a.toml --scalar f32");
+    let figure = Figure::new("cost", "cycles", "error")
+        .scaled(Scale::Log, Scale::Log)
+        .with(Series::steps("front", vec![point, Point::at(1000.0, 1e-5)]));
+    let page = Page { title: "study".to_owned(), lead: vec!["Fine.".to_owned()], blocks: vec![Block::Figure(figure)] };
+    for width in [1280, 390] {
+        browser.open(&write("study", &page.html()), width, 800);
+        assert!(browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap() <= 0.0);
+        browser.value("document.querySelector('[data-command]').focus()");
+        browser.press("Enter");
+        browser.until(
+            "document.querySelector('.note')?.textContent.includes('host-sim trade a.toml --scalar f32') === true",
+        );
+    }
+    assert_eq!(browser.complaints(), [""; 0]);
 }

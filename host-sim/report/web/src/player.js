@@ -36,7 +36,7 @@ export function player(clock, events) {
 
 /** Table of the joints at the clock's time. */
 export function readout(clock, runs) {
-  const rows = runs.flatMap((run) => run.joints.map((joint, k) => ({ run, joint, k })));
+  const rows = runs[0].joints.flatMap((_, k) => runs.map((run) => ({ run, joint: run.joints[k], k })));
   const cells = rows.map(() => ['', '', '', ''].map(() => element('td')));
   const head = ['joint', 'position', 'error', 'torque', 'of limit'].map((name) => element('th', { scope: 'col' }, name));
   const body = rows.map(({ run, joint }, i) =>

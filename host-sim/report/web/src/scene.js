@@ -124,7 +124,8 @@ export class Stage {
     this.grid = new GridHelper(cells * step, cells, of('grid'), of('grid'));
     this.grid.rotation.x = Math.PI / 2;
     this.scene.add(this.grid);
-    this.draw();
+    // At once: before paper there is no next frame.
+    this.renderer.render(this.scene, this.camera);
   }
 
   resize() {

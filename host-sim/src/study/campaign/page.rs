@@ -28,7 +28,7 @@ impl Report {
             }
             table.row(cells);
         }
-        let mut lead = vec![format!("{}.", self.count())];
+        let mut lead = vec![format!("{}.", self.count().replace('`', ""))];
         lead.extend(self.counterexamples.is_empty().then(|| "No command was unsafe.".to_owned()));
         let mut blocks = Vec::new();
         if !self.counterexamples.is_empty() {
