@@ -8,7 +8,7 @@ use std::process::Command;
 
 /// What to do about the report page.
 #[derive(clap::Args)]
-#[group(required = true)]
+#[group(required = true, multiple = true)]
 pub(crate) struct Options {
     /// Bundle the scripts anew, with npm, into host-sim/report/assets
     #[arg(long)]
@@ -50,17 +50,15 @@ fn assets() -> PathBuf {
     root().join("host-sim/report/assets")
 }
 
-/// Whether this machine can bundle.
-pub(crate) fn can_bundle() -> bool {
-    which("npm").is_some() && which("node").is_some()
+/// Whether the scripts are compared with their sources: where npm is, and where nothing may be skipped.
+pub(crate) fn checks() -> bool {
+    crate::setup::required() || which("npm").is_some() && which("node").is_some()
 }
 
 /// Installs the packages of `package-lock.json` and bundles into a folder. The same bytes everywhere: versions are fixed and checked.
 fn bundle(into: &Path) -> Result<()> {
     let web = root().join("host-sim/report/web");
-    if !can_bundle() {
-        bail!("no npm here: install Node.js 20 or newer (Debian: apt-get install nodejs npm)");
-    }
+    crate::setup::npm()?;
     run(Command::new("npm").current_dir(&web).args(["ci", "--no-audit", "--no-fund", "--loglevel=error"]))?;
     run(Command::new("node").current_dir(&web).arg("build.mjs").arg(into))
 }

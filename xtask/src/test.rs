@@ -58,7 +58,7 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
         let program = target_directory().join("debug/examples").join(example);
         tally.command(&format!("example {example}"), &mut Command::new(program));
     }
-    if report::can_bundle() {
+    if report::checks() {
         tally.step("scripts of the report", report::check);
     } else {
         eprintln!("scripts of the report: not compared with their sources, which takes npm");

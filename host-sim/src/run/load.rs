@@ -34,18 +34,21 @@ pub(super) fn closest_limit(record: &Record, driven: usize, robot: &Robot) -> Op
         let limits = joint.spec.limits;
         let (low, high) = limits.position;
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        let position = |s: &JointSample| (s.q - middle).abs() / half;
-        let velocity = |s: &JointSample| s.qd.abs() / limits.velocity;
-        let torque = |s: &JointSample| s.torque.abs() / limits.torque;
-        let shares: [(&'static str, bool, &dyn Fn(&JointSample) -> f64); 3] = [
-            ("position", half.is_finite(), &position),
-            ("velocity", limits.velocity.is_finite(), &velocity),
-            ("torque", limits.torque.is_finite(), &torque),
-        ];
-        for (limit, _, share) in shares.into_iter().filter(|(_, limited, _)| *limited) {
-            for (tick, sample) in record.joint(index).take(driven).enumerate() {
-                let used = share(sample);
-                if used.is_finite() && closest.as_ref().is_none_or(|closest| used > closest.used) {
+        let shares = |s: &JointSample| {
+            let position = (s.q - middle).abs() / half;
+            [
+                ("position", position),
+                ("velocity", s.qd.abs() / limits.velocity),
+                ("torque", s.torque.abs() / limits.torque),
+            ]
+        };
+        // Without a limit a share is zero, or NaN of two infinite ends.
+        let limited = [half, limits.velocity, limits.torque].map(f64::is_finite);
+        for (tick, sample) in record.joint(index).take(driven).enumerate() {
+            let known =
+                shares(sample).into_iter().zip(limited).filter(|((_, used), limited)| *limited && used.is_finite());
+            for ((limit, used), _) in known {
+                if closest.as_ref().is_none_or(|closest| used > closest.used) {
                     closest = Some(ClosestLimit { joint: index + 1, limit, used, tick });
                 }
             }

@@ -136,7 +136,7 @@ fn greatest(a: &Side, b: &Side) -> Option<String> {
 /// Change from A to B in percent of A.
 fn change(before: f64, after: f64) -> String {
     let (before, after) = (before.abs(), after.abs());
-    if before == after {
+    if before.to_bits() == after.to_bits() {
         "the same".to_owned()
     } else if before > 0.0 {
         format!("{:+.1} %", 100.0 * (after / before - 1.0))

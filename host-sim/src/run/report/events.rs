@@ -30,7 +30,7 @@ const LIMITS: [(LimitFlags, &str); 5] = [
 ];
 
 /// Most stretches of one limit on one joint: a limit that comes and goes all the time is drawn as one from there on.
-const STRETCHES_MAX: usize = 200;
+const STRETCHES_MAX: usize = 40;
 
 /// All events, in order of time.
 pub(super) fn events(run: &Run, scene: &SceneFile) -> Vec<Event> {

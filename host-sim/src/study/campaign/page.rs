@@ -6,8 +6,10 @@ use super::run::{Counterexample, Outcome};
 use report::{Block, Figure, Page, Point, Scale, Series, Table};
 use std::path::PathBuf;
 
-/// Ways in which a run ends, for the figure.
-const ENDS: [(&str, fn(&Outcome) -> bool); 4] = [
+/// A way in which a run ends: its name, and whether an outcome is of it.
+type End = (&'static str, fn(&Outcome) -> bool);
+
+const ENDS: [End; 4] = [
     ("fault", |outcome| matches!(outcome, Outcome::Fault(_))),
     ("held", |outcome| matches!(outcome, Outcome::Held(_))),
     ("went where it was asked to", |outcome| matches!(outcome, Outcome::Asked)),
@@ -57,7 +59,7 @@ impl Report {
                 .map(|(_, runs)| runs)
                 .sum()
         };
-        let series = |(name, ends): (&str, fn(&Outcome) -> bool)| {
+        let series = |(name, ends): End| {
             let bar = |(state, label): (usize, &String)| {
                 let runs = count(state, ends);
                 Point::at(state as f64, runs as f64).named(format!("{label}, {name}: {runs} runs"))
