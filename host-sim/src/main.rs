@@ -15,6 +15,7 @@ fn main() -> ExitCode {
     }
     let done = match Cli::parse().command {
         Command::Run(args) => cli::run::run(&args, &stop_on_interrupt()),
+        Command::Compare(args) => cli::compare::run(&args).map(|()| 0),
         Command::Dynamics(args) => cli::dynamics::run(&args).map(|()| 0),
         Command::Terms(args) => cli::terms::run(&args).map(|()| 0),
         Command::Statics(args) => cli::statics::run(&args).map(|()| 0),

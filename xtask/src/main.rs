@@ -12,6 +12,7 @@ mod peers;
 mod process;
 mod qemu;
 mod readme;
+mod report;
 mod robot_data;
 mod scene_keys;
 mod setup;
@@ -73,6 +74,11 @@ enum Task {
         /// Write the program with the stretches to the board first, with probe-rs; only with the drives' power off
         #[arg(long, requires = "port")]
         flash: bool,
+    },
+    /// The report page: its scripts from their sources, its picture in the README
+    Report {
+        #[command(flatten)]
+        options: report::Options,
     },
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
@@ -177,6 +183,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Budget { options } => budget::run(&options),
         Task::Cycles { micro, port, flash, .. } if micro || port.is_some() => bench::micro::run(port.as_deref(), flash),
         Task::Cycles { write, .. } => bench::cycles::run(write),
+        Task::Report { options } => report::run_task(&options),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Build { what, message_path, emulator, dma_stand_in } => {

@@ -47,6 +47,7 @@ const ALL: &[&str] = &[
     "host-sim",
     "fuzz",
     "identification",
+    "report",
     "chip-image",
     "chip-log",
     "chip-budget",
@@ -55,7 +56,7 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 21] = [
+const ROWS: [Row; 22] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
@@ -72,11 +73,21 @@ const ROWS: [Row; 21] = [
     row(
         "host-sim",
         "host-sim",
-        &["actuator-model", "dynamics-core", "identification", "joint-io", "link", "robot-compiler", "session"],
+        &[
+            "actuator-model",
+            "dynamics-core",
+            "identification",
+            "joint-io",
+            "link",
+            "report",
+            "robot-compiler",
+            "session",
+        ],
         &[],
     ),
     row("fuzz", "host-sim/fuzz", &["dynamics-core", "host-sim", "link", "robot-compiler", "session"], &[]),
     row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
+    row("report", "host-sim/report", &[], &[]),
     row("chip-image", "xtask/image", &[], &[]),
     row("chip-log", "xtask/log", &[], &[]),
     row("chip-budget", "xtask/budget", ALL, ALL),

@@ -5,6 +5,7 @@ pub mod campaign;
 pub mod chain;
 pub mod check;
 pub mod choose;
+pub mod compare;
 pub mod connect;
 pub mod contact;
 pub mod doctor;
@@ -59,6 +60,8 @@ Exit codes:
 pub enum Command {
     /// Close the loop of a scene: table, CSV log, plots.
     Run(run::RunArgs),
+    /// Two runs on one page: both arms, curves over each other, what differs.
+    Compare(compare::CompareArgs),
     /// Inverse and forward dynamics of states given as JSON lines.
     Dynamics(dynamics::DynamicsArgs),
     /// Show the matrices of the equations of motion at one posture.

@@ -120,6 +120,13 @@ impl Record {
         self.external.iter().skip(joint).step_by(self.joints.len().max(1)).copied()
     }
 
+    /// Estimate of force (N) and moment (N m) at the tip in each tick, in base axes; `None` where the arm is singular. Empty where
+    /// nobody estimates it.
+    #[must_use]
+    pub fn wrenches(&self) -> &[Option<[f64; 6]>] {
+        &self.wrenches
+    }
+
     /// Whether torques from outside are estimated.
     #[must_use]
     pub fn estimates(&self) -> bool {
@@ -150,7 +157,7 @@ impl Record {
         &self.faults
     }
 
-    /// All joints in one tick.
+    /// All joints in one tick; empty beyond the last one.
     #[must_use]
     pub fn tick(&self, tick: usize) -> &[JointSample] {
         let joints = self.joints.len();

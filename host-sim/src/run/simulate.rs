@@ -34,7 +34,7 @@ pub struct Run {
     pub record: Record,
     /// The run in a few numbers.
     pub summary: Summary,
-    /// Torque limits and times of waypoints, for the pictures.
+    /// Limits and times of waypoints, for the pictures.
     pub marks: Marks,
     /// Reason why the run ended.
     pub end: End,
@@ -205,7 +205,7 @@ async fn within_with<S: Real, const N: usize, C: Torques<S, N>>(
     let Closed { end, timing, failure } =
         closed_loop::run_with(solver, world, controller, ticks, stop, &mut record, after_tick).await;
     progress.finish_and_clear();
-    let summary = Summary::new(setting(scene, target), &scene.safety, &record, end, timing);
+    let summary = Summary::new(setting(scene, target), scene, &record, end, timing);
     let marks = Marks::of(world, &model, record.ticks());
     Ok(Run { record, summary, marks, end, failure })
 }

@@ -4,6 +4,7 @@
 
 mod batch;
 mod bound;
+mod browser;
 mod campaign;
 mod chapter12;
 mod check;
@@ -32,6 +33,7 @@ mod plant_rotor_coupling;
 mod program;
 mod rates;
 mod reference;
+mod report_page;
 #[path = "../../../robot-compiler/tests/common/rooms.rs"]
 mod room_names;
 mod rooms;
