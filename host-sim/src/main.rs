@@ -38,6 +38,8 @@ fn main() -> ExitCode {
         Command::Bound(args) => cli::bound::run(&args).map(|()| 0),
         Command::Extremes(args) => cli::extremes::run(&args).map(|()| 0),
         Command::Campaign(args) => cli::campaign::run(&args, &stop_on_interrupt()),
+        Command::Sweep(args) => cli::sweep::run(&args, &stop_on_interrupt()),
+        Command::Merge(args) => cli::merge::run(&args),
         Command::Trade(args) => cli::trade::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
         Command::Choose(args) => cli::choose::run(&args, &EmulatedChip, &stop_on_interrupt()).map(|()| 0),
     };

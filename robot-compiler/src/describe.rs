@@ -12,3 +12,4 @@ pub(crate) mod linkage;
 pub(crate) mod robot;
 pub mod scene;
 mod snippet;
+pub(crate) mod study;

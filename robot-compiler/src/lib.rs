@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `describe` | the types of an arm, a linkage and a scene, and the core's numbers for them; in public [`scene`], [`drive`] |
+//! | `describe` | the types of an arm, a linkage and a scene, and the core's numbers for them; in public [`scene`], [`drive`], [`study`] |
 //! | `read` | TOML and URDF files: `load` of [`Robot`], [`LinkageFile`] and [`SceneFile`]; errors point at file, line and field |
 //! | [`check`] | rules about the numbers of an arm: would a physicist believe them? |
 //! | [`choose`] | choices for a scene: the fewest terms, the remaining loop gain, the inverse dynamics |
@@ -46,3 +46,11 @@ pub use describe::linkage::{LinkageFile, Mechanism};
 pub use describe::robot::{JointEncoder, JointFriction, Robot, RobotJoint};
 pub use describe::scene::SceneFile;
 pub use describe::{drive, scene};
+
+/// Studies: many runs of one scene, or of a campaign.
+pub mod study {
+    pub use crate::describe::study::{
+        Design, Experiment, Figure, Key, Literal, Metric, Relative, Runs, Setting, Study, Subject, Values, Vary,
+    };
+    pub use crate::read::study::{Drawn, Template, with_robot};
+}

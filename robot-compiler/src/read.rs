@@ -4,6 +4,7 @@ mod fields;
 mod linkage;
 mod robot;
 mod scene;
+pub(crate) mod study;
 mod table;
 mod text;
 mod urdf;

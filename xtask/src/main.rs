@@ -14,6 +14,7 @@ mod qemu;
 mod readme;
 mod report;
 mod robot_data;
+mod scale;
 mod scene_keys;
 mod setup;
 mod tally;
@@ -79,6 +80,12 @@ enum Task {
     Report {
         #[command(flatten)]
         options: report::Options,
+    },
+    /// Run a study on HyperQueue and Slurm, kill a worker of each on the way, and demand the bytes of one process; check Kubernetes'
+    /// manifest against its schema
+    Scale {
+        #[command(flatten)]
+        options: scale::Options,
     },
     /// Check that no soft double and no panic is reachable from the control tick
     Gate {
@@ -184,6 +191,8 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Cycles { micro, port, flash, .. } if micro || port.is_some() => bench::micro::run(port.as_deref(), flash),
         Task::Cycles { write, .. } => bench::cycles::run(write),
         Task::Report { options } => report::run_task(&options),
+    },
+        Task::Scale { options } => scale::run_all(&options),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {
             FirmwareTask::Build { what, message_path, emulator, dma_stand_in } => {

@@ -22,11 +22,13 @@ pub mod info;
 pub mod kernel;
 pub mod key;
 pub mod linkage;
+pub mod merge;
 pub mod motion;
 pub mod names;
 pub mod replay;
 pub mod run;
 pub mod statics;
+pub mod sweep;
 pub mod terms;
 pub mod trade;
 
@@ -102,6 +104,10 @@ pub enum Command {
     Extremes(extremes::ExtremesArgs),
     /// Inject every fault in every state of the safety state machine, and judge every tick.
     Campaign(campaign::CampaignArgs),
+    /// Very many runs of a scene whose keys vary: a study, or a shard of it.
+    Sweep(sweep::SweepArgs),
+    /// Put the shards of a study together.
+    Merge(merge::MergeArgs),
     /// Is everything there: tool chain, emulator, probe, serial port, the firmware on a board; and what to do.
     Doctor(doctor::DoctorArgs),
     /// Make the key that a host and a board share.

@@ -71,20 +71,34 @@ impl Campaign {
     pub fn report(&self, stop: &AtomicBool, progress: &ProgressBar) -> Result<Report, Failure> {
         let start = Instant::now();
         progress.set_length(self.runs.len() as u64);
-        let mut finished = Vec::new();
-        for (index, scene) in self.scenes.iter().enumerate() {
-            finished.extend(with_dof!(scene.robot.dof(), N => self.runs_of::<N>(scene, index as u64, stop, progress))?);
-        }
+        let finished = self.finished(stop, progress)?.into_iter().map(|(_, finished)| finished).collect();
         progress.finish_and_clear();
         let scenes = self.scenes.iter().map(|scene| scene.name.clone()).collect();
         Ok(Report::new(scenes, self, finished, start.elapsed()))
     }
 
-    /// The runs of one scene, in order.
+    /// As [`Campaign::report`]; every run with its number, scene by scene.
+    ///
+    /// # Errors
+    /// As [`Campaign::report`].
+    pub fn finished(&self, stop: &AtomicBool, progress: &ProgressBar) -> Result<Vec<(u64, Finished)>, Failure> {
+        let mut finished = Vec::with_capacity(self.runs.len());
+        let scenes = self.scenes.len() as u64;
+        for (index, scene) in self.scenes.iter().enumerate() {
+            let numbers: Vec<u64> = self.runs.iter().copied().filter(|run| run % scenes == index as u64).collect();
+            if !numbers.is_empty() {
+                let done = with_dof!(scene.robot.dof(), N => self.runs_of::<N>(scene, &numbers, stop, progress))?;
+                finished.extend(numbers.into_iter().zip(done));
+            }
+        }
+        Ok(finished)
+    }
+
+    /// The runs of one scene with these numbers, in order.
     fn runs_of<const N: usize>(
         &self,
         scene: &SceneFile,
-        index: u64,
+        numbers: &[u64],
         stop: &AtomicBool,
         progress: &ProgressBar,
     ) -> Result<Vec<Finished>, Failure> {
@@ -92,7 +106,6 @@ impl Campaign {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;
         let cases = Case::of(scene, self.on_chip);
         let scenes = self.scenes.len() as u64;
-        let numbers: Vec<u64> = self.runs.iter().copied().filter(|run| run % scenes == index).collect();
         let one = |stage: &Stage<N>, machine: &mut dyn Machine<N>, number: u64| {
             if stop.load(Ordering::Relaxed) {
                 return Err(Failure::Interrupted);
@@ -108,7 +121,7 @@ impl Campaign {
             let target = |error| Failure::Target(miette::Report::from_err(error));
             let program = build_firmware(&scene.path).map_err(target)?;
             let mut both = Both::new(Chip::start(&program, bench).map_err(target)?, scene, &model);
-            return numbers.into_iter().map(|number| one(&stage, &mut both, number)).collect();
+            return numbers.iter().map(|number| one(&stage, &mut both, *number)).collect();
         }
         // A session takes longer to create than to run: idle ones are kept for reuse.
         let free = Mutex::new(vec![(stage, Desk::new(scene, &model, Pacing::Live))]);

@@ -18,6 +18,8 @@
 //! | [`path_work`] | work of the actuators along given states |
 //! | [`posture_search`] | the posture that minimises a function |
 //! | [`statics`] | torques and forces that hold an arm at rest |
+//! | [`sweep`] | very many runs whose keys vary, on one machine or many |
+//! | [`parallel`] | work on all cores |
 //! | [`terms`] | the matrices of the equations of motion |
 //! | [`trade`] | speed against accuracy: the cost and the errors of every choice |
 
@@ -35,11 +37,12 @@ pub mod identify;
 pub mod kernel;
 pub mod linkage;
 mod numbers;
-mod parallel;
+pub mod parallel;
 pub mod path_work;
 pub mod posture_search;
 pub(crate) mod robot_or_scene;
 pub mod statics;
+pub mod sweep;
 pub mod taught;
 pub mod terms;
 pub mod trade;

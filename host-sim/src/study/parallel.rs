@@ -37,6 +37,35 @@ pub(crate) fn try_in_parallel<T: Send, E: Send>(
     results.into_iter().flatten().collect()
 }
 
+/// Threads that share work.
+#[derive(Debug)]
+pub struct Jobs(Option<rayon::ThreadPool>);
+
+impl Jobs {
+    /// So many threads; `None`: one for each core.
+    ///
+    /// # Errors
+    /// The system gives no more threads.
+    pub fn new(count: Option<usize>) -> std::io::Result<Self> {
+        let pool = count.map(|count| rayon::ThreadPoolBuilder::new().num_threads(count).build()).transpose();
+        pool.map(Self).map_err(std::io::Error::other)
+    }
+
+    /// Number of threads.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.0.as_ref().map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads)
+    }
+
+    /// Does work that calls [`in_parallel`] on these threads.
+    pub(crate) fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.0 {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+}
+
 fn share_out(count: usize, work: &(dyn Fn(usize) + Sync)) {
     (0..count).into_par_iter().for_each(work);
 }

@@ -87,12 +87,17 @@ impl SceneFile {
 
 /// Reads a scene; the path of the robot file is relative to `folder`.
 fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
+    read_with(source, folder, None)
+}
+
+/// As [`read`], with a robot that has been read already.
+pub(super) fn read_with(source: &Source, folder: &Path, known: Option<&Robot>) -> Result<SceneFile, FileError> {
     let document = parse(source)?;
     let root = Table::root(source, &document);
     refuse(&root, "a scene that names a robot file")?;
     root.only(&SCENE_KEYS)?;
     let name = text(&root.require("name", "the scene's name")?, "the scene's name")?;
-    let robot = robot(&root, folder)?;
+    let robot = known.map_or_else(|| robot(&root, folder), |robot| Ok(robot.clone()))?;
     let model = root.table("model")?.map_or_else(|| Ok(ModelSpec::default_for(&robot)), |t| model::read(&t, &robot))?;
     let control =
         root.table("control")?.map_or_else(|| Ok(ControlSpec::default_for(&robot)), |t| control::read(&t, &robot))?;
@@ -132,7 +137,8 @@ fn read(source: &Source, folder: &Path) -> Result<SceneFile, FileError> {
     Ok(scene)
 }
 
-fn robot(root: &Table<'_>, folder: &Path) -> Result<Robot, FileError> {
+/// Reads the robot of a scene.
+pub(super) fn robot(root: &Table<'_>, folder: &Path) -> Result<Robot, FileError> {
     let named = root.require("robot", "the path of a robot file, relative to this file")?;
     let path = folder.join(named.string("the path of a robot file, relative to this file")?);
     if !path.is_file() {

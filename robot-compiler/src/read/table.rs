@@ -71,6 +71,16 @@ impl<'a> Table<'a> {
         Some(Value { source: self.source, value: value.get_ref(), span: value.span(), path: self.field(key) })
     }
 
+    /// Every key with its place and value.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (&'a str, Range<usize>, Value<'a>)> {
+        let (table, source, path) = (self.table, self.source, self.path.clone());
+        table.into_iter().flat_map(|table| table.iter()).map(move |(key, value)| {
+            let name: &'a str = key.get_ref().as_ref();
+            let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+            (name, key.span(), Value { source, value: value.get_ref(), span: value.span(), path })
+        })
+    }
+
     pub(crate) fn require(&self, key: &str, expected: &str) -> Result<Value<'a>, FileError> {
         self.get(key).ok_or_else(|| self.error(key, "missing", expected))
     }

@@ -1,0 +1,51 @@
+//! `merge`: the shards of a study, put together.
+
+use crate::cli::progress::progress_bar;
+use crate::cli::sweep::{Shown, code, show};
+use crate::failure::Failure;
+use crate::study::sweep::results::Results;
+use crate::study::sweep::store;
+use clap::Args;
+use indicatif::ProgressBar;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Every shard is checked: the same study, program and machine's numbers, every run once, the table as it was written. The merged files are
+byte for byte those of one process. One shard is read at a time, so memory does not grow with their number.
+
+Examples:
+  host-sim merge out/shards/* --out out/whole
+  host-sim merge out/shards/* --out out/whole --json | jq .failures";
+
+/// Options of `merge`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct MergeArgs {
+    /// The shards' folders, in any order.
+    #[arg(value_name = "FOLDER", required = true)]
+    pub shards: Vec<PathBuf>,
+    /// Folder for the whole; a new one.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: PathBuf,
+    /// Print results.json, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+    /// No progress bar and no table.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Merge shards; returns the exit code.
+///
+/// # Errors
+/// Shards that do not belong together or are damaged, a file that cannot be written.
+pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
+    let bar = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "shards") };
+    bar.set_length(args.shards.len() as u64);
+    let merged = store::merge(&args.shards, &args.out, &|shards| bar.set_position(shards));
+    bar.finish_and_clear();
+    let (prepared, _) = merged?;
+    let results = Results::of(&prepared, &args.out)?;
+    show(&Shown { json: args.json, quiet: args.quiet, pace: "" }, &prepared, &results, &args.out)?;
+    Ok(code(&prepared, &results))
+}

@@ -1,0 +1,161 @@
+//! Runs of a scene, and the figures that are kept of each.
+
+use super::draw::Draw;
+use crate::failure::Failure;
+use crate::run::closed_loop::End;
+use crate::run::simulate::{self, Run};
+use indicatif::ProgressBar;
+use robot_compiler::study::{Drawn, Experiment, Figure, Metric, Study, Template};
+use robot_compiler::{SceneFile, with_dof};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Titles of the columns behind the figures.
+pub(super) const ENDINGS: [&str; 2] = ["end", "pass"];
+
+/// How a run ended that the reader of scenes did not accept.
+pub(super) const REFUSED: &str = "refused";
+
+/// A scene whose keys vary.
+#[derive(Debug)]
+pub(super) struct SceneRuns {
+    experiment: Experiment,
+    template: Template,
+    draw: Draw,
+}
+
+impl SceneRuns {
+    /// Reads the scene, and its first run.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the scene cannot be read, a key leads nowhere, the first run cannot be read, or a figure asks for a joint that
+    /// the arm does not have.
+    pub(super) fn new(study: &Study, experiment: &Experiment) -> Result<Self, Failure> {
+        let template = Template::load(study).map_err(Failure::input)?;
+        let draw = Draw::new(&study.runs, experiment.vary.len());
+        let runs = Self { experiment: experiment.clone(), template, draw };
+        let scene = runs.template.check(study, &runs.values(0)).map_err(Failure::input)?;
+        let dof = scene.robot.dof();
+        match experiment.metrics.iter().find(|metric| metric.joint.is_some_and(|joint| joint > dof)) {
+            None => Ok(runs),
+            Some(metric) => Err(Failure::Input(miette::miette!(
+                help = format!("expected a joint from 1 to {dof}"),
+                "{}: metric `{}`: the arm has {dof} joints",
+                study.path.display(),
+                metric.title
+            ))),
+        }
+    }
+
+    /// Titles of the columns behind the index.
+    pub(super) fn columns(&self) -> Vec<String> {
+        let keys = self.experiment.vary.iter().map(|vary| vary.key.name.clone());
+        let metrics = self.experiment.metrics.iter().map(|metric| metric.title.clone());
+        keys.chain(metrics).chain(ENDINGS.map(str::to_owned)).collect()
+    }
+
+    /// Values of a run.
+    pub(super) fn values(&self, index: u64) -> Vec<Drawn<'_>> {
+        self.draw.values(&self.experiment.vary, index)
+    }
+
+    /// The texts of a run's scene, and of its robot where the run changes it.
+    pub(super) fn texts(&self, index: u64) -> (String, Option<String>) {
+        self.template.texts(&self.values(index))
+    }
+
+    /// The scene of a run.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] for values that make the scene impossible.
+    pub(super) fn scene(&self, index: u64) -> Result<SceneFile, Failure> {
+        self.template.scene(&self.values(index)).map_err(Failure::input)
+    }
+
+    /// Does one run; the cells behind the index.
+    ///
+    /// # Errors
+    /// [`Failure::Interrupted`] after `stop`.
+    pub(super) fn row(&self, index: u64, stop: &AtomicBool) -> Result<Vec<String>, Failure> {
+        let values = self.values(index);
+        let mut cells: Vec<String> = values.iter().map(cell).collect();
+        let metrics = &self.experiment.metrics;
+        match self.template.scene(&values).map_err(Failure::input).and_then(|scene| on_desk(&scene, stop)) {
+            Ok(run) if run.end != End::Interrupted => {
+                let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, &run)).collect();
+                let end = ending(&run);
+                let pass = end == "complete" && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
+                cells.extend(figures.iter().map(|figure| number(*figure)));
+                cells.extend([end, if pass { "1" } else { "0" }.to_owned()]);
+            }
+            Ok(_) => return Err(Failure::Interrupted),
+            Err(Failure::Input(_)) => {
+                cells.extend(metrics.iter().map(|_| String::new()));
+                cells.extend([REFUSED.to_owned(), String::new()]);
+            }
+            Err(other) => return Err(other),
+        }
+        if stop.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(cells) }
+    }
+}
+
+/// Runs a scene on the desk, whatever its number of joints.
+fn on_desk(scene: &SceneFile, stop: &AtomicBool) -> Result<Run, Failure> {
+    with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, stop, &ProgressBar::hidden()))
+}
+
+/// A number as a cell: the shortest text that reads back exactly.
+fn number(x: f64) -> String {
+    // Not the sign of a NaN, which processors choose as they like.
+    if x.is_nan() { "nan".to_owned() } else { format!("{x:?}") }
+}
+
+fn cell(value: &Drawn<'_>) -> String {
+    match value {
+        Drawn::Number(x) => number(*x),
+        Drawn::Whole(x) => x.to_string(),
+        Drawn::Listed(listed) => listed.cell.clone(),
+    }
+}
+
+/// How a run ended: `complete`, `fault N` with the first fault's number, or `diverged`.
+fn ending(run: &Run) -> String {
+    match (&run.end, run.summary.faults.first()) {
+        (End::Diverged(_), _) => "diverged".to_owned(),
+        (_, Some(fault)) => format!("fault {}", fault.code),
+        _ => "complete".to_owned(),
+    }
+}
+
+/// A figure of a run: that of one joint, or the largest of all.
+fn figure(metric: &Metric, run: &Run) -> f64 {
+    let summary = &run.summary;
+    let record = &run.record;
+    let joints = record.joints().len();
+    let one = |joint: usize| match metric.figure {
+        Figure::TrackingRms => summary.tracking_rms[joint],
+        Figure::TrackingMax => summary.tracking_max[joint],
+        Figure::TorqueRms => summary.torque_rms[joint],
+        Figure::TorquePeak => summary.torque_peak[joint],
+        Figure::TorqueChatter => summary.torque_chatter[joint],
+        Figure::ExternalRms => summary.external_rms.as_ref().map_or(f64::NAN, |external| external[joint]),
+        Figure::RestError => summary.rest_error[joint].map_or(f64::NAN, f64::abs),
+        Figure::SettlingTime => summary.settling_time[joint].unwrap_or(f64::INFINITY),
+        Figure::LimitedTicks => {
+            let counts = &summary.limits[joint];
+            (counts.position + counts.velocity + counts.torque + counts.torque_rate) as f64
+        }
+        Figure::Drift => {
+            let (first, last) = (record.joint(joint).next(), record.joint(joint).last());
+            first.zip(last).map_or(f64::NAN, |(first, last)| (last.q - first.q).abs())
+        }
+        Figure::SpeedMax => record.joint(joint).map(|sample| sample.qd.abs()).fold(0.0, f64::max),
+        Figure::Faults => summary.faults.len() as f64,
+        Figure::OutOfReach => f64::from(u8::from(summary.supervision.out_of_reach.is_some())),
+    };
+    match metric.joint {
+        Some(joint) => one(joint - 1),
+        None if !metric.figure.is_per_joint() => one(0),
+        // NaN of any joint is NaN of all.
+        None => (0..joints).map(one).fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most }),
+    }
+}

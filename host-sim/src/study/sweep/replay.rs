@@ -1,0 +1,56 @@
+//! One run of a study in full.
+
+use super::Prepared;
+use crate::failure::{Failure, in_file};
+use crate::run::files::write;
+use crate::run::simulate::{self, Run};
+use indicatif::ProgressBar;
+use robot_compiler::with_dof;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// A run that was done again, and its files.
+#[derive(Debug)]
+pub struct Replayed {
+    /// The run.
+    pub run: Run,
+    /// `scene.toml` and `robot.toml` with the run's values, log, summary and pictures.
+    pub files: Vec<PathBuf>,
+}
+
+/// Does the run with this index again, and writes all that `host-sim run` writes, with the scene that it takes.
+///
+/// # Errors
+/// [`Failure::Input`]: the study has no such run or is a campaign, or the run's values make the scene impossible.
+/// [`Failure::Output`]: a file cannot be written.
+pub fn replay(
+    prepared: &Prepared,
+    index: u64,
+    folder: &Path,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Replayed, Failure> {
+    let wrong = |problem: String| Failure::Input(miette::miette!("--replay {index}: {problem}"));
+    if index >= prepared.count {
+        return Err(wrong(format!("expected a run from 0 to {}", prepared.count - 1)));
+    }
+    let Some(runs) = prepared.scene_runs() else {
+        let seed = prepared.study.runs.seed;
+        return Err(wrong(format!("a campaign's run is repeated by `host-sim campaign --seed {seed} --run {index}`")));
+    };
+    fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
+    let (scene, robot) = runs.texts(index);
+    // The copies of the study name each other; the run's own texts stand in their place.
+    let alone = prepared.stand_alone(&scene, robot.as_deref())?;
+    let mut files = Vec::new();
+    for (name, text) in alone {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|error| in_file(&path, &error))?;
+        files.push(path);
+    }
+    let scene = runs.scene(index)?;
+    let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(&scene, stop, progress))?;
+    files.extend(write(&run, &format!("{}, run {index}", prepared.study.name), folder)?);
+    Ok(Replayed { run, files })
+}

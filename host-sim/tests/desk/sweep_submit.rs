@@ -1,0 +1,65 @@
+//! What engines are given: scripts whose shards merge to the bytes of one process.
+
+use crate::program::{at_its_fixtures, printed};
+use crate::sweep::folder;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+fn submit(engine: &str, out: &Path) -> String {
+    let mut command = at_its_fixtures();
+    command.args(["sweep", "tests/fixtures/study.toml", "--submit", engine, "--shards", "5", "--out"]).arg(out);
+    printed(command.output().unwrap())
+}
+
+#[test]
+fn the_scripts_of_every_engine_do_the_shards_and_merge_them() {
+    let whole = folder("submit_whole");
+    let mut command = at_its_fixtures();
+    printed(command.args(["sweep", "tests/fixtures/study.toml", "--quiet", "--out"]).arg(&whole).output().unwrap());
+    for (engine, own) in [("hyperqueue", "submit.sh"), ("slurm", "submit.sbatch"), ("kubernetes", "job.yaml")] {
+        let out = folder(&format!("submit_{engine}"));
+        assert!(submit(engine, &out).contains(own));
+        for number in 1..=5 {
+            let script = |environment: &str, line: &str| {
+                let mut command = Command::new("sh");
+                command.current_dir(&out).env(environment, number.to_string()).args(["-c", line]);
+                command
+            };
+            let mut task = match engine {
+                "hyperqueue" => script("HQ_TASK_ID", "exec ./shard.sh \"$HQ_TASK_ID\""),
+                "slurm" => script("SLURM_ARRAY_TASK_ID", "exec sh submit.sbatch"),
+                _ => script(
+                    "ANY",
+                    &format!("JOB_COMPLETION_INDEX={}; exec ./shard.sh $((JOB_COMPLETION_INDEX + 1))", number - 1),
+                ),
+            };
+            printed(task.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).output().unwrap());
+        }
+        let mut merge = Command::new(out.join("merge.sh"));
+        printed(merge.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).output().unwrap());
+        for name in ["runs.csv", "manifest.json", "results.json"] {
+            let same = fs::read(out.join("whole").join(name)).unwrap() == fs::read(whole.join(name)).unwrap();
+            assert!(same, "{engine}: {name}");
+        }
+    }
+}
+
+#[test]
+fn engines_retry_and_count_as_they_were_asked_to() {
+    let text = |engine: &str, name: &str| {
+        let out = folder(&format!("told_{engine}"));
+        submit(engine, &out);
+        fs::read_to_string(out.join(name)).unwrap()
+    };
+    let slurm = text("slurm", "submit.sbatch");
+    for line in ["#SBATCH --array=1-5", "#SBATCH --requeue", "#SBATCH --cpus-per-task=1"] {
+        assert!(slurm.lines().any(|found| found == line), "{slurm}");
+    }
+    let hyperqueue = text("hyperqueue", "submit.sh");
+    assert!(hyperqueue.contains("--array 1-5 --cpus 1 --crash-limit 10"), "{hyperqueue}");
+    let kubernetes = text("kubernetes", "job.yaml");
+    for part in ["completions: 5\n", "backoffLimitPerIndex: 10\n", "completionMode: Indexed\n", "image: \"host-sim:"] {
+        assert!(kubernetes.contains(part), "{kubernetes}");
+    }
+}

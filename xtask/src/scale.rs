@@ -1,0 +1,164 @@
+//! `cargo xtask scale`: a study on the engines that `host-sim sweep --submit` writes for, each of which loses a worker on the way, compared
+//! byte for byte with one process; a merge of many shards; and the plan for very many runs that the figures give.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `engines` | HyperQueue and Slurm on this machine, and the check of Kubernetes' manifest |
+//! | `slurm` | a Slurm of one node: its daemons, their configuration |
+//! | `measure` | time, memory and processor time of a process |
+//! | `report` | `docs/measured/scale.md` |
+
+mod engines;
+mod measure;
+mod report;
+mod slurm;
+
+use crate::process::{cargo, root, run, target_directory};
+use anyhow::{Context as _, Result, ensure};
+use measure::{Cost, measured};
+use report::Figures;
+use robot_compiler::emit::page::Page;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Options of the task.
+#[derive(clap::Args)]
+pub(crate) struct Options {
+    /// Runs of the study on every engine
+    #[arg(long, default_value_t = 100_000)]
+    runs: u64,
+    /// Shards of it
+    #[arg(long, default_value_t = 50)]
+    shards: u64,
+    /// Write the tables of docs/measured/scale.md
+    #[arg(long)]
+    write: bool,
+}
+
+/// Where the tables go.
+const PLACE: &str = "scale";
+
+/// Shards of the merge whose memory is measured, and runs of each.
+const MANY: (u64, u64) = (1_000, 100);
+
+/// Runs of the pick from which a run's processor time is taken.
+const PICKS: u64 = 1_000;
+
+/// Installs the engines, runs, compares, and reports.
+pub(crate) fn run_all(options: &Options) -> Result<()> {
+    let mut page = Page::read(root().join("docs/measured/scale.md"), &[PLACE])?;
+    let python = engines::install()?;
+    slurm::install()?;
+    run(&mut cargo(["build", "--release", "--locked", "--package", "host-sim"]))?;
+    let program = target_directory().join("release/host-sim");
+    let folder = target_directory().join("scale");
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)?;
+    }
+    std::fs::create_dir_all(&folder)?;
+    let work = Work { program, folder, python, runs: options.runs, shards: options.shards };
+    let whole = work.folder.join("whole");
+    eprintln!("scale: {} runs in one process", work.runs);
+    let one = measured(&work.python, work.sweep().arg("--out").arg(&whole))?;
+    eprintln!("scale: {} shards on HyperQueue", work.shards);
+    let hyperqueue = engines::hyperqueue(&work)?;
+    work.same("hyperqueue")?;
+    eprintln!("scale: {} shards on Slurm", work.shards);
+    let slurm = slurm::run(&work)?;
+    work.same("slurm")?;
+    engines::kubernetes(&work)?;
+    let merge = many_shards(&work)?;
+    let pick = pick(&work)?;
+    let bytes = std::fs::metadata(whole.join("runs.csv"))?.len();
+    let figures = Figures {
+        runs: work.runs,
+        shards: work.shards,
+        bytes,
+        one,
+        hyperqueue,
+        slurm,
+        merge,
+        many: MANY,
+        pick,
+        picks: PICKS,
+    };
+    print!("{}", figures.markdown());
+    if options.write {
+        page.put(PLACE, &figures.markdown())?;
+        page.write()?;
+    }
+    Ok(())
+}
+
+/// The study on its way through the engines.
+struct Work {
+    program: PathBuf,
+    folder: PathBuf,
+    python: PathBuf,
+    runs: u64,
+    shards: u64,
+}
+
+impl Work {
+    /// `host-sim sweep` of the study.
+    fn sweep(&self) -> Command {
+        let mut command = Command::new(&self.program);
+        command.arg("sweep").arg(root().join("xtask/scale/study.toml"));
+        command.args(["--quiet", "--runs", &self.runs.to_string()]);
+        command
+    }
+
+    /// Writes what an engine takes; returns its folder.
+    fn submit(&self, engine: &str) -> Result<PathBuf> {
+        let folder = self.folder.join(engine);
+        run(self.sweep().args(["--submit", engine, "--shards", &self.shards.to_string(), "--out"]).arg(&folder))?;
+        Ok(folder)
+    }
+
+    /// Merges an engine's shards, and compares every byte with what one process wrote.
+    fn same(&self, engine: &str) -> Result<()> {
+        let folder = self.folder.join(engine);
+        run(Command::new(folder.join("merge.sh")).stdout(std::process::Stdio::null()))?;
+        for name in ["runs.csv", "manifest.json", "results.json", "results.md"] {
+            let read = |path: &Path| std::fs::read(path).with_context(|| path.display().to_string());
+            let same = read(&folder.join("whole").join(name))? == read(&self.folder.join("whole").join(name))?;
+            ensure!(same, "{engine}: {name} is not what one process writes");
+        }
+        eprintln!("scale: {engine}: {} runs in {} shards, every byte the same", self.runs, self.shards);
+        Ok(())
+    }
+
+    /// Number of shards that have begun to write.
+    fn begun(&self, engine: &str) -> usize {
+        let entries = std::fs::read_dir(self.folder.join(engine).join("shards"));
+        entries
+            .map_or(0, |entries| entries.flatten().filter(|entry| entry.path().join("manifest.json").exists()).count())
+    }
+}
+
+/// The merge of very many shards.
+fn many_shards(work: &Work) -> Result<Cost> {
+    let (shards, runs) = MANY;
+    eprintln!("scale: a merge of {shards} shards");
+    let all = work.folder.join("many");
+    let mut merge = Command::new(&work.program);
+    merge.args(["merge", "--quiet", "--out"]).arg(all.join("whole"));
+    for number in 1..=shards {
+        let folder = all.join(format!("shards/{number}"));
+        let mut sweep = Command::new(&work.program);
+        sweep.arg("sweep").arg(root().join("xtask/scale/study.toml"));
+        sweep.args(["--quiet", "--jobs", "1", "--runs", &(shards * runs).to_string()]);
+        run(sweep.args(["--shard", &format!("{number}/{shards}"), "--out"]).arg(&folder))?;
+        merge.arg(&folder);
+    }
+    measured(&work.python, &mut merge)
+}
+
+/// The pick in one thread.
+fn pick(work: &Work) -> Result<Cost> {
+    eprintln!("scale: {PICKS} picks");
+    let mut sweep = Command::new(&work.program);
+    sweep.arg("sweep").arg(root().join("scenes/studies/pick_payload_friction.toml"));
+    sweep.args(["--quiet", "--jobs", "1", "--runs", &PICKS.to_string(), "--out"]).arg(work.folder.join("pick"));
+    measured(&work.python, &mut sweep)
+}
