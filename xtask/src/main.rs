@@ -191,7 +191,6 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Cycles { micro, port, flash, .. } if micro || port.is_some() => bench::micro::run(port.as_deref(), flash),
         Task::Cycles { write, .. } => bench::cycles::run(write),
         Task::Report { options } => report::run_task(&options),
-    },
         Task::Scale { options } => scale::run_all(&options),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {

@@ -13,7 +13,9 @@ use core::cell::RefCell;
 use core::future::{Future, poll_fn};
 use core::pin::Pin;
 use core::task::{Context, Poll, Waker};
+use std::any::Any;
 use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 /// A run that waits for its arm: whatever moves it, moves it with the solver that it is given.
 pub(crate) trait Job<const N: usize> {
@@ -32,6 +34,31 @@ pub(crate) trait Job<const N: usize> {
 pub struct Batch<const N: usize> {
     lanes: HashMap<Shape, ArmLanes<N>>,
 }
+
+/// Kernels that threads share, whatever their arms' number of joints: each borrows a copy with a memory of its own and gives it back with
+/// what it has learnt.
+#[derive(Debug, Default)]
+pub(crate) struct Kernels(Mutex<Option<Box<dyn Any + Send>>>);
+
+impl Kernels {
+    /// A copy for arms of `N` joints.
+    pub(crate) fn borrow<const N: usize>(&self) -> Batch<N> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.as_ref().and_then(|known| known.downcast_ref::<Batch<N>>()).cloned().unwrap_or_default()
+    }
+
+    /// Keep a copy's kernels if it has more of them.
+    pub(crate) fn give_back<const N: usize>(&self, batch: Batch<N>) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let held = known.as_ref().and_then(|known| known.downcast_ref::<Batch<N>>()).map_or(0, |known| known.lanes.len());
+        if batch.lanes.len() > held {
+            *known = Some(Box::new(batch));
+        }
+    }
+}
+
+/// Most shapes that are kept: a study has a few.
+const SHAPES_MAX: usize = 64;
 
 /// Fewest runs of a shape for which a kernel is made: it costs as much as some runs.
 const WORTH_A_KERNEL: usize = 4;
@@ -72,6 +99,9 @@ impl<const N: usize> Batch<N> {
         }
         let (_, first) = jobs.first().filter(|_| jobs.len() >= WORTH_A_KERNEL)?;
         let lanes = ArmLanes::new(first.plant())?;
+        if self.lanes.len() >= SHAPES_MAX {
+            self.lanes.clear();
+        }
         self.lanes.insert(shape, lanes.clone());
         Some(lanes)
     }

@@ -85,33 +85,34 @@ async fn on_desk_with<const N: usize>(
 }
 
 /// A scene that waits to be run beside others.
-struct Prepared<'a, const N: usize> {
+struct Prepared<'a, F, const N: usize> {
     scene: &'a SceneFile,
     world: World<N>,
     stop: &'a AtomicBool,
+    each: &'a F,
 }
 
-impl<const N: usize> Job<N> for Prepared<'_, N> {
-    type Outcome = Result<Run, Failure>;
+impl<T, F: Fn(Run) -> T, const N: usize> Job<N> for Prepared<'_, F, N> {
+    type Outcome = Result<T, Failure>;
 
     fn plant(&self) -> &Plant<N> {
         &self.world.plant
     }
 
     async fn run(mut self, solver: &impl Solver<N>) -> Self::Outcome {
-        on_desk_with(solver, &mut self.world, self.scene, self.stop, &ProgressBar::hidden()).await
+        on_desk_with(solver, &mut self.world, self.scene, self.stop, &ProgressBar::hidden()).await.map(self.each)
     }
 }
 
 /// Run scenes on the desk side by side: each as [`on_desk`] has it, in a fraction of the time where the processor has a
-/// [kernel](crate::run::batch) for their arms. The runs in the order of the scenes.
-pub fn on_desk_side_by_side<'a, const N: usize>(
+/// [kernel](crate::run::batch) for their arms. Returns what `each` makes of the runs, in the order of the scenes.
+pub fn on_desk_side_by_side<'a, T, const N: usize>(
     batch: &mut Batch<N>,
     scenes: impl IntoIterator<Item = &'a SceneFile>,
     stop: &AtomicBool,
-) -> Vec<Result<Run, Failure>> {
-    let prepared = scenes.into_iter().map(|scene| Ok(Prepared { scene, world: world(scene)?, stop }));
-    batch.run(prepared)
+    each: impl Fn(Run) -> T,
+) -> Vec<Result<T, Failure>> {
+    batch.run(scenes.into_iter().map(|scene| Ok(Prepared { scene, world: world(scene)?, stop, each: &each })))
 }
 
 /// A controller on the desk that computes in `S`.

@@ -3,8 +3,9 @@
 use super::draw::Draw;
 use crate::failure::Failure;
 use crate::run::closed_loop::End;
+use crate::run::batch::Kernels;
 use crate::run::simulate::{self, Run};
-use indicatif::ProgressBar;
+use core::ops::Range;
 use robot_compiler::study::{Drawn, Experiment, Figure, Metric, Study, Template};
 use robot_compiler::{SceneFile, with_dof};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,6 +22,7 @@ pub(super) struct SceneRuns {
     experiment: Experiment,
     template: Template,
     draw: Draw,
+    kernels: Kernels,
 }
 
 impl SceneRuns {
@@ -32,7 +34,7 @@ impl SceneRuns {
     pub(super) fn new(study: &Study, experiment: &Experiment) -> Result<Self, Failure> {
         let template = Template::load(study).map_err(Failure::input)?;
         let draw = Draw::new(&study.runs, experiment.vary.len());
-        let runs = Self { experiment: experiment.clone(), template, draw };
+        let runs = Self { experiment: experiment.clone(), template, draw, kernels: Kernels::default() };
         let scene = runs.template.check(study, &runs.values(0)).map_err(Failure::input)?;
         let dof = scene.robot.dof();
         match experiment.metrics.iter().find(|metric| metric.joint.is_some_and(|joint| joint > dof)) {
@@ -71,36 +73,65 @@ impl SceneRuns {
         self.template.scene(&self.values(index)).map_err(Failure::input)
     }
 
-    /// Does one run; the cells behind the index.
+    /// Does runs side by side; for each the cells behind the index.
     ///
     /// # Errors
     /// [`Failure::Interrupted`] after `stop`.
-    pub(super) fn row(&self, index: u64, stop: &AtomicBool) -> Result<Vec<String>, Failure> {
-        let values = self.values(index);
-        let mut cells: Vec<String> = values.iter().map(cell).collect();
-        let metrics = &self.experiment.metrics;
-        match self.template.scene(&values).map_err(Failure::input).and_then(|scene| on_desk(&scene, stop)) {
-            Ok(run) if run.end != End::Interrupted => {
-                let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, &run)).collect();
-                let end = ending(&run);
-                let pass = end == "complete" && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
-                cells.extend(figures.iter().map(|figure| number(*figure)));
-                cells.extend([end, if pass { "1" } else { "0" }.to_owned()]);
+    pub(super) fn rows(&self, indices: Range<u64>, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
+        let values: Vec<Vec<Drawn<'_>>> = indices.map(|index| self.values(index)).collect();
+        let mut endings: Vec<Option<Vec<String>>> = values.iter().map(|_| None).collect();
+        let (mut places, mut scenes) = (Vec::new(), Vec::new());
+        for (place, values) in values.iter().enumerate() {
+            match self.template.scene(values) {
+                Ok(scene) => {
+                    places.push(place);
+                    scenes.push(scene);
+                }
+                Err(_) => endings[place] = Some(self.refused()),
             }
-            Ok(_) => return Err(Failure::Interrupted),
-            Err(Failure::Input(_)) => {
-                cells.extend(metrics.iter().map(|_| String::new()));
-                cells.extend([REFUSED.to_owned(), String::new()]);
-            }
-            Err(other) => return Err(other),
         }
-        if stop.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(cells) }
+        for (place, run) in places.into_iter().zip(self.on_desk(&scenes, stop)) {
+            endings[place] = Some(match run {
+                Ok(cells) => cells?,
+                Err(Failure::Input(_)) => self.refused(),
+                Err(other) => return Err(other),
+            });
+        }
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure::Interrupted);
+        }
+        let rows = values.iter().zip(endings.into_iter().flatten());
+        Ok(rows.map(|(values, ending)| values.iter().map(cell).chain(ending).collect()).collect())
     }
-}
 
-/// Runs a scene on the desk, whatever its number of joints.
-fn on_desk(scene: &SceneFile, stop: &AtomicBool) -> Result<Run, Failure> {
-    with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(scene, stop, &ProgressBar::hidden()))
+    /// Cells behind the values of a run that could not be.
+    fn refused(&self) -> Vec<String> {
+        self.experiment.metrics.iter().map(|_| String::new()).chain([REFUSED.to_owned(), String::new()]).collect()
+    }
+
+    /// Cells behind the values of a run.
+    fn ended(&self, run: &Run) -> Result<Vec<String>, Failure> {
+        if run.end == End::Interrupted {
+            return Err(Failure::Interrupted);
+        }
+        let metrics = &self.experiment.metrics;
+        let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, run)).collect();
+        let end = ending(run);
+        let pass = end == "complete" && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
+        let figures = figures.into_iter().map(number);
+        Ok(figures.chain([end, if pass { "1" } else { "0" }.to_owned()]).collect())
+    }
+
+    /// Runs scenes on the desk side by side, whatever their number of joints, which is the same for all.
+    fn on_desk(&self, scenes: &[SceneFile], stop: &AtomicBool) -> Vec<Result<Result<Vec<String>, Failure>, Failure>> {
+        let Some(first) = scenes.first() else { return Vec::new() };
+        with_dof!(first.robot.dof(), N => {
+            let mut batch = self.kernels.borrow::<N>();
+            let done = simulate::on_desk_side_by_side::<_, N>(&mut batch, scenes, stop, |run| self.ended(&run));
+            self.kernels.give_back(batch);
+            done
+        })
+    }
 }
 
 /// A number as a cell: the shortest text that reads back exactly.

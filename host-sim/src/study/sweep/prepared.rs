@@ -33,6 +33,9 @@ enum Kind {
 /// Version of this program, of which a run is a function too.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
+/// Runs that a thread does side by side: enough that few lanes of a batch wait for the last run.
+const SIDE_BY_SIDE: u64 = 64;
+
 impl Prepared {
     /// Reads a study with all its files, with another number of runs where one is given.
     ///
@@ -70,19 +73,19 @@ impl Prepared {
     /// The runs with these indices, in order, as cells of the [`columns`](Self::columns). Every run is a function of the study and its
     /// index alone.
     ///
-    /// This is the one place where a study's runs are made: whoever can do several side by side does it here.
-    ///
     /// # Errors
     /// [`Failure::Interrupted`] after `stop`; otherwise as the runs.
     pub fn outcomes(&self, indices: Range<u64>, jobs: &Jobs, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
-        let first = indices.start;
-        let count = usize::try_from(indices.end.saturating_sub(first)).unwrap_or(usize::MAX);
         match &self.kind {
             Kind::Scene(runs) => jobs.run(|| {
-                try_in_parallel(count, |offset| {
-                    let index = first + offset as u64;
-                    Ok(core::iter::once(index.to_string()).chain(runs.row(index, stop)?).collect())
-                })
+                let groups = indices.end.saturating_sub(indices.start).div_ceil(SIDE_BY_SIDE);
+                let rows = try_in_parallel(usize::try_from(groups).unwrap_or(usize::MAX), |group| {
+                    let first = indices.start + group as u64 * SIDE_BY_SIDE;
+                    let indices = first..(first + SIDE_BY_SIDE).min(indices.end);
+                    let rows = indices.clone().zip(runs.rows(indices, stop)?);
+                    Ok(rows.map(|(index, row)| core::iter::once(index.to_string()).chain(row).collect()).collect())
+                })?;
+                Ok(rows.into_iter().flat_map(|rows: Vec<Vec<String>>| rows).collect())
             }),
             Kind::Campaign(runs) => jobs.run(|| runs.rows(indices, stop)),
         }
