@@ -46,10 +46,11 @@ impl<'a> Reader<'a> {
     /// Reads these bytes, which begin with [`super::MAGIC`].
     #[must_use]
     pub fn new(bytes: &'a [u8]) -> Self {
-        // Before a message of a chunk is given, the whole chunk has been checked.
+        // Before a message of a chunk is given, the whole chunk has been checked; at the end, all of it.
         let options = LinearReaderOptions::default()
             .with_skip_end_magic(true)
             .with_prevalidate_chunk_crcs(true)
+            .with_validate_data_section_crc(true)
             .with_record_length_limit(bytes.len());
         Self {
             bytes,
