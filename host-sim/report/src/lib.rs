@@ -8,7 +8,7 @@
 //! | [`page`] | the page and its blocks, as HTML |
 //! | [`table`] | tables whose cells keep the exact number behind what they show |
 //! | [`figure`] | scatter, lines and bars as SVG inside the page, whose points say on hover what they are and how to repeat them |
-//! | [`column`] | time series as base64 of f32 |
+//! | [`mod@column`] | time series as base64 of f32 |
 //! | `axis` | ticks and scales of figures |
 //! | `escape` | text inside HTML and JSON inside scripts |
 //!

@@ -34,7 +34,7 @@ pub enum Block {
     Table(Table),
     /// A figure.
     Figure(Figure),
-    /// One or two runs on a time axis, with their arms: `host-sim/report/web/src/run.js` says what the value holds.
+    /// One or two runs on a time axis, with their arms: `host-sim/report/web/src/viewer.js` says what the value holds.
     Viewer(Value),
     /// A JSON text that other programs may read from the page, under a name that is an HTML id.
     Data {

@@ -145,3 +145,18 @@ fn control_stays_bounded() {
 fn stable_periods_are_predicted() {
     hold("stability", 47, stability::cells().unwrap());
 }
+
+#[test]
+fn a_page_begins_with_what_fails_and_has_every_cell() {
+    let report = Report::of(control::cells().unwrap());
+    let html = report.page().unwrap().html();
+    let of_group = |cell: &&Cell| FAILING.contains(&(cell.group, &cell.name));
+    let failing: Vec<&Cell> = report.cells.iter().filter(of_group).collect();
+    assert_eq!(failing.len(), 2);
+    let (list, tables) = html.split_once("<figure>").unwrap();
+    for cell in failing {
+        assert!(list.contains(&cell.name) && tables.contains("<td class=\"warns\">FAIL</td>"), "{}", cell.name);
+    }
+    assert_eq!(tables.matches("<th scope=\"row\">").count(), report.count);
+    assert!(tables.matches("<circle").count() > 20, "simulated borders of stability");
+}

@@ -1,7 +1,7 @@
 //! The ticks of a run that its page keeps.
 //!
 //! Every tick, where there is room. Otherwise every `stride`-th tick, as it was, and of error, torque and torque from outside also the
-//! lowest and the highest value until the next one: no peak is lost.
+//! lowest and the highest value until the next one, or until a fault: no peak is lost.
 
 use crate::run::record::{JointSample, Record};
 use report::column;
@@ -44,7 +44,12 @@ impl Rows {
             each.collect()
         };
         let thinned = |value: fn(&JointSample) -> f64| -> Value {
-            let each = (0..record.joints().len()).map(|joint| self.thinned(record.joint(joint).map(value)));
+            let driven = |joint: usize| {
+                let samples = record.joint(joint).zip(record.faults());
+                samples.map(move |(sample, fault)| if fault.is_none() { value(sample) } else { f64::NAN })
+            };
+            let each =
+                (0..record.joints().len()).map(|joint| self.thinned(record.joint(joint).map(value), driven(joint)));
             each.collect()
         };
         let mut columns = Map::new();
@@ -54,7 +59,8 @@ impl Rows {
         columns.insert("error".to_owned(), thinned(JointSample::error));
         columns.insert("torque".to_owned(), thinned(|s| s.torque));
         if record.estimates() {
-            let each = (0..record.joints().len()).map(|joint| self.thinned(record.external(joint)));
+            let each =
+                (0..record.joints().len()).map(|joint| self.thinned(record.external(joint), record.external(joint)));
             columns.insert("external".to_owned(), each.collect());
         }
         columns
@@ -73,11 +79,12 @@ impl Rows {
         json!({ "at": column::encode(values.step_by(self.stride)) })
     }
 
-    fn thinned(self, values: impl Iterator<Item = f64> + Clone) -> Value {
+    /// Every `stride`-th of the values, and the extremes of others between: NaN among these has none.
+    fn thinned(self, values: impl Iterator<Item = f64>, between: impl Iterator<Item = f64>) -> Value {
         if self.stride == 1 {
             return self.plain(values);
         }
-        let all: Vec<f64> = values.clone().collect();
+        let all: Vec<f64> = between.collect();
         let of = |pick: fn(f64, f64) -> f64| {
             column::encode(all.chunks(self.stride).map(|chunk| chunk.iter().copied().fold(f64::NAN, pick)))
         };
@@ -90,19 +97,39 @@ impl Rows {
 mod tests {
     use super::{ROOM, Rows};
     use crate::run::record::{JointLabel, JointSample, Record};
-    use dynamics_core::JointKind;
     use dynamics_core::control::LimitFlags;
+    use dynamics_core::{Fault, JointKind};
 
-    fn record(ticks: usize, peak: usize) -> Record {
+    /// A torque at one tick, and a fault at another one with a larger torque from there on.
+    fn record_with_fault(ticks: usize, peak: usize, fault: usize) -> Record {
         let label = JointLabel { name: "swing".to_owned(), kind: JointKind::Revolute };
         let mut record = Record::new(vec![label; 6], ticks);
         for tick in 0..ticks {
-            let torque = if tick == peak { 7.0 } else { 0.0 };
+            let torque = if tick >= fault {
+                9.0
+            } else if tick == peak {
+                7.0
+            } else {
+                0.0
+            };
             let sample =
                 JointSample { q_reference: 0.0, q: 0.0, qd_reference: 0.0, qd: 0.0, torque, limits: LimitFlags::NONE };
-            record.push(tick as f64 * 1e-3, [sample; 6], None);
+            record.push(tick as f64 * 1e-3, [sample; 6], (tick >= fault).then_some(Fault::TemperatureOutOfBounds));
         }
         record
+    }
+
+    fn record(ticks: usize, peak: usize) -> Record {
+        record_with_fault(ticks, peak, ticks)
+    }
+
+    #[test]
+    fn a_peak_in_the_row_of_a_fault_is_the_one_before_it() {
+        let long = record_with_fault(60_000, 30_000, 30_001);
+        let rows = Rows::new(&long, 6);
+        let high = report::column::decode(rows.columns(&long)["torque"][0]["high"].as_str().unwrap()).unwrap();
+        let row = 30_000 / rows.stride;
+        assert!((high[row] - 7.0).abs() < 1e-9 && high[row - 1].abs() < 1e-9 && high[row + 1].is_nan());
     }
 
     #[test]

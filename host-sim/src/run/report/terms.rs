@@ -16,9 +16,8 @@ use serde_json::{Map, Value, json};
 /// Names of the terms, in the order of [`Contributions::at`].
 const NAMES: [&str; 6] = ["inertia", "rotor", "coriolis", "gravity", "friction", "contact"];
 
-/// The terms of a model, each alone.
+/// The terms of a model, each bound to the arm alone.
 pub(super) struct Contributions<const N: usize> {
-    /// The last four [`NAMES`] but friction: inertia, velocity terms, gravity, contact.
     inertia: Dynamics<f64, N>,
     coriolis: Dynamics<f64, N>,
     gravity: Dynamics<f64, N>,

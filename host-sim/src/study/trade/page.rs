@@ -60,6 +60,9 @@ impl Trade {
         for set in [TermSet::Full, TermSet::NoCoriolis, TermSet::Diagonal, TermSet::Gravity, TermSet::None] {
             let of_set: Vec<report::Point> =
                 self.points.iter().filter(|p| p.chosen.terms == set).filter_map(point).collect();
+            if of_set.is_empty() {
+                continue;
+            }
             figure = figure.with(Series::points(format!("terms {}", name(set)), of_set));
         }
         figure.with(Series::steps("front", self.points.iter().filter(|p| on_front(p)).filter_map(point).collect()))
