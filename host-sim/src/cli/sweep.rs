@@ -46,7 +46,7 @@ Files, in the folder given by --out:
 pub struct SweepArgs {
     /// The study file (TOML).
     pub study: PathBuf,
-    /// Folder for the runs; the study's name under out/ otherwise.
+    /// Folder for the runs; the study's name under out/ otherwise, with --replay the index behind it.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// How many runs; the study's otherwise.
@@ -88,7 +88,9 @@ pub struct SweepArgs {
 /// A study or a folder that is wrong, a file that cannot be written.
 pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let prepared = Prepared::load(&args.study, args.runs)?;
-    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&prepared.study.name)));
+    let name = args.replay.map_or_else(String::new, |index| format!("_{index}"));
+    let name = file_name(&prepared.study.name) + &name;
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(name));
     if let Some(index) = args.replay {
         return replayed(args, &prepared, index, &folder, stop);
     }

@@ -86,7 +86,7 @@ async fn on_desk_with<const N: usize>(
 
 /// A scene that waits to be run beside others.
 struct Prepared<'a, F, const N: usize> {
-    scene: &'a SceneFile,
+    scene: SceneFile,
     world: World<N>,
     stop: &'a AtomicBool,
     each: &'a F,
@@ -100,19 +100,23 @@ impl<T, F: Fn(Run) -> T, const N: usize> Job<N> for Prepared<'_, F, N> {
     }
 
     async fn run(mut self, solver: &impl Solver<N>) -> Self::Outcome {
-        on_desk_with(solver, &mut self.world, self.scene, self.stop, &ProgressBar::hidden()).await.map(self.each)
+        on_desk_with(solver, &mut self.world, &self.scene, self.stop, &ProgressBar::hidden()).await.map(self.each)
     }
 }
 
 /// Run scenes on the desk side by side: each as [`on_desk`] has it, in a fraction of the time where the processor has a
-/// [kernel](crate::run::batch) for their arms. Returns what `each` makes of the runs, in the order of the scenes.
-pub fn on_desk_side_by_side<'a, T, const N: usize>(
+/// [kernel](crate::run::batch) for their arms. Returns what `each` makes of the runs, in the order of the scenes, and in their places the
+/// failures of what is no scene.
+pub fn on_desk_side_by_side<T, const N: usize>(
     batch: &mut Batch<N>,
-    scenes: impl IntoIterator<Item = &'a SceneFile>,
+    scenes: impl IntoIterator<Item = Result<SceneFile, Failure>>,
     stop: &AtomicBool,
     each: impl Fn(Run) -> T,
 ) -> Vec<Result<T, Failure>> {
-    batch.run(scenes.into_iter().map(|scene| Ok(Prepared { scene, world: world(scene)?, stop, each: &each })))
+    batch.run(scenes.into_iter().map(|scene| {
+        let scene = scene?;
+        Ok(Prepared { world: world(&scene)?, scene, stop, each: &each })
+    }))
 }
 
 /// A controller on the desk that computes in `S`.

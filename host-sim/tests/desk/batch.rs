@@ -30,7 +30,7 @@ fn alone(scene: &SceneFile) -> Result<Run, Failure> {
 
 fn side_by_side(scenes: &[SceneFile]) -> Vec<Result<Run, Failure>> {
     with_dof!(scenes[0].robot.dof(), N => {
-        simulate::on_desk_side_by_side::<_, N>(&mut Batch::default(), scenes, &GO_ON, |run| run)
+        simulate::on_desk_side_by_side::<_, N>(&mut Batch::default(), scenes.iter().cloned().map(Ok), &GO_ON, |run| run)
     })
 }
 

@@ -147,6 +147,21 @@ fn a_folder_of_another_study_or_shard_is_refused() {
 }
 
 #[test]
+fn a_copy_of_the_study_replaces_no_file_of_a_person() {
+    let out = folder("own_files");
+    fs::write(out.join("study.toml"), "name = \"mine\"\n").unwrap();
+    let refused = message(write(&study(4), &out, "1/1", 1).unwrap_err());
+    assert!(refused.contains("has another study.toml"), "{refused}");
+    assert_eq!(fs::read_to_string(out.join("study.toml")).unwrap(), "name = \"mine\"\n");
+    let runs = folder("own_runs");
+    write(&study(4), &runs, "1/1", 1).unwrap();
+    let mut replay = at_its_fixtures();
+    replay.args(["sweep", "tests/fixtures/study.toml", "--replay", "1", "--out"]).arg(&runs);
+    let (code, _, error) = told(replay.output().unwrap());
+    assert!(code == 2 && error.contains("holds a study's runs"), "{error}");
+}
+
+#[test]
 fn shards_that_do_not_belong_together_are_refused() {
     let prepared = study(9);
     let parts = shards(&prepared, "odd", 3);

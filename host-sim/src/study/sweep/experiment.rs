@@ -2,12 +2,12 @@
 
 use super::draw::Draw;
 use crate::failure::Failure;
-use crate::run::closed_loop::End;
 use crate::run::batch::Kernels;
+use crate::run::closed_loop::End;
 use crate::run::simulate::{self, Run};
-use core::ops::Range;
 use robot_compiler::study::{Drawn, Experiment, Figure, Metric, Study, Template};
 use robot_compiler::{SceneFile, with_dof};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Titles of the columns behind the figures.
@@ -73,71 +73,65 @@ impl SceneRuns {
         self.template.scene(&self.values(index)).map_err(Failure::input)
     }
 
-    /// Does runs side by side; for each the cells behind the index.
+    /// Does the runs with these indices; the cells of each.
     ///
     /// # Errors
     /// [`Failure::Interrupted`] after `stop`.
     pub(super) fn rows(&self, indices: Range<u64>, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
-        let values: Vec<Vec<Drawn<'_>>> = indices.map(|index| self.values(index)).collect();
-        let mut endings: Vec<Option<Vec<String>>> = values.iter().map(|_| None).collect();
-        let (mut places, mut scenes) = (Vec::new(), Vec::new());
-        for (place, values) in values.iter().enumerate() {
-            match self.template.scene(values) {
-                Ok(scene) => {
-                    places.push(place);
-                    scenes.push(scene);
-                }
-                Err(_) => endings[place] = Some(self.refused()),
-            }
-        }
-        for (place, run) in places.into_iter().zip(self.on_desk(&scenes, stop)) {
-            endings[place] = Some(match run {
-                Ok(cells) => cells?,
-                Err(Failure::Input(_)) => self.refused(),
-                Err(other) => return Err(other),
-            });
-        }
+        let drawn: Vec<(u64, Vec<Drawn<'_>>)> = indices.map(|index| (index, self.values(index))).collect();
+        let scenes: Vec<_> =
+            drawn.iter().map(|(_, values)| self.template.scene(values).map_err(Failure::input)).collect();
+        let endings = self.on_desk(scenes, stop);
         if stop.load(Ordering::Relaxed) {
             return Err(Failure::Interrupted);
         }
-        let rows = values.iter().zip(endings.into_iter().flatten());
-        Ok(rows.map(|(values, ending)| values.iter().map(cell).chain(ending).collect()).collect())
+        drawn.iter().zip(endings).map(|((index, values), ending)| self.row(*index, values, ending)).collect()
     }
 
-    /// Cells behind the values of a run that could not be.
-    fn refused(&self) -> Vec<String> {
-        self.experiment.metrics.iter().map(|_| String::new()).chain([REFUSED.to_owned(), String::new()]).collect()
+    /// Cells behind the values of each scene, which all have the same number of joints.
+    fn on_desk(&self, scenes: Vec<Result<SceneFile, Failure>>, stop: &AtomicBool) -> Vec<Result<Vec<String>, Failure>> {
+        let dof = scenes.iter().flatten().map(|scene| scene.robot.dof()).next().unwrap_or(1);
+        with_dof!(dof, N => {
+            let mut batch = self.kernels.borrow::<N>();
+            let done = simulate::on_desk_side_by_side::<_, N>(&mut batch, scenes, stop, |run| self.ending(&run));
+            self.kernels.give_back(batch);
+            done
+        })
     }
 
     /// Cells behind the values of a run.
-    fn ended(&self, run: &Run) -> Result<Vec<String>, Failure> {
-        if run.end == End::Interrupted {
-            return Err(Failure::Interrupted);
-        }
+    fn ending(&self, run: &Run) -> Vec<String> {
         let metrics = &self.experiment.metrics;
         let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, run)).collect();
         let end = ending(run);
         let pass = end == "complete" && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
         let figures = figures.into_iter().map(number);
-        Ok(figures.chain([end, if pass { "1" } else { "0" }.to_owned()]).collect())
+        figures.chain([end, if pass { "1" } else { "0" }.to_owned()]).collect()
     }
 
-    /// Runs scenes on the desk side by side, whatever their number of joints, which is the same for all.
-    fn on_desk(&self, scenes: &[SceneFile], stop: &AtomicBool) -> Vec<Result<Result<Vec<String>, Failure>, Failure>> {
-        let Some(first) = scenes.first() else { return Vec::new() };
-        with_dof!(first.robot.dof(), N => {
-            let mut batch = self.kernels.borrow::<N>();
-            let done = simulate::on_desk_side_by_side::<_, N>(&mut batch, scenes, stop, |run| self.ended(&run));
-            self.kernels.give_back(batch);
-            done
-        })
+    fn row(
+        &self,
+        index: u64,
+        values: &[Drawn<'_>],
+        ending: Result<Vec<String>, Failure>,
+    ) -> Result<Vec<String>, Failure> {
+        let mut cells: Vec<String> = core::iter::once(index.to_string()).chain(values.iter().map(cell)).collect();
+        match ending {
+            Ok(ending) => cells.extend(ending),
+            Err(Failure::Input(_)) => {
+                cells.extend(self.experiment.metrics.iter().map(|_| String::new()));
+                cells.extend([REFUSED.to_owned(), String::new()]);
+            }
+            Err(other) => return Err(other),
+        }
+        Ok(cells)
     }
 }
 
 /// A number as a cell: the shortest text that reads back exactly.
 fn number(x: f64) -> String {
-    // Not the sign of a NaN, which processors choose as they like.
-    if x.is_nan() { "nan".to_owned() } else { format!("{x:?}") }
+    // Without the signs of NaN and zero, which neighbours and processors may choose as they like.
+    if x.is_nan() { "nan".to_owned() } else { format!("{:?}", x + 0.0) }
 }
 
 fn cell(value: &Drawn<'_>) -> String {

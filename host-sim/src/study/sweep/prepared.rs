@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::study::parallel::{Jobs, try_in_parallel};
 use robot_compiler::study::{Design, Study, Subject, with_robot};
 use sha2::{Digest as _, Sha256};
+use std::fs;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -30,11 +31,11 @@ enum Kind {
     Campaign(Box<CampaignRuns>),
 }
 
+/// Most runs that a thread does in one go, and has in memory.
+const CHUNK: u64 = 16;
+
 /// Version of this program, of which a run is a function too.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-
-/// Runs that a thread does side by side: enough that few lanes of a batch wait for the last run.
-const SIDE_BY_SIDE: u64 = 64;
 
 impl Prepared {
     /// Reads a study with all its files, with another number of runs where one is given.
@@ -73,22 +74,40 @@ impl Prepared {
     /// The runs with these indices, in order, as cells of the [`columns`](Self::columns). Every run is a function of the study and its
     /// index alone.
     ///
+    /// This is the one place where a study's runs are made: whoever can do several side by side does it here.
+    ///
     /// # Errors
     /// [`Failure::Interrupted`] after `stop`; otherwise as the runs.
     pub fn outcomes(&self, indices: Range<u64>, jobs: &Jobs, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
         match &self.kind {
-            Kind::Scene(runs) => jobs.run(|| {
-                let groups = indices.end.saturating_sub(indices.start).div_ceil(SIDE_BY_SIDE);
-                let rows = try_in_parallel(usize::try_from(groups).unwrap_or(usize::MAX), |group| {
-                    let first = indices.start + group as u64 * SIDE_BY_SIDE;
-                    let indices = first..(first + SIDE_BY_SIDE).min(indices.end);
-                    let rows = indices.clone().zip(runs.rows(indices, stop)?);
-                    Ok(rows.map(|(index, row)| core::iter::once(index.to_string()).chain(row).collect()).collect())
-                })?;
-                Ok(rows.into_iter().flat_map(|rows: Vec<Vec<String>>| rows).collect())
-            }),
-            Kind::Campaign(runs) => jobs.run(|| runs.rows(indices, stop)),
+            Kind::Scene(runs) => {
+                let count = indices.end.saturating_sub(indices.start);
+                let chunk = count.div_ceil(jobs.count() as u64).clamp(1, CHUNK);
+                let part = |number: usize| {
+                    let from = indices.start + number as u64 * chunk;
+                    runs.rows(from..indices.end.min(from + chunk), stop)
+                };
+                let parts = usize::try_from(count.div_ceil(chunk)).unwrap_or(usize::MAX);
+                Ok(jobs.run(|| try_in_parallel(parts, part))?.concat())
+            }
+            Kind::Campaign(runs) => jobs.run(|| runs.rows(indices.clone(), stop)),
         }
+    }
+
+    /// Checks that the copies of the study's files replace nothing else in a folder.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the folder has another file of a copy's name.
+    pub(super) fn may_lie_in(&self, folder: &Path) -> Result<(), Failure> {
+        let other =
+            |(name, text): &&(String, String)| fs::read(folder.join(name)).is_ok_and(|found| found != text.as_bytes());
+        self.files.iter().find(other).map_or(Ok(()), |(name, _)| {
+            Err(Failure::Input(miette::miette!(
+                help = "expected an empty folder, or one that the same study wrote",
+                "{}: has another {name}, which a copy would replace",
+                folder.display()
+            )))
+        })
     }
 
     /// Files of one run by name and text: its scene, and its robot, which the study's own is where the run does not change it.

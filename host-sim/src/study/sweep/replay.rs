@@ -1,6 +1,7 @@
 //! One run of a study in full.
 
 use super::Prepared;
+use super::store::MANIFEST;
 use crate::failure::{Failure, in_file};
 use crate::run::files::write;
 use crate::run::simulate::{self, Run};
@@ -39,6 +40,9 @@ pub fn replay(
         let seed = prepared.study.runs.seed;
         return Err(wrong(format!("a campaign's run is repeated by `host-sim campaign --seed {seed} --run {index}`")));
     };
+    if folder.join(MANIFEST).exists() {
+        return Err(wrong(format!("{} holds a study's runs; expected another folder by --out", folder.display())));
+    }
     fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
     let (scene, robot) = runs.texts(index);
     // The copies of the study name each other; the run's own texts stand in their place.

@@ -57,6 +57,7 @@ pub fn write(prepared: &Prepared, submission: &Submission, folder: &Path) -> Res
             "--shards {shards}: expected at most one for each of the {runs} runs"
         )));
     }
+    prepared.may_lie_in(folder)?;
     fs::create_dir_all(folder.join("logs")).map_err(|error| in_file(folder, &error))?;
     let name = name(&prepared.study.name);
     let own = match engine {

@@ -47,7 +47,7 @@ pub struct Done {
 /// Time of a block: what a kill can cost.
 const BLOCK: Duration = Duration::from_millis(500);
 /// Most rows of a block, which are in memory together.
-const BLOCK_MAX: u64 = 65_536;
+const BLOCK_MAX: u64 = 16_384;
 
 /// Does the runs of a shard that the folder does not have yet, and keeps each block as it comes.
 ///
@@ -59,8 +59,9 @@ pub fn write(prepared: &Prepared, folder: &Path, progress: &Progress<'_>) -> Res
     let first_run = first_run(prepared, progress)?;
     let fresh = Manifest::new(prepared, &first_run, progress.shard);
     let known = Manifest::read(folder)?;
-    if let Some(known) = &known {
-        fits(known, &fresh, folder)?;
+    match &known {
+        Some(known) => fits(known, &fresh, folder)?,
+        None => prepared.may_lie_in(folder)?,
     }
     let path = folder.join(RUNS);
     let failed = |error: std::io::Error| in_file(&path, &error);
