@@ -27,7 +27,7 @@ const BAD: [Bad; 31] = [
     ("\"plant.masses.2\"", "\"robot\"", 14, &["found the key \"robot\""]),
     ("\"plant.masses.2\"", "\"plant..masses\"", 14, &["found the key \"plant..masses\""]),
     ("\"plant.masses.2\"", "\"name.x\"", 14, &["`name` is a value, which has no key `x`"]),
-    ("\"plant.masses.2\"", "\"control.law\"", 14, &["found the number"]),
+    ("\"plant.masses.2\"", "\"control.kernel\"", 14, &["control.kernel", "found the number"]),
     ("\"robot.joint.1.mass\"", "\"robot.joint.1.mas\"", 18, &["the file has no such key", "beside `relative`"]),
     ("\"robot.joint.1.mass\"", "\"robot.joint.hip.mass\"", 18, &["`joint` has no `hip`"]),
     ("uniform = [0.5, 2.0]", "uniform = [2.0, 0.5]", 15, &["found 2 to 0.5", "the lower one first"]),

@@ -181,7 +181,7 @@ mod tests {
         let values = Values::Normal { mean: 1.0, deviation: 0.5, within: (0.8, f64::INFINITY) };
         for u in [1e-16, 0.1, 0.5, 0.9, 1.0 - 1e-16] {
             let Drawn::Number(x) = at(&values, u) else { panic!("a number") };
-            assert!(x >= 0.8 && x < 6.0, "{u}: {x}");
+            assert!((0.8..6.0).contains(&x), "{u}: {x}");
         }
     }
 }

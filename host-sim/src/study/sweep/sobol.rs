@@ -99,7 +99,7 @@ mod tests {
         for (index, point) in POINTS.iter().enumerate() {
             for (number, expected) in point.iter().enumerate() {
                 let found = Dimension::new(number, 0).unwrap().at(index as u64) as f64 / 2_f64.powi(64);
-                assert!(found == *expected, "point {index}, dimension {number}: {found}");
+                assert!((found - expected).abs() < 1e-15, "point {index}, dimension {number}: {found}");
             }
         }
     }

@@ -150,7 +150,7 @@ fn normal(value: &Value<'_>) -> Result<Values, FileError> {
 fn whole(value: &Value<'_>) -> Result<Values, FileError> {
     const EXPECTED: &str = "[lowest, highest] in whole numbers, the lower one first";
     let (low, high) = range(value, EXPECTED, -(WHOLE_MAX as f64))?;
-    if low != low.trunc() || high != high.trunc() || high > WHOLE_MAX as f64 {
+    if low.fract() != 0.0 || high.fract() != 0.0 || high > WHOLE_MAX as f64 {
         return Err(value.error(format!("found {low} to {high}"), EXPECTED));
     }
     Ok(Values::Whole(low as i64, high as i64))

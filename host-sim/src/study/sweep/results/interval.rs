@@ -112,7 +112,7 @@ mod tests {
         assert!(share.low == 0.0 && (share.high - 3.0 / 1000.0).abs() < 1e-5, "{share:?}");
         let all = Share::new(1000, 1000);
         assert!((all.high - 1.0).abs() < 1e-15 && (all.low - (1.0 - share.high)).abs() < 1e-12);
-        assert!(Share::new(0, 0).high == 1.0);
+        assert!((Share::new(0, 0).high - 1.0).abs() < 1e-15);
     }
 
     #[test]
