@@ -36,6 +36,7 @@ const ALL: &[&str] = &[
     "dynamics-core",
     "robot-compiler",
     "kernel-tests",
+    "machine-code",
     "link",
     "session",
     "joint-io",
@@ -56,10 +57,11 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 22] = [
+const ROWS: [Row; 23] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
+    row("machine-code", "robot-compiler/machine-code", &["robot-compiler"], &["dynamics-core"]),
     // Its tests use the features of a host: the package itself, with another feature.
     row("link", "link", &["dynamics-core"], &["link"]),
     row("session", "link/session", &["dynamics-core", "link"], &["robot-compiler"]),
@@ -79,6 +81,7 @@ const ROWS: [Row; 22] = [
             "identification",
             "joint-io",
             "link",
+            "machine-code",
             "report",
             "robot-compiler",
             "session",

@@ -50,7 +50,8 @@ impl Kernels {
     /// Keep a copy's kernels if it has more of them.
     pub(crate) fn give_back<const N: usize>(&self, batch: Batch<N>) {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let held = known.as_ref().and_then(|known| known.downcast_ref::<Batch<N>>()).map_or(0, |known| known.lanes.len());
+        let held =
+            known.as_ref().and_then(|known| known.downcast_ref::<Batch<N>>()).map_or(0, |known| known.lanes.len());
         if batch.lanes.len() > held {
             *known = Some(Box::new(batch));
         }
