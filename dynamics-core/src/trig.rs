@@ -74,7 +74,7 @@ mod short;
 mod single;
 mod table;
 
-use crate::scalar::Real;
+use crate::scalar::{Real, Scalar};
 pub use short::{Polynomial3, Polynomial5};
 pub use table::Table;
 
@@ -138,6 +138,13 @@ impl Polynomial {
     pub const LIMIT_F32: f32 = single::LIMIT;
     /// The largest f64 angle, rad, either sign; beyond it both results are NaN.
     pub const LIMIT_F64: f64 = double::LIMIT;
+
+    /// Sine and cosine by sums, differences and products alone, so that they can be traced. Equal (`==`) to the f64's for angles within
+    /// [`Polynomial::LIMIT_F64`] and of no meaning beyond; a zero may have the other sign. For scalars of double precision.
+    #[must_use]
+    pub fn by_arithmetic<S: Scalar>(angle: S) -> SinCos<S> {
+        double::by_arithmetic(angle)
+    }
 }
 
 impl Trig<f32> for Polynomial {

@@ -533,3 +533,12 @@ fn the_second_order_is_the_better_use_of_a_table() {
     assert!((1.8e-5..1.93e-5).contains(&line) && (1.8e-5..1.93e-5).contains(&first), "{line:e} {first:e}");
     assert!(second < line / 100.0, "{second:e}");
 }
+
+#[test]
+fn by_arithmetic_alone_sine_and_cosine_are_equal_to_those_by_bits() {
+    let spaced = (0..200_000).map(|k| f64::from(k) * 0.013_7 - 1_300.0);
+    for angle in angles_f64().chain(spaced).filter(|angle| angle.abs() <= Polynomial::LIMIT_F64) {
+        let (found, wanted) = (Polynomial::by_arithmetic(angle), Polynomial.sin_cos(angle));
+        assert_eq!((found.sin, found.cos), (wanted.sin, wanted.cos), "{angle:e}");
+    }
+}

@@ -15,6 +15,7 @@ fn main() -> ExitCode {
     }
     let done = match Cli::parse().command {
         Command::Run(args) => cli::run::run(&args, &stop_on_interrupt()),
+        Command::Compare(args) => cli::compare::run(&args).map(|()| 0),
         Command::Dynamics(args) => cli::dynamics::run(&args).map(|()| 0),
         Command::Terms(args) => cli::terms::run(&args).map(|()| 0),
         Command::Statics(args) => cli::statics::run(&args).map(|()| 0),
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         Command::Motion(args) => cli::motion::run(&args).map(|()| 0),
         Command::Excite(args) => cli::excite::run(&args).map(|()| 0),
         Command::Identify(args) => cli::identify::run(&args).map(|()| 0),
+        Command::Export(args) => cli::export::run(&args).map(|()| 0),
         Command::Import(args) => cli::import::run(&args).map(|()| 0),
         Command::Kernel(args) => cli::kernel::run(&args).map(|()| 0),
         Command::Linkage(args) => cli::linkage::run(&args),

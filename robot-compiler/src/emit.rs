@@ -1,10 +1,11 @@
-//! A checked arm and its controller as Rust source for the chip, and an arm as a robot file.
+//! A checked arm and its controller as Rust source for the chip, and an arm as a robot file or a URDF.
 //!
 //! The desk reads and checks the files; the chip gets numbers. Every literal is the shortest decimal that reads back as the
 //! same number, so the chip computes with the same bits that the desk hashed. A firmware computes in single precision,
 //! whatever scalar the scene sets for the desk. Programs that only measure costs ([`cost`]) compute in the scene's own
 //! scalar.
 
+mod angles;
 mod arm;
 mod changed;
 pub mod cost;
@@ -19,6 +20,7 @@ pub mod modules;
 pub mod page;
 mod protection;
 mod robot_file;
+pub mod urdf;
 
 pub use arm::{arm_module, arm_module_in};
 pub use drives::drives_module;
@@ -26,3 +28,4 @@ pub use dynamics::{dynamics_module, dynamics_module_in};
 pub use firmware::{CHOICES, write_firmware};
 pub use protection::protection_module;
 pub use robot_file::robot_file;
+pub use urdf::urdf;

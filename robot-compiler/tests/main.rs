@@ -25,4 +25,5 @@ mod skipped;
 mod urdf;
 mod urdf_corpus;
 mod urdf_cut;
+mod urdf_export;
 mod zero_cost;

@@ -10,6 +10,7 @@
 //! | [`counts`] | instructions on the desk, by callgrind |
 //! | [`desk`] | times on the desk, and the kernel compiler's |
 //! | [`baseline`] | the gate: counts compared with `xtask/bench/baseline.toml` |
+//! | [`simulators`] | the simulator's speed, alone and side by side, beside MuJoCo's |
 //! | [`report`] | the tables of `docs/measured/kernels.md` |
 
 mod arms;
@@ -22,6 +23,7 @@ mod disassembly;
 pub(crate) mod kernels;
 pub(crate) mod micro;
 mod report;
+mod simulators;
 
 pub(crate) use report::{Table, thousands, write_into};
 
@@ -44,6 +46,9 @@ pub(crate) struct Options {
     /// Simulate arms that people own instead, and write docs/measured/arms.md
     #[arg(long, conflicts_with_all = ["bless", "gate", "peers"])]
     arms: bool,
+    /// Measure the simulator beside MuJoCo instead, and write docs/measured/simulators.md
+    #[arg(long, conflicts_with_all = ["bless", "gate", "peers", "arms"])]
+    simulators: bool,
     /// With --peers: everything as JSON, to a file or to `-`
     #[arg(long, requires = "peers")]
     json: Option<PathBuf>,
@@ -56,6 +61,9 @@ pub(crate) fn run(options: Options) -> Result<()> {
     }
     if options.arms {
         return arms::run();
+    }
+    if options.simulators {
+        return simulators::run();
     }
     let chip = chip::count()?;
     let desk = counts::count()?;
@@ -73,7 +81,7 @@ pub(crate) fn run(options: Options) -> Result<()> {
 
 /// The gate of `cargo xtask test`: counts only.
 pub(crate) fn gate() -> Result<()> {
-    run(Options { bless: false, gate: true, peers: false, arms: false, json: None })
+    run(Options { bless: false, gate: true, peers: false, arms: false, simulators: false, json: None })
 }
 
 fn from_json(path: &Path) -> Result<serde_json::Value> {

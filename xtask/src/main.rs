@@ -12,6 +12,7 @@ mod peers;
 mod process;
 mod qemu;
 mod readme;
+mod report;
 mod robot_data;
 mod scale;
 mod scene_keys;
@@ -74,6 +75,11 @@ enum Task {
         /// Write the program with the stretches to the board first, with probe-rs; only with the drives' power off
         #[arg(long, requires = "port")]
         flash: bool,
+    },
+    /// The report page: its scripts from their sources, its picture in the README
+    Report {
+        #[command(flatten)]
+        options: report::Options,
     },
     /// Run a study on HyperQueue and Slurm, kill a worker of each on the way, and demand the bytes of one process; check Kubernetes'
     /// manifest against its schema
@@ -184,6 +190,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Budget { options } => budget::run(&options),
         Task::Cycles { micro, port, flash, .. } if micro || port.is_some() => bench::micro::run(port.as_deref(), flash),
         Task::Cycles { write, .. } => bench::cycles::run(write),
+        Task::Report { options } => report::run_task(&options),
         Task::Scale { options } => scale::run_all(&options),
         Task::Gate { scene } => gate::check(&scene),
         Task::Firmware { task } => match task {

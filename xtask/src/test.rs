@@ -4,7 +4,7 @@ use crate::firmware::{self, Board};
 use crate::process::{cargo, run, target_directory};
 use crate::tally::Tally;
 use crate::toolchain::Toolchain;
-use crate::{bench, budget, check, gate, readme, robot_data, setup};
+use crate::{bench, budget, check, gate, readme, report, robot_data, setup};
 use anyhow::Result;
 use std::path::Path;
 use std::process::{Command, exit};
@@ -52,11 +52,19 @@ fn host_tests(tally: &mut Tally, urdfs: &Path) {
     let mut tests = cargo(["nextest", "run", "--workspace", "--locked", "--no-fail-fast"]);
     // The long ones too, which a plain run of the tests leaves out.
     tests.args(["--run-ignored", "all", "--filterset", &format!("not {CHIP_TESTS}")]);
+    if let Some(python) = setup::viewers() {
+        tests.env("NEWTAU_VIEWERS_PYTHON", python);
+    }
     tally.tests("host tests", tests.env("NEWTAU_URDF_DIR", urdfs).env("INSTA_UPDATE", "no"));
     for example in ["torques", "control_loop", "kernel"] {
         // Built with the tests; asking cargo for one package alone would build it again, with that package's features.
         let program = target_directory().join("debug/examples").join(example);
         tally.command(&format!("example {example}"), &mut Command::new(program));
+    }
+    if report::checks() {
+        tally.step("scripts of the report", report::check);
+    } else {
+        eprintln!("scripts of the report: not compared with their sources, which takes npm");
     }
     tally.tests("documentation examples", &mut cargo(["test", "--workspace", "--doc", "--locked"]));
 }

@@ -36,6 +36,7 @@ const ALL: &[&str] = &[
     "dynamics-core",
     "robot-compiler",
     "kernel-tests",
+    "machine-code",
     "link",
     "session",
     "joint-io",
@@ -47,6 +48,7 @@ const ALL: &[&str] = &[
     "host-sim",
     "fuzz",
     "identification",
+    "report",
     "chip-image",
     "chip-log",
     "chip-budget",
@@ -55,10 +57,11 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 21] = [
+const ROWS: [Row; 23] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
+    row("machine-code", "robot-compiler/machine-code", &["robot-compiler"], &["dynamics-core"]),
     // Its tests use the features of a host: the package itself, with another feature.
     row("link", "link", &["dynamics-core"], &["link"]),
     row("session", "link/session", &["dynamics-core", "link"], &["robot-compiler"]),
@@ -72,11 +75,22 @@ const ROWS: [Row; 21] = [
     row(
         "host-sim",
         "host-sim",
-        &["actuator-model", "dynamics-core", "identification", "joint-io", "link", "robot-compiler", "session"],
+        &[
+            "actuator-model",
+            "dynamics-core",
+            "identification",
+            "joint-io",
+            "link",
+            "machine-code",
+            "report",
+            "robot-compiler",
+            "session",
+        ],
         &[],
     ),
     row("fuzz", "host-sim/fuzz", &["dynamics-core", "host-sim", "link", "robot-compiler", "session"], &[]),
     row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
+    row("report", "host-sim/report", &[], &[]),
     row("chip-image", "xtask/image", &[], &[]),
     row("chip-log", "xtask/log", &[], &[]),
     row("chip-budget", "xtask/budget", ALL, ALL),

@@ -1,6 +1,7 @@
 //! Sine and cosine in f64 arithmetic. The derivation is in the documentation of [`super`].
 
 use super::{Binary, SinCos};
+use crate::Scalar;
 
 /// Largest accepted |angle|, rad.
 pub(super) const LIMIT: f64 = 1_048_576.0;
@@ -71,32 +72,49 @@ fn turned(sine: f64, cosine: f64, quarter_turns: u64) -> SinCos<f64> {
 
 /// x - k pi/2 as a sum of two floats.
 #[inline]
-fn reduce(x: f64, k: f64) -> (f64, f64) {
+fn reduce<S: Scalar>(x: S, k: S) -> (S, S) {
+    let half_pi = HALF_PI.map(S::literal);
     // Exact: every bit of these differences is a bit of x or lies above 2^-54.
-    let coarse = x - k * HALF_PI[0] - k * HALF_PI[1];
-    let fine = k * HALF_PI[2];
+    let coarse = x - k * half_pi[0] - k * half_pi[1];
+    let fine = k * half_pi[2];
     let r = coarse - fine;
     // Rounding error of the last subtraction, exact too: either |coarse| > |fine|, or the subtraction lost nothing.
     let lost = (coarse - r) - fine;
-    (r, lost - k * HALF_PI[3])
+    (r, lost - k * half_pi[3])
 }
 
 /// Sine and cosine of r + tail, |r| <= pi/4.
 #[inline]
-fn near_zero(r: f64, tail: f64) -> (f64, f64) {
+fn near_zero<S: Scalar>(r: S, tail: S) -> (S, S) {
     let z = r * r;
-    let half_z = 0.5 * z;
+    let half_z = S::literal(0.5) * z;
     let sine = r + (r * z * horner(&SINE, z) + (tail - tail * half_z));
     // 1 - z/2 rounds; the first term of the correction restores the rounding error.
-    let leading = 1.0 - half_z;
-    let cosine = leading + (((1.0 - leading) - half_z) + (z * z * horner(&COSINE, z) - r * tail));
+    let leading = S::one() - half_z;
+    let cosine = leading + (((S::one() - leading) - half_z) + (z * z * horner(&COSINE, z) - r * tail));
     (sine, cosine)
 }
 
 #[inline]
-fn horner(coefficients: &[f64; 6], z: f64) -> f64 {
-    let [c0, c1, c2, c3, c4, c5] = *coefficients;
+fn horner<S: Scalar>(coefficients: &[f64; 6], z: S) -> S {
+    let [c0, c1, c2, c3, c4, c5] = coefficients.map(S::literal);
     c0 + z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * c5))))
+}
+
+/// Sine and cosine without a look at a bit.
+#[inline]
+pub(super) fn by_arithmetic<S: Scalar>(x: S) -> SinCos<S> {
+    let [round, one] = [ROUND, 1.0].map(S::literal);
+    let nearest = |x: S| (x + round) - round;
+    let k = nearest(x * S::literal(TWO_OVER_PI));
+    let (r, tail) = reduce(x, k);
+    let (sine, cosine) = near_zero(r, tail);
+    // Quarter turns, from -2 to 2, and their cosine 1, 0, -1 and sine 0, 1, 0: each product below is exact.
+    let turns = k - nearest(k * S::literal(0.25)) * S::literal(4.0);
+    let square = turns * turns;
+    let c = one - square * (S::literal(7.0) - square) * S::literal(1.0 / 6.0);
+    let s = turns * (S::literal(4.0) - square) * S::literal(1.0 / 3.0);
+    SinCos { sin: sine * c + cosine * s, cos: cosine * c - sine * s }
 }
 
 impl Binary for f64 {

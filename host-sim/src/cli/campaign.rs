@@ -2,7 +2,7 @@
 
 use crate::cli::document;
 use crate::cli::names::Target;
-use crate::cli::output::{json, print};
+use crate::cli::output::{json, print, write_report};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure};
 use crate::study::campaign::{Campaign, Report};
@@ -23,6 +23,7 @@ it: --seed S --run K and the same scenes and target.
 Examples:
   host-sim campaign
   host-sim campaign --runs 10000 --write
+  host-sim campaign --runs 10000 --report out/campaign.html
   host-sim campaign --target qemu --runs 400 --write
   host-sim campaign scenes/puma560_pick.toml --seed 7 --run 4711
   host-sim campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
@@ -60,6 +61,9 @@ pub struct CampaignArgs {
     /// Put the table into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/campaign.md")]
     pub write: Option<PathBuf>,
+    /// File for the report, a page for a browser.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -92,6 +96,7 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     };
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };
     let report = campaign.report(stop, &progress)?;
+    write_report(args.report.as_deref(), || Ok(report.page(&args.scenes)))?;
     if let Some(page) = page {
         document::fill(page, &[(place, report.markdown())])?;
     }

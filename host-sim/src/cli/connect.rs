@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 const EXAMPLES: &str = "\
 Examples:
   host-sim connect scenes/puma560_pick.toml --port /dev/ttyACM0 --key arm.key --record session.log
-  host-sim connect scenes/puma560_pick.toml --target qemu
+  host-sim connect scenes/puma560_pick.toml --target qemu --record session.mcap
   printf 'home\\nconfirm\\narm\\nrun\\nwait\\n' | host-sim connect scenes/planar2r_swing.toml --target desk
 
 Commands, one a line: status, home, confirm, arm, disarm, run, hold, clear, jog, goto, wait, watch, dump, record, help, quit; `help` says what
@@ -59,7 +59,7 @@ pub struct ConnectArgs {
     /// Read commands from this file, not from standard input.
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
-    /// Keep every frame in this file, for `replay`.
+    /// Keep every frame in this file, for `replay`; one that ends in `.mcap` is for viewers too.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// A file with another table `[motion]` for `run`, as `host-sim motion` and `excite` write it; the scene's otherwise.

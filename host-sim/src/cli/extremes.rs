@@ -1,7 +1,7 @@
 //! `extremes`: what happens at the edges, cell by cell.
 
 use crate::cli::document;
-use crate::cli::output::{json, print};
+use crate::cli::output::{json, print, write_report};
 use crate::failure::Failure;
 use crate::study::extremes::{Report, time, write_plots};
 use clap::Args;
@@ -23,6 +23,7 @@ tests fails when a cell's outcome changes in either direction.
 Examples:
   host-sim extremes
   host-sim extremes --json | jq '.cells[] | select(.passed | not)'
+  host-sim extremes --report out/extremes.html
   host-sim extremes --long
   host-sim extremes --long 1 --write
   host-sim extremes --write
@@ -42,6 +43,9 @@ pub struct ExtremesArgs {
     /// Put the tables into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/extremes.md")]
     pub write: Option<PathBuf>,
+    /// File for the report, a page for a browser.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -72,6 +76,7 @@ pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
         report.cells.extend(long.cells);
         report = Report::of(report.cells);
     }
+    write_report(args.report.as_deref(), || report.page())?;
     let text = if args.json { json(&report)? } else { report.table() };
     print(&format!("{text}\n"))
 }

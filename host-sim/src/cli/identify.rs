@@ -46,7 +46,7 @@ pub struct IdentifyArgs {
     /// A file for the robot with its new numbers.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// A folder for the report: index.html, with all pictures in it.
+    /// A folder for the report: index.html.
     #[arg(long, value_name = "FOLDER")]
     pub report: Option<PathBuf>,
     /// A file for measured and predicted torque (behind the same filter) of the first judged log, CSV.

@@ -16,7 +16,7 @@ Examples:
   host-sim import arm.urdf --tip gripper_base --out robots/arm.toml
   host-sim import two_arms.urdf --base left_base --tip left_flange > robots/left.toml
 
-Written are name, placement, axis, mass, inertia, limits and friction of every joint and its link, and the tip frame. Fixed links
+Written are name, placement, axis, mass, inertia, limits, friction and Drake's rotor of every joint and its link, and the tip frame. Fixed links
 are merged into the moving link that carries them; moving joints beside the chain are held at zero. Numbers read back exactly;
 rotations are roll, pitch and yaw, exact to rounding. Lines that begin with `# ?` name what a URDF does not say: rotor and gear,
 encoder, drive, limits that are missing.

@@ -5,6 +5,7 @@ pub mod campaign;
 pub mod chain;
 pub mod check;
 pub mod choose;
+pub mod compare;
 pub mod connect;
 pub mod contact;
 pub mod doctor;
@@ -12,6 +13,7 @@ pub mod dynamics;
 pub mod energy;
 pub mod excite;
 pub mod explain;
+pub mod export;
 pub mod extremes;
 pub mod gravity;
 pub mod identify;
@@ -60,6 +62,8 @@ Exit codes:
 pub enum Command {
     /// Close the loop of a scene: table, CSV log, plots.
     Run(run::RunArgs),
+    /// Two runs on one page: both arms, curves over each other, what differs.
+    Compare(compare::CompareArgs),
     /// Inverse and forward dynamics of states given as JSON lines.
     Dynamics(dynamics::DynamicsArgs),
     /// Show the matrices of the equations of motion at one posture.
@@ -82,6 +86,8 @@ pub enum Command {
     Excite(excite::ExciteArgs),
     /// Identify an arm from logs: masses, inertias, friction, what it holds.
     Identify(identify::IdentifyArgs),
+    /// Write the arm of a robot file as a URDF.
+    Export(export::ExportArgs),
     /// Write a TOML robot file from an arm of a URDF file.
     Import(import::ImportArgs),
     /// Print the arm's dynamics as straight-line Rust, or what that saves.

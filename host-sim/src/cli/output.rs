@@ -1,9 +1,11 @@
 //! Results on standard output.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, in_file};
+use report::Page;
 use serde::Serialize;
+use std::fs;
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Print a result. Whoever has read enough of it, as `head` has, is no failure.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
@@ -16,6 +18,15 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 /// A result as JSON over several lines, as people and `jq` read it; no line end.
 pub(super) fn json(result: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(result).map_err(|error| Failure::Output(error.into()))
+}
+
+/// Write a page to the file that was asked for, if one was; folders on the way are made.
+pub(super) fn write_report(path: Option<&Path>, page: impl FnOnce() -> Result<Page, Failure>) -> Result<(), Failure> {
+    let Some(path) = path else { return Ok(()) };
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
+    }
+    fs::write(path, page()?.html()).map_err(|error| in_file(path, &error))
 }
 
 /// A line for each file that was written.

@@ -13,7 +13,7 @@ Examples:
   host-sim connect scenes/planar2r_swing.toml --target qemu --script session.txt --record session.log
   host-sim replay session.log
 
-The record holds its scene; the robot file is read from where it was, or --scene names a scene beside it. It must be the robot, scene and
+The record, MCAP or not, holds its scene; the robot file is read from where it was, or --scene names a scene beside it. It must be the robot, scene and
 controller that the board was built from, by their hash.
 
 Exit code 1: a tick differs, or the record cannot be replayed to its end; the message says which tick and why.";
@@ -50,7 +50,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         same(&log.head, scene.hash(&model), args)?;
         replay::<N>(&scene, &model, log.entries()).map_err(|error| in_log(&error))?
     });
-    show(args, &done, log.cut()).map_err(Failure::Output)?;
+    show(args, &done, &log).map_err(Failure::Output)?;
     Ok(if done.is_the_same() { 0 } else { failure::OUTSIDE })
 }
 
@@ -68,7 +68,7 @@ fn same(head: &Head, found: u64, args: &ReplayArgs) -> Result<(), Failure> {
     )))
 }
 
-fn show(args: &ReplayArgs, replay: &Replay, cut: usize) -> io::Result<()> {
+fn show(args: &ReplayArgs, replay: &Replay, log: &Log) -> io::Result<()> {
     let mut out = io::stdout().lock();
     if args.json {
         return writeln!(out, "{}", serde_json::to_string(replay)?);
@@ -82,8 +82,10 @@ fn show(args: &ReplayArgs, replay: &Replay, cut: usize) -> io::Result<()> {
     if let Some(end) = &replay.end {
         writeln!(out, "cannot be replayed from tick {} on: {}", end.tick, end.why)?;
     }
-    if cut > 0 {
-        writeln!(out, "the record ends within an entry: its last {cut} bytes are left out")?;
+    match log.cut() {
+        0 if log.has_end() => {}
+        0 => writeln!(out, "the record was not closed: its last second may be missing")?,
+        cut => writeln!(out, "the record ends within an entry: its last {cut} bytes are left out")?,
     }
     Ok(())
 }

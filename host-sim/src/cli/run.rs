@@ -5,7 +5,8 @@ use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure, in_file, number};
 use crate::run::closed_loop::End;
-use crate::run::files::{file_name, write};
+use crate::run::files::{file_name, write, write_report};
+use crate::run::mcap_file;
 use crate::run::simulate::{self, Run};
 use clap::Args;
 use dynamics_core::control::Law;
@@ -23,13 +24,15 @@ Examples:
   host-sim run scenes/puma560_pick.toml
   host-sim run scenes/puma560_pick.toml --target qemu
   host-sim run scenes/puma560_pick.toml --law pd --scalar f64 --out out/pd
+  host-sim run scenes/puma560_pick.toml --mcap pick.mcap
   host-sim run scenes/puma560_pick.toml --json | jq .tracking_max
 
 Files, in the folder given by --out:
   log.csv       every tick: time, and per joint reference and actual position and velocity, torque, limits; the fault
   summary.json  what --json prints
-  *.svg         position, velocity, error and torque of every joint over time, with waypoints, faults, the ticks in which
-                a limit acts, and the torque limits
+  report.html   all of that on one page, for a browser: the arm, the curves, the numbers (docs/report.md); --report chooses the file
+  *.svg         position and velocity with their errors on top, and torque, of every joint over time, with limits, waypoints,
+                faults and the ticks in which a limit acts
 
 Terms that the scene's model calls live are fed from its [plant], to the desk's controller and to the chip's alike.
 
@@ -70,6 +73,15 @@ pub struct RunArgs {
     /// Folder for log and plots; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Write the run for viewers too: an MCAP file with the arm's URDF, which Foxglove and PlotJuggler open.
+    #[arg(long, value_name = "FILE")]
+    pub mcap: Option<PathBuf>,
+    /// File for the report; report.html in that folder otherwise.
+    #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
+    pub report: Option<PathBuf>,
+    /// Write no report.
+    #[arg(long)]
+    pub no_report: bool,
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -87,12 +99,23 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // Better now than after the run.
     fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+    let report = (!args.no_report).then(|| args.report.clone().unwrap_or_else(|| folder.join("report.html")));
+    if let Some(parent) = report.as_deref().and_then(Path::parent) {
+        fs::create_dir_all(parent).map_err(|error| in_file(parent, &error))?;
+    }
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
     let run = with_dof!(scene.robot.dof(), N => match args.target {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
         Target::Qemu => crate::chip::on_chip::run::<N>(&scene, stop, &progress),
     })?;
-    let written = write(&run, &scene.name, &folder)?;
+    let mut written = write(&run, &scene.name, &folder)?;
+    if let Some(path) = &args.mcap {
+        with_dof!(scene.robot.dof(), N => mcap_file::run::write::<N>(&run.record, &scene, path))?;
+        written.push(path.clone());
+    }
+    if let Some(path) = &report {
+        written.push(write_report(&run, &scene, path)?);
+    }
     show(args, &run, &written)?;
     let code = exit_code(&run);
     match run.failure {

@@ -36,7 +36,7 @@ Files, in the folder given by --out:
   manifest.json              what is sure of it: rows, bytes, SHA-256; after a kill the same command continues from there
   study.toml, scene.toml, robot.toml
                              copies that name each other: the folder is a study of its own
-  results.json, results.md   distributions, rank correlations, failures with intervals, the worst runs; not for a shard
+  results.json, results.md, report.html   distributions, rank correlations, failures with intervals, the worst runs; not for a shard
 
 --replay writes scene.toml and robot.toml with the run's values, and what `host-sim run` writes of them.";
 
@@ -154,16 +154,16 @@ pub(super) struct Shown<'a> {
 
 /// Write the results, and print them.
 pub(super) fn show(shown: &Shown<'_>, prepared: &Prepared, results: &Results, folder: &Path) -> Result<(), Failure> {
-    let written = results.write(folder)?;
+    let study = folder.join(STUDY).display().to_string();
+    let study = matches!(prepared.study.subject, Subject::Scene(_)).then_some(study);
+    let written = results.write(folder, study.as_deref())?;
     if shown.json {
         return print(&format!("{}\n", json(results)?));
     }
     if shown.quiet {
         return Ok(());
     }
-    let study = folder.join(STUDY).display().to_string();
-    let study = if matches!(prepared.study.subject, Subject::Scene(_)) { study } else { String::new() };
-    print(&format!("{}{}{}", results.text(&study), shown.pace, files(&written)))
+    print(&format!("{}{}{}", results.text(&study.unwrap_or_default()), shown.pace, files(&written)))
 }
 
 /// Failing runs are what a study asks for; an unsafe command of a campaign is not.

@@ -50,6 +50,7 @@ Examples:
   host-sim trade robots/ur5.toml --json | jq '.points[] | select(.on_torque_front) | .command'
 
 Files, in the folder given by --out (out/trade/NAME otherwise):
+  report.html            every choice on one page, which says on hover what measures it again
   trade.csv, trade.svg   every choice with every number; all of them in one picture
   points/                the scene of every choice
   measured.jsonl         what has been measured: after an interruption the work goes on from there";
@@ -159,6 +160,8 @@ pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), F
     trade.write_csv(&csv)?;
     let plot = folder.join("trade.svg");
     trade.write_plot(&plot).map_err(|error| in_file(&plot, &error))?;
+    let report = folder.join("report.html");
+    fs::write(&report, trade.page().html()).map_err(|error| in_file(&report, &error))?;
     if let Some(page) = page {
         let picture = format!("trade_{}.svg", file_name(&base.file.name));
         let path = page.folder().join(&picture);
@@ -169,7 +172,10 @@ pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), F
     let text = if args.json {
         json(&trade)? + "\n"
     } else {
-        format!("{}files     {}\n          {}\n", trade.table(), csv.display(), plot.display())
+        {
+            let [csv, plot, report] = [&csv, &plot, &report].map(|file| file.display());
+            format!("{}files     {csv}\n          {plot}\n          {report}\n", trade.table())
+        }
     };
     print(&text)
 }

@@ -45,7 +45,7 @@ pub(super) struct Actuators<const N: usize> {
 
 /// Torque from the instant `s` of a tick on: `goal + (start - goal) exp(-(t - s) / lag)`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Drive<const N: usize> {
+pub(crate) struct Drive<const N: usize> {
     start: [f64; N],
     goal: [f64; N],
     lag: Option<f64>,
@@ -56,7 +56,7 @@ impl<const N: usize> Actuators<N> {
     /// Actuators without torque until the first command has passed the delay.
     pub(super) fn new(settings: ActuatorSettings, torque_max: [f64; N]) -> Self {
         let pipe = core::iter::repeat_n([0.0; N], settings.delay).collect();
-        let last = Drive { start: [0.0; N], goal: [0.0; N], lag: settings.lag, since: 0.0 };
+        let last = Drive { lag: settings.lag, ..Drive::none() };
         Self { settings, torque_max, pipe, last }
     }
 
@@ -90,6 +90,11 @@ impl<const N: usize> Actuators<N> {
 }
 
 impl<const N: usize> Drive<N> {
+    /// No torque.
+    pub(super) const fn none() -> Self {
+        Self { start: [0.0; N], goal: [0.0; N], lag: None, since: 0.0 }
+    }
+
     /// Torque at time `t` (s) into the tick.
     pub(super) fn at(&self, t: f64) -> [f64; N] {
         match self.lag {

@@ -21,7 +21,7 @@
 //!
 //! The source is generic in its scalar and has no data-dependent branch, so that it can be traced.
 
-use super::kinematics::{Chain, Pose};
+use super::kinematics::{Chain, Pose, Solid};
 use super::rotor_coupling;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Body, Field, JointKind, JointSpec, Scalar, SinCos, Tool, Trig, Wrench};
@@ -44,12 +44,12 @@ pub struct Arm<const N: usize> {
 
 /// An arm prepared for simulation: all constants are computed once.
 #[derive(Clone, Debug)]
-pub struct Mechanism<const N: usize> {
-    chain: Chain<N>,
-    gravity: Vector3<f64>,
-    tip_wrench: Option<Wrench<f64>>,
+pub struct Mechanism<const N: usize, S = f64> {
+    chain: Chain<S, N>,
+    gravity: Vector3<S>,
+    tip_wrench: Option<Wrench<S>>,
     /// Gear ratio times rotor inertia of each joint, if their coupling acts.
-    rotor_coupling: Option<[f64; N]>,
+    rotor_coupling: Option<[S; N]>,
 }
 
 /// The parts of the equations of motion at one state.
@@ -126,9 +126,37 @@ impl<const N: usize> Arm<N> {
 }
 
 impl<const N: usize> Mechanism<N> {
+    /// The same arm under another wrench, with every other number through `f`, always in the same order.
+    pub(super) fn map<S: Scalar>(&self, mut f: impl FnMut(f64) -> S, tip_wrench: Option<Wrench<S>>) -> Mechanism<N, S> {
+        Mechanism {
+            chain: self.chain.map(&mut f),
+            gravity: self.gravity.map(&mut f),
+            tip_wrench,
+            rotor_coupling: self.rotor_coupling.map(|coupling| coupling.map(f)),
+        }
+    }
+
+    /// The same arm in another scalar.
+    #[must_use]
+    pub fn cast<S: Scalar>(&self) -> Mechanism<N, S> {
+        let literal = |v: Vector3<f64>| v.map(S::literal);
+        let wrench = self.tip_wrench.map(|it| Wrench { force: literal(it.force), moment: literal(it.moment) });
+        self.map(S::literal, wrench)
+    }
+
+    /// Kind of each joint, with the number of bodies that it moves.
+    pub(super) fn joints(&self) -> [(JointKind, usize); N] {
+        self.chain.joints.each_ref().map(|joint| (joint.kind, joint.bodies.len()))
+    }
+
     /// Wrench of the environment on the tip.
-    pub(super) fn tip_wrench(&self) -> Option<Wrench<f64>> {
+    pub(crate) fn tip_wrench(&self) -> Option<Wrench<f64>> {
         self.tip_wrench
+    }
+
+    /// Whether the coupling of the rotors' spin acts.
+    pub(super) fn has_rotor_coupling(&self) -> bool {
+        self.rotor_coupling.is_some()
     }
 
     /// Set the wrench of the environment on the tip.
@@ -160,20 +188,24 @@ impl<const N: usize> Mechanism<N> {
     pub fn contact(&self, q: &[f64; N]) -> Option<[f64; N]> {
         self.tip_wrench.map(|_| self.terms(&Polynomial.sin_cos_all(q), q, &[0.0; N]).tip)
     }
+}
 
-    /// As [`Mechanism::acceleration`], in any scalar; returns the pivots and does not judge them.
+impl<S: Field, const N: usize> Mechanism<N, S> {
+    /// As [`Mechanism::acceleration`]; returns the pivots and does not judge them.
     #[must_use]
-    pub fn solution<S: Field>(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N], drive: &[S; N]) -> Solution<S, N> {
+    pub fn solution(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N], drive: &[S; N]) -> Solution<S, N> {
         let terms = self.terms(turn, q, qd);
         let rest = core::array::from_fn(|i| drive[i] + terms.tip[i] - terms.coriolis[i] - terms.gravity[i]);
         solve(&terms.mass_matrix, &rest)
     }
+}
 
+impl<S: Scalar, const N: usize> Mechanism<N, S> {
     /// Every term of the equations of motion at a state.
     #[must_use]
-    pub fn terms<S: Scalar>(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N]) -> Terms<N, S> {
+    pub fn terms(&self, turn: &[SinCos<S>; N], q: &[S; N], qd: &[S; N]) -> Terms<N, S> {
         let pose = self.chain.pose(turn, q);
-        let gravity = self.gravity.map(S::literal);
+        let gravity = self.gravity;
         let (bodies, loads) = self.outward(&pose, qd);
         let zero = [S::zero(); N];
         let mut terms =
@@ -196,7 +228,7 @@ impl<const N: usize> Mechanism<N> {
                     taken = taken.moved(&pose[i].offset);
                 }
             }
-            terms.mass_matrix[(j, j)] += S::literal(self.chain.joints[j].rotor);
+            terms.mass_matrix[(j, j)] += self.chain.joints[j].rotor;
         }
         if let Some(coupling) = &self.rotor_coupling {
             rotor_coupling::add(&mut terms, &pose, qd, coupling);
@@ -205,7 +237,7 @@ impl<const N: usize> Mechanism<N> {
     }
 
     /// Own bodies of each joint, and the load of their motion at `qdd = 0`; both about the joint's origin.
-    fn outward<S: Scalar>(&self, pose: &[Pose<S>; N], qd: &[S; N]) -> ([Bodies<S>; N], [Load<S>; N]) {
+    fn outward(&self, pose: &[Pose<S>; N], qd: &[S; N]) -> ([Bodies<S>; N], [Load<S>; N]) {
         let mut bodies = [Bodies::none(); N];
         let mut loads = [Load::none(); N];
         let mut motion = Motion { w: Vector3::zeros(), alpha: Vector3::zeros(), a: Vector3::zeros() };
@@ -220,7 +252,7 @@ impl<const N: usize> Mechanism<N> {
         (bodies, loads)
     }
 
-    fn tip_torques<S: Scalar>(&self, pose: &[Pose<S>; N]) -> [S; N] {
+    fn tip_torques(&self, pose: &[Pose<S>; N]) -> [S; N] {
         let mut torques = [S::zero(); N];
         let Some(wrench) = &self.tip_wrench else {
             return torques;
@@ -228,8 +260,8 @@ impl<const N: usize> Mechanism<N> {
         #[cfg(test)]
         super::calls::count(super::calls::Effect::TipWrench);
         let rotation = pose[N - 1].rotation;
-        let tip = self.chain.tip.literal();
-        let in_base = |v: &Vector3<f64>| rotation * (tip.rotation * v.map(S::literal));
+        let tip = &self.chain.tip;
+        let in_base = |v: &Vector3<S>| rotation * (tip.rotation * v);
         let force = in_base(&wrench.force);
         let mut load = Load { force, moment: in_base(&wrench.moment) + (rotation * tip.origin).cross(&force) };
         for i in (0..N).rev() {
@@ -275,12 +307,8 @@ struct Turned<S> {
 }
 
 impl<S: Scalar> Turned<S> {
-    fn new(body: &Body, rotation: &Matrix3<S>) -> Self {
-        Self {
-            mass: S::literal(body.mass),
-            centre: rotation * body.com.map(S::literal),
-            inertia: Symmetric::turned(rotation, &body.inertia.map(S::literal)),
-        }
+    fn new(body: &Solid<S>, rotation: &Matrix3<S>) -> Self {
+        Self { mass: body.mass, centre: rotation * body.com, inertia: Symmetric::turned(rotation, &body.inertia) }
     }
 
     /// `J = I + m (r.r 1 - r r^T)`.

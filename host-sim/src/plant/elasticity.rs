@@ -16,7 +16,7 @@
 
 use super::State;
 use super::dynamics::{Arm, Mechanism};
-use super::integrator::Point;
+use super::integrator::{Point, States};
 use dynamics_core::Trig;
 use dynamics_core::trig::Polynomial;
 use nalgebra::DMatrix;
@@ -47,23 +47,28 @@ pub(super) struct Motors<const N: usize> {
 /// Both sides of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pair<const N: usize> {
-    pub(super) link: State<N>,
-    pub(super) motor: State<N>,
+    pub(super) link: States<N, 1>,
+    pub(super) motor: States<N, 1>,
 }
 
-impl<const N: usize> Point for Pair<N> {
-    fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(f64, [f64; K]) -> f64) -> Self {
+impl<const N: usize> Point<1> for Pair<N> {
+    fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self {
         let link = self.link.combine(others.map(|other| &other.link), &f);
         Self { link, motor: self.motor.combine(others.map(|other| &other.motor), &f) }
     }
 
-    fn kicked(&self, slope: &Self, h: f64) -> Self {
+    fn kicked(&self, slope: &Self, h: &[f64; 1]) -> Self {
         Self { link: self.link.kicked(&slope.link, h), motor: self.motor.kicked(&slope.motor, h) }
     }
 
-    fn largest(&self) -> f64 {
-        let (link, motor) = (self.link.largest(), self.motor.largest());
-        if link <= motor { motor } else { link }
+    fn largest(&self) -> [f64; 1] {
+        let ([link], [motor]) = (self.link.largest(), self.motor.largest());
+        if link <= motor { [motor] } else { [link] }
+    }
+
+    fn take(&mut self, other: &Self, lanes: &[bool; 1]) {
+        self.link.take(&other.link, lanes);
+        self.motor.take(&other.motor, lanes);
     }
 }
 

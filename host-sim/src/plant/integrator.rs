@@ -3,6 +3,9 @@
 //! The torque is constant over a tick, so the right-hand side jumps between ticks. Every method therefore restarts at
 //! each tick, and also inside a tick if a jitter moves the jump there: no step crosses a jump.
 //!
+//! Several arms may go side by side, one a lane. Each has its own time, step, method and end; a lane that has arrived waits and keeps its
+//! state. The operations of a lane are those of an arm alone.
+//!
 //! The embedded pair is our own. Two crates, `ode_solvers` 0.6 (another nalgebra, a vector of results allocated in
 //! every tick) and `differential-equations` 0.7, accept no right-hand side that can fail. They also compute powers with
 //! the platform's library, so that a run would not have the same bits on every machine. A third, `diffsol` 0.18, is
@@ -14,57 +17,137 @@ use robot_compiler::scene::Integrator;
 /// Limit on the adaptive method's steps in a tick, accepted or not.
 const ATTEMPTS_MAX: u32 = 100_000;
 
-/// A point of the state space, with positions and velocities.
-pub(super) trait Point: Copy {
-    /// Apply `f` to every component and the same components of the others.
-    fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(f64, [f64; K]) -> f64) -> Self;
-
-    /// Advance the velocities along the slope, then the positions along the new velocities.
-    fn kicked(&self, slope: &Self, h: f64) -> Self;
-
-    /// Largest magnitude of a component; NaN if any is NaN.
-    fn largest(&self) -> f64;
+/// States of several arms side by side, one a lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct States<const N: usize, const L: usize> {
+    pub(super) q: [[f64; L]; N],
+    pub(super) qd: [[f64; L]; N],
 }
 
-impl<const N: usize> Point for State<N> {
-    fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(f64, [f64; K]) -> f64) -> Self {
-        Self {
-            q: core::array::from_fn(|i| f(self.q[i], others.map(|other| other.q[i]))),
-            qd: core::array::from_fn(|i| f(self.qd[i], others.map(|other| other.qd[i]))),
+impl<const N: usize> States<N, 1> {
+    /// One arm alone.
+    pub(super) fn alone(state: &State<N>) -> Self {
+        Self { q: state.q.map(|x| [x]), qd: state.qd.map(|x| [x]) }
+    }
+}
+
+impl<const N: usize, const L: usize> States<N, L> {
+    /// The arm in a lane.
+    pub(super) fn lane(&self, lane: usize) -> State<N> {
+        State { q: self.q.map(|x| x[lane]), qd: self.qd.map(|x| x[lane]) }
+    }
+}
+
+/// Points of the state space, one a lane, each with positions and velocities.
+pub(super) trait Point<const L: usize>: Copy {
+    /// Apply `f` to the lane, every component, and the same components of the others.
+    fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self;
+
+    /// Advance the velocities along the slope, then the positions along the new velocities.
+    fn kicked(&self, slope: &Self, h: &[f64; L]) -> Self;
+
+    /// Largest magnitude of a component; NaN if any is NaN.
+    fn largest(&self) -> [f64; L];
+
+    /// Take over some lanes of another point.
+    fn take(&mut self, other: &Self, lanes: &[bool; L]);
+}
+
+impl<const N: usize, const L: usize> Point<L> for States<N, L> {
+    #[inline]
+    fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self {
+        let mut to = *self;
+        for i in 0..N {
+            for lane in 0..L {
+                to.q[i][lane] = f(lane, self.q[i][lane], others.map(|other| other.q[i][lane]));
+                to.qd[i][lane] = f(lane, self.qd[i][lane], others.map(|other| other.qd[i][lane]));
+            }
+        }
+        to
+    }
+
+    #[inline]
+    fn kicked(&self, slope: &Self, h: &[f64; L]) -> Self {
+        let mut to = *self;
+        for i in 0..N {
+            for lane in 0..L {
+                to.qd[i][lane] += slope.qd[i][lane] * h[lane];
+                to.q[i][lane] += to.qd[i][lane] * h[lane];
+            }
+        }
+        to
+    }
+
+    #[inline]
+    fn largest(&self) -> [f64; L] {
+        let mut most = [0.0; L];
+        for x in self.q.iter().chain(&self.qd) {
+            for lane in 0..L {
+                most[lane] = if x[lane].abs() <= most[lane] { most[lane] } else { x[lane].abs() };
+            }
+        }
+        most
+    }
+
+    #[inline]
+    fn take(&mut self, other: &Self, lanes: &[bool; L]) {
+        for (to, from) in self.q.iter_mut().chain(&mut self.qd).zip(other.q.iter().chain(&other.qd)) {
+            for lane in 0..L {
+                to[lane] = if lanes[lane] { from[lane] } else { to[lane] };
+            }
         }
     }
+}
 
-    fn kicked(&self, slope: &Self, h: f64) -> Self {
-        let qd: [f64; N] = core::array::from_fn(|i| self.qd[i] + slope.qd[i] * h);
-        Self { q: core::array::from_fn(|i| self.q[i] + qd[i] * h), qd }
+/// Lanes on their way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lanes<const L: usize> {
+    /// Those that take part in the step at hand.
+    pub(super) active: [bool; L],
+    /// Why a lane cannot go on: the first reason.
+    pub(super) failed: [Option<Diverged>; L],
+}
+
+impl<const L: usize> Lanes<L> {
+    /// Lanes that take part and can go on.
+    pub(super) fn live(&self) -> [bool; L] {
+        core::array::from_fn(|lane| self.active[lane] && self.failed[lane].is_none())
     }
 
-    fn largest(&self) -> f64 {
-        self.q.iter().chain(&self.qd).fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
+    /// No lane can go on.
+    fn over(&self) -> bool {
+        !self.live().contains(&true)
+    }
+
+    /// A reason why a lane that takes part cannot go on.
+    pub(super) fn fail(&mut self, lane: usize, why: Diverged) {
+        if self.active[lane] && self.failed[lane].is_none() {
+            self.failed[lane] = Some(why);
+        }
     }
 }
 
 /// Differential equation of a point.
-pub(super) trait Flow<Y> {
+pub(super) trait Flow<Y, const L: usize> {
     /// Inputs from outside at one instant.
     type Input;
 
     /// Inputs at `t` (s into the tick).
-    fn input(&self, t: f64) -> Self::Input;
+    fn input(&self, t: &[f64; L]) -> Self::Input;
 
-    /// Rate of change of the point under the input, per second.
-    fn slope(&self, point: &Y, input: &Self::Input) -> Result<Y, Diverged>;
+    /// Write the rate of change of the point under the input, per second, to `slope`.
+    fn slope(&self, point: &Y, input: &Self::Input, slope: &mut Y, lanes: &mut Lanes<L>);
 }
 
 /// A part of a tick without a jump, s, and its number of steps.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
+pub(crate) struct Stretch {
     pub(super) from: f64,
     pub(super) to: f64,
     pub(super) steps: u32,
 }
 
-/// A completed step: from `t`, of length `h` (s).
+/// A completed step of one lane: from `t`, of length `h` (s).
 pub(super) struct Step<'a, Y> {
     pub(super) t: f64,
     pub(super) h: f64,
@@ -72,126 +155,267 @@ pub(super) struct Step<'a, Y> {
     pub(super) after: &'a Y,
 }
 
-/// Advance a point along a stretch and call `each` after every step; `next` is the adaptive method's next step, s.
-/// After an error, `point` holds the last good state.
-pub(super) fn advance<Y: Point, F: Flow<Y>>(
-    integrator: Integrator,
+/// How a lane is integrated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plan {
+    pub(super) integrator: Integrator,
+    pub(super) stretch: Stretch,
+    /// The adaptive method's next step, s.
+    pub(super) next: f64,
+}
+
+/// Advance every lane with a plan along its stretch and call `each` after every step of a lane. Returns why a lane could not be
+/// continued; `point` then holds its last good state. The plans' next steps are renewed.
+pub(super) fn advance<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     flow: &F,
     point: &mut Y,
-    stretch: Stretch,
-    next: &mut f64,
+    plans: &mut [Option<Plan>; L],
     mut each: impl FnMut(&Step<'_, Y>),
-) -> Result<(), Diverged> {
-    let method = match integrator {
-        Integrator::RungeKutta => runge_kutta,
-        Integrator::SemiImplicitEuler => semi_implicit_euler,
-        Integrator::Adaptive { tolerance } => return adapt(flow, point, stretch, tolerance, next, each),
+) -> [Option<Diverged>; L] {
+    let mut lanes = Lanes { active: [false; L], failed: [None; L] };
+    let mask = |plans: &[Option<Plan>; L], which: fn(Integrator) -> bool| {
+        core::array::from_fn(|lane| plans[lane].is_some_and(|plan| which(plan.integrator)))
     };
-    let h = (stretch.to - stretch.from) / f64::from(stretch.steps);
-    for step in 0..stretch.steps {
-        let t = stretch.from + f64::from(step) * h;
-        let after = method(flow, point, t, h)?;
-        if !after.largest().is_finite() {
-            return Err(Diverged::NotFinite);
-        }
-        each(&Step { t, h, before: point, after: &after });
-        *point = after;
+    let fourth = mask(plans, |it| matches!(it, Integrator::RungeKutta));
+    if fourth.contains(&true) {
+        fixed(runge_kutta, flow, point, plans, fourth, &mut lanes, &mut each);
     }
-    Ok(())
+    let first = mask(plans, |it| matches!(it, Integrator::SemiImplicitEuler));
+    if first.contains(&true) {
+        fixed(semi_implicit_euler, flow, point, plans, first, &mut lanes, &mut each);
+    }
+    let adaptive = mask(plans, |it| matches!(it, Integrator::Adaptive { .. }));
+    if adaptive.contains(&true) {
+        adapt(flow, point, plans, adaptive, &mut lanes, &mut each);
+    }
+    lanes.failed
+}
+
+/// A method with steps of one length: the points after a step from `t` of length `h`.
+type Method<Y, F, const L: usize> = fn(&F, &Y, &[f64; L], &[f64; L], &mut Lanes<L>) -> Y;
+
+/// Advance the lanes of a mask in steps of the length that their plans say.
+fn fixed<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+    method: Method<Y, F, L>,
+    flow: &F,
+    point: &mut Y,
+    plans: &[Option<Plan>; L],
+    mask: [bool; L],
+    lanes: &mut Lanes<L>,
+    each: &mut impl FnMut(&Step<'_, Y>),
+) {
+    let stretch = plans.map(|plan| plan.map_or(Stretch { from: 0.0, to: 0.0, steps: 1 }, |plan| plan.stretch));
+    let h = stretch.map(|stretch| (stretch.to - stretch.from) / f64::from(stretch.steps));
+    let mut step = 0;
+    loop {
+        lanes.active = core::array::from_fn(|lane| mask[lane] && step < stretch[lane].steps);
+        if lanes.over() {
+            return;
+        }
+        let t = core::array::from_fn(|lane| stretch[lane].from + f64::from(step) * h[lane]);
+        let after = method(flow, point, &t, &h, lanes);
+        let largest = after.largest();
+        for lane in 0..L {
+            if !largest[lane].is_finite() {
+                lanes.fail(lane, Diverged::NotFinite);
+            }
+        }
+        let done = lanes.live();
+        for lane in (0..L).filter(|&lane| done[lane]) {
+            each(&Step { t: t[lane], h: h[lane], before: point, after: &after });
+        }
+        point.take(&after, &done);
+        step += 1;
+    }
 }
 
 /// `start + slope * h`.
-fn along<Y: Point>(start: &Y, slope: &Y, h: f64) -> Y {
-    start.combine([slope], |x, [k]| x + k * h)
+fn along<Y: Point<L>, const L: usize>(start: &Y, slope: &Y, h: &[f64; L]) -> Y {
+    start.combine([slope], |lane, x, [k]| x + k * h[lane])
 }
 
 /// One classical fourth-order step from `t` (s into the tick).
-fn runge_kutta<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
-    let middle = flow.input(t + h / 2.0);
-    let k1 = flow.slope(start, &flow.input(t))?;
-    let k2 = flow.slope(&along(start, &k1, h / 2.0), &middle)?;
-    let k3 = flow.slope(&along(start, &k2, h / 2.0), &middle)?;
-    let k4 = flow.slope(&along(start, &k3, h), &flow.input(t + h))?;
-    Ok(start.combine([&k1, &k2, &k3, &k4], |x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h / 6.0)))
+fn runge_kutta<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+    flow: &F,
+    start: &Y,
+    t: &[f64; L],
+    h: &[f64; L],
+    lanes: &mut Lanes<L>,
+) -> Y {
+    let half = h.map(|h| h / 2.0);
+    let at = |part: &[f64; L]| flow.input(&core::array::from_fn(|lane| t[lane] + part[lane]));
+    let middle = at(&half);
+    // Every slope is written before it is read.
+    let mut k = [*start; 4];
+    flow.slope(start, &flow.input(t), &mut k[0], lanes);
+    for stage in 1..3 {
+        if lanes.over() {
+            return *start;
+        }
+        let point = along(start, &k[stage - 1], &half);
+        flow.slope(&point, &middle, &mut k[stage], lanes);
+    }
+    if lanes.over() {
+        return *start;
+    }
+    flow.slope(&along(start, &k[2], h), &at(h), &mut k[3], lanes);
+    start.combine(k.each_ref(), |lane, x, k| x + (k[0] + 2.0 * (k[1] + k[2]) + k[3]) * (h[lane] / 6.0))
 }
 
 /// One step of first order, symplectic for a free arm of constant inertia.
-fn semi_implicit_euler<Y: Point, F: Flow<Y>>(flow: &F, start: &Y, t: f64, h: f64) -> Result<Y, Diverged> {
-    Ok(start.kicked(&flow.slope(start, &flow.input(t))?, h))
+fn semi_implicit_euler<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
+    flow: &F,
+    start: &Y,
+    t: &[f64; L],
+    h: &[f64; L],
+    lanes: &mut Lanes<L>,
+) -> Y {
+    let mut slope = *start;
+    flow.slope(start, &flow.input(t), &mut slope, lanes);
+    start.kicked(&slope, h)
 }
 
 /// `sum a_i k_i`.
+#[inline]
 fn sum<const K: usize>(a: [f64; K], k: [f64; K]) -> f64 {
     a.into_iter().zip(k).fold(0.0, |sum, (a, k)| sum + a * k)
 }
 
-/// One step of Dormand and Prince's pair. Returns the point of fifth order, its slope, and the error of the point of
-/// fourth order relative to the tolerance. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta formulae,
-/// 1980.)
-fn dormand_prince<Y: Point, F: Flow<Y>>(
+/// A step of the embedded pair: the points of fifth order, their slopes, and the errors of the points of fourth order relative to the
+/// tolerances.
+struct Pair<Y, const L: usize> {
+    end: Y,
+    slope: Y,
+    error: [f64; L],
+}
+
+/// One step of Dormand and Prince's pair from `t` of length `h`. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta
+/// formulae, 1980.)
+fn dormand_prince<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     flow: &F,
     start: &Y,
     k1: &Y,
-    (t, h): (f64, f64),
-    tolerance: f64,
-) -> Result<(Y, Y, f64), Diverged> {
-    let slope = |c: f64, at: Y| flow.slope(&at, &flow.input(t + c * h));
-    let k2 = slope(1.0 / 5.0, along(start, k1, h / 5.0))?;
-    let at = start.combine([k1, &k2], |x, k| x + h * sum([3.0 / 40.0, 9.0 / 40.0], k));
-    let k3 = slope(3.0 / 10.0, at)?;
-    let at = start.combine([k1, &k2, &k3], |x, k| x + h * sum([44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0], k));
-    let k4 = slope(4.0 / 5.0, at)?;
+    (t, h): (&[f64; L], &[f64; L]),
+    tolerance: &[f64; L],
+    lanes: &mut Lanes<L>,
+) -> Pair<Y, L> {
+    // Every slope is written before it is read.
+    let [mut k2, mut k3, mut k4, mut k5, mut k6, mut k7] = [*k1; 6];
+    let mut slope = |c: f64, at: &Y, k: &mut Y| {
+        if !lanes.over() {
+            flow.slope(at, &flow.input(&core::array::from_fn(|lane| t[lane] + c * h[lane])), k, lanes);
+        }
+    };
+    slope(1.0 / 5.0, &along(start, k1, &h.map(|h| h / 5.0)), &mut k2);
+    let at = start.combine([k1, &k2], |lane, x, k| x + h[lane] * sum([3.0 / 40.0, 9.0 / 40.0], k));
+    slope(3.0 / 10.0, &at, &mut k3);
+    const A4: [f64; 3] = [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0];
+    slope(4.0 / 5.0, &start.combine([k1, &k2, &k3], |lane, x, k| x + h[lane] * sum(A4, k)), &mut k4);
     const A5: [f64; 4] = [19_372.0 / 6561.0, -25_360.0 / 2187.0, 64_448.0 / 6561.0, -212.0 / 729.0];
-    let k5 = slope(8.0 / 9.0, start.combine([k1, &k2, &k3, &k4], |x, k| x + h * sum(A5, k)))?;
+    slope(8.0 / 9.0, &start.combine([k1, &k2, &k3, &k4], |lane, x, k| x + h[lane] * sum(A5, k)), &mut k5);
     const A6: [f64; 5] = [9017.0 / 3168.0, -355.0 / 33.0, 46_732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18_656.0];
-    let k6 = slope(1.0, start.combine([k1, &k2, &k3, &k4, &k5], |x, k| x + h * sum(A6, k)))?;
+    slope(1.0, &start.combine([k1, &k2, &k3, &k4, &k5], |lane, x, k| x + h[lane] * sum(A6, k)), &mut k6);
     const B5: [f64; 5] = [35.0 / 384.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
-    let end = start.combine([k1, &k3, &k4, &k5, &k6], |x, k| x + h * sum(B5, k));
-    let k7 = slope(1.0, end)?;
+    let end = start.combine([k1, &k3, &k4, &k5, &k6], |lane, x, k| x + h[lane] * sum(B5, k));
+    slope(1.0, &end, &mut k7);
     // The weights of fifth order less the weights of fourth.
     const E: [f64; 6] =
         [71.0 / 57_600.0, -71.0 / 16_695.0, 71.0 / 1920.0, -17_253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];
-    let error = start.combine([&end, k1, &k3, &k4, &k5, &k6, &k7], |x, [end, k @ ..]| {
-        h * sum(E, k) / (tolerance * (1.0 + x.abs().max(end.abs())))
+    let error = start.combine([&end, k1, &k3, &k4, &k5, &k6, &k7], |lane, x, [end, k @ ..]| {
+        h[lane] * sum(E, k) / (tolerance[lane] * (1.0 + x.abs().max(end.abs())))
     });
-    Ok((end, k7, error.largest()))
+    Pair { end, slope: k7, error: error.largest() }
 }
 
-/// Advance along a stretch in steps as long as the tolerance allows.
-fn adapt<Y: Point, F: Flow<Y>>(
+/// Advance the lanes of a mask in steps as long as their tolerances allow.
+fn adapt<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     flow: &F,
     point: &mut Y,
-    stretch: Stretch,
-    tolerance: f64,
-    next: &mut f64,
-    mut each: impl FnMut(&Step<'_, Y>),
-) -> Result<(), Diverged> {
-    let mut t = stretch.from;
-    let mut slope = flow.slope(point, &flow.input(t))?;
+    plans: &mut [Option<Plan>; L],
+    mask: [bool; L],
+    lanes: &mut Lanes<L>,
+    each: &mut impl FnMut(&Step<'_, Y>),
+) {
+    let of = |f: fn(&Plan) -> f64| plans.each_ref().map(|plan| plan.as_ref().map_or(0.0, f));
+    let tolerance = of(|plan| match plan.integrator {
+        Integrator::Adaptive { tolerance } => tolerance,
+        Integrator::RungeKutta | Integrator::SemiImplicitEuler => 1.0,
+    });
+    let (mut t, to, mut next) = (of(|plan| plan.stretch.from), of(|plan| plan.stretch.to), of(|plan| plan.next));
+    let mut there = mask.map(|asked| !asked);
+    lanes.active = mask;
+    let mut slope = *point;
+    flow.slope(point, &flow.input(&t), &mut slope, lanes);
     for _ in 0..ATTEMPTS_MAX {
-        let left = stretch.to - t;
+        lanes.active = there.map(|there| !there);
+        if lanes.over() {
+            break;
+        }
+        let left: [f64; L] = core::array::from_fn(|lane| to[lane] - t[lane]);
         // A remainder of the size of a rounding error gets no step of its own.
-        let last = *next >= left * (1.0 - 1e-9);
-        let h = if last { left } else { *next };
-        let (after, slope_after, error) = match dormand_prince(flow, point, &slope, (t, h), tolerance) {
-            Ok(found) => found,
-            // A stage can be so far out that it has no sine: the step is too long, so try a shorter one.
-            Err(Diverged::NotFinite) => (*point, slope, f64::INFINITY),
-            Err(diverged) => return Err(diverged),
-        };
-        let factor = if error.is_finite() { (0.9 * libm::pow(error, -0.2)).clamp(0.2, 5.0) } else { 0.2 };
-        if error <= 1.0 {
-            // The end of the stretch may have cut the last step short; then keep the longer one.
-            *next = if last { next.max(h * factor) } else { h * factor };
-            each(&Step { t, h, before: point, after: &after });
-            (*point, slope) = (after, slope_after);
-            if last {
-                return Ok(());
+        let last: [bool; L] = core::array::from_fn(|lane| next[lane] >= left[lane] * (1.0 - 1e-9));
+        let h = core::array::from_fn(|lane| if last[lane] { left[lane] } else { next[lane] });
+        let mut tried = *lanes;
+        let Pair { end, slope: slope_after, error } =
+            dormand_prince(flow, point, &slope, (&t, &h), &tolerance, &mut tried);
+        let (live, mut done) = (lanes.live(), [false; L]);
+        for lane in (0..L).filter(|&lane| live[lane]) {
+            let error = match tried.failed[lane] {
+                None => error[lane],
+                // A stage can be so far out that it has no sine: the step is too long, so try a shorter one.
+                Some(Diverged::NotFinite) => f64::INFINITY,
+                Some(why) => {
+                    lanes.fail(lane, why);
+                    continue;
+                }
+            };
+            let factor = factor(error);
+            done[lane] = error <= 1.0;
+            if done[lane] {
+                // The end of the stretch may have cut the last step short; then keep the longer one.
+                next[lane] = if last[lane] { next[lane].max(h[lane] * factor) } else { h[lane] * factor };
+                each(&Step { t: t[lane], h: h[lane], before: point, after: &end });
+                there[lane] = last[lane];
+                t[lane] += h[lane];
+            } else {
+                next[lane] = h[lane] * factor.min(0.9);
             }
-            t += h;
-        } else {
-            *next = h * factor.min(0.9);
+        }
+        point.take(&end, &done);
+        slope.take(&slope_after, &done);
+    }
+    lanes.active = there.map(|there| !there);
+    for lane in 0..L {
+        lanes.fail(lane, Diverged::ToleranceOutOfReach);
+        if let Some(plan) = plans[lane].as_mut().filter(|_| mask[lane]) {
+            plan.next = next[lane];
         }
     }
-    Err(Diverged::ToleranceOutOfReach)
+}
+
+/// Ratio of the next step to this one: `0.9 error^(-1/5)`, from a fifth to five.
+fn factor(error: f64) -> f64 {
+    // Below, the power is beyond the bound and needs no computing.
+    const SURELY_FIVE: f64 = 1.8e-4;
+    if error < SURELY_FIVE {
+        5.0
+    } else if error.is_finite() {
+        (0.9 * libm::pow(error, -0.2)).clamp(0.2, 5.0)
+    } else {
+        0.2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::factor;
+
+    #[test]
+    fn a_ratio_of_steps_has_the_bits_of_its_formula() {
+        for k in 0..4000 {
+            let error = libm::exp(f64::from(k - 3000) * 0.01);
+            assert_eq!(factor(error).to_bits(), (0.9 * libm::pow(error, -0.2)).clamp(0.2, 5.0).to_bits(), "{error}");
+        }
+        assert_eq!([0.0, f64::INFINITY, f64::NAN].map(factor), [5.0, 0.2, 0.2]);
+    }
 }

@@ -10,25 +10,33 @@ pub(super) struct Place<S> {
     pub(super) origin: Vector3<S>,
 }
 
+/// A body: mass, mass centre, and inertia about it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solid<S> {
+    pub(super) mass: S,
+    pub(super) com: Vector3<S>,
+    pub(super) inertia: Matrix3<S>,
+}
+
 /// A joint, given in the frame that moves with the joint before it. The constant transform comes before the motion, and
 /// the motion is about or along z.
 #[derive(Clone, Debug)]
-pub(super) struct Joint {
+pub(super) struct Joint<S> {
     pub(super) kind: JointKind,
-    pub(super) place: Place<f64>,
+    pub(super) place: Place<S>,
     /// Bodies that the joint moves, rigidly joined, in the frame that moves with it.
-    pub(super) bodies: Vec<Body>,
-    pub(super) rotor: f64,
+    pub(super) bodies: Vec<Solid<S>>,
+    pub(super) rotor: S,
 }
 
 /// The joints of an arm, and its tip in the frame that moves with the last joint.
 #[derive(Clone, Debug)]
-pub(super) struct Chain<const N: usize> {
-    pub(super) joints: [Joint; N],
-    pub(super) tip: Place<f64>,
+pub(super) struct Chain<S, const N: usize> {
+    pub(super) joints: [Joint<S>; N],
+    pub(super) tip: Place<S>,
 }
 
-impl<const N: usize> Chain<N> {
+impl<const N: usize> Chain<f64, N> {
     /// Multiply out `base_from_link_i = base_from_link_{i-1} A_i(q_i)`, with `A_i` by the joint's own convention.
     pub(super) fn new(joints: &[JointSpec; N], tool: &Tool, payload: Option<&Body>) -> Self {
         // Transform from the frame that moves with a joint to the link frame, in which the link's data and the next
@@ -38,12 +46,12 @@ impl<const N: usize> Chain<N> {
             let (before, after) = constant_parts(joint);
             let place = place(&(moved_from_link * before));
             moved_from_link = after;
-            let bodies = vec![moved(&joint.body, &after)];
+            let bodies = vec![Solid::moved(&joint.body, &after)];
             Joint { kind: joint.kind, place, bodies, rotor: joint.rotor.reflected() }
         });
         let tip = moved_from_link * homogeneous(&tool.rotation, &tool.translation);
         if let Some(last) = chain.last_mut() {
-            last.bodies.extend(core::iter::once(&tool.body).chain(payload).map(|body| moved(body, &tip)));
+            last.bodies.extend(core::iter::once(&tool.body).chain(payload).map(|body| Solid::moved(body, &tip)));
         }
         for joint in &mut chain {
             joint.bodies.retain(|body| body.mass > 0.0 || body.inertia != Matrix3::zeros());
@@ -51,12 +59,25 @@ impl<const N: usize> Chain<N> {
         Self { joints: chain, tip: place(&tip) }
     }
 
+    /// Every number of the chain through `f`, always in the same order.
+    pub(super) fn map<S: Scalar>(&self, mut f: impl FnMut(f64) -> S) -> Chain<S, N> {
+        let joints = self.joints.each_ref().map(|Joint { kind, place, bodies, rotor }| Joint {
+            kind: *kind,
+            place: place.map(&mut f),
+            bodies: bodies.iter().map(|body| body.map(&mut f)).collect(),
+            rotor: f(*rotor),
+        });
+        Chain { joints, tip: self.tip.map(f) }
+    }
+}
+
+impl<S: Scalar, const N: usize> Chain<S, N> {
     /// Every joint and the frame that moves with it, in base axes.
-    pub(super) fn pose<S: Scalar>(&self, turn: &[SinCos<S>; N], q: &[S; N]) -> [Pose<S>; N] {
+    pub(super) fn pose(&self, turn: &[SinCos<S>; N], q: &[S; N]) -> [Pose<S>; N] {
         let mut before: Option<Matrix3<S>> = None;
         core::array::from_fn(|i| {
             let joint = &self.joints[i];
-            let Place { rotation, origin } = joint.place.literal();
+            let Place { rotation, origin } = joint.place;
             let (rotation, mut offset) = before.map_or((rotation, origin), |r| (r * rotation, r * origin));
             let column = |k: usize| rotation.column(k).into_owned();
             let (x, y, axis) = (column(0), column(1), column(2));
@@ -76,7 +97,7 @@ impl<const N: usize> Chain<N> {
     }
 
     /// The frames that move with the joints, in the base frame.
-    pub(super) fn places<S: Scalar>(&self, turn: &[SinCos<S>; N], q: &[S; N]) -> [Place<S>; N] {
+    pub(super) fn places(&self, turn: &[SinCos<S>; N], q: &[S; N]) -> [Place<S>; N] {
         let mut origin = Vector3::zeros();
         self.pose(turn, q).map(|pose| {
             origin += pose.offset;
@@ -97,9 +118,21 @@ pub(super) struct Pose<S> {
 }
 
 impl Place<f64> {
-    /// The same in another scalar.
-    pub(super) fn literal<S: Scalar>(&self) -> Place<S> {
-        Place { rotation: self.rotation.map(S::literal), origin: self.origin.map(S::literal) }
+    fn map<S: Scalar>(&self, mut f: impl FnMut(f64) -> S) -> Place<S> {
+        Place { rotation: self.rotation.map(&mut f), origin: self.origin.map(f) }
+    }
+}
+
+impl Solid<f64> {
+    /// A body given in a frame, seen from the frame's parent.
+    fn moved(body: &Body, frame: &Matrix4<f64>) -> Self {
+        let Place { rotation, origin } = place(frame);
+        let inertia = rotation * body.inertia * rotation.transpose();
+        Self { mass: body.mass, com: rotation * body.com + origin, inertia }
+    }
+
+    fn map<S: Scalar>(&self, mut f: impl FnMut(f64) -> S) -> Solid<S> {
+        Solid { mass: f(self.mass), com: self.com.map(&mut f), inertia: self.inertia.map(f) }
     }
 }
 
@@ -161,10 +194,4 @@ fn homogeneous(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Matrix4<f
 fn place(m: &Matrix4<f64>) -> Place<f64> {
     let whole = |x: f64| if (x - x.round()).abs() < 1e-15 { x.round() } else { x };
     Place { rotation: m.fixed_view::<3, 3>(0, 0).map(whole), origin: m.fixed_view::<3, 1>(0, 3).into_owned() }
-}
-
-/// A body given in a frame, seen from the frame's parent.
-fn moved(body: &Body, frame: &Matrix4<f64>) -> Body {
-    let Place { rotation, origin } = place(frame);
-    Body { mass: body.mass, com: rotation * body.com + origin, inertia: rotation * body.inertia * rotation.transpose() }
 }

@@ -3,6 +3,8 @@
 //! | module | holds |
 //! |---|---|
 //! | [`dynamics`] | equations of motion by moving bodies in base axes |
+//! | `arm_kernel` | the same equations in machine code, for several arms side by side |
+//! | `arm_lanes` | friction, ripple and torque curves of these arms; they pass their time together |
 //! | [`integrator`] | fourth-order Runge-Kutta, semi-implicit Euler, an adaptive pair |
 //! | [`elasticity`] | motor and link sides of elastic joints, play between them |
 //! | [`friction`] | viscous, Coulomb and Stribeck friction |
@@ -10,9 +12,12 @@
 //! | [`drives`] | simulated drives: the board's own code before three CAN buses, an actuator at every joint |
 //! | [`jitter`] | random offsets of the instants of measuring and acting |
 //! | [`sensor`] | noise, encoder counts and delay of the measurement |
+//! | `solver` | who lets the arm move while a run waits |
 //! | [`ledger`] | energy put into the arm and taken out of it |
 
 pub mod actuator;
+pub(crate) mod arm_kernel;
+pub(crate) mod arm_lanes;
 #[cfg(test)]
 mod calls;
 pub mod drives;
@@ -25,6 +30,7 @@ mod kinematics;
 pub mod ledger;
 mod rotor_coupling;
 pub mod sensor;
+pub(crate) mod solver;
 #[cfg(test)]
 mod tests;
 
@@ -36,10 +42,11 @@ use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, JointSpec, Wrench};
 use elasticity::{Elasticity, Motors, Pair};
 pub use friction::JointFriction;
-use integrator::{Flow, Step, Stretch};
+use integrator::{Flow, Lanes, Plan, States, Stretch};
 use jitter::Jitter;
 use ledger::Ledger;
 use robot_compiler::scene::{Integrator, Push, Ripple, Side};
+use solver::{AtOnce, Passage, Solver, now};
 
 /// Position and velocity of every joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,7 +126,7 @@ struct Braking<const N: usize> {
 
 /// The arm's bodies, with gravity, wrench at the tip, friction and ripple, but without the torque.
 #[derive(Clone, Debug)]
-struct Acted<const N: usize> {
+pub(crate) struct Acted<const N: usize> {
     mechanism: Mechanism<N>,
     friction: Option<[JointFriction; N]>,
     ripple: Option<Ripple>,
@@ -255,6 +262,11 @@ impl<const N: usize> Plant<N> {
     /// # Errors
     /// [`Diverged`] if the motion cannot be continued; the state is then the last good one.
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        now(self.drive_with(&AtOnce, torque))
+    }
+
+    /// As [`Plant::drive`], with this solver.
+    pub(crate) async fn drive_with(&mut self, solver: &impl Solver<N>, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
         if self.brake.take().is_some() {
             self.actuators.released();
@@ -263,7 +275,7 @@ impl<const N: usize> Plant<N> {
         let (acts, samples) = (self.acts(), self.samples());
         let (before, drive) = self.actuators.drive(torque, period, acts.unwrap_or(0.0));
         if acts.is_none() && samples.is_none() {
-            return self.pass(&drive, Stretch { from: 0.0, to: period, steps: steps_per_tick });
+            return self.pass(solver, &drive, Stretch { from: 0.0, to: period, steps: steps_per_tick }).await;
         }
         let acts = acts.unwrap_or(0.0);
         let mut from = 0.0;
@@ -273,7 +285,7 @@ impl<const N: usize> Plant<N> {
             if to > from {
                 // A part of a step counts as a step; a rounding error does not.
                 let steps = libm::ceil((to - from) / self.clock.step() - 1e-9).max(1.0) as u32;
-                self.pass(if from < acts { &before } else { &drive }, Stretch { from, to, steps })?;
+                self.pass(solver, if from < acts { &before } else { &drive }, Stretch { from, to, steps }).await?;
                 from = to;
             }
             if sample {
@@ -288,8 +300,9 @@ impl<const N: usize> Plant<N> {
     ///
     /// # Errors
     /// As [`Plant::drive`].
-    pub(crate) fn drive_by(
+    pub(crate) async fn drive_by(
         &mut self,
+        solver: &impl Solver<N>,
         times: u32,
         mut renew: impl FnMut(&State<N>, f64) -> [f64; N],
     ) -> Result<(), Diverged> {
@@ -304,19 +317,20 @@ impl<const N: usize> Plant<N> {
             let torque = renew(self.seen(), to - from);
             // The curve is in the time of the last tick only once.
             let (_, drive) = self.actuators.drive(&torque, if turn == 0 { period } else { 0.0 }, from);
-            self.pass(&drive, Stretch { from, to, steps: steps_per_tick.div_ceil(times) })?;
+            self.pass(solver, &drive, Stretch { from, to, steps: steps_per_tick.div_ceil(times) }).await?;
         }
         Ok(())
     }
 
     /// As [`Plant::drive_by`], outside the ledger: the drives stop the arm.
-    pub(crate) fn stop_by(
+    pub(crate) async fn stop_by(
         &mut self,
+        solver: &impl Solver<N>,
         times: u32,
         renew: impl FnMut(&State<N>, f64) -> [f64; N],
     ) -> Result<(), Diverged> {
         let ledger = self.ledger.take();
-        let passed = self.drive_by(times, renew);
+        let passed = self.drive_by(solver, times, renew).await;
         self.ledger = ledger;
         passed
     }
@@ -338,22 +352,21 @@ impl<const N: usize> Plant<N> {
     }
 
     /// Simulate a part of a tick.
-    fn pass(&mut self, drive: &Drive<N>, stretch: Stretch) -> Result<(), Diverged> {
+    async fn pass(&mut self, solver: &impl Solver<N>, drive: &Drive<N>, stretch: Stretch) -> Result<(), Diverged> {
         let Self { body, integrator, next_step, state, motors, ledger, .. } = self;
+        let plan = Plan { integrator: *integrator, stretch, next: *next_step };
         if let Some(motors) = motors {
-            let mut pair = Pair { link: *state, motor: motors.state };
-            let flow = Elastic { body, motors: &*motors, drive };
-            let passed = integrator::advance(*integrator, &flow, &mut pair, stretch, next_step, |_| ());
-            (*state, motors.state) = (pair.link, pair.motor);
-            return passed;
+            let mut pair = Pair { link: States::alone(state), motor: States::alone(&motors.state) };
+            let (flow, mut plans) = (Elastic { body, motors: &*motors, drive }, [Some(plan)]);
+            let [failed] = integrator::advance(&flow, &mut pair, &mut plans, |_| ());
+            (*state, motors.state) = (pair.link.lane(0), pair.motor.lane(0));
+            *next_step = plans[0].map_or(*next_step, |plan| plan.next);
+            return failed.map_or(Ok(()), Err);
         }
-        integrator::advance(*integrator, &Rigid { body, drive }, state, stretch, next_step, |step| {
-            if let Some(ledger) = ledger {
-                let Step { t, h, before, after } = *step;
-                let ends = [(t, before), (t + h, after)].map(|(t, s)| (body.acting(&drive.at(t), s), *s));
-                ledger.step(h, &ends, body.friction.as_ref(), &body.mechanism);
-            }
-        })
+        let mut passage = Passage { state: *state, drive: *drive, plan };
+        let passed = solver.pass(body, ledger.as_mut(), &mut passage).await;
+        (*state, *next_step) = (passage.state, passage.plan.next);
+        passed
     }
 
     /// Simulate one control period with the drives released and the brakes engaged. The arm brakes from its state at
@@ -410,10 +423,19 @@ impl<const N: usize> Acted<N> {
         torque
     }
 
+    /// Wrench of the environment on the tip, now.
+    pub(crate) fn tip_wrench(&self) -> Option<Wrench<f64>> {
+        self.mechanism.tip_wrench()
+    }
+
+    /// Add to the number of solutions of the equations of motion.
+    pub(crate) fn count(&self, solutions: u64) {
+        self.solved.set(self.solved.get() + solutions);
+    }
+
     /// `(qd, qdd)` under these torques.
     fn moved(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
-        let within = |q: &f64| q.abs() <= Polynomial::LIMIT_F64;
-        if !(state.q.iter().all(within) && state.qd.iter().all(|x| x.is_finite())) {
+        if !within(state) {
             return Err(Diverged::NotFinite);
         }
         self.solved.set(self.solved.get() + 1);
@@ -422,21 +444,30 @@ impl<const N: usize> Acted<N> {
     }
 }
 
+/// Whether a state is finite, and its positions have sines.
+fn within<const N: usize>(state: &State<N>) -> bool {
+    state.q.iter().all(|q| q.abs() <= Polynomial::LIMIT_F64) && state.qd.iter().all(|x| x.is_finite())
+}
+
 /// Arm with rigid joints.
 struct Rigid<'a, const N: usize> {
     body: &'a Acted<N>,
     drive: &'a Drive<N>,
 }
 
-impl<const N: usize> Flow<State<N>> for Rigid<'_, N> {
+impl<const N: usize> Flow<States<N, 1>, 1> for Rigid<'_, N> {
     type Input = [f64; N];
 
-    fn input(&self, t: f64) -> [f64; N] {
-        self.drive.at(t)
+    fn input(&self, [t]: &[f64; 1]) -> [f64; N] {
+        self.drive.at(*t)
     }
 
-    fn slope(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
-        self.body.moved(state, &self.body.driving(torque, state))
+    fn slope(&self, point: &States<N, 1>, torque: &[f64; N], slope: &mut States<N, 1>, lanes: &mut Lanes<1>) {
+        let state = point.lane(0);
+        match self.body.moved(&state, &self.body.driving(torque, &state)) {
+            Ok(found) => *slope = States::alone(&found),
+            Err(why) => lanes.fail(0, why),
+        }
     }
 }
 
@@ -447,18 +478,24 @@ struct Elastic<'a, const N: usize> {
     drive: &'a Drive<N>,
 }
 
-impl<const N: usize> Flow<Pair<N>> for Elastic<'_, N> {
+impl<const N: usize> Flow<Pair<N>, 1> for Elastic<'_, N> {
     type Input = [f64; N];
 
-    fn input(&self, t: f64) -> [f64; N] {
-        self.drive.at(t)
+    fn input(&self, [t]: &[f64; 1]) -> [f64; N] {
+        self.drive.at(*t)
     }
 
-    fn slope(&self, pair: &Pair<N>, torque: &[f64; N]) -> Result<Pair<N>, Diverged> {
-        let driving = self.body.driving(torque, &pair.motor);
-        let carried = self.motors.springs.torques(&pair.motor, &pair.link);
-        let link = self.body.moved(&pair.link, &carried)?;
-        let qdd = core::array::from_fn(|i| (driving[i] - carried[i]) / self.motors.inertia[i]);
-        Ok(Pair { link, motor: State { q: pair.motor.qd, qd: qdd } })
+    fn slope(&self, pair: &Pair<N>, torque: &[f64; N], slope: &mut Pair<N>, lanes: &mut Lanes<1>) {
+        let (link, motor) = (pair.link.lane(0), pair.motor.lane(0));
+        let driving = self.body.driving(torque, &motor);
+        let carried = self.motors.springs.torques(&motor, &link);
+        match self.body.moved(&link, &carried) {
+            Ok(link) => {
+                let qdd = core::array::from_fn(|i| (driving[i] - carried[i]) / self.motors.inertia[i]);
+                let motor = State { q: motor.qd, qd: qdd };
+                *slope = Pair { link: States::alone(&link), motor: States::alone(&motor) };
+            }
+            Err(why) => lanes.fail(0, why),
+        }
     }
 }

@@ -26,13 +26,13 @@ pub(super) fn add<S: Scalar, const N: usize>(
     terms: &mut Terms<N, S>,
     pose: &[Pose<S>; N],
     qd: &[S; N],
-    coupling: &[f64; N],
+    coupling: &[S; N],
 ) {
     #[cfg(test)]
     super::calls::count(super::calls::Effect::RotorCoupling);
     let (mut w, mut a) = (Vector3::zeros(), Vector3::zeros());
     for m in 0..N {
-        let (k, own) = (&pose[m].axis, S::literal(coupling[m]));
+        let (k, own) = (&pose[m].axis, coupling[m]);
         terms.coriolis[m] += own * k.dot(&a);
         for i in 0..m {
             if pose[i].kind == JointKind::Revolute {

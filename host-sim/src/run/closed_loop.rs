@@ -1,6 +1,7 @@
 //! The control loop: reference, sensors, controller (on any target), actuators, arm; once per control period.
 
 use crate::plant::Diverged;
+use crate::plant::solver::{AtOnce, Solver, now};
 use crate::run::record::{JointSample, Record};
 use crate::run::target::{Ticked, Torques};
 pub use crate::run::world::World;
@@ -54,6 +55,19 @@ pub fn run<S: Real, const N: usize>(
     ticks: u64,
     stop: &AtomicBool,
     record: &mut Record,
+    after_tick: impl FnMut(u64),
+) -> Closed {
+    now(run_with(&AtOnce, world, controller, ticks, stop, record, after_tick))
+}
+
+/// As [`run`], with this solver.
+pub(crate) async fn run_with<S: Real, const N: usize>(
+    solver: &impl Solver<N>,
+    world: &mut World<N>,
+    controller: &mut impl Torques<S, N>,
+    ticks: u64,
+    stop: &AtomicBool,
+    record: &mut Record,
     mut after_tick: impl FnMut(u64),
 ) -> Closed {
     let start = Instant::now();
@@ -95,7 +109,8 @@ pub fn run<S: Real, const N: usize>(
         if let Some(external) = controller.external() {
             record.push_external(external, tip_wrench(&world.model, &state.q, &external));
         }
-        let passed = if fault.is_some() { world.stop() } else { world.drive(&torque) };
+        let passed =
+            if fault.is_some() { world.stop_with(solver).await } else { world.drive_with(solver, &torque).await };
         if let Err(diverged) = passed {
             end = End::Diverged(diverged);
             break;

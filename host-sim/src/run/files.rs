@@ -2,7 +2,9 @@
 
 use crate::failure::{Failure, in_file};
 use crate::run::plot;
+use crate::run::report;
 use crate::run::simulate::Run;
+use robot_compiler::SceneFile;
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -12,6 +14,13 @@ pub(crate) fn file_name(name: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' };
     let name: String = name.chars().map(safe).collect();
     if name.is_empty() { "scene".to_owned() } else { name }
+}
+
+/// Write the report of a run; returns the file.
+pub(crate) fn write_report(run: &Run, scene: &SceneFile, path: &Path) -> Result<PathBuf, Failure> {
+    let page = report::page(run, scene)?;
+    fs::write(path, page.html()).map_err(|error| in_file(path, &error))?;
+    Ok(path.to_owned())
 }
 
 /// Write log, summary and plots; returns the files.

@@ -1,8 +1,9 @@
 //! Record of a run, tick by tick.
 
+use core::fmt::{self, Write as _};
 use dynamics_core::control::LimitFlags;
 use dynamics_core::{Fault, JointKind};
-use std::io::Write;
+use std::io::{self, Write};
 
 /// Name and kind of a joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,6 +120,13 @@ impl Record {
         self.external.iter().skip(joint).step_by(self.joints.len().max(1)).copied()
     }
 
+    /// Estimate of force (N) and moment (N m) at the tip in each tick, in base axes; `None` where the arm is singular. Empty where
+    /// nobody estimates it.
+    #[must_use]
+    pub fn wrenches(&self) -> &[Option<[f64; 6]>] {
+        &self.wrenches
+    }
+
     /// Whether torques from outside are estimated.
     #[must_use]
     pub fn estimates(&self) -> bool {
@@ -149,6 +157,21 @@ impl Record {
         &self.faults
     }
 
+    /// All joints in one tick; empty beyond the last one.
+    #[must_use]
+    pub fn tick(&self, tick: usize) -> &[JointSample] {
+        let joints = self.joints.len();
+        self.samples.get(tick * joints..(tick + 1) * joints).unwrap_or_default()
+    }
+
+    /// Torques from outside in one tick, N m or N, and what they stand for at the tip; empty where nobody estimates them.
+    #[must_use]
+    pub fn outside(&self, tick: usize) -> (&[f64], Option<[f64; 6]>) {
+        let joints = self.joints.len();
+        let torques = self.external.get(tick * joints..(tick + 1) * joints).unwrap_or_default();
+        (torques, self.wrenches.get(tick).copied().flatten())
+    }
+
     /// One joint over all ticks.
     pub fn joint(&self, joint: usize) -> impl Iterator<Item = &JointSample> + Clone {
         self.samples.iter().skip(joint).step_by(self.joints.len().max(1))
@@ -163,36 +186,48 @@ impl Record {
     ///
     /// # Errors
     /// Errors of the writer.
-    pub fn write_csv(&self, to: impl Write) -> csv::Result<()> {
-        let mut out = csv::Writer::from_writer(to);
+    pub fn write_csv(&self, mut to: impl Write) -> io::Result<()> {
         let names = (1..=self.joints.len()).flat_map(|k| {
             ["q?_reference", "q?", "qd?_reference", "qd?", "tau?", "limits?"].map(|s| s.replace('?', &k.to_string()))
         });
         let external = (1..=self.joints.len()).map(|k| format!("external{k}"));
         let tip = ["tip_fx", "tip_fy", "tip_fz", "tip_mx", "tip_my", "tip_mz"].map(str::to_owned);
         let outside = external.chain(tip).filter(|_| self.estimates());
-        out.write_record(std::iter::once("t".to_owned()).chain(names).chain(["fault".to_owned()]).chain(outside))?;
+        let names: Vec<String> =
+            std::iter::once("t".to_owned()).chain(names).chain(["fault".to_owned()]).chain(outside).collect();
+        writeln!(to, "{}", names.join(","))?;
+        // Nothing in a line needs quotes. It is made in memory that every line uses again.
+        let mut line = String::new();
         for (tick, samples) in self.samples.chunks_exact(self.joints.len().max(1)).enumerate() {
-            out.write_field(self.time[tick].to_string())?;
-            for s in samples {
-                for number in [s.q_reference, s.q, s.qd_reference, s.qd, s.torque] {
-                    out.write_field(number.to_string())?;
-                }
-                out.write_field(s.limits.bits().to_string())?;
-            }
-            out.write_field(self.faults[tick].map_or(0, |fault| fault.code()).to_string())?;
-            if let Some(wrench) = self.wrenches.get(tick) {
-                let joints = self.joints.len();
-                for torque in self.external.iter().skip(tick * joints).take(joints) {
-                    out.write_field(torque.to_string())?;
-                }
-                for axis in 0..6 {
-                    out.write_field(wrench.map_or(String::new(), |wrench| wrench[axis].to_string()))?;
-                }
-            }
-            out.write_record(None::<&[u8]>)?;
+            line.clear();
+            self.write_line(tick, samples, &mut line).map_err(io::Error::other)?;
+            to.write_all(line.as_bytes())?;
         }
-        out.flush()?;
+        to.flush()
+    }
+
+    fn write_line(&self, tick: usize, samples: &[JointSample], line: &mut String) -> fmt::Result {
+        write!(line, "{}", self.time[tick])?;
+        for s in samples {
+            for number in [s.q_reference, s.q, s.qd_reference, s.qd, s.torque] {
+                write!(line, ",{number}")?;
+            }
+            write!(line, ",{}", s.limits.bits())?;
+        }
+        write!(line, ",{}", self.faults[tick].map_or(0, |fault| fault.code()))?;
+        if let Some(wrench) = self.wrenches.get(tick) {
+            let joints = self.joints.len();
+            for torque in self.external.iter().skip(tick * joints).take(joints) {
+                write!(line, ",{torque}")?;
+            }
+            for axis in 0..6 {
+                line.push(',');
+                if let Some(wrench) = wrench {
+                    write!(line, "{}", wrench[axis])?;
+                }
+            }
+        }
+        line.push('\n');
         Ok(())
     }
 }

@@ -7,7 +7,9 @@ use crate::plant::elasticity::Elasticity;
 use crate::plant::friction::{Breakaway, FrictionLaw};
 use crate::plant::jitter::{Jitter, Moved};
 use crate::plant::sensor::{Counter, SensorSettings, Sensors};
+use crate::plant::solver::{AtOnce, Solver, now};
 use crate::plant::{Arm, Clock, JointFriction, Plant};
+use crate::run::batch::{Batch, Job};
 use crate::run::closed_loop::{self, Closed, End, World};
 use crate::run::plot::Marks;
 use crate::run::record::{JointLabel, Record};
@@ -32,7 +34,7 @@ pub struct Run {
     pub record: Record,
     /// The run in a few numbers.
     pub summary: Summary,
-    /// Torque limits and times of waypoints, for the pictures.
+    /// Limits and times of waypoints, for the pictures.
     pub marks: Marks,
     /// Reason why the run ended.
     pub end: End,
@@ -61,11 +63,60 @@ pub fn on_desk_in<const N: usize>(
     stop: &AtomicBool,
     progress: &ProgressBar,
 ) -> Result<Run, Failure> {
+    now(on_desk_with(&AtOnce, world, scene, stop, progress))
+}
+
+async fn on_desk_with<const N: usize>(
+    solver: &impl Solver<N>,
+    world: &mut World<N>,
+    scene: &SceneFile,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Run, Failure> {
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
     match scene.control.scalar {
-        ScalarChoice::F64 => within::<f64, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
-        ScalarChoice::F32 => within::<f32, N, _>(world, scene, "desk", &mut desk(scene, &model), stop, progress),
+        ScalarChoice::F64 => {
+            within_with::<f64, N, _>(solver, world, scene, "desk", &mut desk(scene, &model), stop, progress).await
+        }
+        ScalarChoice::F32 => {
+            within_with::<f32, N, _>(solver, world, scene, "desk", &mut desk(scene, &model), stop, progress).await
+        }
     }
+}
+
+/// A scene that waits to be run beside others.
+struct Prepared<'a, F, const N: usize> {
+    scene: SceneFile,
+    world: World<N>,
+    stop: &'a AtomicBool,
+    each: &'a F,
+}
+
+impl<T, F: Fn(Run) -> T, const N: usize> Job<N> for Prepared<'_, F, N> {
+    type Outcome = Result<T, Failure>;
+
+    fn plant(&self) -> &Plant<N> {
+        &self.world.plant
+    }
+
+    async fn run(mut self, solver: &impl Solver<N>) -> Self::Outcome {
+        on_desk_with(solver, &mut self.world, &self.scene, self.stop, &ProgressBar::hidden()).await.map(self.each)
+    }
+}
+
+/// Run scenes on the desk side by side: each as [`on_desk`] has it, in a fraction of the time where the processor has a
+/// [kernel](crate::run::batch) for their arms. Returns what `each` makes of the runs, in the order of the scenes, and in their places the
+/// failures of what is no scene.
+pub fn on_desk_side_by_side<T, const N: usize>(
+    batch: &mut Batch<N>,
+    scenes: impl IntoIterator<Item = Result<SceneFile, Failure>>,
+    stop: &AtomicBool,
+    each: impl Fn(Run) -> T,
+) -> Vec<Result<T, Failure>> {
+    batch.run(scenes.into_iter().map(|scene| {
+        let scene = scene?;
+        Ok(Prepared { world: world(&scene)?, scene, stop, each: &each })
+    }))
 }
 
 /// A controller on the desk that computes in `S`.
@@ -132,6 +183,18 @@ pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
     stop: &AtomicBool,
     progress: &ProgressBar,
 ) -> Result<Run, Failure> {
+    now(within_with(&AtOnce, world, scene, target, controller, stop, progress))
+}
+
+async fn within_with<S: Real, const N: usize, C: Torques<S, N>>(
+    solver: &impl Solver<N>,
+    world: &mut World<N>,
+    scene: &SceneFile,
+    target: &str,
+    controller: &mut C,
+    stop: &AtomicBool,
+    progress: &ProgressBar,
+) -> Result<Run, Failure> {
     let ticks = ticks(scene, world.motion.duration())?;
     progress.set_length(ticks);
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
@@ -144,9 +207,10 @@ pub(crate) fn within<S: Real, const N: usize, C: Torques<S, N>>(
             progress.set_position(tick);
         }
     };
-    let Closed { end, timing, failure } = closed_loop::run(world, controller, ticks, stop, &mut record, after_tick);
+    let Closed { end, timing, failure } =
+        closed_loop::run_with(solver, world, controller, ticks, stop, &mut record, after_tick).await;
     progress.finish_and_clear();
-    let summary = Summary::new(setting(scene, target), &scene.safety, &record, end, timing);
+    let summary = Summary::new(setting(scene, target), scene, &record, end, timing);
     let marks = Marks::of(world, &model, record.ticks());
     Ok(Run { record, summary, marks, end, failure })
 }

@@ -1,12 +1,13 @@
 //! A run in a few numbers: a table for people, JSON for machines.
 
 use crate::run::closed_loop::{End, Timing};
+use crate::run::load::{ClosestLimit, Work, closest_limit, work};
 use crate::run::quality::{OutOfReach, Supervision, at_rest, chatter, last_rest};
 use crate::run::record::{JointLabel, Record};
 use crate::run::target::Parity;
 use crate::table::table;
 use dynamics_core::control::LimitFlags;
-use robot_compiler::scene::SafetySpec;
+use robot_compiler::SceneFile;
 use serde::Serialize;
 
 /// Scene, robot, target and settings of a run.
@@ -133,6 +134,10 @@ pub struct Summary {
     pub settling_time: Vec<Option<f64>>,
     /// Per joint, ticks in which each limit acted.
     pub limits: Vec<LimitCounts>,
+    /// The limit that any joint came nearest to, as a share of it; `None` without limits.
+    pub closest_limit: Option<ClosestLimit>,
+    /// Mechanical work of the commanded torques, J.
+    pub work: Work,
     /// Each fault at the tick in which it came.
     pub faults: Vec<FaultEvent>,
     /// Where the run stands beside the firmware's safety state machine.
@@ -152,10 +157,10 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Summarize a run; `safety` holds the joints' reach and resolution.
+    /// Summarize a run of a scene, which holds the joints' limits, reach and resolution.
     #[must_use]
-    pub fn new(setting: Setting, safety: &SafetySpec, record: &Record, end: End, timing: Timing) -> Self {
-        let ticks = record.ticks();
+    pub fn new(setting: Setting, scene: &SceneFile, record: &Record, end: End, timing: Timing) -> Self {
+        let (ticks, safety) = (record.ticks(), &scene.safety);
         let driven = record.faults().iter().take_while(|fault| fault.is_none()).count();
         let each = |f: &dyn Fn(usize) -> f64| (0..record.joints().len()).map(f).collect::<Vec<f64>>();
         let errors = |joint| record.joint(joint).take(driven).map(|s| s.error());
@@ -184,6 +189,8 @@ impl Summary {
             rest_error: rests.iter().map(|rest| rest.as_ref().map(|rest| rest.error)).collect(),
             settling_time: rests.iter().map(|rest| rest.as_ref().and_then(|rest| rest.settled)).collect(),
             limits: (0..record.joints().len()).map(|i| count_limits(record, i)).collect(),
+            closest_limit: closest_limit(record, driven, &scene.robot),
+            work: work(record, driven),
             faults: fault_events(record),
             supervision: Supervision::of(record, driven, safety),
             realtime_factor: ratio(duration, timing.whole.as_secs_f64()),
@@ -223,7 +230,8 @@ impl Summary {
             ]);
         }
         let Setting { scene, robot, target, scalar, law, trig, .. } = &self.setting;
-        format!("{scene}: {robot}, {law}, {target}, {scalar}, {trig} trig\n{table}\n{}", self.lines())
+        let lines: Vec<String> = self.lines().iter().map(|(name, text)| format!("{name:<20}{text}")).collect();
+        format!("{scene}: {robot}, {law}, {target}, {scalar}, {trig} trig\n{table}\n{}", lines.join("\n"))
     }
 
     /// Rest error and settling time of a joint.
@@ -235,66 +243,66 @@ impl Summary {
         }
     }
 
-    /// The line about the safety state machine.
+    /// What is said about the safety state machine.
     fn supervision(&self) -> String {
-        let OutOfReach { tick, joint } = match &self.supervision.out_of_reach {
-            None => return format!("{:<20}no state machine; no joint left its reach", "safety"),
-            Some(far) => far,
+        let Some(OutOfReach { tick, joint }) = &self.supervision.out_of_reach else {
+            return "no state machine; no joint left its reach".to_owned();
         };
         let name = &self.joints[joint - 1].name;
         let at = engineering(*tick as f64 * self.setting.period, "s");
-        format!("{:<20}no state machine; the firmware would have held at tick {tick} ({at}): reach, {name}", "safety")
+        format!("no state machine; the firmware would have held at tick {tick} ({at}): reach, {name}")
     }
 
-    /// Lines about the whole arm.
-    fn lines(&self) -> String {
+    /// Lines about the whole arm: a name and what is said of it.
+    pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
+        let period = self.setting.period;
+        let ticks = format!("{} of {}: {}", self.ticks, engineering(period, "s"), engineering(self.duration, "s"));
         let mut lines = vec![
-            format!(
-                "{:<20}{} of {}: {}",
-                "ticks",
-                self.ticks,
-                engineering(self.setting.period, "s"),
-                engineering(self.duration, "s")
-            ),
-            format!("{:<20}{}", "time per tick", engineering(self.seconds_per_tick, "s")),
-            format!("{:<20}{:.1} times", "faster than real", self.realtime_factor),
+            ("ticks", ticks),
+            ("time per tick", engineering(self.seconds_per_tick, "s")),
+            ("faster than real", format!("{:.1} times", self.realtime_factor)),
         ];
+        if let Some(ClosestLimit { joint, limit, used, tick }) = &self.closest_limit {
+            let (at, name) = (engineering(*tick as f64 * period, "s"), &self.joints[joint - 1].name);
+            lines.push(("closest limit", format!("{:.0} % of the {limit} limit of {name}, at {at}", 100.0 * used)));
+        }
+        let [given, back] = [&self.work.given, &self.work.taken_back].map(|each| engineering(each.iter().sum(), "J"));
+        lines.push(("work of the torques", format!("{given} given, {back} taken back")));
         if let Some(ModelTicks { every, between }) = &self.setting.model {
-            lines.push(format!("{:<20}every {every} ticks, {between} between", "model"));
+            lines.push(("model", format!("every {every} ticks, {between} between")));
         }
         if let Some(SimulatedDrives { kind, loop_rate, .. }) = &self.setting.drives {
             let rate = engineering(*loop_rate, "Hz");
-            lines.push(format!("{:<20}simulated: {kind}, replies a tick old, own loop {rate}", "drives"));
+            lines.push(("drives", format!("simulated: {kind}, replies a tick old, own loop {rate}")));
         }
         if let Some(Instructions { min, max }) = self.instructions_per_tick {
-            lines.push(format!("{:<20}{min} to {max} per tick", "instructions"));
+            lines.push(("instructions", format!("{min} to {max} per tick")));
         }
         if let Some(Parity { ticks, mismatches }) = self.parity {
-            lines.push(format!("{:<20}{mismatches} of {ticks} ticks differ from the desk", "parity"));
+            lines.push(("parity", format!("{mismatches} of {ticks} ticks differ from the desk")));
         }
         if let Some(external) = &self.external_rms {
             let each = external.iter().zip(&self.joints).map(|(x, joint)| engineering(*x, joint.torque_unit()));
-            lines.push(format!("{:<20}{} rms", "from outside", each.collect::<Vec<_>>().join(", ")));
+            lines.push(("from outside", format!("{} rms", each.collect::<Vec<_>>().join(", "))));
         }
         if self.faults.is_empty() {
-            lines.push(format!("{:<20}none", "faults"));
+            lines.push(("faults", "none".to_owned()));
         }
         let after = self.setting.drives.as_ref().map_or("the brakes held", |drives| drives.after_fault);
         for fault in &self.faults {
-            let at = engineering(fault.tick as f64 * self.setting.period, "s");
-            lines
-                .push(format!("{:<20}{} at tick {} ({at}); {after} from then on", "faults", fault.message, fault.tick));
+            let at = engineering(fault.tick as f64 * period, "s");
+            lines.push(("faults", format!("{} at tick {} ({at}); {after} from then on", fault.message, fault.tick)));
         }
-        lines.push(self.supervision());
-        if let Some(why) = &self.stopped {
-            lines.push(format!("{:<20}{why} after {}", "stopped", engineering(self.duration, "s")));
-        }
-        lines.join("\n")
+        lines.push(("safety", self.supervision()));
+        lines.extend(
+            self.stopped.iter().map(|why| ("stopped", format!("{why} after {}", engineering(self.duration, "s")))),
+        );
+        lines
     }
 }
 
 impl LimitCounts {
-    fn describe(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         let named = [
             ("position", self.position),
             ("velocity", self.velocity),

@@ -2,6 +2,7 @@
 
 use crate::plant::drives::{Drives, Order};
 use crate::plant::sensor::{Reading, Sample, Sensors};
+use crate::plant::solver::{AtOnce, Solver, now};
 use crate::plant::{Diverged, Plant};
 use dynamics_core::control::Spring;
 use dynamics_core::control::trajectory::Motion;
@@ -115,16 +116,21 @@ impl<const N: usize> World<N> {
     /// # Errors
     /// As [`Plant::drive`].
     pub fn drive(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        now(self.drive_with(&AtOnce, torque))
+    }
+
+    /// As [`World::drive`], with this solver.
+    pub(crate) async fn drive_with(&mut self, solver: &impl Solver<N>, torque: &[f64; N]) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(&Order::Torque(*torque, self.springs));
         let Self { plant, drives, .. } = self;
         match drives {
-            None => plant.drive(torque),
+            None => plant.drive_with(solver, torque).await,
             Some(drives) if drives.brakes_hold() => {
                 hold(plant, drives);
                 Ok(())
             }
-            Some(drives) => plant.drive_by(drives.turns(), |state, dt| drives.torque(state, dt)),
+            Some(drives) => plant.drive_by(solver, drives.turns(), |state, dt| drives.torque(state, dt)).await,
         }
     }
 
@@ -133,13 +139,20 @@ impl<const N: usize> World<N> {
     /// # Errors
     /// As [`Plant::drive`].
     pub fn stop(&mut self) -> Result<(), Diverged> {
+        now(self.stop_with(&AtOnce))
+    }
+
+    /// As [`World::stop`], with this solver.
+    pub(crate) async fn stop_with(&mut self, solver: &impl Solver<N>) -> Result<(), Diverged> {
         self.begin_tick();
         self.exchange(&Order::Safe(self.safe_action));
         let Self { plant, drives, .. } = self;
         match drives {
             None => plant.brake(),
             Some(drives) if drives.brakes_hold() => hold(plant, drives),
-            Some(drives) => return plant.stop_by(drives.turns(), |state, dt| drives.torque(state, dt)),
+            Some(drives) => {
+                return plant.stop_by(solver, drives.turns(), |state, dt| drives.torque(state, dt)).await;
+            }
         }
         Ok(())
     }

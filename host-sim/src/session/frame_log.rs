@@ -19,7 +19,13 @@
 //! Entries follow each other until the end of the file. There is no checksum: a replay finds the effect of a flipped
 //! bit. If the writer was killed, the file ends within an entry; all complete entries before it can be read
 //! ([`Log::cut`]).
+//!
+//! A file that ends in `.mcap` holds the same frames for viewers ([`viewer`]); both are read alike.
 
+pub mod recorder;
+pub mod viewer;
+
+use crate::run::mcap_file;
 use link::{Frame, PACKET_MAX, PROTOCOL_VERSION};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -68,8 +74,11 @@ pub struct Entry {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LogError {
     /// The file begins with other bytes.
-    #[error("byte 0: no record of a session; expected a file that begins with NEWTAULG")]
+    #[error("byte 0: no record of a session; expected a file that begins with NEWTAULG, or an MCAP file")]
     NotALog,
+    /// An MCAP file that holds no record, or a broken one.
+    #[error("{0}")]
+    Mcap(String),
     /// The file ends within its head.
     #[error("the file ends within its head, at byte {0}")]
     Headless(usize),
@@ -127,14 +136,13 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// The file cannot be written.
     pub fn push(&mut self, way: Way, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
-        let mut buffer = [0; PACKET_MAX];
-        let bytes = postcard::to_slice(frame, &mut buffer).map_err(io::Error::other)?;
+        let bytes = encoded(frame, <[u8]>::to_vec)?;
         let length = u16::try_from(bytes.len()).map_err(io::Error::other)?;
         let micros = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
         self.0.write_all(&[u8::from(way == Way::Received), missed])?;
         self.0.write_all(&length.to_le_bytes())?;
         self.0.write_all(&micros.to_le_bytes())?;
-        self.0.write_all(bytes)
+        self.0.write_all(&bytes)
     }
 
     /// Write all buffered bytes.
@@ -146,6 +154,19 @@ impl<W: Write> Writer<W> {
     }
 }
 
+/// A frame as on the wire.
+fn encoded<T>(frame: &Frame, of: impl Fn(&[u8]) -> T) -> io::Result<T> {
+    let mut buffer = [0; PACKET_MAX];
+    let bytes = postcard::to_slice(frame, &mut buffer).map_err(io::Error::other)?;
+    Ok(of(bytes))
+}
+
+/// Whether a file begins as a record of a session does, in either format.
+#[must_use]
+pub fn is_record(bytes: &[u8]) -> bool {
+    bytes.starts_with(&MAGIC) || bytes.starts_with(mcap_file::MAGIC)
+}
+
 /// A log that was read.
 #[derive(Clone, Debug)]
 pub struct Log {
@@ -154,6 +175,8 @@ pub struct Log {
     bytes: Vec<u8>,
     /// Offset of the first entry.
     begin: usize,
+    /// Of an MCAP file, the bytes that were left out, and whether the file has its end.
+    lost: Option<(usize, bool)>,
 }
 
 /// Bytes of an entry before its frame.
@@ -165,6 +188,9 @@ impl Log {
     /// # Errors
     /// See [`LogError`].
     pub fn new(bytes: Vec<u8>) -> Result<Self, LogError> {
+        if bytes.starts_with(mcap_file::MAGIC) {
+            return viewer::read(&bytes);
+        }
         if !bytes.starts_with(&MAGIC) {
             return Err(LogError::NotALog);
         }
@@ -177,7 +203,7 @@ impl Log {
         version(at - 1, "link's protocol", protocol.into(), PROTOCOL_VERSION.into())?;
         let hash = u64::from_le_bytes(take(&bytes, &mut at)?);
         let (scene, text) = (text(&bytes, &mut at)?, text(&bytes, &mut at)?);
-        Ok(Self { head: Head { hash, scene: scene.into(), text }, bytes, begin: at })
+        Ok(Self { head: Head { hash, scene: scene.into(), text }, bytes, begin: at, lost: None })
     }
 
     /// The frames, in order, up to the last complete entry.
@@ -192,9 +218,18 @@ impl Log {
         })
     }
 
-    /// Bytes of an incomplete entry at the end of the file.
+    /// Whether the file has the end that its writer gives it; one without an end of its own always has.
+    #[must_use]
+    pub fn has_end(&self) -> bool {
+        self.lost.is_none_or(|(_, has_end)| has_end)
+    }
+
+    /// Bytes of an incomplete entry, or chunk of entries, at the end of the file.
     #[must_use]
     pub fn cut(&self) -> usize {
+        if let Some((left_out, _)) = self.lost {
+            return left_out;
+        }
         let mut at = self.begin;
         while let Some((_, end)) = whole(&self.bytes, at) {
             at = end;

@@ -29,6 +29,7 @@ mod host;
 mod injection;
 pub mod judge;
 mod machine;
+mod page;
 mod random;
 mod report;
 mod run;

@@ -21,6 +21,7 @@ pub mod control;
 pub mod inputs;
 pub mod integrators;
 pub mod masses;
+mod page;
 mod plots;
 pub mod sampled_loop;
 pub mod stability;

@@ -5,6 +5,7 @@
 //! | [`bound`] | error of single precision: a proven bound, and the largest error found |
 //! | [`campaign`] | every fault in every state of the safety state machine, each tick judged |
 //! | [`check`] | rules about the numbers of a robot file, with the loads that they compare with |
+//! | [`compare`] | two runs on one page |
 //! | [`contact`] | the wrench at the tip, felt through a sensor in the base |
 //! | [`dynamics`] | inverse and forward dynamics of given states |
 //! | [`energy`] | energy balance of a run |
@@ -25,6 +26,7 @@
 pub mod bound;
 pub mod campaign;
 pub mod check;
+pub mod compare;
 pub mod contact;
 pub mod dynamics;
 pub mod energy;

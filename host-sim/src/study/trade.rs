@@ -24,6 +24,7 @@ pub mod choice;
 pub mod drive_step;
 mod files;
 pub mod measure;
+mod page;
 pub mod pareto_front;
 pub mod product;
 pub mod report;

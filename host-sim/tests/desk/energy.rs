@@ -213,3 +213,16 @@ fn energy_on_the_path_of_exercise_31_is_the_closed_forms() {
         assert!(code == 2 && error.contains(words), "{words} in {error}");
     }
 }
+
+#[test]
+fn the_work_in_a_run_s_summary_is_the_ledger_s() {
+    let scene = scene("../scenes/puma560_pick.toml");
+    let (run, account) = account::<6>(&scene, &AtomicBool::new(false)).unwrap();
+    for (joint, ledger) in account.joints.iter().enumerate() {
+        let (given, back) = (run.summary.work.given[joint], run.summary.work.taken_back[joint]);
+        // The summary does not see the way of the last tick, nor a change of direction inside one.
+        let off = (given + back - ledger.total).abs();
+        assert!(off < 1e-3 * (ledger.positive - ledger.negative), "{}: {off} J", ledger.name);
+        assert!((given / ledger.positive - 1.0).abs() < 0.01 && back <= 0.0, "{given} {}", ledger.positive);
+    }
+}

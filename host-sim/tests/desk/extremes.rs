@@ -145,3 +145,29 @@ fn control_stays_bounded() {
 fn stable_periods_are_predicted() {
     hold("stability", 47, stability::cells().unwrap());
 }
+
+#[test]
+fn a_page_begins_with_what_fails_and_has_every_cell() {
+    let cell = |name: &str, passed: bool| Cell {
+        group: "control",
+        name: name.to_owned(),
+        done: "made up".to_owned(),
+        kind: Kind::Requirement,
+        expected: "at most 1".to_owned(),
+        found: "2.00".to_owned(),
+        value: Some(2.0),
+        pinned: None,
+        moved: false,
+        passed,
+        reason: (!passed).then(|| "too much <rubs>".to_owned()),
+    };
+    let report = Report::of(vec![cell("one that holds", true), cell("one that fails", false)]);
+    let html = report.page().unwrap().html();
+    let (list, tables) = html.split_once("<figure>").unwrap();
+    assert!(
+        list.contains("<li>control, one that fails: too much &lt;rubs&gt;</li>") && !list.contains("one that holds")
+    );
+    assert!(tables.contains("<td class=\"warns\">FAIL</td>") && tables.contains("<td>pass</td>"));
+    assert_eq!(tables.matches("<th scope=\"row\">").count(), report.count);
+    assert!(tables.matches("<circle").count() > 20, "simulated borders of stability");
+}

@@ -104,7 +104,7 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
     assert!(before[1] > 1.0 && before[2] > 0.5, "{before:?}");
 
     let page = std::fs::read_to_string(report.join("index.html")).unwrap();
-    assert!(page.contains("wrist_roll") && page.matches("<svg").count() == 2, "{}", page.len());
+    assert!(page.contains("wrist_roll") && page.matches("<svg").count() == 12, "{}", page.len());
     let table = std::fs::read_to_string(predicted).unwrap();
     assert!(table.starts_with("time,tau_1,tau_2,tau_3,tau_4,tau_5,tau_6,model_1,"), "{}", &table[..80]);
 }

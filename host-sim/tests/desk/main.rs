@@ -2,7 +2,9 @@
 //! links in a fraction of the time and disk space of thirty.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
+mod batch;
 mod bound;
+mod browser;
 mod campaign;
 mod chapter12;
 mod check;
@@ -31,9 +33,12 @@ mod plant_rotor_coupling;
 mod program;
 mod rates;
 mod reference;
+mod report_page;
 #[path = "../../../robot-compiler/tests/common/rooms.rs"]
 mod room_names;
 mod rooms;
+#[path = "../../../robot-compiler/tests/common/skipping.rs"]
+mod skipping;
 mod split;
 mod statics;
 mod sweep;
@@ -44,5 +49,6 @@ mod teach;
 mod terms_command;
 mod trade;
 mod urdf_command;
+mod viewers;
 #[path = "../../../robot-compiler/tests/common/wrong_rounding.rs"]
 mod wrong_rounding;

@@ -81,7 +81,7 @@ fn traced<const N: usize>(mechanism: &Mechanism<N>) -> Program {
         let joints = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
         let (sin, cos) = (joints(0), joints(1));
         let turn = core::array::from_fn(|i| SinCos { sin: sin[i], cos: cos[i] });
-        let found = mechanism.solution(&turn, &joints(2), &joints(3), &joints(4));
+        let found = mechanism.cast().solution(&turn, &joints(2), &joints(3), &joints(4));
         found.qdd.into_iter().chain(found.pivot).collect::<Vec<_>>()
     });
     Program::new(tape, &outputs)

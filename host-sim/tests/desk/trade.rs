@@ -220,6 +220,14 @@ fn the_picture_has_ticks_and_shares_the_sets_that_were_measured_names_on_the_fro
     let named =
         texts.iter().filter(|text| text.starts_with(|c: char| c.is_ascii_digit()) && text.contains("  ")).count();
     assert_eq!(named, on(|point| point.on_torque_front) + on(|point| point.on_tracking_front), "{texts:?}");
+
+    // The page: every choice with the command that measures it again, the front named, the scene's own choice ringed.
+    let html = trade.page().html();
+    let commands = html.matches("data-command=").count();
+    let fronts = on(|point| point.on_torque_front) + on(|point| point.on_tracking_front);
+    assert_eq!(commands, 2 * trade.points.len() + fronts);
+    assert!(trade.points.iter().all(|point| html.contains(&format!("data-command=\"{}\"", point.command))));
+    assert!(html.contains("class=\"ring\"") && html.contains("terms gravity") && !html.contains("terms diagonal"));
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

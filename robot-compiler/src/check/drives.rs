@@ -30,7 +30,7 @@ fn joints(draft: &Draft, wanted: impl Fn(&RobotJoint) -> bool) -> Vec<(usize, &R
     all.filter(|(_, (joint, _))| wanted(joint)).map(|(i, (joint, places))| (i, joint, places)).collect()
 }
 
-/// Rotor inertia that is missing on a joint with a drive or friction, or in a URDF, which has no rotors.
+/// Rotor inertia that is missing on a joint with a drive or friction, or in a URDF, which seldom has rotors.
 ///
 /// The joint feels `gear^2 J` beside the link's own `D_ii`; on geared arms the two are of one size, and at the wrist the rotor is
 /// the larger one.

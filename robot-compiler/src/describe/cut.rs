@@ -2,6 +2,9 @@
 
 use crate::describe::robot::Robot;
 
+/// XML namespace of what we add to URDF.
+pub(crate) const NAMESPACE: &str = "urn:newtau";
+
 /// Links at the two ends of the chain that is taken from a URDF file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ends<'a> {

@@ -1,10 +1,8 @@
 //! An arm from a URDF file as a TOML robot file, for a person to go on with.
 
-mod angles;
-
+use super::angles::roll_pitch_yaw;
 use crate::describe::cut::UrdfArm;
 use crate::describe::robot::RobotJoint;
-use angles::roll_pitch_yaw;
 use dynamics_core::{Body, Dh, Frame, JointKind, Limits, Tool};
 use nalgebra::{Matrix3, Vector3};
 
@@ -33,6 +31,9 @@ pub fn robot_file(arm: &UrdfArm) -> String {
     let robot = &arm.robot;
     let mut text = HEAD.to_owned();
     text += &format!("name = {}\nsource = {}\n", quoted(&robot.name), quoted(&robot.source));
+    if let Some(reason) = &robot.allow_unphysical {
+        text += &format!("allow_unphysical = {}\n", quoted(reason));
+    }
     if !arm.held.is_empty() {
         text += &format!("# Held at zero, and carried along: {}.\n", arm.held.join(", "));
     }
@@ -55,7 +56,11 @@ fn joint_table(joint: &RobotJoint, links: &[String]) -> String {
     lines.push(format!("type = \"{}\"", if slides { "prismatic" } else { "revolute" }));
     lines.extend(frame(&spec.frame));
     lines.extend(body(&spec.body));
-    lines.push(if slides { ROTOR_SLIDE } else { ROTOR }.to_owned());
+    lines.push(match (spec.rotor.reflected() > 0.0, slides) {
+        (true, _) => format!("rotor = {{ inertia = {:?}, gear = {:?} }}", spec.rotor.inertia, spec.rotor.gear),
+        (false, true) => ROTOR_SLIDE.to_owned(),
+        (false, false) => ROTOR.to_owned(),
+    });
     lines.push(joint.friction.map_or_else(
         || "# ? friction = { viscous = , coulomb = } # on the joint's side of the gear".to_owned(),
         |friction| format!("friction = {{ viscous = {:?}, coulomb = {:?} }}", friction.viscous, friction.coulomb),

@@ -64,6 +64,14 @@ impl Robot {
 }
 
 impl UrdfArm {
+    /// As [`Robot::from_urdf_str`], with the names of its links.
+    ///
+    /// # Errors
+    /// As [`Robot::load_between`].
+    pub fn from_urdf_str(text: &str, name: &str, ends: Ends<'_>) -> Result<Self, FileError> {
+        urdf::read(&Source { file: name.to_owned(), text: text.to_owned() }, ends)
+    }
+
     /// Cut an arm out of a URDF file, and keep the names of its links.
     ///
     /// # Errors

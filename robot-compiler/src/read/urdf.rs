@@ -2,12 +2,12 @@
 //!
 //! The XML is parsed once. Each value read from it keeps its element, and so its place, until the robot is checked.
 
-use crate::describe::cut::{Ends, UrdfArm};
+use crate::describe::cut::{Ends, NAMESPACE, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
 use crate::describe::robot::{BuildError, DOF, JointFriction, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
-use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
+use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Tool};
 use std::path::PathBuf;
 
 mod chain;
@@ -16,6 +16,7 @@ mod markup;
 mod merge;
 mod places;
 mod pose;
+mod rotor;
 
 use chain::Chain;
 use description::{Description, Joint, Kind};
@@ -85,11 +86,16 @@ fn stated(
     Ok(Robot {
         name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.to_owned() },
         source: describe(&source.file, urdf, chain, ends.base),
-        allow_unphysical: None,
+        allow_unphysical: unphysical(markup),
         joints,
         tool: Tool { rotation: tip.rotation, translation: tip.translation, ..Tool::default() },
         path: PathBuf::from(&source.file),
     })
+}
+
+/// The reason why bodies that nothing could have are accepted: an attribute of ours, which an export of such a robot file writes.
+fn unphysical(markup: &Markup<'_>) -> Option<String> {
+    markup.robot.attribute((NAMESPACE, "allow_unphysical")).map(str::to_owned)
 }
 
 /// File and chain, and the joints held still.
@@ -136,7 +142,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
             kind: if joint.kind == Kind::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },
             frame: Frame::Placement { rotation: place.rotation, translation: place.translation, axis },
             body,
-            rotor: Rotor::default(),
+            rotor: rotor::rotor(markup, joint.name, &label)?,
             limits: limits(markup, joint, &label)?,
         },
         friction: friction(markup, joint, &label)?,

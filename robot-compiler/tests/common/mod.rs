@@ -2,15 +2,10 @@
 #![allow(unreachable_pub, reason = "a module of a test program")]
 
 pub mod rooms;
+pub mod skipping;
 
+pub use skipping::skipped;
 use std::path::{Path, PathBuf};
-
-/// Reports that a test cannot run for lack of a tool or of files. The continuous integration has them all: there it fails.
-pub fn skipped(why: &str) {
-    let required = ["CI", "NEWTAU_CI"].iter().any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()));
-    assert!(!required, "skipped, which the continuous integration must not: {why}");
-    println!("skipped: {why}");
-}
 
 /// The formatter on these files, with the project's settings; `None`, reported by [`skipped`], where it is not installed.
 pub fn rustfmt<'a>(options: &[&str], files: impl IntoIterator<Item = &'a PathBuf>) -> Option<std::process::ExitStatus> {

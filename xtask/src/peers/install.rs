@@ -2,7 +2,7 @@
 
 use super::contestants::CLANG;
 use super::{folder, source};
-use crate::process::{output, run, which};
+use crate::process::{output, which};
 use crate::setup;
 use anyhow::{Context as _, Result};
 use std::path::{Path, PathBuf};
@@ -35,29 +35,9 @@ fn debian() -> Result<()> {
     if missing.is_empty() { Ok(()) } else { setup::apt_install(&missing) }
 }
 
-/// A virtual environment with the packages of `requirements.txt`. It counts as complete if it holds a copy of that file.
+/// A virtual environment with the packages of `requirements.txt`.
 fn python() -> Result<PathBuf> {
-    let folder = folder().join("venv");
-    let (python, stamp) = (folder.join("bin/python"), folder.join("requirements.txt"));
-    let file = source("requirements.txt");
-    let wanted = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
-    if python.is_file() && std::fs::read_to_string(&stamp).is_ok_and(|found| found == wanted) {
-        return Ok(python);
-    }
-    let packages: Vec<&str> = wanted.lines().filter(|line| line.contains("==")).collect();
-    eprintln!("setup: {} from PyPI, into {}", packages.join(", "), folder.display());
-    let made = (|| {
-        run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
-        let mut pip = Command::new(&python);
-        run(pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]).arg(&file))
-    })();
-    if made.is_err() {
-        // A partial environment would look complete.
-        std::fs::remove_dir_all(&folder).ok();
-    }
-    made.with_context(|| format!("could not install from PyPI: {}", packages.join(", ")))?;
-    std::fs::write(&stamp, wanted)?;
-    Ok(python)
+    setup::python(&folder().join("venv"), &source("requirements.txt"))
 }
 
 /// Folder of the virtual environment's packages.

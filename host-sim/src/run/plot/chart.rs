@@ -1,10 +1,11 @@
 //! Curves in panels above one another.
 
 use super::PlotError;
-use super::page::{BLUE, GREEN, GREY, ORANGE, WIDTH, on_page};
+use super::page::{BLUE, GREEN, GREY, ORANGE, WIDTH, on_page, on_sheet};
 use plotters::coord::Shift;
 use plotters::prelude::{
-    BLACK, ChartBuilder, Color, DrawingArea, IntoFont, LineSeries, RED, RGBColor, SVGBackend, ShapeStyle, WHITE,
+    AsRelative, BLACK, ChartBuilder, Color, DrawingArea, IntoFont, LineSeries, RED, RGBColor, SVGBackend, ShapeStyle,
+    WHITE,
 };
 use std::ops::Range;
 use std::path::Path;
@@ -20,9 +21,27 @@ pub struct Chart {
     pub abscissa: &'static str,
     /// Ends of the abscissa; `None`: the ends of the curves.
     pub range: Option<Range<f64>>,
-    /// Panels, from top to bottom.
+    /// Where the panels stand.
+    pub layout: Layout,
+    /// Panels, in order.
     pub panels: Vec<Panel>,
 }
+
+/// Where the panels of a chart stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// Above one another.
+    #[default]
+    Stacked,
+    /// On one sheet that is wider than high, in rows and columns on one abscissa, which the lowest panels name.
+    Landscape {
+        /// Whether panels come in pairs: a low one on top of a high one.
+        strips: bool,
+    },
+}
+
+/// Height of the low panel of a pair, percent.
+const STRIP: u32 = 36;
 
 /// One panel of a chart.
 pub struct Panel {
@@ -36,8 +55,8 @@ pub struct Panel {
     pub lines: Vec<Line>,
     /// Vertical lines across the curves.
     pub marks: Vec<Mark>,
-    /// Magnitude at which a limit lies on either side of zero, drawn as two lines; `None` without one.
-    pub bound: Option<f64>,
+    /// Ordinates of limits, each drawn as a line.
+    pub bounds: Vec<f64>,
     /// Stretches of the abscissa in which a limit acts, drawn as bars at the foot of the panel.
     pub limited: Vec<(f64, f64)>,
 }
@@ -104,11 +123,11 @@ impl Panel {
     const BOUND: (&'static str, RGBColor, u32) = ("limit", RED, 1);
     const LIMITED: (&'static str, RGBColor, u32) = ("limit acts", ORANGE, 6);
 
-    /// Whether the limit lies near enough to be drawn: the axis then goes that far.
-    fn bound_shown(&self) -> Option<f64> {
+    /// Limits that lie near enough to be drawn: the axis then goes that far.
+    fn bounds_shown(&self) -> Vec<f64> {
         let most = self.lines.iter().flat_map(|line| line.pieces.iter().flatten()).map(|point| point.1.abs());
         let most = most.fold(0.0, f64::max);
-        self.bound.filter(|bound| bound.is_finite() && *bound <= BOUND_RATIO * most)
+        self.bounds.iter().copied().filter(|bound| bound.is_finite() && bound.abs() <= BOUND_RATIO * most).collect()
     }
 }
 
@@ -127,9 +146,25 @@ pub fn write_chart(chart: &Chart, path: &Path) -> Result<(), PlotError> {
     let mut entries = chart.panels.iter().max_by_key(|panel| panel.lines.len()).map_or(Vec::new(), curves);
     entries.extend(extras(&chart.panels));
     let range = chart.range.clone().unwrap_or_else(|| range(chart));
-    on_page(path, &chart.title, &entries, chart.panels.len(), 1, |index, area| {
-        draw_panel(area, &chart.panels[index], chart.abscissa, &range)
-    })
+    let draw = |index: usize, area: &DrawingArea<SVGBackend<'_>, Shift>, labelled: bool| {
+        draw_panel(area, &chart.panels[index], labelled.then_some(chart.abscissa), &range)
+    };
+    match chart.layout {
+        Layout::Stacked => {
+            on_page(path, &chart.title, &entries, chart.panels.len(), 1, |index, area| draw(index, area, true))
+        }
+        Layout::Landscape { strips } => {
+            let cells = chart.panels.len() / if strips { 2 } else { 1 };
+            on_sheet(path, &chart.title, &entries, cells, |cell, area, lowest| {
+                if !strips {
+                    return draw(cell, area, lowest);
+                }
+                let (strip, panel) = area.split_vertically(STRIP.percent_height());
+                draw(2 * cell, &strip, false)?;
+                draw(2 * cell + 1, &panel, lowest)
+            })
+        }
+    }
 }
 
 /// Names and styles of a panel's curves.
@@ -141,7 +176,7 @@ fn curves(panel: &Panel) -> Vec<(&'static str, ShapeStyle)> {
 fn extras(panels: &[Panel]) -> Vec<(&'static str, ShapeStyle)> {
     let entry = |(name, colour, width): (&'static str, RGBColor, u32)| (name, colour.stroke_width(width));
     let mut found = Vec::new();
-    if panels.iter().any(|panel| panel.bound_shown().is_some()) {
+    if panels.iter().any(|panel| !panel.bounds_shown().is_empty()) {
         found.push(entry(Panel::BOUND));
     }
     if panels.iter().any(|panel| !panel.limited.is_empty()) {
@@ -168,11 +203,11 @@ fn range(chart: &Chart) -> Range<f64> {
     if from < to { from..to } else { 0.0..1.0 }
 }
 
-/// Draw axes, curves and the mark.
+/// Draw axes, curves and the mark; without a named abscissa, no numbers either.
 fn draw_panel(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     panel: &Panel,
-    abscissa: &str,
+    abscissa: Option<&str>,
     range: &Range<f64>,
 ) -> Result<(), PlotError> {
     let curves: Vec<(ShapeStyle, Pieces)> = styles(panel)
@@ -181,19 +216,20 @@ fn draw_panel(
         .collect();
     let all = || curves.iter().flat_map(|(_, pieces)| pieces.iter().flatten());
     let (scale, prefix) = prefix(all());
-    let bound = panel.bound_shown();
-    let bounds = bound.into_iter().flat_map(|bound| [(0.0, -bound), (0.0, bound)]).collect::<Vec<_>>();
-    let (low, high) = span(all().chain(&bounds));
+    let bounds = panel.bounds_shown();
+    let ends: Vec<(f64, f64)> = bounds.iter().map(|bound| (0.0, *bound)).collect();
+    let (low, high) = span(all().chain(&ends));
     let mut chart = ChartBuilder::on(area)
         .caption(panel.caption.as_str(), ("sans-serif", 17).into_font().color(&BLACK))
         .margin_right(20)
         .margin_left(10)
-        .x_label_area_size(40)
+        .x_label_area_size(if abscissa.is_some() { 40 } else { 8 })
         .y_label_area_size(80)
         .build_cartesian_2d(range.clone(), low / scale..high / scale)?;
     chart
         .configure_mesh()
-        .x_desc(abscissa)
+        .x_desc(abscissa.unwrap_or_default())
+        .x_labels(if abscissa.is_some() { 9 } else { 0 })
         .y_desc(format!("{} / {prefix}{}", panel.quantity, panel.unit))
         .label_style(("sans-serif", 14))
         .axis_desc_style(("sans-serif", 15))
@@ -209,7 +245,7 @@ fn draw_panel(
     for mark in panel.marks.iter().filter(|mark| mark.kind == MarkKind::Waypoint) {
         line((mark.at, low), (mark.at, high), mark.kind.entry().1)?;
     }
-    for y in bound.into_iter().flat_map(|bound| [-bound, bound]) {
+    for y in bounds {
         line((range.start, y), (range.end, y), Panel::BOUND.1.stroke_width(Panel::BOUND.2))?;
     }
     // A stretch of one tick is as wide as a pixel.

@@ -1,10 +1,11 @@
-//! Figures of a run: one file per quantity, one panel per joint.
+//! Figures of a run: one sheet per quantity, one panel per joint.
 
 use super::PlotError;
-use super::chart::{Chart, Line, Panel, Pen, thinned, write_chart};
+use super::chart::{Chart, Layout, Line, Panel, Pen, thinned, write_chart};
 use super::marks::{Marks, limited};
 use crate::run::record::{JointLabel, JointSample, Record};
 use crate::run::summary::engineering;
+use dynamics_core::Limits;
 use std::path::{Path, PathBuf};
 
 /// A curve of a panel: its name, its pen and its value at a sample.
@@ -14,47 +15,41 @@ struct Curve {
     value: fn(&JointSample) -> f64,
 }
 
-/// A figure: its file, its title, its axis and the curves of every joint.
+/// A figure: its file, its title, and per joint a panel with its limits, under a strip with the error.
 struct Figure {
     file: &'static str,
     title: &'static str,
     axis: fn(&JointLabel) -> &'static str,
     unit: fn(&JointLabel) -> &'static str,
     curves: &'static [Curve],
-    /// Whether the torque limits belong into it.
-    torque: bool,
+    error: Option<Curve>,
+    limits: fn(&Limits<f64>) -> [f64; 2],
 }
 
-const FIGURES: [Figure; 4] = [
+const FIGURES: [Figure; 3] = [
     Figure {
         file: "position.svg",
-        title: "Joint positions",
+        title: "Joint positions, and reference less actual on top",
         axis: |_| "position",
         unit: JointLabel::position_unit,
         curves: &[
             Curve { name: "reference", pen: Pen::BROAD, value: |s| s.q_reference },
             Curve { name: "actual", pen: Pen::BLUE, value: |s| s.q },
         ],
-        torque: false,
+        error: Some(Curve { name: "error", pen: Pen::BLUE, value: |s| s.error() }),
+        limits: |limits| [limits.position.0, limits.position.1],
     },
     Figure {
         file: "velocity.svg",
-        title: "Joint velocities",
+        title: "Joint velocities, and reference less actual on top",
         axis: |_| "velocity",
         unit: JointLabel::velocity_unit,
         curves: &[
             Curve { name: "reference", pen: Pen::BROAD, value: |s| s.qd_reference },
             Curve { name: "actual", pen: Pen::BLUE, value: |s| s.qd },
         ],
-        torque: false,
-    },
-    Figure {
-        file: "error.svg",
-        title: "Tracking error: reference less actual position",
-        axis: |_| "error",
-        unit: JointLabel::position_unit,
-        curves: &[Curve { name: "error", pen: Pen::BLUE, value: |s| s.error() }],
-        torque: false,
+        error: Some(Curve { name: "error", pen: Pen::BLUE, value: |s| s.qd_reference - s.qd }),
+        limits: |limits| [-limits.velocity, limits.velocity],
     },
     Figure {
         file: "torque.svg",
@@ -62,7 +57,8 @@ const FIGURES: [Figure; 4] = [
         axis: JointLabel::effort,
         unit: JointLabel::torque_unit,
         curves: &[Curve { name: "torque", pen: Pen::BLUE, value: |s| s.torque }],
-        torque: true,
+        error: None,
+        limits: |limits| [-limits.torque, limits.torque],
     },
 ];
 
@@ -73,7 +69,8 @@ const POWER: Figure = Figure {
     axis: |_| "power",
     unit: |_| "W",
     curves: &[Curve { name: "power", pen: Pen::BLUE, value: |s| s.torque * s.qd }],
-    torque: false,
+    error: None,
+    limits: |_| [f64::NEG_INFINITY, f64::INFINITY],
 };
 
 /// Draw the power of every joint into the folder; returns the file.
@@ -100,26 +97,60 @@ fn write(record: &Record, marks: &Marks, figure: &Figure, name: &str, folder: &P
 
 fn chart(record: &Record, marks: &Marks, figure: &Figure, name: &str) -> Chart {
     let end = record.time().last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
-    let bound =
-        |joint: usize| marks.torque_limits.get(joint).copied().filter(|limit| figure.torque && limit.is_finite());
-    let panel = |(joint, label): (usize, &JointLabel)| Panel {
-        caption: match bound(joint) {
-            Some(limit) => format!("{}, limit {}", label.name, engineering(limit, label.torque_unit())),
-            None => label.name.clone(),
-        },
-        quantity: (figure.axis)(label),
-        unit: (figure.unit)(label),
-        lines: figure.curves.iter().map(|curve| line(record, joint, curve)).collect(),
-        marks: marks.lines(record),
-        bound: bound(joint),
-        limited: limited(record, joint),
+    let panels = |(joint, label): (usize, &JointLabel)| {
+        let limits = marks.limits.get(joint).map_or([f64::NEG_INFINITY, f64::INFINITY], figure.limits);
+        let bounds: Vec<f64> = limits.into_iter().filter(|limit| limit.is_finite()).collect();
+        let panel = Panel {
+            caption: caption(label, &bounds, (figure.unit)(label)),
+            quantity: (figure.axis)(label),
+            unit: (figure.unit)(label),
+            lines: figure.curves.iter().map(|curve| line(record, joint, curve)).collect(),
+            marks: marks.lines(record),
+            bounds,
+            limited: limited(record, joint),
+        };
+        let Some(error) = &figure.error else { return vec![panel] };
+        let strip = Panel {
+            caption: panel.caption.clone(),
+            quantity: error.name,
+            unit: panel.unit,
+            lines: vec![Line {
+                name: error.name,
+                pen: Some(error.pen),
+                pieces: vec![driven(record, joint, error.value)],
+            }],
+            marks: panel.marks.clone(),
+            bounds: Vec::new(),
+            limited: Vec::new(),
+        };
+        vec![strip, Panel { caption: String::new(), ..panel }]
     };
     Chart {
         title: format!("{}: {name}", figure.title),
         abscissa: "time / s",
         range: Some(0.0..end),
-        panels: record.joints().iter().enumerate().map(panel).collect(),
+        layout: Layout::Landscape { strips: figure.error.is_some() },
+        panels: record.joints().iter().enumerate().flat_map(panels).collect(),
     }
+}
+
+/// A joint's name and its limits.
+fn caption(label: &JointLabel, bounds: &[f64], unit: &str) -> String {
+    match bounds {
+        [low, high] if (low + high).abs() <= 1e-9 * high.abs() => {
+            format!("{}, limit {}", label.name, engineering(*high, unit))
+        }
+        [low, high] => format!("{}, limits {} and {}", label.name, engineering(*low, unit), engineering(*high, unit)),
+        _ => label.name.clone(),
+    }
+}
+
+/// A joint's error over time up to a fault: an arm that brakes follows no reference.
+fn driven(record: &Record, joint: usize, value: fn(&JointSample) -> f64) -> Vec<(f64, f64)> {
+    let end = record.faults().iter().take_while(|fault| fault.is_none()).count();
+    let finite =
+        record.time().iter().copied().zip(record.joint(joint).map(value)).take(end).filter(|(_, y)| y.is_finite());
+    thinned(finite.collect())
 }
 
 fn line(record: &Record, joint: usize, curve: &Curve) -> Line {

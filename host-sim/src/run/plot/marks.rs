@@ -3,16 +3,16 @@
 use super::chart::{Mark, MarkKind};
 use crate::run::closed_loop::World;
 use crate::run::record::Record;
-use dynamics_core::Model;
 use dynamics_core::control::LimitFlags;
+use dynamics_core::{Limits, Model};
 
-/// Torque limits and times of waypoints.
+/// Limits and times of waypoints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Marks {
     /// Times at which the reference reaches a point, s.
     pub waypoints: Vec<f64>,
-    /// Torque limit of each joint, N m or N; infinite where there is none.
-    pub torque_limits: Vec<f64>,
+    /// Limits of each joint; infinite where there is none.
+    pub limits: Vec<Limits<f64>>,
 }
 
 impl Marks {
@@ -27,7 +27,7 @@ impl Marks {
         // The end of a lap is the start of the next one.
         waypoints.dedup_by(|a, b| (*a - *b).abs() < 0.5 * world.period);
         waypoints.retain(|at| *at <= end);
-        Self { waypoints, torque_limits: model.links().iter().map(|link| link.limits.torque).collect() }
+        Self { waypoints, limits: model.links().iter().map(|link| link.limits).collect() }
     }
 
     /// Vertical lines: waypoints, then the first fault.

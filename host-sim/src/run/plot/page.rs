@@ -29,9 +29,38 @@ pub(super) fn on_page(
     let area = SVGBackend::new(path, (WIDTH, height)).into_drawing_area();
     area.fill(&WHITE)?;
     let (head, body) = area.split_vertically(TITLE);
-    draw_head(&head, title, legend)?;
+    draw_head(&head, WIDTH, title, legend)?;
     for (index, area) in body.split_evenly((count, 1)).iter().enumerate() {
         panel(index, area)?;
+    }
+    area.present()?;
+    Ok(())
+}
+
+/// Size of a sheet.
+const SHEET: (u32, u32) = (1600, 900);
+
+/// Draw a file that is wider than high, with a head and `count` cells in rows. `cell` draws each, and is told whether no other one stands
+/// below it.
+pub(super) fn on_sheet(
+    path: &Path,
+    title: &str,
+    legend: &[(&str, ShapeStyle)],
+    count: usize,
+    cell: impl Fn(usize, &DrawingArea<SVGBackend<'_>, Shift>, bool) -> Result<(), PlotError>,
+) -> Result<(), PlotError> {
+    let columns = match count {
+        0 | 1 => 1,
+        2..=4 => 2,
+        _ => 3,
+    };
+    let rows = count.div_ceil(columns).max(1);
+    let area = SVGBackend::new(path, SHEET).into_drawing_area();
+    area.fill(&WHITE)?;
+    let (head, body) = area.split_vertically(TITLE);
+    draw_head(&head, SHEET.0, title, legend)?;
+    for (index, area) in body.split_evenly((rows, columns)).iter().take(count).enumerate() {
+        cell(index, area, index + columns >= count)?;
     }
     area.present()?;
     Ok(())
@@ -40,12 +69,13 @@ pub(super) fn on_page(
 /// Draw the title on the left and the legend on the right. The legend holds for all panels and covers no curve here.
 fn draw_head(
     head: &DrawingArea<SVGBackend<'_>, Shift>,
+    width: u32,
     title: &str,
     legend: &[(&str, ShapeStyle)],
 ) -> Result<(), PlotError> {
     head.draw(&Text::new(title.to_owned(), (12, 10), ("sans-serif", 22)))?;
     for (index, (name, style)) in legend.iter().rev().enumerate() {
-        let x = i32::try_from(WIDTH)? - 20 - LEGEND * (1 + i32::try_from(index)?);
+        let x = i32::try_from(width)? - 20 - LEGEND * (1 + i32::try_from(index)?);
         head.draw(&PathElement::new([(x, 22), (x + 26, 22)], *style))?;
         head.draw(&Text::new((*name).to_owned(), (x + 34, 15), ("sans-serif", 15)))?;
     }

@@ -67,7 +67,10 @@ fn what_is_damaged_is_named_with_its_place() {
         log.entries().collect::<Result<Vec<_>, _>>()
     };
     let message = |at, byte| with(at, byte).unwrap_err().to_string();
-    assert_eq!(message(0, 0), "byte 0: no record of a session; expected a file that begins with NEWTAULG");
+    assert_eq!(
+        message(0, 0),
+        "byte 0: no record of a session; expected a file that begins with NEWTAULG, or an MCAP file"
+    );
     assert_eq!(message(8, 9), "byte 8: version 9 of the layout, expected 1");
     let protocol = format!("byte 10: version 2 of the link's protocol, expected {}", link::PROTOCOL_VERSION);
     assert_eq!(message(10, 2), protocol);

@@ -8,6 +8,7 @@ use super::motion_queue::way;
 use super::torque_check::hidden;
 use crate::run::wrench::tip_wrench;
 use crate::session::frame_log::Head;
+use crate::session::frame_log::recorder::Recorded;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError};
 use dynamics_core::control::{ControllerConfig, Encoder};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
@@ -165,7 +166,8 @@ fn left_out(scene: &SceneFile) -> Option<String> {
 /// An operator's data about a scene's arm.
 #[derive(Debug)]
 pub(super) struct Arm {
-    pub(super) head: Head,
+    /// What a record says of the arm.
+    pub(super) recorded: Recorded,
     pub(super) hello: Hello,
     /// The payload last sent to the board, if it differs from the scene's.
     pub(super) payload: Option<Inertia<f32>>,
@@ -219,7 +221,7 @@ impl Arm {
         let rubs = |joint: &RobotJoint| joint.friction.map_or((0.0, 0.0), |rubs| (rubs.viscous, rubs.coulomb));
         let bounds = Bounds::from_limits(&limits).with_acceleration(deceleration);
         Ok(Self {
-            head,
+            recorded: Recorded { head, robot: scene.robot.clone(), encoders: encoder.to_vec() },
             hello,
             payload: None,
             payload_is_live: matches!(scene.model.payload, Term::Live),

@@ -3,11 +3,11 @@
 
 use crate::chip::ChipError;
 use crate::plant::Diverged;
-use crate::session::frame_log::{Way, Writer};
+use crate::session::frame_log::Way;
+use crate::session::frame_log::recorder::Recorder;
 use crate::session::serial::SerialError;
 use link::{Frame, Pacing, Sensed, Trouble};
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::time::Duration;
 
 /// A board, or a drill in its place.
@@ -74,7 +74,7 @@ pub enum DeviceError {
 #[derive(Debug, Default)]
 pub struct Tap {
     sent: u16,
-    log: Option<Writer<BufWriter<File>>>,
+    log: Option<Recorder>,
 }
 
 impl Tap {
@@ -94,9 +94,9 @@ impl Tap {
     ///
     /// # Errors
     /// The buffered bytes of the previous record cannot be written.
-    pub fn record(&mut self, log: Option<Writer<BufWriter<File>>>) -> io::Result<()> {
+    pub fn record(&mut self, log: Option<Recorder>) -> io::Result<()> {
         match core::mem::replace(&mut self.log, log) {
-            Some(mut before) => before.flush(),
+            Some(before) => before.close(),
             None => Ok(()),
         }
     }

@@ -4,11 +4,10 @@ use super::command::{Command, HELP};
 use super::device::DeviceError;
 use super::{Operator, SILENCE, Stop, has_taken, messages, table};
 use crate::chip::ChipError;
-use crate::session::frame_log::Writer;
+use crate::session::frame_log::recorder::Recorder;
 use crate::session::states::{ARMED, HOLDING, HOMING, RUNNING};
 use link::{Denial, Frame, Hello, Parts, Request, Watch};
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -371,12 +370,8 @@ impl Operator {
     /// # Errors
     /// The file cannot be written.
     pub fn keep(&mut self, file: &Path) -> Result<(), Stop> {
-        let open = || {
-            let writer = Writer::new(BufWriter::new(File::create(file)?), &self.arm.head)?;
-            Ok::<_, io::Error>(writer)
-        };
-        let writer = open().map_err(|error| in_file(file, &error))?;
-        Ok(self.device.tap().record(Some(writer))?)
+        let recorder = Recorder::create(file, &self.arm.recorded).map_err(|error| in_file(file, &error))?;
+        Ok(self.device.tap().record(Some(recorder))?)
     }
 
     /// Stop the arm, wait for rest, and remove the torque.

@@ -113,14 +113,14 @@ impl Report {
         text
     }
 
-    fn header(&self) -> Vec<&'static str> {
+    pub(super) fn header(&self) -> Vec<&'static str> {
         let states = Situation::NAMES.into_iter().map(|(_, name)| name);
         core::iter::once("fault").chain(states).chain(["runs", "ticks", "unsafe"]).collect()
     }
 }
 
 /// Legend of the table's cells.
-const LEGEND: &str = "F9 50: fault 9 in 50 runs; H2: held, cause 2; asked: went where it was asked to; -: went on (docs/safety.md has the numbers)";
+pub(super) const LEGEND: &str = "F9 50: fault 9 in 50 runs; H2: held, cause 2; asked: went where it was asked to; -: went on (docs/safety.md has the numbers)";
 
 impl Row {
     fn of(fault: FaultKind, finished: &[Finished]) -> Self {
@@ -135,7 +135,7 @@ impl Row {
         }
     }
 
-    fn texts(&self) -> Vec<String> {
+    pub(super) fn texts(&self) -> Vec<String> {
         let cells = self.cells.iter().map(Cell::text);
         let numbers = [self.runs, self.ticks, self.unsafe_commands].map(|number| number.to_string());
         core::iter::once(self.fault.name().to_owned()).chain(cells).chain(numbers).collect()

@@ -186,7 +186,7 @@ fn method_cells<const N: usize>(cells: &mut Vec<Cell>, method: &Method, arm_name
 }
 
 /// One step of the plant's method in a scalar.
-fn step<S: Real>(mechanism: &Mechanism<2>, q: [S; 2], qd: [S; 2], h: f64) -> ([S; 2], [S; 2])
+fn step<S: Real>(mechanism: &Mechanism<2, S>, q: [S; 2], qd: [S; 2], h: f64) -> ([S; 2], [S; 2])
 where
     Polynomial: Trig<S>,
 {
@@ -212,10 +212,10 @@ fn path<S: Real>(mechanism: &Mechanism<2>, start: [f64; 2], steps: usize) -> Vec
 where
     Polynomial: Trig<S>,
 {
-    let (mut q, mut qd) = (start.map(S::literal), [S::zero(); 2]);
+    let (mechanism, mut q, mut qd) = (mechanism.cast(), start.map(S::literal), [S::zero(); 2]);
     let mut path = Vec::with_capacity(steps);
     for _ in 0..steps {
-        (q, qd) = step(mechanism, q, qd, 1e-3);
+        (q, qd) = step(&mechanism, q, qd, 1e-3);
         path.push(q.map(|x| x.to_f64()));
     }
     path

@@ -1,7 +1,7 @@
 //! A record of `connect` as a log: the ticks in which torque acted.
 
 use crate::failure::Failure;
-use crate::session::frame_log::{self, MAGIC, Way};
+use crate::session::frame_log::{self, Way};
 use link::{Actuation, Frame, Sensed};
 use robot_compiler::{SceneFile, with_dof};
 use std::collections::HashMap;
@@ -9,12 +9,6 @@ use std::path::Path;
 
 /// Ticks without torque, or whose status is missing, that end a stretch.
 const GAP: u32 = 20;
-
-/// Whether these bytes are a record, and no text.
-#[must_use]
-pub fn is_record(bytes: &[u8]) -> bool {
-    bytes.starts_with(&MAGIC)
-}
 
 /// A tick: its number, positions and velocities (the second empty where counts were measured), torques.
 struct Tick {

@@ -2,6 +2,7 @@
 
 use super::record;
 use crate::failure::Failure;
+use crate::session::frame_log::is_record;
 use dynamics_core::control::Friction;
 use dynamics_core::{Inertia, JointKind};
 use identification::arm::{Arm, Chain};
@@ -101,7 +102,7 @@ impl Subject {
         };
         let text =
             std::fs::read(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
-        let text = if record::is_record(&text) { record::text(text, path)? } else { text };
+        let text = if is_record(&text) { record::text(text, path)? } else { text };
         let log = Log::read(&text, &path.display().to_string(), &reading).map_err(|error| {
             Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}"))
         })?;

@@ -3,7 +3,7 @@
 use super::run::{Moment, Run, RunSummary};
 use super::turn::{Step, Turn, TurnSummary};
 use crate::failure::{Failure, in_file};
-use crate::run::plot::{self, Chart, Line, Panel};
+use crate::run::plot::{self, Chart, Layout, Line, Panel};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -85,6 +85,7 @@ fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)>
         title: format!("{title}: {}", summary.linkage),
         abscissa: ABSCISSA,
         range: None,
+        layout: Layout::Stacked,
         panels,
     };
     let line = |name, value: fn(&Step) -> f64| Line { name, pen: None, pieces: turn.pieces(value) };
@@ -94,7 +95,7 @@ fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)>
         unit: "N m",
         lines: vec![line("M_0", |step| step.forces.driving_moment)],
         marks: vec![],
-        bound: None,
+        bounds: vec![],
         limited: vec![],
     };
     let force = Panel {
@@ -107,7 +108,7 @@ fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)>
             line("magnitude", |step| step.forces.shaking_force().norm()),
         ],
         marks: vec![],
-        bound: None,
+        bounds: vec![],
         limited: vec![],
     };
     let about = Panel {
@@ -116,7 +117,7 @@ fn turn_charts(turn: &Turn, summary: &TurnSummary) -> Vec<(&'static str, Chart)>
         unit: "N m",
         lines: vec![line("moment", |step| step.forces.shaking_moment())],
         marks: vec![],
-        bound: None,
+        bounds: vec![],
         limited: vec![],
     };
     vec![
@@ -136,6 +137,7 @@ fn run_charts(run: &Run, summary: &RunSummary) -> Vec<(&'static str, Chart)> {
         title: format!("{title}: {}", summary.linkage),
         abscissa: "time / s",
         range: None,
+        layout: Layout::Stacked,
         panels,
     };
     let panel = |caption: &str, quantity, unit, lines| Panel {
@@ -144,7 +146,7 @@ fn run_charts(run: &Run, summary: &RunSummary) -> Vec<(&'static str, Chart)> {
         unit,
         lines,
         marks: vec![],
-        bound: None,
+        bounds: vec![],
         limited: vec![],
     };
     let angle = panel("crank", "angle", "rad", vec![line("crank", |now| now.angle)]);

@@ -3,7 +3,7 @@
 use super::search::{joint_index, joint_names};
 use super::{Question, Still, posture, wrong};
 use crate::failure::Failure;
-use crate::run::plot::{Chart, Line, Panel, PlotError, write_chart};
+use crate::run::plot::{Chart, Layout, Line, Panel, PlotError, write_chart};
 use crate::run::record::JointLabel;
 use crate::run::summary::engineering;
 use crate::study::posture_search;
@@ -116,7 +116,7 @@ impl Sweep {
             unit,
             lines: vec![Line { name, pen: None, pieces: vec![self.positions.iter().copied().zip(values).collect()] }],
             marks: vec![],
-            bound: None,
+            bounds: vec![],
             limited: vec![],
         };
         let joints = self.labels.iter().enumerate().map(|(i, label)| {
@@ -132,6 +132,7 @@ impl Sweep {
             title: format!("{}: held at rest over {}", self.robot, self.joint),
             abscissa,
             range: None,
+            layout: Layout::Stacked,
             panels: joints.chain([potential]).collect(),
         };
         write_chart(&chart, path)

@@ -2,9 +2,9 @@
 
 use super::draw::Draw;
 use crate::failure::Failure;
+use crate::run::batch::Kernels;
 use crate::run::closed_loop::End;
 use crate::run::simulate::{self, Run};
-use indicatif::ProgressBar;
 use robot_compiler::study::{Drawn, Experiment, Figure, Metric, Study, Template};
 use robot_compiler::{SceneFile, with_dof};
 use std::ops::Range;
@@ -22,6 +22,7 @@ pub(super) struct SceneRuns {
     experiment: Experiment,
     template: Template,
     draw: Draw,
+    kernels: Kernels,
 }
 
 impl SceneRuns {
@@ -33,7 +34,7 @@ impl SceneRuns {
     pub(super) fn new(study: &Study, experiment: &Experiment) -> Result<Self, Failure> {
         let template = Template::load(study).map_err(Failure::input)?;
         let draw = Draw::new(&study.runs, experiment.vary.len());
-        let runs = Self { experiment: experiment.clone(), template, draw };
+        let runs = Self { experiment: experiment.clone(), template, draw, kernels: Kernels::default() };
         let scene = runs.template.check(study, &runs.values(0)).map_err(Failure::input)?;
         let dof = scene.robot.dof();
         match experiment.metrics.iter().find(|metric| metric.joint.is_some_and(|joint| joint > dof)) {
@@ -80,41 +81,51 @@ impl SceneRuns {
         let drawn: Vec<(u64, Vec<Drawn<'_>>)> = indices.map(|index| (index, self.values(index))).collect();
         let scenes: Vec<_> =
             drawn.iter().map(|(_, values)| self.template.scene(values).map_err(Failure::input)).collect();
-        let runs = on_desk(scenes, stop);
+        let endings = self.on_desk(scenes, stop);
         if stop.load(Ordering::Relaxed) {
             return Err(Failure::Interrupted);
         }
-        drawn.iter().zip(runs).map(|((index, values), run)| self.row(*index, values, run)).collect()
+        drawn.iter().zip(endings).map(|((index, values), ending)| self.row(*index, values, ending)).collect()
     }
 
-    fn row(&self, index: u64, values: &[Drawn<'_>], run: Result<Run, Failure>) -> Result<Vec<String>, Failure> {
+    /// Cells behind the values of each scene, which all have the same number of joints.
+    fn on_desk(&self, scenes: Vec<Result<SceneFile, Failure>>, stop: &AtomicBool) -> Vec<Result<Vec<String>, Failure>> {
+        let dof = scenes.iter().flatten().map(|scene| scene.robot.dof()).next().unwrap_or(1);
+        with_dof!(dof, N => {
+            let mut batch = self.kernels.borrow::<N>();
+            let done = simulate::on_desk_side_by_side::<_, N>(&mut batch, scenes, stop, |run| self.ending(&run));
+            self.kernels.give_back(batch);
+            done
+        })
+    }
+
+    /// Cells behind the values of a run.
+    fn ending(&self, run: &Run) -> Vec<String> {
         let metrics = &self.experiment.metrics;
+        let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, run)).collect();
+        let end = ending(run);
+        let pass = end == "complete" && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
+        let figures = figures.into_iter().map(number);
+        figures.chain([end, if pass { "1" } else { "0" }.to_owned()]).collect()
+    }
+
+    fn row(
+        &self,
+        index: u64,
+        values: &[Drawn<'_>],
+        ending: Result<Vec<String>, Failure>,
+    ) -> Result<Vec<String>, Failure> {
         let mut cells: Vec<String> = core::iter::once(index.to_string()).chain(values.iter().map(cell)).collect();
-        match run {
-            Ok(run) => {
-                let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, &run)).collect();
-                let end = ending(&run);
-                let pass = end == "complete" && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
-                cells.extend(figures.iter().map(|figure| number(*figure)));
-                cells.extend([end, if pass { "1" } else { "0" }.to_owned()]);
-            }
+        match ending {
+            Ok(ending) => cells.extend(ending),
             Err(Failure::Input(_)) => {
-                cells.extend(metrics.iter().map(|_| String::new()));
+                cells.extend(self.experiment.metrics.iter().map(|_| String::new()));
                 cells.extend([REFUSED.to_owned(), String::new()]);
             }
             Err(other) => return Err(other),
         }
         Ok(cells)
     }
-}
-
-/// Runs scenes on the desk, whatever their number of joints; the runs in the order of the scenes.
-///
-/// Whoever can do several runs side by side does it here: no run may depend on its neighbours.
-fn on_desk(scenes: Vec<Result<SceneFile, Failure>>, stop: &AtomicBool) -> Vec<Result<Run, Failure>> {
-    let hidden = ProgressBar::hidden();
-    let one = |scene: SceneFile| with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(&scene, stop, &hidden));
-    scenes.into_iter().map(|scene| scene.and_then(one)).collect()
 }
 
 /// A number as a cell: the shortest text that reads back exactly.

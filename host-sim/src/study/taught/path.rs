@@ -1,7 +1,7 @@
 //! Reading the path that an arm was led along: `log.csv` of a run, the table of a session, or its record.
 
 use crate::failure::Failure;
-use crate::session::frame_log::{Log, MAGIC};
+use crate::session::frame_log::{Log, is_record};
 use dynamics_core::control::Encoder;
 use link::{Frame, Sensed};
 use robot_compiler::SceneFile;
@@ -27,7 +27,7 @@ impl Path {
     pub fn load<const N: usize>(file: &FilePath, scene: &SceneFile) -> Result<Self, Failure> {
         let wrong = |problem: String| Failure::Input(miette::miette!("{}: {problem}", file.display()));
         let bytes = std::fs::read(file).map_err(|error| wrong(error.to_string()))?;
-        let samples = if bytes.starts_with(&MAGIC) {
+        let samples = if is_record(&bytes) {
             let log = Log::new(bytes).map_err(|error| wrong(error.to_string()))?;
             of_record::<N>(&log, scene)
         } else {

@@ -82,7 +82,7 @@ impl Trade {
     }
 
     /// Name of a point in a picture: the columns in which it differs from the scene's own choice.
-    fn name_of(&self, point: &Point) -> String {
+    pub(super) fn name_of(&self, point: &Point) -> String {
         let [own, here] = [choices_of(&self.own), choices(point)];
         let differ = own.iter().zip(&here).zip(CHOICES).filter(|((own, here), _)| own != here);
         let names: Vec<String> = differ

@@ -118,20 +118,20 @@ pub(crate) fn mean_share(mean: f64, most: f64) -> String {
 
 impl Trade {
     /// Indices of the choice columns in which the points differ.
-    fn varied(&self) -> Vec<usize> {
+    pub(super) fn varied(&self) -> Vec<usize> {
         let rows: Vec<[String; 8]> = self.points.iter().map(choices).collect();
         let varies = |column: &usize| rows.iter().any(|row| row[*column] != rows[0][*column]);
         let varied: Vec<usize> = (0..CHOICES.len()).filter(varies).collect();
         if varied.is_empty() { (0..CHOICES.len()).collect() } else { varied }
     }
 
-    fn head(&self, varied: &[usize]) -> Vec<String> {
+    pub(super) fn head(&self, varied: &[usize]) -> Vec<String> {
         let courses = self.courses.iter().map(|course| format!("tracking, {}", course.name));
         let named = varied.iter().map(|&column| CHOICES[column].to_owned()).chain(COSTS.map(str::to_owned));
         named.chain(courses).collect()
     }
 
-    fn row(point: &Point, varied: &[usize]) -> Vec<String> {
+    pub(super) fn row(point: &Point, varied: &[usize]) -> Vec<String> {
         let chosen = choices(point);
         varied.iter().map(|&column| chosen[column].clone()).chain(point.cells()).collect()
     }
@@ -272,7 +272,7 @@ fn markdown_head(head: &[String]) -> String {
     format!("| {} |\n|{}\n", head.join(" | "), "---|".repeat(head.len()))
 }
 
-fn front_name(point: &Point) -> &'static str {
+pub(super) fn front_name(point: &Point) -> &'static str {
     match (point.on_torque_front, point.on_tracking_front) {
         (true, true) => "both",
         (true, false) => "torque",

@@ -5,10 +5,10 @@ use crate::table::table;
 use std::fmt::Write as _;
 
 /// A titled table.
-struct Titled {
-    title: String,
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
+pub(super) struct Titled {
+    pub(super) title: String,
+    pub(super) head: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
 }
 
 impl Results {
@@ -45,7 +45,7 @@ impl Results {
         self.failing.first().copied().or(of_metrics)
     }
 
-    fn sentence(&self) -> String {
+    pub(super) fn sentence(&self) -> String {
         let ends: Vec<String> = self.ends.iter().map(|(end, count)| format!("{end} {count}")).collect();
         let mut text = format!("{} runs ({}); failed: {}.", self.runs, ends.join(", "), share(&self.failures));
         if self.refused > 0 {
@@ -63,6 +63,13 @@ impl Results {
     }
 
     fn tables(&self, one: fn(&Titled) -> String, text: &mut String) {
+        for titled in self.titled() {
+            let _ = write!(text, "\n{}", one(&titled));
+        }
+    }
+
+    /// Every table.
+    pub(super) fn titled(&self) -> Vec<Titled> {
         let mut all = Vec::new();
         if !self.metrics.is_empty() {
             all.push(self.distributions());
@@ -79,9 +86,7 @@ impl Results {
         let metric = self.metrics.first().map(|metric| metric.metric.clone());
         all.extend(single.map(|group| group.list(metric.as_deref())));
         all.extend(pairs.iter().flat_map(|group| group.matrices(metric.as_deref())));
-        for titled in all {
-            let _ = write!(text, "\n{}", one(&titled));
-        }
+        all
     }
 
     fn distributions(&self) -> Titled {
@@ -225,7 +230,7 @@ fn percent(x: f64) -> String {
 }
 
 /// Three digits: `0.0123`, `4.56`, `789`, `1.2e-7`.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }

@@ -6,6 +6,7 @@
 mod distribution;
 mod interval;
 mod markdown;
+mod page;
 mod rank;
 mod table;
 
@@ -155,13 +156,14 @@ impl Results {
         Ok(results)
     }
 
-    /// Writes `results.json` and `results.md` beside the table.
+    /// Writes `results.json`, `results.md` and `report.html` beside the table; `study` as for [`Results::page`].
     ///
     /// # Errors
     /// [`Failure::Output`].
-    pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    pub fn write(&self, folder: &Path, study: Option<&str>) -> Result<Vec<PathBuf>, Failure> {
         let json = serde_json::to_string_pretty(self).map_err(|error| Failure::Output(error.into()))?;
-        let texts = [("results.json", json + "\n"), ("results.md", self.markdown())];
+        let page = self.page(study).html();
+        let texts = [("results.json", json + "\n"), ("results.md", self.markdown()), ("report.html", page)];
         let mut files = vec![folder.join(RUNS), folder.join(store::MANIFEST)];
         for (name, text) in texts {
             let path = folder.join(name);

@@ -1,0 +1,98 @@
+//! Tables.
+
+use crate::escape::html;
+use std::fmt::Write as _;
+
+/// A cell: what is shown, and the exact number behind it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cell {
+    /// Text shown.
+    pub text: String,
+    /// The number that it stands for, if it does.
+    pub exact: Option<f64>,
+    /// Whether the cell draws the eye: a failure, a limit.
+    pub warns: bool,
+}
+
+impl Cell {
+    /// A text that stands for a number.
+    #[must_use]
+    pub fn number(text: impl Into<String>, exact: f64) -> Self {
+        Self { text: text.into(), exact: Some(exact), warns: false }
+    }
+
+    /// The same cell, drawing the eye where `warns`.
+    #[must_use]
+    pub fn warning(self, warns: bool) -> Self {
+        Self { warns, ..self }
+    }
+}
+
+impl<T: Into<String>> From<T> for Cell {
+    fn from(text: T) -> Self {
+        Self { text: text.into(), exact: None, warns: false }
+    }
+}
+
+/// A table with a caption. The first column names the rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    caption: String,
+    head: Vec<String>,
+    rows: Vec<Vec<Cell>>,
+}
+
+impl Table {
+    /// A table without rows.
+    #[must_use]
+    pub fn new(caption: impl Into<String>, head: &[&str]) -> Self {
+        Self { caption: caption.into(), head: head.iter().map(|&name| name.to_owned()).collect(), rows: Vec::new() }
+    }
+
+    /// Add a row.
+    pub fn row(&mut self, cells: Vec<Cell>) {
+        self.rows.push(cells);
+    }
+
+    pub(crate) fn write(&self, out: &mut String) {
+        let _ = write!(
+            out,
+            "<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"{0}\"><table><caption>{0}</caption><thead><tr>",
+            html(&self.caption)
+        );
+        for name in &self.head {
+            let _ = write!(out, "<th scope=\"col\">{}</th>", html(name));
+        }
+        out.push_str("</tr></thead><tbody>\n");
+        for row in &self.rows {
+            out.push_str("<tr>");
+            for (column, cell) in row.iter().enumerate() {
+                let tag = if column == 0 { "th scope=\"row\"" } else { "td" };
+                let class = if cell.warns { " class=\"warns\"" } else { "" };
+                let exact = cell.exact.map_or(String::new(), |x| format!(" data-exact=\"{x:?}\" title=\"{x:?}\""));
+                let _ = write!(out, "<{tag}{class}{exact}>{}</{}>", html(&cell.text), &tag[..2]);
+            }
+            out.push_str("</tr>\n");
+        }
+        out.push_str("</tbody></table></div>\n");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cell, Table};
+
+    #[test]
+    fn a_cell_keeps_the_exact_number_behind_its_text() {
+        let mut table = Table::new("a < b", &["joint", "error"]);
+        table.row(vec!["waist".into(), Cell::number("1.23 mrad", 0.001_234_5).warning(true)]);
+        let mut out = String::new();
+        table.write(&mut out);
+        assert!(out.contains("<caption>a &lt; b</caption>"), "{out}");
+        assert!(out.contains("<th scope=\"row\">waist</th>"), "{out}");
+        assert!(
+            out.contains("<td class=\"warns\" data-exact=\"0.0012345\" title=\"0.0012345\">1.23 mrad</td>"),
+            "{out}"
+        );
+    }
+}

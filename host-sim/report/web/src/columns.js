@@ -1,0 +1,31 @@
+// Columns of a run: base64 of little-endian f32, one value a row.
+
+function floats(text) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  return new Float32Array(bytes.buffer);
+}
+
+/** A run whose columns are decoded; row k is tick `k * stride`, as it was. */
+export function decode(run) {
+  const columns = {};
+  for (const [name, joints] of Object.entries(run.columns)) {
+    columns[name] = joints.map((column) =>
+      Object.fromEntries(Object.entries(column).map(([part, text]) => [part, floats(text)])),
+    );
+  }
+  const rows = columns.q[0].at.length;
+  const step = run.stride * run.period;
+  const time = Float64Array.from({ length: rows }, (_, k) => k * step);
+  const wrench = run.tip_estimate?.map(floats);
+  return { ...run, columns, rows, step, time, wrench };
+}
+
+/** Row in force at `t` (s). */
+export function rowAt(run, t) {
+  return Math.max(0, Math.min(run.rows - 1, Math.floor(t / run.step + 1e-6)));
+}
+
+/** Values for a chart, where NaN is a gap. */
+export function gaps(values) {
+  return Array.from(values, (x) => (Number.isFinite(x) ? x : null));
+}

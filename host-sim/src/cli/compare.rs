@@ -1,0 +1,42 @@
+//! `compare`: two runs on one page.
+
+use crate::cli::output::{files, print, write_report};
+use crate::failure::Failure;
+use crate::study::compare::{Side, page};
+use clap::Args;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Both arms stand on one stage, the second as a ghost; curves lie over each other on one time axis; tables hold both summaries and
+how they differ. All of it comes from the reports of the two runs.
+
+Examples:
+  host-sim run scenes/puma560_pick.toml
+  host-sim run scenes/puma560_pick.toml --law pd --out out/pd
+  host-sim compare out/puma560_pick out/pd
+  host-sim compare out/puma560_pick out/pd --report pd.html";
+
+/// Options of `compare`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct CompareArgs {
+    /// Folder of the first run, or its report.html.
+    pub a: PathBuf,
+    /// Folder of the second run, or its report.html.
+    pub b: PathBuf,
+    /// File for the page.
+    #[arg(long, value_name = "FILE", default_value = "out/compare.html")]
+    pub report: PathBuf,
+}
+
+/// Write the page of two runs.
+///
+/// # Errors
+/// [`Failure::Input`] for what is no report of a run, or arms with different joints; [`Failure::Output`] for a file that cannot be
+/// written.
+pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+    let page = page(&Side::load(&args.a)?, &Side::load(&args.b)?)?;
+    write_report(Some(&args.report), || Ok(page.clone()))?;
+    let said: String = page.lead.iter().map(|line| format!("{line}\n")).collect();
+    print(&format!("{said}{}", files(std::slice::from_ref(&args.report))))
+}

@@ -1,0 +1,46 @@
+//! `export`: an arm in a format of other programs.
+
+use crate::cli::chain::ChainArgs;
+use crate::cli::output::print;
+use crate::failure::{Failure, in_file};
+use clap::Args;
+use robot_compiler::Robot;
+use robot_compiler::emit::urdf;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim export robots/puma560.toml --urdf --out puma560.urdf
+  host-sim export two_arms.urdf --base left_base --tip left_flange --urdf > left.urdf
+
+Written are origins, axes, masses, inertias, limits and friction; rotors and gears as Drake reads them, in a <transmission>. Links are
+named base, JOINT_link and tip; run --mcap names its frames so too. The shapes are drawn from the geometry alone. A URDF has no
+word for torque rates, encoders and drives. `host-sim import` of the file gives an arm with the same torques.";
+
+/// Options of `export`.
+#[derive(Clone, Debug, Args)]
+#[command(after_long_help = EXAMPLES)]
+pub struct ExportArgs {
+    /// The robot file (TOML or URDF).
+    pub robot: PathBuf,
+    /// Write a URDF.
+    #[arg(long, required = true)]
+    pub urdf: bool,
+    /// The chain of a URDF robot.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+    /// A file for the result; standard output otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// Write the arm.
+///
+/// # Errors
+/// [`Failure::Input`] for a robot file that is wrong; [`Failure::Output`] for a file that cannot be written.
+pub fn run(args: &ExportArgs) -> Result<(), Failure> {
+    let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    let text = urdf(&robot);
+    let write = |path: &PathBuf| std::fs::write(path, &text).map_err(|error| in_file(path, &error));
+    args.out.as_ref().map_or_else(|| print(&text), write)
+}

@@ -1,0 +1,160 @@
+//! Arm kernel: the equations of motion, traced and made into machine code, for several arms of one shape side by side.
+//!
+//! The source that is traced is [`Mechanism::solution`] itself, behind [`Polynomial::by_arithmetic`]. Zero, one and minus one stay in the code as what they are, so what they
+//! make superfluous is left out. Every other number of the arm is an input, so arms that differ in masses, lengths, payload or gravity
+//! share the code. Each arm's accelerations are equal (`==`) to those of [`Mechanism::acceleration`]; only a zero may have the other sign.
+
+use super::dynamics::Mechanism;
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{JointKind, Scalar, Wrench};
+use machine_code::{Kernel, LANES};
+use nalgebra::Vector3;
+use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
+use robot_compiler::kernel::{Precision, Program, RuleSet};
+use std::collections::HashMap;
+
+/// Groups of inputs with one number a joint: position, velocity, torque.
+const GROUPS: usize = 3;
+const POSITION: usize = 0;
+const VELOCITY: usize = 1;
+const TORQUE: usize = 2;
+
+/// Numbers of a wrench at the tip, which follow.
+const WRENCH: usize = 6;
+
+/// A number of an arm, as the code sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Number {
+    Zero,
+    One,
+    MinusOne,
+    /// The input with this place among the arm's own.
+    Given(usize),
+}
+
+/// What arms must have in common to share the code.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Shape {
+    /// Whether each joint is revolute, and the number of bodies that it moves.
+    joints: Vec<(bool, usize)>,
+    numbers: Vec<Number>,
+    wrench: bool,
+    rotor_coupling: bool,
+}
+
+/// The shape of an arm, and the numbers that the code is given.
+pub(super) fn take_apart<const N: usize>(mechanism: &Mechanism<N>, wrench: bool) -> (Shape, Vec<f64>) {
+    let (mut numbers, mut given) = (Vec::new(), Vec::new());
+    let mut known: HashMap<u64, usize> = HashMap::new();
+    let rotor_coupling = mechanism.has_rotor_coupling();
+    mechanism.map::<f64>(
+        |x| {
+            numbers.push(match x {
+                0.0 => Number::Zero,
+                1.0 => Number::One,
+                -1.0 => Number::MinusOne,
+                // What is equal in every arm of this shape is computed once.
+                _ => Number::Given(*known.entry(x.to_bits()).or_insert_with(|| {
+                    given.push(x);
+                    given.len() - 1
+                })),
+            });
+            x
+        },
+        None,
+    );
+    let joints = mechanism.joints().map(|(kind, bodies)| (kind == JointKind::Revolute, bodies)).to_vec();
+    (Shape { joints, numbers, wrench, rotor_coupling }, given)
+}
+
+/// The equations of motion of arms of one shape, with the states of as many arms as a kernel has lanes.
+#[derive(Clone, Debug)]
+pub(super) struct ArmKernel<const N: usize> {
+    kernel: Kernel,
+    shape: Shape,
+}
+
+/// One number of every joint, for all lanes.
+pub(super) type Joints<const N: usize> = [[f64; LANES]; N];
+
+impl<const N: usize> ArmKernel<N> {
+    /// The kernel of arms of this shape; `None` where this processor has none.
+    ///
+    /// Cost: some 10 ms for six joints.
+    pub(super) fn new(mechanism: &Mechanism<N>, wrench: bool) -> Option<Self> {
+        let (shape, given) = take_apart(mechanism, wrench);
+        let kernel = Kernel::new(&program(mechanism, &shape), GROUPS * N + WRENCH + given.len())?;
+        Some(Self { kernel, shape })
+    }
+
+    /// Place an arm of this shape in a lane; false if it has another shape.
+    pub(super) fn place(&mut self, lane: usize, mechanism: &Mechanism<N>) -> bool {
+        let (shape, given) = take_apart(mechanism, self.shape.wrench);
+        if shape != self.shape {
+            return false;
+        }
+        for (k, number) in given.into_iter().enumerate() {
+            self.write(GROUPS * N + WRENCH + k, lane, number);
+        }
+        true
+    }
+
+    /// Set the wrench at the tip of a lane's arm.
+    pub(super) fn push(&mut self, lane: usize, wrench: Option<Wrench<f64>>) {
+        let none = Wrench { force: Vector3::zeros(), moment: Vector3::zeros() };
+        let Wrench { force, moment } = wrench.unwrap_or(none);
+        for (k, number) in force.iter().chain(&moment).enumerate() {
+            self.write(GROUPS * N + k, lane, *number);
+        }
+    }
+
+    /// Write the accelerations of all lanes' arms to `qdd`. Returns the lanes whose inertia matrix is positive definite.
+    pub(super) fn solve(
+        &mut self,
+        q: &Joints<N>,
+        qd: &Joints<N>,
+        drive: &Joints<N>,
+        qdd: &mut Joints<N>,
+    ) -> [bool; LANES] {
+        let (inputs, _) = self.kernel.inputs().as_chunks_mut::<LANES>();
+        inputs[POSITION * N..(POSITION + 1) * N].copy_from_slice(q);
+        inputs[VELOCITY * N..(VELOCITY + 1) * N].copy_from_slice(qd);
+        inputs[TORQUE * N..(TORQUE + 1) * N].copy_from_slice(drive);
+        self.kernel.run();
+        let (outputs, _) = self.kernel.outputs().as_chunks::<LANES>();
+        qdd.copy_from_slice(&outputs[..N]);
+        let mut definite = [true; LANES];
+        for pivot in &outputs[N..2 * N] {
+            for lane in 0..LANES {
+                definite[lane] &= pivot[lane] > 0.0 && pivot[lane].is_finite();
+            }
+        }
+        definite
+    }
+
+    fn write(&mut self, number: usize, lane: usize, to: f64) {
+        if let Some(place) = self.kernel.inputs().get_mut(number * LANES + lane) {
+            *place = to;
+        }
+    }
+}
+
+/// The equations of motion on a tape: accelerations, then pivots.
+fn program<const N: usize>(mechanism: &Mechanism<N>, shape: &Shape) -> Program {
+    let (outputs, arena) = trace(Arena::new(RuleSet::ALL, Precision::Double), || {
+        let joints = |group: usize| -> [Expr; N] { core::array::from_fn(|i| input((group * N + i) as u32)) };
+        let turn = joints(POSITION).map(Polynomial::by_arithmetic);
+        let own = |k: usize| input((GROUPS * N + k) as u32);
+        let wrench =
+            Wrench { force: Vector3::new(own(0), own(1), own(2)), moment: Vector3::new(own(3), own(4), own(5)) };
+        let mut numbers = shape.numbers.iter();
+        let number = |x: f64| match numbers.next() {
+            Some(Number::Given(k)) => own(WRENCH + k),
+            _ => Expr::literal(x),
+        };
+        let mechanism = mechanism.map(number, shape.wrench.then_some(wrench));
+        let solution = mechanism.solution(&turn, &joints(POSITION), &joints(VELOCITY), &joints(TORQUE));
+        solution.qdd.into_iter().chain(solution.pivot).collect::<Vec<_>>()
+    });
+    Program::new(arena, &outputs)
+}

@@ -1,0 +1,192 @@
+//! Arms side by side: each passes its own stretch of time, all in the lanes of one [kernel](super::arm_kernel).
+
+use super::actuator::{Drive, rippled};
+use super::arm_kernel::{ArmKernel, Joints, Shape, take_apart};
+use super::friction::{JointFriction, sign};
+use super::integrator::{self, Flow, Lanes, States};
+use super::solver::Passage;
+use super::{Acted, Diverged, Plant, within};
+use core::cell::{Cell, RefCell};
+use dynamics_core::{JointKind, Wrench};
+pub(crate) use machine_code::LANES;
+use robot_compiler::scene::Ripple;
+
+impl<const N: usize> Plant<N> {
+    /// What arms must have in common with this one to pass their time beside it; `None` for an arm that passes it alone: one with springs
+    /// in its joints, or with a ledger.
+    pub(crate) fn shape(&self) -> Option<Shape> {
+        let alone = self.motors.is_some() || self.ledger.is_some();
+        (!alone).then(|| take_apart(&self.body.mechanism, self.may_touch()).0)
+    }
+
+    /// Whether a wrench acts at the tip, now or later.
+    fn may_touch(&self) -> bool {
+        self.push.is_some() || self.body.mechanism.tip_wrench().is_some()
+    }
+}
+
+/// Arms of one shape, one a lane.
+#[derive(Clone, Debug)]
+pub(crate) struct ArmLanes<const N: usize> {
+    kernel: RefCell<ArmKernel<N>>,
+    friction: Frictions<N>,
+    ripple: [Option<Ripple>; LANES],
+    kinds: [JointKind; N],
+    /// Torque curve of each lane.
+    drives: [Drive<N>; LANES],
+    /// Solutions of the equations of motion by each lane, while it passes a stretch.
+    solved: Cell<[u64; LANES]>,
+}
+
+impl<const N: usize> ArmLanes<N> {
+    /// Lanes for arms of this plant's shape; `None` where this processor has no kernel.
+    pub(crate) fn new(plant: &Plant<N>) -> Option<Self> {
+        Some(Self {
+            kernel: RefCell::new(ArmKernel::new(&plant.body.mechanism, plant.may_touch())?),
+            friction: Frictions::none(),
+            ripple: [None; LANES],
+            kinds: plant.body.kinds,
+            drives: [Drive::none(); LANES],
+            solved: Cell::new([0; LANES]),
+        })
+    }
+
+    /// Place an arm of this shape in a lane; false if it has another shape.
+    pub(crate) fn place(&mut self, lane: usize, plant: &Plant<N>) -> bool {
+        let Acted { mechanism, friction, ripple, .. } = &plant.body;
+        self.friction.place(lane, friction.as_ref());
+        self.ripple[lane] = *ripple;
+        self.kernel.get_mut().place(lane, mechanism)
+    }
+
+    /// Set the wrench at the tip of a lane's arm.
+    pub(crate) fn push(&mut self, lane: usize, wrench: Option<Wrench<f64>>) {
+        self.kernel.get_mut().push(lane, wrench);
+    }
+
+    /// Let the arms that have a passage pass it. Returns for every lane why it could not be continued, and the number of solutions of the
+    /// equations of motion.
+    pub(crate) fn pass(
+        &mut self,
+        passages: &mut [Option<Passage<N>>; LANES],
+    ) -> ([Option<Diverged>; LANES], [u64; LANES]) {
+        let mut point = States { q: [[0.0; LANES]; N], qd: [[0.0; LANES]; N] };
+        for (lane, passage) in passages.iter().enumerate() {
+            let Some(Passage { state, drive, .. }) = passage else { continue };
+            for joint in 0..N {
+                (point.q[joint][lane], point.qd[joint][lane]) = (state.q[joint], state.qd[joint]);
+            }
+            self.drives[lane] = *drive;
+        }
+        self.solved.set([0; LANES]);
+        let mut plans = passages.each_ref().map(|passage| passage.as_ref().map(|passage| passage.plan));
+        let failed = integrator::advance(&*self, &mut point, &mut plans, |_| ());
+        for (lane, (passage, plan)) in passages.iter_mut().zip(plans).enumerate() {
+            if let (Some(passage), Some(plan)) = (passage, plan) {
+                (passage.state, passage.plan) = (point.lane(lane), plan);
+            }
+        }
+        (failed, self.solved.get())
+    }
+}
+
+impl<const N: usize> Flow<States<N, LANES>, LANES> for ArmLanes<N> {
+    type Input = Joints<N>;
+
+    fn input(&self, t: &[f64; LANES]) -> Joints<N> {
+        let mut torques = [[0.0; LANES]; N];
+        for lane in 0..LANES {
+            let torque = self.drives[lane].at(t[lane]);
+            for joint in 0..N {
+                torques[joint][lane] = torque[joint];
+            }
+        }
+        torques
+    }
+
+    fn slope(
+        &self,
+        point: &States<N, LANES>,
+        torque: &Joints<N>,
+        slope: &mut States<N, LANES>,
+        lanes: &mut Lanes<LANES>,
+    ) {
+        let mut driving = *torque;
+        for lane in (0..LANES).filter(|&lane| self.ripple[lane].is_some()) {
+            let Some(ripple) = self.ripple[lane] else { continue };
+            let rippled = rippled(ripple, &self.kinds, &torque.map(|x| x[lane]), &point.lane(lane).q);
+            for joint in 0..N {
+                driving[joint][lane] = rippled[joint];
+            }
+        }
+        self.friction.oppose(&point.qd, &mut driving);
+        let mut solved = self.solved.get();
+        for lane in 0..LANES {
+            if !within(&point.lane(lane)) {
+                lanes.fail(lane, Diverged::NotFinite);
+            }
+            solved[lane] += u64::from(lanes.live()[lane]);
+        }
+        self.solved.set(solved);
+        slope.q = point.qd;
+        let definite = self.kernel.borrow_mut().solve(&point.q, &point.qd, &driving, &mut slope.qd);
+        for lane in (0..LANES).filter(|&lane| !definite[lane]) {
+            lanes.fail(lane, Diverged::SingularInertia);
+        }
+    }
+}
+
+/// Friction of the joints of all lanes' arms.
+#[derive(Clone, Debug)]
+struct Frictions<const N: usize> {
+    viscous: Joints<N>,
+    coulomb: Joints<N>,
+    sign_speed: Joints<N>,
+    /// As each lane's arm has it; `None` without friction.
+    whole: [Option<[JointFriction; N]>; LANES],
+    /// Joints of which some arm has a breakaway, or none has friction.
+    special: [bool; N],
+}
+
+impl<const N: usize> Frictions<N> {
+    fn none() -> Self {
+        let zero = [[0.0; LANES]; N];
+        Self { viscous: zero, coulomb: zero, sign_speed: [[1.0; LANES]; N], whole: [None; LANES], special: [false; N] }
+    }
+
+    fn place(&mut self, lane: usize, friction: Option<&[JointFriction; N]>) {
+        self.whole[lane] = friction.copied();
+        for joint in 0..N {
+            let own = friction.map(|friction| friction[joint]);
+            self.viscous[joint][lane] = own.map_or(0.0, |own| own.viscous);
+            self.coulomb[joint][lane] = own.map_or(0.0, |own| own.coulomb);
+            self.sign_speed[joint][lane] = own.map_or(1.0, |own| own.sign_speed);
+            let rises =
+                |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| it[joint].breakaway.is_some());
+            self.special[joint] = self.whole.iter().any(rises);
+        }
+    }
+
+    /// Take friction at these velocities off the torques of the drives.
+    fn oppose(&self, qd: &Joints<N>, torque: &mut Joints<N>) {
+        for joint in 0..N {
+            if self.special[joint] {
+                for lane in 0..LANES {
+                    let own = self.whole[lane].map(|friction| friction[joint]);
+                    let drive = torque[joint][lane];
+                    torque[joint][lane] -= own.map_or(0.0, |own| own.torque_under(drive, qd[joint][lane]));
+                }
+                continue;
+            }
+            let (coulomb, qd) = (&self.coulomb[joint], &qd[joint]);
+            let mut signs = [0.0; LANES];
+            for lane in 0..LANES {
+                let sign = sign(qd[lane] / self.sign_speed[joint][lane]);
+                signs[lane] = if coulomb[lane] > 0.0 { sign } else { 0.0 };
+            }
+            for lane in 0..LANES {
+                torque[joint][lane] -= self.viscous[joint][lane] * qd[lane] + coulomb[lane] * signs[lane];
+            }
+        }
+    }
+}

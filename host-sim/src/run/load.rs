@@ -1,0 +1,119 @@
+//! How hard a run works the arm: the nearest limit, the work of the torques.
+
+use crate::run::record::{JointSample, Record};
+use robot_compiler::Robot;
+use serde::Serialize;
+
+/// The limit that a joint came nearest to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClosestLimit {
+    /// Joint, counted from 1.
+    pub joint: usize,
+    /// `position`, `velocity` or `torque`.
+    pub limit: &'static str,
+    /// Greatest share of the limit that was used; 1 at the limit. Of position: the distance from the middle of the range over half of it.
+    pub used: f64,
+    /// Tick in which that was, counted from 0.
+    pub tick: usize,
+}
+
+/// Mechanical work of the commanded torques per joint, J: `sum tau_k (q_{k+1} - q_k)` by its sign in each tick, which is exact where the
+/// torque stands still over a tick, as ideal drives hold it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Work {
+    /// Positive work.
+    pub given: Vec<f64>,
+    /// Negative work; not above zero.
+    pub taken_back: Vec<f64>,
+}
+
+/// The nearest limit over the ticks before a fault; `None` if no joint has a limit.
+pub(super) fn closest_limit(record: &Record, driven: usize, robot: &Robot) -> Option<ClosestLimit> {
+    let mut closest: Option<ClosestLimit> = None;
+    for (index, joint) in robot.joints.iter().enumerate() {
+        let limits = joint.spec.limits;
+        let (low, high) = limits.position;
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let shares = |s: &JointSample| {
+            let position = (s.q - middle).abs() / half;
+            [
+                ("position", position),
+                ("velocity", s.qd.abs() / limits.velocity),
+                ("torque", s.torque.abs() / limits.torque),
+            ]
+        };
+        // Without a limit a share is zero, or NaN of two infinite ends.
+        let limited = [half, limits.velocity, limits.torque].map(f64::is_finite);
+        for (tick, sample) in record.joint(index).take(driven).enumerate() {
+            let known =
+                shares(sample).into_iter().zip(limited).filter(|((_, used), limited)| *limited && used.is_finite());
+            for ((limit, used), _) in known {
+                if closest.as_ref().is_none_or(|closest| used > closest.used) {
+                    closest = Some(ClosestLimit { joint: index + 1, limit, used, tick });
+                }
+            }
+        }
+    }
+    closest
+}
+
+/// Work over the ticks before a fault.
+pub(super) fn work(record: &Record, driven: usize) -> Work {
+    let of = |joint: usize| {
+        let samples = record.joint(joint).take(driven);
+        let next = samples.clone().skip(1);
+        samples.zip(next).map(|(now, next)| now.torque * (next.q - now.q)).fold((0.0, 0.0), |(given, back), work| {
+            if work > 0.0 { (given + work, back) } else { (given, back + work) }
+        })
+    };
+    let (given, taken_back) = (0..record.joints().len()).map(of).unzip();
+    Work { given, taken_back }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+mod tests {
+    use super::{closest_limit, work};
+    use crate::run::record::{JointLabel, JointSample, Record};
+    use dynamics_core::JointKind;
+    use dynamics_core::control::LimitFlags;
+    use robot_compiler::Robot;
+
+    /// One joint: position, velocity, torque.
+    fn record(ticks: &[(f64, f64, f64)]) -> Record {
+        let mut record =
+            Record::new(vec![JointLabel { name: "swing".to_owned(), kind: JointKind::Revolute }], ticks.len());
+        for (tick, (q, qd, torque)) in ticks.iter().copied().enumerate() {
+            let sample = JointSample { q_reference: q, q, qd_reference: qd, qd, torque, limits: LimitFlags::NONE };
+            record.push(tick as f64 * 1e-3, [sample], None);
+        }
+        record
+    }
+
+    fn robot(limits: &str) -> Robot {
+        let text = format!(
+            "name = \"one\"\n[[joint]]\nname = \"swing\"\ntype = \"revolute\"\nmass = 1.0\ncom = [0.5, 0.0, 0.0]\n\
+             dh = {{ a = 1.0, alpha = 0.0, d = 0.0, theta = 0.0 }}\n{limits}\n"
+        );
+        Robot::from_toml_str(&text, "one.toml").unwrap()
+    }
+
+    #[test]
+    fn the_nearest_limit_is_named_with_its_share_and_tick() {
+        let record = record(&[(0.5, 0.0, 0.0), (0.0, -3.0, 1.0), (1.0, 0.0, -8.0), (3.0, 9.0, 9.0)]);
+        let all = robot("limits = { position = [-1.0, 3.0], velocity = 5.0, torque = 10.0 }");
+        let found = closest_limit(&record, 3, &all).unwrap();
+        assert_eq!((found.joint, found.limit, found.tick), (1, "torque", 2));
+        assert!((found.used - 0.8).abs() < 1e-15);
+        let found = closest_limit(&record, 4, &all).unwrap();
+        assert_eq!((found.limit, found.tick), ("velocity", 3), "a tick after the fault counts only if it is asked for");
+        assert_eq!(closest_limit(&record, 0, &all), None);
+    }
+
+    #[test]
+    fn work_is_torque_times_way_by_its_sign() {
+        let found = work(&record(&[(0.0, 0.0, 2.0), (1.0, 0.0, -3.0), (3.0, 0.0, -3.0), (2.0, 0.0, 0.0)]), 4);
+        // 2 * 1, -3 * 2, -3 * -1.
+        assert_eq!((found.given, found.taken_back), (vec![5.0], vec![-6.0]));
+    }
+}

@@ -1,0 +1,31 @@
+//! Files for viewers: MCAP with JSON messages, under the schema names that Foxglove and PlotJuggler know.
+//!
+//! | topic | schema | holds |
+//! |---|---|---|
+//! | `/robot_description` | `std_msgs/String` | the arm's URDF, once |
+//! | `/tf` | `foxglove.FrameTransforms` | every joint of the URDF, at most 100 times a second |
+//! | `/joint_states` | `foxglove.JointStates` | position, velocity, torque of every joint, every tick |
+//! | `/newtau/tick` | `newtau.Tick` | the loop: reference, torque, limits, terms, fault, every tick |
+//! | `/newtau/frame` | `newtau.Frame` | in a record of a session: every frame of the link, to the last bit |
+//!
+//! The times are those of the arm, so that a run gives the same bytes again. Chunks are not compressed, because the libraries that
+//! would do it are C. They end at a megabyte, and in a session every second: a file that was cut off keeps all whole ones.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`writer`] | such a file with one typed channel per topic |
+//! | [`reader`] | messages of such a file, of a cut one too |
+//! | [`messages`] | the messages and their schemas |
+//! | [`arm`] | an arm's URDF, frames and joints as messages |
+//! | [`run`] | a finished run as such a file |
+
+pub mod arm;
+pub mod messages;
+pub mod reader;
+pub mod run;
+pub mod writer;
+
+mod schemas;
+
+/// First bytes of an MCAP file.
+pub const MAGIC: &[u8] = mcap::MAGIC;

@@ -1,0 +1,69 @@
+//! A record of a session while it is written, in either format; the file's ending chooses.
+
+use super::viewer::SessionFile;
+use super::{Head, Way, Writer};
+use dynamics_core::control::Encoder;
+use link::Frame;
+use robot_compiler::Robot;
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+use std::time::Duration;
+
+/// Arm of a session, as far as a viewer wants it.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// Robot, scene and controller of the frames.
+    pub head: Head,
+    /// The robot.
+    pub robot: Robot,
+    /// Encoders of its joints, base first.
+    pub encoders: Vec<Encoder<f64>>,
+}
+
+/// A record that is being written.
+#[derive(Debug)]
+pub enum Recorder {
+    /// Frames and nothing else.
+    Frames(Writer<BufWriter<File>>),
+    /// For viewers too.
+    Viewer(Box<SessionFile<BufWriter<File>>>),
+}
+
+impl Recorder {
+    /// Begin a record: MCAP where the file ends in `.mcap`, frames alone otherwise.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn create(file: &Path, of: &Recorded) -> io::Result<Self> {
+        let out = BufWriter::new(File::create(file)?);
+        let mcap = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"));
+        Ok(if mcap {
+            Self::Viewer(Box::new(SessionFile::new(out, of)?))
+        } else {
+            Self::Frames(Writer::new(out, &of.head)?)
+        })
+    }
+
+    /// Write a frame.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn push(&mut self, way: Way, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
+        match self {
+            Self::Frames(writer) => writer.push(way, missed, at, frame),
+            Self::Viewer(file) => file.push(way, missed, at, frame),
+        }
+    }
+
+    /// Write all that is buffered, and the end.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn close(self) -> io::Result<()> {
+        match self {
+            Self::Frames(mut writer) => writer.flush(),
+            Self::Viewer(file) => file.close(),
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! A traced program as this processor's own code, for several states at once.
+//!
+//! A program of the [robot compiler](robot_compiler::kernel) is straight-line arithmetic, so its machine code is one vector instruction a
+//! statement: sum, difference, product or quotient of two registers, or of a register and a place in memory. Each lane of a vector is one
+//! state. No multiplication is fused with an addition, so every lane has the bits of [`Program::evaluate`].
+//!
+//! ```text
+//! program --registers--> instructions --encoding--> bytes --memory, made executable--> code
+//! ```
+//!
+//! Eight states go side by side: in one vector of AVX-512, or in two of AVX, one after the other.
+//!
+//! Another processor, or a system that does not let a program make code, has no [`Kernel`]: a caller then computes state by state.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `registers` | which value lies in which register, by Belady's rule |
+//! | `encoding` | the bytes of an instruction |
+//! | `frame` | inputs, numbers, values without a register, and outputs |
+//! | `code` | memory that holds the bytes, and the one call into it |
+
+mod code;
+mod encoding;
+mod frame;
+mod registers;
+
+use code::Code;
+use frame::Frame;
+use registers::allocate;
+use robot_compiler::kernel::Program;
+use std::sync::Arc;
+
+/// States side by side.
+pub const LANES: usize = 8;
+
+/// Instructions of x86-64 that a processor may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instructions {
+    /// Vectors of four, sixteen registers.
+    Avx,
+    /// Vectors of eight, thirty-two registers.
+    Avx512,
+}
+
+impl Instructions {
+    /// Every set, the widest first.
+    pub const ALL: [Self; 2] = [Self::Avx512, Self::Avx];
+
+    /// Vectors that all lanes take.
+    const fn vectors(self) -> usize {
+        match self {
+            Self::Avx => 2,
+            Self::Avx512 => 1,
+        }
+    }
+
+    /// Vector registers.
+    const fn registers(self) -> u8 {
+        match self {
+            Self::Avx => 16,
+            Self::Avx512 => 32,
+        }
+    }
+
+    /// Whether this processor has them.
+    #[must_use]
+    pub fn are_here(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return match self {
+            Self::Avx => std::arch::is_x86_feature_detected!("avx"),
+            Self::Avx512 => std::arch::is_x86_feature_detected!("avx512f"),
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+}
+
+/// A program that is ready to run on several states at once, with the memory that it runs in.
+///
+/// A clone shares the code and has a memory of its own.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    code: Arc<Code>,
+    instructions: Instructions,
+    frame: Frame,
+    inputs: usize,
+    outputs: usize,
+}
+
+impl Kernel {
+    /// The program for the widest instructions that this processor has; `inputs` is the number of inputs that a caller will give.
+    /// `None` if it has none of them, or the system does not let a program make code.
+    #[must_use]
+    pub fn new(program: &Program, inputs: usize) -> Option<Self> {
+        Instructions::ALL.into_iter().find_map(|instructions| Self::with(program, inputs, instructions))
+    }
+
+    /// The program for these instructions; `None` as for [`Kernel::new`].
+    #[must_use]
+    pub fn with(program: &Program, inputs: usize, instructions: Instructions) -> Option<Self> {
+        if !instructions.are_here() {
+            return None;
+        }
+        let allocation = allocate(program, inputs, instructions.registers());
+        let code = Code::new(&allocation, instructions)?;
+        let frame = Frame::new(&allocation);
+        let (inputs, outputs) = (allocation.inputs, allocation.outputs);
+        Some(Self { code: Arc::new(code), instructions, frame, inputs, outputs })
+    }
+
+    /// Instructions that the kernel is made of.
+    #[must_use]
+    pub const fn instructions(&self) -> Instructions {
+        self.instructions
+    }
+
+    /// Bytes of the code.
+    #[must_use]
+    pub fn code_bytes(&self) -> usize {
+        self.code.bytes()
+    }
+
+    /// Number of inputs.
+    #[must_use]
+    pub const fn input_count(&self) -> usize {
+        self.inputs
+    }
+
+    /// All inputs, one after another, each with a number for every lane: number `k` in lane `l` is at `k * LANES + l`. They stay until they
+    /// are written again.
+    #[inline]
+    pub fn inputs(&mut self) -> &mut [f64] {
+        &mut self.frame.all_mut()[..self.inputs * LANES]
+    }
+
+    /// Run the program on all lanes.
+    #[inline]
+    pub fn run(&mut self) {
+        self.code.run(self.frame.all_mut());
+    }
+
+    /// All outputs of the last run, as the inputs lie.
+    #[inline]
+    #[must_use]
+    pub fn outputs(&self) -> &[f64] {
+        &self.frame.all()[self.inputs * LANES..(self.inputs + self.outputs) * LANES]
+    }
+}

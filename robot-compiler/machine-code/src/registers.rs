@@ -1,0 +1,259 @@
+//! Registers: which value lies in which register while a program runs.
+//!
+//! The statements are known to their end, so a register is taken from the value whose next use is farthest (L. A. Belady, A study of
+//! replacement algorithms for a virtual-storage computer, 1966). Inputs and numbers have places in memory from the start and are
+//! dropped; a computed value is stored first, once.
+
+use robot_compiler::kernel::Program;
+use robot_compiler::kernel::tape::{Expr, Node};
+use std::collections::HashMap;
+
+/// A vector register, by its number.
+pub(crate) type Register = u8;
+
+/// Operation of a statement. A negation is a difference from -0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Operation {
+    Add,
+    Sub,
+    Mul,
+    Div,
+}
+
+/// Second operand of a statement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Operand {
+    Register(Register),
+    Place(usize),
+}
+
+/// One instruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Instruction {
+    Load { to: Register, from: usize },
+    Store { to: usize, from: Register },
+    Compute { operation: Operation, to: Register, a: Register, b: Operand },
+}
+
+/// A program's instructions, and the places that they use.
+#[derive(Clone, Debug)]
+pub(crate) struct Allocation {
+    pub(crate) instructions: Vec<Instruction>,
+    /// Places in memory: inputs first, then outputs.
+    pub(crate) places: usize,
+    pub(crate) inputs: usize,
+    pub(crate) outputs: usize,
+    /// Places that hold numbers.
+    pub(crate) numbers: Vec<(usize, f64)>,
+}
+
+/// Instructions of a program on so many registers, of which it needs at least three.
+pub(crate) fn allocate(program: &Program, inputs: usize, registers: Register) -> Allocation {
+    let mut allocator = Allocator::new(program, inputs, registers);
+    for (now, &expr) in program.order().iter().enumerate() {
+        allocator.statement(now, expr);
+    }
+    allocator.finish()
+}
+
+/// Next use of a value that is never used again.
+const NEVER: usize = usize::MAX;
+
+struct Allocator<'a> {
+    program: &'a Program,
+    /// Statements that use a value, the last one first.
+    uses: HashMap<Expr, Vec<usize>>,
+    /// Value in each register.
+    held: Vec<Option<Expr>>,
+    /// Register of a value.
+    registers: HashMap<Expr, Register>,
+    /// Place of a value that lies in memory.
+    homes: HashMap<Expr, usize>,
+    /// Places that no value needs any more, and those that none needs after the statement at hand.
+    free: Vec<usize>,
+    released: Vec<usize>,
+    minus_zero: Option<usize>,
+    out: Allocation,
+}
+
+impl<'a> Allocator<'a> {
+    fn new(program: &'a Program, inputs: usize, registers: Register) -> Self {
+        let mut uses: HashMap<Expr, Vec<usize>> = HashMap::new();
+        for (place, &expr) in program.order().iter().enumerate().rev() {
+            for operand in program.node(expr).operands() {
+                let uses = uses.entry(operand).or_default();
+                if uses.last() != Some(&place) {
+                    uses.push(place);
+                }
+            }
+        }
+        let inputs = program.inputs().last().map_or(inputs, |&last| inputs.max(last as usize + 1));
+        let outputs = program.outputs().len();
+        let out =
+            Allocation { instructions: Vec::new(), places: inputs + outputs, inputs, outputs, numbers: Vec::new() };
+        let held = vec![None; usize::from(registers)];
+        let (registers, homes, free) = (HashMap::new(), HashMap::new(), Vec::new());
+        Self { program, uses, held, registers, homes, free, released: Vec::new(), minus_zero: None, out }
+    }
+
+    fn statement(&mut self, now: usize, expr: Expr) {
+        let (operation, [a, b]) = match self.program.node(expr) {
+            Node::Add(a, b) => (Operation::Add, self.register_first([a, b])),
+            Node::Mul(a, b) => (Operation::Mul, self.register_first([a, b])),
+            Node::Sub(a, b) => (Operation::Sub, [a, b]),
+            Node::Div(a, b) => (Operation::Div, [a, b]),
+            Node::Neg(b) => return self.negation(now, expr, b),
+            Node::Constant(_) | Node::Input(_) => return,
+        };
+        let a_register = self.loaded(a, &[b]);
+        let b_operand = self.operand(b, now, a);
+        self.used(now, [a, b]);
+        self.compute(expr, operation, a_register, b_operand);
+    }
+
+    /// `-0 - b`, which is `-b` for every number.
+    fn negation(&mut self, now: usize, expr: Expr, b: Expr) {
+        let zero = self.minus_zero.unwrap_or_else(|| self.number(-0.0));
+        self.minus_zero = Some(zero);
+        let a_register = self.vacant(&[b]);
+        self.out.instructions.push(Instruction::Load { to: a_register, from: zero });
+        let b_operand = match self.registers.get(&b) {
+            Some(&register) => Operand::Register(register),
+            None => Operand::Place(self.home(b)),
+        };
+        self.used(now, [b, b]);
+        self.compute(expr, Operation::Sub, a_register, b_operand);
+    }
+
+    /// The operands of a commutative operation, with one that lies in a register first.
+    fn register_first(&self, [a, b]: [Expr; 2]) -> [Expr; 2] {
+        if !self.registers.contains_key(&a) && self.registers.contains_key(&b) { [b, a] } else { [a, b] }
+    }
+
+    fn compute(&mut self, expr: Expr, operation: Operation, a: Register, b: Operand) {
+        let to = self.vacant(&[]);
+        self.out.instructions.push(Instruction::Compute { operation, to, a, b });
+        self.free.append(&mut self.released);
+        if let Some(output) = self.program.outputs().iter().position(|&output| output == expr) {
+            let place = self.out.inputs + output;
+            self.out.instructions.push(Instruction::Store { to: place, from: to });
+            self.homes.insert(expr, place);
+        }
+        if self.next_use(expr) != NEVER {
+            self.hold(expr, to);
+        }
+    }
+
+    /// Register of a value, which is loaded if it lies in memory; no register of `keep` is taken for it.
+    fn loaded(&mut self, expr: Expr, keep: &[Expr]) -> Register {
+        if let Some(&register) = self.registers.get(&expr) {
+            return register;
+        }
+        let from = self.home(expr);
+        let to = self.vacant(keep);
+        self.out.instructions.push(Instruction::Load { to, from });
+        self.hold(expr, to);
+        to
+    }
+
+    /// A value as second operand: its register, or its place unless it is used again before some value that lies in a register.
+    fn operand(&mut self, expr: Expr, now: usize, beside: Expr) -> Operand {
+        if let Some(&register) = self.registers.get(&expr) {
+            return Operand::Register(register);
+        }
+        let again = self.uses.get(&expr).and_then(|uses| uses.iter().rev().find(|&&use_| use_ > now)).copied();
+        let sooner = |again: usize| {
+            self.held.iter().any(|held| held.is_none_or(|held| held != beside && self.next_use(held) > again))
+        };
+        if again.is_some_and(sooner) {
+            return Operand::Register(self.loaded(expr, &[beside]));
+        }
+        Operand::Place(self.home(expr))
+    }
+
+    /// Forget this statement's use of its operands, and what nobody uses any more.
+    fn used(&mut self, now: usize, operands: [Expr; 2]) {
+        for expr in operands {
+            if let Some(uses) = self.uses.get_mut(&expr)
+                && uses.last() == Some(&now)
+            {
+                uses.pop();
+            }
+            if self.next_use(expr) != NEVER {
+                continue;
+            }
+            if let Some(register) = self.registers.remove(&expr) {
+                self.held[usize::from(register)] = None;
+            }
+            let computed = !matches!(self.program.node(expr), Node::Input(_) | Node::Constant(_));
+            if computed && !self.program.outputs().contains(&expr) {
+                self.released.extend(self.homes.remove(&expr));
+            }
+        }
+    }
+
+    /// A register without a value: a free one, or that of the value whose next use is farthest.
+    fn vacant(&mut self, keep: &[Expr]) -> Register {
+        if let Some(free) = self.held.iter().position(Option::is_none) {
+            return free as Register;
+        }
+        let candidates = self.held.iter().enumerate().filter_map(|(k, held)| held.map(|held| (k, held)));
+        let farthest = candidates.filter(|(_, held)| !keep.contains(held)).max_by_key(|(_, held)| self.next_use(*held));
+        // At most two registers are kept, so there is one.
+        let Some((register, expr)) = farthest else { return 0 };
+        if !self.homes.contains_key(&expr) && self.program.number(expr).is_none() {
+            let place = self.home(expr);
+            self.out.instructions.push(Instruction::Store { to: place, from: register as Register });
+        }
+        self.held[register] = None;
+        self.registers.remove(&expr);
+        register as Register
+    }
+
+    fn hold(&mut self, expr: Expr, register: Register) {
+        self.held[usize::from(register)] = Some(expr);
+        self.registers.insert(expr, register);
+    }
+
+    /// Place of a value in memory.
+    fn home(&mut self, expr: Expr) -> usize {
+        if let Some(&place) = self.homes.get(&expr) {
+            return place;
+        }
+        let place = match self.program.node(expr) {
+            Node::Input(number) => number as usize,
+            Node::Constant(bits) => self.number(f64::from_bits(bits)),
+            _ => self.free.pop().unwrap_or_else(|| self.fresh()),
+        };
+        self.homes.insert(expr, place);
+        place
+    }
+
+    fn number(&mut self, number: f64) -> usize {
+        let place = self.fresh();
+        self.out.numbers.push((place, number));
+        place
+    }
+
+    fn fresh(&mut self) -> usize {
+        self.out.places += 1;
+        self.out.places - 1
+    }
+
+    fn next_use(&self, expr: Expr) -> usize {
+        self.uses.get(&expr).and_then(|uses| uses.last()).copied().unwrap_or(NEVER)
+    }
+
+    /// Copy the outputs that are inputs or numbers, or that occur twice.
+    fn finish(mut self) -> Allocation {
+        let spare = 0;
+        for (output, &expr) in self.program.outputs().iter().enumerate() {
+            let (from, to) = (self.home(expr), self.out.inputs + output);
+            if from != to {
+                self.out.instructions.push(Instruction::Load { to: spare, from });
+                self.out.instructions.push(Instruction::Store { to, from: spare });
+            }
+        }
+        self.out
+    }
+}

@@ -1,0 +1,36 @@
+//! Rotors, which URDF itself does not have: Drake's `drake:rotor_inertia` and `drake:gear_ratio` in a `<transmission>`.
+
+use super::markup::{Markup, child};
+use crate::describe::diagnostics::FileError;
+use dynamics_core::Rotor;
+use roxmltree::Node;
+
+/// The rotor of a joint: none where no transmission of the joint says one.
+///
+/// An inertia without a gear ratio turns as the joint does, as in Drake. A gear without an inertia is no rotor.
+pub(super) fn rotor(markup: &Markup<'_>, joint: &str, label: &str) -> Result<Rotor, FileError> {
+    let transmissions = markup.robot.children().filter(|node| node.has_tag_name("transmission"));
+    let of_joint = transmissions.filter(|node| child(node, "joint").and_then(|it| it.attribute("name")) == Some(joint));
+    let mut found: Option<Rotor> = None;
+    for actuator in of_joint.filter_map(|node| child(&node, "actuator")) {
+        let Some(element) = of_drake(&actuator, "rotor_inertia") else { continue };
+        let [inertia] = markup.required(&element, "value", label)?;
+        let gear = of_drake(&actuator, "gear_ratio").map(|it| markup.required(&it, "value", label)).transpose()?;
+        let ([gear], field) = (gear.unwrap_or([1.0]), format!("{label}.rotor_inertia"));
+        if inertia < 0.0 {
+            return Err(markup.error(&element, field, format!("found {inertia}"), "zero or more, kg m^2"));
+        }
+        if found.replace(Rotor { inertia, gear }).is_some() {
+            return Err(markup.error(&element, field, "given twice", "one rotor for the joint"));
+        }
+    }
+    Ok(found.unwrap_or_default())
+}
+
+/// A child element in a namespace, which is Drake's whatever its address.
+fn of_drake<'a>(actuator: &Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
+    actuator.children().find(|node| {
+        let tag = node.tag_name();
+        tag.name() == name && tag.namespace().is_some_and(|address| address.contains("drake"))
+    })
+}
