@@ -144,14 +144,22 @@ struct Frictions<const N: usize> {
     sign_speed: Joints<N>,
     /// As each lane's arm has it; `None` without friction.
     whole: [Option<[JointFriction; N]>; LANES],
-    /// Joints of which some arm has a breakaway, or none has friction.
+    /// Joints of which some arm has Coulomb friction, and of which some has a breakaway.
+    rough: [bool; N],
     special: [bool; N],
 }
 
 impl<const N: usize> Frictions<N> {
     fn none() -> Self {
         let zero = [[0.0; LANES]; N];
-        Self { viscous: zero, coulomb: zero, sign_speed: [[1.0; LANES]; N], whole: [None; LANES], special: [false; N] }
+        Self {
+            viscous: zero,
+            coulomb: zero,
+            sign_speed: [[1.0; LANES]; N],
+            whole: [None; LANES],
+            rough: [false; N],
+            special: [false; N],
+        }
     }
 
     fn place(&mut self, lane: usize, friction: Option<&[JointFriction; N]>) {
@@ -164,6 +172,7 @@ impl<const N: usize> Frictions<N> {
             let rises =
                 |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| it[joint].breakaway.is_some());
             self.special[joint] = self.whole.iter().any(rises);
+            self.rough[joint] = self.coulomb[joint].iter().any(|coulomb| *coulomb > 0.0);
         }
     }
 
@@ -180,9 +189,11 @@ impl<const N: usize> Frictions<N> {
             }
             let (coulomb, qd) = (&self.coulomb[joint], &qd[joint]);
             let mut signs = [0.0; LANES];
-            for lane in 0..LANES {
-                let sign = sign(qd[lane] / self.sign_speed[joint][lane]);
-                signs[lane] = if coulomb[lane] > 0.0 { sign } else { 0.0 };
+            if self.rough[joint] {
+                for lane in 0..LANES {
+                    let sign = sign(qd[lane] / self.sign_speed[joint][lane]);
+                    signs[lane] = if coulomb[lane] > 0.0 { sign } else { 0.0 };
+                }
             }
             for lane in 0..LANES {
                 torque[joint][lane] -= self.viscous[joint][lane] * qd[lane] + coulomb[lane] * signs[lane];

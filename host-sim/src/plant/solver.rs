@@ -23,6 +23,11 @@ pub(crate) struct Passage<const N: usize> {
 
 /// Who lets the arm move.
 pub(crate) trait Solver<const N: usize> {
+    /// Whether a run has the time to itself, so that it can say how long it took.
+    fn alone(&self) -> bool {
+        false
+    }
+
     /// Pass a stretch; after an error, the state is the last good one.
     async fn pass(
         &self,
@@ -37,6 +42,10 @@ pub(crate) trait Solver<const N: usize> {
 pub(crate) struct AtOnce;
 
 impl<const N: usize> Solver<N> for AtOnce {
+    fn alone(&self) -> bool {
+        true
+    }
+
     async fn pass(
         &self,
         body: &Acted<N>,

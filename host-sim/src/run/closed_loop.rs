@@ -86,9 +86,9 @@ pub(crate) async fn run_with<S: Real, const N: usize>(
         let sensing = world.sense::<S>();
         latched = latched.or_else(|| world.fault(&sensing));
         let input = reference.cast::<S>();
-        let before = Instant::now();
+        let before = solver.alone().then(Instant::now);
         let ticked = controller.tick(&input, &sensing.measurement);
-        timing.ticks += before.elapsed();
+        timing.ticks += before.map_or(Duration::ZERO, |before| before.elapsed());
         let Ticked { command, .. } = match ticked {
             Ok(ticked) => ticked,
             Err(report) => {
