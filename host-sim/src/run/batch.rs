@@ -1,6 +1,6 @@
 //! Runs side by side: each at its own pace, their arms moved together.
 //!
-//! A run waits only for its arm to pass a part of a tick. When every run of a batch waits, [the lanes](crate::plant::arm_lanes) pass all of
+//! A run waits only for its arm to pass a part of a tick. When every run of a batch waits, the lanes (`plant::arm_lanes`) pass all of
 //! them at once and the runs go on, whatever each is at: another tick, another integrator. A run that ends makes room for the next. Every
 //! run has the results that it has alone; only a zero may have the other sign.
 
