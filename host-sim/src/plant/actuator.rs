@@ -95,6 +95,11 @@ impl<const N: usize> Drive<N> {
         Self { start: [0.0; N], goal: [0.0; N], lag: None, since: 0.0 }
     }
 
+    /// Whether the torque is the same at all times.
+    pub(super) const fn is_constant(&self) -> bool {
+        self.lag.is_none()
+    }
+
     /// Torque at time `t` (s) into the tick.
     pub(super) fn at(&self, t: f64) -> [f64; N] {
         match self.lag {

@@ -101,6 +101,9 @@ impl<const N: usize> ArmKernel<N> {
 
     /// Set the wrench at the tip of a lane's arm.
     pub(super) fn push(&mut self, lane: usize, wrench: Option<Wrench<f64>>) {
+        if !self.shape.wrench {
+            return;
+        }
         let none = Wrench { force: Vector3::zeros(), moment: Vector3::zeros() };
         let Wrench { force, moment } = wrench.unwrap_or(none);
         for (k, number) in force.iter().chain(&moment).enumerate() {
@@ -123,13 +126,13 @@ impl<const N: usize> ArmKernel<N> {
         self.kernel.run();
         let (outputs, _) = self.kernel.outputs().as_chunks::<LANES>();
         qdd.copy_from_slice(&outputs[..N]);
-        let mut definite = [true; LANES];
+        let mut definite = [1_u64; LANES];
         for pivot in &outputs[N..2 * N] {
             for lane in 0..LANES {
-                definite[lane] &= pivot[lane] > 0.0 && pivot[lane].is_finite();
+                definite[lane] &= u64::from(pivot[lane] > 0.0) & u64::from(pivot[lane].is_finite());
             }
         }
-        definite
+        definite.map(|definite| definite == 1)
     }
 
     fn write(&mut self, number: usize, lane: usize, to: f64) {

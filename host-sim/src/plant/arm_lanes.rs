@@ -5,8 +5,9 @@ use super::arm_kernel::{ArmKernel, Joints, Shape, take_apart};
 use super::friction::{JointFriction, sign};
 use super::integrator::{self, Flow, Lanes, States};
 use super::solver::Passage;
-use super::{Acted, Diverged, Plant, within};
+use super::{Acted, Diverged, Plant};
 use core::cell::{Cell, RefCell};
+use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Wrench};
 pub(crate) use machine_code::LANES;
 use robot_compiler::scene::Ripple;
@@ -32,8 +33,9 @@ pub(crate) struct ArmLanes<const N: usize> {
     friction: Frictions<N>,
     ripple: [Option<Ripple>; LANES],
     kinds: [JointKind; N],
-    /// Torque curve of each lane.
+    /// Torque curve of each lane, and the torques where none of the curves bends.
     drives: [Drive<N>; LANES],
+    constant: Option<Joints<N>>,
     /// Solutions of the equations of motion by each lane, while it passes a stretch.
     solved: Cell<[u64; LANES]>,
 }
@@ -47,6 +49,7 @@ impl<const N: usize> ArmLanes<N> {
             ripple: [None; LANES],
             kinds: plant.body.kinds,
             drives: [Drive::none(); LANES],
+            constant: None,
             solved: Cell::new([0; LANES]),
         })
     }
@@ -78,6 +81,10 @@ impl<const N: usize> ArmLanes<N> {
             }
             self.drives[lane] = *drive;
         }
+        self.constant = None;
+        if self.drives.iter().all(Drive::is_constant) {
+            self.constant = Some(self.input(&[0.0; LANES]));
+        }
         self.solved.set([0; LANES]);
         let mut plans = passages.each_ref().map(|passage| passage.as_ref().map(|passage| passage.plan));
         let failed = integrator::advance(&*self, &mut point, &mut plans, |_| ());
@@ -94,6 +101,9 @@ impl<const N: usize> Flow<States<N, LANES>, LANES> for ArmLanes<N> {
     type Input = Joints<N>;
 
     fn input(&self, t: &[f64; LANES]) -> Joints<N> {
+        if let Some(constant) = &self.constant {
+            return *constant;
+        }
         let mut torques = [[0.0; LANES]; N];
         for lane in 0..LANES {
             let torque = self.drives[lane].at(t[lane]);
@@ -120,12 +130,13 @@ impl<const N: usize> Flow<States<N, LANES>, LANES> for ArmLanes<N> {
             }
         }
         self.friction.oppose(&point.qd, &mut driving);
-        let mut solved = self.solved.get();
+        let fine = within(point);
+        for lane in (0..LANES).filter(|&lane| !fine[lane]) {
+            lanes.fail(lane, Diverged::NotFinite);
+        }
+        let (mut solved, live) = (self.solved.get(), lanes.live());
         for lane in 0..LANES {
-            if !within(&point.lane(lane)) {
-                lanes.fail(lane, Diverged::NotFinite);
-            }
-            solved[lane] += u64::from(lanes.live()[lane]);
+            solved[lane] += u64::from(live[lane]);
         }
         self.solved.set(solved);
         slope.q = point.qd;
@@ -134,6 +145,18 @@ impl<const N: usize> Flow<States<N, LANES>, LANES> for ArmLanes<N> {
             lanes.fail(lane, Diverged::SingularInertia);
         }
     }
+}
+
+/// Lanes whose state is finite and whose positions have sines: [`super::within`] of each.
+fn within<const N: usize>(point: &States<N, LANES>) -> [bool; LANES] {
+    let mut fine = [1_u64; LANES];
+    for joint in 0..N {
+        for lane in 0..LANES {
+            fine[lane] &= u64::from(point.q[joint][lane].abs() <= Polynomial::LIMIT_F64);
+            fine[lane] &= u64::from(point.qd[joint][lane].is_finite());
+        }
+    }
+    fine.map(|fine| fine == 1)
 }
 
 /// Friction of the joints of all lanes' arms.
