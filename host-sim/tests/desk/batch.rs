@@ -12,7 +12,7 @@ use robot_compiler::{SceneFile, with_dof};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const GO_ON: AtomicBool = AtomicBool::new(false);
+static GO_ON: AtomicBool = AtomicBool::new(false);
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
@@ -115,7 +115,7 @@ fn a_run_that_diverges_or_faults_leaves_its_neighbours_alone() {
     shaken.sensors.position_noise = 0.5;
     let scenes = [good.clone(), wild, good.clone(), shaken, good.clone(), good];
     let ends: Vec<End> = side_by_side(&scenes).into_iter().map(|run| run.unwrap().end).collect();
-    assert!(ends.iter().any(|end| *end == End::Complete));
+    assert!(ends.contains(&End::Complete));
     hold(&scenes);
 }
 
