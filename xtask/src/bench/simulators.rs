@@ -22,8 +22,11 @@ const DURATION: f64 = 2.1;
 /// Runs of a study from which the cost of one is taken: the difference of the two, so that what comes once does not count.
 const RUNS: [u32; 2] = [64, 320];
 
+/// Keys of a scene and their values.
+type Settings = &'static [(&'static str, &'static str)];
+
 /// A way to integrate: name, settings of the scene, MuJoCo's name.
-const METHODS: [(&str, &[(&str, &str)], Option<&str>); 3] = [
+const METHODS: [(&str, Settings, Option<&str>); 3] = [
     ("as the scene has it: adaptive, 1e-9", &[], None),
     (
         "Runge-Kutta, 0.25 ms",
