@@ -137,6 +137,8 @@ fn thinned(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
 /// Size of the drawing, and its margins: left, right, top, bottom.
 const SIZE: (f64, f64) = (760.0, 400.0);
 const MARGIN: (f64, f64, f64, f64) = (78.0, 18.0, 14.0, 62.0);
+/// From one line of a label to the next, pixels.
+const LINE: f64 = 14.0;
 /// Colours of series that the style sheet has.
 const COLOURS: usize = 6;
 
@@ -175,25 +177,36 @@ impl Figure {
             }
             out.push_str("</p>");
         }
-        let _ = write!(out, "<svg viewBox=\"0 0 {} {}\" role=\"group\" aria-label=\"{caption}\">", SIZE.0, SIZE.1);
-        self.draw(out);
+        let x = self.abscissa();
+        let lines = x.ticks().iter().map(|(_, text)| x.lines(text).len()).max().unwrap_or(1);
+        let height = SIZE.1 + LINE * (lines - 1) as f64;
+        let _ = write!(out, "<svg viewBox=\"0 0 {} {height}\" role=\"group\" aria-label=\"{caption}\">", SIZE.0);
+        self.draw(out, &x, height);
         out.push_str("</svg>");
         self.write_list(out);
         out.push_str("</figure>\n");
     }
 
-    fn draw(&self, out: &mut String) {
+    fn abscissa(&self) -> Axis<'_> {
+        let all = self.series.iter().flat_map(|series| &series.points);
+        Axis::new(&self.scales.0, all.map(|p| p.at.0), false, (MARGIN.0, SIZE.0 - MARGIN.1))
+    }
+
+    fn draw(&self, out: &mut String, x: &Axis<'_>, height: f64) {
         let all = || self.series.iter().flat_map(|series| &series.points);
         let bars = self.series.iter().filter(|series| series.kind == Kind::Bars).count();
         let (left, right, top, bottom) = MARGIN;
-        let x = Axis::new(&self.scales.0, all().map(|p| p.at.0), false, (left, SIZE.0 - right));
         let y = Axis::new(&self.scales.1, all().map(|p| p.at.1), bars > 0, (SIZE.1 - bottom, top));
         let foot = SIZE.1 - bottom;
         for (at, text) in x.ticks() {
             let Some(px) = x.pixel(at) else { continue };
             let _ = write!(out, "<path class=\"grid\" d=\"M{px:.1} {top}V{foot}\"/>");
-            let _ =
-                write!(out, "<text x=\"{px:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>", foot + 18.0, html(&text));
+            let _ = write!(out, "<text y=\"{}\" text-anchor=\"middle\">", foot + 18.0);
+            for (line, part) in x.lines(&text).iter().enumerate() {
+                let down = if line == 0 { 0.0 } else { LINE };
+                let _ = write!(out, "<tspan x=\"{px:.1}\" dy=\"{down}\">{}</tspan>", html(part));
+            }
+            out.push_str("</text>");
         }
         for (at, text) in y.ticks() {
             let Some(py) = y.pixel(at) else { continue };
@@ -211,7 +224,7 @@ impl Figure {
             out,
             "<text class=\"axis\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
             middle.0,
-            SIZE.1 - 14.0,
+            height - 14.0,
             html(&self.labels.0)
         );
         let _ = write!(
@@ -220,21 +233,21 @@ impl Figure {
             middle.1,
             html(&self.labels.1)
         );
-        let gap = self.gap(&x);
+        let gap = self.gap(x);
         let mut bar = 0;
         for (index, series) in self.series.iter().enumerate() {
             let _ = write!(out, "<g class=\"c{}\">", index % COLOURS);
             match series.kind {
-                Kind::Points => series.draw_points(out, &x, &y),
-                Kind::Line => series.draw_line(out, &x, &y),
+                Kind::Points => series.draw_points(out, x, &y),
+                Kind::Line => series.draw_line(out, x, &y),
                 Kind::Steps => {
-                    series.draw_steps(out, &x, &y);
-                    series.draw_points(out, &x, &y);
+                    series.draw_steps(out, x, &y);
+                    series.draw_points(out, x, &y);
                 }
                 Kind::Bars => {
                     let width = 0.8 * gap / bars as f64;
                     let off = -0.4 * gap + bar as f64 * width;
-                    series.draw_bars(out, &x, &y, off, width);
+                    series.draw_bars(out, x, &y, off, width);
                     bar += 1;
                 }
             }
@@ -394,6 +407,6 @@ mod tests {
         let names = Scale::Names(vec!["waist".to_owned(), "elbow".to_owned()]);
         let out = drawn(&Figure::new("work", "", "J").scaled(names, Scale::Linear).with(bars("a")).with(bars("b")));
         assert_eq!(out.matches("<rect").count(), 4);
-        assert!(out.contains(">waist</text>"));
+        assert!(out.contains(">waist</tspan></text>"));
     }
 }

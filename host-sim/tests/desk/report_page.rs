@@ -41,7 +41,7 @@ fn a_report_loads_plays_scrubs_and_shows_the_numbers_of_the_summary_on_a_desk_an
         browser.open(&file, width, height);
         browser.until("document.getElementById('viewer').dataset.ready === 'yes'");
         assert_eq!(browser.value("document.getElementById('viewer').dataset.webgl"), "yes", "{width}");
-        let wide = browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap();
+        let wide = browser.beyond();
         assert!(wide <= 0.0, "{wide} pixels wider than {width}");
         plays(&mut browser);
         scrubs(&mut browser, &run);
@@ -188,7 +188,7 @@ fn two_runs_are_compared_from_their_reports_alone() {
     for width in [1280, 390] {
         browser.open(&write("compare", &html), width, 800);
         browser.until("document.getElementById('viewer').dataset.ready === 'yes'");
-        assert!(browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap() <= 0.0);
+        assert!(browser.beyond() <= 0.0, "{width}");
         browser.press("End");
         let apart = browser.value("Math.hypot(...tipOfRun(0).map((x, k) => x - tipOfRun(1)[k]))").as_f64().unwrap();
         assert!((1e-4..0.1).contains(&apart), "the arm with another law stands elsewhere: {apart} m");
@@ -228,7 +228,7 @@ fn a_point_of_a_study_hands_over_the_command_that_repeats_it() {
     let page = Page { title: "study".to_owned(), lead: vec!["Fine.".to_owned()], blocks: vec![Block::Figure(figure)] };
     for width in [1280, 390] {
         browser.open(&write("study", &page.html()), width, 800);
-        assert!(browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap() <= 0.0);
+        assert!(browser.beyond() <= 0.0, "{width}");
         browser.value("document.querySelector('[data-command]').focus()");
         browser.press("Enter");
         browser.until(
