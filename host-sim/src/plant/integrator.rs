@@ -53,7 +53,14 @@ pub(super) trait Point<const L: usize>: Copy {
     fn take(&mut self, other: &Self, lanes: &[bool; L]);
 }
 
-/// One component of all lanes. By itself, so that a compiler makes vectors of lanes and not of components, which lie apart.
+/// A component of several lanes. A compiler that knew its number would make vectors of components, which lie apart, and gather them; lanes
+/// lie side by side.
+#[inline(always)]
+fn component<const L: usize>(i: usize) -> usize {
+    if L > 1 { core::hint::black_box(i) } else { i }
+}
+
+/// One component of all lanes.
 #[inline(always)]
 fn row<const L: usize, const K: usize>(
     x: &[f64; L],
@@ -62,7 +69,11 @@ fn row<const L: usize, const K: usize>(
 ) -> [f64; L] {
     let mut to = [0.0; L];
     for lane in 0..L {
-        to[lane] = f(lane, x[lane], others.map(|other| other[lane]));
+        let mut own = [0.0; K];
+        for k in 0..K {
+            own[k] = others[k][lane];
+        }
+        to[lane] = f(lane, x[lane], own);
     }
     to
 }
@@ -70,10 +81,17 @@ fn row<const L: usize, const K: usize>(
 impl<const N: usize, const L: usize> Point<L> for States<N, L> {
     #[inline(always)]
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self {
-        Self {
-            q: core::array::from_fn(|i| row(&self.q[i], others.map(|other| &other.q[i]), &f)),
-            qd: core::array::from_fn(|i| row(&self.qd[i], others.map(|other| &other.qd[i]), &f)),
+        let mut to = *self;
+        for i in 0..N {
+            let i = component::<L>(i);
+            let (mut q, mut qd) = ([&self.q[i]; K], [&self.qd[i]; K]);
+            for k in 0..K {
+                (q[k], qd[k]) = (&others[k].q[i], &others[k].qd[i]);
+            }
+            to.q[i] = row(&self.q[i], q, &f);
+            to.qd[i] = row(&self.qd[i], qd, &f);
         }
+        to
     }
 
     #[inline(always)]
