@@ -20,6 +20,8 @@ pub(crate) struct Axis<'a> {
     pixels: (f64, f64),
 }
 
+/// Width of a letter of a label, pixels; the widest common font, DejaVu Sans, has 6.9 on average.
+const LETTER: f64 = 7.2;
 /// Most ticks of an axis.
 const TICKS: f64 = 7.0;
 
@@ -74,6 +76,13 @@ impl<'a> Axis<'a> {
         }
     }
 
+    /// A label in lines, so that a name does not reach those beside it. Ticks of numbers are short.
+    pub(crate) fn lines(&self, label: &str) -> Vec<String> {
+        let Scale::Names(names) = self.scale else { return vec![label.to_owned()] };
+        let room = (self.pixels.1 - self.pixels.0).abs() / names.len().max(1) as f64;
+        broken(label, ((room / LETTER) as usize).max(1))
+    }
+
     /// Multiples of 1, 2 or 5 times a power of ten.
     fn steps(&self) -> Vec<(f64, String)> {
         let rough = (self.high - self.low) / TICKS;
@@ -91,6 +100,20 @@ impl Scale {
     }
 }
 
+/// Text in lines of so many letters at most, broken behind what joins the words of a name where one stands in the line.
+fn broken(text: &str, letters: usize) -> Vec<String> {
+    let mut rest: Vec<char> = text.chars().collect();
+    let mut lines = Vec::new();
+    while rest.len() > letters {
+        let joint = rest[..letters].iter().rposition(|c| matches!(c, '.' | '_' | '-' | '/' | ' '));
+        let behind = rest.split_off(joint.map_or(letters, |at| at + 1));
+        lines.push(rest.into_iter().collect());
+        rest = behind;
+    }
+    lines.push(rest.into_iter().collect());
+    lines
+}
+
 /// Label of a tick: six digits, as short as they can be.
 fn label(x: f64) -> String {
     if x != 0.0 && !(1e-3..1e6).contains(&x.abs()) {
@@ -103,7 +126,7 @@ fn label(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, Scale};
+    use super::{Axis, Scale, broken};
 
     fn labels(scale: &Scale, values: [f64; 2]) -> Vec<String> {
         Axis::new(scale, values.into_iter(), false, (0.0, 100.0)).ticks().into_iter().map(|tick| tick.1).collect()
@@ -118,6 +141,16 @@ mod tests {
         assert!((3..=7).contains(&labels(&Scale::Log, [1e-8, 1.0]).len()));
         assert!(labels(&Scale::Log, [3.1, 3.2]).len() >= 2);
         assert!(labels(&Scale::Linear, [5.0, 5.0]).len() >= 2);
+    }
+
+    #[test]
+    fn a_name_without_room_is_broken_where_its_words_join_and_loses_nothing() {
+        assert_eq!(broken("robot.joint.1.friction.viscous", 13), ["robot.joint.", "1.friction.", "viscous"]);
+        assert_eq!(broken("actuators.delay", 15), ["actuators.delay"]);
+        assert_eq!(
+            (broken("shoulder", 3), broken("", 3)),
+            (["sho", "uld", "er"].map(str::to_owned).to_vec(), vec![String::new()])
+        );
     }
 
     #[test]

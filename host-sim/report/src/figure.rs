@@ -5,7 +5,7 @@ pub use crate::series::{Point, Series};
 
 use crate::axis::Axis;
 use crate::escape::html;
-use crate::series::{Kind, MARGIN, SIZE};
+use crate::series::{Kind, LINE, MARGIN, SIZE};
 use std::fmt::Write as _;
 
 /// A figure. Its colours are those of the page, dark or light; its points are reached by pointer and by keyboard.
@@ -76,29 +76,40 @@ impl Figure {
             }
             out.push_str("</p>");
         }
+        let x = self.abscissa();
+        let lines = x.ticks().iter().map(|(_, text)| x.lines(text).len()).max().unwrap_or(1);
+        let height = SIZE.1 + LINE * (lines - 1) as f64;
         let _ = write!(
             out,
-            "<div class=\"drawing\"><svg viewBox=\"0 0 {} {}\" role=\"group\" aria-label=\"{caption}\">",
-            SIZE.0, SIZE.1
+            "<div class=\"drawing\"><svg viewBox=\"0 0 {} {height}\" role=\"group\" aria-label=\"{caption}\">",
+            SIZE.0
         );
-        self.draw(out);
+        self.draw(out, &x, height);
         out.push_str("</svg></div>");
         self.write_list(out);
         out.push_str("</figure>\n");
     }
 
-    fn draw(&self, out: &mut String) {
+    fn abscissa(&self) -> Axis<'_> {
+        let all = self.series.iter().flat_map(|series| &series.points);
+        Axis::new(&self.scales.0, all.map(|p| p.at.0), false, (MARGIN.0, SIZE.0 - MARGIN.1))
+    }
+
+    fn draw(&self, out: &mut String, x: &Axis<'_>, height: f64) {
         let all = || self.series.iter().flat_map(|series| &series.points);
         let bars = self.series.iter().filter(|series| series.kind == Kind::Bars).count();
         let (left, right, top, bottom) = MARGIN;
-        let x = Axis::new(&self.scales.0, all().map(|p| p.at.0), false, (left, SIZE.0 - right));
         let y = Axis::new(&self.scales.1, all().map(|p| p.at.1), bars > 0, (SIZE.1 - bottom, top));
         let foot = SIZE.1 - bottom;
         for (at, text) in x.ticks() {
             let Some(px) = x.pixel(at) else { continue };
             let _ = write!(out, "<path class=\"grid\" d=\"M{px:.1} {top}V{foot}\"/>");
-            let _ =
-                write!(out, "<text x=\"{px:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>", foot + 18.0, html(&text));
+            let _ = write!(out, "<text y=\"{}\" text-anchor=\"middle\">", foot + 18.0);
+            for (line, part) in x.lines(&text).iter().enumerate() {
+                let down = if line == 0 { 0.0 } else { LINE };
+                let _ = write!(out, "<tspan x=\"{px:.1}\" dy=\"{down}\">{}</tspan>", html(part));
+            }
+            out.push_str("</text>");
         }
         for (at, text) in y.ticks() {
             let Some(py) = y.pixel(at) else { continue };
@@ -116,7 +127,7 @@ impl Figure {
             out,
             "<text class=\"axis\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
             middle.0,
-            SIZE.1 - 14.0,
+            height - 14.0,
             html(&self.labels.0)
         );
         let _ = write!(
@@ -125,21 +136,21 @@ impl Figure {
             middle.1,
             html(&self.labels.1)
         );
-        let gap = self.gap(&x);
+        let gap = self.gap(x);
         let mut bar = 0;
         for (series, pen) in self.series.iter().zip(&self.pens) {
             let _ = write!(out, "<g class=\"{}\">", class(*pen));
             match series.kind {
-                Kind::Points => series.draw_points(out, &x, &y),
-                Kind::Line => series.draw_line(out, &x, &y),
+                Kind::Points => series.draw_points(out, x, &y),
+                Kind::Line => series.draw_line(out, x, &y),
                 Kind::Steps => {
-                    series.draw_steps(out, &x, &y);
-                    series.draw_points(out, &x, &y);
+                    series.draw_steps(out, x, &y);
+                    series.draw_points(out, x, &y);
                 }
                 Kind::Bars => {
                     let width = 0.8 * gap / bars as f64;
                     let off = -0.4 * gap + bar as f64 * width;
-                    series.draw_bars(out, &x, &y, off, width);
+                    series.draw_bars(out, x, &y, off, width);
                     bar += 1;
                 }
             }
@@ -225,6 +236,6 @@ mod tests {
         let names = Scale::Names(vec!["waist".to_owned(), "elbow".to_owned()]);
         let out = drawn(&Figure::new("work", "", "J").scaled(names, Scale::Linear).with(bars("a")).with(bars("b")));
         assert_eq!(out.matches("<rect").count(), 4);
-        assert!(out.contains(">waist</text>"));
+        assert!(out.contains(">waist</tspan></text>"));
     }
 }

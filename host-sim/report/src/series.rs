@@ -7,6 +7,8 @@ use std::fmt::Write as _;
 /// Size of the drawing, and its margins: left, right, top, bottom.
 pub(crate) const SIZE: (f64, f64) = (760.0, 400.0);
 pub(crate) const MARGIN: (f64, f64, f64, f64) = (78.0, 18.0, 14.0, 62.0);
+/// From one line of a label to the next, pixels.
+pub(crate) const LINE: f64 = 14.0;
 /// Points of one kind, with a name in the legend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {

@@ -154,16 +154,16 @@ pub(super) struct Shown<'a> {
 
 /// Write the results, and print them.
 pub(super) fn show(shown: &Shown<'_>, prepared: &Prepared, results: &Results, folder: &Path) -> Result<(), Failure> {
-    let study = folder.join(STUDY).display().to_string();
-    let study = matches!(prepared.study.subject, Subject::Scene(_)).then_some(study);
-    let written = results.write(folder, study.as_deref())?;
+    let study = folder.join(STUDY);
+    let study = matches!(prepared.study.subject, Subject::Scene(_)).then_some(study.as_path());
+    let written = results.write(folder, study)?;
     if shown.json {
         return print(&format!("{}\n", json(results)?));
     }
     if shown.quiet {
         return Ok(());
     }
-    print(&format!("{}{}{}", results.text(&study.unwrap_or_default()), shown.pace, files(&written)))
+    print(&format!("{}{}{}", results.text(study), shown.pace, files(&written)))
 }
 
 /// Failing runs are what a study asks for; an unsafe command of a campaign is not.

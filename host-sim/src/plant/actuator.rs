@@ -80,12 +80,15 @@ impl<const N: usize> Actuators<N> {
             #[cfg(test)]
             super::calls::count(super::calls::Effect::Saturation);
             for i in 0..N {
-                goal[i] = goal[i].clamp(-self.torque_max[i], self.torque_max[i]);
+                let most = self.torque_max[i];
+                let above = if goal[i] < -most { -most } else { goal[i] };
+                goal[i] = if above > most { most } else { above };
             }
         }
         let before = Drive { since: self.last.since - period, ..self.last };
-        self.last = Drive { start: before.at(since), goal, lag: self.settings.lag, since };
-        (before, self.last)
+        let drive = Drive { start: before.at(since), goal, lag: self.settings.lag, since };
+        self.last = drive;
+        (before, drive)
     }
 }
 

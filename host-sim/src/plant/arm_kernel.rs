@@ -1,4 +1,4 @@
-//! Arm kernel: the equations of motion, traced and made into machine code, for several arms of one shape side by side.
+//! Arm kernel: the equations of motion, traced and made into machine code, for one arm or for several of one shape side by side.
 //!
 //! The source that is traced is [`Mechanism::solution`] itself, behind [`Polynomial::by_arithmetic`]. Zero, one and minus one stay in the code as what they are, so what they
 //! make superfluous is left out. Every other number of the arm is an input, so arms that differ in masses, lengths, payload or gravity
@@ -7,7 +7,7 @@
 use super::dynamics::Mechanism;
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Scalar, Wrench};
-use machine_code::{Kernel, LANES};
+use machine_code::{Instructions, Kernel, LANES};
 use nalgebra::Vector3;
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Precision, Program, RuleSet};
@@ -74,6 +74,9 @@ pub(super) struct ArmKernel<const N: usize> {
     shape: Shape,
 }
 
+/// One for every lane of which something is true, zero for the others: as wide as the numbers that it is found from.
+pub(super) type Flags = [u64; LANES];
+
 /// One number of every joint, for all lanes.
 pub(super) type Joints<const N: usize> = [[f64; LANES]; N];
 
@@ -85,6 +88,24 @@ impl<const N: usize> ArmKernel<N> {
         let (shape, given) = take_apart(mechanism, wrench);
         let kernel = Kernel::new(&program(mechanism, &shape), GROUPS * N + WRENCH + given.len())?;
         Some(Self { kernel, shape })
+    }
+
+    /// The kernel of this arm alone, in lane 0; `None` where this processor has none.
+    ///
+    /// Cost: as that of several arms.
+    pub(super) fn of_one(mechanism: &Mechanism<N>) -> Option<Self> {
+        let wrench = mechanism.tip_wrench().is_some();
+        let (shape, given) = take_apart(mechanism, wrench);
+        let kernel = Kernel::of_one(&program(mechanism, &shape), GROUPS * N + WRENCH + given.len())?;
+        let mut kernel = Self { kernel, shape };
+        kernel.place(0, mechanism);
+        Some(kernel)
+    }
+
+    /// Let an arm alone feel this wrench at its tip; false if its code knows of none.
+    pub(super) fn feels(&mut self, wrench: Option<Wrench<f64>>) -> bool {
+        self.push(0, wrench);
+        wrench.is_none() || self.shape.wrench
     }
 
     /// Place an arm of this shape in a lane; false if it has another shape.
@@ -111,14 +132,14 @@ impl<const N: usize> ArmKernel<N> {
         }
     }
 
+    /// Instructions that the kernel is made of.
+    pub(super) const fn instructions(&self) -> Instructions {
+        self.kernel.instructions()
+    }
+
     /// Write the accelerations of all lanes' arms to `qdd`. Returns the lanes whose inertia matrix is positive definite.
-    pub(super) fn solve(
-        &mut self,
-        q: &Joints<N>,
-        qd: &Joints<N>,
-        drive: &Joints<N>,
-        qdd: &mut Joints<N>,
-    ) -> [bool; LANES] {
+    #[inline(always)]
+    pub(super) fn solve(&mut self, q: &Joints<N>, qd: &Joints<N>, drive: &Joints<N>, qdd: &mut Joints<N>) -> Flags {
         let (inputs, _) = self.kernel.inputs().as_chunks_mut::<LANES>();
         inputs[POSITION * N..(POSITION + 1) * N].copy_from_slice(q);
         inputs[VELOCITY * N..(VELOCITY + 1) * N].copy_from_slice(qd);
@@ -132,7 +153,19 @@ impl<const N: usize> ArmKernel<N> {
                 definite[lane] &= u64::from(pivot[lane] > 0.0) & u64::from(pivot[lane].is_finite());
             }
         }
-        definite.map(|definite| definite == 1)
+        definite
+    }
+
+    /// Accelerations of an arm alone; `None` if its inertia matrix is not positive definite.
+    pub(super) fn solve_one(&mut self, q: &[f64; N], qd: &[f64; N], drive: &[f64; N]) -> Option<[f64; N]> {
+        let (inputs, _) = self.kernel.inputs().as_chunks_mut::<LANES>();
+        for (to, from) in inputs.iter_mut().zip(q.iter().chain(qd).chain(drive)) {
+            to[0] = *from;
+        }
+        self.kernel.run_one();
+        let (outputs, _) = self.kernel.outputs().as_chunks::<LANES>();
+        let definite = |pivot: &[f64; LANES]| pivot[0] > 0.0 && pivot[0].is_finite();
+        outputs[N..2 * N].iter().all(definite).then(|| core::array::from_fn(|joint| outputs[joint][0]))
     }
 
     fn write(&mut self, number: usize, lane: usize, to: f64) {

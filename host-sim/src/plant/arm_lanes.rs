@@ -1,15 +1,17 @@
 //! Arms side by side: each passes its own stretch of time, all in the lanes of one [kernel](super::arm_kernel).
 
 use super::actuator::{Drive, rippled};
-use super::arm_kernel::{ArmKernel, Joints, Shape, take_apart};
-use super::friction::{JointFriction, sign};
+use super::arm_kernel::{ArmKernel, Flags, Joints, Shape, take_apart};
+use super::friction::JointFriction;
 use super::integrator::{self, Flow, Lanes, States};
 use super::solver::Passage;
+use super::tanh::tanh;
 use super::{Acted, Diverged, Plant};
 use core::cell::{Cell, RefCell};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Wrench};
 pub(crate) use machine_code::LANES;
+use machine_code::{Instructions, Work};
 use robot_compiler::scene::Ripple;
 
 impl<const N: usize> Plant<N> {
@@ -30,6 +32,7 @@ impl<const N: usize> Plant<N> {
 #[derive(Clone, Debug)]
 pub(crate) struct ArmLanes<const N: usize> {
     kernel: RefCell<ArmKernel<N>>,
+    instructions: Instructions,
     friction: Frictions<N>,
     ripple: [Option<Ripple>; LANES],
     kinds: [JointKind; N],
@@ -43,8 +46,10 @@ pub(crate) struct ArmLanes<const N: usize> {
 impl<const N: usize> ArmLanes<N> {
     /// Lanes for arms of this plant's shape; `None` where this processor has no kernel.
     pub(crate) fn new(plant: &Plant<N>) -> Option<Self> {
+        let kernel = ArmKernel::new(&plant.body.mechanism, plant.may_touch())?;
         Some(Self {
-            kernel: RefCell::new(ArmKernel::new(&plant.body.mechanism, plant.may_touch())?),
+            instructions: kernel.instructions(),
+            kernel: RefCell::new(kernel),
             friction: Frictions::none(),
             ripple: [None; LANES],
             kinds: plant.body.kinds,
@@ -73,33 +78,14 @@ impl<const N: usize> ArmLanes<N> {
         &mut self,
         passages: &mut [Option<Passage<N>>; LANES],
     ) -> ([Option<Diverged>; LANES], [u64; LANES]) {
-        let mut point = States { q: [[0.0; LANES]; N], qd: [[0.0; LANES]; N] };
-        for (lane, passage) in passages.iter().enumerate() {
-            let Some(Passage { state, drive, .. }) = passage else { continue };
-            for joint in 0..N {
-                (point.q[joint][lane], point.qd[joint][lane]) = (state.q[joint], state.qd[joint]);
-            }
-            self.drives[lane] = *drive;
-        }
-        self.constant = None;
-        if self.drives.iter().all(Drive::is_constant) {
-            self.constant = Some(self.input(&[0.0; LANES]));
-        }
-        self.solved.set([0; LANES]);
-        let mut plans = passages.each_ref().map(|passage| passage.as_ref().map(|passage| passage.plan));
-        let failed = integrator::advance(&*self, &mut point, &mut plans, |_| ());
-        for (lane, (passage, plan)) in passages.iter_mut().zip(plans).enumerate() {
-            if let (Some(passage), Some(plan)) = (passage, plan) {
-                (passage.state, passage.plan) = (point.lane(lane), plan);
-            }
-        }
-        (failed, self.solved.get())
+        self.instructions.run(Pass { arms: self, passages })
     }
 }
 
 impl<const N: usize> Flow<States<N, LANES>, LANES> for ArmLanes<N> {
     type Input = Joints<N>;
 
+    #[inline(always)]
     fn input(&self, t: &[f64; LANES]) -> Joints<N> {
         if let Some(constant) = &self.constant {
             return *constant;
@@ -121,34 +107,96 @@ impl<const N: usize> Flow<States<N, LANES>, LANES> for ArmLanes<N> {
         slope: &mut States<N, LANES>,
         lanes: &mut Lanes<LANES>,
     ) {
+        self.instructions.run(Slope { arms: self, point, torque, slope, lanes });
+    }
+}
+
+/// Arms that pass their stretches.
+struct Pass<'a, const N: usize> {
+    arms: &'a mut ArmLanes<N>,
+    passages: &'a mut [Option<Passage<N>>; LANES],
+}
+
+impl<const N: usize> Work for Pass<'_, N> {
+    type Outcome = ([Option<Diverged>; LANES], [u64; LANES]);
+
+    #[inline(always)]
+    fn run(self) -> Self::Outcome {
+        let Self { arms, passages } = self;
+        let mut point = States { q: [[0.0; LANES]; N], qd: [[0.0; LANES]; N] };
+        for (lane, passage) in passages.iter().enumerate() {
+            let Some(Passage { state, drive, .. }) = passage else { continue };
+            for joint in 0..N {
+                (point.q[joint][lane], point.qd[joint][lane]) = (state.q[joint], state.qd[joint]);
+            }
+            arms.drives[lane] = *drive;
+        }
+        arms.constant = None;
+        if arms.drives.iter().all(Drive::is_constant) {
+            arms.constant = Some(arms.input(&[0.0; LANES]));
+        }
+        arms.solved.set([0; LANES]);
+        let mut plans = passages.each_ref().map(|passage| passage.as_ref().map(|passage| passage.plan));
+        let failed = integrator::advance(&*arms, &mut point, &mut plans, |_| ());
+        for (lane, (passage, plan)) in passages.iter_mut().zip(plans).enumerate() {
+            if let (Some(passage), Some(plan)) = (passage, plan) {
+                (passage.state, passage.plan) = (point.lane(lane), plan);
+            }
+        }
+        (failed, arms.solved.get())
+    }
+}
+
+/// Arms' accelerations under their drives.
+struct Slope<'a, const N: usize> {
+    arms: &'a ArmLanes<N>,
+    point: &'a States<N, LANES>,
+    torque: &'a Joints<N>,
+    slope: &'a mut States<N, LANES>,
+    lanes: &'a mut Lanes<LANES>,
+}
+
+impl<const N: usize> Work for Slope<'_, N> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { arms, point, torque, slope, lanes } = self;
         let mut driving = *torque;
-        for lane in (0..LANES).filter(|&lane| self.ripple[lane].is_some()) {
-            let Some(ripple) = self.ripple[lane] else { continue };
-            let rippled = rippled(ripple, &self.kinds, &torque.map(|x| x[lane]), &point.lane(lane).q);
+        for lane in (0..LANES).filter(|&lane| arms.ripple[lane].is_some()) {
+            let Some(ripple) = arms.ripple[lane] else { continue };
+            let rippled = rippled(ripple, &arms.kinds, &torque.map(|x| x[lane]), &point.lane(lane).q);
             for joint in 0..N {
                 driving[joint][lane] = rippled[joint];
             }
         }
-        self.friction.oppose(&point.qd, &mut driving);
-        let fine = within(point);
-        for lane in (0..LANES).filter(|&lane| !fine[lane]) {
-            lanes.fail(lane, Diverged::NotFinite);
-        }
-        let (mut solved, live) = (self.solved.get(), lanes.live());
+        arms.friction.oppose(&point.qd, &mut driving);
+        fail_others(within(point), Diverged::NotFinite, lanes);
+        let (mut solved, live) = (arms.solved.get(), lanes.live());
         for lane in 0..LANES {
             solved[lane] += u64::from(live[lane]);
         }
-        self.solved.set(solved);
+        arms.solved.set(solved);
         slope.q = point.qd;
-        let definite = self.kernel.borrow_mut().solve(&point.q, &point.qd, &driving, &mut slope.qd);
-        for lane in (0..LANES).filter(|&lane| !definite[lane]) {
-            lanes.fail(lane, Diverged::SingularInertia);
-        }
+        let definite = arms.kernel.borrow_mut().solve(&point.q, &point.qd, &driving, &mut slope.qd);
+        fail_others(definite, Diverged::SingularInertia, lanes);
+    }
+}
+
+/// Fail the lanes that are not fine; nearly always all are, and then no lane is looked at.
+#[inline(always)]
+fn fail_others(fine: Flags, why: Diverged, lanes: &mut Lanes<LANES>) {
+    if fine == [1; LANES] {
+        return;
+    }
+    for lane in (0..LANES).filter(|&lane| fine[lane] == 0) {
+        lanes.fail(lane, why);
     }
 }
 
 /// Lanes whose state is finite and whose positions have sines: [`super::within`] of each.
-fn within<const N: usize>(point: &States<N, LANES>) -> [bool; LANES] {
+#[inline(always)]
+fn within<const N: usize>(point: &States<N, LANES>) -> Flags {
     let mut fine = [1_u64; LANES];
     for joint in 0..N {
         for lane in 0..LANES {
@@ -156,8 +204,11 @@ fn within<const N: usize>(point: &States<N, LANES>) -> [bool; LANES] {
             fine[lane] &= u64::from(point.qd[joint][lane].is_finite());
         }
     }
-    fine.map(|fine| fine == 1)
+    fine
 }
+
+/// Ratio of speeds from which the sign is one to the last bit, and above where [`tanh`] says so, so that roundings do not matter.
+const FAST: f64 = 21.0;
 
 /// Friction of the joints of all lanes' arms.
 #[derive(Clone, Debug)]
@@ -200,6 +251,7 @@ impl<const N: usize> Frictions<N> {
     }
 
     /// Take friction at these velocities off the torques of the drives.
+    #[inline(always)]
     fn oppose(&self, qd: &Joints<N>, torque: &mut Joints<N>) {
         for joint in 0..N {
             if self.special[joint] {
@@ -211,16 +263,33 @@ impl<const N: usize> Frictions<N> {
                 continue;
             }
             let (coulomb, qd) = (&self.coulomb[joint], &qd[joint]);
-            let mut signs = [0.0; LANES];
-            if self.rough[joint] {
-                for lane in 0..LANES {
-                    let sign = sign(qd[lane] / self.sign_speed[joint][lane]);
-                    signs[lane] = if coulomb[lane] > 0.0 { sign } else { 0.0 };
-                }
-            }
+            let signs = if self.rough[joint] { self.signs(joint, qd) } else { [0.0; LANES] };
             for lane in 0..LANES {
                 torque[joint][lane] -= self.viscous[joint][lane] * qd[lane] + coulomb[lane] * signs[lane];
             }
         }
+    }
+
+    /// Sign of a joint's speed in every lane, smooth about rest; zero where the joint has no Coulomb friction.
+    #[inline(always)]
+    fn signs(&self, joint: usize, qd: &[f64; LANES]) -> [f64; LANES] {
+        let (coulomb, speed) = (&self.coulomb[joint], &self.sign_speed[joint]);
+        let mut fast = [1_u64; LANES];
+        let mut signs = [0.0; LANES];
+        for lane in 0..LANES {
+            fast[lane] = u64::from(qd[lane].abs() > FAST * speed[lane]);
+            signs[lane] = 1.0_f64.copysign(qd[lane]);
+        }
+        // Most of the time all joints are fast, or at rest in all lanes.
+        if fast != [1; LANES] {
+            for lane in 0..LANES {
+                signs[lane] = qd[lane] / speed[lane];
+            }
+            signs = tanh(&signs);
+        }
+        for lane in 0..LANES {
+            signs[lane] = if coulomb[lane] > 0.0 { signs[lane] } else { 0.0 };
+        }
+        signs
     }
 }

@@ -1,6 +1,7 @@
 //! Joint friction of the simulated arm.
 
 use super::dynamics::Arm;
+use super::tanh::{ONE_FROM, tanh, tanh_of_vectors};
 use dynamics_core::JointSpec;
 use nalgebra::SMatrix;
 
@@ -68,6 +69,12 @@ impl JointFriction {
     #[must_use]
     #[inline]
     pub fn torque_under(&self, drive: f64, qd: f64) -> f64 {
+        self.torque_with(sign(qd / self.sign_speed), drive, qd)
+    }
+
+    /// As [`JointFriction::torque_under`], with the sign of the velocity at hand.
+    #[inline]
+    fn torque_with(&self, sign: f64, drive: f64, qd: f64) -> f64 {
         #[cfg(test)]
         super::calls::count(super::calls::Effect::Friction);
         let level = match &self.breakaway {
@@ -79,8 +86,7 @@ impl JointFriction {
                 self.coulomb + rise * libm::exp(-(qd / speed) * (qd / speed))
             }
         };
-        let sign = if level > 0.0 { sign(qd / self.sign_speed) } else { 0.0 };
-        self.viscous * qd + level * sign
+        self.viscous * qd + level * if level > 0.0 { sign } else { 0.0 }
     }
 
     /// Friction of every joint from its `(viscous, coulomb)`, with a speed scale suited to the step `h` (s) at `q`.
@@ -122,10 +128,20 @@ impl JointFriction {
     }
 }
 
-/// The hyperbolic tangent, without a call where it is one to the last bit, as it is at most speeds.
+/// Take friction at these velocities off the torques of the actuators.
+pub(super) fn oppose<const N: usize>(friction: &[JointFriction; N], qd: &[f64; N], torque: &mut [f64; N]) {
+    let ratio: [f64; N] = core::array::from_fn(|i| qd[i] / friction[i].sign_speed);
+    let fast = ratio.iter().all(|ratio| ratio.abs() > ONE_FROM);
+    let signs = if fast { ratio.map(|ratio| 1.0_f64.copysign(ratio)) } else { tanh_of_vectors(&ratio) };
+    for i in 0..N {
+        torque[i] -= friction[i].torque_with(signs[i], torque[i], qd[i]);
+    }
+}
+
+/// The hyperbolic tangent, without computing where it is one to the last bit, as it is at most speeds.
 #[inline]
-pub(super) fn sign(x: f64) -> f64 {
-    if x.abs() > 20.5 { 1.0_f64.copysign(x) } else { libm::tanh(x) }
+fn sign(x: f64) -> f64 {
+    if x.abs() > ONE_FROM { 1.0_f64.copysign(x) } else { tanh(&[x])[0] }
 }
 
 /// `(D^-1)_ii`: acceleration of joint `i` per unit of torque on it, the others free.

@@ -53,20 +53,30 @@ pub(super) trait Point<const L: usize>: Copy {
     fn take(&mut self, other: &Self, lanes: &[bool; L]);
 }
 
+/// One component of all lanes. By itself, so that a compiler makes vectors of lanes and not of components, which lie apart.
+#[inline(always)]
+fn row<const L: usize, const K: usize>(
+    x: &[f64; L],
+    others: [&[f64; L]; K],
+    f: impl Fn(usize, f64, [f64; K]) -> f64,
+) -> [f64; L] {
+    let mut to = [0.0; L];
+    for lane in 0..L {
+        to[lane] = f(lane, x[lane], others.map(|other| other[lane]));
+    }
+    to
+}
+
 impl<const N: usize, const L: usize> Point<L> for States<N, L> {
-    #[inline]
+    #[inline(always)]
     fn combine<const K: usize>(&self, others: [&Self; K], f: impl Fn(usize, f64, [f64; K]) -> f64) -> Self {
-        let mut to = *self;
-        for i in 0..N {
-            for lane in 0..L {
-                to.q[i][lane] = f(lane, self.q[i][lane], others.map(|other| other.q[i][lane]));
-                to.qd[i][lane] = f(lane, self.qd[i][lane], others.map(|other| other.qd[i][lane]));
-            }
+        Self {
+            q: core::array::from_fn(|i| row(&self.q[i], others.map(|other| &other.q[i]), &f)),
+            qd: core::array::from_fn(|i| row(&self.qd[i], others.map(|other| &other.qd[i]), &f)),
         }
-        to
     }
 
-    #[inline]
+    #[inline(always)]
     fn kicked(&self, slope: &Self, h: &[f64; L]) -> Self {
         let mut to = *self;
         for i in 0..N {
@@ -78,7 +88,7 @@ impl<const N: usize, const L: usize> Point<L> for States<N, L> {
         to
     }
 
-    #[inline]
+    #[inline(always)]
     fn largest(&self) -> [f64; L] {
         let mut most = [0.0; L];
         for x in self.q.iter().chain(&self.qd) {
@@ -89,7 +99,7 @@ impl<const N: usize, const L: usize> Point<L> for States<N, L> {
         most
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, other: &Self, lanes: &[bool; L]) {
         for (to, from) in self.q.iter_mut().chain(&mut self.qd).zip(other.q.iter().chain(&other.qd)) {
             for lane in 0..L {
@@ -166,6 +176,7 @@ pub(super) struct Plan {
 
 /// Advance every lane with a plan along its stretch and call `each` after every step of a lane. Returns why a lane could not be
 /// continued; `point` then holds its last good state. The plans' next steps are renewed.
+#[inline(always)]
 pub(super) fn advance<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     flow: &F,
     point: &mut Y,
@@ -178,11 +189,11 @@ pub(super) fn advance<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     };
     let fourth = mask(plans, |it| matches!(it, Integrator::RungeKutta));
     if fourth.contains(&true) {
-        fixed(runge_kutta, flow, point, plans, fourth, &mut lanes, &mut each);
+        fixed(Fixed::RungeKutta, flow, point, plans, fourth, &mut lanes, &mut each);
     }
     let first = mask(plans, |it| matches!(it, Integrator::SemiImplicitEuler));
     if first.contains(&true) {
-        fixed(semi_implicit_euler, flow, point, plans, first, &mut lanes, &mut each);
+        fixed(Fixed::SemiImplicitEuler, flow, point, plans, first, &mut lanes, &mut each);
     }
     let adaptive = mask(plans, |it| matches!(it, Integrator::Adaptive { .. }));
     if adaptive.contains(&true) {
@@ -191,12 +202,17 @@ pub(super) fn advance<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     lanes.failed
 }
 
-/// A method with steps of one length: the points after a step from `t` of length `h`.
-type Method<Y, F, const L: usize> = fn(&F, &Y, &[f64; L], &[f64; L], &mut Lanes<L>) -> Y;
+/// A method with steps of one length.
+#[derive(Clone, Copy, Debug)]
+enum Fixed {
+    RungeKutta,
+    SemiImplicitEuler,
+}
 
 /// Advance the lanes of a mask in steps of the length that their plans say.
+#[inline(always)]
 fn fixed<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
-    method: Method<Y, F, L>,
+    method: Fixed,
     flow: &F,
     point: &mut Y,
     plans: &[Option<Plan>; L],
@@ -213,7 +229,10 @@ fn fixed<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
             return;
         }
         let t = core::array::from_fn(|lane| stretch[lane].from + f64::from(step) * h[lane]);
-        let after = method(flow, point, &t, &h, lanes);
+        let after = match method {
+            Fixed::RungeKutta => runge_kutta(flow, point, &t, &h, lanes),
+            Fixed::SemiImplicitEuler => semi_implicit_euler(flow, point, &t, &h, lanes),
+        };
         let largest = after.largest();
         for lane in 0..L {
             if !largest[lane].is_finite() {
@@ -230,11 +249,13 @@ fn fixed<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
 }
 
 /// `start + slope * h`.
+#[inline(always)]
 fn along<Y: Point<L>, const L: usize>(start: &Y, slope: &Y, h: &[f64; L]) -> Y {
     start.combine([slope], |lane, x, [k]| x + k * h[lane])
 }
 
 /// One classical fourth-order step from `t` (s into the tick).
+#[inline(always)]
 fn runge_kutta<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     flow: &F,
     start: &Y,
@@ -263,6 +284,7 @@ fn runge_kutta<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
 }
 
 /// One step of first order, symplectic for a free arm of constant inertia.
+#[inline(always)]
 fn semi_implicit_euler<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     flow: &F,
     start: &Y,
@@ -276,7 +298,7 @@ fn semi_implicit_euler<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
 }
 
 /// `sum a_i k_i`.
-#[inline]
+#[inline(always)]
 fn sum<const K: usize>(a: [f64; K], k: [f64; K]) -> f64 {
     a.into_iter().zip(k).fold(0.0, |sum, (a, k)| sum + a * k)
 }
@@ -291,6 +313,7 @@ struct Pair<Y, const L: usize> {
 
 /// One step of Dormand and Prince's pair from `t` of length `h`. (J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta
 /// formulae, 1980.)
+#[inline(always)]
 fn dormand_prince<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     flow: &F,
     start: &Y,
@@ -322,12 +345,15 @@ fn dormand_prince<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     const E: [f64; 6] =
         [71.0 / 57_600.0, -71.0 / 16_695.0, 71.0 / 1920.0, -17_253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];
     let error = start.combine([&end, k1, &k3, &k4, &k5, &k6, &k7], |lane, x, [end, k @ ..]| {
-        h[lane] * sum(E, k) / (tolerance[lane] * (1.0 + x.abs().max(end.abs())))
+        // As `f64::max` of a number and anything, which a vector has no instruction for.
+        let size = if end.abs() > x.abs() { end.abs() } else { x.abs() };
+        h[lane] * sum(E, k) / (tolerance[lane] * (1.0 + size))
     });
     Pair { end, slope: k7, error: error.largest() }
 }
 
 /// Advance the lanes of a mask in steps as long as their tolerances allow.
+#[inline(always)]
 fn adapt<Y: Point<L>, F: Flow<Y, L>, const L: usize>(
     flow: &F,
     point: &mut Y,

@@ -3,7 +3,8 @@
 //! | module | holds |
 //! |---|---|
 //! | [`dynamics`] | equations of motion by moving bodies in base axes |
-//! | `arm_kernel` | the same equations in machine code, for several arms side by side |
+//! | `acted` | an arm with friction and ripple: its accelerations under torques |
+//! | `arm_kernel` | the equations of motion in machine code, for one arm or for several side by side |
 //! | `arm_lanes` | friction, ripple and torque curves of these arms; they pass their time together |
 //! | [`integrator`] | fourth-order Runge-Kutta, semi-implicit Euler, an adaptive pair |
 //! | [`elasticity`] | motor and link sides of elastic joints, play between them |
@@ -15,6 +16,7 @@
 //! | `solver` | who lets the arm move while a run waits |
 //! | [`ledger`] | energy put into the arm and taken out of it |
 
+mod acted;
 pub mod actuator;
 pub(crate) mod arm_kernel;
 pub(crate) mod arm_lanes;
@@ -31,21 +33,21 @@ pub mod ledger;
 mod rotor_coupling;
 pub mod sensor;
 pub(crate) mod solver;
+mod tanh;
 #[cfg(test)]
 mod tests;
 
-use actuator::{ActuatorSettings, Actuators, Drive, rippled};
-use core::cell::Cell;
+pub(crate) use acted::Acted;
+use acted::{Elastic, Rigid};
+use actuator::{ActuatorSettings, Actuators, Drive};
 pub use dynamics::Arm;
-use dynamics::Mechanism;
-use dynamics_core::trig::Polynomial;
-use dynamics_core::{JointKind, JointSpec, Wrench};
+use dynamics_core::{JointSpec, Wrench};
 use elasticity::{Elasticity, Motors, Pair};
 pub use friction::JointFriction;
-use integrator::{Flow, Lanes, Plan, States, Stretch};
+use integrator::{Plan, States, Stretch};
 use jitter::Jitter;
 use ledger::Ledger;
-use robot_compiler::scene::{Integrator, Push, Ripple, Side};
+use robot_compiler::scene::{Integrator, Push, Side};
 use solver::{AtOnce, Passage, Solver, now};
 
 /// Position and velocity of every joint.
@@ -124,17 +126,6 @@ struct Braking<const N: usize> {
     ticks: u32,
 }
 
-/// The arm's bodies, with gravity, wrench at the tip, friction and ripple, but without the torque.
-#[derive(Clone, Debug)]
-pub(crate) struct Acted<const N: usize> {
-    mechanism: Mechanism<N>,
-    friction: Option<[JointFriction; N]>,
-    ripple: Option<Ripple>,
-    kinds: [JointKind; N],
-    /// Number of solutions of the equations of motion.
-    solved: Cell<u64>,
-}
-
 impl<const N: usize> Plant<N> {
     /// An arm at rest at `start`.
     #[must_use]
@@ -149,7 +140,7 @@ impl<const N: usize> Plant<N> {
         let ripple = actuators.ripple;
         let kinds = core::array::from_fn(|i| arm.joints[i].kind);
         Self {
-            body: Acted { mechanism: arm.mechanism(), friction, ripple, kinds, solved: Cell::new(0) },
+            body: Acted::new(arm.mechanism(), friction, ripple, kinds),
             actuators: Actuators::new(actuators, torque_max),
             clock,
             integrator: Integrator::default(),
@@ -227,7 +218,7 @@ impl<const N: usize> Plant<N> {
     /// Number of solutions of the equations of motion: the cost of the integration.
     #[must_use]
     pub fn accelerations(&self) -> u64 {
-        self.body.solved.get()
+        self.body.solutions()
     }
 
     /// Current state of the arm; for elastic joints, of their link sides.
@@ -403,99 +394,5 @@ fn braked<const N: usize>(from: &State<N>, t: f64) -> State<N> {
     State {
         q: core::array::from_fn(|i| from.q[i] + from.qd[i] * t * (1.0 + left) / 2.0),
         qd: from.qd.map(|qd| qd * left),
-    }
-}
-
-impl<const N: usize> Acted<N> {
-    /// Torques of the actuators after ripple, on the joints or their motors, at this state.
-    fn acting(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
-        self.ripple.map_or(*torque, |ripple| rippled(ripple, &self.kinds, torque, &state.q))
-    }
-
-    /// Torques of the actuators after ripple, less friction.
-    fn driving(&self, torque: &[f64; N], state: &State<N>) -> [f64; N] {
-        let mut torque = self.acting(torque, state);
-        if let Some(friction) = &self.friction {
-            for i in 0..N {
-                torque[i] -= friction[i].torque_under(torque[i], state.qd[i]);
-            }
-        }
-        torque
-    }
-
-    /// Wrench of the environment on the tip, now.
-    pub(crate) fn tip_wrench(&self) -> Option<Wrench<f64>> {
-        self.mechanism.tip_wrench()
-    }
-
-    /// Add to the number of solutions of the equations of motion.
-    pub(crate) fn count(&self, solutions: u64) {
-        self.solved.set(self.solved.get() + solutions);
-    }
-
-    /// `(qd, qdd)` under these torques.
-    fn moved(&self, state: &State<N>, torque: &[f64; N]) -> Result<State<N>, Diverged> {
-        if !within(state) {
-            return Err(Diverged::NotFinite);
-        }
-        self.solved.set(self.solved.get() + 1);
-        let qdd = self.mechanism.acceleration(&state.q, &state.qd, torque).ok_or(Diverged::SingularInertia)?;
-        Ok(State { q: state.qd, qd: qdd })
-    }
-}
-
-/// Whether a state is finite, and its positions have sines.
-fn within<const N: usize>(state: &State<N>) -> bool {
-    state.q.iter().all(|q| q.abs() <= Polynomial::LIMIT_F64) && state.qd.iter().all(|x| x.is_finite())
-}
-
-/// Arm with rigid joints.
-struct Rigid<'a, const N: usize> {
-    body: &'a Acted<N>,
-    drive: &'a Drive<N>,
-}
-
-impl<const N: usize> Flow<States<N, 1>, 1> for Rigid<'_, N> {
-    type Input = [f64; N];
-
-    fn input(&self, [t]: &[f64; 1]) -> [f64; N] {
-        self.drive.at(*t)
-    }
-
-    fn slope(&self, point: &States<N, 1>, torque: &[f64; N], slope: &mut States<N, 1>, lanes: &mut Lanes<1>) {
-        let state = point.lane(0);
-        match self.body.moved(&state, &self.body.driving(torque, &state)) {
-            Ok(found) => *slope = States::alone(&found),
-            Err(why) => lanes.fail(0, why),
-        }
-    }
-}
-
-/// Arm with springs in its joints.
-struct Elastic<'a, const N: usize> {
-    body: &'a Acted<N>,
-    motors: &'a Motors<N>,
-    drive: &'a Drive<N>,
-}
-
-impl<const N: usize> Flow<Pair<N>, 1> for Elastic<'_, N> {
-    type Input = [f64; N];
-
-    fn input(&self, [t]: &[f64; 1]) -> [f64; N] {
-        self.drive.at(*t)
-    }
-
-    fn slope(&self, pair: &Pair<N>, torque: &[f64; N], slope: &mut Pair<N>, lanes: &mut Lanes<1>) {
-        let (link, motor) = (pair.link.lane(0), pair.motor.lane(0));
-        let driving = self.body.driving(torque, &motor);
-        let carried = self.motors.springs.torques(&motor, &link);
-        match self.body.moved(&link, &carried) {
-            Ok(link) => {
-                let qdd = core::array::from_fn(|i| (driving[i] - carried[i]) / self.motors.inertia[i]);
-                let motor = State { q: motor.qd, qd: qdd };
-                *slope = Pair { link: States::alone(&link), motor: States::alone(&motor) };
-            }
-            Err(why) => lanes.fail(0, why),
-        }
     }
 }

@@ -21,6 +21,13 @@ pub(crate) struct Passage<const N: usize> {
     pub(super) plan: Plan,
 }
 
+impl<const N: usize> Passage<N> {
+    /// Stand where this stretch has been passed; its torques stay as they were, and to copy them costs as much as the rest.
+    pub(crate) fn arrive(&mut self, passed: &Self) {
+        (self.state, self.plan) = (passed.state, passed.plan);
+    }
+}
+
 /// Who lets the arm move.
 pub(crate) trait Solver<const N: usize> {
     /// Whether a run has the time to itself, so that it can say how long it took.

@@ -173,7 +173,9 @@ impl<const N: usize> Solver<N> for Lane<'_, N> {
         let mut asked = false;
         poll_fn(|_| if core::mem::replace(&mut asked, true) { Poll::Ready(()) } else { Poll::Pending }).await;
         let Meeting { passages, failed, solved, .. } = &mut *self.meeting.borrow_mut();
-        *passage = passages[self.lane].take().unwrap_or(*passage);
+        if let Some(passed) = passages[self.lane].take() {
+            passage.arrive(&passed);
+        }
         body.count(solved[self.lane]);
         failed[self.lane].map_or(Ok(()), Err)
     }

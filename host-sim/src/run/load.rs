@@ -1,6 +1,6 @@
 //! How hard a run works the arm: the nearest limit, the work of the torques.
 
-use crate::run::record::{JointSample, Record};
+use crate::run::record::Record;
 use robot_compiler::Robot;
 use serde::Serialize;
 
@@ -34,20 +34,19 @@ pub(super) fn closest_limit(record: &Record, driven: usize, robot: &Robot) -> Op
         let limits = joint.spec.limits;
         let (low, high) = limits.position;
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        let shares = |s: &JointSample| {
-            let position = (s.q - middle).abs() / half;
-            [
-                ("position", position),
-                ("velocity", s.qd.abs() / limits.velocity),
-                ("torque", s.torque.abs() / limits.torque),
-            ]
-        };
         // Without a limit a share is zero, or NaN of two infinite ends.
-        let limited = [half, limits.velocity, limits.torque].map(f64::is_finite);
+        let wholes = [("position", half), ("velocity", limits.velocity), ("torque", limits.torque)];
+        // Greatest parts so far: a smaller one has no greater share, and most need no division.
+        let mut greatest = wholes.map(|(_, whole)| if whole.is_finite() { -1.0 } else { f64::INFINITY });
         for (tick, sample) in record.joint(index).take(driven).enumerate() {
-            let known =
-                shares(sample).into_iter().zip(limited).filter(|((_, used), limited)| *limited && used.is_finite());
-            for ((limit, used), _) in known {
+            let parts = [(sample.q - middle).abs(), sample.qd.abs(), sample.torque.abs()];
+            for k in 0..parts.len() {
+                let ((limit, whole), part) = (wholes[k], parts[k]);
+                let used = if part > greatest[k] { part / whole } else { continue };
+                if !used.is_finite() {
+                    continue;
+                }
+                greatest[k] = part;
                 if closest.as_ref().is_none_or(|closest| used > closest.used) {
                     closest = Some(ClosestLimit { joint: index + 1, limit, used, tick });
                 }

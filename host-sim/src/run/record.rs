@@ -1,4 +1,4 @@
-//! Record of a run, tick by tick.
+//! Record of a run: a column for every quantity of every joint, a row for every tick.
 
 use core::fmt::{self, Write as _};
 use dynamics_core::control::LimitFlags;
@@ -77,16 +77,79 @@ impl JointSample {
     }
 }
 
+/// One joint over all ticks: [`JointSample`]'s quantities, and the torque from outside, which is empty where nobody estimates it.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Columns {
+    q_reference: Vec<f64>,
+    q: Vec<f64>,
+    qd_reference: Vec<f64>,
+    qd: Vec<f64>,
+    torque: Vec<f64>,
+    limits: Vec<LimitFlags>,
+    external: Vec<f64>,
+}
+
+impl Columns {
+    fn with_room(ticks: usize) -> Self {
+        let numbers = || Vec::with_capacity(ticks);
+        Self {
+            q_reference: numbers(),
+            q: numbers(),
+            qd_reference: numbers(),
+            qd: numbers(),
+            torque: numbers(),
+            limits: Vec::with_capacity(ticks),
+            external: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, sample: JointSample) {
+        let JointSample { q_reference, q, qd_reference, qd, torque, limits } = sample;
+        self.q_reference.push(q_reference);
+        self.q.push(q);
+        self.qd_reference.push(qd_reference);
+        self.qd.push(qd);
+        self.torque.push(torque);
+        self.limits.push(limits);
+    }
+
+    fn samples(&self) -> impl DoubleEndedIterator<Item = JointSample> + ExactSizeIterator + Clone {
+        let reference = self.q_reference.iter().zip(&self.qd_reference);
+        let actual = self.q.iter().zip(&self.qd);
+        let output = self.torque.iter().zip(&self.limits);
+        reference.zip(actual).zip(output).map(|(((q_reference, qd_reference), (q, qd)), (torque, limits))| {
+            JointSample {
+                q_reference: *q_reference,
+                q: *q,
+                qd_reference: *qd_reference,
+                qd: *qd,
+                torque: *torque,
+                limits: *limits,
+            }
+        })
+    }
+
+    fn at(&self, tick: usize) -> Option<JointSample> {
+        Some(JointSample {
+            q_reference: *self.q_reference.get(tick)?,
+            q: *self.q.get(tick)?,
+            qd_reference: *self.qd_reference.get(tick)?,
+            qd: *self.qd.get(tick)?,
+            torque: *self.torque.get(tick)?,
+            limits: *self.limits.get(tick)?,
+        })
+    }
+}
+
 /// A run: per tick the time, every joint, and the fault in force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     joints: Vec<JointLabel>,
     time: Vec<f64>,
     faults: Vec<Option<Fault>>,
-    /// Tick by tick, all joints of a tick together.
-    samples: Vec<JointSample>,
-    /// Torque from outside on each joint, likewise, and what it stands for at the tip; empty where nobody estimates it.
-    external: Vec<f64>,
+    /// Joint by joint.
+    columns: Vec<Columns>,
+    /// What the torques from outside stand for at the tip; empty where nobody estimates them.
     wrenches: Vec<Option<[f64; 6]>>,
 }
 
@@ -95,9 +158,9 @@ impl Record {
     #[must_use]
     pub fn new(joints: Vec<JointLabel>, ticks: usize) -> Self {
         let room = ticks.min(1 << 20);
-        let samples = Vec::with_capacity(room * joints.len());
-        let (external, wrenches) = (Vec::new(), Vec::new());
-        Self { joints, time: Vec::with_capacity(room), faults: Vec::with_capacity(room), samples, external, wrenches }
+        let columns = joints.iter().map(|_| Columns::with_room(room)).collect();
+        let (time, faults) = (Vec::with_capacity(room), Vec::with_capacity(room));
+        Self { joints, time, faults, columns, wrenches: Vec::new() }
     }
 
     /// Add a tick at time `t` (s).
@@ -105,19 +168,23 @@ impl Record {
         debug_assert_eq!(N, self.joints.len());
         self.time.push(t);
         self.faults.push(fault);
-        self.samples.extend(samples);
+        for (columns, sample) in self.columns.iter_mut().zip(samples) {
+            columns.push(sample);
+        }
     }
 
     /// Add to the last tick the torque from outside on each joint, N m or N, and force (N) and moment (N m) at the tip that it stands
     /// for, in base axes.
     pub fn push_external<const N: usize>(&mut self, external: [f64; N], wrench: Option<[f64; 6]>) {
-        self.external.extend(external);
+        for (columns, external) in self.columns.iter_mut().zip(external) {
+            columns.external.push(external);
+        }
         self.wrenches.push(wrench);
     }
 
     /// Estimate of the torque from outside on one joint over all ticks, N m or N; empty where nobody estimates it.
     pub fn external(&self, joint: usize) -> impl Iterator<Item = f64> + Clone {
-        self.external.iter().skip(joint).step_by(self.joints.len().max(1)).copied()
+        self.columns[joint].external.iter().copied()
     }
 
     /// Estimate of force (N) and moment (N m) at the tip in each tick, in base axes; `None` where the arm is singular. Empty where
@@ -159,22 +226,20 @@ impl Record {
 
     /// All joints in one tick; empty beyond the last one.
     #[must_use]
-    pub fn tick(&self, tick: usize) -> &[JointSample] {
-        let joints = self.joints.len();
-        self.samples.get(tick * joints..(tick + 1) * joints).unwrap_or_default()
+    pub fn tick(&self, tick: usize) -> Vec<JointSample> {
+        self.columns.iter().filter_map(|columns| columns.at(tick)).collect()
     }
 
     /// Torques from outside in one tick, N m or N, and what they stand for at the tip; empty where nobody estimates them.
     #[must_use]
-    pub fn outside(&self, tick: usize) -> (&[f64], Option<[f64; 6]>) {
-        let joints = self.joints.len();
-        let torques = self.external.get(tick * joints..(tick + 1) * joints).unwrap_or_default();
-        (torques, self.wrenches.get(tick).copied().flatten())
+    pub fn outside(&self, tick: usize) -> (Vec<f64>, Option<[f64; 6]>) {
+        let torques = self.columns.iter().filter_map(|columns| columns.external.get(tick).copied());
+        (torques.collect(), self.wrenches.get(tick).copied().flatten())
     }
 
     /// One joint over all ticks.
-    pub fn joint(&self, joint: usize) -> impl Iterator<Item = &JointSample> + Clone {
-        self.samples.iter().skip(joint).step_by(self.joints.len().max(1))
+    pub fn joint(&self, joint: usize) -> impl DoubleEndedIterator<Item = JointSample> + ExactSizeIterator + Clone {
+        self.columns[joint].samples()
     }
 
     /// Write the run as CSV: one line per tick, numbers with as many digits as they need to be read back exactly.
@@ -198,17 +263,17 @@ impl Record {
         writeln!(to, "{}", names.join(","))?;
         // Nothing in a line needs quotes. It is made in memory that every line uses again.
         let mut line = String::new();
-        for (tick, samples) in self.samples.chunks_exact(self.joints.len().max(1)).enumerate() {
+        for tick in 0..self.ticks() {
             line.clear();
-            self.write_line(tick, samples, &mut line).map_err(io::Error::other)?;
+            self.write_line(tick, &mut line).map_err(io::Error::other)?;
             to.write_all(line.as_bytes())?;
         }
         to.flush()
     }
 
-    fn write_line(&self, tick: usize, samples: &[JointSample], line: &mut String) -> fmt::Result {
+    fn write_line(&self, tick: usize, line: &mut String) -> fmt::Result {
         write!(line, "{}", self.time[tick])?;
-        for s in samples {
+        for s in self.columns.iter().filter_map(|columns| columns.at(tick)) {
             for number in [s.q_reference, s.q, s.qd_reference, s.qd, s.torque] {
                 write!(line, ",{number}")?;
             }
@@ -216,8 +281,7 @@ impl Record {
         }
         write!(line, ",{}", self.faults[tick].map_or(0, |fault| fault.code()))?;
         if let Some(wrench) = self.wrenches.get(tick) {
-            let joints = self.joints.len();
-            for torque in self.external.iter().skip(tick * joints).take(joints) {
+            for torque in self.columns.iter().filter_map(|columns| columns.external.get(tick)) {
                 write!(line, ",{torque}")?;
             }
             for axis in 0..6 {

@@ -125,6 +125,12 @@ impl Browser {
         self.call("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key }));
     }
 
+    /// Pixels by which the page reaches beyond its window sideways. `innerWidth` does not tell: on a phone it grows to the page.
+    pub(crate) fn beyond(&mut self) -> f64 {
+        let beyond = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+        self.value(beyond).as_f64().unwrap()
+    }
+
     /// What the pages complained about, and what they asked the network for.
     pub(crate) fn complaints(&self) -> Vec<String> {
         let said = |event: &Value| match event["method"].as_str()? {

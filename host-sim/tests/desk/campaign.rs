@@ -344,7 +344,7 @@ fn a_wrong_name_and_a_reference_that_is_followed_anywhere_are_found() {
 /// Two scenes in turn, and every fault in every state of the one that has more.
 const CASES: u64 = 2 * 32 * 7;
 
-fn report(runs: impl IntoIterator<Item = u64>) -> Report {
+pub(crate) fn report(runs: impl IntoIterator<Item = u64>) -> Report {
     let scenes = vec![scene("encoders.toml"), scene("states.toml")];
     let campaign = Campaign { scenes, seed: 1, runs: runs.into_iter().collect(), on_chip: false };
     campaign.report(&AtomicBool::new(false), &ProgressBar::hidden()).unwrap()

@@ -45,7 +45,7 @@ fn a_report_loads_plays_scrubs_and_shows_the_numbers_of_the_summary_on_a_desk_an
         browser.open(&file, width, height);
         browser.until(READY);
         assert_eq!(browser.value("document.getElementById('viewer').dataset.webgl"), "yes", "{width}");
-        let wide = browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap();
+        let wide = browser.beyond();
         assert!(wide <= 0.0, "{wide} pixels wider than {width}");
         plays(&mut browser);
         scrubs(&mut browser, &run);
@@ -96,7 +96,8 @@ fn scrubs(browser: &mut Browser, run: &Run) {
 
 /// The transforms of the page against those of the plant, which are independent of the controller's.
 fn draws_the_arm_where_the_plant_has_it(browser: &mut Browser, scene: &SceneFile, run: &Run) {
-    let q: [f64; 6] = std::array::from_fn(|joint| run.record.tick(1_234)[joint].q);
+    let samples = run.record.tick(1_234);
+    let q: [f64; 6] = std::array::from_fn(|joint| samples[joint].q);
     let expected = simulate::arm::<6>(scene).unwrap().tip_pose(&q).1;
     let found = browser.value("tipOfRun(0)");
     for axis in 0..3 {

@@ -14,7 +14,7 @@ fn a_point_of_a_study_hands_over_the_command_that_repeats_it() {
     let page = Page { title: "study".to_owned(), lead: vec!["Fine.".to_owned()], blocks: vec![Block::Figure(figure)] };
     for width in [1280, 390] {
         browser.open(&write("study", &page.html()), width, 800);
-        assert!(browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap() <= 0.0);
+        assert!(browser.beyond() <= 0.0);
         browser.value("document.querySelector('[data-command]').focus()");
         browser.press("Enter");
         browser.until(
@@ -31,7 +31,7 @@ fn the_text_of_a_figure_can_be_read_on_a_phone_and_the_page_does_not_scroll_side
     let page = Page { title: "study".to_owned(), lead: Vec::new(), blocks: vec![Block::Figure(figure)] };
     for width in [1280, 390] {
         browser.open(&write("text", &page.html()), width, 800);
-        let wide = browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap();
+        let wide = browser.beyond();
         let height = "Math.min(...[...document.querySelectorAll('figure text')].map((text) => \
                       parseFloat(getComputedStyle(text).fontSize) * Math.hypot(text.getScreenCTM().a, text.getScreenCTM().b)))";
         let height = browser.value(height).as_f64().unwrap();
@@ -67,6 +67,6 @@ fn a_verdict_behind_sentences_is_in_sight_and_rows_keep_their_names_where_a_tabl
                const left = (of) => of.getBoundingClientRect().left; \
                return box.scrollLeft > 50 ? Math.abs(left(box.querySelector('tbody th')) - left(box)) : 99; })()";
     assert!(browser.value(off).as_f64().unwrap() < 2.0, "names stay where the table scrolls");
-    assert!(browser.value("document.documentElement.scrollWidth - innerWidth").as_f64().unwrap() <= 0.0);
+    assert!(browser.beyond() <= 0.0);
     assert_eq!(browser.complaints(), [""; 0]);
 }

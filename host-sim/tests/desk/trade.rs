@@ -24,11 +24,11 @@ use std::sync::atomic::AtomicBool;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-fn shipped(name: &str) -> PathBuf {
+pub(crate) fn shipped(name: &str) -> PathBuf {
     Path::new(ROOT).join(name)
 }
 
-fn folder(name: &str) -> PathBuf {
+pub(crate) fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("trade-{name}-{}", std::process::id()));
     std::fs::remove_dir_all(&folder).ok();
     std::fs::create_dir_all(&folder).unwrap();
@@ -101,12 +101,18 @@ fn choices(base: &Baseline) -> Vec<Choice> {
 }
 
 fn measured(scene: &Path, folder: &Path, fresh: bool) -> (Trade, usize) {
+    measured_where(scene, folder, fresh, |_| true)
+}
+
+/// Those of the choices that are `wanted`.
+pub(crate) fn measured_where(scene: &Path, folder: &Path, fresh: bool, wanted: fn(&Choice) -> bool) -> (Trade, usize) {
     let base = Baseline::load(scene, Ends::default()).unwrap();
+    let choices: Vec<Choice> = choices(&base).into_iter().filter(wanted).collect();
     let chip = MadeUpChip::new(true);
     let stop = AtomicBool::new(false);
     let progress = ProgressBar::hidden();
     let shop = Workshop { folder, fresh, stop: &stop, progress: &progress };
-    let found = trade(&base, scene, &choices(&base), &chip, &shop).unwrap();
+    let found = trade(&base, scene, &choices, &chip, &shop).unwrap();
     (found, chip.asked.into_inner())
 }
 

@@ -39,11 +39,11 @@ impl Code {
         self.bytes
     }
 
-    /// Run the code in a frame; a shorter one than it needs is left alone.
+    /// Run the code on the first so many vectors of a frame; a shorter frame than it needs is left alone.
     #[cfg(target_arch = "x86_64")]
     #[inline]
     #[expect(unsafe_code, reason = "there is no other way to call code that was made at run time")]
-    pub(crate) fn run(&self, frame: &mut [f64]) {
+    pub(crate) fn run(&self, frame: &mut [f64], vectors: usize) {
         if frame.len() < self.frame {
             return;
         }
@@ -54,7 +54,7 @@ impl Code {
         // frame, which is borrowed for the call; a second vector lies behind the first, in the same place. The processor has the instructions: `Kernel::with` has asked it.
         unsafe {
             let run: extern "sysv64" fn(*mut f64) = core::mem::transmute(self.memory.as_ptr());
-            for vector in 0..self.set.vectors() {
+            for vector in 0..vectors.min(self.set.vectors()) {
                 run(middle.wrapping_add(vector * LANES / 2));
             }
         }
@@ -62,7 +62,7 @@ impl Code {
 
     /// There is no code for this processor.
     #[cfg(not(target_arch = "x86_64"))]
-    pub(crate) fn run(&self, _: &mut [f64]) {}
+    pub(crate) fn run(&self, _: &mut [f64], _: usize) {}
 }
 
 /// Place that an instruction reads or writes.

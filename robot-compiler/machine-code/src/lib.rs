@@ -18,17 +18,20 @@
 //! | `encoding` | the bytes of an instruction |
 //! | `frame` | inputs, numbers, values without a register, and outputs |
 //! | `code` | memory that holds the bytes, and the one call into it |
+//! | `vectors` | the compiler's code for the same instructions |
 
 mod code;
 mod encoding;
 mod frame;
 mod registers;
+mod vectors;
 
 use code::Code;
 use frame::Frame;
 use registers::allocate;
 use robot_compiler::kernel::Program;
 use std::sync::Arc;
+pub use vectors::Work;
 
 /// States side by side.
 pub const LANES: usize = 8;
@@ -95,6 +98,12 @@ impl Kernel {
         Instructions::ALL.into_iter().find_map(|instructions| Self::with(program, inputs, instructions))
     }
 
+    /// The program for one state at a time, which [`run_one`](Self::run_one) runs: made of narrow vectors, of which it uses one.
+    #[must_use]
+    pub fn of_one(program: &Program, inputs: usize) -> Option<Self> {
+        Self::with(program, inputs, Instructions::Avx)
+    }
+
     /// The program for these instructions; `None` as for [`Kernel::new`].
     #[must_use]
     pub fn with(program: &Program, inputs: usize, instructions: Instructions) -> Option<Self> {
@@ -136,7 +145,13 @@ impl Kernel {
     /// Run the program on all lanes.
     #[inline]
     pub fn run(&mut self) {
-        self.code.run(self.frame.all_mut());
+        self.code.run(self.frame.all_mut(), self.instructions.vectors());
+    }
+
+    /// Run the program on lane 0, and on the lanes that share its vector.
+    #[inline]
+    pub fn run_one(&mut self) {
+        self.code.run(self.frame.all_mut(), 1);
     }
 
     /// All outputs of the last run, as the inputs lie.

@@ -1,7 +1,8 @@
 //! Order of the statements: few values alive at once, because every value beyond the registers costs a store and a load.
+//!
+//! A simulated arm is scheduled while somebody waits for it, so tables are indexed by a value's place in the arena.
 
 use super::arena::{Arena, Expr};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// The best of three orders: as traced, depth first from the outputs, and greedy by the values that a statement frees.
 pub(super) fn few_alive(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
@@ -15,43 +16,48 @@ fn computed_operands(arena: &Arena, expr: Expr) -> impl Iterator<Item = Expr> {
     arena.node(expr).operands().filter(|&e| arena.node(e).is_statement())
 }
 
+/// The same, each once.
+fn distinct_operands(arena: &Arena, expr: Expr) -> impl Iterator<Item = Expr> {
+    let mut first = None;
+    computed_operands(arena, expr).filter(move |&operand| first.replace(operand) != Some(operand))
+}
+
 /// Single-precision registers of a Cortex-M4F, less two for the inputs and numbers of a statement.
 const REGISTERS: usize = 30;
 
 /// Stores and loads of values that find no register. When a register is needed, the value whose next use is farthest goes
 /// (Belady's rule, which is optimal for loads). An output is stored at its destination and takes no register afterwards.
 pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
-    let mut uses: BTreeMap<Expr, VecDeque<usize>> = BTreeMap::new();
-    for (place, &expr) in order.iter().enumerate() {
+    // Statements that use a value, the last one first.
+    let mut uses: Vec<Vec<usize>> = vec![Vec::new(); arena.nodes().len()];
+    for (place, &expr) in order.iter().enumerate().rev() {
         for operand in computed_operands(arena, expr) {
-            uses.entry(operand).or_default().push_back(place);
+            uses[operand.index()].push(place);
         }
     }
-    let mut held: BTreeSet<Expr> = BTreeSet::new();
-    let mut stored: BTreeSet<Expr> = BTreeSet::new();
+    let mut held: Vec<Expr> = Vec::with_capacity(REGISTERS + 3);
+    let mut stored = vec![false; arena.nodes().len()];
     let mut moved = 0;
     for &expr in order {
-        let operands: BTreeSet<Expr> = computed_operands(arena, expr).collect();
-        for &operand in &operands {
-            if held.insert(operand) {
+        for operand in distinct_operands(arena, expr) {
+            if !held.contains(&operand) {
+                held.push(operand);
                 moved += 1;
             }
         }
         for operand in computed_operands(arena, expr) {
-            if let Some(places) = uses.get_mut(&operand) {
-                places.pop_front();
-            }
+            uses[operand.index()].pop();
         }
-        let next = |e: &Expr| uses.get(e).and_then(|places| places.front()).copied();
-        held.retain(|e| next(e).is_some());
-        if next(&expr).is_some() {
-            held.insert(expr);
+        let next = |e: Expr| uses[e.index()].last().copied();
+        held.retain(|&e| next(e).is_some());
+        if next(expr).is_some() {
+            held.push(expr);
         }
         while held.len() > REGISTERS
-            && let Some(farthest) = held.iter().copied().max_by_key(|e| next(e))
+            && let Some(farthest) = (0..held.len()).max_by_key(|&k| (next(held[k]), held[k]))
         {
-            held.remove(&farthest);
-            moved += usize::from(stored.insert(farthest));
+            let farthest = held.swap_remove(farthest);
+            moved += usize::from(!core::mem::replace(&mut stored[farthest.index()], true));
         }
     }
     moved
@@ -59,18 +65,18 @@ pub(super) fn spills(arena: &Arena, order: &[Expr]) -> usize {
 
 /// The most computed values alive at once.
 pub(super) fn live_max(arena: &Arena, order: &[Expr], outputs: &[Expr]) -> usize {
-    let mut last_use: BTreeMap<Expr, usize> = BTreeMap::new();
+    let mut last_use: Vec<Option<usize>> = vec![None; arena.nodes().len()];
     for (place, &expr) in order.iter().enumerate() {
-        last_use.insert(expr, place);
+        last_use[expr.index()] = Some(place);
         for operand in computed_operands(arena, expr) {
-            last_use.insert(operand, place);
+            last_use[operand.index()] = Some(place);
         }
     }
     for &output in outputs.iter().filter(|&&e| arena.node(e).is_statement()) {
-        last_use.insert(output, order.len());
+        last_use[output.index()] = Some(order.len());
     }
     let mut dying = vec![0_usize; order.len() + 1];
-    for &place in last_use.values() {
+    for place in last_use.into_iter().flatten() {
         dying[place] += 1;
     }
     let (mut alive, mut most) = (0, 0);
@@ -88,16 +94,16 @@ fn depth_first(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
     for (i, node) in arena.nodes().iter().enumerate() {
         weight[i] = 1 + node.operands().map(|e| weight[e.index()]).max().unwrap_or(0);
     }
-    let mut done = BTreeSet::new();
+    let mut done = vec![false; arena.nodes().len()];
     let mut order = Vec::new();
     for &output in outputs {
         let mut stack = vec![(output, false)];
         while let Some((expr, ready)) = stack.pop() {
-            if done.contains(&expr) || !arena.node(expr).is_statement() {
+            if done[expr.index()] || !arena.node(expr).is_statement() {
                 continue;
             }
             if ready {
-                done.insert(expr);
+                done[expr.index()] = true;
                 order.push(expr);
                 continue;
             }
@@ -112,41 +118,34 @@ fn depth_first(arena: &Arena, outputs: &[Expr]) -> Vec<Expr> {
 
 /// Takes, among the statements that are ready, the one that ends the most lives; among equals, the one traced first.
 fn greedy(arena: &Arena, traced: &[Expr], outputs: &[Expr]) -> Vec<Expr> {
-    let mut uses: BTreeMap<Expr, usize> = BTreeMap::new();
-    let mut users: BTreeMap<Expr, Vec<Expr>> = BTreeMap::new();
-    let mut waits: BTreeMap<Expr, usize> = BTreeMap::new();
+    let nodes = arena.nodes().len();
+    let (mut uses, mut waits) = (vec![0_usize; nodes], vec![0_usize; nodes]);
+    let mut users: Vec<Vec<Expr>> = vec![Vec::new(); nodes];
     for &expr in traced {
-        let operands: BTreeSet<Expr> = computed_operands(arena, expr).collect();
-        waits.insert(expr, operands.len());
-        for operand in operands {
-            *uses.entry(operand).or_default() += 1;
-            users.entry(operand).or_default().push(expr);
+        for operand in distinct_operands(arena, expr) {
+            waits[expr.index()] += 1;
+            uses[operand.index()] += 1;
+            users[operand.index()].push(expr);
         }
     }
     for &output in outputs.iter().filter(|&&e| arena.node(e).is_statement()) {
-        *uses.entry(output).or_default() += 1;
+        uses[output.index()] += 1;
     }
-    let mut ready: BTreeSet<Expr> = waits.iter().filter(|(_, n)| **n == 0).map(|(e, _)| *e).collect();
+    let mut ready: Vec<Expr> = traced.iter().copied().filter(|e| waits[e.index()] == 0).collect();
     let mut order = Vec::with_capacity(traced.len());
-    while let Some(next) = ready.iter().copied().max_by_key(|&expr| {
-        let operands: BTreeSet<Expr> = arena.node(expr).operands().collect();
-        let ended = operands.iter().filter(|e| uses.get(e) == Some(&1)).count();
-        (ended, core::cmp::Reverse(expr))
+    while let Some(place) = (0..ready.len()).max_by_key(|&k| {
+        let ended = distinct_operands(arena, ready[k]).filter(|e| uses[e.index()] == 1).count();
+        (ended, core::cmp::Reverse(ready[k]))
     }) {
-        ready.remove(&next);
+        let next = ready.swap_remove(place);
         order.push(next);
-        let operands: BTreeSet<Expr> = arena.node(next).operands().collect();
-        for operand in operands {
-            if let Some(left) = uses.get_mut(&operand) {
-                *left -= 1;
-            }
+        for operand in distinct_operands(arena, next) {
+            uses[operand.index()] -= 1;
         }
-        for &user in users.get(&next).into_iter().flatten() {
-            if let Some(left) = waits.get_mut(&user) {
-                *left -= 1;
-                if *left == 0 {
-                    ready.insert(user);
-                }
+        for &user in &users[next.index()] {
+            waits[user.index()] -= 1;
+            if waits[user.index()] == 0 {
+                ready.push(user);
             }
         }
     }

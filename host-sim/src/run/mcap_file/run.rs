@@ -44,7 +44,7 @@ pub fn write_to<const N: usize>(
         let at = (t * 1e9).round() as u64;
         let each = |of: fn(&JointSample) -> f64| samples.iter().map(of).collect::<Vec<f64>>();
         arm.write(&mut file, at, &each(|s| s.q), &each(|s| s.qd), &each(|s| s.torque))?;
-        let model = terms.at(t, samples);
+        let model = terms.at(t, &samples);
         let (external, wrench) = record.outside(tick);
         let joint = |(i, sample): (usize, &JointSample)| JointTick {
             name: arm.names()[i].clone(),

@@ -148,8 +148,13 @@ fn caption(label: &JointLabel, bounds: &[f64], unit: &str) -> String {
 /// A joint's error over time up to a fault: an arm that brakes follows no reference.
 fn driven(record: &Record, joint: usize, value: fn(&JointSample) -> f64) -> Vec<(f64, f64)> {
     let end = record.faults().iter().take_while(|fault| fault.is_none()).count();
-    let finite =
-        record.time().iter().copied().zip(record.joint(joint).map(value)).take(end).filter(|(_, y)| y.is_finite());
+    let finite = record
+        .time()
+        .iter()
+        .copied()
+        .zip(record.joint(joint).map(|sample| value(&sample)))
+        .take(end)
+        .filter(|(_, y)| y.is_finite());
     thinned(finite.collect())
 }
 
@@ -159,7 +164,12 @@ fn line(record: &Record, joint: usize, curve: &Curve) -> Line {
 
 /// Finite points of a joint's curve over time, thinned.
 fn points(record: &Record, joint: usize, value: fn(&JointSample) -> f64) -> Vec<(f64, f64)> {
-    let finite = record.time().iter().copied().zip(record.joint(joint).map(value)).filter(|(_, y)| y.is_finite());
+    let finite = record
+        .time()
+        .iter()
+        .copied()
+        .zip(record.joint(joint).map(|sample| value(&sample)))
+        .filter(|(_, y)| y.is_finite());
     thinned(finite.collect())
 }
 

@@ -40,17 +40,17 @@ impl Rows {
     /// The recorded quantities of every joint.
     pub(super) fn columns(self, record: &Record) -> Map<String, Value> {
         let plain = |value: fn(&JointSample) -> f64| -> Value {
-            let each = (0..record.joints().len()).map(|joint| self.plain(record.joint(joint).map(value)));
+            let each =
+                (0..record.joints().len()).map(|joint| self.plain(record.joint(joint).map(|sample| value(&sample))));
             each.collect()
         };
         let thinned = |value: fn(&JointSample) -> f64| -> Value {
             let driven = |joint: usize| {
                 let samples = record.joint(joint).zip(record.faults());
-                samples.map(move |(sample, fault)| if fault.is_none() { value(sample) } else { f64::NAN })
+                samples.map(move |(sample, fault)| if fault.is_none() { value(&sample) } else { f64::NAN })
             };
-            let each =
-                (0..record.joints().len()).map(|joint| self.thinned(record.joint(joint).map(value), driven(joint)));
-            each.collect()
+            let all = |joint: usize| record.joint(joint).map(move |sample| value(&sample));
+            (0..record.joints().len()).map(|joint| self.thinned(all(joint), driven(joint))).collect()
         };
         let mut columns = Map::new();
         columns.insert("q".to_owned(), plain(|s| s.q));

@@ -105,8 +105,8 @@ impl<const N: usize> Contributions<N> {
         if record.faults()[tick].is_some() {
             return [[f64::NAN; N]; 6];
         }
-        let sample = |joint: usize| record.tick(tick)[joint];
-        self.at(record.time()[tick], &std::array::from_fn(sample))
+        let samples = record.tick(tick);
+        self.at(record.time()[tick], &std::array::from_fn(|joint| samples[joint]))
     }
 
     /// The terms at a time (s) and in a state, N m or N, by [`NAMES`].

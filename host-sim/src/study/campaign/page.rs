@@ -3,6 +3,7 @@
 use super::case::Situation;
 use super::report::{Cell, LEGEND, Report};
 use super::run::{Counterexample, Outcome};
+use crate::run::files::shell_word;
 use report::{Block, Figure, Page, Point, Scale, Series, Table};
 use std::path::PathBuf;
 
@@ -20,7 +21,7 @@ impl Report {
     /// The page; an unsafe command comes first, with the command that repeats it from these scene files.
     #[must_use]
     pub fn page(&self, files: &[PathBuf]) -> Page {
-        let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+        let files: Vec<String> = files.iter().map(|file| shell_word(file)).collect();
         let mut table = Table::new("Faults in states, and how runs ended", &self.header());
         for row in &self.rows {
             let cells = row.texts().into_iter().map(report::Cell::from);

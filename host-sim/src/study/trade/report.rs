@@ -2,6 +2,7 @@
 
 use super::choice::{Choice, Named};
 use super::{Point, Trade};
+use crate::run::files::shell_word;
 use crate::run::summary::engineering;
 use crate::table::table;
 use std::fmt::Write as _;
@@ -13,7 +14,7 @@ pub fn command(scene: &Path, choice: &Choice) -> String {
     let n = choice.named();
     format!(
         "host-sim trade {} --scalar {} --trig {} --terms {} --friction {} --rotors {} --every {} --kernel {} --rate {} --alone",
-        scene.display(),
+        shell_word(scene),
         n.scalar,
         n.trig,
         n.terms,

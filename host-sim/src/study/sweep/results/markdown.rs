@@ -1,8 +1,10 @@
 //! Results as tables, for the terminal and for a page.
 
 use super::{Distribution, Group, Results, Share};
+use crate::run::files::shell_word;
 use crate::table::table;
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// A titled table.
 pub(super) struct Titled {
@@ -20,12 +22,12 @@ impl Results {
         text
     }
 
-    /// Text for a terminal; `study` is the file that a command for one run names.
+    /// Text for a terminal; `study` as for [`Results::page`].
     #[must_use]
-    pub fn text(&self, study: &str) -> String {
+    pub fn text(&self, study: Option<&Path>) -> String {
         let mut text = format!("{}: {}\n", self.study, self.sentence());
         self.tables(Titled::text, &mut text);
-        if let Some(index) = self.worst() {
+        if let (Some(index), Some(study)) = (self.worst(), study.map(shell_word)) {
             let _ = writeln!(text, "\none run in full      host-sim sweep {study} --replay {index} --out FOLDER");
         }
         text

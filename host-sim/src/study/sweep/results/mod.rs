@@ -160,7 +160,7 @@ impl Results {
     ///
     /// # Errors
     /// [`Failure::Output`].
-    pub fn write(&self, folder: &Path, study: Option<&str>) -> Result<Vec<PathBuf>, Failure> {
+    pub fn write(&self, folder: &Path, study: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
         let json = serde_json::to_string_pretty(self).map_err(|error| Failure::Output(error.into()))?;
         let page = self.page(study).html();
         let texts = [("results.json", json + "\n"), ("results.md", self.markdown()), ("report.html", page)];

@@ -2,14 +2,18 @@
 
 use super::markdown::short;
 use super::{Distribution, Results};
+use crate::run::files::shell_word;
 use report::{Block, Cell, Figure, Page, Point, Scale, Series, Table};
+use std::path::Path;
 
 impl Results {
     /// The page; `study` is the file that a command for one run names, if one can be run alone.
     #[must_use]
-    pub fn page(&self, study: Option<&str>) -> Page {
-        let command =
-            |index: u64| study.map(|study| format!("host-sim sweep {study} --replay {index} --out out/run_{index}"));
+    pub fn page(&self, study: Option<&Path>) -> Page {
+        let study = study.map(shell_word);
+        let command = |index: u64| {
+            study.as_ref().map(|study| format!("host-sim sweep {study} --replay {index} --out out/run_{index}"))
+        };
         let mut blocks = Vec::new();
         for titled in self.titled() {
             let head: Vec<&str> = titled.head.iter().map(String::as_str).collect();

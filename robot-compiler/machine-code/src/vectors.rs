@@ -1,0 +1,46 @@
+//! Vectors: what is written in Rust around a kernel, compiled for the instructions that the kernel is made of.
+
+use crate::Instructions;
+
+/// Work on lanes. A closure would do if it could be inlined for certain.
+pub trait Work {
+    /// What comes of it.
+    type Outcome;
+
+    /// Do it. Implementations carry `#[inline(always)]`, and so does what they call on lanes.
+    fn run(self) -> Self::Outcome;
+}
+
+impl Instructions {
+    /// Do some work, compiled for these instructions if the processor has them. No multiplication is fused with an addition, so it has
+    /// the same bits.
+    ///
+    /// Only what is inlined is compiled so.
+    #[inline]
+    #[expect(unsafe_code, reason = "code for more instructions than every processor has can be called in no other way")]
+    pub fn run<W: Work>(self, work: W) -> W::Outcome {
+        #[cfg(target_arch = "x86_64")]
+        if self.are_here() {
+            // SAFETY: the processor has the instructions.
+            return unsafe {
+                match self {
+                    Self::Avx => in_avx(work),
+                    Self::Avx512 => in_avx512(work),
+                }
+            };
+        }
+        work.run()
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx")]
+fn in_avx<W: Work>(work: W) -> W::Outcome {
+    work.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn in_avx512<W: Work>(work: W) -> W::Outcome {
+    work.run()
+}
