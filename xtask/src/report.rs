@@ -1,4 +1,6 @@
-//! `cargo xtask report`: the scripts of the report page from their sources, and its picture in the README.
+//! `cargo xtask report`: the scripts of the report page from their sources, its picture in the README, and what it costs.
+
+mod time;
 
 use crate::process::{cargo_run, root, run, target_directory, which};
 use anyhow::{Context as _, Result, bail};
@@ -19,6 +21,9 @@ pub(crate) struct Options {
     /// Take docs/report.png: a run, in a headless Chromium
     #[arg(long)]
     picture: bool,
+    /// Time a minute of motion with and without its report, and write docs/measured/report.md
+    #[arg(long)]
+    time: bool,
 }
 
 /// What bundling makes; the style sheet beside them is written by hand.
@@ -42,6 +47,9 @@ pub(crate) fn run_task(options: &Options) -> Result<()> {
     }
     if options.picture {
         picture()?;
+    }
+    if options.time {
+        time::run()?;
     }
     Ok(())
 }

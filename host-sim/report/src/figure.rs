@@ -1,9 +1,11 @@
 //! Figures as SVG inside the page: points, lines, steps and bars.
 
 pub use crate::axis::Scale;
+pub use crate::series::{Point, Series};
 
 use crate::axis::Axis;
 use crate::escape::html;
+use crate::series::{Kind, LINE, MARGIN, SIZE};
 use std::fmt::Write as _;
 
 /// A figure. Its colours are those of the page, dark or light; its points are reached by pointer and by keyboard.
@@ -13,134 +15,20 @@ pub struct Figure {
     labels: (String, String),
     scales: (Scale, Scale),
     series: Vec<Series>,
+    /// Pen of each series: its colour, and how it is dashed.
+    pens: Vec<usize>,
 }
 
-/// Points of one kind, with a name in the legend.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Series {
-    name: String,
-    kind: Kind,
-    points: Vec<Point>,
-}
-
-/// How the points of a series are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Points,
-    Line,
-    Steps,
-    Bars,
-}
-
-/// A point, and what is said of it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Point {
-    /// Abscissa and ordinate.
-    pub at: (f64, f64),
-    /// Its name, in the list under the figure and on hover.
-    pub name: Option<String>,
-    /// Command that repeats it, on hover; a click copies it.
-    pub command: Option<String>,
-    /// Whether it has a ring around it.
-    pub ringed: bool,
-}
-
-impl Point {
-    /// A point without a name.
-    #[must_use]
-    pub fn at(x: f64, y: f64) -> Self {
-        Self { at: (x, y), ..Self::default() }
-    }
-
-    /// The same point with a name.
-    #[must_use]
-    pub fn named(self, name: impl Into<String>) -> Self {
-        Self { name: Some(name.into()), ..self }
-    }
-
-    /// The same point with the command that repeats it.
-    #[must_use]
-    pub fn told(self, command: impl Into<String>) -> Self {
-        Self { command: Some(command.into()), ..self }
-    }
-}
-
-impl Series {
-    /// Points by themselves.
-    #[must_use]
-    pub fn points(name: impl Into<String>, points: Vec<Point>) -> Self {
-        Self { name: name.into(), kind: Kind::Points, points }
-    }
-
-    /// A line through these points, which interrupts itself where one is not finite. Of many points those are kept that are seen: the
-    /// lowest and the highest of each column of pixels.
-    #[must_use]
-    pub fn line(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        let all: Vec<(f64, f64)> = points.into_iter().collect();
-        let points = thinned(&all).into_iter().map(|(x, y)| Point::at(x, y)).collect();
-        Self { name: name.into(), kind: Kind::Line, points }
-    }
-
-    /// A line that keeps its height until the next point, as a Pareto front does. The points keep their names.
-    #[must_use]
-    pub fn steps(name: impl Into<String>, mut points: Vec<Point>) -> Self {
-        points.sort_by(|a, b| a.at.0.total_cmp(&b.at.0));
-        Self { name: name.into(), kind: Kind::Steps, points }
-    }
-
-    /// Bars from zero, beside those of other series.
-    #[must_use]
-    pub fn bars(name: impl Into<String>, points: Vec<Point>) -> Self {
-        Self { name: name.into(), kind: Kind::Bars, points }
-    }
-
-    /// A histogram of values: `bins` bars of equal width over their range, at the middle of each.
-    #[must_use]
-    pub fn histogram(name: impl Into<String>, values: &[f64], bins: usize) -> Self {
-        let finite = || values.iter().copied().filter(|x| x.is_finite());
-        let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        let bins = bins.max(1);
-        let width = if high > low { (high - low) / bins as f64 } else { 1.0 };
-        let mut counts = vec![0_u32; bins];
-        for x in finite() {
-            counts[(((x - low) / width) as usize).min(bins - 1)] += 1;
-        }
-        let bar = |(k, count): (usize, &u32)| {
-            let from = low + k as f64 * width;
-            let name = format!("{from:.4} to {:.4}: {count}", from + width);
-            Point::at(from + 0.5 * width, f64::from(*count)).named(name)
-        };
-        let points = if low <= high { counts.iter().enumerate().map(bar).collect() } else { Vec::new() };
-        Self { name: name.into(), kind: Kind::Bars, points }
-    }
-}
-
-/// The lowest and the highest of every so many neighbours, in their order, where there are more than two in a column of pixels.
-fn thinned(all: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let chunk = all.len().div_ceil(SIZE.0 as usize);
-    if chunk <= 2 {
-        return all.to_vec();
-    }
-    let ends = |points: &[(f64, f64)]| {
-        let finite = || (0..points.len()).filter(|k| points[*k].1.is_finite());
-        let low = finite().min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
-        let high = finite().max_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
-        let mut kept: Vec<usize> = low.into_iter().chain(high).collect();
-        kept.sort_unstable();
-        kept.dedup();
-        // Nothing but gaps: a gap stays.
-        if kept.is_empty() { vec![points[0]] } else { kept.into_iter().map(|k| points[k]).collect() }
-    };
-    all.chunks(chunk).flat_map(ends).collect()
-}
-
-/// Size of the drawing, and its margins: left, right, top, bottom.
-const SIZE: (f64, f64) = (760.0, 400.0);
-const MARGIN: (f64, f64, f64, f64) = (78.0, 18.0, 14.0, 62.0);
-/// From one line of a label to the next, pixels.
-const LINE: f64 = 14.0;
-/// Colours of series that the style sheet has.
+/// Colours of series that the style sheet has, and ways to draw in each: whole, dashed, dotted.
 const COLOURS: usize = 6;
+const DASHES: usize = 3;
+
+/// Classes of a pen.
+fn class(pen: usize) -> String {
+    let dashes = pen / COLOURS % DASHES;
+    let dashed = if dashes > 0 { format!(" d{dashes}") } else { String::new() };
+    format!("c{}{dashed}", pen % COLOURS)
+}
 
 impl Figure {
     /// A figure without series; both axes linear.
@@ -151,6 +39,7 @@ impl Figure {
             labels: (abscissa.into(), ordinate.into()),
             scales: (Scale::Linear, Scale::Linear),
             series: Vec::new(),
+            pens: Vec::new(),
         }
     }
 
@@ -160,9 +49,18 @@ impl Figure {
         Self { scales: (abscissa, ordinate), ..self }
     }
 
-    /// The same figure with one more series.
+    /// The same figure with one more series, drawn unlike those before.
     #[must_use]
     pub fn with(mut self, series: Series) -> Self {
+        self.pens.push(self.pens.last().map_or(0, |pen| pen + 1));
+        self.series.push(series);
+        self
+    }
+
+    /// The same figure with one more series that belongs to the one before, in its colour: what was measured of a predicted line.
+    #[must_use]
+    pub fn with_of_last(mut self, series: Series) -> Self {
+        self.pens.push(self.pens.last().map_or(0, |pen| *pen));
         self.series.push(series);
         self
     }
@@ -172,17 +70,22 @@ impl Figure {
         let _ = write!(out, "<figure><figcaption>{caption}</figcaption>");
         if self.series.len() > 1 {
             out.push_str("<p class=\"legend\">");
-            for (index, series) in self.series.iter().enumerate() {
-                let _ = write!(out, "<span class=\"c{}\">{}</span>", index % COLOURS, html(&series.name));
+            for (series, pen) in self.series.iter().zip(&self.pens) {
+                let dots = if series.kind == Kind::Points { " dots" } else { "" };
+                let _ = write!(out, "<span class=\"{}{dots}\">{}</span>", class(*pen), html(&series.name));
             }
             out.push_str("</p>");
         }
         let x = self.abscissa();
         let lines = x.ticks().iter().map(|(_, text)| x.lines(text).len()).max().unwrap_or(1);
         let height = SIZE.1 + LINE * (lines - 1) as f64;
-        let _ = write!(out, "<svg viewBox=\"0 0 {} {height}\" role=\"group\" aria-label=\"{caption}\">", SIZE.0);
+        let _ = write!(
+            out,
+            "<div class=\"drawing\"><svg viewBox=\"0 0 {} {height}\" role=\"group\" aria-label=\"{caption}\">",
+            SIZE.0
+        );
         self.draw(out, &x, height);
-        out.push_str("</svg>");
+        out.push_str("</svg></div>");
         self.write_list(out);
         out.push_str("</figure>\n");
     }
@@ -235,8 +138,8 @@ impl Figure {
         );
         let gap = self.gap(x);
         let mut bar = 0;
-        for (index, series) in self.series.iter().enumerate() {
-            let _ = write!(out, "<g class=\"c{}\">", index % COLOURS);
+        for (series, pen) in self.series.iter().zip(&self.pens) {
+            let _ = write!(out, "<g class=\"{}\">", class(*pen));
             match series.kind {
                 Kind::Points => series.draw_points(out, x, &y),
                 Kind::Line => series.draw_line(out, x, &y),
@@ -279,81 +182,6 @@ impl Figure {
     }
 }
 
-impl Point {
-    fn words(&self, labels: &(String, String)) -> String {
-        let name = self.name.as_ref().map_or(String::new(), |name| format!("{name}: "));
-        format!("{name}{} {:.4e}, {} {:.4e}", labels.0, self.at.0, labels.1, self.at.1)
-    }
-
-    /// Opening tag of the point's group, and what it says on hover.
-    fn open(&self, out: &mut String) {
-        let said = [self.name.as_deref(), self.command.as_deref()].into_iter().flatten().collect::<Vec<_>>().join("\n");
-        if said.is_empty() {
-            out.push_str("<g>");
-            return;
-        }
-        let command = self.command.as_ref().map_or(String::new(), |c| format!(" data-command=\"{}\"", html(c)));
-        let class = if self.name.is_some() { "point named" } else { "point" };
-        let _ = write!(
-            out,
-            "<g class=\"{class}\" tabindex=\"0\" role=\"img\" aria-label=\"{0}\"{command}><title>{0}</title>",
-            html(&said)
-        );
-    }
-}
-
-impl Series {
-    fn draw_points(&self, out: &mut String, x: &Axis<'_>, y: &Axis<'_>) {
-        for point in &self.points {
-            let (Some(px), Some(py)) = (x.pixel(point.at.0), y.pixel(point.at.1)) else { continue };
-            point.open(out);
-            if point.ringed {
-                let _ = write!(out, "<circle class=\"ring\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"9\"/>");
-            }
-            let r = if point.name.is_some() { 5.0 } else { 3.5 };
-            let _ = write!(out, "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"{r}\"/></g>");
-        }
-    }
-
-    fn draw_line(&self, out: &mut String, x: &Axis<'_>, y: &Axis<'_>) {
-        let mut path = String::new();
-        let mut pen = 'M';
-        for point in &self.points {
-            let (Some(px), Some(py)) = (x.pixel(point.at.0), y.pixel(point.at.1)) else {
-                pen = 'M';
-                continue;
-            };
-            let _ = write!(path, "{pen}{px:.1} {py:.1}");
-            pen = 'L';
-        }
-        let _ = write!(out, "<path class=\"line\" d=\"{path}\"/>");
-    }
-
-    fn draw_steps(&self, out: &mut String, x: &Axis<'_>, y: &Axis<'_>) {
-        let mut path = String::new();
-        let placed = self.points.iter().filter_map(|p| Some((x.pixel(p.at.0)?, y.pixel(p.at.1)?)));
-        for (index, (px, py)) in placed.enumerate() {
-            let _ = if index == 0 { write!(path, "M{px:.1} {py:.1}") } else { write!(path, "H{px:.1}V{py:.1}") };
-        }
-        let _ = write!(out, "<path class=\"line\" d=\"{path}\"/>");
-    }
-
-    fn draw_bars(&self, out: &mut String, x: &Axis<'_>, y: &Axis<'_>, off: f64, width: f64) {
-        // A logarithmic axis has no zero: its bars stand on its foot.
-        let zero = y.pixel(0.0).unwrap_or(SIZE.1 - MARGIN.3);
-        for point in &self.points {
-            let (Some(px), Some(py)) = (x.pixel(point.at.0), y.pixel(point.at.1)) else { continue };
-            point.open(out);
-            let (top, height) = (py.min(zero), (py - zero).abs());
-            let _ = write!(
-                out,
-                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"/></g>",
-                px + off
-            );
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Figure, Point, Scale, Series};
@@ -386,19 +214,20 @@ mod tests {
     }
 
     #[test]
-    fn a_long_line_keeps_its_peaks() {
-        let all = (0..50_000).map(|k| (f64::from(k), if k == 31_415 { 7.0 } else { 0.0 }));
-        let line = Series::line("l", all);
-        assert!(line.points.len() <= 1520 && line.points.iter().any(|p| p.at == (31_415.0, 7.0)));
-        assert!(line.points.is_sorted_by(|a, b| a.at.0 <= b.at.0));
-    }
-
-    #[test]
-    fn every_value_is_in_one_bar_of_a_histogram() {
-        let series = Series::histogram("all", &[0.0, 0.1, 0.9, 1.0, f64::NAN], 2);
-        let counts: Vec<f64> = series.points.iter().map(|p| p.at.1).collect();
-        assert_eq!(counts, [2.0, 2.0]);
-        assert!(Series::histogram("none", &[], 3).points.is_empty());
+    fn dots_have_the_colour_of_their_line_and_no_two_lines_look_alike() {
+        let mut figure = Figure::new("a", "x", "y");
+        for k in 0..12 {
+            figure = figure.with(Series::line(format!("l{k}"), [(0.0, 0.0), (1.0, 1.0)]));
+            figure = figure.with_of_last(Series::points(format!("p{k}"), vec![Point::at(0.5, 0.5)]));
+        }
+        let out = drawn(&figure);
+        let classes: Vec<&str> =
+            out.split("<g class=\"").skip(1).filter_map(|rest| Some(rest.split_once('"')?.0)).collect();
+        assert_eq!(classes.len(), 24);
+        assert!(classes.chunks(2).all(|pair| pair[0] == pair[1]), "{classes:?}");
+        let unlike: std::collections::BTreeSet<&str> = classes.into_iter().collect();
+        assert_eq!(unlike.len(), 12);
+        assert!(out.contains("<span class=\"c1 d1\">l7</span><span class=\"c1 d1 dots\">p7</span>"), "{out}");
     }
 
     #[test]

@@ -9,7 +9,7 @@
 //! | [`table`] | tables whose cells keep the exact number behind what they show |
 //! | [`figure`] | scatter, lines and bars as SVG inside the page, whose points say on hover what they are and how to repeat them |
 //! | [`mod@column`] | time series as base64 of f32 |
-//! | `axis` | ticks and scales of figures |
+//! | `axis`, `series` | ticks and scales of figures; what is drawn between them |
 //! | `escape` | text inside HTML and JSON inside scripts |
 //!
 //! A study writes its page in three steps:
@@ -35,6 +35,7 @@ pub mod column;
 mod escape;
 pub mod figure;
 pub mod page;
+mod series;
 pub mod table;
 
 pub use figure::{Figure, Point, Scale, Series};

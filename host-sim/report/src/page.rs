@@ -26,6 +26,8 @@ pub enum Block {
     Words(String),
     /// A list.
     List(Vec<String>),
+    /// Moments of the viewer in words: an address of the viewer's, such as `#t=0.4&joint=2`, and what was then.
+    Moments(Vec<(String, String)>),
     /// Names and what is said of each.
     Facts(Vec<(String, String)>),
     /// Text as a terminal shows it.
@@ -108,6 +110,11 @@ impl Block {
             Self::List(lines) => {
                 let lines: String = lines.iter().map(|line| format!("<li>{}</li>", html(line))).collect();
                 writeln!(out, "<ul>{lines}</ul>")
+            }
+            Self::Moments(moments) => {
+                let moment =
+                    |(to, text): &(String, String)| format!("<li><a href=\"{}\">{}</a></li>", html(to), html(text));
+                writeln!(out, "<ul>{}</ul>", moments.iter().map(moment).collect::<String>())
             }
             Self::Facts(facts) => {
                 let fact = |(name, text): &(String, String)| format!("<dt>{}</dt><dd>{}</dd>", html(name), html(text));

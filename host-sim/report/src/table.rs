@@ -34,6 +34,36 @@ impl<T: Into<String>> From<T> for Cell {
     }
 }
 
+/// Longest text that is not broken into lines, characters.
+const LINE_MAX: usize = 28;
+
+/// How the cells of a column stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Column {
+    /// Numbers, at the right.
+    Numbers,
+    /// A word or two, at the left.
+    Words,
+    /// Sentences or commands, at the left, in lines.
+    Prose,
+}
+
+impl Column {
+    /// Attribute of a cell.
+    fn class(self, warns: bool) -> String {
+        let names = [
+            warns.then_some("warns"),
+            match self {
+                Self::Numbers => None,
+                Self::Words => Some("words"),
+                Self::Prose => Some("prose"),
+            },
+        ];
+        let names: Vec<&str> = names.into_iter().flatten().collect();
+        if names.is_empty() { String::new() } else { format!(" class=\"{}\"", names.join(" ")) }
+    }
+}
+
 /// A table with a caption. The first column names the rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -54,21 +84,37 @@ impl Table {
         self.rows.push(cells);
     }
 
+    /// How a column stands, by what is in it. The first, with the rows' names, is styled by its place.
+    fn column(&self, index: usize) -> Column {
+        let cells = || self.rows.iter().filter_map(|row| row.get(index));
+        if index == 0 {
+            return Column::Numbers;
+        }
+        if cells().any(|cell| cell.text.chars().count() > LINE_MAX) {
+            return Column::Prose;
+        }
+        let worded = |cell: &Cell| cell.exact.is_none() && cell.text.starts_with(char::is_alphabetic);
+        let filled = || cells().filter(|cell| !cell.text.is_empty());
+        if filled().next().is_some() && filled().all(worded) { Column::Words } else { Column::Numbers }
+    }
+
     pub(crate) fn write(&self, out: &mut String) {
         let _ = write!(
             out,
             "<div class=\"table\" tabindex=\"0\" role=\"region\" aria-label=\"{0}\"><table><caption>{0}</caption><thead><tr>",
             html(&self.caption)
         );
-        for name in &self.head {
-            let _ = write!(out, "<th scope=\"col\">{}</th>", html(name));
+        let count = self.rows.iter().map(Vec::len).max().unwrap_or(0).max(self.head.len());
+        let columns: Vec<Column> = (0..count).map(|index| self.column(index)).collect();
+        for (name, column) in self.head.iter().zip(&columns) {
+            let _ = write!(out, "<th scope=\"col\"{}>{}</th>", column.class(false), html(name));
         }
         out.push_str("</tr></thead><tbody>\n");
         for row in &self.rows {
             out.push_str("<tr>");
-            for (column, cell) in row.iter().enumerate() {
-                let tag = if column == 0 { "th scope=\"row\"" } else { "td" };
-                let class = if cell.warns { " class=\"warns\"" } else { "" };
+            for (index, (cell, column)) in row.iter().zip(&columns).enumerate() {
+                let tag = if index == 0 { "th scope=\"row\"" } else { "td" };
+                let class = column.class(cell.warns);
                 let exact = cell.exact.map_or(String::new(), |x| format!(" data-exact=\"{x:?}\" title=\"{x:?}\""));
                 let _ = write!(out, "<{tag}{class}{exact}>{}</{}>", html(&cell.text), &tag[..2]);
             }
@@ -81,6 +127,24 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::{Cell, Table};
+
+    #[test]
+    fn sentences_stand_in_lines_at_the_left_and_numbers_at_the_right() {
+        let mut table = Table::new("cells", &["cell", "done", "kind", "found"]);
+        let done = "every joint is given a mass of nothing at all";
+        table.row(vec!["one".into(), done.into(), "requirement".into(), Cell::number("1.2", 1.2)]);
+        table.row(vec!["two".into(), "short".into(), "".into(), "none".into()]);
+        let mut out = String::new();
+        table.write(&mut out);
+        for expected in [
+            "<th scope=\"col\">cell</th><th scope=\"col\" class=\"prose\">done</th>",
+            "<td class=\"prose\">short</td>",
+            "<th scope=\"col\" class=\"words\">kind</th>",
+            "<td>none</td>",
+        ] {
+            assert!(out.contains(expected), "{expected}: {out}");
+        }
+    }
 
     #[test]
     fn a_cell_keeps_the_exact_number_behind_its_text() {

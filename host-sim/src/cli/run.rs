@@ -76,9 +76,9 @@ pub struct RunArgs {
     /// Write the run for viewers too: an MCAP file with the arm's URDF, which Foxglove and PlotJuggler open.
     #[arg(long, value_name = "FILE")]
     pub mcap: Option<PathBuf>,
-    /// File for the report; report.html in that folder otherwise.
+    /// File for the report; report.html in that folder without FILE, as without this option.
     #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
-    pub report: Option<PathBuf>,
+    pub report: Option<Option<PathBuf>>,
     /// Write no report.
     #[arg(long)]
     pub no_report: bool,
@@ -99,8 +99,8 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // Better now than after the run.
     fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
-    let report = (!args.no_report).then(|| args.report.clone().unwrap_or_else(|| folder.join("report.html")));
-    if let Some(parent) = report.as_deref().and_then(Path::parent) {
+    let report = (!args.no_report).then(|| args.report.clone().flatten().unwrap_or_else(|| folder.join("report.html")));
+    for parent in [report.as_deref(), args.mcap.as_deref()].into_iter().flatten().filter_map(Path::parent) {
         fs::create_dir_all(parent).map_err(|error| in_file(parent, &error))?;
     }
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };

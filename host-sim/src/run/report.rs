@@ -22,6 +22,8 @@ use robot_compiler::{SceneFile, with_dof};
 use rows::Rows;
 use serde_json::{Value, json};
 
+pub(crate) use words::keys;
+
 /// Id of the page's copy of `summary.json`, to the byte but for an escaped `<`.
 pub const SUMMARY: &str = "summary";
 
@@ -34,18 +36,21 @@ pub fn page(run: &Run, scene: &SceneFile) -> Result<Page, Failure> {
     let summary = serde_json::to_string_pretty(&run.summary).map_err(|error| Failure::Output(error.into()))? + "\n";
     let stride = view["stride"].as_u64().unwrap_or(1);
     let shown = run.summary.closest_limit.as_ref().map_or(0, |closest| closest.joint - 1);
-    let blocks = vec![
+    let events = events::events(run, scene);
+    let mut blocks = vec![
         Block::Viewer(json!({ "runs": [view], "joint": shown })),
         Block::Heading("Summary".to_owned()),
         Block::Table(words::quality(run)),
         Block::Table(words::loads(run)),
         Block::Facts(words::settings(run)),
         Block::Heading("Events".to_owned()),
-        Block::List(words::events(&events::events(run, scene), run)),
+    ];
+    blocks.extend(words::events(&events, run));
+    blocks.extend([
         Block::Heading("How to read this page".to_owned()),
         Block::List(words::reading(run, stride)),
         Block::Data { id: SUMMARY, json: summary },
-    ];
+    ]);
     Ok(Page {
         title: format!("{}: {}", run.summary.setting.scene, run.summary.setting.robot),
         lead: words::lead(run),

@@ -167,7 +167,7 @@ fn a_page_begins_with_what_fails_and_has_every_cell() {
     assert!(
         list.contains("<li>control, one that fails: too much &lt;rubs&gt;</li>") && !list.contains("one that holds")
     );
-    assert!(tables.contains("<td class=\"warns\">FAIL</td>") && tables.contains("<td>pass</td>"));
+    assert!(tables.contains("<td class=\"warns words\">FAIL</td>") && tables.contains("<td class=\"words\">pass</td>"));
     assert_eq!(tables.matches("<th scope=\"row\">").count(), report.count);
     assert!(tables.matches("<circle").count() > 20, "simulated borders of stability");
 }

@@ -1,30 +1,34 @@
 //! Reports in a real browser: they load, play and scrub, and show the numbers of the run.
 
 use crate::browser::{Browser, FLAT, WEBGL};
-use crate::program::{at_the_top, told};
 use host_sim::run::report::{SUMMARY, page};
 use host_sim::run::simulate::{self, Run};
 use host_sim::run::summary::engineering;
-use host_sim::study::compare::{self, Side};
 use indicatif::ProgressBar;
-use report::{Block, Figure, Page, Point, Scale, Series};
 use robot_compiler::SceneFile;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 /// Largest page, bytes.
-const BYTES_MAX: usize = 2_000_000;
+pub(crate) const BYTES_MAX: usize = 2_000_000;
 
-fn scene(name: &str) -> SceneFile {
+/// Whether the page's scripts are through.
+pub(crate) const READY: &str = "document.getElementById('viewer').dataset.ready === 'yes'";
+
+pub(crate) fn scene(name: &str) -> SceneFile {
     SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name)).unwrap()
 }
 
-fn run(scene: &SceneFile) -> Run {
-    simulate::on_desk::<6>(scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
+pub(crate) fn run(scene: &SceneFile) -> Run {
+    run_of::<6>(scene)
 }
 
-fn write(name: &str, html: &str) -> PathBuf {
+fn run_of<const N: usize>(scene: &SceneFile) -> Run {
+    simulate::on_desk::<N>(scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
+}
+
+pub(crate) fn write(name: &str, html: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.html"));
     std::fs::write(&path, html).unwrap();
     path
@@ -39,7 +43,7 @@ fn a_report_loads_plays_scrubs_and_shows_the_numbers_of_the_summary_on_a_desk_an
     let file = write("plays", &page(&run, &scene).unwrap().html());
     for (width, height) in [(1280, 800), (390, 844)] {
         browser.open(&file, width, height);
-        browser.until("document.getElementById('viewer').dataset.ready === 'yes'");
+        browser.until(READY);
         assert_eq!(browser.value("document.getElementById('viewer').dataset.webgl"), "yes", "{width}");
         let wide = browser.beyond();
         assert!(wide <= 0.0, "{wide} pixels wider than {width}");
@@ -144,7 +148,7 @@ fn a_browser_without_webgl_shows_curves_and_says_that_the_arm_is_missing() {
     let scene = scene("puma560_collision.toml");
     let file = write("flat", &page(&run(&scene), &scene).unwrap().html());
     browser.open(&file, 1280, 800);
-    browser.until("document.getElementById('viewer').dataset.ready === 'yes'");
+    browser.until(READY);
     assert_eq!(browser.value("document.getElementById('viewer').dataset.webgl"), "no");
     assert_eq!(browser.value("document.querySelector('.scene').textContent.includes('no WebGL')"), true);
     assert_eq!(browser.value("document.querySelectorAll('.chart canvas').length"), 6);
@@ -164,76 +168,87 @@ fn a_minute_of_motion_fits_in_two_megabytes() {
     assert!(html.contains("Every 3") && html.contains("is in this page, as it was"));
 }
 
-/// A folder with the report of a run, changed by `change`.
-fn folder(name: &str, change: fn(&mut SceneFile)) -> (PathBuf, Run) {
-    let mut scene = scene("puma560_pick.toml");
-    change(&mut scene);
-    let run = run(&scene);
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("report.html"), page(&run, &scene).unwrap().html()).unwrap();
-    (folder, run)
+/// What the charts say at the cursor.
+const VALUES: &str = "[...document.querySelectorAll('.chart')].map((chart) => chart.querySelector('h3').textContent + ': ' + \
+                      [...chart.querySelectorAll('.values span')].map((one) => one.textContent).join('; '))";
+
+#[test]
+fn all_joints_of_an_arm_with_a_slide_have_each_its_own_unit() {
+    let Some(mut browser) = Browser::start("slide", FLAT) else { return };
+    let mut scene = scene("scara_pick.toml");
+    scene.duration = Some(0.1);
+    let run = run_of::<4>(&scene);
+    let html = page(&run, &scene).unwrap().html();
+    assert!(html.contains("1 to 4 choose a joint"));
+    browser.open(&write("slide", &html), 1280, 800);
+    browser.until(READY);
+    browser.press("a");
+    let slide = run.record.joints().iter().position(|joint| joint.position_unit() == "m").unwrap();
+    let (name, sample) = (&run.record.joints()[slide].name, run.record.tick(0)[slide]);
+    let charts = browser.value(VALUES);
+    let expect = |chart: usize, title: &str, value: f64, unit: &str| {
+        let text = charts[chart].as_str().unwrap();
+        let value = format!("{name} {}", engineering(value, unit));
+        assert!(text.starts_with(title) && text.split("; ").any(|one| one.ends_with(&value)), "{text}: {value}");
+    };
+    expect(0, "Position: ", sample.q, "m");
+    expect(1, "Position error: ", sample.error(), "m");
+    expect(2, "Velocity: ", sample.qd, "m/s");
+    expect(3, "Torque or force: ", sample.torque, "N");
+    assert_eq!(browser.complaints(), [""; 0]);
 }
 
 #[test]
-fn two_runs_are_compared_from_their_reports_alone() {
-    let (a, of_a) = folder("compare_a", |_| {});
-    let (b, of_b) = folder("compare_b", |scene| scene.control.law = dynamics_core::control::Law::PdGravity);
-    let html = compare::page(&Side::load(&a).unwrap(), &Side::load(&b.join("report.html")).unwrap()).unwrap().html();
-    assert!(html.len() < BYTES_MAX, "{}", html.len());
-    let change = 100.0 * (of_b.summary.tracking_max[1] / of_a.summary.tracking_max[1] - 1.0);
-    assert!(change > 100.0 && html.contains(&format!("<td>{change:+.1} %</td>")), "{change}");
-
-    let Some(mut browser) = Browser::start("compare", WEBGL) else { return };
-    for width in [1280, 390] {
-        browser.open(&write("compare", &html), width, 800);
-        browser.until("document.getElementById('viewer').dataset.ready === 'yes'");
-        assert!(browser.beyond() <= 0.0, "{width}");
-        browser.press("End");
-        let apart = browser.value("Math.hypot(...tipOfRun(0).map((x, k) => x - tipOfRun(1)[k]))").as_f64().unwrap();
-        assert!((1e-4..0.1).contains(&apart), "the arm with another law stands elsewhere: {apart} m");
-        let names = browser.value("document.querySelector('.chart .values').textContent").to_string();
-        assert!(names.contains("A actual") && names.contains("B actual"), "{names}");
+fn keys_work_after_a_click_and_an_address_or_an_event_sets_the_time() {
+    let Some(mut browser) = Browser::start("keys", FLAT) else { return };
+    let scene = scene("puma560_collision.toml");
+    browser.open(&write("keys", &page(&run(&scene), &scene).unwrap().html()), 1280, 800);
+    browser.until(READY);
+    let pressed = "[...document.querySelectorAll('.chips button')].findIndex((chip) => chip.ariaPressed === 'true')";
+    browser
+        .value("(() => { const chip = document.querySelectorAll('.chips button')[3]; chip.focus(); chip.click(); })()");
+    assert_eq!(browser.value(pressed), 3);
+    browser.press("ArrowRight");
+    assert!((time(&mut browser) - 1e-3).abs() < 1e-12, "an arrow moves the time while a chip has the focus");
+    browser.press("2");
+    assert_eq!(browser.value(pressed), 2);
+    browser.value("location.hash = '#t=0.4'");
+    browser.until("Number(document.getElementById('viewer').dataset.time) === 0.4");
+    assert_eq!(browser.value(pressed), 2, "an address without a joint keeps it");
+    browser.value("location.hash = '#t=0.3&joint=5'");
+    browser.until("Number(document.getElementById('viewer').dataset.time) === 0.3");
+    assert_eq!(browser.value(pressed), 5);
+    let marks = browser.value("document.querySelector('.marks').textContent").to_string();
+    assert!(marks.contains("band: push") && marks.contains("line: fault"), "{marks}");
+    // Twice the same event, with another time between.
+    for _ in 0..2 {
+        browser.press("Home");
+        browser.value("[...document.querySelectorAll('main li a')].find((link) => link.textContent.includes('a push of')).click()");
+        assert_eq!(time(&mut browser).to_bits(), scene.plant.push.as_ref().unwrap().at.to_bits());
     }
     assert_eq!(browser.complaints(), [""; 0]);
 }
 
 #[test]
-fn what_is_no_report_of_a_run_is_not_compared() {
-    let (a, _) = folder("compare_bad", |scene| scene.duration = Some(0.01));
-    let (run, planar) = {
-        let scene = scene("planar2r_swing.toml");
-        (simulate::on_desk::<2>(&scene, &AtomicBool::new(false), &ProgressBar::hidden()).unwrap(), scene)
-    };
-    let other = write("compare_planar", &page(&run, &planar).unwrap().html());
-    let text = write("compare_text", "<!doctype html><p>a page");
-    let missing = Path::new(env!("CARGO_TARGET_TMPDIR")).join("compare_missing.html");
-    for (b, expected) in
-        [(&missing, "there is no such file"), (&text, "no data of one run in it"), (&other, "has 6 joints")]
-    {
-        let output = at_the_top().arg("compare").args([&a, b]).output().unwrap();
-        let (code, out, error) = told(output);
-        assert_eq!((code, out.as_str()), (2, ""), "{error}");
-        assert!(error.contains(expected) && error.contains("expected"), "{error}");
-    }
-}
-
-#[test]
-fn a_point_of_a_study_hands_over_the_command_that_repeats_it() {
-    let Some(mut browser) = Browser::start("study", FLAT) else { return };
-    let point = Point::at(100.0, 1e-3).named("best").told("host-sim trade a.toml --scalar f32");
-    let figure = Figure::new("cost", "cycles", "error")
-        .scaled(Scale::Log, Scale::Log)
-        .with(Series::steps("front", vec![point, Point::at(1000.0, 1e-5)]));
-    let page = Page { title: "study".to_owned(), lead: vec!["Fine.".to_owned()], blocks: vec![Block::Figure(figure)] };
-    for width in [1280, 390] {
-        browser.open(&write("study", &page.html()), width, 800);
-        assert!(browser.beyond() <= 0.0, "{width}");
-        browser.value("document.querySelector('[data-command]').focus()");
-        browser.press("Enter");
-        browser.until(
-            "document.querySelector('.note')?.textContent.includes('host-sim trade a.toml --scalar f32') === true",
-        );
+fn after_a_fault_nothing_that_nobody_computes_is_shown_as_if_it_were() {
+    let Some(mut browser) = Browser::start("fault", WEBGL) else { return };
+    let scene = scene("puma560_collision.toml");
+    let run = run(&scene);
+    let fault = run.summary.faults[0].tick;
+    browser.open(&write("fault", &page(&run, &scene).unwrap().html()), 1280, 800);
+    browser.until(READY);
+    for (tick, there) in [(fault - 1, true), (fault + 1, false), (run.record.ticks() - 1, false)] {
+        let at = run.record.time()[tick];
+        browser.value(&format!("location.hash = '#t={at}'"));
+        browser.until(&format!("Number(document.getElementById('viewer').dataset.time) === {at}"));
+        let error = browser.value("document.querySelector('.readout tbody tr').cells[2].textContent");
+        assert_eq!(error != "\u{2013}", there, "{tick}: {error}");
+        let charts = browser.value(VALUES);
+        let charts = charts.as_array().unwrap().iter().map(|text| text.as_str().unwrap());
+        let outside: Vec<&str> = charts.filter(|text| text.contains("from outside")).collect();
+        assert_eq!(outside.len(), 1);
+        assert_eq!(!outside[0].contains("external \u{2013}"), there, "{tick}: {outside:?}");
+        assert_eq!(browser.value("drawingOf(0).estimate"), there, "{tick}");
     }
     assert_eq!(browser.complaints(), [""; 0]);
 }

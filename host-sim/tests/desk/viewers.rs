@@ -353,11 +353,23 @@ fn files_that_are_no_record_are_bad_input_and_say_what_they_are() {
     let (code, _, error) = told(identify);
     assert_eq!(code, 2);
     assert!(error.contains("without newtau.session"), "{error}");
-    let mut command = at_the_top();
-    command.args(["run", PICK, "--duration", "0.01", "--mcap", "/nowhere/x.mcap", "--out"]).arg(file("nowhere"));
-    let (code, _, error) = told(command.output().unwrap());
+}
+
+#[test]
+fn the_folder_of_an_mcap_file_is_made_before_the_run_and_one_that_cannot_be_ends_it_there() {
+    let out = file("mcap_folder");
+    std::fs::remove_dir_all(&out).ok();
+    let run = |to: &Path| {
+        let mut command = at_the_top();
+        command.args(["run", PICK, "--duration", "0.01", "--quiet", "--no-report", "--mcap"]).arg(to);
+        told(command.arg("--out").arg(&out).output().unwrap())
+    };
+    // A file occupies the path of the folder.
+    let (code, _, error) = run(&Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml/x.mcap"));
     assert_eq!(code, 1);
-    assert!(error.contains("/nowhere/x.mcap"), "{error}");
+    assert!(error.contains("Cargo.toml") && !out.join("log.csv").exists(), "{error}");
+    let (code, _, error) = run(&out.join("new/and_newer/x.mcap"));
+    assert!(code == 0 && out.join("new/and_newer/x.mcap").is_file(), "{error}");
 }
 
 /// A Python with the packages of `tests/viewers/requirements.txt`, which `cargo xtask test` sets up.

@@ -47,7 +47,8 @@ export class Arm {
     this.run = run;
     this.group = new Group();
     this.size = reach(run);
-    const solid = { roughness: 0.55, metalness: 0.1, transparent: ghost, opacity: ghost ? 0.4 : 1, depthWrite: !ghost };
+    this.opacity = ghost ? 0.4 : 1;
+    const solid = { roughness: 0.55, metalness: 0.1, transparent: ghost, opacity: this.opacity, depthWrite: !ghost };
     this.links = new MeshStandardMaterial(solid);
     this.joints = new MeshStandardMaterial(solid);
     this.load = new MeshStandardMaterial(solid);
@@ -134,6 +135,19 @@ export class Arm {
     });
     this.group.updateMatrixWorld(true);
     this.gone?.geometry.setDrawRange(0, row + 1);
+  }
+
+  /** Draw the arm faintly, once its run is over, or as it is. */
+  fade(faint) {
+    if (this.faint === faint) return;
+    this.faint = faint;
+    for (const material of [this.links, this.joints, this.load]) {
+      material.opacity = faint ? 0.25 * this.opacity : this.opacity;
+      material.transparent = material.opacity < 1;
+      material.depthWrite = !material.transparent;
+      // Transparent or not is compiled into a program.
+      material.needsUpdate = true;
+    }
   }
 
   /** Origin of the tip in the base frame, m. */

@@ -1,7 +1,7 @@
 // The stack of charts on one time axis, with the marks of events and the line of the clock.
 
 import uPlot from 'uplot';
-import { gaps, rowAt } from './columns.js';
+import { gaps, isOver, rowAt } from './columns.js';
 import { colour, element } from './dom.js';
 import { engineering, prefix } from './numbers.js';
 
@@ -158,8 +158,8 @@ export class Charts {
       line.style.transform = `translateX(${plot.valToPos(t, 'x')}px)`;
       line.hidden = t < this.range[0] || t > this.range[1];
       const items = chart.curves.map((made) => {
-        const value = made.at[rowAt(made.run, t)];
-        return element('span', { style: `--pen:${made.pen.stroke}` }, `${made.name} `, element('b', {}, engineering(value, chart.unit.split(',')[0])));
+        const value = isOver(made.run, t) ? NaN : made.at[rowAt(made.run, t)];
+        return element('span', { style: `--pen:${made.pen.stroke}` }, `${made.name} `, element('b', {}, engineering(value, made.unit)));
       });
       if (limits.length) {
         const both = limits.length === 2 && limits[0] === -limits[1] ? `\u00b1${engineering(limits[1], chart.unit)}` : limits.map((x) => engineering(x, chart.unit)).join(' to ');

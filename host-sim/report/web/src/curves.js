@@ -7,27 +7,30 @@ const TERMS = [
   ['friction', 'friction'], ['contact', 'known contact'], ['rest', 'feedback and the rest'],
 ];
 
-/** A curve of a run: its name, pen, values, and where rows were left out the lowest and highest of each row. */
-function curve(run, name, column, pen, more = {}) {
-  return { run, name, pen, at: column.at, low: column.low, high: column.high, ...more };
+/** A curve of a run: its name, pen, unit, values, and where rows were left out the lowest and highest of each row. */
+function curve(run, name, column, pen, unit) {
+  return { run, name, pen, unit, at: column.at, low: column.low, high: column.high };
 }
 
 function sum(a, b) {
   return { at: a.at.map((x, k) => x + b.at[k]) };
 }
 
-/** A column up to the first fault: an arm that brakes follows no reference. */
+/** A column up to the first fault: an arm that brakes follows no reference, and nobody estimates what pushes it. */
 function driven(run, column) {
-  const fault = run.events.find((event) => event.kind === 'fault');
-  if (!fault) return column;
-  const end = Math.ceil(fault.at / run.step - 1e-6);
-  return Object.fromEntries(Object.entries(column).map(([part, values]) => [part, values.map((x, k) => (k < end ? x : NaN))]));
+  if (run.driven >= run.rows) return column;
+  return Object.fromEntries(Object.entries(column).map(([part, values]) => [part, values.map((x, k) => (k < run.driven ? x : NaN))]));
 }
 
 /** What the terms leave of the commanded torque. */
 function rest(run, joint) {
   const known = TERMS.map(([key]) => run.columns[key]?.[joint]).filter(Boolean);
   return { at: run.columns.torque[joint].at.map((x, k) => known.reduce((left, term) => left - term.at[k], x)) };
+}
+
+/** A chart whose curves all have its unit. */
+function alike(chart) {
+  return { ...chart, curves: chart.curves.map((made) => ({ ...made, unit: chart.unit })) };
 }
 
 /** Charts of one joint. */
@@ -73,28 +76,29 @@ export function ofJoint(runs, joint) {
   const external = {
     title: `${torque.title} from outside, estimated`, unit: label.torque_unit, zero: true,
     limits: first.thresholds && [-first.thresholds[joint], first.thresholds[joint]], bound: 'threshold',
-    curves: each((run, k, who) => (run.columns.external ? [curve(run, `${who}external`, run.columns.external[joint], pen(k))] : [])),
+    curves: each((run, k, who) => (run.columns.external ? [curve(run, `${who}external`, driven(run, run.columns.external[joint]), pen(k))] : [])),
   };
-  return [position, error, velocity, torque, terms, external].filter((chart) => chart.curves.length);
+  return [position, error, velocity, torque, terms, external].filter((chart) => chart.curves.length).map(alike);
 }
 
-/** Charts of all joints, a colour each; a second run is dashed. */
+/** Charts of all joints, a colour each; a second run is dashed. Each curve keeps its joint's unit: a slide has others than a hinge. */
 export function ofAll(runs) {
-  const units = (key) => [...new Set(runs[0].joints.map((joint) => joint[key]))].join(', ');
-  const chart = (title, column, unit, zero) => ({
-    title, unit, zero,
+  const chart = (title, column, key, zero) => ({
+    title, zero, unit: [...new Set(runs[0].joints.map((joint) => joint[key]))].join(', '),
     curves: runs.flatMap((run, index) =>
-      (run.columns[column] ?? []).map((values, k) =>
-        curve(run, `${runs.length > 1 ? `${run.letter} ` : ''}${run.joints[k].name}`, column === 'error' ? driven(run, values) : values, {
-          stroke: turn(k), width: 1.5, dash: index ? [5, 4] : undefined,
-        }))),
+      (run.columns[column] ?? []).map((values, k) => {
+        const name = `${runs.length > 1 ? `${run.letter} ` : ''}${run.joints[k].name}`;
+        const pen = { stroke: turn(k), width: 1.5, dash: index ? [5, 4] : undefined };
+        return curve(run, name, ['error', 'external'].includes(column) ? driven(run, values) : values, pen, run.joints[k][key]);
+      })),
   });
+  const efforts = new Set(runs[0].joints.map((joint) => joint.effort));
+  const effort = efforts.size > 1 ? 'Torque or force' : efforts.has('force') ? 'Force' : 'Torque';
   return [
-    chart('Position', 'q', units('position_unit')),
-    chart('Position error', 'error', units('position_unit'), true),
-    chart('Velocity', 'qd', units('velocity_unit')),
-    chart('Torque', 'torque', units('torque_unit')),
-    chart('Torque from outside, estimated', 'external', units('torque_unit'), true),
+    chart('Position', 'q', 'position_unit'),
+    chart('Position error', 'error', 'position_unit', true),
+    chart('Velocity', 'qd', 'velocity_unit'),
+    chart(effort, 'torque', 'torque_unit'),
+    chart(`${effort} from outside, estimated`, 'external', 'torque_unit', true),
   ].filter((made) => made.curves.length);
 }
-

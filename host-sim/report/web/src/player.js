@@ -1,7 +1,7 @@
 // Play, pause, scrub, speed; the strip of events; and what every joint does now.
 
 import { SPEEDS } from './clock.js';
-import { rowAt } from './columns.js';
+import { isOver, rowAt } from './columns.js';
 import { element } from './dom.js';
 import { engineering } from './numbers.js';
 
@@ -43,12 +43,17 @@ export function readout(clock, runs) {
     element('tr', {}, element('th', { scope: 'row' }, runs.length > 1 ? `${run.letter} ${joint.name}` : joint.name), ...cells[i]));
   clock.listen(() => {
     rows.forEach(({ run, joint, k }, i) => {
+      if (isOver(run, clock.t)) {
+        for (const cell of cells[i]) cell.textContent = '\u2013';
+        cells[i][3].style.setProperty('--share', '0%');
+        return;
+      }
       const row = rowAt(run, clock.t);
       const { q, error, torque } = run.columns;
       const share = joint.torque ? Math.abs(torque[k].at[row]) / joint.torque : NaN;
       const [position, off, drive, of] = cells[i];
       position.textContent = `${q[k].at[row].toFixed(4)} ${joint.position_unit}`;
-      off.textContent = engineering(error[k].at[row], joint.position_unit);
+      off.textContent = engineering(row < run.driven ? error[k].at[row] : NaN, joint.position_unit);
       drive.textContent = engineering(torque[k].at[row], joint.torque_unit);
       of.textContent = Number.isFinite(share) ? `${(100 * share).toFixed(0)} %` : '\u2013';
       of.style.setProperty('--share', `${Math.min(100, 100 * (share || 0))}%`);
@@ -58,11 +63,18 @@ export function readout(clock, runs) {
     element('thead', {}, element('tr', {}, ...head)), element('tbody', {}, ...body));
 }
 
-/** Keys of the whole page, except where something is being typed or chosen. */
+/** Whether the element that has the focus wants a key for itself: a button its press, a list its choice, a table its scrolling. */
+function wants(target, key) {
+  if (target.type === 'range') return false;
+  if (target.closest?.('button, summary, a, input[type="checkbox"]')) return key === ' ' || key === 'Enter';
+  if (target.closest?.('.table, pre')) return /^(Arrow|Home$|End$)/.test(key);
+  return Boolean(target.closest?.('input, select, textarea'));
+}
+
+/** Keys of the whole page, except where the focus wants them. */
 export function keys(clock, { joints, choose, charts, view }) {
   addEventListener('keydown', (event) => {
-    const busy = event.target.closest?.('input, select, textarea, button, summary, a');
-    if (event.ctrlKey || event.metaKey || event.altKey || (busy && !['Escape'].includes(event.key) && event.target.type !== 'range')) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || wants(event.target, event.key)) return;
     const far = event.shiftKey ? 10 : 1;
     const does = {
       ' ': () => clock.toggle(),

@@ -5,7 +5,7 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { Arm } from './arm.js';
-import { rowAt } from './columns.js';
+import { isOver, rowAt } from './columns.js';
 import { colour, onTheme } from './dom.js';
 
 /** Field of view from top to bottom, degrees. */
@@ -53,8 +53,8 @@ export class Stage {
     const sun = new DirectionalLight(0xffffff, 1.8);
     sun.position.set(1, -1.4, 2);
     this.scene.add(this.light, sun);
-    this.#arrows();
     this.#camera(canvas);
+    this.#arrows();
     this.paint();
     onTheme(() => this.paint());
     new ResizeObserver(() => this.resize()).observe(host);
@@ -68,7 +68,10 @@ export class Stage {
       this.scene.add(made);
     }
     const g = new Vector3(...this.runs[0].gravity);
-    point(this.arrows.gravity, new Vector3(-0.55 * this.size, 0, 0.55 * this.size), g, g.length() > 0 ? 0.25 * this.size : 0);
+    // Inside the ball that every view shows whole, beside what stands in its middle.
+    const { center, radius } = this.ball;
+    const beside = new Vector3(-0.72, -0.2, 0.55).multiplyScalar(radius).add(center);
+    point(this.arrows.gravity, beside, g, g.length() > 0 ? 0.4 * radius : 0);
     // Forces in scale with the greatest that is known; with the greatest estimate, where none is.
     const { wrenches, wrench, rows } = this.runs[0];
     this.newtons = Math.max(0, ...wrenches.map(({ force }) => Math.hypot(...force)));
@@ -91,9 +94,9 @@ export class Stage {
         for (const at of arm.jointsAt()) passed.expandByPoint(at);
       }
     }
-    const ball = passed.getBoundingSphere(new Sphere());
-    this.controls.target.copy(ball.center);
-    this.away = (1.12 * (ball.radius + 0.06 * this.size)) / Math.sin((0.5 * FIELD * Math.PI) / 180);
+    this.ball = passed.getBoundingSphere(new Sphere());
+    this.controls.target.copy(this.ball.center);
+    this.away = (1.12 * (this.ball.radius + 0.06 * this.size)) / Math.sin((0.5 * FIELD * Math.PI) / 180);
     this.controls.addEventListener('change', () => this.draw());
     this.nextView();
   }
@@ -141,7 +144,10 @@ export class Stage {
 
   /** Show the arms at `t` (s). */
   show(t) {
-    this.arms.forEach((arm, index) => arm.pose(rowAt(this.runs[index], t)));
+    this.arms.forEach((arm, index) => {
+      arm.pose(rowAt(this.runs[index], t));
+      arm.fade(isOver(this.runs[index], t));
+    });
     const [run] = this.runs;
     const [arm] = this.arms;
     const tip = arm.tipAt();
@@ -154,7 +160,8 @@ export class Stage {
     told.transformDirection(arm.tip.matrixWorld).multiplyScalar(size);
     const length = (size) => (this.newtons > 0 ? this.size * Math.min((0.3 * size) / this.newtons, 0.5) : 0);
     point(this.arrows.contact, tip, told, length(size));
-    const guess = run.wrench ? new Vector3(...[0, 1, 2].map((axis) => run.wrench[axis][arm.row] || 0)) : new Vector3();
+    // Behind a fault nobody estimates.
+    const guess = run.wrench && arm.row < run.driven ? new Vector3(...[0, 1, 2].map((axis) => run.wrench[axis][arm.row] || 0)) : new Vector3();
     point(this.arrows.estimate, tip, guess, length(guess.length()));
     this.draw();
   }

@@ -21,7 +21,8 @@ const host = document.getElementById('viewer');
 const data = JSON.parse(document.getElementById('viewer-data').textContent);
 const runs = data.runs.map(decode);
 const clock = new Clock(Math.max(...runs.map((run) => run.time[run.rows - 1])), Math.min(...runs.map((run) => run.step)));
-const events = runs.flatMap((run) => run.events);
+// Of two runs, each event says whose it is.
+const events = runs.flatMap((run) => run.events.map((event) => (runs.length > 1 ? { ...event, text: `${run.letter}, ${event.text}` } : event)));
 
 /** The stage, or words where there is no WebGL. */
 function stage(box) {
@@ -61,9 +62,18 @@ for (const [kind, name, there] of [
   if (there) key.append(element('li', { style: `--pen:var(--${kind})` }, name));
 }
 
+// What the marks on the curves mean, of those that this page has.
+const marks = element('p', { class: 'marks' });
+for (const [kind, name] of [
+  ['waypoint', 'grey line: point of the motion'], ['push', 'shaded band: push'], ['fault', 'red line: fault'],
+  ['reach', 'violet line: out of reach'], ['limit', 'stripe at the foot: a limit acts'],
+]) {
+  if (events.some((event) => event.kind === kind)) marks.append(element('span', { class: kind }, name));
+}
+
 host.replaceChildren(
   element('div', { class: 'stage' }, scene, key, player(clock, events), readout(clock, runs)),
-  element('div', { class: 'panel' }, chips, curves),
+  element('div', { class: 'panel' }, chips, marks, curves),
 );
 const arms = stage(scene);
 if (arms) {
@@ -77,11 +87,26 @@ clock.listen(() => (host.dataset.time = clock.t));
 keys(clock, { joints: runs[0].joints.length, choose, charts, view: () => arms?.nextView() });
 onTheme(() => choose(chosen));
 
-// An address may name the moment and the joint: report.html#t=0.42&joint=2
-const asked = new URLSearchParams(location.hash.slice(1));
-choose(asked.has('joint') ? Number(asked.get('joint')) - 1 : data.joint);
-clock.set(Number(asked.get('t') ?? 0));
+/** An address may name the moment and the joint: report.html#t=0.42&joint=2, where joint 0 is all of them. */
+function go(hash) {
+  const asked = new URLSearchParams(hash.slice(1));
+  const [t, joint] = ['t', 'joint'].map((name) => Number(asked.get(name) || NaN));
+  if (Number.isInteger(joint) && joint >= 0 && joint <= runs[0].joints.length) choose(joint - 1);
+  if (Number.isFinite(t)) clock.set(t);
+}
+choose(data.joint);
+clock.set(0);
+go(location.hash);
+addEventListener('hashchange', () => go(location.hash));
+// An event of the list: also a second time, when the address is already that one.
+addEventListener('click', (event) => {
+  const link = event.target.closest?.('a[href^="#t="]');
+  if (!link) return;
+  go(link.hash);
+  host.scrollIntoView({ block: 'nearest' });
+});
 host.dataset.ready = 'yes';
 host.dataset.webgl = arms ? 'yes' : 'no';
-// For whoever checks the drawing against the model: origin of the tip in the base frame, m.
+// For whoever checks the drawing against the model: origin of the tip in the base frame, m; how faint an arm is; whether a force is guessed.
 globalThis.tipOfRun = (index) => arms?.arms[index].tipAt().toArray();
+globalThis.drawingOf = (index) => arms && { opacity: arms.arms[index].links.opacity, estimate: arms.arrows.estimate.visible };

@@ -4,7 +4,7 @@ use super::events::Event;
 use crate::run::record::JointLabel;
 use crate::run::simulate::Run;
 use crate::run::summary::engineering;
-use report::{Cell, Table};
+use report::{Block, Cell, Table};
 
 /// A number with three digits, and all of its digits behind them.
 fn number(value: f64, unit: &str) -> Cell {
@@ -127,20 +127,36 @@ pub(super) fn settings(run: &Run) -> Vec<(String, String)> {
 /// Most events that are listed one by one.
 const LISTED: usize = 100;
 
-/// Events in words.
-pub(super) fn events(events: &[Event], run: &Run) -> Vec<String> {
+/// Events in words, each leading to its moment.
+pub(super) fn events(events: &[Event], run: &Run) -> Vec<Block> {
     let at = |event: &Event| match event.to {
         None => engineering(event.at, "s"),
         Some(to) => format!("{} to {}", engineering(event.at, "s"), engineering(to.min(run.summary.duration), "s")),
     };
-    let mut lines: Vec<String> =
-        events.iter().take(LISTED).map(|event| format!("{}: {}", at(event), event.text)).collect();
+    let moment = |event: &Event| {
+        let joint = event.joint.map_or(String::new(), |joint| format!("&joint={}", joint + 1));
+        (format!("#t={}{joint}", event.at), format!("{}: {}", at(event), event.text))
+    };
     if events.is_empty() {
-        lines.push("nothing".to_owned());
-    } else if events.len() > LISTED {
-        lines.push(format!("and {} more", events.len() - LISTED));
+        return vec![Block::Words("Nothing.".to_owned())];
     }
-    lines
+    let mut blocks = vec![Block::Moments(events.iter().take(LISTED).map(moment).collect())];
+    let more = events.len().saturating_sub(LISTED);
+    blocks.extend((more > 0).then(|| Block::Words(format!("And {more} more."))));
+    blocks
+}
+
+/// Keys of a page with so many joints.
+pub(crate) fn keys(joints: usize) -> String {
+    // There are keys for nine.
+    let choose = match joints.min(9) {
+        0 | 1 => "1 chooses the joint".to_owned(),
+        last => format!("1 to {last} choose a joint"),
+    };
+    format!(
+        "Keys: space plays, arrows step (with shift ten times as far), Home and End jump, + and - zoom the time axis about the cursor, \
+         < and > change the speed, {choose}, a shows all, v turns the view."
+    )
 }
 
 /// Keys, and how the data were thinned.
@@ -155,10 +171,8 @@ pub(super) fn reading(run: &Run, stride: u64) -> Vec<String> {
         )
     };
     vec![
-        "Keys: space plays, arrows step (with shift ten times as far), Home and End jump, + and - zoom the time axis about the cursor, \
-         < and > change the speed, 1 to 6 choose a joint, a shows all, v turns the view."
-            .to_owned(),
-        "Press or drag on a curve, or use the slider, to set the time. #t=0.4&joint=2 behind the address opens there.".to_owned(),
+        keys(run.record.joints().len()),
+        "Press or drag on a curve, or use the slider, to set the time. #t=0.4&joint=2 behind the address opens there; an event of the list leads there.".to_owned(),
         "Terms of the model: each computed alone, at the arm's state and the reference's acceleration. Feedback and the rest: the commanded \
          torque less all of them."
             .to_owned(),

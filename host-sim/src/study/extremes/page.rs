@@ -72,7 +72,7 @@ fn stable(arm: &str, regions: Vec<StableRegion>) -> Figure {
         let dots = points.iter().map(dot).collect();
         figure = figure
             .with(Series::line(name.clone(), points.iter().map(|&(frequency, predicted, _)| (frequency, predicted))));
-        figure = figure.with(Series::points(format!("{name}, simulated"), dots));
+        figure = figure.with_of_last(Series::points(format!("{name}, simulated"), dots));
     }
     figure
 }

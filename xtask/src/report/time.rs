@@ -1,0 +1,41 @@
+//! What the report of a minute of motion costs, for `docs/measured/report.md`.
+
+use crate::bench::{Table, write_into};
+use crate::process::{cargo_run, run as run_command, target_directory};
+use anyhow::{Context as _, Result, ensure};
+use std::fs;
+use std::time::Instant;
+
+/// A scene of six joints whose page holds the terms of the model.
+const SCENE: &str = "scenes/puma560_pick.toml";
+/// Simulated time, s.
+const DURATION: &str = "60";
+/// Runs with and without, in turns; the shortest of each counts.
+const RUNS: usize = 5;
+
+/// Runs a minute with and without a report, and writes the difference.
+pub(super) fn run() -> Result<()> {
+    let folder = target_directory().join("report/time");
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    // Built before the clock runs.
+    run_command(cargo_run("host-sim").arg("--version"))?;
+    let once = |report: &str| -> Result<f64> {
+        let mut command = cargo_run("host-sim");
+        command.args(["run", SCENE, "--duration", DURATION, "--quiet", report, "--out"]).arg(&folder);
+        let began = Instant::now();
+        let done = command.output()?;
+        ensure!(done.status.success(), "{SCENE}: {}", String::from_utf8_lossy(&done.stderr));
+        Ok(began.elapsed().as_secs_f64())
+    };
+    let (mut without, mut with) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..RUNS {
+        without = without.min(once("--no-report")?);
+        with = with.min(once("--report")?);
+    }
+    let page = folder.join("report.html");
+    let bytes = fs::metadata(&page).with_context(|| page.display().to_string())?.len();
+    let mut table = Table::new(&["run without, s", "run with, s", "the report, s", "the page, MB"]);
+    let seconds = [without, with, with - without].map(|time| format!("{time:.2}"));
+    table.row(&[seconds.to_vec(), vec![format!("{:.2}", bytes as f64 / 1e6)]].concat());
+    write_into("docs/measured/report.md", &[("report", table.0)])
+}
