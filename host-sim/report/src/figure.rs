@@ -6,7 +6,8 @@ use crate::axis::Axis;
 use crate::escape::html;
 use std::fmt::Write as _;
 
-/// A figure. Its colours are those of the page, dark or light; its points are reached by pointer and by keyboard.
+/// A figure. Its colours are those of the page, dark or light; its points say what they are on hover, and those
+/// with a command are reached by keyboard too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     caption: String,
@@ -28,6 +29,7 @@ pub struct Series {
 enum Kind {
     Points,
     Line,
+    Limit,
     Steps,
     Bars,
 }
@@ -79,6 +81,13 @@ impl Series {
         let all: Vec<(f64, f64)> = points.into_iter().collect();
         let points = thinned(&all).into_iter().map(|(x, y)| Point::at(x, y)).collect();
         Self { name: name.into(), kind: Kind::Line, points }
+    }
+
+    /// A dashed line from one point to the other: a limit.
+    #[must_use]
+    pub fn limit(name: impl Into<String>, from: (f64, f64), to: (f64, f64)) -> Self {
+        let points = [from, to].map(|(x, y)| Point::at(x, y)).into();
+        Self { name: name.into(), kind: Kind::Limit, points }
     }
 
     /// A line that keeps its height until the next point, as a Pareto front does. The points keep their names.
@@ -226,7 +235,7 @@ impl Figure {
             let _ = write!(out, "<g class=\"c{}\">", index % COLOURS);
             match series.kind {
                 Kind::Points => series.draw_points(out, &x, &y),
-                Kind::Line => series.draw_line(out, &x, &y),
+                Kind::Line | Kind::Limit => series.draw_line(out, &x, &y),
                 Kind::Steps => {
                     series.draw_steps(out, &x, &y);
                     series.draw_points(out, &x, &y);
@@ -281,9 +290,11 @@ impl Point {
         }
         let command = self.command.as_ref().map_or(String::new(), |c| format!(" data-command=\"{}\"", html(c)));
         let class = if self.name.is_some() { "point named" } else { "point" };
+        // What can be pressed is a stop of the keyboard; names alone stand in the list under the figure, or in a table.
+        let stop = if self.command.is_some() { " tabindex=\"0\"" } else { "" };
         let _ = write!(
             out,
-            "<g class=\"{class}\" tabindex=\"0\" role=\"img\" aria-label=\"{0}\"{command}><title>{0}</title>",
+            "<g class=\"{class}\"{stop} role=\"img\" aria-label=\"{0}\"{command}><title>{0}</title>",
             html(&said)
         );
     }
@@ -313,7 +324,8 @@ impl Series {
             let _ = write!(path, "{pen}{px:.1} {py:.1}");
             pen = 'L';
         }
-        let _ = write!(out, "<path class=\"line\" d=\"{path}\"/>");
+        let dashes = if self.kind == Kind::Limit { " stroke-dasharray=\"7 5\"" } else { "" };
+        let _ = write!(out, "<path class=\"line\"{dashes} d=\"{path}\"/>");
     }
 
     fn draw_steps(&self, out: &mut String, x: &Axis<'_>, y: &Axis<'_>) {
@@ -370,6 +382,14 @@ mod tests {
         let gap = Figure::new("a", "x", "y").with(Series::line("l", [(0.0, 0.0), (1.0, f64::NAN), (2.0, 1.0)]));
         assert_eq!(drawn(&gap).matches("class=\"line\" d=\"M").count(), 1);
         assert_eq!(drawn(&gap).split("class=\"line\"").nth(1).unwrap().matches('M').count(), 2);
+    }
+
+    #[test]
+    fn a_point_without_a_command_is_no_stop_of_the_keyboard_and_a_limit_is_dashed() {
+        let bars = Series::steps("all", vec![Point::at(0.0, 3.0).named("0 to 1: 3 runs")]);
+        let out = drawn(&Figure::new("a", "x", "y").with(bars).with(Series::limit("limit", (0.5, 0.0), (0.5, 3.0))));
+        assert!(!out.contains("tabindex") && out.contains("<title>0 to 1: 3 runs</title>"), "{out}");
+        assert_eq!(out.matches("stroke-dasharray").count(), 1);
     }
 
     #[test]
