@@ -16,6 +16,13 @@ pub(crate) fn file_name(name: &str) -> String {
     if name.is_empty() { "scene".to_owned() } else { name }
 }
 
+/// A path as one word of a command that is shown for a shell.
+pub(crate) fn shell_word(path: &Path) -> String {
+    let path = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '.' | '_' | '-' | '+' | ',' | ':' | '@' | '%');
+    if !path.is_empty() && path.chars().all(plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
+}
+
 /// Write the report of a run; returns the file.
 pub(crate) fn write_report(run: &Run, scene: &SceneFile, path: &Path) -> Result<PathBuf, Failure> {
     let page = report::page(run, scene)?;
@@ -37,12 +44,21 @@ pub(crate) fn write(run: &Run, name: &str, folder: &Path) -> Result<Vec<PathBuf>
 
 #[cfg(test)]
 mod tests {
-    use super::file_name;
+    use super::{file_name, shell_word};
+    use std::path::Path;
 
     #[test]
     fn a_scene_cannot_name_a_folder_elsewhere() {
         assert_eq!(file_name("puma560_pick"), "puma560_pick");
         assert_eq!(file_name("../../etc/x y"), "______etc_x_y");
         assert_eq!(file_name(""), "scene");
+    }
+
+    #[test]
+    fn a_path_is_one_word_of_a_shown_command_and_is_quoted_only_where_it_must_be() {
+        let word = |path: &str| shell_word(Path::new(path));
+        assert_eq!(word("out/pick_1/study.toml"), "out/pick_1/study.toml");
+        assert_eq!(word("/a b/it's"), "'/a b/it'\\''s'");
+        assert_eq!((word("$HOME"), word("")), ("'$HOME'".to_owned(), "''".to_owned()));
     }
 }
