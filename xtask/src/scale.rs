@@ -1,5 +1,5 @@
-//! `cargo xtask scale`: a study on the engines that `host-sim sweep --submit` writes for, each of which loses a worker on the way, compared
-//! byte for byte with one process; a merge of many shards; and the plan for very many runs that the figures give.
+//! `cargo xtask scale`: a study on the engines that `host-sim sweep --submit` writes for, killed on the way, compared byte for byte with
+//! one process; a merge of many shards; and the plan for very many runs that the figures give.
 //!
 //! | module | holds |
 //! |---|---|
@@ -69,17 +69,19 @@ pub(crate) fn run_all(options: &Options) -> Result<()> {
     engines::kubernetes(&work)?;
     let merge = many_shards(&work)?;
     let pick = pick(&work)?;
-    let bytes = std::fs::metadata(whole.join("runs.csv"))?.len();
+    let bytes = |folder: &Path| anyhow::Ok(std::fs::metadata(folder.join("runs.csv"))?.len());
     let figures = Figures {
         runs: work.runs,
         shards: work.shards,
-        bytes,
+        bytes: bytes(&whole)?,
         one,
         hyperqueue,
         slurm,
         merge,
         many: MANY,
+        merged_bytes: bytes(&work.folder.join("many/whole"))?,
         pick,
+        pick_bytes: bytes(&work.folder.join("pick"))?,
         picks: PICKS,
     };
     print!("{}", figures.markdown());
@@ -149,8 +151,8 @@ fn many_shards(work: &Work) -> Result<Cost> {
         sweep.arg("sweep").arg(root().join("xtask/scale/study.toml"));
         sweep.args(["--quiet", "--jobs", "1", "--runs", &(shards * runs).to_string()]);
         run(sweep.args(["--shard", &format!("{number}/{shards}"), "--out"]).arg(&folder))?;
-        merge.arg(&folder);
     }
+    merge.arg(all.join("shards"));
     measured(&work.python, &mut merge)
 }
 

@@ -8,7 +8,8 @@ use crate::escape::html;
 use crate::series::{Kind, LINE, MARGIN, SIZE};
 use std::fmt::Write as _;
 
-/// A figure. Its colours are those of the page, dark or light; its points are reached by pointer and by keyboard.
+/// A figure. Its colours are those of the page, dark or light; its points say what they are on hover, and those
+/// with a command are reached by keyboard too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     caption: String,
@@ -142,7 +143,7 @@ impl Figure {
             let _ = write!(out, "<g class=\"{}\">", class(*pen));
             match series.kind {
                 Kind::Points => series.draw_points(out, x, &y),
-                Kind::Line => series.draw_line(out, x, &y),
+                Kind::Line | Kind::Limit => series.draw_line(out, x, &y),
                 Kind::Steps => {
                     series.draw_steps(out, x, &y);
                     series.draw_points(out, x, &y);
@@ -228,6 +229,14 @@ mod tests {
         let unlike: std::collections::BTreeSet<&str> = classes.into_iter().collect();
         assert_eq!(unlike.len(), 12);
         assert!(out.contains("<span class=\"c1 d1\">l7</span><span class=\"c1 d1 dots\">p7</span>"), "{out}");
+    }
+
+    #[test]
+    fn a_point_without_a_command_is_no_stop_of_the_keyboard_and_a_limit_is_dashed() {
+        let bars = Series::steps("all", vec![Point::at(0.0, 3.0).named("0 to 1: 3 runs")]);
+        let out = drawn(&Figure::new("a", "x", "y").with(bars).with(Series::limit("limit", (0.5, 0.0), (0.5, 3.0))));
+        assert!(!out.contains("tabindex") && out.contains("<title>0 to 1: 3 runs</title>"), "{out}");
+        assert_eq!(out.matches("stroke-dasharray").count(), 1);
     }
 
     #[test]

@@ -22,6 +22,7 @@ pub struct Series {
 pub(crate) enum Kind {
     Points,
     Line,
+    Limit,
     Steps,
     Bars,
 }
@@ -73,6 +74,13 @@ impl Series {
         let all: Vec<(f64, f64)> = points.into_iter().collect();
         let points = thinned(&all).into_iter().map(|(x, y)| Point::at(x, y)).collect();
         Self { name: name.into(), kind: Kind::Line, points }
+    }
+
+    /// A dashed line from one point to the other: a limit.
+    #[must_use]
+    pub fn limit(name: impl Into<String>, from: (f64, f64), to: (f64, f64)) -> Self {
+        let points = [from, to].map(|(x, y)| Point::at(x, y)).into();
+        Self { name: name.into(), kind: Kind::Limit, points }
     }
 
     /// A line that keeps its height until the next point, as a Pareto front does. The points keep their names.
@@ -143,9 +151,11 @@ impl Point {
         }
         let command = self.command.as_ref().map_or(String::new(), |c| format!(" data-command=\"{}\"", html(c)));
         let class = if self.name.is_some() { "point named" } else { "point" };
+        // What can be pressed is a stop of the keyboard; names alone stand in the list under the figure, or in a table.
+        let stop = if self.command.is_some() { " tabindex=\"0\"" } else { "" };
         let _ = write!(
             out,
-            "<g class=\"{class}\" tabindex=\"0\" role=\"img\" aria-label=\"{0}\"{command}><title>{0}</title>",
+            "<g class=\"{class}\"{stop} role=\"img\" aria-label=\"{0}\"{command}><title>{0}</title>",
             html(&said)
         );
     }
@@ -175,7 +185,8 @@ impl Series {
             let _ = write!(path, "{pen}{px:.1} {py:.1}");
             pen = 'L';
         }
-        let _ = write!(out, "<path class=\"line\" d=\"{path}\"/>");
+        let dashes = if self.kind == Kind::Limit { " stroke-dasharray=\"7 5\"" } else { "" };
+        let _ = write!(out, "<path class=\"line\"{dashes} d=\"{path}\"/>");
     }
 
     pub(crate) fn draw_steps(&self, out: &mut String, x: &Axis<'_>, y: &Axis<'_>) {

@@ -12,13 +12,15 @@ pub struct Cell {
     pub exact: Option<f64>,
     /// Whether the cell draws the eye: a failure, a limit.
     pub warns: bool,
+    /// Command that repeats what the cell speaks of, on hover; a press copies it.
+    pub command: Option<String>,
 }
 
 impl Cell {
     /// A text that stands for a number.
     #[must_use]
     pub fn number(text: impl Into<String>, exact: f64) -> Self {
-        Self { text: text.into(), exact: Some(exact), warns: false }
+        Self { text: text.into(), exact: Some(exact), ..Self::default() }
     }
 
     /// The same cell, drawing the eye where `warns`.
@@ -26,11 +28,25 @@ impl Cell {
     pub fn warning(self, warns: bool) -> Self {
         Self { warns, ..self }
     }
+
+    /// The same cell with the command that repeats what it speaks of.
+    #[must_use]
+    pub fn told(self, command: impl Into<String>) -> Self {
+        Self { command: Some(command.into()), ..self }
+    }
+
+    /// What stands in the cell. A command is reached by pointer and by keyboard, as that of a point in a figure is.
+    fn content(&self) -> String {
+        let text = html(&self.text);
+        self.command.as_deref().map(html).map_or(text.clone(), |command| {
+            format!("<span tabindex=\"0\" role=\"button\" title=\"{command}\" data-command=\"{command}\">{text}</span>")
+        })
+    }
 }
 
 impl<T: Into<String>> From<T> for Cell {
     fn from(text: T) -> Self {
-        Self { text: text.into(), exact: None, warns: false }
+        Self { text: text.into(), ..Self::default() }
     }
 }
 
@@ -116,7 +132,7 @@ impl Table {
                 let tag = if index == 0 { "th scope=\"row\"" } else { "td" };
                 let class = column.class(cell.warns);
                 let exact = cell.exact.map_or(String::new(), |x| format!(" data-exact=\"{x:?}\" title=\"{x:?}\""));
-                let _ = write!(out, "<{tag}{class}{exact}>{}</{}>", html(&cell.text), &tag[..2]);
+                let _ = write!(out, "<{tag}{class}{exact}>{}</{}>", cell.content(), &tag[..2]);
             }
             out.push_str("</tr>\n");
         }
@@ -144,6 +160,17 @@ mod tests {
         ] {
             assert!(out.contains(expected), "{expected}: {out}");
         }
+    }
+
+    #[test]
+    fn a_cell_hands_its_command_to_pointer_and_keyboard() {
+        let mut table = Table::new("worst", &["run"]);
+        table.row(vec![Cell::from("54").told("host-sim sweep 'a b' --replay 54")]);
+        let mut out = String::new();
+        table.write(&mut out);
+        let command = "host-sim sweep &#39;a b&#39; --replay 54";
+        assert!(out.contains(&format!("title=\"{command}\" data-command=\"{command}\">54</span></th>")), "{out}");
+        assert!(out.contains("tabindex=\"0\" role=\"button\""), "{out}");
     }
 
     #[test]

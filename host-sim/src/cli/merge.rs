@@ -14,14 +14,14 @@ Every shard is checked: the same study, program and machine's numbers, every run
 byte for byte those of one process. One shard is read at a time, so memory does not grow with their number.
 
 Examples:
-  host-sim merge out/shards/* --out out/whole
-  host-sim merge out/shards/* --out out/whole --json | jq .failures";
+  host-sim merge out/shards --out out/whole
+  host-sim merge out/shards/1 out/shards/2 --out out/whole --json | jq .failures";
 
 /// Options of `merge`.
 #[derive(Clone, Debug, Args)]
 #[command(after_long_help = EXAMPLES)]
 pub struct MergeArgs {
-    /// The shards' folders, in any order.
+    /// The shards' folders in any order, or the folder that holds them.
     #[arg(value_name = "FOLDER", required = true)]
     pub shards: Vec<PathBuf>,
     /// Folder for the whole; a new one.
@@ -41,8 +41,9 @@ pub struct MergeArgs {
 /// Shards that do not belong together or are damaged, a file that cannot be written.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let bar = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "shards") };
-    bar.set_length(args.shards.len() as u64);
-    let merged = store::merge(&args.shards, &args.out, &|shards| bar.set_position(shards));
+    let shards = store::shards(&args.shards)?;
+    bar.set_length(shards.len() as u64);
+    let merged = store::merge(&shards, &args.out, &|shards| bar.set_position(shards));
     bar.finish_and_clear();
     let (prepared, _) = merged?;
     let results = Results::of(&prepared, &args.out)?;

@@ -8,9 +8,10 @@ use crate::failure::{self, Failure};
 use crate::run::files::file_name;
 use crate::study::parallel::Jobs;
 use crate::study::sweep::Prepared;
+use crate::study::sweep::repeat::Repeat;
 use crate::study::sweep::replay::{Replayed, replay};
 use crate::study::sweep::results::Results;
-use crate::study::sweep::store::{self, Done, Progress, STUDY, Shard};
+use crate::study::sweep::store::{self, Done, Progress, Shard};
 use crate::study::sweep::submit::{self, Engine, Submission};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -28,7 +29,7 @@ Examples:
   host-sim sweep scenes/studies/pick_payload_friction.toml --runs 100000 --jobs 8 --out out/pick
   host-sim sweep scenes/studies/pick_payload_friction.toml --replay 4711 --out out/run4711
   host-sim sweep STUDY.toml --shard 3/50 --out out/shards/3
-  host-sim merge out/shards/* --out out/whole
+  host-sim merge out/shards --out out/whole
   host-sim sweep STUDY.toml --runs 1000000000 --submit slurm --shards 1000 --out out/big
 
 Files, in the folder given by --out:
@@ -38,7 +39,7 @@ Files, in the folder given by --out:
                              copies that name each other: the folder is a study of its own
   results.json, results.md, report.html   distributions, rank correlations, failures with intervals, the worst runs; not for a shard
 
---replay writes scene.toml and robot.toml with the run's values, and what `host-sim run` writes of them.";
+--replay writes scene.toml and robot.toml with the run's values, and what `host-sim run` writes of them; it replaces no other such files.";
 
 /// Options of `sweep`.
 #[derive(Clone, Debug, Args)]
@@ -154,16 +155,14 @@ pub(super) struct Shown<'a> {
 
 /// Write the results, and print them.
 pub(super) fn show(shown: &Shown<'_>, prepared: &Prepared, results: &Results, folder: &Path) -> Result<(), Failure> {
-    let study = folder.join(STUDY);
-    let study = matches!(prepared.study.subject, Subject::Scene(_)).then_some(study.as_path());
-    let written = results.write(folder, study)?;
+    let written = results.write(folder, prepared)?;
     if shown.json {
         return print(&format!("{}\n", json(results)?));
     }
     if shown.quiet {
         return Ok(());
     }
-    print(&format!("{}{}{}", results.text(study), shown.pace, files(&written)))
+    print(&format!("{}{}{}", results.text(&Repeat::new(prepared, folder)), shown.pace, files(&written)))
 }
 
 /// Failing runs are what a study asks for; an unsafe command of a campaign is not.

@@ -8,7 +8,6 @@ use host_sim::study::parallel::Jobs;
 use host_sim::study::sweep::Prepared;
 use host_sim::study::sweep::results::Results;
 use host_sim::study::sweep::store::{self, Progress, STUDY, Shard};
-use robot_compiler::study::Subject;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,8 +27,7 @@ pub(crate) fn studied(name: &str, study: &Path, runs: u64) -> (PathBuf, Value) {
     let (jobs, stop) = (Jobs::new(Some(1)).unwrap(), AtomicBool::new(false));
     let progress = Progress { shard: Shard::WHOLE, jobs: &jobs, stop: &stop, after_block: &|_| {} };
     store::write(&prepared, &out, &progress).unwrap();
-    let alone = matches!(prepared.study.subject, Subject::Scene(_)).then(|| out.join(STUDY));
-    Results::of(&prepared, &out).unwrap().write(&out, alone.as_deref()).unwrap();
+    Results::of(&prepared, &out).unwrap().write(&out, &prepared).unwrap();
     let json = serde_json::from_str(&fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
     (out, json)
 }

@@ -1,7 +1,7 @@
 //! What engines are given: scripts whose shards merge to the bytes of one process.
 
-use crate::program::{at_its_fixtures, printed};
-use crate::sweep::folder;
+use crate::program::{at_its_fixtures, printed, told};
+use crate::sweep::{folder, unbroken};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -43,6 +43,28 @@ fn the_scripts_of_every_engine_do_the_shards_and_merge_them() {
             assert!(same, "{engine}: {name}");
         }
     }
+}
+
+#[test]
+fn a_folder_whose_shards_have_begun_takes_no_other_number_of_them() {
+    let out = folder("submit_again");
+    submit("slurm", &out);
+    // The same again, before and after a shard.
+    submit("hyperqueue", &out);
+    let mut shard = Command::new(out.join("shard.sh"));
+    printed(shard.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).arg("3").output().unwrap());
+    submit("slurm", &out);
+    let script = fs::read_to_string(out.join("shard.sh")).unwrap();
+    let mut other = at_its_fixtures();
+    other.args(["sweep", "tests/fixtures/study.toml", "--submit", "slurm", "--shards", "8", "--out"]).arg(&out);
+    let (code, _, error) = told(other.output().unwrap());
+    let error = unbroken(&error);
+    assert!(code == 2 && error.contains("holds shard 3/5") && error.contains("expected --shards 5"), "{error}");
+    assert_eq!(fs::read_to_string(out.join("shard.sh")).unwrap(), script);
+    // A shard that has not been done is a hole, not a folder to be skipped.
+    let mut merge = Command::new(out.join("merge.sh"));
+    let (code, _, error) = told(merge.env("HOST_SIM", env!("CARGO_BIN_EXE_host-sim")).output().unwrap());
+    assert!(code == 2 && unbroken(&error).contains("no shard has the runs from 0 to 15"), "{error}");
 }
 
 #[test]

@@ -5,6 +5,8 @@ use crate::names::Named;
 use std::ops::Range;
 use std::path::PathBuf;
 
+mod unit;
+
 /// A study file: what is run, how often, and what is asked of every run.
 #[derive(Clone, Debug)]
 pub struct Study {

@@ -178,7 +178,7 @@ fn metrics(root: &Table<'_>) -> Result<Vec<Metric>, FileError> {
 }
 
 fn metric(table: &Table<'_>) -> Result<Metric, FileError> {
-    const JOINT: &str = "a joint's number, counted from 1";
+    const JOINT: &str = "a joint's number, 1 to 6";
     table.only(&["name", "joint", "limit", "least"])?;
     let value = table.require("name", "the name of a figure")?;
     let figure: Figure = value.named()?;

@@ -17,7 +17,11 @@ pub(super) struct Figures {
     pub(super) merge: Cost,
     /// Shards of the merge, and runs of each.
     pub(super) many: (u64, u64),
+    /// Of the merged table.
+    pub(super) merged_bytes: u64,
     pub(super) pick: Cost,
+    /// Of the table of picks.
+    pub(super) pick_bytes: u64,
     pub(super) picks: u64,
 }
 
@@ -52,11 +56,12 @@ impl Figures {
             format!("merge of {many} shards of {each} runs, with its results"),
             format!("{:.1} s; {:.0} MiB at most", merge.seconds, merge.memory),
         );
-        row("a row of the table".to_owned(), format!("{:.0} bytes", self.row()));
+        row("a row of the table of two rods".to_owned(), format!("{:.0} bytes", self.bytes as f64 / *runs as f64));
         row(
             format!("a pick of 2.1 s at 1 kHz, in {} runs", self.picks),
             format!("{:.2} ms of a core", 1e3 * self.each()),
         );
+        row("a row of the table of picks".to_owned(), format!("{:.0} bytes", self.row()));
         let million = 1e6 * self.each() / 60.0;
         row(
             format!("a million picks (target: {TARGET} core minutes)"),
@@ -65,9 +70,9 @@ impl Figures {
         text + &self.plan()
     }
 
-    /// Bytes of a row.
+    /// Bytes of a pick's row.
     fn row(&self) -> f64 {
-        self.bytes as f64 / self.runs as f64
+        self.pick_bytes as f64 / self.picks as f64
     }
 
     /// Processor time of a pick, s.
@@ -79,7 +84,8 @@ impl Figures {
     fn plan(&self) -> String {
         let seconds = PLAN * self.each();
         let shards = (seconds / SHARD).ceil();
-        let merge = PLAN * self.merge.seconds / (self.many.0 * self.many.1) as f64;
+        // A merge reads and writes bytes, whatever they say.
+        let merge = PLAN * self.row() * self.merge.seconds / self.merged_bytes as f64;
         let mut text =
             "\nA plan for 1e9 picks, from these figures (nobody has run it):\n\n| what | planned |\n|---|---|\n"
                 .to_owned();

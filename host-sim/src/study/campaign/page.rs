@@ -37,14 +37,19 @@ impl Report {
         if !self.counterexamples.is_empty() {
             blocks.push(Block::Heading("Unsafe commands".to_owned()));
         }
+        let mut commands =
+            Table::new("Runs that failed, and the command that repeats each", &["run", "scene", "command"]);
         for found in &self.counterexamples {
             let Counterexample { scene, seed, run, tick, case, what, inputs, .. } = found;
             let repeat =
                 format!("host-sim campaign {} --target {} --seed {seed} --run {run}", files.join(" "), self.target);
+            let told = report::Cell::from(repeat.clone()).told(repeat.clone());
+            commands.row(vec![run.to_string().into(), scene.clone().into(), told]);
             let (fault, state) = (case.fault.name(), case.situation.name());
             blocks.push(Block::Words(format!("{scene}, tick {tick} ({fault}, {state}): {what}")));
             blocks.push(Block::Terminal(format!("{repeat}\n{inputs}")));
         }
+        blocks.extend((!self.counterexamples.is_empty()).then_some(Block::Table(commands)));
         blocks.extend([Block::Figure(self.figure()), Block::Table(table), Block::Words(LEGEND.to_owned())]);
         Page { title: format!("campaign on {}", self.target), lead, blocks }
     }

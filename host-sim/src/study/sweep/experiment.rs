@@ -13,6 +13,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Titles of the columns behind the figures.
 pub(super) const ENDINGS: [&str; 2] = ["end", "pass"];
 
+/// How a run ended whose figures are of all its time.
+pub(super) const COMPLETE: &str = "complete";
+
 /// How a run ended that the reader of scenes did not accept.
 pub(super) const REFUSED: &str = "refused";
 
@@ -23,6 +26,9 @@ pub(super) struct SceneRuns {
     template: Template,
     draw: Draw,
     kernels: Kernels,
+    scene_name: String,
+    /// Unit of each figure, for the arm of the first run.
+    units: Vec<String>,
 }
 
 impl SceneRuns {
@@ -34,10 +40,15 @@ impl SceneRuns {
     pub(super) fn new(study: &Study, experiment: &Experiment) -> Result<Self, Failure> {
         let template = Template::load(study).map_err(Failure::input)?;
         let draw = Draw::new(&study.runs, experiment.vary.len());
-        let runs = Self { experiment: experiment.clone(), template, draw, kernels: Kernels::default() };
+        let (scene_name, units) = (String::new(), Vec::new());
+        let experiment = experiment.clone();
+        let mut runs = Self { experiment, template, draw, kernels: Kernels::default(), scene_name, units };
         let scene = runs.template.check(study, &runs.values(0)).map_err(Failure::input)?;
         let dof = scene.robot.dof();
-        match experiment.metrics.iter().find(|metric| metric.joint.is_some_and(|joint| joint > dof)) {
+        let kinds: Vec<_> = scene.robot.joints.iter().map(|joint| joint.spec.kind).collect();
+        runs.units = runs.experiment.metrics.iter().map(|metric| metric.unit(&kinds)).collect();
+        runs.scene_name = scene.name;
+        match runs.experiment.metrics.iter().find(|metric| metric.joint.is_some_and(|joint| joint > dof)) {
             None => Ok(runs),
             Some(metric) => Err(Failure::Input(miette::miette!(
                 help = format!("expected a joint from 1 to {dof}"),
@@ -53,6 +64,22 @@ impl SceneRuns {
         let keys = self.experiment.vary.iter().map(|vary| vary.key.name.clone());
         let metrics = self.experiment.metrics.iter().map(|metric| metric.title.clone());
         keys.chain(metrics).chain(ENDINGS.map(str::to_owned)).collect()
+    }
+
+    /// Name of the scene.
+    pub(super) fn scene_name(&self) -> &str {
+        &self.scene_name
+    }
+
+    /// Unit of each figure; empty where there is none.
+    pub(super) fn units(&self) -> &[String] {
+        &self.units
+    }
+
+    /// Why the values of a run make no possible scene, without the paths of this machine.
+    pub(super) fn refusal(&self, index: u64) -> Option<String> {
+        let error = self.template.scene(&self.values(index)).err()?;
+        Some(format!("{}: {}, expected {}", error.field(), error.problem(), error.expected()))
     }
 
     /// Values of a run.
@@ -104,7 +131,7 @@ impl SceneRuns {
         let metrics = &self.experiment.metrics;
         let figures: Vec<f64> = metrics.iter().map(|metric| figure(metric, run)).collect();
         let end = ending(run);
-        let pass = end == "complete" && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
+        let pass = end == COMPLETE && metrics.iter().zip(&figures).all(|(metric, x)| metric.passes(*x));
         let figures = figures.into_iter().map(number);
         figures.chain([end, if pass { "1" } else { "0" }.to_owned()]).collect()
     }
@@ -147,7 +174,7 @@ fn ending(run: &Run) -> String {
     match (&run.end, run.summary.faults.first()) {
         (End::Diverged(_), _) => "diverged".to_owned(),
         (_, Some(fault)) => format!("fault {}", fault.code),
-        _ => "complete".to_owned(),
+        _ => COMPLETE.to_owned(),
     }
 }
 

@@ -14,6 +14,7 @@
 //! | [`store`] | blocks of rows in a folder: continued after a kill, merged from shards |
 //! | [`results`] | what came of all runs: distributions, sensitivities, failures, the worst runs |
 //! | [`replay`] | one run in full, as files that `host-sim run` takes too |
+//! | [`repeat`] | the command that repeats a run |
 //! | [`submit`] | scripts and manifests for HyperQueue, Slurm and Kubernetes |
 //!
 //! Nothing here depends on the number of threads, on the order of the work or on the platform's mathematics, so that every machine
@@ -24,6 +25,7 @@ mod experiment;
 mod faults;
 mod normal;
 pub mod prepared;
+pub mod repeat;
 pub mod replay;
 pub mod results;
 mod sobol;

@@ -99,15 +99,7 @@ impl Prepared {
     /// # Errors
     /// [`Failure::Input`]: the folder has another file of a copy's name.
     pub(super) fn may_lie_in(&self, folder: &Path) -> Result<(), Failure> {
-        let other =
-            |(name, text): &&(String, String)| fs::read(folder.join(name)).is_ok_and(|found| found != text.as_bytes());
-        self.files.iter().find(other).map_or(Ok(()), |(name, _)| {
-            Err(Failure::Input(miette::miette!(
-                help = "expected an empty folder, or one that the same study wrote",
-                "{}: has another {name}, which a copy would replace",
-                folder.display()
-            )))
-        })
+        replace_nothing(&self.files, folder, "expected an empty folder, or one that the same study wrote")
     }
 
     /// Files of one run by name and text: its scene, and its robot, which the study's own is where the run does not change it.
@@ -128,6 +120,22 @@ impl Prepared {
             Kind::Campaign(_) => None,
         }
     }
+}
+
+/// Checks that these files, by name and text, replace no other ones in a folder.
+///
+/// # Errors
+/// [`Failure::Input`]: the folder has another file of such a name.
+pub(super) fn replace_nothing(files: &[(String, String)], folder: &Path, expected: &str) -> Result<(), Failure> {
+    let other =
+        |(name, text): &&(String, String)| fs::read(folder.join(name)).is_ok_and(|found| found != text.as_bytes());
+    files.iter().find(other).map_or(Ok(()), |(name, _)| {
+        Err(Failure::Input(miette::miette!(
+            help = expected.to_owned(),
+            "{}: has another {name}, which a copy would replace",
+            folder.display()
+        )))
+    })
 }
 
 /// Hash of a study's files and of the program's version.

@@ -1,9 +1,11 @@
 //! One run of a study in full.
 
 use super::Prepared;
-use super::store::MANIFEST;
+use super::prepared::replace_nothing;
+use super::repeat::Repeat;
+use super::store::{MANIFEST, STUDY};
 use crate::failure::{Failure, in_file};
-use crate::run::files::write;
+use crate::run::files::{write, write_report};
 use crate::run::simulate::{self, Run};
 use indicatif::ProgressBar;
 use robot_compiler::with_dof;
@@ -16,14 +18,15 @@ use std::sync::atomic::AtomicBool;
 pub struct Replayed {
     /// The run.
     pub run: Run,
-    /// `scene.toml` and `robot.toml` with the run's values, log, summary and pictures.
+    /// `scene.toml` and `robot.toml` with the run's values, log, summary, pictures and page.
     pub files: Vec<PathBuf>,
 }
 
 /// Does the run with this index again, and writes all that `host-sim run` writes, with the scene that it takes.
 ///
 /// # Errors
-/// [`Failure::Input`]: the study has no such run or is a campaign, or the run's values make the scene impossible.
+/// [`Failure::Input`]: the study has no such run or is a campaign, the run's values make the scene impossible, or the folder holds a study or
+/// another run's files.
 /// [`Failure::Output`]: a file cannot be written.
 pub fn replay(
     prepared: &Prepared,
@@ -37,16 +40,18 @@ pub fn replay(
         return Err(wrong(format!("expected a run from 0 to {}", prepared.count - 1)));
     }
     let Some(runs) = prepared.scene_runs() else {
-        let seed = prepared.study.runs.seed;
-        return Err(wrong(format!("a campaign's run is repeated by `host-sim campaign --seed {seed} --run {index}`")));
+        let command = Repeat::of_files(&prepared.study).command(index);
+        return Err(wrong(format!("a campaign's run is repeated by `{command}`")));
     };
-    if folder.join(MANIFEST).exists() {
-        return Err(wrong(format!("{} holds a study's runs; expected another folder by --out", folder.display())));
+    // Shards that an engine still has to do read the study's files: they must stay what they are.
+    if [MANIFEST, STUDY].iter().any(|name| folder.join(name).exists()) {
+        return Err(wrong(format!("{} holds a study; expected another folder by --out", folder.display())));
     }
-    fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
     let (scene, robot) = runs.texts(index);
     // The copies of the study name each other; the run's own texts stand in their place.
     let alone = prepared.stand_alone(&scene, robot.as_deref())?;
+    replace_nothing(&alone, folder, "expected another folder by --out, or one that the same run wrote")?;
+    fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
     let mut files = Vec::new();
     for (name, text) in alone {
         let path = folder.join(name);
@@ -56,5 +61,6 @@ pub fn replay(
     let scene = runs.scene(index)?;
     let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(&scene, stop, progress))?;
     files.extend(write(&run, &format!("{}, run {index}", prepared.study.name), folder)?);
+    files.push(write_report(&run, &scene, &folder.join("report.html"))?);
     Ok(Replayed { run, files })
 }

@@ -1,7 +1,7 @@
 //! Files for engines that share a study's shards out to machines. Queues, retries and machines are the engine's.
 
 use super::Prepared;
-use super::store::STUDY;
+use super::store::{self, Manifest, STUDY};
 use crate::failure::{Failure, in_file};
 use robot_compiler::names::Named;
 use std::fs;
@@ -42,13 +42,15 @@ pub struct Submission {
     pub image: String,
 }
 
+/// Folder of the shards' folders.
+const SHARDS: &str = "shards";
 /// How often an engine begins a shard again that was killed.
 const RETRIES: u32 = 10;
 
 /// Writes the study's copies, `shard.sh`, `merge.sh` and what the engine takes; returns the files, the engine's last.
 ///
 /// # Errors
-/// [`Failure::Input`] for more shards than runs. [`Failure::Output`].
+/// [`Failure::Input`] for more shards than runs, or a folder where a shard of another number has begun. [`Failure::Output`].
 pub fn write(prepared: &Prepared, submission: &Submission, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let Submission { engine, shards, .. } = *submission;
     if shards > prepared.count {
@@ -58,6 +60,7 @@ pub fn write(prepared: &Prepared, submission: &Submission, folder: &Path) -> Res
         )));
     }
     prepared.may_lie_in(folder)?;
+    begun_as(shards, folder)?;
     fs::create_dir_all(folder.join("logs")).map_err(|error| in_file(folder, &error))?;
     let name = name(&prepared.study.name);
     let own = match engine {
@@ -75,6 +78,21 @@ pub fn write(prepared: &Prepared, submission: &Submission, folder: &Path) -> Res
             written.map_err(|error| in_file(&path, &error)).map(|()| path)
         })
         .collect()
+}
+
+/// Checks that the shards which have begun in a folder are as many parts of the whole.
+fn begun_as(shards: u64, folder: &Path) -> Result<(), Failure> {
+    for shard in store::below(&folder.join(SHARDS))? {
+        let other = Manifest::read(&shard)?.filter(|manifest| manifest.shard[1] != shards);
+        if let Some([number, of]) = other.map(|manifest| manifest.shard) {
+            return Err(Failure::Input(miette::miette!(
+                help = format!("expected --shards {of}, or another folder"),
+                "--shards {shards}: {} holds shard {number}/{of}",
+                shard.display()
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Lets a script be run.
@@ -114,7 +132,7 @@ fn shard(submission: &Submission) -> String {
          # One shard of the study: its number, counted from 1. Begun again after a kill, it goes on where it was.\n\
          set -eu\n\
          cd \"$(dirname \"$0\")\"\n\
-         {}exec \"$program\" sweep {STUDY} --shard \"$1/{shards}\" --jobs {threads} --out \"shards/$1\" --quiet\n",
+         {}exec \"$program\" sweep {STUDY} --shard \"$1/{shards}\" --jobs {threads} --out \"{SHARDS}/$1\" --quiet\n",
         program(submission)
     )
 }
@@ -125,7 +143,7 @@ fn merge(submission: &Submission) -> String {
          # All shards are done: put them together.\n\
          set -eu\n\
          cd \"$(dirname \"$0\")\"\n\
-         {}exec \"$program\" merge shards/* --out whole\n",
+         {}exec \"$program\" merge {SHARDS} --out whole\n",
         program(submission)
     )
 }

@@ -25,7 +25,11 @@ impl Study {
             let number = if many { format!("_{}", index + 1) } else { String::new() };
             let name = format!("scene{number}.toml");
             study.push((place.clone(), format!("{name:?}")));
-            let source = read_text(path)?;
+            let unread = |error: FileError| {
+                let problem = format!("{}: {}", error.file(), error.problem());
+                self.source.error(place.clone(), if many { "scenes" } else { "scene" }, problem, error.expected())
+            };
+            let source = read_text(path).map_err(unread)?;
             let (robot, place) = robot_of(&source)?;
             let from = path.parent().unwrap_or(Path::new("")).join(robot);
             let extension = from.extension().and_then(|extension| extension.to_str()).unwrap_or("toml");

@@ -1,6 +1,6 @@
 //! Edits of a TOML document at a path of keys, such as `joint.elbow.friction.coulomb`.
 
-use crate::describe::diagnostics::one_of;
+use crate::describe::diagnostics::{nearest, one_of};
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike};
 
 /// Problem of a path, and what was expected.
@@ -27,7 +27,11 @@ fn in_table(table: &mut dyn TableLike, path: &[&str], joints: &[String], edit: E
     };
     if table.get(key).is_none_or(Item::is_none) {
         let mut made = if rest.is_empty() { Item::None } else { toml_edit::value(InlineTable::new()) };
-        at(&mut made, key, rest, joints, edit)?;
+        at(&mut made, key, rest, joints, edit).map_err(|(problem, expected)| {
+            let known: Vec<&str> = table.iter().map(|(known, _)| known).collect();
+            let guess = nearest(key, &known).map_or(String::new(), |guess| format!("; did you mean `{guess}`?"));
+            (problem, expected + &guess)
+        })?;
         table.insert(key, made);
         return Ok(());
     }

@@ -9,6 +9,8 @@ use serde::Serialize;
 pub struct Distribution {
     /// Title of the figure.
     pub metric: String,
+    /// Its unit; empty where there is none.
+    pub unit: String,
     /// A run with a larger figure fails.
     pub limit: Option<f64>,
     /// A run with a smaller figure fails.
@@ -86,6 +88,7 @@ const WORST: usize = 5;
 #[derive(Debug)]
 pub(super) struct Collector {
     metric: Metric,
+    unit: String,
     failed: u64,
     finite: u64,
     infinite: u64,
@@ -98,9 +101,10 @@ pub(super) struct Collector {
 }
 
 impl Collector {
-    pub(super) fn new(metric: &Metric) -> Self {
+    pub(super) fn new(metric: &Metric, unit: &str) -> Self {
         Self {
             metric: metric.clone(),
+            unit: unit.to_owned(),
             failed: 0,
             finite: 0,
             infinite: 0,
@@ -166,12 +170,24 @@ impl Collector {
             limit: self.metric.limit,
             least: self.metric.least,
             metric: self.metric.title,
+            unit: self.unit,
         }
     }
 }
 
 fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
+}
+
+impl Distribution {
+    /// The figure's title with its unit, as a table's head or an axis has it.
+    pub(super) fn label(&self) -> String {
+        match self.unit.as_str() {
+            "" => self.metric.clone(),
+            unit if unit.contains([' ', '/']) => format!("{} / ({unit})", self.metric),
+            unit => format!("{} / {unit}", self.metric),
+        }
+    }
 }
 
 impl Histogram {
@@ -209,7 +225,7 @@ mod tests {
     use robot_compiler::study::{Figure, Metric};
 
     fn collector(limit: Option<f64>, least: Option<f64>) -> Collector {
-        Collector::new(&Metric { figure: Figure::Drift, joint: None, limit, least, title: "drift".to_owned() })
+        Collector::new(&Metric { figure: Figure::Drift, joint: None, limit, least, title: "drift".to_owned() }, "rad")
     }
 
     #[test]

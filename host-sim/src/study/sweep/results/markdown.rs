@@ -1,10 +1,9 @@
 //! Results as tables, for the terminal and for a page.
 
-use super::{Distribution, Group, Results, Share};
-use crate::run::files::shell_word;
+use super::{Distribution, Group, Refusal, Results, Share};
+use crate::study::sweep::repeat::Repeat;
 use crate::table::table;
 use std::fmt::Write as _;
-use std::path::Path;
 
 /// A titled table.
 pub(super) struct Titled {
@@ -22,13 +21,13 @@ impl Results {
         text
     }
 
-    /// Text for a terminal; `study` as for [`Results::page`].
+    /// Text for a terminal.
     #[must_use]
-    pub fn text(&self, study: Option<&Path>) -> String {
+    pub fn text(&self, repeat: &Repeat) -> String {
         let mut text = format!("{}: {}\n", self.study, self.sentence());
         self.tables(Titled::text, &mut text);
-        if let (Some(index), Some(study)) = (self.worst(), study.map(shell_word)) {
-            let _ = writeln!(text, "\none run in full      host-sim sweep {study} --replay {index} --out FOLDER");
+        if let Some(index) = self.worst() {
+            let _ = writeln!(text, "\none run in full      {}", repeat.command(index));
         }
         text
     }
@@ -48,10 +47,20 @@ impl Results {
     }
 
     pub(super) fn sentence(&self) -> String {
-        let ends: Vec<String> = self.ends.iter().map(|(end, count)| format!("{end} {count}")).collect();
-        let mut text = format!("{} runs ({}); failed: {}.", self.runs, ends.join(", "), share(&self.failures));
+        let ends: Vec<String> = self.ends.iter().map(|(end, count)| format!("{end}: {}", runs(*count))).collect();
+        let mut text = format!(
+            "{} runs ({}); failed: {}, with 95 % confidence.",
+            self.runs,
+            ends.join(", "),
+            share(&self.failures)
+        );
         if self.refused > 0 {
-            let _ = write!(text, " {} runs were refused: their values make no possible scene.", self.refused);
+            let _ = write!(text, " Refused, as their values make no possible scene: {}", runs(self.refused));
+            let reason =
+                |refusal: &Refusal| refusal.reason.as_ref().map_or(String::new(), |reason| format!(" ({reason})"));
+            let first =
+                self.refusal.as_ref().map(|refusal| format!(", first run {}{}", refusal.index, reason(refusal)));
+            text += &(first.unwrap_or_default() + ".");
         }
         if !self.failing.is_empty() {
             let list: Vec<String> = self.failing.iter().map(u64::to_string).collect();
@@ -59,7 +68,10 @@ impl Results {
         }
         if self.sample.stride > 1 {
             let (runs, stride) = (self.sample.runs, self.sample.stride);
-            let _ = write!(text, " Quantiles, medians and correlations: every {stride}th run, {runs} in all.");
+            let _ = write!(
+                text,
+                " Quantiles, medians and correlations: of the {runs} runs whose index is a multiple of {stride}."
+            );
         }
         text
     }
@@ -85,19 +97,29 @@ impl Results {
             .groups
             .iter()
             .filter(|group| group.keys.len() == 1 && !pairs.iter().any(|pair| pair.keys.contains(&group.keys[0])));
-        let metric = self.metrics.first().map(|metric| metric.metric.clone());
-        all.extend(single.map(|group| group.list(metric.as_deref())));
-        all.extend(pairs.iter().flat_map(|group| group.matrices(metric.as_deref())));
+        let metric = self.metrics.first();
+        all.extend(single.map(|group| group.list(metric)));
+        all.extend(pairs.iter().flat_map(|group| group.matrices(metric)));
         all
     }
 
     fn distributions(&self) -> Titled {
-        let head = ["figure", "fails", "failed", "median", "5 to 95 %", "99 %", "greatest", "worst runs"];
+        let head =
+            ["figure", "fails", "failed (95 % interval)", "median", "5 to 95 %", "99 %", "greatest", "worst runs"];
         Titled {
             title: "Figures".to_owned(),
             head: head.map(str::to_owned).into(),
-            rows: self.metrics.iter().map(Distribution::row).collect(),
+            rows: self.metrics.iter().map(Distribution::row).chain([self.broken_off()]).collect(),
         }
+    }
+
+    /// Runs that no figure's limit fails: those that were not complete.
+    fn broken_off(&self) -> Vec<String> {
+        let first: Vec<String> = self.broken_off.first.iter().map(u64::to_string).collect();
+        let mut row = vec!["end".to_owned(), "in a fault, or diverged".to_owned(), share(&self.broken_off.share)];
+        row.extend(["-"; 4].map(str::to_owned));
+        row.push(if first.is_empty() { "-".to_owned() } else { first.join(", ") });
+        row
     }
 
     fn correlations(&self) -> Titled {
@@ -121,7 +143,7 @@ impl Results {
         };
         Titled {
             title:
-                "Rank correlation of figures with keys, and the share of a figure's variance that a key explains alone"
+                "Rank correlation of figures with keys (95 % interval), and the share of a figure's variance that a key explains alone"
                     .to_owned(),
             head: core::iter::once("figure").chain(distinct.iter().copied()).map(str::to_owned).collect(),
             rows: self.metrics.iter().map(row).collect(),
@@ -142,7 +164,7 @@ impl Distribution {
         let quantiles = self.quantiles.as_ref();
         let worst: Vec<String> = self.worst.iter().map(|worst| worst.index.to_string()).collect();
         vec![
-            self.metric.clone(),
+            self.label(),
             bound,
             failures,
             at(quantiles.map(|q| q.p50)),
@@ -151,55 +173,6 @@ impl Distribution {
             if self.infinite > 0 { "never".to_owned() } else { at(self.max.map(Some)) },
             worst.join(", "),
         ]
-    }
-}
-
-impl Group {
-    /// One key: a row for each value.
-    fn list(&self, metric: Option<&str>) -> Titled {
-        let mut head = vec![self.keys[0].clone(), "runs".to_owned(), "failed".to_owned()];
-        head.extend(metric.map(|metric| format!("median {metric}")));
-        let rows = self.cells.iter().map(|cell| {
-            let median = metric.map(|_| cell.medians.first().copied().flatten().map_or("-".to_owned(), short));
-            let counts = [cell.values[0].clone(), cell.failures.of.to_string(), share(&cell.failures)];
-            counts.into_iter().chain(median).collect()
-        });
-        Titled { title: format!("Runs by {}", self.keys[0]), head, rows: rows.collect() }
-    }
-
-    /// Two keys: the share of failures, and the median of the first figure.
-    fn matrices(&self, metric: Option<&str>) -> Vec<Titled> {
-        let values = |at: usize| {
-            let mut list: Vec<&str> = self.cells.iter().map(|cell| cell.values[at].as_str()).collect();
-            let number = |text: &str| text.parse::<f64>().unwrap_or(f64::INFINITY);
-            list.sort_by(|a, b| number(a).total_cmp(&number(b)).then(a.cmp(b)));
-            list.dedup();
-            list
-        };
-        let (down, across) = (values(0), values(1));
-        let matrix = |title: String, cell: &dyn Fn(&super::GroupCell) -> String| {
-            let row = |first: &&str| {
-                let of = |second: &&str| {
-                    let found = self.cells.iter().find(|cell| cell.values == [*first, *second]);
-                    found.map_or("-".to_owned(), cell)
-                };
-                core::iter::once((*first).to_owned()).chain(across.iter().map(of)).collect()
-            };
-            let corner = format!("{} \\ {}", self.keys[0], self.keys[1]);
-            Titled {
-                title,
-                head: core::iter::once(corner).chain(across.iter().map(|value| (*value).to_owned())).collect(),
-                rows: down.iter().map(row).collect(),
-            }
-        };
-        let failed =
-            matrix("Failed of runs".to_owned(), &|cell| format!("{}/{}", cell.failures.count, cell.failures.of));
-        let median = metric.map(|metric| {
-            matrix(format!("Median {metric}"), &|cell| {
-                cell.medians.first().copied().flatten().map_or("-".into(), short)
-            })
-        });
-        core::iter::once(failed).chain(median).collect()
     }
 }
 
@@ -222,8 +195,13 @@ impl Titled {
     }
 }
 
+/// "1 run", "2 runs".
+fn runs(count: u64) -> String {
+    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
+}
+
 /// A share with its interval, in percent: `3 of 100 (0.62 to 8.5 %)`.
-fn share(share: &Share) -> String {
+pub(super) fn share(share: &Share) -> String {
     format!("{} of {} ({} to {} %)", share.count, share.of, percent(share.low), percent(share.high))
 }
 

@@ -3,7 +3,9 @@
 //! Memory does not grow with the number of runs. Counts, means, extremes, histograms and the worst runs are of all runs. Quantiles,
 //! medians and rank correlations are of a sample: every run whose index is a multiple of the stride, at most 100,000.
 
+mod about;
 mod distribution;
+mod groups;
 mod interval;
 mod markdown;
 mod page;
@@ -15,6 +17,7 @@ pub use interval::Share;
 pub use rank::Correlation;
 
 use super::prepared::VERSION;
+use super::repeat::Repeat;
 use super::store::RUNS;
 use super::{Prepared, experiment, store};
 use crate::failure::{Failure, in_file};
@@ -41,10 +44,14 @@ pub struct Results {
     pub refused: u64,
     /// Share of the runs that failed: beyond a limit, in a fault, diverged, or with an unsafe command.
     pub failures: Share,
+    /// The first of them.
+    pub refusal: Option<Refusal>,
     /// Number of runs for each way to end.
     pub ends: BTreeMap<String, u64>,
     /// The first runs that failed.
     pub failing: Vec<u64>,
+    /// Runs that ended in a fault or diverged; those with an unsafe command in a campaign.
+    pub broken_off: BrokenOff,
     /// Distribution of each figure.
     pub metrics: Vec<Distribution>,
     /// Rank correlation of each figure with each key that has numbers.
@@ -53,6 +60,24 @@ pub struct Results {
     pub groups: Vec<Group>,
     /// Runs of the sample.
     pub sample: SampleSize,
+}
+
+/// A run whose values make no possible scene.
+#[derive(Clone, Debug, Serialize)]
+pub struct Refusal {
+    /// Its index.
+    pub index: u64,
+    /// What is wrong with its scene; `None` where the scene can be read and its run is refused.
+    pub reason: Option<String>,
+}
+
+/// Runs that are not complete.
+#[derive(Clone, Debug, Serialize)]
+pub struct BrokenOff {
+    /// Their share.
+    pub share: Share,
+    /// The first of them.
+    pub first: Vec<u64>,
 }
 
 /// Rank correlation of a figure with a key.
@@ -82,7 +107,7 @@ pub struct GroupCell {
     pub values: Vec<String>,
     /// Share of the runs that failed.
     pub failures: Share,
-    /// Median of each figure in the sample; `None` where it holds none.
+    /// Median of each figure over the complete runs of the sample; `None` where it holds none.
     pub medians: Vec<Option<f64>>,
 }
 
@@ -97,6 +122,8 @@ pub struct SampleSize {
 
 /// Failing runs that are named.
 const FAILING: usize = 10;
+/// Runs that are not complete and are named: as many as the worst of a figure.
+const BROKEN_OFF: usize = 5;
 
 impl Results {
     /// Reads the table of a complete study.
@@ -111,9 +138,11 @@ impl Results {
             identity: prepared.identity.clone(),
             runs: 0,
             refused: 0,
+            refusal: None,
             failures: Share::new(0, 0),
             ends: BTreeMap::new(),
             failing: Vec::new(),
+            broken_off: BrokenOff { share: Share::new(0, 0), first: Vec::new() },
             metrics: Vec::new(),
             sensitivities: Vec::new(),
             groups: Vec::new(),
@@ -123,15 +152,24 @@ impl Results {
             Subject::Scene(Experiment { metrics, .. }) => metrics.as_slice(),
             Subject::Campaign(_) => &[],
         };
-        let mut collectors: Vec<Collector> = metrics.iter().map(Collector::new).collect();
+        let units = prepared.scene_runs().map_or(&[] as &[String], |runs| runs.units());
+        let mut collectors: Vec<Collector> =
+            metrics.iter().zip(units).map(|(metric, unit)| Collector::new(metric, unit)).collect();
         let mut sample = Sample::new(prepared.count, &table.columns);
-        let mut failed = 0;
+        let (mut failed, mut broken_off) = (0, 0);
         table.each_row(|row| {
             results.runs += 1;
             *results.ends.entry(row.end.to_owned()).or_insert(0) += 1;
             if row.end == experiment::REFUSED {
                 results.refused += 1;
+                results.refusal.get_or_insert(Refusal { index: row.index, reason: None });
                 return;
+            }
+            if row.end != experiment::COMPLETE {
+                broken_off += 1;
+                if results.broken_off.first.len() < BROKEN_OFF {
+                    results.broken_off.first.push(row.index);
+                }
             }
             if !row.pass {
                 failed += 1;
@@ -142,7 +180,12 @@ impl Results {
             collectors.iter_mut().zip(&row.figures).for_each(|(collector, x)| collector.add(row.index, *x));
             sample.add(&row);
         })?;
-        results.failures = Share::new(failed, results.runs - results.refused);
+        let counted = results.runs - results.refused;
+        results.failures = Share::new(failed, counted);
+        results.broken_off.share = Share::new(broken_off, counted);
+        if let (Some(refusal), Some(runs)) = (&mut results.refusal, prepared.scene_runs()) {
+            refusal.reason = runs.refusal(refusal.index);
+        }
         let mut histograms: Vec<Histogram> = collectors.iter().map(Collector::histogram).collect();
         table.each_row(|row| {
             histograms.iter_mut().zip(&row.figures).for_each(|(histogram, x)| histogram.add(*x));
@@ -156,13 +199,13 @@ impl Results {
         Ok(results)
     }
 
-    /// Writes `results.json`, `results.md` and `report.html` beside the table; `study` as for [`Results::page`].
+    /// Writes `results.json`, `results.md` and `report.html` beside the table.
     ///
     /// # Errors
     /// [`Failure::Output`].
-    pub fn write(&self, folder: &Path, study: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
+    pub fn write(&self, folder: &Path, prepared: &Prepared) -> Result<Vec<PathBuf>, Failure> {
         let json = serde_json::to_string_pretty(self).map_err(|error| Failure::Output(error.into()))?;
-        let page = self.page(study).html();
+        let page = self.page(prepared, &Repeat::new(prepared, folder)).html();
         let texts = [("results.json", json + "\n"), ("results.md", self.markdown()), ("report.html", page)];
         let mut files = vec![folder.join(RUNS), folder.join(store::MANIFEST)];
         for (name, text) in texts {

@@ -2,19 +2,15 @@
 
 use super::markdown::short;
 use super::{Distribution, Results};
-use crate::run::files::shell_word;
+use crate::study::sweep::Prepared;
+use crate::study::sweep::repeat::Repeat;
 use report::{Block, Cell, Figure, Page, Point, Scale, Series, Table};
-use std::path::Path;
 
 impl Results {
-    /// The page; `study` is the file that a command for one run names, if one can be run alone.
+    /// The page of a study that is ready to run, with the commands that repeat its runs.
     #[must_use]
-    pub fn page(&self, study: Option<&Path>) -> Page {
-        let study = study.map(shell_word);
-        let command = |index: u64| {
-            study.as_ref().map(|study| format!("host-sim sweep {study} --replay {index} --out out/run_{index}"))
-        };
-        let mut blocks = Vec::new();
+    pub fn page(&self, prepared: &Prepared, repeat: &Repeat) -> Page {
+        let mut blocks = vec![Block::Facts(self.about(prepared))];
         for titled in self.titled() {
             let head: Vec<&str> = titled.head.iter().map(String::as_str).collect();
             let mut table = Table::new(titled.title, &head);
@@ -25,13 +21,8 @@ impl Results {
             self.metrics.iter().filter(|metric| metric.finite > 0).map(|metric| Block::Figure(metric.figure())),
         );
         blocks.extend(self.influence().map(Block::Figure));
-        if let Some(table) = self.worst_runs(&command) {
-            blocks.push(Block::Table(table));
-        }
-        if let Some(first) = self.failing.first().and_then(|index| command(*index)) {
-            blocks.push(Block::Words("The first run that failed, in full:".to_owned()));
-            blocks.push(Block::Terminal(first));
-        }
+        blocks.extend(self.worst_runs(repeat).map(Block::Table));
+        blocks.extend(self.failing_runs(repeat).map(Block::Table));
         Page { title: format!("study {}", self.study), lead: vec![self.sentence()], blocks }
     }
 
@@ -61,7 +52,7 @@ impl Results {
     }
 
     /// The worst runs of every figure, each with its command.
-    fn worst_runs(&self, command: &impl Fn(u64) -> Option<String>) -> Option<Table> {
+    fn worst_runs(&self, repeat: &Repeat) -> Option<Table> {
         let mut table = Table::new(
             "The worst runs, and the command that repeats each in full",
             &["figure", "run", "value", "command"],
@@ -70,12 +61,24 @@ impl Results {
         for metric in &self.metrics {
             for worst in &metric.worst {
                 let value = worst.figure.map_or_else(|| "never".into(), |x| Cell::number(short(x), x));
-                let command = command(worst.index).unwrap_or_default();
-                table.row(vec![metric.metric.clone().into(), worst.index.to_string().into(), value, command.into()]);
+                let command = repeat.command(worst.index);
+                let command = Cell::from(command.clone()).told(command);
+                table.row(vec![metric.label().into(), worst.index.to_string().into(), value, command]);
                 any = true;
             }
         }
         any.then_some(table)
+    }
+
+    /// The first runs that failed, each with its command; `None` where none did.
+    fn failing_runs(&self, repeat: &Repeat) -> Option<Table> {
+        let mut table =
+            Table::new("The first runs that failed, and the command that repeats each in full", &["run", "command"]);
+        for index in &self.failing {
+            let command = repeat.command(*index);
+            table.row(vec![index.to_string().into(), Cell::from(command.clone()).told(command)]);
+        }
+        (!self.failing.is_empty()).then_some(table)
     }
 }
 
@@ -90,7 +93,18 @@ impl Distribution {
         };
         let mut points: Vec<Point> = histogram.counts.iter().enumerate().map(step).collect();
         points.push(Point::at(histogram.high, 0.0));
-        Figure::new(format!("Runs by {}", self.metric), self.metric.clone(), "runs")
-            .with(Series::steps("all runs", points))
+        let figure = Figure::new(format!("Runs by {}", self.metric), self.label(), "runs")
+            .with(Series::steps("all runs", points));
+        let most = histogram.counts.iter().max().map_or(0.0, |count| *count as f64);
+        // A bound far from all runs would leave them no room.
+        let room = histogram.high - histogram.low;
+        let near = |bound: f64| (histogram.low - room..=histogram.high + room).contains(&bound);
+        let bounds = [("fails above", self.limit), ("fails below", self.least)].into_iter();
+        bounds.filter_map(|(name, bound)| Some((name, bound.filter(|bound| near(*bound))?))).fold(
+            figure,
+            |figure, (name, bound)| {
+                figure.with(Series::limit(format!("{name} {}", short(bound)), (bound, 0.0), (bound, most)))
+            },
+        )
     }
 }

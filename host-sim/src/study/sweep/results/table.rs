@@ -4,6 +4,7 @@ use super::rank::correlation;
 use super::{Group, GroupCell, Sensitivity, Share};
 use crate::failure::Failure;
 use crate::study::sweep::Prepared;
+use crate::study::sweep::experiment::COMPLETE;
 use csv::ByteRecord;
 use robot_compiler::study::{Subject, Vary};
 use std::collections::BTreeMap;
@@ -136,7 +137,7 @@ struct Counts {
     keys: Vec<usize>,
     /// Most combinations; none are kept beyond.
     most: usize,
-    /// Runs, failures, and places in the sample.
+    /// Runs, failures, and places of complete runs in the sample.
     cells: BTreeMap<Vec<String>, (u64, u64, Vec<usize>)>,
     too_many: bool,
 }
@@ -167,7 +168,9 @@ impl Sample {
     pub(super) fn add(&mut self, row: &Row<'_>) {
         let chosen = row.index.is_multiple_of(self.stride);
         let place = chosen.then_some(self.numbers.first().map_or(0, Vec::len));
-        self.groups.iter_mut().for_each(|group| group.add(row, place));
+        // A run that stopped at a fault has had less time to err.
+        let whole = place.filter(|_| row.end == COMPLETE);
+        self.groups.iter_mut().for_each(|group| group.add(row, whole));
         if chosen {
             let keys = self.keys.iter().map(|key| row.keys[*key].parse().unwrap_or(f64::NAN));
             let all = keys.chain(row.figures.iter().copied());

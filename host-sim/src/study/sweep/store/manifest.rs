@@ -110,8 +110,10 @@ impl Manifest {
     pub fn differs(&self, other: &Self) -> Option<String> {
         if self.version != other.version {
             Some(format!("version {} of the program, not {}", self.version, other.version))
+        } else if self.runs != other.runs {
+            Some(format!("{} runs, not {}", self.runs, other.runs))
         } else if self.study != other.study {
-            Some("another study: a scene, a robot, the study or its number of runs differs".to_owned())
+            Some("another study: a scene, a robot or the study differs".to_owned())
         } else if self.first_run != other.first_run {
             Some("the study's first run gave other numbers: another build of the program".to_owned())
         } else {

@@ -10,6 +10,33 @@ use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
+/// The folders of shards among these: a folder without a manifest stands for those below it.
+///
+/// # Errors
+/// [`Failure::Input`]: a folder cannot be read.
+pub fn shards(folders: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut found = Vec::with_capacity(folders.len());
+    for folder in folders {
+        let below = if folder.join(MANIFEST).exists() { Vec::new() } else { below(folder)? };
+        // Nothing below it: it is refused under its own name.
+        if below.is_empty() { found.push(folder.clone()) } else { found.extend(below) }
+    }
+    Ok(found)
+}
+
+/// Folders in a folder, by their names; none where there is no such folder.
+pub(in crate::study::sweep) fn below(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let unreadable = |error: std::io::Error| Failure::Input(miette::miette!("{}: {error}", folder.display()));
+    let mut found = match fs::read_dir(folder) {
+        Ok(entries) => entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, _>>().map_err(unreadable)?,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+        Err(error) => return Err(unreadable(error)),
+    };
+    found.retain(|path| path.is_dir());
+    found.sort();
+    Ok(found)
+}
+
 /// Merges shards into a folder; byte for byte what one process writes. One shard is open at a time, and none is in memory.
 ///
 /// # Errors
@@ -33,9 +60,29 @@ pub fn merge(folders: &[PathBuf], out: &Path, after_shard: &dyn Fn(u64)) -> Resu
         return Err(refused(out, "holds runs already".to_owned(), "expected a new folder"));
     }
     fs::create_dir_all(out).map_err(|error| in_file(out, &error))?;
-    let (path, beside) = (out.join(RUNS), out.join("runs.new"));
-    let failed = |error: std::io::Error| in_file(&beside, &error);
-    let mut file = File::create(&beside).map_err(failed)?;
+    let beside = out.join("runs.new");
+    if let Err(error) = put_together(&shards, &mut whole, &beside, after_shard) {
+        // What led to the failure is told; a file that stays is no worse than that.
+        fs::remove_file(&beside).ok();
+        return Err(error);
+    }
+    fs::rename(&beside, out.join(RUNS)).map_err(|error| in_file(&beside, &error))?;
+    for (name, text) in &prepared.files {
+        replace(&out.join(name), text.as_bytes())?;
+    }
+    whole.write(out)?;
+    Ok((prepared, whole))
+}
+
+/// Writes the tables of shards behind each other, and what they are together into the manifest.
+fn put_together(
+    shards: &[(PathBuf, Manifest)],
+    whole: &mut Manifest,
+    path: &Path,
+    after_shard: &dyn Fn(u64),
+) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| in_file(path, &error);
+    let mut file = File::create(path).map_err(failed)?;
     let mut hash = Sha256::new();
     for (order, (folder, manifest)) in shards.iter().enumerate() {
         append(folder, manifest, order == 0, |bytes| {
@@ -47,12 +94,7 @@ pub fn merge(folders: &[PathBuf], out: &Path, after_shard: &dyn Fn(u64)) -> Resu
         after_shard(order as u64 + 1);
     }
     whole.sha256 = hexadecimal(&hash.finalize());
-    file.sync_data().and_then(|()| fs::rename(&beside, &path)).map_err(failed)?;
-    for (name, text) in &prepared.files {
-        replace(&out.join(name), text.as_bytes())?;
-    }
-    whole.write(out)?;
-    Ok((prepared, whole))
+    file.sync_data().map_err(failed)
 }
 
 fn refused(folder: &Path, problem: String, expected: &str) -> Failure {

@@ -10,7 +10,8 @@ mod shard;
 
 pub use folder::{Done, Progress, write};
 pub use manifest::Manifest;
-pub use merge::merge;
+pub(super) use merge::below;
+pub use merge::{merge, shards};
 pub use shard::Shard;
 
 /// Table of runs.

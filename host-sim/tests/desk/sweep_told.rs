@@ -1,0 +1,117 @@
+//! What the results of a study say: units, confidence, how runs ended, what the study was, and how a run is repeated.
+
+use crate::sweep::{cells, folder};
+use dynamics_core::JointKind::{Prismatic, Revolute};
+use host_sim::study::sweep::Prepared;
+use host_sim::study::sweep::repeat::Repeat;
+use host_sim::study::sweep::results::Results;
+use robot_compiler::study::{Figure, Metric};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn prepared(study: &str, runs: u64) -> Prepared {
+    let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    Prepared::load(&top.join(study), Some(runs)).unwrap()
+}
+
+/// A folder with these rows as the runs of a study, and what came of them.
+fn of_rows(name: &str, prepared: &Prepared, rows: &[String]) -> (PathBuf, Results) {
+    let out = folder(name);
+    fs::write(out.join("runs.csv"), format!("{}\n{}\n", prepared.columns().join(","), rows.join("\n"))).unwrap();
+    let results = Results::of(prepared, &out).unwrap();
+    results.write(&out, prepared).unwrap();
+    (out, results)
+}
+
+/// Ten runs of two rods; those with the law `pd` stop at a fault with hardly an error.
+fn rods() -> Vec<String> {
+    let row = |index: u32| {
+        let (law, error, end) =
+            if index < 4 { ("pd", 1e-6, "fault 5") } else { ("feedforward", f64::from(index) * 1e-4, "complete") };
+        let pass = u8::from(end == "complete" && error <= 0.0003);
+        format!("{index},1.0,1.0,{law},0,{error:?},{index}.5,inf,{end},{pass}")
+    };
+    let pd = "10,1.0,1.0,pd,0,0.0002,3.5,inf,complete,1".to_owned();
+    (0..10).map(row).chain([pd]).collect()
+}
+
+#[test]
+fn a_median_is_of_complete_runs_and_those_in_a_fault_have_a_row_of_their_own() {
+    let prepared = prepared("host-sim/tests/fixtures/study.toml", 11);
+    let (out, results) = of_rows("told_faults", &prepared, &rods());
+    let by_law = results.groups.iter().find(|group| group.keys == ["control.law"]).unwrap();
+    let pd = by_law.cells.iter().find(|cell| cell.values == ["pd"]).unwrap();
+    assert_eq!((pd.failures.count, pd.failures.of, pd.medians[0]), (4, 5, Some(0.0002)));
+    assert_eq!((results.broken_off.share.count, results.broken_off.first.as_slice()), (4, [0, 1, 2, 3].as_slice()));
+    let text = fs::read_to_string(out.join("results.md")).unwrap();
+    assert!(text.contains("11 runs (complete: 7 runs, fault 5: 4 runs); failed: 10 of 11 ("), "{text}");
+    assert!(text.contains("| end | in a fault, or diverged | 4 of 11 ("), "{text}");
+    assert!(text.contains("Median tracking_max / rad of the complete runs:"), "{text}");
+}
+
+#[test]
+fn every_figure_has_its_unit_and_every_interval_its_confidence() {
+    let prepared = prepared("host-sim/tests/fixtures/study.toml", 11);
+    let (out, results) = of_rows("told_units", &prepared, &rods());
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let terminal = results.text(&Repeat::new(&prepared, &out));
+    for text in [&page, &terminal, &results.markdown()] {
+        for words in ["tracking_max / rad", "torque_peak.1 / (N m)", "settling_time / s", "%), with 95 % confidence."] {
+            assert!(text.contains(words), "no {words} in {text}");
+        }
+        assert!(text.matches("95 % interval").count() >= 2, "{text}");
+    }
+    let head = &cells(&out.join("runs.csv"))[0];
+    assert_eq!(head[5..8], ["tracking_max", "torque_peak.1", "settling_time"], "tables keep their titles");
+    let unit = |figure, joint| {
+        let metric = Metric { figure, joint, limit: None, least: None, title: String::new() };
+        metric.unit(&[Prismatic, Revolute])
+    };
+    assert_eq!((unit(Figure::Drift, None), unit(Figure::Drift, Some(1))), ("rad or m".to_owned(), "m".to_owned()));
+    assert_eq!((unit(Figure::TorqueRms, None), unit(Figure::SpeedMax, Some(2))), ("N m or N".into(), "rad/s".into()));
+    assert_eq!((unit(Figure::SettlingTime, None), unit(Figure::Faults, None)), ("s".into(), String::new()));
+}
+
+#[test]
+fn a_page_says_what_the_study_was_and_hands_over_commands_that_a_shell_takes() {
+    let prepared = prepared("host-sim/tests/fixtures/study.toml", 11);
+    let (out, _) = of_rows("told with blanks", &prepared, &rods());
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let version = format!("<dt>host-sim</dt><dd>{}</dd>", env!("CARGO_PKG_VERSION"));
+    for fact in [
+        "<dt>scene</dt><dd>planar2r_sine (",
+        "<dt>set</dt><dd>duration = 0.01</dd>",
+        "<dt>varied</dt><dd>plant.masses.2: 0.5 to 2</dd>",
+        "within 0.5 to 1.5, times the file&#39;s own value</dd>",
+        "<dt>design</dt><dd>random, seed 7</dd>",
+        "<dt>runs</dt><dd>11</dd>",
+        &version,
+    ] {
+        assert!(page.contains(fact), "no {fact}");
+    }
+    assert_eq!(page.matches("stroke-dasharray").count(), 1, "the one limit");
+    assert!(!page.contains("class=\"point named\" tabindex"), "a stop of the keyboard without a command");
+    let study = out.join("study.toml").display().to_string();
+    let command = format!("data-command=\"host-sim sweep &#39;{study}&#39; --replay 9 --out out/run_9\"");
+    assert!(page.contains(&command), "no {command}");
+    // Five worst runs of each figure, and ten that failed.
+    assert_eq!(page.matches("data-command=\"").count(), 25);
+}
+
+#[test]
+fn a_campaign_that_failed_says_how_its_run_is_repeated() {
+    let prepared = prepared("scenes/studies/campaign.toml", 3);
+    let row = |index: u32, end: &str| {
+        format!("{index},encoders,overrun,running,fault 6,9,{end},{}", u8::from(end != "unsafe"))
+    };
+    let rows = [row(0, "complete"), row(1, "unsafe"), row(2, "complete")];
+    let (out, results) = of_rows("told_campaign", &prepared, &rows);
+    let command = Repeat::new(&prepared, &out).command(1);
+    let scene = out.join("scene_1.toml").display().to_string();
+    assert!(command.starts_with(&format!("host-sim campaign --seed 1 --run 1 {scene} ")), "{command}");
+    assert!(results.text(&Repeat::new(&prepared, &out)).contains(&command));
+    assert!(fs::read_to_string(out.join("report.html")).unwrap().contains(&format!("data-command=\"{command}\"")));
+    let json: Value = serde_json::from_str(&fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
+    assert_eq!((&json["failing"], &json["broken_off"]["share"]["count"]), (&serde_json::json!([1]), &1.into()));
+}
