@@ -163,12 +163,18 @@ mod tests {
     use nalgebra::Vector3;
     use proptest::prelude::*;
     use proptest::test_runner::TestRunner;
-    use robot_compiler::{Robot, SceneFile};
+    use robot_compiler::Robot;
     use std::path::Path;
 
     fn arm(name: &str) -> Arm<6> {
         let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots").join(name)).unwrap();
-        crate::run::simulate::arm(&SceneFile::default_for(robot)).unwrap()
+        Arm {
+            joints: core::array::from_fn(|i| robot.joints[i].spec),
+            tool: robot.tool,
+            payload: None,
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            tip_wrench: None,
+        }
     }
 
     /// A body that computes, and the same one that has computed often enough for a kernel.
