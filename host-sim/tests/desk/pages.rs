@@ -45,6 +45,17 @@ pub(crate) fn rows(browser: &mut Browser, caption: &str) -> Vec<Vec<(String, Opt
     found.as_array().unwrap().iter().map(row).collect()
 }
 
+/// Commands that the cells of a table hand over, each reached by the keyboard.
+pub(crate) fn handed_over(browser: &mut Browser, caption: &str) -> Vec<String> {
+    let found = browser.value(&format!(
+        "[...[...document.querySelectorAll('table')].find((table) => table.caption.textContent === {}) \
+         .querySelectorAll('[data-command]')].map((cell) => {{ document.activeElement.blur(); cell.focus(); \
+         return document.activeElement.dataset.command ?? null; }})",
+        json!(caption)
+    ));
+    found.as_array().unwrap().iter().map(|command| command.as_str().unwrap().to_owned()).collect()
+}
+
 fn written(name: &str, page: &Page) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("page_{name}.html"));
     std::fs::write(&path, page.html()).unwrap();

@@ -2,7 +2,7 @@
 #![allow(clippy::float_cmp, reason = "a page shows the very numbers")]
 
 use crate::browser::{Browser, FLAT};
-use crate::pages::{WINDOWS, open, rows};
+use crate::pages::{WINDOWS, handed_over, open, rows};
 use crate::sweep::{cells, folder};
 use host_sim::study::parallel::Jobs;
 use host_sim::study::sweep::Prepared;
@@ -13,8 +13,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-/// Title of the table of worst runs.
+/// Title of the table of worst runs, and of that of runs that failed.
 pub(crate) const WORST: &str = "The worst runs, and the command that repeats each in full";
+pub(crate) const FAILING: &str = "The first runs that failed, and the command that repeats each in full";
+/// The fixture's figures as a page names them.
+pub(crate) const LABELS: [&str; 3] = ["tracking_max / rad", "torque_peak.1 / (N m)", "settling_time / s"];
 
 pub(crate) fn fixture() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/study.toml")
@@ -68,21 +71,26 @@ fn a_studys_page_shows_the_numbers_of_its_files_on_a_desk_and_on_a_phone() {
         let (runs, failed) = lead.as_str().unwrap().split_once("; failed: ").unwrap();
         says(runs, &[results["runs"].clone(), results["ends"]["complete"].clone()]);
         says(failed.split_once(" %)").unwrap().0, &share(&results["failures"]));
-        shows_the_distributions(&mut browser, &results);
+        shows_the_distributions(&mut browser, &results, &table);
         shows_the_correlations(&mut browser, &results);
         shows_the_worst_runs(&mut browser, &results, &table, &out);
+        shows_the_failing_runs(&mut browser, &results, &table, &out);
         draws_the_histograms(&mut browser, &results);
         draws_the_correlations(&mut browser, &results);
     }
     assert_eq!(browser.complaints(), [""; 0]);
 }
 
-fn shows_the_distributions(browser: &mut Browser, results: &Value) {
+pub(crate) fn shows_the_distributions(browser: &mut Browser, results: &Value, table: &[Vec<String>]) {
     let metrics = list(&results["metrics"]);
-    let shown = rows(browser, "Figures");
+    let mut shown = rows(browser, "Figures");
+    shows_what_broke_off(&shown.pop().unwrap(), results, table);
     assert_eq!((shown.len(), metrics.len()), (3, 3));
-    for (row, metric) in shown.iter().zip(metrics) {
-        assert_eq!(row[0].0, metric["metric"].as_str().unwrap());
+    for ((row, metric), label) in shown.iter().zip(metrics).zip(LABELS) {
+        assert_eq!(
+            (row[0].0.as_str(), label.split_once(" / ").unwrap().0),
+            (label, metric["metric"].as_str().unwrap())
+        );
         let limited = metric["limit"].is_number();
         says(&row[1].0, if limited { std::slice::from_ref(&metric["limit"]) } else { &[] });
         let failures = share(&metric["failures"]);
@@ -96,6 +104,22 @@ fn shows_the_distributions(browser: &mut Browser, results: &Value) {
         let worst: Vec<String> = list(&metric["worst"]).iter().map(|run| run["index"].to_string()).collect();
         assert_eq!(row[7].0, worst.join(", "));
     }
+}
+
+/// The row of runs that were not complete: those of `results.json` and those of the table of runs.
+fn shows_what_broke_off(row: &[(String, Option<f64>)], results: &Value, table: &[Vec<String>]) {
+    let end = table[0].iter().position(|name| name == "end").unwrap();
+    let broken_off: Vec<&str> =
+        table[1..].iter().filter(|row| row[end] != "complete").map(|row| row[0].as_str()).collect();
+    let found = &results["broken_off"];
+    assert_eq!((&found["share"]["count"], &found["share"]["of"]), (&json!(broken_off.len()), &results["runs"]));
+    let first = &broken_off[..broken_off.len().min(5)];
+    assert_eq!(list(&found["first"]).iter().map(Value::to_string).collect::<Vec<_>>(), first);
+    let texts: Vec<&str> = row.iter().map(|cell| cell.0.as_str()).collect();
+    let first = if first.is_empty() { "-".to_owned() } else { first.join(", ") };
+    assert_eq!(texts[..2], ["end", "in a fault, or diverged"]);
+    assert_eq!(texts[3..], ["-", "-", "-", "-", &first]);
+    says(texts[2], &share(&found["share"]));
 }
 
 /// The correlation of a figure with a key.
@@ -112,9 +136,11 @@ fn rounded(shown: &[f64], found: &Value) {
 }
 
 fn shows_the_correlations(browser: &mut Browser, results: &Value) {
-    let title = "Rank correlation of figures with keys, and the share of a figure's variance that a key explains alone";
+    let title = "Rank correlation of figures with keys (95 % interval), and the share of a figure's variance that a key explains alone";
     let keys = ["plant.masses.2", "robot.joint.1.mass", "actuators.delay"];
-    for row in rows(browser, title) {
+    let shown = rows(browser, title);
+    assert_eq!(shown.len(), 3);
+    for row in shown {
         assert_eq!(row.len(), 1 + keys.len());
         for ((shown, _), key) in row[1..].iter().zip(keys) {
             let found = correlation(results, &row[0].0, key);
@@ -136,25 +162,55 @@ fn shows_the_worst_runs(browser: &mut Browser, results: &Value, table: &[Vec<Str
     for (row, (metric, worst)) in shown.iter().zip(expected) {
         let index = worst["index"].as_u64().unwrap();
         let of_table = table[1 + usize::try_from(index).unwrap()][5 + metric].parse::<f64>().unwrap();
-        assert_eq!((row[0].0.as_str(), row[1].0.as_str()), (table[0][5 + metric].as_str(), index.to_string().as_str()));
+        assert_eq!(table[0][5 + metric], results["metrics"][metric]["metric"].as_str().unwrap());
+        assert_eq!((row[0].0.as_str(), row[1].0.as_str()), (LABELS[metric], index.to_string().as_str()));
         assert_eq!(row[2].1, worst["figure"].as_f64());
         assert_eq!(row[2].1, Some(of_table).filter(|x| x.is_finite()));
         says(&row[2].0, std::slice::from_ref(&worst["figure"]));
-        let study = out.join(STUDY);
-        let command = format!("host-sim sweep {} --replay {index} --out out/run_{index}", study.display());
-        assert_eq!(row[3].0, command);
+        assert_eq!(row[3].0, command(out, index));
     }
+    assert_eq!(handed_over(browser, WORST), shown.iter().map(|row| row[3].0.clone()).collect::<Vec<_>>());
 }
 
-/// What the points or bars of a figure say when they are reached, with numbers of the shape drawn for each.
-fn reached(browser: &mut Browser, caption: &str, shape: &str) -> Vec<(String, f64)> {
-    let found = browser.value(&format!(
-        "[...[...document.querySelectorAll('figure')].find((figure) => figure.querySelector('figcaption').textContent === {}) \
-         .querySelectorAll('.point')].map((point) => {{ point.focus(); const now = document.activeElement; \
-         return [now.querySelector('title').textContent, Number(now.lastChild.getAttribute('{shape}'))]; }})",
+fn command(out: &Path, index: u64) -> String {
+    format!("host-sim sweep {} --replay {index} --out out/run_{index}", out.join(STUDY).display())
+}
+
+fn shows_the_failing_runs(browser: &mut Browser, results: &Value, table: &[Vec<String>], out: &Path) {
+    let failed = table[1..].iter().filter(|row| row.last().unwrap() == "0").map(|row| row[0].parse().unwrap());
+    let failed: Vec<u64> = failed.take(10).collect();
+    assert_eq!(results["failing"], json!(failed));
+    let shown: Vec<Vec<String>> =
+        rows(browser, FAILING).into_iter().map(|row| row.into_iter().map(|cell| cell.0).collect()).collect();
+    assert_eq!(shown, failed.iter().map(|index| vec![index.to_string(), command(out, *index)]).collect::<Vec<_>>());
+    assert_eq!(handed_over(browser, FAILING), failed.iter().map(|index| command(out, *index)).collect::<Vec<_>>());
+}
+
+/// Expression for the figure with this caption.
+fn figure(caption: &str) -> String {
+    format!(
+        "[...document.querySelectorAll('figure')].find((figure) => figure.querySelector('figcaption').textContent === {})",
         json!(caption)
+    )
+}
+
+/// What the points or bars of a figure say, with numbers of the shape drawn for each. None has a command, is a stop of the keyboard, or
+/// looks as if it could be pressed.
+fn said(browser: &mut Browser, caption: &str, shape: &str) -> Vec<(String, f64)> {
+    let figure = figure(caption);
+    let pressed =
+        "part.tabIndex >= 0 || part.dataset.command !== undefined || getComputedStyle(part).cursor === 'pointer'";
+    let pressed = format!("[...{figure}.querySelectorAll('svg *')].filter((part) => {pressed}).length");
+    assert_eq!(browser.value(&pressed), 0, "{caption}");
+    let found = browser.value(&format!(
+        "[...{figure}.querySelectorAll('.point')].map((point) => \
+         [point.querySelector('title').textContent, Number(point.lastChild.getAttribute('{shape}')), point.ariaLabel])"
     ));
-    list(&found).iter().map(|point| (point[0].as_str().unwrap().to_owned(), point[1].as_f64().unwrap())).collect()
+    let point = |point: &Value| {
+        assert_eq!(point[0], point[2], "a reader hears what a pointer finds");
+        (point[0].as_str().unwrap().to_owned(), point[1].as_f64().unwrap())
+    };
+    list(&found).iter().map(point).collect()
 }
 
 fn draws_the_histograms(browser: &mut Browser, results: &Value) {
@@ -163,8 +219,12 @@ fn draws_the_histograms(browser: &mut Browser, results: &Value) {
         let counts: Vec<f64> = list(&histogram["counts"]).iter().map(|count| count.as_f64().unwrap()).collect();
         assert_eq!(counts.iter().sum::<f64>(), metric["finite"].as_f64().unwrap());
         let [low, high] = ["low", "high"].map(|end| histogram[end].as_f64().unwrap());
-        let points = reached(browser, &format!("Runs by {}", metric["metric"].as_str().unwrap()), "cy");
+        let caption = format!("Runs by {}", metric["metric"].as_str().unwrap());
+        let points = said(browser, &caption, "cy");
         assert_eq!(points.len(), counts.len());
+        let label = LABELS.iter().find(|label| label.starts_with(metric["metric"].as_str().unwrap())).unwrap();
+        lists_its_points(browser, &caption, &points, label);
+        draws_its_limit(browser, &caption, metric);
         let most = counts.iter().copied().fold(0.0, f64::max);
         let height_of = |sought: f64| points[counts.iter().position(|count| *count == sought).unwrap()].1;
         let (foot, top) = (height_of(0.0), height_of(most));
@@ -176,8 +236,43 @@ fn draws_the_histograms(browser: &mut Browser, results: &Value) {
     }
 }
 
+/// A figure says its points a second time, in a list that needs no pointer.
+fn lists_its_points(browser: &mut Browser, caption: &str, points: &[(String, f64)], label: &str) {
+    let lines =
+        browser.value(&format!("[...{}.querySelectorAll('li')].map((line) => line.textContent)", figure(caption)));
+    assert_eq!(list(&lines).len(), points.len());
+    for (line, (said, _)) in list(&lines).iter().zip(points) {
+        assert!(line.as_str().unwrap().starts_with(&format!("{said}: {label} ")), "{line}: {said}");
+    }
+}
+
+/// The limit is the one dashed line of a histogram, at its place among the runs; a figure without one has none.
+fn draws_its_limit(browser: &mut Browser, caption: &str, metric: &Value) {
+    let figure = figure(caption);
+    let dashed = browser.value(&format!(
+        "[...{figure}.querySelectorAll('path.line')].filter((line) => getComputedStyle(line).strokeDasharray !== 'none') \
+         .map((line) => line.getAttribute('d'))"
+    ));
+    let names =
+        browser.value(&format!("[...{figure}.querySelectorAll('.legend span')].map((name) => name.textContent)"));
+    let Some(limit) = metric["limit"].as_f64() else {
+        assert_eq!((dashed, names), (json!([]), json!([])), "{caption}");
+        return;
+    };
+    assert_eq!((list(&dashed).len(), list(&names).len()), (1, 2), "{caption}: {dashed} {names}");
+    says(list(&names)[1].as_str().unwrap(), std::slice::from_ref(&metric["limit"]));
+    let places = said(browser, caption, "cx");
+    let [low, high] = ["low", "high"].map(|end| metric["histogram"][end].as_f64().unwrap());
+    // The last point is where the last step begins.
+    let step = (places.last().unwrap().1 - places[0].1) / (places.len() - 1) as f64;
+    let expected = places[0].1 + step * places.len() as f64 * (limit - low) / (high - low);
+    let ends = list(&dashed)[0].as_str().unwrap().trim_start_matches('M').split('L');
+    let at: Vec<f64> = ends.map(|end| end.split_once(' ').unwrap().0.parse().unwrap()).collect();
+    assert!(at.len() == 2 && at.iter().all(|at| (at - expected).abs() < 0.31), "{at:?}: {expected}");
+}
+
 fn draws_the_correlations(browser: &mut Browser, results: &Value) {
-    let bars = reached(browser, "Rank correlation of figures with keys", "height");
+    let bars = said(browser, "Rank correlation of figures with keys", "height");
     let all = list(&results["sensitivities"]);
     assert_eq!(bars.len(), all.iter().filter(|found| !found["correlation"].is_null()).count());
     let mut pixels = Vec::new();

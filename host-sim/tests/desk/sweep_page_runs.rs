@@ -1,13 +1,24 @@
 //! A study's page in a real browser: the commands of its runs, long names, and a campaign's.
 
 use crate::browser::{Browser, FLAT};
-use crate::pages::{WINDOWS, open, rows};
-use crate::sweep::folder;
-use crate::sweep_page::{WORST, fixture, list, studied};
+use crate::pages::{WINDOWS, handed_over, open, rows};
+use crate::sweep::{cells, folder};
+use crate::sweep_page::{FAILING, WORST, fixture, list, shows_the_distributions, studied};
+use crate::sweep_told::{of_rows, prepared, rods};
+use host_sim::study::sweep::results::Results;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+
+/// What a command prints that a shell runs in a folder.
+fn done(command: &str, folder: &Path) -> String {
+    let programs = Path::new(env!("CARGO_BIN_EXE_host-sim")).parent().unwrap();
+    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
+    let done = Command::new("sh").args(["-c", command]).env("PATH", &path).current_dir(folder).output().unwrap();
+    assert!(done.status.success(), "{command}: {done:?}");
+    String::from_utf8(done.stdout).unwrap()
+}
 
 #[test]
 fn the_command_of_a_worst_run_repeats_it_wherever_the_study_lies() {
@@ -15,16 +26,18 @@ fn the_command_of_a_worst_run_repeats_it_wherever_the_study_lies() {
     let (out, results) = studied("a study's $HOME", &fixture(), 40);
     let page = out.join("report.html");
     open(&mut browser, &page, WINDOWS[0]);
-    let [(_, exact), (command, _)] = rows(&mut browser, WORST)[0].last_chunk().unwrap().clone();
+    let [(_, exact), (worst_command, _)] = rows(&mut browser, WORST)[0].last_chunk().unwrap().clone();
     let first = results["failing"][0].as_u64().unwrap();
-    let shown = browser.value("document.querySelector('pre.terminal').textContent");
-    assert!(shown.as_str().unwrap().ends_with(&format!(" --replay {first} --out out/run_{first}")), "{shown}");
-    let programs = Path::new(env!("CARGO_BIN_EXE_host-sim")).parent().unwrap();
-    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
-    for command in [command.as_str(), shown.as_str().unwrap()] {
-        let done = Command::new("sh").args(["-c", command]).env("PATH", &path).current_dir(&out).output().unwrap();
-        assert!(done.status.success(), "{command}: {done:?}");
-    }
+    let [(run, _), (failing_command, _)] = rows(&mut browser, FAILING)[0].last_chunk().unwrap().clone();
+    assert_eq!(run, first.to_string());
+    assert!(failing_command.ends_with(&format!(" --replay {first} --out out/run_{first}")), "{failing_command}");
+    let handed = [WORST, FAILING].map(|caption| handed_over(&mut browser, caption)[0].clone());
+    assert_eq!(handed, [worst_command, failing_command]);
+    // The focus is where the last command was reached: on the last row.
+    let last = handed_over(&mut browser, FAILING).pop().unwrap();
+    browser.press("Enter");
+    browser.until(&format!("document.querySelector('.note')?.textContent.includes({}) === true", json!(last)));
+    handed.iter().for_each(|command| drop(done(command, &out)));
     let error = |index: u64| {
         let summary = fs::read_to_string(out.join(format!("out/run_{index}/summary.json"))).unwrap();
         let summary: Value = serde_json::from_str(&summary).unwrap();
@@ -59,18 +72,53 @@ fn a_study_with_a_long_name_and_many_keys_can_be_read_on_a_desk_and_on_a_phone()
 }
 
 #[test]
-fn a_study_that_is_a_campaign_has_a_page_without_figures_or_commands() {
-    let Some(mut browser) = Browser::start("sweep_campaign", FLAT) else { return };
-    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/studies/campaign.toml");
-    let (out, _) = studied("campaign_page", &study, 30);
+fn runs_in_a_fault_have_a_row_of_their_own_on_a_desk_and_on_a_phone() {
+    let Some(mut browser) = Browser::start("sweep_faults", FLAT) else { return };
+    let (out, results) = of_rows("page_faults", &prepared("host-sim/tests/fixtures/study.toml", 11), &rods());
+    let results = serde_json::to_value(&results).unwrap();
+    assert_eq!(results["broken_off"]["share"]["count"], 4);
     for window in WINDOWS {
         open(&mut browser, &out.join("report.html"), window);
-        assert_eq!(browser.value("document.querySelectorAll('figure, pre').length"), 0);
-        assert!(!browser.value("document.body.textContent").as_str().unwrap().contains("--replay"));
+        shows_the_distributions(&mut browser, &results, &cells(&out.join("runs.csv")));
+    }
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+#[test]
+fn a_study_that_is_a_campaign_has_a_page_without_figures_and_commands_for_runs_that_failed() {
+    let Some(mut browser) = Browser::start("sweep_campaign", FLAT) else { return };
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/studies/campaign.toml");
+    let (out, results) = studied("campaign_page", &study, 30);
+    assert_eq!((&results["failing"], &results["failures"]["count"]), (&json!([]), &json!(0)));
+    let page = out.join("report.html");
+    for window in WINDOWS {
+        open(&mut browser, &page, window);
+        assert_eq!(browser.value("document.querySelectorAll('figure, pre, [data-command]').length"), 0);
+        let words = browser.value("document.body.textContent");
+        assert!(!["--replay", "--run"].iter().any(|option| words.as_str().unwrap().contains(option)), "{words}");
         // Every run is in one cell, as `failed/runs`.
         let cells = rows(&mut browser, "Failed of runs");
         let runs = cells.iter().flat_map(|row| &row[1..]).filter_map(|cell| cell.0.strip_prefix("0/"));
         assert_eq!(runs.map(|runs| runs.parse::<u64>().unwrap()).sum::<u64>(), 30);
+    }
+    // A table that says that one run was unsafe.
+    let mut table = cells(&out.join("runs.csv"));
+    let ticks = table[8][5].clone();
+    table[8].splice(6.., ["unsafe".to_owned(), "0".to_owned()]);
+    let text: String = table.iter().map(|row| row.join(",") + "\n").collect();
+    fs::write(out.join("runs.csv"), text).unwrap();
+    let prepared = prepared("scenes/studies/campaign.toml", 30);
+    Results::of(&prepared, &out).unwrap().write(&out, &prepared).unwrap();
+    for window in WINDOWS {
+        open(&mut browser, &page, window);
+        assert_eq!(browser.value("document.querySelectorAll('figure, pre').length"), 0);
+        let shown = rows(&mut browser, FAILING);
+        assert_eq!((shown.len(), shown[0][0].0.as_str()), (1, "7"));
+        let command = shown[0][1].0.clone();
+        assert_eq!(handed_over(&mut browser, FAILING), [command.as_str()]);
+        assert_eq!(browser.value("document.querySelectorAll('[data-command]').length"), 1);
+        let run: Value = serde_json::from_str(&done(&format!("{command} --json"), &out)).unwrap();
+        assert_eq!(run["ticks"].to_string(), ticks, "the very run");
     }
     assert_eq!(browser.complaints(), [""; 0]);
 }

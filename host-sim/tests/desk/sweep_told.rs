@@ -10,13 +10,13 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-fn prepared(study: &str, runs: u64) -> Prepared {
+pub(crate) fn prepared(study: &str, runs: u64) -> Prepared {
     let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     Prepared::load(&top.join(study), Some(runs)).unwrap()
 }
 
 /// A folder with these rows as the runs of a study, and what came of them.
-fn of_rows(name: &str, prepared: &Prepared, rows: &[String]) -> (PathBuf, Results) {
+pub(crate) fn of_rows(name: &str, prepared: &Prepared, rows: &[String]) -> (PathBuf, Results) {
     let out = folder(name);
     fs::write(out.join("runs.csv"), format!("{}\n{}\n", prepared.columns().join(","), rows.join("\n"))).unwrap();
     let results = Results::of(prepared, &out).unwrap();
@@ -25,7 +25,7 @@ fn of_rows(name: &str, prepared: &Prepared, rows: &[String]) -> (PathBuf, Result
 }
 
 /// Ten runs of two rods; those with the law `pd` stop at a fault with hardly an error.
-fn rods() -> Vec<String> {
+pub(crate) fn rods() -> Vec<String> {
     let row = |index: u32| {
         let (law, error, end) =
             if index < 4 { ("pd", 1e-6, "fault 5") } else { ("feedforward", f64::from(index) * 1e-4, "complete") };
@@ -90,8 +90,14 @@ fn a_page_says_what_the_study_was_and_hands_over_commands_that_a_shell_takes() {
     ] {
         assert!(page.contains(fact), "no {fact}");
     }
-    assert_eq!(page.matches("stroke-dasharray").count(), 1, "the one limit");
-    assert!(!page.contains("class=\"point named\" tabindex"), "a stop of the keyboard without a command");
+    // Only the first figure has a limit, and it is among the runs. The style sheet has dashes too, for pens.
+    let limits = |drawing: &str| drawing.split_once("</svg>").unwrap().0.matches("stroke-dasharray").count();
+    let drawn: Vec<usize> = page.split("<svg").skip(1).map(limits).collect();
+    assert_eq!(drawn, [1, 0, 0], "histograms of two figures, and correlations");
+    assert_eq!(page.matches("stroke-dasharray=\"").count(), 1);
+    assert_eq!(page.matches(">fails above 0.000300<").count(), 1, "in the legend");
+    let stops = page.matches("tabindex=\"0\"").count() - page.matches("<div class=\"table\" tabindex=\"0\"").count();
+    assert_eq!(stops, page.matches("data-command=\"").count(), "a stop of the keyboard without a command");
     let study = out.join("study.toml").display().to_string();
     let command = format!("data-command=\"host-sim sweep &#39;{study}&#39; --replay 9 --out out/run_9\"");
     assert!(page.contains(&command), "no {command}");
