@@ -62,14 +62,14 @@ pub(super) fn run() -> Result<()> {
             let alone = alone(&scene, &folder)?;
             let whole = side_by_side(&scene, &folder, RUNS)?;
             let together = DURATION / whole;
-            // What as many steps again cost is the cost of the steps.
+            // What three times as many steps again cost is the cost of the steps.
             let steps = match theirs {
                 None => None,
                 Some(_) => {
-                    let finer = [("plant.step", "0.125e-3")];
+                    let finer = [("plant.step", "0.0625e-3")];
                     let finer =
                         self::scene(&format!("{}-{rubs}-finer", name.len()), &[settings, &friction, &finer].concat())?;
-                    Some(DURATION / (side_by_side(&finer, &folder, RUNS)? - whole))
+                    Some(3.0 * DURATION / (side_by_side(&finer, &folder, RUNS)? - whole))
                 }
             };
             let theirs = theirs.and_then(|method| nanoseconds(&peer, method, rubs)).map(|ns| STEP / (ns * 1e-9));
@@ -83,7 +83,9 @@ pub(super) fn run() -> Result<()> {
     let mut linear = Table::new(&["simulated time", "runs", "ms a run"]);
     for (duration, label) in [("0.525", "0.525 s"), ("1.05", "1.05 s"), ("2.1", "2.1 s")] {
         for runs in [[64, 192], [64, 320], [64, 576]] {
-            let scene = scene(&format!("linear-{duration}"), &[(".duration", duration)])?;
+            // Steps of one length: the adaptive method takes more of them where friction turns or holds.
+            let settings = [METHODS[1].1, &[(".duration", duration)]].concat();
+            let scene = scene(&format!("linear-{duration}"), &settings)?;
             let cost = side_by_side(&scene, &folder, runs)?;
             linear.row(&[label.into(), (runs[1] - runs[0]).to_string(), format!("{:.2}", cost * 1e3)]);
         }
@@ -167,8 +169,12 @@ fn side_by_side(scene: &Path, folder: &Path, runs: [u32; 2]) -> Result<f64> {
         ensure!(done.status.success(), "{}: {}", study.display(), String::from_utf8_lossy(&done.stderr));
         Ok(began.elapsed().as_secs_f64())
     };
-    let best = |count: u32| {
-        (0..3).map(|_| once(count)).collect::<Result<Vec<_>>>().map(|it| it.into_iter().fold(f64::INFINITY, f64::min))
-    };
-    Ok((best(runs[1])? - best(runs[0])?) / f64::from(runs[1] - runs[0]))
+    // In turns: a machine that others use too is now fast, now slow.
+    let mut best = [f64::INFINITY; 2];
+    for _ in 0..5 {
+        for (best, count) in best.iter_mut().zip(runs) {
+            *best = best.min(once(count)?);
+        }
+    }
+    Ok((best[1] - best[0]) / f64::from(runs[1] - runs[0]))
 }
