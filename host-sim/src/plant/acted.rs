@@ -12,8 +12,8 @@ use dynamics_core::trig::Polynomial;
 use dynamics_core::{JointKind, Wrench};
 use robot_compiler::scene::Ripple;
 
-/// Solutions of the equations of motion after which an arm gets a kernel. Making one takes as long as so many solutions without it, so
-/// what is done twice is never more than what is done once.
+/// Solutions of the equations of motion after which an arm gets a kernel. Making one takes some milliseconds, about as long as so many
+/// solutions of a six-joint arm without it, so a run that ends just then has not lost much.
 const WORTH_A_KERNEL: u64 = 10_000;
 
 /// The arm's bodies, with gravity, wrench at the tip, friction and ripple, but without the torque.
