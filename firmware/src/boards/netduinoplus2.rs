@@ -160,8 +160,14 @@ impl JointIo<{ arm::N }> for RestingJoints {
             age_ticks: [0; arm::N],
             faults: [JointFaults::NONE; arm::N],
             errors: [0; arm::N],
+            on: [true; arm::N],
+            zero_lost: false,
         })
     }
+
+    fn enable(&mut self, _action: SafeAction) {}
+
+    fn preload(&mut self, _torque: &[f32; arm::N]) {}
 
     fn drive(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {}
 

@@ -440,11 +440,21 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
             age_ticks: self.joints.map(|joint| joint.age_ticks),
             faults,
             errors: self.drive_errors(),
+            on: self.joints.map(|joint| joint.enabled && joint.off == 0),
+            zero_lost: false,
         })
     }
 
     fn temperature(&self) -> Option<f32> {
         self.joints.iter().fold(None, |hottest, joint| higher(hottest, joint.temperature))
+    }
+
+    fn enable(&mut self, _: SafeAction) {
+        self.send_all(|_| Order::Torque(0.0, None));
+    }
+
+    fn preload(&mut self, torque: &[f32; N]) {
+        self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque, None)));
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {

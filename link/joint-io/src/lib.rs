@@ -48,6 +48,13 @@ pub trait JointIo<const N: usize> {
         None
     }
 
+    /// Bring every drive on, without torque and with engaged brakes. Called in every tick until all drives are on
+    /// ([`Readings::on`]). A drive that is on already gives no torque; where `action` is a damped stop it damps.
+    fn enable(&mut self, action: SafeAction);
+
+    /// Give these torques or forces, N m or N, with engaged brakes: the arm's weight is carried before the brakes open.
+    fn preload(&mut self, torque: &[f32; N]);
+
     /// Drive these torques or forces, N m or N, with open brakes. A drive that is off is switched on first, and gives its
     /// torque from the next tick on.
     ///

@@ -116,6 +116,10 @@ pub struct Readings<const N: usize> {
     pub faults: [JointFaults; N],
     /// Each drive's own error code, where it has told one; 0 for none.
     pub errors: [u8; N],
+    /// True for each drive that has shown, in answer to its enable frame, that it is on.
+    pub on: [bool; N],
+    /// True in one tick, when a drive may have lost its zero since the tick before: the arm must be homed again.
+    pub zero_lost: bool,
 }
 
 impl<const N: usize> Readings<N> {

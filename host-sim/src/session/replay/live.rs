@@ -136,6 +136,8 @@ impl<const N: usize> Again<N> {
             age_ticks: array(&sensed.age_ticks).map_err(wrong)?.map(age),
             faults: core::array::from_fn(fault),
             errors: [0; N],
+            on: [true; N],
+            zero_lost: false,
         };
         // A board without joints of its own has neither readings nor zeros.
         let has_joints = zeroed || drive_fault != 0;

@@ -85,6 +85,8 @@ fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
             age_ticks: [tick % 2, 0],
             faults: now.map_or([JointFaults::NONE; N], |now| now.faults),
             errors: [0; N],
+            on: [true; N],
+            zero_lost: false,
         };
         board.sense(has_joints.then_some(&readings), &now.map_or(Lines::NONE, |now| now.lines));
         if now.is_some_and(|now| now.overrun) {

@@ -63,6 +63,8 @@ impl<const N: usize> Told<N> {
             age_ticks: self.age_ticks,
             faults: self.drive_fault.map(|fault| drive(fault) | lost),
             errors: [0; N],
+            on: [true; N],
+            zero_lost: false,
         }
     }
 }

@@ -95,8 +95,15 @@ impl Arm {
             self.receive(Frame::Alive);
         }
         let sensed = Sensed::State { q: self.q, qd: self.qd };
-        let readings =
-            Readings { sensed, torque: [0.0; 2], age_ticks: self.age_ticks, faults: self.faults, errors: self.errors };
+        let readings = Readings {
+            sensed,
+            torque: [0.0; 2],
+            age_ticks: self.age_ticks,
+            faults: self.faults,
+            errors: self.errors,
+            on: [true; 2],
+            zero_lost: false,
+        };
         self.session.sense(Some(&readings), &self.lines);
         self.session.tick(&self.meter)
     }
