@@ -61,7 +61,9 @@ mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
     use core::mem::MaybeUninit;
-    use firmware::board::{BoardLines, Incoming, LinkInput, LinkOutput, Nonces, Parts, Ticker};
+    #[cfg(feature = "dma")]
+    use firmware::board::LinkOutput;
+    use firmware::board::{BoardLines, Incoming, LinkInput, Nonces, Parts, Ticker};
     use firmware::joint_io::{JointIo, higher};
     use firmware::serve::{self as service, Served};
     use link::{Access, BoardChannel, Frame, Pacing, Received};
