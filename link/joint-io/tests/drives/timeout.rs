@@ -4,6 +4,7 @@ use crate::rig::Rig;
 use actuator_model::mit::Language;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::SafeAction;
+use joint_io::JointIo as _;
 use joint_io::frames::Frames;
 use session::readings::JointFaults;
 

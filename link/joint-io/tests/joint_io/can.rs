@@ -269,7 +269,7 @@ fn torque_that_a_spring_gives_counts_and_one_that_is_missing_is_found_in_a_state
         weak += 1;
         assert!(weak < 20);
     }
-    assert_eq!(weak, usize::from(joint_io::can::WEAK_MAX) + 2);
+    assert_eq!(weak, usize::from(joint_io::can::WEAK_MAX) + 1);
     // The fault is reported until the safe action.
     bench.joints.safe(SafeAction::Off);
     bench.pass();
