@@ -172,7 +172,7 @@ fn packets_of_the_session_itself_replayed_or_out_of_order_do_nothing_more() {
     drill.ask(Request::Disarm);
     assert!(!drives(&drill.tick().0));
     // All that once led to torque, and the same backwards.
-    let packets: Vec<&[u8]> = armed.split_inclusive(|&byte| byte == 0).collect();
+    let packets: Vec<&[u8]> = armed.split_inclusive(|&byte| byte == 0).filter(|packet| packet.len() > 1).collect();
     let refused_before = drill.tick().1;
     drill.attack(&packets.concat());
     drill.attack(&packets.iter().rev().copied().collect::<Vec<_>>().concat());
