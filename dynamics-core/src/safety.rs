@@ -29,6 +29,7 @@
 //! Every rule has a number and a test; `docs/safety.md` lists them.
 
 mod decision;
+pub mod heat;
 mod machine;
 mod measured;
 mod ordinary;

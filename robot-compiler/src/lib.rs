@@ -43,7 +43,7 @@ mod read;
 pub use describe::cut::{Ends, UrdfArm};
 pub use describe::diagnostics::FileError;
 pub use describe::linkage::{LinkageFile, Mechanism};
-pub use describe::robot::{JointEncoder, JointFriction, Robot, RobotJoint};
+pub use describe::robot::{JointEncoder, JointFriction, JointHeat, Robot, RobotJoint};
 pub use describe::scene::SceneFile;
 pub use describe::{drive, scene};
 

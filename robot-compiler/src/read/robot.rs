@@ -10,6 +10,7 @@ use std::path::Path;
 
 mod actuators;
 mod drive;
+mod heat;
 mod places;
 mod toml;
 

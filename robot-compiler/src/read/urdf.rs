@@ -5,7 +5,7 @@
 use crate::describe::cut::{Ends, NAMESPACE, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
-use crate::describe::robot::{BuildError, DOF, JointFriction, Robot, RobotJoint};
+use crate::describe::robot::{BuildError, DOF, JointFriction, JointHeat, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Tool};
 use std::path::PathBuf;
@@ -138,6 +138,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
     // Scaled first, so that the square of a tiny or huge axis neither vanishes nor overflows.
     let axis = (joint.axis / largest).normalize();
     Ok(RobotJoint {
+        heat: JointHeat::default(),
         name: joint.name.to_owned(),
         spec: JointSpec {
             kind: if joint.kind == Kind::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },
