@@ -183,9 +183,11 @@ mod rtos {
                 session.overrun();
             }
             match drives {
-                Drives::Drive(torque) if !late => joints.drive(&torque, session.springs().as_ref()),
-                Drives::Drive(_) => joints.safe(session.safe_action()),
                 Drives::Safe(action) => joints.safe(action),
+                _ if late => joints.safe(session.safe_action()),
+                Drives::Drive(torque) => joints.drive(&torque, session.springs().as_ref()),
+                Drives::Enable(action) => joints.enable(action),
+                Drives::Preload(torque) => joints.preload(&torque),
             }
             if session.is_live() && !late {
                 lines.feed();
