@@ -44,6 +44,12 @@ impl<const N: usize> Record<N> {
         cost: None,
     };
 
+    /// An idle machine before its first tick, whose drives do the safe action.
+    pub(crate) const fn safe(action: SafeAction) -> Self {
+        let Self { output, .. } = Self::NONE;
+        Self { output: Output { actuation: Actuation::Safe(action), ..output }, ..Self::NONE }
+    }
+
     /// Status frame with these parts, and what stands beside the record.
     #[must_use]
     pub fn status(&self, parts: Parts, beside: &Beside<N>) -> Status {
@@ -126,7 +132,7 @@ pub struct Beside<const N: usize> {
 
 impl<const N: usize> Beside<N> {
     /// Nothing.
-    const NONE: Self = Self { kept: false, room: 0, trouble: None, external: None };
+    pub(crate) const NONE: Self = Self { kept: false, room: 0, trouble: None, external: None };
 }
 
 /// Report of ticks. Made under the lock of the tick by copying; [`Report::frame`] does the rest.

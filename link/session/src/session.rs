@@ -10,7 +10,7 @@ pub use change::JUMP;
 pub use receive::{Message, Outcome, Reaction};
 pub use tick::Drives;
 
-use crate::black_box::BlackBox;
+use crate::black_box::{Beside, BlackBox, Record};
 use crate::readings::{Lines, Readings};
 use crate::supervisor::Supervisor;
 use crate::trajectory::Trajectory;
@@ -102,6 +102,8 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     buffers: B,
     /// The next tick of the black box to be sent.
     past: Option<usize>,
+    /// The last hello has ended a live session.
+    left_live: bool,
 }
 
 impl<const N: usize, D, T, K, C, P> Session<N, D, T, K, C, P>
@@ -153,6 +155,7 @@ where
             trouble: None,
             buffers,
             past: None,
+            left_live: false,
         }
     }
 
@@ -239,12 +242,17 @@ where
         trajectory.clear();
         // One that holds a fault stays: whoever comes to look wants to read it.
         black_box.restart();
+        let agreed = Hello { pacing: self.own.pacing, ..*theirs } == self.own;
+        self.pacing = agreed.then_some(theirs.pacing);
+        if core::mem::take(&mut self.left_live) && !self.is_live() {
+            // No tick drives any more, and where none runs no status would follow: this one says that the drives do the safe action.
+            let status = Record::<N>::safe(self.safe_action()).status(Parts::TORQUE, &Beside::NONE);
+            self.answer = Some(Frame::Status(status));
+        }
         let answer = Hello { pacing: theirs.pacing, ..self.own };
-        if (Hello { pacing: self.own.pacing, ..*theirs }) != self.own {
-            self.pacing = None;
+        if !agreed {
             return Outcome::Stop(answer, Refusal::OtherRobot);
         }
-        self.pacing = Some(theirs.pacing);
         // In a drill every tick is answered, as on the bench.
         self.watch = if theirs.pacing == Pacing::Drill { EVERYTHING } else { QUIET };
         Outcome::Start(answer)

@@ -173,6 +173,7 @@ where
             return Outcome::Refused(Refusal::Lost { missed: *missed });
         }
         if let Said::Other(Frame::Hello(theirs)) = said {
+            self.left_live = self.is_live();
             self.pacing = None;
             return Outcome::Hello(*theirs);
         }

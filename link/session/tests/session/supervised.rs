@@ -344,11 +344,38 @@ fn a_stop_is_taken_even_where_frames_were_lost_before_it_and_nothing_else_is() {
     assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested));
 }
 
+/// Where no tick follows, the host still hears that the drives do the safe action.
+#[test]
+fn a_status_follows_a_hello_that_ends_a_live_session() {
+    let safe = link::Actuation::new(&safety::Actuation::<f32, 2>::Safe(SafeAction::DampedStop));
+    let other = Hello { robot: OWN.robot + 1, pacing: Pacing::Live, ..OWN };
+    for theirs in [Pacing::Drill, Pacing::LockStep, Pacing::Timer]
+        .map(|pacing| Hello { pacing, ..OWN })
+        .into_iter()
+        .chain([other])
+    {
+        let mut arm = Arm::running();
+        arm.said();
+        arm.receive(Frame::Hello(theirs));
+        let said = arm.said();
+        let [Frame::Status(status)] = &said[..] else { panic!("{theirs:?}: {said:?}") };
+        assert_eq!((status.state, status.homed, &status.actuation), (0, false, &Some(safe.clone())), "{theirs:?}");
+        // Only the first hello has ended it.
+        arm.receive(Frame::Hello(theirs));
+        assert_eq!(arm.said(), []);
+    }
+    let mut arm = Arm::running();
+    arm.said();
+    arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
+    assert_eq!(arm.said(), [], "ticks of the new session say it");
+}
+
 #[test]
 fn a_drill_is_the_same_with_the_host_in_the_place_of_board_and_joints_and_drives_nothing() {
     let mut arm = Arm::live();
     let hello = Hello { pacing: Pacing::Drill, ..OWN };
     arm.receive(Frame::Hello(hello));
+    assert_eq!(arm.said().len(), 1, "the end of the live session");
     let lines = link::Lines::CALM;
     arm.receive(Frame::Lines(lines));
     let sensed = Sensed::State { q: [0.1; 2], qd: [0.0; 2] };
