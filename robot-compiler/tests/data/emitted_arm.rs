@@ -23,7 +23,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0x693b_4b59_07de_9dc2;
+pub const HASH: u64 = 0x0bf2_7520_8298_9b12;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
@@ -189,7 +189,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.5,
                 rotor_max: 0.0,
                 damping: 16.0,
-                lowering_speed: 0.2,
+                lowering_speed: 0.010651583,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -200,7 +200,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.7,
                 rotor_max: 0.0,
                 damping: 5.714286,
-                lowering_speed: 0.2,
+                lowering_speed: 0.010651583,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -211,7 +211,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 1.5,
                 rotor_max: 0.0,
                 damping: 0.53333336,
-                lowering_speed: 0.2,
+                lowering_speed: 0.010651583,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -222,7 +222,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.12,
                 rotor_max: 0.0,
                 damping: 100.0,
-                lowering_speed: 0.2,
+                lowering_speed: 0.010651583,
             },
         ],
     }
