@@ -7,10 +7,7 @@ use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicU8, Ordering};
 use firmware::board::{INCOMING, Incoming, LinkOutput, OUTGOING};
 use firmware::serve::{self, Served};
-use link::{
-    Access, BoardChannel, Circular, Encoder, Filling, Frame, Halves, Hello, HostChannel, Key, NonceSource, Outgoing,
-    PACKET_MAX, Pacing, Received, Refusal, Request, Sending, Value,
-};
+use link::{Access, BoardChannel, Circular, Encoder, Filling, Frame, Halves, Hello, HostChannel, Key, NonceSource, NumberedRequest, Outgoing, PACKET_MAX, Pacing, Received, Refusal, Request, Sending, Value};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
@@ -214,7 +211,7 @@ impl Served<Output> for Session {
                 let value = Value { index, value: 1.5, low: 1.0, high: 2.0 };
                 serve::reply(channel, output, &Frame::Value(value));
             }
-            Frame::Request(Request::Hold) => {}
+            Frame::Request(NumberedRequest { request: Request::Hold, .. }) => {}
             _ => serve::reply(channel, output, &Frame::Refusal(Refusal::Lost { missed: 1 })),
         }
     }
@@ -281,7 +278,7 @@ impl Rig {
 
     /// A request to hold, behind a zero that ends whatever came before.
     fn hold(&mut self) {
-        let packet = self.host.encode(&Frame::Request(Request::Hold)).unwrap();
+        let packet = self.host.encode(&Frame::request(1, Request::Hold)).unwrap();
         self.put(&[0]);
         self.put(&packet);
         self.holds.push(self.wire.len() as u64);
@@ -329,7 +326,7 @@ fn leak() -> &'static [AtomicU8; OUTGOING] {
 }
 
 fn is_hold(frame: &Frame) -> bool {
-    matches!(frame, Frame::Request(Request::Hold))
+    matches!(frame, Frame::Request(NumberedRequest { request: Request::Hold, .. }))
 }
 
 fn nonce() -> Option<([u8; 16], NonceSource)> {
@@ -411,7 +408,7 @@ fn open_frames(rig: &mut Rig, seed: u32) {
         for frame in [
             Frame::Join([seed as u8 + i; 16]),
             Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }),
-            Frame::Request(Request::Disarm),
+            Frame::request(2, Request::Disarm),
             Frame::Alive,
         ] {
             rig.put(&stranger.encode(&frame).unwrap());

@@ -22,54 +22,27 @@ fn until(chip: &mut Chip, wanted: impl Fn(&Status) -> bool) -> Status {
         match chip.receive("a status").unwrap() {
             Frame::Status(status) if wanted(&status) => return status,
             Frame::Status(status) => assert_eq!(status.refused, None, "{status:?}"),
+            Frame::Answer(_) => {}
             other => panic!("{other:?}"),
         }
     }
     panic!("100,000 ticks without it");
 }
 
-/// A chip with its host in a live session.
-struct LiveChip {
-    chip: Chip,
-    /// Its hello in lock step.
-    bench: Hello,
-    rules: Rules<f64, 2>,
-}
-
-impl LiveChip {
-    fn start() -> Self {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml");
-        let scene = SceneFile::load(&path).unwrap();
-        let model = scene.robot.model::<2>().unwrap();
-        let bench = hello(&scene, &model, Pacing::LockStep);
-        let mut chip = Chip::start(&build_firmware(&path).unwrap(), bench).unwrap();
-        chip.change_pacing(Hello { pacing: Pacing::Live, ..bench }).unwrap();
-        chip.send(&Frame::Live(link::Live::new(&scene.live::<2>(&model).cast::<f32>()).unwrap())).unwrap();
-        chip.send(&Frame::Watch(Watch { every: 1, parts: Parts::TORQUE })).unwrap();
-        Self { chip, bench, rules: scene.safety_rules::<2>(&model) }
-    }
-
-    /// Armed; returns the tick that armed it as well.
-    fn armed() -> (Self, Status) {
-        let mut live = Self::start();
-        live.ask(Request::Home, |status| status.state == 1);
-        live.ask(Request::Confirm, |status| status.state == 0 && status.homed);
-        let status = live.ask(Request::Arm, |status| status.state == ARMED);
-        (live, status)
-    }
-
-    /// On a trajectory of one point, where it is.
-    fn running() -> Self {
-        let (mut live, _) = Self::armed();
-        let reference = Reference::new(&dynamics_core::Reference { q: [0.0_f32; 2], qd: [0.0; 2], qdd: [0.0; 2] });
-        live.chip.send(&Frame::Point(Point { ticks: 0, reference })).unwrap();
-        live.ask(Request::Run, |status| status.state == RUNNING);
-        live
-    }
-
-    fn ask(&mut self, request: Request, wanted: impl Fn(&Status) -> bool) -> Status {
-        self.chip.send(&Frame::Request(request)).unwrap();
-        let status = until(&mut self.chip, wanted);
+/// The chip arms by its own timer and joints. Its host says nothing more: it holds, and at last stops, each in its tick.
+#[test]
+fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml");
+    let scene = SceneFile::load(&path).unwrap();
+    let model = scene.robot.model::<2>().unwrap();
+    let rules = scene.safety_rules::<2>(&model);
+    let mut chip = Chip::start(&build_firmware(&path).unwrap(), hello(&scene, &model, Pacing::LockStep)).unwrap();
+    chip.change_pacing(hello(&scene, &model, Pacing::Live)).unwrap();
+    chip.send(&Frame::Live(link::Live::new(&scene.live::<2>(&model).cast::<f32>()).unwrap())).unwrap();
+    chip.send(&Frame::Watch(Watch { every: 1, parts: Parts::TORQUE })).unwrap();
+    for (request, state, homed) in [(Request::Home, 1, false), (Request::Confirm, 0, true), (Request::Arm, 2, true)] {
+        chip.send(&Frame::request(state, request)).unwrap();
+        let status = until(&mut chip, |status| (status.state, status.homed) == (state, homed));
         assert_eq!(status.refused, None, "{request:?}");
         status
     }
