@@ -60,9 +60,16 @@ impl<const N: usize> Buffers<N> {
     pub const fn new() -> Self {
         Self { trajectory: Trajectory::new(), black_box: BlackBox::new() }
     }
+
+    /// The reference motion that is buffered.
+    #[must_use]
+    pub const fn trajectory(&self) -> &Trajectory<N> {
+        &self.trajectory
+    }
 }
 
 /// The state machine. `B` holds the buffers: by value, or as a reference.
+#[derive(Clone, Debug)]
 pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Unprotected, B = Buffers<N>> {
     own: Hello,
     pacing: Option<Pacing>,
@@ -157,6 +164,11 @@ where
             Some(pacing) if pacing.is_supervised() => State::Supervised(pacing, self.supervisor.state()),
             Some(pacing) => State::Bench(pacing, self.controller.fault()),
         }
+    }
+
+    /// True if the joints' zeros have been confirmed, and nothing has put them in doubt since.
+    pub fn homed(&self) -> bool {
+        self.supervisor.homed()
     }
 
     /// Whether the drives are driven.
