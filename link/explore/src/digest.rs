@@ -9,19 +9,34 @@ use core::hash::Hasher;
 use rustc_hash::FxHasher;
 use std::cell::RefCell;
 
-/// Fields that are left out, and why this is sound: nothing that is judged here depends on them.
+/// Fields of structures that are left out, and why this is sound: nothing that is judged here depends on them.
 ///
 /// | fields | reason |
 /// |---|---|
 /// | `tick`, `taken`, `counts`, `buses` | counters for telemetry: they are sent to the host, and nothing else reads them |
-/// | `own`, `config`, `safety_config`, `drives`, `order`, `ranges`, `observer` | constants of the scene |
-/// | `cost` | always absent: no counter runs |
-const LEFT_OUT: [&str; 10] =
-    ["tick", "taken", "counts", "buses", "own", "drives", "order", "ranges", "cost", "frames"];
+/// | `own`, `drives`, `order`, `ranges`, `frames` | constants of the scene |
+/// | `Controller::alone` | used by a controller without a safety machine only |
+const LEFT_OUT: [(&str, &str); 9] = [
+    ("Session", "own"),
+    ("Session", "tick"),
+    ("Session", "taken"),
+    ("CanJoints", "frames"),
+    ("CanJoints", "drives"),
+    ("CanJoints", "order"),
+    ("CanJoints", "buses"),
+    ("Joint", "counts"),
+    ("Controller", "alone"),
+];
 
-/// Counters that act only up to a bound, and count on beyond it: the text has the lower of count and bound. The bounds are above every limit of
-/// the scenes ([`crate::scene`]), so a count at its bound acts as any greater one.
-const BOUNDED: [(&str, u64); 4] = [("heartbeat_age", 60), ("age_ticks", 24), ("age", 24), ("alone", 60)];
+/// Counters that act only up to a bound, and count on beyond it: the text has a word for all beyond. Each bound is above every limit of the
+/// scenes ([`crate::scene`]), and in so many periods a joint can go anywhere at the speed that a jump is judged by.
+const BOUNDED: [(&str, &str, u64); 5] = [
+    ("Inputs", "heartbeat_age", 30),
+    ("Inputs", "age_ticks", 30),
+    ("Joint", "age_ticks", 30),
+    ("Sensors", "age", 30),
+    ("Memory", "alone", 30),
+];
 
 /// Hash of a value's `Debug` text, without the fields that are left out.
 #[must_use]
@@ -31,11 +46,10 @@ pub fn of(values: &[&dyn Debug]) -> u64 {
     }
     TEXT.with_borrow_mut(|text| {
         text.clear();
-        let mut writer = Writer { text, held: String::new(), skip: None, bound: None };
+        let mut writer = Writer::new(text);
         for value in values {
             // The writer takes everything.
             let _ = write!(writer, "{value:?}");
-            writer.release();
         }
         let mut hasher = FxHasher::default();
         hasher.write(text);
@@ -47,9 +61,7 @@ pub fn of(values: &[&dyn Debug]) -> u64 {
 #[must_use]
 pub fn text(value: &dyn Debug) -> String {
     let mut text = Vec::new();
-    let mut writer = Writer { text: &mut text, held: String::new(), skip: None, bound: None };
-    let _ = write!(writer, "{value:?}");
-    writer.release();
+    let _ = write!(Writer::new(&mut text), "{value:?}");
     String::from_utf8(text).unwrap_or_default()
 }
 
@@ -57,20 +69,35 @@ pub fn text(value: &dyn Debug) -> String {
 /// `": "`; so are brackets and commas.
 struct Writer<'a> {
     text: &'a mut Vec<u8>,
-    /// A piece that may turn out to be a field's name.
-    held: String,
-    /// Depth of brackets inside of a field that is left out.
-    skip: Option<u32>,
-    /// Depth of brackets inside of a field with a bound, and the bound.
-    bound: Option<(u32, u64)>,
+    /// Where the last piece begins in the text: it may turn out to be a field's name.
+    last: usize,
+    /// Where in the text the names of the structures are that the writer is inside of.
+    within: Vec<(usize, usize)>,
+    /// The field whose value is being written, where it is treated differently, and the depth of brackets inside of it.
+    field: Option<(Treatment, u32)>,
 }
 
-impl Writer<'_> {
-    fn release(&mut self) {
-        if self.skip.is_none() {
-            self.text.extend_from_slice(self.held.as_bytes());
+/// Treatment of a field's value.
+#[derive(Clone, Copy)]
+enum Treatment {
+    LeftOut,
+    AtMost(u64),
+}
+
+impl Treatment {
+    fn of(structure: &[u8], field: &[u8]) -> Option<Self> {
+        let is = |a: &str, b: &str| a.as_bytes() == structure && b.as_bytes() == field;
+        if LEFT_OUT.iter().any(|(structure, field)| is(structure, field)) {
+            Some(Self::LeftOut)
+        } else {
+            BOUNDED.iter().find(|(structure, field, _)| is(structure, field)).map(|(.., most)| Self::AtMost(*most))
         }
-        self.held.clear();
+    }
+}
+
+impl<'a> Writer<'a> {
+    const fn new(text: &'a mut Vec<u8>) -> Self {
+        Self { text, last: 0, within: Vec::new(), field: None }
     }
 
     /// True where this piece ends the value of a field at the depth; else the depth is updated.
@@ -88,47 +115,32 @@ impl Writer<'_> {
 
 impl Write for Writer<'_> {
     fn write_str(&mut self, piece: &str) -> core::fmt::Result {
-        if let Some(depth) = &mut self.skip {
-            if !Self::ends(depth, piece) {
-                return Ok(());
-            }
-            self.skip = None;
-        }
-        if let Some((depth, most)) = &mut self.bound {
-            let most = *most;
+        if let Some((treatment, depth)) = &mut self.field {
+            let treatment = *treatment;
             if Self::ends(depth, piece) {
-                self.bound = None;
-            } else if let Ok(count) = piece.parse::<u64>() {
-                self.release();
-                return write!(self.text_writer(), "{}", count.min(most));
+                self.field = None;
+            } else {
+                match treatment {
+                    Treatment::LeftOut => return Ok(()),
+                    Treatment::AtMost(most) if piece.parse::<u64>().is_ok_and(|count| count > most) => {
+                        self.text.extend_from_slice(b"more");
+                        return Ok(());
+                    }
+                    Treatment::AtMost(_) => {}
+                }
             }
         }
-        if piece == ": " {
-            if LEFT_OUT.contains(&self.held.as_str()) {
-                self.held.clear();
-                self.skip = Some(0);
-                return Ok(());
+        match piece {
+            " { " => self.within.push((self.last, self.text.len())),
+            " }" => drop(self.within.pop()),
+            ": " => {
+                let structure = self.within.last().map_or(&[][..], |(from, to)| &self.text[*from..*to]);
+                self.field = Treatment::of(structure, &self.text[self.last..]).map(|treatment| (treatment, 0));
             }
-            self.bound = BOUNDED.iter().find(|(name, _)| *name == self.held).map(|(_, most)| (0, *most)).or(self.bound);
+            _ => {}
         }
-        self.release();
-        self.held.push_str(piece);
-        Ok(())
-    }
-}
-
-impl Writer<'_> {
-    fn text_writer(&mut self) -> Plain<'_> {
-        Plain(self.text)
-    }
-}
-
-/// Text without any change.
-struct Plain<'a>(&'a mut Vec<u8>);
-
-impl Write for Plain<'_> {
-    fn write_str(&mut self, piece: &str) -> core::fmt::Result {
-        self.0.extend_from_slice(piece.as_bytes());
+        self.last = self.text.len();
+        self.text.extend_from_slice(piece.as_bytes());
         Ok(())
     }
 }
@@ -139,8 +151,8 @@ mod tests {
 
     #[derive(Debug)]
     #[allow(dead_code, reason = "read by Debug")]
-    struct Inner {
-        taken: u16,
+    struct Inputs {
+        tick: u16,
         q: [f32; 2],
         state: Option<(u8, u8)>,
         age_ticks: [u32; 2],
@@ -149,29 +161,28 @@ mod tests {
 
     #[derive(Debug)]
     #[allow(dead_code, reason = "read by Debug")]
-    struct Outer {
+    struct Session {
         tick: u32,
-        inner: Inner,
-        counts: Option<[Inner; 1]>,
+        inputs: Inputs,
+        own: Option<[Inputs; 1]>,
+        taken: u8,
         last: u8,
     }
 
     #[test]
     fn counters_are_left_out_or_bounded_and_everything_else_is_kept() {
-        let inner = |age, taken| Inner {
-            taken,
-            q: [0.1, -0.0],
-            state: Some((1, 2)),
-            age_ticks: [0, age],
-            heartbeat_age: age,
+        let inputs = |age, tick| Inputs { tick, q: [1e38, -0.0], state: Some((1, 2)), age_ticks: [0, age], heartbeat_age: age };
+        let session = |age, tick| {
+            let own = Some([inputs(1, 1)]);
+            text(&Session { tick: age, inputs: inputs(age, tick), own, taken: 1, last: 3 })
         };
-        let outer = |age, taken| Outer { tick: age, inner: inner(age, taken), counts: Some([inner(1, 1)]), last: 3 };
-        let said = text(&outer(u32::MAX, 7));
+        let said = session(u32::MAX, 7);
         assert_eq!(
             said,
-            "Outer { , inner: Inner { , q: [0.1, -0.0], state: Some((1, 2)), age_ticks: [0, 24], heartbeat_age: 60 }, , last: 3 }"
+            "Session { tick: , inputs: Inputs { tick: 7, q: [1e38, -0.0], state: Some((1, 2)), age_ticks: [0, more], heartbeat_age: more }, own: , taken: , last: 3 }"
         );
-        assert_eq!(said, text(&outer(77, 9)));
-        assert_ne!(said, text(&outer(23, 9)));
+        assert_eq!(said, session(77, 7));
+        assert_ne!(said, session(29, 7));
+        assert_ne!(said, session(77, 8));
     }
 }

@@ -42,13 +42,19 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
         states
     }
 
+    /// The next state.
+    #[must_use]
+    pub fn step(&self, state: &State<F, N>, step: Step) -> State<F, N> {
+        state.next(&self.setup, &self.meter, step)
+    }
+
     /// A state in a line.
     #[must_use]
     pub fn line(state: &State<F, N>) -> String {
         let mut line = format!("{:?}", state.machine());
         let _ = write!(line, "{}", if state.session.homed() { ", homed" } else { "" });
         let _ = write!(line, ", brakes {}", if state.joints.brake().0 { "open" } else { "closed" });
-        for (i, drive) in state.world.drives.iter().enumerate() {
+        for (i, drive) in state.world.axes.iter().enumerate() {
             let power = match (drive.dark, drive.is_on()) {
                 (0, true) => "on",
                 (0, false) => "off",

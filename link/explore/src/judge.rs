@@ -148,12 +148,12 @@ impl<const N: usize> Judge<N> {
         let opens = brakes && open && !opened;
         if opens {
             self.demand(Rule::BrakesOpenOnlyWhenAllDrivesAreOn, self.was_on.iter().all(|on| *on));
-            let carried = world.drives.iter().all(|drive| {
+            let carried = world.axes.iter().all(|drive| {
                 let over = drive.torque - WEIGHT;
                 over <= JUMP_MAX && (over >= -JUMP_MAX || drive.q <= 0.0)
             });
             // A drive that goes off in this very period is another rule's.
-            let all_on = world.drives.iter().all(|drive| drive.is_on());
+            let all_on = world.axes.iter().all(|drive| drive.is_on());
             self.demand(Rule::TorqueCarriesTheArmWhenBrakesOpen, carried || !all_on);
         }
         if core::mem::take(&mut self.hold) {
@@ -169,7 +169,7 @@ impl<const N: usize> Judge<N> {
             self.shifted = [0; N];
         }
         let free = open || !brakes;
-        for (i, drive) in world.drives.iter().enumerate() {
+        for (i, drive) in world.axes.iter().enumerate() {
             self.was_on[i] = drive.is_on();
             let off = brakes && open && !drive.is_on();
             self.off_for[i] = if off { (self.off_for[i] + 1).min(OFF_MAX + 1) } else { 0 };

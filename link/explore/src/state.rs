@@ -216,7 +216,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
     pub fn events(&self, setup: &Setup, events: &mut Vec<Step>) {
         let kinds = &setup.events;
         let mut add = |event| events.push(Step::Event(event));
-        for (i, drive) in (0_u8..).zip(&self.world.drives) {
+        for (i, drive) in (0_u8..).zip(&self.world.axes) {
             if kinds.frames && drive.command == CommandFate::Arrives {
                 for fate in [CommandFate::Refused, CommandFate::Lost, CommandFate::Late, CommandFate::Twice] {
                     add(Event::Command(i, fate));
@@ -279,7 +279,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
     }
 
     fn happen(&mut self, event: Event) {
-        let drives = &mut self.world.drives;
+        let drives = &mut self.world.axes;
         match event {
             Event::Command(i, fate) => drives[usize::from(i)].command = fate,
             Event::Reply(i, fate) => drives[usize::from(i)].reply = fate,
@@ -320,7 +320,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         let period = Period { before, after: self.machine(), opened, open, homed: self.session.homed() };
         self.judge.judge(setup, &self.world, &period);
         for i in 0..N {
-            if self.world.drives[i].dark == 1 && !setup.absolute {
+            if self.world.axes[i].dark == 1 && !setup.absolute {
                 self.judge.zero_moved(i);
             }
         }

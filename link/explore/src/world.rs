@@ -200,7 +200,7 @@ impl Drive {
 #[derive(Clone, Debug)]
 pub struct World<const N: usize> {
     /// Drives and joints.
-    pub drives: [Drive; N],
+    pub axes: [Drive; N],
     /// Periods that the emergency stop is still pressed.
     pub stop: u8,
     /// Periods that the bus is still off.
@@ -221,14 +221,14 @@ impl<const N: usize> World<N> {
             reply: ReplyFate::Arrives,
             torque: 0.0,
         };
-        Self { drives: core::array::from_fn(drive), stop: 0, bus_off: 0 }
+        Self { axes: core::array::from_fn(drive), stop: 0, bus_off: 0 }
     }
 
     /// Prepare the controller for the frames of this period.
     pub fn prepare(&self, wire: &mut Wire) {
         wire.off = self.bus_off > 0;
         wire.refused = 0;
-        for (i, drive) in self.drives.iter().enumerate() {
+        for (i, drive) in self.axes.iter().enumerate() {
             if drive.command == CommandFate::Refused {
                 wire.refused |= 1 << (i + 1);
             }
@@ -239,7 +239,7 @@ impl<const N: usize> World<N> {
     /// hold it.
     pub fn step(&mut self, wire: &mut Wire, free: bool) {
         let late = self.serve(wire);
-        for drive in &mut self.drives {
+        for drive in &mut self.axes {
             drive.step(free);
         }
         for frame in late {
@@ -258,7 +258,7 @@ impl<const N: usize> World<N> {
         let mut pending = core::mem::take(&mut wire.pending);
         pending.sort_by_key(rank);
         for frame in pending {
-            let Some(drive) = self.drives.iter().find(|drive| drive.electronics.hears(&frame)) else { continue };
+            let Some(drive) = self.axes.iter().find(|drive| drive.electronics.hears(&frame)) else { continue };
             let reply = drive.reply;
             match drive.command {
                 CommandFate::Arrives | CommandFate::Refused => self.deliver(wire, &frame, reply),
@@ -274,7 +274,7 @@ impl<const N: usize> World<N> {
     }
 
     fn deliver(&mut self, wire: &mut Wire, frame: &Frame, fate: ReplyFate) {
-        let Some(drive) = self.drives.iter_mut().find(|drive| drive.electronics.hears(frame)) else { return };
+        let Some(drive) = self.axes.iter_mut().find(|drive| drive.electronics.hears(frame)) else { return };
         if drive.dark > 0 {
             return;
         }
@@ -292,7 +292,7 @@ impl<const N: usize> World<N> {
     pub fn end(&mut self, setup: &Setup) {
         self.stop = self.stop.saturating_sub(1);
         self.bus_off = self.bus_off.saturating_sub(1);
-        for (i, drive) in self.drives.iter_mut().enumerate() {
+        for (i, drive) in self.axes.iter_mut().enumerate() {
             (drive.command, drive.reply) = (CommandFate::Arrives, ReplyFate::Arrives);
             if drive.dark == 1 {
                 drive.restart(setup, i as u8);
