@@ -2,12 +2,13 @@
 
 use crate::judge::Rule;
 use crate::scene::{Numbers, Setup};
-use crate::state::{State, Step, Uncounted};
+use crate::state::{State, Step, TAIL, Uncounted};
 use core::fmt::{Debug, Write as _};
 use joint_io::frames::Frames;
 use session::meter::Meter;
 use stateright::{Checker as _, Model, Property};
 use std::marker::PhantomData;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// Control periods of the undisturbed session whose states the search begins with.
@@ -18,6 +19,8 @@ pub struct Explorer<F, const N: usize> {
     setup: Setup,
     numbers: Numbers<N>,
     meter: Meter<Uncounted>,
+    /// Rules whose first violation was reported, as bits. The checker would keep the last of all counterexamples, which is a longest one.
+    found: AtomicU32,
     frames: PhantomData<fn() -> F>,
 }
 
@@ -25,7 +28,13 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
     /// The transition system of a setup.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        Self { setup, numbers: Numbers::new(&setup), meter: Meter::new(Uncounted), frames: PhantomData }
+        Self { setup, numbers: Numbers::new(&setup), meter: Meter::new(Uncounted), found: AtomicU32::new(0), frames: PhantomData }
+    }
+
+    /// False for the first state that breaks the rule.
+    fn holds(&self, rule: Rule, state: &State<F, N>) -> bool {
+        let bit = 1 << rule as u32;
+        state.judge.holds(rule) || self.found.fetch_or(bit, Ordering::Relaxed) & bit != 0
     }
 
     /// The states of an undisturbed session, each once.
@@ -37,7 +46,11 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
             if states.contains(&next) {
                 break;
             }
+            let broken = !next.judge.all_hold();
             states.push(next);
+            if broken {
+                break;
+            }
         }
         states
     }
@@ -73,15 +86,19 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
         let mut state = first.clone();
         let mut ticks = 0;
         for step in steps {
-            state = state.next(&self.setup, &self.meter, *step);
-            match step {
-                Step::Tick => {
-                    ticks += 1;
-                    let _ = writeln!(text, "  {ticks:3}  {}", Self::line(&state));
+            if let Step::Event(event) = step {
+                state = self.step(&state, *step);
+                let _ = writeln!(text, "       {event:?}");
+                continue;
+            }
+            let periods = if *step == Step::Tail { TAIL } else { 1 };
+            for _ in 0..periods {
+                if !state.judge.all_hold() {
+                    break;
                 }
-                Step::Event(event) => {
-                    let _ = writeln!(text, "       {event:?}");
-                }
+                state = self.step(&state, Step::Tick);
+                ticks += 1;
+                let _ = writeln!(text, "  {ticks:3}  {}", Self::line(&state));
             }
         }
         text
@@ -100,9 +117,11 @@ impl<F: Frames + Clone + Debug, const N: usize> Model for Explorer<F, N> {
         if !state.judge.all_hold() {
             return;
         }
-        actions.push(Step::Tick);
         if state.left > 0 {
+            actions.push(Step::Tick);
             state.events(&self.setup, actions);
+        } else {
+            actions.push(Step::Tail);
         }
     }
 
@@ -113,7 +132,7 @@ impl<F: Frames + Clone + Debug, const N: usize> Model for Explorer<F, N> {
     fn properties(&self) -> Vec<Property<Self>> {
         macro_rules! rules {
             ($($rule:ident),*) => {
-                vec![$(Property::always(Rule::$rule.name(), |_: &Self, state: &State<F, N>| state.judge.holds(Rule::$rule))),*]
+                vec![$(Property::always(Rule::$rule.name(), |explorer: &Self, state: &State<F, N>| explorer.holds(Rule::$rule, state))),*]
             };
         }
         rules!(

@@ -80,7 +80,7 @@ pub struct Judge<const N: usize> {
     was_on: [bool; N],
     /// Periods that brakes are open over a drive that is off.
     off_for: [u8; N],
-    /// Periods with power since the drive's zero has moved; 0 where it has not since the last confirmed homing.
+    /// Periods with power and a zero that has moved since the operator set it.
     shifted: [u8; N],
     /// Position from which a joint falls without torque that would carry it, rad.
     falls_from: [Option<f64>; N],
@@ -134,13 +134,6 @@ impl<const N: usize> Judge<N> {
         }
     }
 
-    /// A drive has lost its zero.
-    pub fn zero_moved(&mut self, joint: usize) {
-        if let Some(shifted) = self.shifted.get_mut(joint) {
-            *shifted = 1;
-        }
-    }
-
     /// The end of a period.
     pub fn judge(&mut self, setup: &Setup, world: &World<N>, period: &Period) {
         let Period { before, after, opened, open, homed } = *period;
@@ -165,19 +158,15 @@ impl<const N: usize> Judge<N> {
         if code != before.code() && !after.drives() || matches!(after, State::Holding(_)) && before == State::Running {
             self.fresh_points = false;
         }
-        if before == State::Homing && after == State::Idle && homed {
-            self.shifted = [0; N];
-        }
         let free = open || !brakes;
         for (i, drive) in world.axes.iter().enumerate() {
             self.was_on[i] = drive.is_on();
             let off = brakes && open && !drive.is_on();
             self.off_for[i] = if off { (self.off_for[i] + 1).min(OFF_MAX + 1) } else { 0 };
             self.demand(Rule::BrakesCloseWhenADriveIsOff, self.off_for[i] <= OFF_MAX);
-            if self.shifted[i] > 0 && drive.dark == 0 {
-                self.shifted[i] = (self.shifted[i] + 1).min(SHIFTED_MAX + 2);
-                self.demand(Rule::HomingEndsWithTheZero, !homed || self.shifted[i] <= SHIFTED_MAX + 1);
-            }
+            let shifted = drive.dark == 0 && drive.turns != 0;
+            self.shifted[i] = if shifted { (self.shifted[i] + 1).min(SHIFTED_MAX + 1) } else { 0 };
+            self.demand(Rule::HomingEndsWithTheZero, !homed || self.shifted[i] <= SHIFTED_MAX);
             let sinks = free && drive.qd < 0.0 && drive.torque < 0.5 * WEIGHT;
             self.falls_from[i] = if sinks { self.falls_from[i].or(Some(drive.q)) } else { None };
             let fallen = self.falls_from[i].map_or(0.0, |from| from - drive.q);

@@ -73,9 +73,14 @@ pub enum Event {
 pub enum Step {
     /// One control period.
     Tick,
+    /// [`TAIL`] control periods after the last event of the path; each of them is judged.
+    Tail,
     /// A disturbing event.
     Event(Event),
 }
+
+/// Periods of a step after the last event: nothing branches there, so fewer states are looked at.
+pub const TAIL: u32 = 8;
 
 /// Periods that a drive is dark: fewer than a missing reply is tolerated for, and more than the check for jumps sees.
 pub const DARK: [u8; 2] = [1, 8];
@@ -269,6 +274,14 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         let mut next = self.clone();
         match step {
             Step::Tick => next.tick(setup, meter),
+            Step::Tail => {
+                for _ in 0..TAIL {
+                    next.tick(setup, meter);
+                    if !next.judge.all_hold() {
+                        break;
+                    }
+                }
+            }
             Step::Event(event) => {
                 next.left -= 1;
                 next.happen(event);
@@ -319,12 +332,10 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         self.world.step(self.joints.buses().0, free);
         let period = Period { before, after: self.machine(), opened, open, homed: self.session.homed() };
         self.judge.judge(setup, &self.world, &period);
-        for i in 0..N {
-            if self.world.axes[i].dark == 1 && !setup.absolute {
-                self.judge.zero_moved(i);
-            }
-        }
         self.world.end(setup);
+        if period.after == safety::State::Homing && self.host.presence == Presence::Here {
+            self.world.set_zeros();
+        }
         if let Some(Sensed::State { q, .. }) = readings.map(|readings| readings.sensed) {
             self.host.seen = q;
         }

@@ -288,6 +288,15 @@ impl<const N: usize> World<N> {
         }
     }
 
+    /// The operator sets the zeros of all drives that have power.
+    pub fn set_zeros(&mut self) {
+        for drive in &mut self.axes {
+            if drive.dark == 0 {
+                drive.turns = 0;
+            }
+        }
+    }
+
     /// The end of a period: fates are used up, and power comes back.
     pub fn end(&mut self, setup: &Setup) {
         self.stop = self.stop.saturating_sub(1);

@@ -14,28 +14,8 @@ fn setup(language: Language, action: SafeAction) -> Setup {
 
 #[test]
 fn the_undisturbed_session_arms_moves_and_disarms() {
-    for (language, action) in [(Language::Damiao, SafeAction::Brake), (Language::MiniCheetah, SafeAction::DampedStop)] {
-        println!("size of a state: {}", std::mem::size_of::<explore::state::State<Damiao, 1>>());
-        let explorer = Explorer::<Damiao, 1>::new(setup(language, action));
-        let text = explorer.nominal()[3].text();
-        println!("{}: {text}", text.len());
-        let some = explorer.nominal()[3].clone();
-        let begun = std::time::Instant::now();
-        for _ in 0..10_000 { std::hint::black_box(some.clone()); }
-        let clone = begun.elapsed().as_secs_f64() * 100.0;
-        let begun = std::time::Instant::now();
-        for _ in 0..10_000 { std::hint::black_box(explore::digest::of(&[&some.session])); }
-        let session = begun.elapsed().as_secs_f64() * 100.0;
-        let begun = std::time::Instant::now();
-        for _ in 0..10_000 { std::hint::black_box(explore::digest::of(&[&some.joints])); }
-        let joints = begun.elapsed().as_secs_f64() * 100.0;
-        let begun = std::time::Instant::now();
-        for _ in 0..10_000 { std::hint::black_box(explore::digest::of(&[&some.world])); }
-        let world = begun.elapsed().as_secs_f64() * 100.0;
-        let begun = std::time::Instant::now();
-        for _ in 0..10_000 { std::hint::black_box(explorer.step(&some, explore::state::Step::Tick)); }
-        let all = begun.elapsed().as_secs_f64() * 100.0;
-        println!("clone {clone:.1} us, digest {session:.1} {joints:.1} {world:.1}, next {all:.1}");
+    for action in [SafeAction::Brake, SafeAction::DampedStop] {
+        let explorer = Explorer::<Damiao, 1>::new(setup(Language::Damiao, action));
         for (i, state) in explorer.nominal().iter().enumerate() {
             println!("{i:2} {}", Explorer::line(state));
         }
