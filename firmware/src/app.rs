@@ -62,11 +62,11 @@ mod rtos {
     use boards::pac::Interrupt;
     use core::mem::MaybeUninit;
     use firmware::board::{BoardLines, Incoming, LinkInput, LinkOutput, Nonces, Parts, Ticker};
-    use firmware::joint_io::{JointIo, higher};
+    use firmware::joint_io::{JointIo, run_tick};
     use link::{Access, BoardChannel, DecodeError, Frame, Pacing, Received};
     use session::black_box::Report;
     use session::meter::Meter;
-    use session::{Buffers, Drives, Message, Outcome, Reaction, Session};
+    use session::{Buffers, Message, Outcome, Reaction, Session};
 
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
 
@@ -146,7 +146,10 @@ mod rtos {
             Access::Insecure => defmt::warn!("built without a link key: anybody on the wire can drive"),
         }
         let session = session.write(Session::with_buffers(super::hello(), arm::controller(), arm::Settings, buffers));
-        let control = Control { session, ticker, joints: joints_place.write(joints) };
+        let joints = joints_place.write(joints);
+        // A reset may have left drives on. Their first frame waits in the controllers until these have joined their buses.
+        joints.safe(session.safe_action());
+        let control = Control { session, ticker, joints };
         let channel = channel.write(BoardChannel::new(access));
         (Shared { control, input, output }, Local { incoming, channel, nonces, meter, lines })
     }
@@ -173,21 +176,8 @@ mod rtos {
         let tick::LocalResources { meter, lines, .. } = cx.local;
         cx.shared.control.lock(|Control { session, ticker, joints }| {
             ticker.acknowledge();
-            let readings = joints.measure();
-            let mut lines_now = lines.read();
-            lines_now.temperature = higher(lines_now.temperature, joints.temperature());
-            session.sense(readings.as_ref(), &lines_now);
-            let drives = session.tick(meter);
-            let late = ticker.is_due();
-            if late {
-                session.overrun();
-            }
-            match drives {
-                Drives::Drive(torque) if !late => joints.drive(&torque, session.springs().as_ref()),
-                Drives::Drive(_) => joints.safe(session.safe_action()),
-                Drives::Safe(action) => joints.safe(action),
-            }
-            if session.is_live() && !late {
+            let in_time = run_tick(*session, *joints, meter, || lines.read(), || ticker.is_due());
+            if session.is_live() && in_time {
                 lines.feed();
             }
         });

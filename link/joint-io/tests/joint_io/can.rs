@@ -61,6 +61,9 @@ impl CanBus for Mock {
 const PERIOD: f64 = 0.001;
 const HOLD: [f32; 6] = [0.0; 6];
 
+/// Ticks in which drives that hear everything are on.
+const ON_MAX: usize = 4;
+
 struct Bench {
     joints: CanJoints<MiniCheetah, Mock, Mock, NoBus, NoPin, 6>,
     buses: [Mock; 2],
@@ -88,9 +91,25 @@ impl Bench {
 
     /// A bench whose drives are on.
     fn running() -> Self {
-        let mut bench = Self::new();
-        bench.drive(&HOLD);
-        bench
+        Self::new().on()
+    }
+
+    /// The same with drives that have shown that they are on, and give no torque.
+    fn on(mut self) -> Self {
+        for _ in 0..ON_MAX {
+            if self.enable().on == [true; 6] {
+                self.drive(&HOLD);
+                return self;
+            }
+        }
+        panic!("not on after {ON_MAX} ticks");
+    }
+
+    fn enable(&mut self) -> Readings<6> {
+        let readings = self.joints.measure().unwrap();
+        self.joints.enable(SafeAction::Off);
+        self.pass();
+        readings
     }
 
     fn pass(&mut self) {
@@ -133,9 +152,9 @@ fn every_actuator_gets_one_command_a_tick_and_answers_before_the_next() {
         assert_eq!(readings.faults, [JointFaults::NONE; 6], "tick {tick}");
     }
     for mock in &bench.buses {
-        // The poll, switching on, and a hundred torques, three actuators each; lowest identifier first on the wire.
+        // The poll, three of enabling, the first torque, and a hundred more, three actuators each; lowest identifier first on the wire.
         let bus = mock.bus.borrow();
-        assert_eq!(bus.sent.len(), 3 * 102);
+        assert_eq!(bus.sent.len(), 3 * 105);
         for tick in bus.sent.chunks(3) {
             assert!(tick.is_sorted_by_key(|frame| frame.id), "{tick:?}");
         }
@@ -216,7 +235,10 @@ fn a_drive_that_is_off_is_switched_on_before_it_gives_torque() {
     let mut bench = Bench::new();
     bench.drive(&[3.0; 6]);
     assert!(bench.actuator(4, |a| a.electronics.is_enabled() && a.electronics.torque() == 0.0));
-    bench.drive(&[3.0; 6]);
+    // A fiftieth of the range shows that it is on.
+    assert_eq!(bench.drive(&[3.0; 6]).on, [false; 6]);
+    assert!(bench.actuator(4, |a| (a.electronics.torque() - 0.36).abs() < 0.01));
+    assert_eq!(bench.drive(&[3.0; 6]).on, [true; 6]);
     assert!(bench.actuator(4, |a| a.electronics.torque() > 2.9));
 }
 
@@ -435,6 +457,10 @@ fn a_full_transmitter_is_asked_a_bounded_number_of_times_and_an_old_torque_never
     let sent = bench.buses[0].bus.borrow().sent.len();
     bench.drive(&[4.0; 6]);
     assert_eq!(bench.buses[0].bus.borrow().sent.len(), sent + 3);
+    // They were silent, and have to show again that they are on.
+    for _ in 0..ON_MAX {
+        bench.drive(&[4.0; 6]);
+    }
     assert!(bench.actuator(0, |a| a.electronics.told().torque) > 3.9);
 }
 
