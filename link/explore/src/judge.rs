@@ -1,6 +1,8 @@
 //! The properties, judged from the simulated drives and the motion, never from what the board believes.
 
-use crate::scene::{AGE_MAX, Setup, WEIGHT};
+use crate::scene::{AGE_MAX, INERTIA, PERIOD, Setup, WEIGHT};
+use actuator_model::mit::Language;
+use joint_io::can::WEAK_MAX;
 use crate::world::World;
 use dynamics_core::safety::{SafeAction, State};
 
@@ -9,7 +11,7 @@ use dynamics_core::safety::{SafeAction, State};
 pub enum Rule {
     /// Brakes open only if every drive was really on at the end of the period before.
     BrakesOpenOnlyWhenAllDrivesAreOn,
-    /// Brakes close at the latest [`OFF_MAX`] periods after a drive has gone off.
+    /// Brakes close at the latest [`off_max`] periods after a drive has gone off.
     BrakesCloseWhenADriveIsOff,
     /// After a hold that was received the arm does not run; after a stop it is in the fault state.
     StopWinsWithinOnePeriod,
@@ -17,7 +19,7 @@ pub enum Rule {
     HomingEndsWithTheZero,
     /// An arm runs only along points that were sent after the last fault, stop, disarming or homing.
     NoOldTrajectoryRuns,
-    /// While torque is to act, no joint falls by more than [`FALL_MAX`].
+    /// While torque is to act, no joint falls by more than [`fall_max`].
     NoJointFallsWhileArmed,
     /// In the period in which the brakes open every joint is carried: its drive's torque is within [`JUMP_MAX`] of its weight.
     TorqueCarriesTheArmWhenBrakesOpen,
@@ -54,12 +56,25 @@ impl Rule {
     }
 }
 
-/// Periods that brakes may stay open over a drive that is off: a reply may be missing for [`AGE_MAX`] periods, the next is late by one, and the
-/// brakes close within the period that sees it.
-pub const OFF_MAX: u8 = AGE_MAX as u8 + 2;
+/// Periods that brakes may stay open over a drive that is off.
+///
+/// Replies may be missing for [`AGE_MAX`] periods, the next is late by one, and the brakes close in the period that sees it. A mini-cheetah's
+/// replies carry no state: its torque has to be missing in more than [`WEAK_MAX`] of them.
+#[must_use]
+pub const fn off_max(setup: &Setup) -> u8 {
+    let replies = if matches!(setup.language, Language::MiniCheetah) { WEAK_MAX + 1 } else { 0 };
+    replies + AGE_MAX as u8 + 2
+}
 
-/// Greatest fall of a joint, rad, while torque is to act: [`OFF_MAX`] periods of free fall from the operator's greatest speed.
-pub const FALL_MAX: f64 = 0.025;
+/// Greatest fall of a joint, rad, while torque is to act: free fall for [`off_max`] periods from the operator's greatest speed.
+#[must_use]
+pub fn fall_max(setup: &Setup) -> f64 {
+    let time = PERIOD * f64::from(off_max(setup));
+    time * (SPEED_MAX + 0.5 * time * WEIGHT / INERTIA)
+}
+
+/// Greatest speed of the operator's motion, rad/s.
+const SPEED_MAX: f64 = 0.15;
 
 /// Greatest distance of a drive's torque from the weight when brakes open, N m.
 pub const JUMP_MAX: f64 = 1.0;
@@ -158,19 +173,19 @@ impl<const N: usize> Judge<N> {
         if code != before.code() && !after.drives() || matches!(after, State::Holding(_)) && before == State::Running {
             self.fresh_points = false;
         }
-        let free = open || !brakes;
+        let (free, off_max) = (open || !brakes, off_max(setup));
         for (i, drive) in world.axes.iter().enumerate() {
             self.was_on[i] = drive.is_on();
             let off = brakes && open && !drive.is_on();
-            self.off_for[i] = if off { (self.off_for[i] + 1).min(OFF_MAX + 1) } else { 0 };
-            self.demand(Rule::BrakesCloseWhenADriveIsOff, self.off_for[i] <= OFF_MAX);
+            self.off_for[i] = if off { (self.off_for[i] + 1).min(off_max + 1) } else { 0 };
+            self.demand(Rule::BrakesCloseWhenADriveIsOff, self.off_for[i] <= off_max);
             let shifted = drive.dark == 0 && drive.turns != 0;
             self.shifted[i] = if shifted { (self.shifted[i] + 1).min(SHIFTED_MAX + 1) } else { 0 };
             self.demand(Rule::HomingEndsWithTheZero, !homed || self.shifted[i] <= SHIFTED_MAX);
             let sinks = free && drive.qd < 0.0 && drive.torque < 0.5 * WEIGHT;
             self.falls_from[i] = if sinks { self.falls_from[i].or(Some(drive.q)) } else { None };
             let fallen = self.falls_from[i].map_or(0.0, |from| from - drive.q);
-            self.demand(Rule::NoJointFallsWhileArmed, !after.drives() || fallen <= FALL_MAX);
+            self.demand(Rule::NoJointFallsWhileArmed, !after.drives() || fallen <= fall_max(setup));
         }
     }
 }

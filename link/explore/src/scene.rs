@@ -31,6 +31,10 @@ pub const AGE_MAX: u32 = 2;
 pub const HEARTBEAT_MAX: u32 = 3;
 /// Longest hold without the host, periods.
 pub const HOLD_MAX: u32 = 4;
+/// Shortest restart of a drive, periods: it misses as many commands.
+pub const RESTART: u32 = 2;
+/// The drives' own communication timeout, which the board sets, in units of 50 us: ten periods.
+pub const TIMEOUT: u32 = 2000;
 /// Shift of a drive's zero after a restart, rad: one turn of the motor at a gear of 30.
 pub const TURN: f64 = core::f64::consts::TAU / 30.0;
 
@@ -160,6 +164,9 @@ pub fn drive(setup: &Setup, joint: u8) -> MitDrive {
         ranges: MitRanges { position: both(1.0), velocity: both(5.0), kp: up(500.0), kd: up(5.0), torque: both(18.0) },
         gearing: Gearing { ratio: 1.0, per_ratio: 1.0, zero: 0.0 },
         damping: 4.0,
+        timeout: if setup.language == Language::MiniCheetah { 0 } else { TIMEOUT },
+        restart_ticks: RESTART - 1,
+        absolute: setup.absolute,
     }
 }
 
@@ -174,8 +181,7 @@ pub fn electronics(setup: &Setup, joint: u8) -> Electronics {
         torque: (-18.0, 18.0),
     };
     let (reply_id, reply_bytes) = reply(setup.language, joint);
-    let mut electronics = Electronics::new(u16::from(joint) + 1, ranges);
-    electronics.language = setup.language;
+    let mut electronics = Electronics::new(u16::from(joint) + 1, ranges).speaking(setup.language);
     electronics.reply_id = reply_id;
     electronics.reply_bytes = usize::from(reply_bytes);
     electronics

@@ -7,10 +7,10 @@ use crate::scene::{self, Lift, Numbers, Setup};
 use crate::world::{Brake, CommandFate, ReplyFate, Wire, World};
 use core::borrow::{Borrow, BorrowMut};
 use core::fmt::Debug;
-use dynamics_core::control::{Controller, Sensed, Unprotected};
+use core::cell::Cell;
+use dynamics_core::control::{Controller, Unprotected};
 use dynamics_core::safety;
 use dynamics_core::trig::Polynomial;
-use joint_io::JointIo;
 use joint_io::can::{CanJoints, NoBus};
 use joint_io::frames::Frames;
 use link::codec::Received;
@@ -52,6 +52,8 @@ pub enum Event {
     Cut(u8),
     /// The emergency stop is pressed for one period, and cuts nothing.
     EmergencyStop,
+    /// The period ends after the next one was due.
+    Overrun,
     /// The drive switches itself off, and reports no error.
     Trip(u8),
     /// The drive finds an error of its own, which stays until it is cleared.
@@ -82,8 +84,8 @@ pub enum Step {
 /// Periods of a step after the last event: nothing branches there, so fewer states are looked at.
 pub const TAIL: u32 = 8;
 
-/// Periods that a drive is dark: fewer than a missing reply is tolerated for, and more than the check for jumps sees.
-pub const DARK: [u8; 2] = [1, 8];
+/// Periods that a drive is dark: its shortest restart, within which missing replies are tolerated, and more than the check for jumps sees.
+pub const DARK: [u8; 2] = [scene::RESTART as u8, 8];
 
 /// Requests beside the operator's.
 const REQUESTS: [Request; 7] = [
@@ -247,6 +249,9 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         if kinds.frames && self.world.bus_off == 0 {
             add(Event::BusOff);
         }
+        if kinds.host && !self.world.late {
+            add(Event::Overrun);
+        }
         if kinds.drives && self.world.stop == 0 {
             add(Event::EmergencyStop);
             for dark in DARK {
@@ -305,6 +310,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
                 }
             }
             Event::EmergencyStop => self.world.stop = 1,
+            Event::Overrun => self.world.late = true,
             Event::Trip(i) => drives[usize::from(i)].trip(),
             Event::DriveError(i) => drives[usize::from(i)].electronics.error = 0xc,
             Event::Ask(request) => self.receive(Frame::Request(request)),
@@ -319,13 +325,10 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
     fn tick(&mut self, setup: &Setup, meter: &Meter<Uncounted>) {
         let (before, opened) = (self.machine(), self.joints.brake().0);
         self.world.prepare(self.joints.buses().0);
-        let readings = self.joints.measure();
         let lines = Lines { emergency_stop: self.world.stop > 0, ..Lines::NONE };
-        self.session.sense(readings.as_ref(), &lines);
-        match self.session.tick(meter) {
-            Drives::Drive(torque) => self.joints.drive(&torque, self.session.springs().as_ref()),
-            Drives::Safe(action) => self.joints.safe(action),
-        }
+        // Late only after the outputs, so that they act.
+        let (late, asked) = (self.world.late, Cell::new(false));
+        joint_io::run_tick(&mut self.session, &mut self.joints, meter, || lines, || late && asked.replace(true));
         while self.session.say().is_some() {}
         let open = self.joints.brake().0;
         let free = open || setup.action != safety::SafeAction::Brake;
@@ -336,9 +339,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         if period.after == safety::State::Homing && self.host.presence == Presence::Here {
             self.world.set_zeros();
         }
-        if let Some(Sensed::State { q, .. }) = readings.map(|readings| readings.sensed) {
-            self.host.seen = q;
-        }
+        self.host.seen = self.world.shown().map(|q| q as f32);
         self.ask(period.after, period.homed);
     }
 

@@ -2,7 +2,7 @@
 
 use crate::scene::{self, INERTIA, PERIOD, Setup, TURN, WEIGHT};
 use actuator_model::bus::Frame;
-use actuator_model::mit::{Electronics, Language, Shaft};
+use actuator_model::mit::{Electronics, Language, Memory, Shaft};
 use embedded_can::nb::Can;
 use embedded_can::ErrorKind;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -62,8 +62,10 @@ fn rank(frame: &Frame) -> u32 {
 
 impl Wire {
     /// Identifier of the drive that a command is for.
-    fn addressee(&self, frame: &Frame) -> u32 {
-        frame.id & 0xff
+    fn addressee(frame: &Frame) -> u32 {
+        // A Damiao's requests about settings share an identifier, and name the drive in their first byte.
+        let settings = !frame.extended && frame.id == 0x7ff;
+        if settings { frame.data.first().map_or(0, |id| u32::from(*id)) } else { frame.id & 0xff }
     }
 }
 
@@ -73,7 +75,7 @@ impl Can for Wire {
 
     fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
         let full = self.pending.len() >= MAILBOXES || self.pending.iter().any(|waiting| rank(waiting) <= rank(frame));
-        if full || self.refused >> self.addressee(frame) & 1 == 1 {
+        if full || self.refused >> Self::addressee(frame) & 1 == 1 {
             return Err(nb::Error::WouldBlock);
         }
         self.pending.push(frame.clone());
@@ -205,6 +207,8 @@ pub struct World<const N: usize> {
     pub stop: u8,
     /// Periods that the bus is still off.
     pub bus_off: u8,
+    /// This period ends late.
+    pub late: bool,
 }
 
 impl<const N: usize> World<N> {
@@ -221,7 +225,7 @@ impl<const N: usize> World<N> {
             reply: ReplyFate::Arrives,
             torque: 0.0,
         };
-        Self { axes: core::array::from_fn(drive), stop: 0, bus_off: 0 }
+        Self { axes: core::array::from_fn(drive), stop: 0, bus_off: 0, late: false }
     }
 
     /// Prepare the controller for the frames of this period.
@@ -288,6 +292,12 @@ impl<const N: usize> World<N> {
         }
     }
 
+    /// Positions that the drives show, rad.
+    #[must_use]
+    pub fn shown(&self) -> [f64; N] {
+        core::array::from_fn(|i| self.axes[i].shaft().position)
+    }
+
     /// The operator sets the zeros of all drives that have power.
     pub fn set_zeros(&mut self) {
         for drive in &mut self.axes {
@@ -301,10 +311,11 @@ impl<const N: usize> World<N> {
     pub fn end(&mut self, setup: &Setup) {
         self.stop = self.stop.saturating_sub(1);
         self.bus_off = self.bus_off.saturating_sub(1);
-        for (i, drive) in self.axes.iter_mut().enumerate() {
+        self.late = false;
+        for drive in &mut self.axes {
             (drive.command, drive.reply) = (CommandFate::Arrives, ReplyFate::Arrives);
             if drive.dark == 1 {
-                drive.restart(setup, i as u8);
+                drive.restart(setup);
             }
             drive.dark = drive.dark.saturating_sub(1);
         }
@@ -324,9 +335,12 @@ impl Drive {
         let _ = self.electronics.answer(&frame, &shaft);
     }
 
-    /// Switched on anew: off, without errors, with another zero where it knows no more than a turn of its motor.
-    fn restart(&mut self, setup: &Setup, joint: u8) {
-        self.electronics = scene::electronics(setup, joint);
+    /// Switched on anew: off, without errors, with another zero where it knows no more than a turn of its motor, and was turned
+    /// beyond it.
+    fn restart(&mut self, setup: &Setup) {
+        let shaft = self.shaft();
+        self.electronics.memory = Memory::Absolute;
+        self.electronics.restart(&shaft);
         if !setup.absolute {
             self.turns = (self.turns + 1) % 3;
         }
