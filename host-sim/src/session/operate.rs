@@ -126,6 +126,8 @@ pub struct Operator {
     denial: Option<Denial>,
     /// Whether anything was refused.
     refused: bool,
+    /// Number of the last request.
+    number: u8,
     agreed: bool,
     /// The last ticks in which torque acted.
     samples: Samples,
@@ -170,6 +172,7 @@ impl Operator {
             asking: false,
             denial: None,
             refused: false,
+            number: 0,
             agreed: false,
             samples: Samples::default(),
             judged: false,

@@ -7,19 +7,20 @@ use dynamics_core::control::{Fault, LimitFlags};
 use link::{Denial, Refusal, Status, Trouble};
 
 /// State of the machine, by [`dynamics_core::safety::State::code`].
-pub const STATES: [&str; 6] = ["idle", "homing", "armed", "running", "holding", "fault"];
+pub const STATES: [&str; 8] = ["idle", "homing", "armed", "running", "holding", "fault", "arming", "lowering"];
 
 /// Reason for holding, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
-pub const HOLDS: [&str; 5] = [
+pub const HOLDS: [&str; 6] = [
     "as asked",
     "the host fell silent",
     "the trajectory ran out in motion",
     "no room to stop before a limit",
     "the reference went out of reach",
+    "the live inputs are too old",
 ];
 
 /// Reason why a request is denied, by [`dynamics_core::safety::Refusal::code`], 1 and up, with advice.
-pub const REFUSALS: [(&str, &str); 10] = [
+pub const REFUSALS: [(&str, &str); 14] = [
     (
         "it means nothing in this state",
         "`status` tells the state; idle: home, confirm, arm; armed: run, jog, goto; running: hold",
@@ -33,10 +34,14 @@ pub const REFUSALS: [(&str, &str); 10] = [
     ("there is no reference to follow", "`run`, `jog` and `goto` send one"),
     ("a joint could not stop before its limit", "`goto` or `jog` to where there is room"),
     ("the trajectory does not start where the arm is", "ask again; it starts where the arm is then"),
+    ("a change of a parameter or a live input waits for the same tick", "ask again"),
+    ("a live input of the scene has not come yet", "send gravity, payload, tip wrench or rotors first"),
+    ("a live input is too old", "send it again, and more often than the scene's limit"),
+    ("the black box holds a fault that has not been read", "`dump` reads it"),
 ];
 
 /// Things to inspect after a fault, by [`Fault::code`], 1 and up.
-pub const LOOK_AT: [&str; 16] = [
+pub const LOOK_AT: [&str; 20] = [
     "the sensor, its cable",
     "whoever makes the reference",
     "the sensor's rate, the link",
@@ -53,6 +58,10 @@ pub const LOOK_AT: [&str; 16] = [
     "what is around the arm; payload, friction and thresholds of the scene",
     "whoever pushes it; payload, wrench and rotors as told; the model of the arm",
     "payload, wrench and gravity as told; the posture; `clear`, tell it right, and arm again",
+    "the drive's power, its bus, its own error; then `clear` and arm again",
+    "the drive's power and its protections against current, voltage and heat",
+    "the drives' power; home the arm again",
+    "the load, the posture; let the joint cool down",
 ];
 
 /// Entry of a table by number, counted from `first`.
@@ -158,7 +167,7 @@ mod tests {
     fn every_number_of_the_core_has_its_words() {
         let faults = (1..).map_while(|code| Fault::from_code(code, 0)).count();
         assert_eq!(faults, LOOK_AT.len());
-        assert_eq!(usize::from(State::Fault(Fault::Overrun).code()), STATES.len() - 1);
+        assert_eq!(usize::from(State::Lowering.code()), STATES.len() - 1);
         assert_eq!(usize::from(HoldCause::OutOfReach { joint: 0 }.code()), HOLDS.len());
         assert_eq!(usize::from(Refusal::OutOfReach { joint: 0 }.code()), REFUSALS.len());
     }

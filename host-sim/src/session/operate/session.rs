@@ -5,12 +5,12 @@ use super::device::DeviceError;
 use super::{Operator, SILENCE, Stop, has_taken, messages, table};
 use crate::chip::ChipError;
 use crate::session::frame_log::recorder::Recorder;
-use crate::session::states::{ARMED, HOLDING, HOMING, RUNNING};
+use crate::session::states::{ARMED, ARMING, HOLDING, HOMING, RUNNING};
 use link::{Denial, Frame, Hello, Parts, Request, Watch};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Statuses per second shown to a user when not every tick is needed.
 const SHOWN: f64 = 50.0;
@@ -30,6 +30,9 @@ const PARTS: Parts = Parts::SENSED.and(Parts::TORQUE).and(Parts::EXTERNAL);
 
 /// [`dynamics_core::safety::Refusal::NotAtRest`].
 const NOT_AT_REST: u8 = 6;
+
+/// Longest time that an arm is waited for until it is armed.
+const ARMING_TIME: Duration = Duration::from_secs(10);
 
 impl Operator {
     /// Send a hello: from then on the board idles, and both sides have agreed on the same robot.
@@ -130,13 +133,24 @@ impl Operator {
         Ok(())
     }
 
+    /// Let time pass while the drives come on and take up the arm's weight.
+    fn until_armed(&mut self) -> Result<(), Stop> {
+        let end = Instant::now() + ARMING_TIME;
+        while self.state() == Some(ARMING) && Instant::now() < end {
+            self.pass()?;
+        }
+        Ok(())
+    }
+
     /// Send a request. Returns the board's reason if it denies the request.
     pub(super) fn request(&mut self, request: Request) -> Result<Option<Denial>, Stop> {
         // Only the status of the tick that took the request holds the answer.
         self.watch(1)?;
         (self.asking, self.denial) = (true, None);
-        self.send(&Frame::Request(request))?;
+        self.number = self.number.wrapping_add(1);
+        self.send(&Frame::request(self.number, request))?;
         let taken = self.until_taken();
+        let taken = taken.and_then(|()| self.until_armed());
         self.asking = false;
         taken?;
         let needed = self.needed();
@@ -314,6 +328,7 @@ impl Operator {
         self.asking = true;
         self.send(&Frame::Lines(self.lines))?;
         let taken = self.until_taken();
+        let taken = taken.and_then(|()| self.until_armed());
         self.asking = false;
         taken?;
         self.answer(name, None, "")
