@@ -13,24 +13,34 @@ use std::cell::RefCell;
 ///
 /// | fields | reason |
 /// |---|---|
-/// | `tick`, `taken`, `counts`, `buses` | counters for telemetry: they are sent to the host, and nothing else reads them |
-/// | `own`, `drives`, `order`, `ranges`, `frames` | constants of the scene |
-/// | `Controller::alone` | used by a controller without a safety machine only |
-const LEFT_OUT: [(&str, &str); 9] = [
-    ("Session", "own"),
+/// | `tick`, `taken`, `foreign`, `counts`, `buses` | counters for telemetry: they are sent to the host, and nothing else reads them |
+/// | `left_live` | read by the firmware's loop around the session, which is not explored |
+/// | `number` | numbers of requests: the host's count up, so only their order acts, and which of them is the host's last, which the host's `arrived` tells |
+/// | `ring`, `next`, `waiting` | the board's memory of requests is written round and round. The host sends none again but its last: that one, the requests of this period and their verdicts are part of the judge, and the request that waits is part of the machine's inputs |
+/// | `ranges` | constants of the scene |
+///
+/// Not in the text at all: constants, the black box, and the controller's own memory, which is empty without integral action, hand guiding and
+/// collision detection.
+const LEFT_OUT: [(&str, &str); 12] = [
     ("Session", "tick"),
     ("Session", "taken"),
-    ("CanJoints", "frames"),
-    ("CanJoints", "drives"),
-    ("CanJoints", "order"),
+    ("Session", "foreign"),
+    ("Session", "left_live"),
+    ("Requests", "ring"),
+    ("Requests", "next"),
+    ("Requests", "waiting"),
+    ("NumberedRequest", "number"),
+    ("Host", "number"),
     ("CanJoints", "buses"),
     ("Joint", "counts"),
-    ("Controller", "alone"),
+    ("Electronics", "ranges"),
 ];
 
 /// Counters that act only up to a bound, and count on beyond it: the text has a word for all beyond. Each bound is above every limit of the
 /// scenes ([`crate::scene`]), and in so many periods a joint can go anywhere at the speed that a jump is judged by.
-const BOUNDED: [(&str, &str, u64); 5] = [
+const BOUNDED: [(&str, &str, u64); 7] = [
+    ("Inputs", "live_age", 30),
+    ("Memory", "settled", 30),
     ("Inputs", "heartbeat_age", 30),
     ("Inputs", "age_ticks", 30),
     ("Joint", "age_ticks", 30),
@@ -164,7 +174,7 @@ mod tests {
     struct Session {
         tick: u32,
         inputs: Inputs,
-        own: Option<[Inputs; 1]>,
+        foreign: Option<[Inputs; 1]>,
         taken: u8,
         last: u8,
     }
@@ -173,13 +183,13 @@ mod tests {
     fn counters_are_left_out_or_bounded_and_everything_else_is_kept() {
         let inputs = |age, tick| Inputs { tick, q: [1e38, -0.0], state: Some((1, 2)), age_ticks: [0, age], heartbeat_age: age };
         let session = |age, tick| {
-            let own = Some([inputs(1, 1)]);
-            text(&Session { tick: age, inputs: inputs(age, tick), own, taken: 1, last: 3 })
+            let foreign = Some([inputs(1, 1)]);
+            text(&Session { tick: age, inputs: inputs(age, tick), foreign, taken: 1, last: 3 })
         };
         let said = session(u32::MAX, 7);
         assert_eq!(
             said,
-            "Session { tick: , inputs: Inputs { tick: 7, q: [1e38, -0.0], state: Some((1, 2)), age_ticks: [0, more], heartbeat_age: more }, own: , taken: , last: 3 }"
+            "Session { tick: , inputs: Inputs { tick: 7, q: [1e38, -0.0], state: Some((1, 2)), age_ticks: [0, more], heartbeat_age: more }, foreign: , taken: , last: 3 }"
         );
         assert_eq!(said, session(77, 7));
         assert_ne!(said, session(29, 7));

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// Control periods of the undisturbed session whose states the search begins with.
-const NOMINAL: usize = 60;
+const NOMINAL: usize = 140;
 
 /// The transition system of a setup.
 pub struct Explorer<F, const N: usize> {
@@ -136,6 +136,9 @@ impl<F: Frames + Clone + Debug, const N: usize> Model for Explorer<F, N> {
             };
         }
         rules!(
+            EveryRequestIsAnsweredOnce,
+            TheStrongestRequestWins,
+            NobodyFallsWithoutAHost,
             BrakesOpenOnlyWhenAllDrivesAreOn,
             BrakesCloseWhenADriveIsOff,
             StopWinsWithinOnePeriod,

@@ -26,6 +26,12 @@ pub struct Host<const N: usize> {
     pub owed: u8,
     /// Periods until the next request.
     pub pause: u8,
+    /// Number of the last request. It counts up, and every number in the board's memory is one of the last eight.
+    pub number: u8,
+    /// The last request.
+    pub last: Option<Request>,
+    /// The last request has arrived.
+    pub arrived: bool,
     /// Joint positions that the board reported last, rad.
     pub seen: [f32; N],
 }
@@ -34,7 +40,7 @@ impl<const N: usize> Host<N> {
     /// A host that is there.
     #[must_use]
     pub const fn new() -> Self {
-        Self { presence: Presence::Here, lose: None, owed: 0, pause: 0, seen: [0.0; N] }
+        Self { presence: Presence::Here, lose: None, owed: 0, pause: 0, number: 0, last: None, arrived: false, seen: [0.0; N] }
     }
 
     /// The frames before the next period.
@@ -45,6 +51,7 @@ impl<const N: usize> Host<N> {
     /// | homing | `Confirm` |
     /// | armed, or holding above the table | a new trajectory, and `Run` |
     /// | running | `Hold` when the trajectory has ended |
+    /// | arming, lowering | nothing but signs of life; `Hold` |
     /// | holding at the table | `Disarm` |
     /// | fault | `Clear` |
     pub fn frames(&mut self, state: State, homed: bool) -> Vec<Frame> {
@@ -62,11 +69,12 @@ impl<const N: usize> Host<N> {
         }
         self.pause = 1;
         let up = self.seen[0] > 0.5 * TOP;
-        match state {
-            State::Idle if homed => vec![Frame::Request(Request::Arm)],
-            State::Idle => vec![Frame::Request(Request::Home)],
-            State::Homing => vec![Frame::Request(Request::Confirm)],
-            State::Holding(_) if !up => vec![Frame::Request(Request::Disarm)],
+        let request = match state {
+            State::Idle if homed => Request::Arm,
+            State::Idle => Request::Home,
+            State::Homing => Request::Confirm,
+            State::Arming => return vec![Frame::Alive],
+            State::Holding(_) if !up => Request::Disarm,
             State::Armed | State::Holding(_) => {
                 self.pause = MOTION_TICKS as u8 + 3;
                 let point = |ticks, q| {
@@ -74,14 +82,28 @@ impl<const N: usize> Host<N> {
                     Frame::Point(Point { ticks, reference: Reference::new(&reference) })
                 };
                 let target = if up { 0.0 } else { TOP };
-                vec![point(0, self.seen), point(MOTION_TICKS, [target; N]), Frame::Request(Request::Run)]
+                return vec![point(0, self.seen), point(MOTION_TICKS, [target; N]), self.request(Request::Run)];
             }
-            State::Running => vec![Frame::Request(Request::Hold)],
+            State::Running | State::Lowering => Request::Hold,
             State::Fault(_) => {
                 self.pause = 3;
-                vec![Frame::Request(Request::Clear)]
+                Request::Clear
             }
-        }
+        };
+        vec![self.request(request)]
+    }
+
+    /// A new request.
+    pub fn request(&mut self, request: Request) -> Frame {
+        self.number = self.number.wrapping_add(1);
+        (self.last, self.arrived) = (Some(request), false);
+        Frame::request(self.number, request)
+    }
+
+    /// The last request once more, with its number.
+    #[must_use]
+    pub fn again(&self) -> Option<Frame> {
+        self.last.map(|request| Frame::request(self.number, request))
     }
 }
 

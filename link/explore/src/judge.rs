@@ -1,9 +1,12 @@
 //! The properties, judged from the simulated drives and the motion, never from what the board believes.
 
-use crate::scene::{AGE_MAX, INERTIA, PERIOD, Setup, WEIGHT};
+use crate::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
+use crate::state::Event;
 use actuator_model::mit::Language;
 use joint_io::can::WEAK_MAX;
+use link::{Answer, NumberedRequest, Request, Verdict};
 use crate::world::World;
+use dynamics_core::control::Fault;
 use dynamics_core::safety::{SafeAction, State};
 
 /// A property of every period.
@@ -21,13 +24,22 @@ pub enum Rule {
     NoOldTrajectoryRuns,
     /// While torque is to act, no joint falls by more than [`fall_max`].
     NoJointFallsWhileArmed,
+    /// Every request is answered exactly once; sent again, it gets the same answer again.
+    EveryRequestIsAnsweredOnce,
+    /// Of several requests for one period the strongest is judged, the first of equal ones, and all others are superseded.
+    TheStrongestRequestWins,
+    /// Without a host, and with drives that hear the board, an arm with brakes is caught by them, and one with a rest pose is let go there only.
+    NobodyFallsWithoutAHost,
     /// In the period in which the brakes open every joint is carried: its drive's torque is within [`JUMP_MAX`] of its weight.
     TorqueCarriesTheArmWhenBrakesOpen,
 }
 
 impl Rule {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 10] = [
+        Self::EveryRequestIsAnsweredOnce,
+        Self::TheStrongestRequestWins,
+        Self::NobodyFallsWithoutAHost,
         Self::BrakesOpenOnlyWhenAllDrivesAreOn,
         Self::BrakesCloseWhenADriveIsOff,
         Self::StopWinsWithinOnePeriod,
@@ -41,6 +53,9 @@ impl Rule {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
+            Self::EveryRequestIsAnsweredOnce => "every request is answered once",
+            Self::TheStrongestRequestWins => "the strongest request wins",
+            Self::NobodyFallsWithoutAHost => "nobody falls without a host",
             Self::BrakesOpenOnlyWhenAllDrivesAreOn => "brakes open only when all drives are on",
             Self::BrakesCloseWhenADriveIsOff => "brakes close when a drive is off",
             Self::StopWinsWithinOnePeriod => "stop wins within one period",
@@ -74,7 +89,10 @@ pub fn fall_max(setup: &Setup) -> f64 {
 }
 
 /// Greatest speed of the operator's motion, rad/s.
-const SPEED_MAX: f64 = 0.15;
+const SPEED_MAX: f64 = 0.25;
+
+/// Position at which a joint counts as at its rest pose, rad.
+const REST_MAX: f64 = 0.006;
 
 /// Greatest distance of a drive's torque from the weight when brakes open, N m.
 pub const JUMP_MAX: f64 = 1.0;
@@ -89,8 +107,15 @@ pub struct Judge<const N: usize> {
     broken: u16,
     /// A trajectory was sent after the last fault, stop, disarming or homing.
     pub fresh_points: bool,
-    /// A hold was received since the last period.
-    pub hold: bool,
+    /// Requests that were received since the last period.
+    asked: [Option<Asked>; ASKED],
+    /// More requests than that.
+    overflow: bool,
+    /// The last request that was received, and its verdict.
+    last: Option<NumberedRequest>,
+    verdict: Option<Verdict>,
+    /// Something other than the host's absence has happened.
+    disturbed: bool,
     /// Drives that were on at the end of the period before.
     was_on: [bool; N],
     /// Periods that brakes are open over a drive that is off.
@@ -99,6 +124,22 @@ pub struct Judge<const N: usize> {
     shifted: [u8; N],
     /// Position from which a joint falls without torque that would carry it, rad.
     falls_from: [Option<f64>; N],
+}
+
+/// Requests for one period, at most: the operator's and three events.
+const ASKED: usize = 5;
+
+/// A request that was received.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    request: NumberedRequest,
+    /// It was sent again in the same period, after an earlier one, or both.
+    sent: u8,
+    /// Its verdict came in an earlier period.
+    before: bool,
+    /// The verdict, and how often it came.
+    verdict: Option<Verdict>,
+    answers: u8,
 }
 
 /// The board before and after a period.
@@ -114,6 +155,8 @@ pub struct Period {
     pub open: bool,
     /// The joints count as homed.
     pub homed: bool,
+    /// The host is there.
+    pub here: bool,
 }
 
 impl<const N: usize> Judge<N> {
@@ -123,7 +166,11 @@ impl<const N: usize> Judge<N> {
         Self {
             broken: 0,
             fresh_points: false,
-            hold: false,
+            asked: [None; ASKED],
+            overflow: false,
+            last: None,
+            verdict: None,
+            disturbed: false,
             was_on: [false; N],
             off_for: [0; N],
             shifted: [0; N],
@@ -149,9 +196,68 @@ impl<const N: usize> Judge<N> {
         }
     }
 
+    /// A request is received.
+    pub fn asked(&mut self, request: NumberedRequest) {
+        if let Some(asked) = self.asked.iter_mut().flatten().find(|asked| asked.request == request) {
+            asked.sent += 1;
+            return;
+        }
+        let before = self.verdict.is_some() && self.last == Some(request);
+        let verdict = if before { self.verdict } else { None };
+        (self.last, self.verdict) = (Some(request), verdict);
+        match self.asked.iter_mut().find(|place| place.is_none()) {
+            Some(place) => *place = Some(Asked { request, sent: 1, before, verdict, answers: 0 }),
+            None => self.overflow = true,
+        }
+    }
+
+    /// A verdict is sent to the host.
+    pub fn answered(&mut self, answer: Answer) {
+        if self.last.is_some_and(|last| last.number == answer.number) {
+            self.verdict = Some(answer.verdict);
+        }
+        let asked = self.asked.iter_mut().flatten().find(|asked| asked.request.number == answer.number);
+        let same = asked.is_some_and(|asked| {
+            asked.answers += 1;
+            asked.verdict.replace(answer.verdict).is_none_or(|verdict| verdict == answer.verdict)
+        });
+        self.demand(Rule::EveryRequestIsAnsweredOnce, same);
+    }
+
+    /// A new session: what was asked for in the old one is void.
+    pub fn hello(&mut self) {
+        (self.asked, self.fresh_points, self.last, self.verdict) = ([None; ASKED], false, None, None);
+    }
+
+    /// An event has happened.
+    pub fn happened(&mut self, event: Event) {
+        self.disturbed |= !matches!(event, Event::Away(_) | Event::Gone | Event::Hello | Event::LoseFrame(_));
+    }
+
+    fn judge_requests(&mut self, after: State) {
+        let asked = core::mem::replace(&mut self.asked, [None; ASKED]);
+        let new = || asked.iter().flatten().filter(|asked| !asked.before);
+        let rank = |asked: &Asked| asked.request.request.to_core().map_or(0, |request| request.rank());
+        let strongest = new().map(rank).max();
+        let first = new().position(|asked| Some(rank(asked)) == strongest);
+        for (i, asked) in new().enumerate() {
+            let wins = Some(i) == first;
+            let superseded = asked.verdict == Some(Verdict::Superseded);
+            self.demand(Rule::TheStrongestRequestWins, wins != superseded);
+        }
+        for asked in asked.iter().flatten() {
+            // Sent again while it waited, it is answered once; after its verdict, once more.
+            self.demand(Rule::EveryRequestIsAnsweredOnce, asked.answers >= 1 && asked.answers <= asked.sent);
+        }
+        let received = |request| new().any(|asked| asked.request.request == request);
+        let moves = matches!(after, State::Running | State::Lowering | State::Arming);
+        self.demand(Rule::StopWinsWithinOnePeriod, !received(Request::Hold) || !moves);
+        self.demand(Rule::StopWinsWithinOnePeriod, !received(Request::Stop) || matches!(after, State::Fault(_)));
+    }
+
     /// The end of a period.
     pub fn judge(&mut self, setup: &Setup, world: &World<N>, period: &Period) {
-        let Period { before, after, opened, open, homed } = *period;
+        let Period { before, after, opened, open, homed, here } = *period;
         let brakes = setup.action == SafeAction::Brake;
         let opens = brakes && open && !opened;
         if opens {
@@ -164,9 +270,13 @@ impl<const N: usize> Judge<N> {
             let all_on = world.axes.iter().all(|drive| drive.is_on());
             self.demand(Rule::TorqueCarriesTheArmWhenBrakesOpen, carried || !all_on);
         }
-        if core::mem::take(&mut self.hold) {
-            self.demand(Rule::StopWinsWithinOnePeriod, after != State::Running);
-        }
+        self.judge_requests(after);
+        let falls = before.drives() && after == State::Fault(Fault::HeartbeatLost) && !self.disturbed;
+        let caught = if brakes { !open } else { !setup.rest || world.axes.iter().all(|axis| axis.q <= REST_MAX) };
+        self.demand(Rule::NobodyFallsWithoutAHost, here || !falls || caught);
+        let lowers = after == State::Lowering && !self.disturbed;
+        let slow = world.axes.iter().all(|axis| axis.qd >= -2.0 * f64::from(LOWERING_SPEED));
+        self.demand(Rule::NobodyFallsWithoutAHost, !lowers || slow);
         let runs = after == State::Running && before != State::Running;
         self.demand(Rule::NoOldTrajectoryRuns, !runs || self.fresh_points);
         let code = after.code();

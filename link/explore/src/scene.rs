@@ -20,9 +20,9 @@ pub const INERTIA: f64 = 0.55;
 /// Torque that holds a joint, N m.
 pub const WEIGHT: f64 = 6.0;
 /// Top of the operator's motion, rad; it begins at the table, at 0.
-pub const TOP: f32 = 6.0 / 1024.0;
+pub const TOP: f32 = 24.0 / 1024.0;
 /// Control periods of the operator's motion up or down.
-pub const MOTION_TICKS: u16 = 10;
+pub const MOTION_TICKS: u16 = 20;
 /// Greatest change of torque in a period, N m: three periods to [`WEIGHT`].
 pub const TORQUE_STEP: f32 = 2.0;
 /// Longest age of a measurement, periods.
@@ -31,6 +31,10 @@ pub const AGE_MAX: u32 = 2;
 pub const HEARTBEAT_MAX: u32 = 3;
 /// Longest hold without the host, periods.
 pub const HOLD_MAX: u32 = 4;
+/// Longest time to enable the drives, periods.
+pub const ARMING_MAX: u32 = 12;
+/// Greatest speed of lowering, rad/s.
+pub const LOWERING_SPEED: f32 = 0.1;
 /// Shortest restart of a drive, periods: it misses as many commands.
 pub const RESTART: u32 = 2;
 /// The drives' own communication timeout, which the board sets, in units of 50 us: ten periods.
@@ -47,6 +51,8 @@ pub struct Setup {
     pub action: SafeAction,
     /// A drive keeps its zero through a restart.
     pub absolute: bool,
+    /// The arm has a rest pose: on the table.
+    pub rest: bool,
     /// Disturbing events on one path.
     pub budget: u8,
     /// Kinds of events.
@@ -61,7 +67,7 @@ impl<const N: usize> Numbers<N> {
     /// The numbers of a setup, which live as long as the program.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
-        Self(Box::leak(Box::new(Protected { control: control(), rules: rules(setup.action) })))
+        Self(Box::leak(Box::new(Protected { control: control(), rules: rules(setup) })))
     }
 }
 
@@ -117,7 +123,7 @@ fn control<const N: usize>() -> ControllerConfig<f32, N> {
     }
 }
 
-fn rules<const N: usize>(safe_action: SafeAction) -> Rules<f32, N> {
+fn rules<const N: usize>(setup: &Setup) -> Rules<f32, N> {
     let joint = JointRules {
         rest_speed: 0.05,
         jump_step: 0.045,
@@ -127,9 +133,10 @@ fn rules<const N: usize>(safe_action: SafeAction) -> Rules<f32, N> {
         reach_speed: 0.3,
         rotor_max: 0.2,
         damping: 4.0,
+        lowering_speed: LOWERING_SPEED,
     };
     Rules {
-        safe_action,
+        safe_action: setup.action,
         heartbeat_max: HEARTBEAT_MAX,
         hold_max: HOLD_MAX,
         supply: (f32::NEG_INFINITY, f32::INFINITY),
@@ -137,6 +144,11 @@ fn rules<const N: usize>(safe_action: SafeAction) -> Rules<f32, N> {
         period: PERIOD as f32,
         rate: 1.0 / PERIOD as f32,
         latency: 0.02,
+        arming_max: ARMING_MAX,
+        live: 0,
+        live_max: 0,
+        rest: setup.rest.then_some([0.0; N]),
+        first_motion: None,
         payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint; N],
     }

@@ -15,9 +15,10 @@ use joint_io::can::{CanJoints, NoBus};
 use joint_io::frames::Frames;
 use link::codec::Received;
 use link::{Cost, Frame, Hello, Pacing, Request};
+use session::black_box::Report;
 use session::meter::{Counter, Meter};
 use session::readings::Lines;
-use session::{Buffers, Drives, Reaction, Session};
+use session::{Buffers, Reaction, Session};
 
 /// Kinds of disturbing events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +61,8 @@ pub enum Event {
     DriveError(u8),
     /// A request beside the operator's, after it.
     Ask(Request),
+    /// The last request once more.
+    Repeat,
     /// One of the next batch of frames from the host is lost: this one.
     LoseFrame(u8),
     /// The host is silent for so many periods.
@@ -88,7 +91,9 @@ pub const TAIL: u32 = 8;
 pub const DARK: [u8; 2] = [scene::RESTART as u8, 8];
 
 /// Requests beside the operator's.
-const REQUESTS: [Request; 7] = [
+const REQUESTS: [Request; 9] = [
+    Request::Stop,
+    Request::FullRange,
     Request::Home,
     Request::Confirm,
     Request::Arm,
@@ -200,22 +205,29 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
 
     fn hello(&mut self) {
         let hello = Frame::Hello(Hello { pacing: Pacing::Live, ..scene::own(N as u8) });
-        self.host = Host { seen: self.host.seen, ..Host::new() };
+        let Host { number, seen, .. } = self.host;
+        self.host = Host { number, seen, ..Host::new() };
         self.receive(hello);
-        self.judge.fresh_points = false;
+        self.judge.hello();
     }
 
     /// A frame of the host arrives.
     fn receive(&mut self, frame: Frame) {
-        let (hold, start) = (
-            frame == Frame::Request(Request::Hold),
-            matches!(&frame, Frame::Point(point) if point.ticks == 0),
-        );
+        let start = matches!(&frame, Frame::Point(point) if point.ticks == 0);
+        let request = if let Frame::Request(request) = &frame { Some(*request) } else { None };
         let missed = core::mem::take(&mut self.host.owed);
-        let taken = self.session.receive(Ok(Received { frame, missed }));
-        self.judge.hold |= hold;
-        if start && taken == Reaction::None {
-            self.judge.fresh_points = true;
+        let reaction = self.session.receive(Ok(Received { frame, missed }));
+        let lost = matches!(reaction, Reaction::Reply(Frame::Refusal(link::Refusal::Lost { .. })));
+        if let Some(request) = request
+            && !lost
+        {
+            self.host.arrived |= request.number == self.host.number;
+            self.judge.asked(request);
+        }
+        match reaction {
+            Reaction::None if start => self.judge.fresh_points = true,
+            Reaction::Reply(Frame::Answer(answer)) => self.judge.answered(answer),
+            _ => {}
         }
     }
 
@@ -260,6 +272,9 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         }
         if kinds.requests && self.host.presence == Presence::Here {
             REQUESTS.into_iter().for_each(|request| add(Event::Ask(request)));
+            if self.host.last.is_some() {
+                add(Event::Repeat);
+            }
         }
         if kinds.host {
             if self.host.presence == Presence::Here {
@@ -297,6 +312,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
     }
 
     fn happen(&mut self, event: Event) {
+        self.judge.happened(event);
         let drives = &mut self.world.axes;
         match event {
             Event::Command(i, fate) => drives[usize::from(i)].command = fate,
@@ -313,7 +329,15 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             Event::Overrun => self.world.late = true,
             Event::Trip(i) => drives[usize::from(i)].trip(),
             Event::DriveError(i) => drives[usize::from(i)].electronics.error = 0xc,
-            Event::Ask(request) => self.receive(Frame::Request(request)),
+            Event::Ask(request) => {
+                let frame = self.host.request(request);
+                self.receive(frame);
+            }
+            Event::Repeat => {
+                if let Some(frame) = self.host.again() {
+                    self.receive(frame);
+                }
+            }
             Event::LoseFrame(n) => self.host.lose = Some(n),
             Event::Away(periods) => self.host.presence = Presence::Away(periods),
             Event::Gone => self.host.presence = Presence::Gone,
@@ -329,11 +353,16 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         // Late only after the outputs, so that they act.
         let (late, asked) = (self.world.late, Cell::new(false));
         joint_io::run_tick(&mut self.session, &mut self.joints, meter, || lines, || late && asked.replace(true));
-        while self.session.say().is_some() {}
+        while let Some(report) = self.session.say() {
+            if let Report::Answer(Frame::Answer(answer)) = report {
+                self.judge.answered(answer);
+            }
+        }
         let open = self.joints.brake().0;
         let free = open || setup.action != safety::SafeAction::Brake;
         self.world.step(self.joints.buses().0, free);
-        let period = Period { before, after: self.machine(), opened, open, homed: self.session.homed() };
+        let here = self.host.presence == Presence::Here;
+        let period = Period { before, after: self.machine(), opened, open, homed: self.session.homed(), here };
         self.judge.judge(setup, &self.world, &period);
         self.world.end(setup);
         if period.after == safety::State::Homing && self.host.presence == Presence::Here {

@@ -9,7 +9,7 @@ use explore::scene::Setup;
 use explore::state::Kinds;
 
 fn setup(language: Language, action: SafeAction) -> Setup {
-    Setup { language, action, absolute: language != Language::MiniCheetah, budget: 1, events: Kinds::ALL }
+    Setup { language, action, absolute: language != Language::MiniCheetah, rest: action != SafeAction::Brake, budget: 1, events: Kinds::ALL }
 }
 
 #[test]

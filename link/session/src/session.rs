@@ -18,6 +18,7 @@ use change::{Change, Changed};
 use heapless::Deque;
 use requests::Requests;
 use core::borrow::BorrowMut;
+use core::fmt::Debug;
 use dynamics_core::control::{
     Configuration, Controller, ControllerConfig, Fault, Law, Measurement, Protection, Reference, Spring, Unprotected,
 };
@@ -72,7 +73,7 @@ impl<const N: usize> Buffers<N> {
 }
 
 /// The state machine. `B` holds the buffers: by value, or as a reference.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Unprotected, B = Buffers<N>> {
     own: Hello,
     pacing: Option<Pacing>,
@@ -111,6 +112,70 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     past: Option<usize>,
     /// The last hello has ended a live session.
     left_live: bool,
+}
+
+/// What tells two sessions of one build apart: without constants, and of the controller its fault and live inputs alone.
+impl<const N: usize, D, T, K, C, P, B> Debug for Session<N, D, T, K, C, P, B>
+where
+    D: InverseDynamics<f32, N>,
+    T: Trig<f32>,
+    K: Debug,
+    C: Configuration<f32, N>,
+    P: Protection<f32, N>,
+    B: Debug,
+{
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            own: _,
+            pacing,
+            controller,
+            supervisor,
+            safety: _,
+            reference,
+            measurement,
+            tick,
+            fresh,
+            taken,
+            answer,
+            unsaid,
+            change,
+            changed,
+            requests,
+            foreign,
+            tunable,
+            watch,
+            until,
+            trouble,
+            buffers,
+            past,
+            left_live,
+        } = self;
+        let live = controller.live();
+        f.debug_struct("Session")
+            .field("pacing", pacing)
+            .field("fault", &controller.fault())
+            .field("live", &(*live != Live::zero()).then_some(live))
+            .field("supervisor", supervisor)
+            .field("reference", reference)
+            .field("measurement", measurement)
+            .field("tick", tick)
+            .field("fresh", fresh)
+            .field("taken", taken)
+            .field("answer", answer)
+            .field("unsaid", unsaid)
+            .field("change", change)
+            .field("changed", changed)
+            .field("requests", requests)
+            .field("foreign", foreign)
+            .field("tunable", tunable)
+            .field("watch", watch)
+            .field("until", until)
+            .field("trouble", trouble)
+            .field("buffers", buffers)
+            .field("past", past)
+            .field("left_live", left_live)
+            .finish()
+    }
 }
 
 impl<const N: usize, D, T, K, C, P> Session<N, D, T, K, C, P>
