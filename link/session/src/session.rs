@@ -18,6 +18,7 @@ use change::{Change, Changed};
 use heapless::Deque;
 use requests::Requests;
 use core::borrow::BorrowMut;
+use core::fmt::Debug;
 use dynamics_core::control::{
     Configuration, Controller, ControllerConfig, Fault, Law, Measurement, Protection, Reference, Spring, Unprotected,
 };
@@ -63,9 +64,16 @@ impl<const N: usize> Buffers<N> {
     pub const fn new() -> Self {
         Self { trajectory: Trajectory::new(), black_box: BlackBox::new() }
     }
+
+    /// The reference motion that is buffered.
+    #[must_use]
+    pub const fn trajectory(&self) -> &Trajectory<N> {
+        &self.trajectory
+    }
 }
 
 /// The state machine. `B` holds the buffers: by value, or as a reference.
+#[derive(Clone)]
 pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Unprotected, B = Buffers<N>> {
     own: Hello,
     pacing: Option<Pacing>,
@@ -104,6 +112,70 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     past: Option<usize>,
     /// The last hello has ended a live session.
     left_live: bool,
+}
+
+/// What tells two sessions of one build apart: without constants, and of the controller its fault and live inputs alone.
+impl<const N: usize, D, T, K, C, P, B> Debug for Session<N, D, T, K, C, P, B>
+where
+    D: InverseDynamics<f32, N>,
+    T: Trig<f32>,
+    K: Debug,
+    C: Configuration<f32, N>,
+    P: Protection<f32, N>,
+    B: Debug,
+{
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            own: _,
+            pacing,
+            controller,
+            supervisor,
+            safety: _,
+            reference,
+            measurement,
+            tick,
+            fresh,
+            taken,
+            answer,
+            unsaid,
+            change,
+            changed,
+            requests,
+            foreign,
+            tunable,
+            watch,
+            until,
+            trouble,
+            buffers,
+            past,
+            left_live,
+        } = self;
+        let live = controller.live();
+        f.debug_struct("Session")
+            .field("pacing", pacing)
+            .field("fault", &controller.fault())
+            .field("live", &(*live != Live::zero()).then_some(live))
+            .field("supervisor", supervisor)
+            .field("reference", reference)
+            .field("measurement", measurement)
+            .field("tick", tick)
+            .field("fresh", fresh)
+            .field("taken", taken)
+            .field("answer", answer)
+            .field("unsaid", unsaid)
+            .field("change", change)
+            .field("changed", changed)
+            .field("requests", requests)
+            .field("foreign", foreign)
+            .field("tunable", tunable)
+            .field("watch", watch)
+            .field("until", until)
+            .field("trouble", trouble)
+            .field("buffers", buffers)
+            .field("past", past)
+            .field("left_live", left_live)
+            .finish()
+    }
 }
 
 impl<const N: usize, D, T, K, C, P> Session<N, D, T, K, C, P>
@@ -172,6 +244,11 @@ where
             Some(pacing) if pacing.is_supervised() => State::Supervised(pacing, self.supervisor.state()),
             Some(pacing) => State::Bench(pacing, self.controller.fault()),
         }
+    }
+
+    /// True if the joints' zeros have been confirmed, and nothing has put them in doubt since.
+    pub fn homed(&self) -> bool {
+        self.supervisor.homed()
     }
 
     /// Whether the drives are driven.

@@ -44,6 +44,11 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.safety.state()
     }
 
+    /// True if the joints' zeros have been confirmed, and nothing has put them in doubt since.
+    pub fn homed(&self) -> bool {
+        self.safety.homed()
+    }
+
     /// Inputs of the next tick; those of this tick in [`Supervisor::tick`]'s callback and until [`Supervisor::age`].
     pub fn inputs(&self) -> &Inputs<f32, N> {
         &self.inputs
