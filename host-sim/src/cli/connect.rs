@@ -125,7 +125,8 @@ fn run_arm<const N: usize>(
     if let Some(motion) = &args.motion {
         plays.take_motion(motion).map_err(Failure::input)?;
     }
-    operate(args, Operator::new(device, (scene, &plays), &model, head, report, presses).map_err(wrong)?, console)
+    let operator = Operator::new(device, (scene, &plays), &model, head, report, presses).map_err(wrong)?;
+    operate(args, operator.with_stop_key(console.stops()), console)
 }
 
 /// Why it ended; `place` is where a wrong command stands.
@@ -134,7 +135,7 @@ fn failure(stop: Stop, place: &str) -> Failure {
         Stop::Board(DeviceError::Record(error)) | Stop::Output(error) => Failure::Output(error),
         Stop::Board(error) => Failure::Target(miette::miette!("{error}")),
         Stop::Input(problem) => Failure::Input(miette::miette!("{place}: {problem}")),
-        Stop::Interrupted => Failure::Interrupted,
+        Stop::Interrupted | Stop::Pressed => Failure::Interrupted,
     }
 }
 
@@ -143,16 +144,17 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
         operator.keep(record).map_err(|stop| failure(stop, ""))?;
     }
     let ended = operator.begin().and_then(|()| converse(&mut operator, &mut console));
-    // A board that is gone cannot be asked to stop; its own heartbeat does that.
+    // A board that is gone cannot be asked to stop; its own heartbeat does that. A second Ctrl-C at a terminal leaves at once.
     let ended = match ended {
-        Err(stop @ (Stop::Board(_) | Stop::Output(_))) => Err(stop),
-        other => operator.end().and(other),
+        Err(Stop::Interrupted) if console.is_a_person() => Err(Stop::Interrupted),
+        Err(stop @ (Stop::Interrupted | Stop::Input(_))) => operator.end().and(Err(stop)),
+        other => other,
     };
     let closed = operator.close();
     let (person, content) = (console.is_a_person(), operator.is_content());
     match ended {
         Ok(()) => {}
-        Err(Stop::Interrupted) => return Ok(failure::INTERRUPTED),
+        Err(Stop::Interrupted | Stop::Pressed) => return Ok(failure::INTERRUPTED),
         Err(stop) => return Err(failure(stop, &console.place())),
     }
     closed.map_err(|error| match &args.record {

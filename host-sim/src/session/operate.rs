@@ -15,13 +15,16 @@
 //! | [`device`] | interface of a board or a drill |
 //! | [`drill_device`], [`on_wire`] | its two implementations |
 //! | [`command`] | the commands that an operator types |
-//! | [`console`] | the source of the commands: a script, a pipe or a terminal |
+//! | [`console`], `keys` | the source of the commands: a script, a pipe or a terminal; the stop key |
 //! | `converse` | the loop that executes them line by line |
+//! | `stop` | the stop key and the command `stop` |
+//! | `ending` | the end of torque: which joints sink, consent, parking |
 //! | `arm` | the parts that depend on the arm, and on the number of its joints |
 //! | [`motion_queue`] | motions as points, waiting to be sent |
 //! | [`parameters`] | parameters by name: reading and changing them |
 //! | `feel` | law, stiffness and payload of an armed arm, changed without a jump of torque |
-//! | `torque_check` | whether the drives give the torque that they are told |
+//! | `torque_check` | comparison of the drives' torque with the commanded torque |
+//! | `torque_cause` | the likely cause of a difference |
 //! | `weigh` | what the arm holds, from slow motions |
 //! | [`messages`] | messages for the protocol's numbers |
 //! | [`report`], [`table`] | output for the operator |
@@ -39,9 +42,13 @@ pub mod report;
 pub mod table;
 
 mod arm;
+mod ending;
 mod feel;
+mod keys;
 mod moves;
 mod session;
+mod stop;
+mod torque_cause;
 mod torque_check;
 mod weigh;
 
@@ -78,6 +85,9 @@ pub enum Stop {
     /// Ctrl-C.
     #[error("interrupted")]
     Interrupted,
+    /// The stop key.
+    #[error("stopped")]
+    Pressed,
     /// Standard output cannot be written.
     #[error(transparent)]
     Output(#[from] io::Error),
@@ -100,6 +110,14 @@ pub struct Operator {
     presses: Presses,
     /// Number of presses already handled.
     seen: u32,
+    /// Counter of presses of the stop key, if a user sits at a terminal, and the number already handled.
+    stops: Option<Presses>,
+    stops_seen: u32,
+    /// The stop key is being handled, and does not interrupt its own handling.
+    deaf: bool,
+    /// The last stop, and true if a stop came since the last motion began.
+    stopped_at: Option<stop::Moment>,
+    stopped: bool,
     status: Option<Status>,
     heard: Instant,
     q: Option<Vec<f64>>,
@@ -155,6 +173,11 @@ impl Operator {
             arm,
             report,
             seen: presses.load(Ordering::Relaxed),
+            stops: None,
+            stops_seen: 0,
+            deaf: false,
+            stopped_at: None,
+            stopped: false,
             presses,
             status: None,
             heard: Instant::now(),
@@ -220,8 +243,11 @@ impl Operator {
         self.pass()
     }
 
-    /// As [`Operator::step`], regardless of Ctrl-C.
+    /// As [`Operator::step`], regardless of Ctrl-C, but not of the stop key.
     fn pass(&mut self) -> Result<(), Stop> {
+        if self.stop_pressed() {
+            return Err(Stop::Pressed);
+        }
         self.fill()?;
         for frame in self.device.pass()? {
             self.take(frame)?;

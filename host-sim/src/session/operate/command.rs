@@ -36,7 +36,7 @@ pub enum Command {
     Get(Vec<u8>),
     /// Change a parameter.
     Set(Setting),
-    /// Set the payload: a mass, kg, at a point of the last link's frame, m.
+    /// Set the payload: a mass, kg, with its centre at a point of the tip frame, m.
     Payload(f64, [f64; 3]),
     /// Take another control law.
     Law(Law),
@@ -48,17 +48,26 @@ pub enum Command {
     CheckTorque(Option<usize>),
     /// Press or release the emergency stop of a drill.
     EmergencyStop(bool),
-    /// Stop the arm and end the session.
-    Quit,
+    /// Remove the torque; with `true` although joints sink.
+    Disarm(bool),
+    /// Move to the rest pose.
+    Park,
+    /// Stop the arm and hold it; again within a second: emergency stop.
+    Stop,
+    /// Stop the arm, remove the torque and end the session; with `true` although joints sink.
+    Quit(bool),
 }
 
 /// Each command with its arguments and its effect.
-pub const HELP: [(&str, &str); 29] = [
+pub const HELP: [(&str, &str); 33] = [
     ("status", "what the board says: state, positions, torques"),
     ("home", "forget the zeros: the joints look for them"),
     ("confirm", "the zeros are right: look before you say so"),
     ("arm", "hold the arm where it is, by torque"),
-    ("disarm", "no torque; moves are over first"),
+    ("stop, s", "stop along the path and hold; again within 1 s: emergency stop (fault 9). Keys: Esc, or space on an empty line"),
+    ("park", "move to the rest pose of the scene or robot file"),
+    ("disarm", "remove the torque at rest; if joints would sink, says how far and asks (a script parks, or is rejected)"),
+    ("disarm!", "remove the torque although joints sink"),
     ("run", "the scene's motion, and the way to its start"),
     ("hold", "stop, and stay"),
     ("clear", "leave a fault whose cause is gone"),
@@ -69,7 +78,7 @@ pub const HELP: [(&str, &str); 29] = [
     ("watch TICKS", "print the status every so many ticks; 0 never"),
     ("get [JOINT] [NAME]", "what parameters are, and their bounds: all, a joint's, one"),
     ("set JOINT NAME VALUE", "change a gain or a friction, where the scene is `tunable` and no torque jumps"),
-    ("payload MASS [X Y Z]", "so many kg at a point of the last link's frame, m; where the scene's payload is live"),
+    ("payload MASS [X Y Z]", "declare a payload of MASS kg with its centre of mass at X Y Z (m) in the tip frame; needs a live payload in the scene"),
     ("law LAW", "another control law, where the scene is `tunable`; a moving arm is stopped first"),
     ("teach", "lead the arm by hand: the law `teach`, and off; `hold` ends it"),
     ("soft", "a quarter of the scene's stiffness, in steps without a jump of torque"),
@@ -82,8 +91,12 @@ pub const HELP: [(&str, &str); 29] = [
     ("record off", "end the record"),
     ("press, release", "the emergency stop, in a drill"),
     ("help", "this"),
-    ("quit", "hold, wait for rest, disarm, end; so does the end of the input"),
+    ("quit", "hold, `disarm`, end; so does the end of the input"),
+    ("quit!", "hold, `disarm!`, end"),
 ];
+
+/// Requests that the operator does not only pass on.
+const OWN: [&str; 3] = ["run", "disarm", "stop"];
 
 /// Parse a line. `joints` are the names of the joints, base first.
 ///
@@ -93,7 +106,7 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
     let line = line.split('#').next().unwrap_or_default();
     let words: Vec<&str> = line.split_whitespace().collect();
     let Some((&name, arguments)) = words.split_first() else { return Ok(Command::Nothing) };
-    if let Some((request, _)) = Request::NAMES.iter().find(|(_, word)| *word == name && name != "run") {
+    if let Some((request, _)) = Request::NAMES.iter().find(|(_, word)| *word == name && !OWN.contains(word)) {
         return none(name, arguments, Command::Ask(*request));
     }
     match (name, arguments) {
@@ -102,7 +115,10 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         ("run", _) => none(name, arguments, Command::Run),
         ("press", _) => none(name, arguments, Command::EmergencyStop(true)),
         ("release", _) => none(name, arguments, Command::EmergencyStop(false)),
-        ("quit", _) => none(name, arguments, Command::Quit),
+        ("disarm" | "disarm!", _) => none(name, arguments, Command::Disarm(name.ends_with('!'))),
+        ("park", _) => none(name, arguments, Command::Park),
+        ("stop" | "s", _) => none(name, arguments, Command::Stop),
+        ("quit" | "quit!", _) => none(name, arguments, Command::Quit(name.ends_with('!'))),
         ("jog", [which, delta, time @ ..]) if time.len() < 2 => {
             let time = time.first().map(|time| seconds(name, time)).transpose()?;
             Ok(Command::Jog(joint(name, which, joints)?, number(name, "DELTA", delta)?, time))

@@ -61,7 +61,12 @@ impl Operator {
         if q.len() != expected {
             return Err(Stop::Input(format!("goto: {} positions, expected {expected}", q.len())));
         }
-        self.one_way("goto", &self.here()?, q.to_vec(), time)
+        self.go_to_named("goto", q, time)
+    }
+
+    /// The same, reported under the name of a command.
+    pub(super) fn go_to_named(&mut self, name: &str, q: &[f64], time: Option<f64>) -> Result<(), Stop> {
+        self.one_way(name, &self.here()?, q.to_vec(), time)
     }
 
     fn one_way(&mut self, name: &str, here: &[f64], goal: Vec<f64>, time: Option<f64>) -> Result<(), Stop> {
@@ -109,6 +114,7 @@ impl Operator {
         here: &[f64],
         goal: Vec<f64>,
     ) -> Result<Option<Denial>, Stop> {
+        self.stopped = false;
         let running = self.state() == Some(RUNNING);
         if !running {
             self.under_way.clear();

@@ -5,7 +5,7 @@ use super::device::DeviceError;
 use super::{Operator, SILENCE, Stop, has_taken, messages, table};
 use crate::chip::ChipError;
 use crate::session::frame_log::recorder::Recorder;
-use crate::session::states::{ARMED, HOLDING, HOMING, RUNNING};
+use crate::session::states::RUNNING;
 use link::{Denial, Frame, Hello, Parts, Request, Watch};
 use std::io;
 use std::path::Path;
@@ -160,7 +160,7 @@ impl Operator {
         self.say(name, &text)
     }
 
-    fn ask(&mut self, request: Request) -> Result<(), Stop> {
+    pub(super) fn ask(&mut self, request: Request) -> Result<(), Stop> {
         let name = Request::NAMES.iter().find(|(other, _)| *other == request).map_or("request", |(_, name)| *name);
         let denial = if request == Request::Disarm { self.disarm()? } else { self.request(request)? };
         let armed = request == Request::Arm && denial.is_none();
@@ -251,6 +251,9 @@ impl Operator {
     /// # Errors
     /// [`Stop::Interrupted`].
     pub fn unless_interrupted(&self) -> Result<(), Stop> {
+        if self.stop_pressed() {
+            return Err(Stop::Pressed);
+        }
         if self.presses.load(Ordering::Relaxed) > self.seen { Err(Stop::Interrupted) } else { Ok(()) }
     }
 
@@ -262,14 +265,15 @@ impl Operator {
         self.say("input", problem)
     }
 
-    /// Execute a command. Returns whether it ends the session.
+    /// Executes a command. `disarm` and `quit` are executed by the main loop, because they may need an answer of the user.
     ///
     /// # Errors
-    /// See [`Stop`]. A refusal of the board is no error.
-    pub fn obey(&mut self, command: Command) -> Result<bool, Stop> {
+    /// See [`Stop`]. A request that the board rejects is no error.
+    pub(crate) fn obey(&mut self, command: Command) -> Result<(), Stop> {
         match command {
-            Command::Nothing => {}
-            Command::Quit => return Ok(true),
+            Command::Nothing | Command::Disarm(_) | Command::Quit(_) => {}
+            Command::Park => self.park()?,
+            Command::Stop => self.stop()?,
             Command::Help => {
                 let lines: Vec<_> = HELP.iter().map(|(usage, what)| format!("  {usage:<26} {what}")).collect();
                 self.say("help", &lines.join("\n"))?;
@@ -301,14 +305,14 @@ impl Operator {
             Command::Weigh => self.weigh()?,
             Command::EmergencyStop(pressed) => self.emergency_stop(pressed)?,
         }
-        Ok(false)
+        Ok(())
     }
 
     fn emergency_stop(&mut self, pressed: bool) -> Result<(), Stop> {
         let name = if pressed { "press" } else { "release" };
         if self.is_live() {
             self.refused = true;
-            return self.say(name, &format!("{name}: refused: the board has an emergency stop of its own"));
+            return self.say(name, &format!("{name}: rejected: the board has an emergency stop of its own"));
         }
         self.lines.emergency_stop = pressed;
         self.asking = true;
@@ -357,7 +361,7 @@ impl Operator {
         if self.drives() {
             self.refused = true;
             let why =
-                "record: refused: torque acts, and a record begins with a hello, which takes it away; `disarm` first";
+                "record: rejected: torque acts, and a record begins with a hello, which takes it away; `disarm` first";
             return self.say("record", why);
         }
         self.keep(file)?;
@@ -372,21 +376,6 @@ impl Operator {
     pub fn keep(&mut self, file: &Path) -> Result<(), Stop> {
         let recorder = Recorder::create(file, &self.arm.recorded).map_err(|error| in_file(file, &error))?;
         Ok(self.device.tap().record(Some(recorder))?)
-    }
-
-    /// Stop the arm, wait for rest, and remove the torque.
-    ///
-    /// # Errors
-    /// The board can no longer be used; another Ctrl-C.
-    pub fn end(&mut self) -> Result<(), Stop> {
-        self.seen = self.presses.load(Ordering::Relaxed);
-        if self.state() == Some(RUNNING) {
-            self.ask(Request::Hold)?;
-        }
-        if matches!(self.state(), Some(HOMING | ARMED | HOLDING)) {
-            self.ask(Request::Disarm)?;
-        }
-        Ok(())
     }
 
     /// Close the record.
