@@ -6,17 +6,18 @@
 //!                          `-> report
 //! ```
 //!
-//! The board itself confirms the frames: every status holds the number of frames taken before its tick. The first tick
-//! that has taken a request answers it. The room for points is the room in the last status less the points that are
+//! A request is sent again until its answer has come (`requests`). Of other frames every status holds the number that had been taken
+//! before its tick, or were lost before one that was taken. The room for points is the room in the last status less the points that are
 //! still under way.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`device`] | interface of a board or a drill |
-//! | [`drill_device`], [`on_wire`] | its two implementations |
+//! | [`drill_device`], [`on_wire`], [`simulated_board`] | its implementations; [`wire`] loses frames |
 //! | [`command`] | the commands that an operator types |
 //! | [`console`], `keys` | the source of the commands: a script, a pipe or a terminal; the stop key |
 //! | `converse` | the loop that executes them line by line |
+//! | `requests` | requests until their answers, and frames that were lost |
 //! | `stop` | the stop key and the command `stop` |
 //! | `ending` | the end of torque: which joints sink, consent, parking |
 //! | `arm` | the parts that depend on the arm, and on the number of its joints |
@@ -39,13 +40,16 @@ pub mod motion_queue;
 pub mod on_wire;
 pub mod parameters;
 pub mod report;
+pub mod simulated_board;
 pub mod table;
+pub mod wire;
 
 mod arm;
 mod ending;
 mod feel;
 mod keys;
 mod moves;
+mod requests;
 mod session;
 mod stop;
 mod torque_cause;
@@ -59,7 +63,7 @@ use ::session::trajectory::WAYS;
 use arm::Arm;
 use device::{Device, DeviceError};
 use dynamics_core::Model;
-use link::{Actuation, Denial, Frame, Lines, Pacing, Refusal, Status, Value};
+use link::{Actuation, Answer, Frame, Lines, Pacing, Refusal, Status, Value, Verdict};
 use motion_queue::MotionQueue;
 use report::{Report, Seen};
 use robot_compiler::SceneFile;
@@ -67,7 +71,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use torque_check::{Sample, Samples};
 
 /// Timeout for an answer or a status of the board.
@@ -119,7 +123,10 @@ pub struct Operator {
     stopped_at: Option<stop::Moment>,
     stopped: bool,
     status: Option<Status>,
-    heard: Instant,
+    /// Time of the last status, on the device's clock.
+    heard: Duration,
+    /// Statuses received.
+    statuses: u64,
     q: Option<Vec<f64>>,
     feed: MotionQueue,
     /// Points on their way: for each, the number of frames sent up to and including it.
@@ -140,8 +147,12 @@ pub struct Operator {
     expected: Option<Vec<Result<Value, Refusal>>>,
     /// A request is under way: a change of state is its answer.
     asking: bool,
-    /// Reason why the board denied the request.
-    denial: Option<Denial>,
+    /// Number of the last request.
+    number: u8,
+    /// The board's verdict on it, and the number of statuses received before.
+    verdict: Option<(Verdict, u64)>,
+    /// A hold that is sent again and again until the arm no longer runs: its number, and the time when it was sent last.
+    urgent: Option<(u8, Duration)>,
     /// Whether anything was refused.
     refused: bool,
     agreed: bool,
@@ -169,9 +180,10 @@ impl Operator {
         let lines = Lines::CALM;
         Ok(Self {
             feed: MotionQueue::new(arm.period),
+            report,
+            heard: device.now(),
             device,
             arm,
-            report,
             seen: presses.load(Ordering::Relaxed),
             stops: None,
             stops_seen: 0,
@@ -180,7 +192,7 @@ impl Operator {
             stopped: false,
             presses,
             status: None,
-            heard: Instant::now(),
+            statuses: 0,
             q: None,
             under_way: VecDeque::new(),
             goal: None,
@@ -191,7 +203,9 @@ impl Operator {
             whole: None,
             expected: None,
             asking: false,
-            denial: None,
+            number: 0,
+            verdict: None,
+            urgent: None,
             refused: false,
             agreed: false,
             samples: Samples::default(),
@@ -252,7 +266,8 @@ impl Operator {
         for frame in self.device.pass()? {
             self.take(frame)?;
         }
-        if self.heard.elapsed() > SILENCE {
+        self.hold_urgently()?;
+        if self.silent_for(self.heard) > SILENCE && !self.device.is_cut() {
             return Err(DeviceError::Silent { what: "status", time: SILENCE }.into());
         }
         if let Some(seen) = self.seen_now().as_ref().filter(|_| self.is_moving()) {
@@ -292,10 +307,18 @@ impl Operator {
             Frame::Past(Some(status)) => self.past.get_or_insert_default().push(status),
             Frame::Past(None) => self.past_is_whole(),
             Frame::Value(value) => {
-                if let Some(answers) = &mut self.expected {
+                // The answer to a question that was repeated may come twice.
+                let again = |answer: &Result<Value, Refusal>| answer.is_ok_and(|before| before.index == value.index);
+                if let Some(answers) = &mut self.expected
+                    && !answers.iter().any(again)
+                {
                     answers.push(Ok(value));
                 }
             }
+            Frame::Answer(Answer { number, verdict }) if number == self.number => {
+                self.verdict = self.verdict.or(Some((verdict, self.statuses)));
+            }
+            Frame::Refusal(Refusal::Lost { .. } | Refusal::Undecodable(_)) => self.frames_were_lost()?,
             Frame::Refusal(refusal) => {
                 if let Some(answers) = &mut self.expected {
                     answers.push(Err(refusal));
@@ -311,7 +334,8 @@ impl Operator {
     }
 
     fn told(&mut self, status: Status) -> Result<(), Stop> {
-        self.heard = Instant::now();
+        self.heard = self.device.now();
+        self.statuses += 1;
         while self.under_way.front().is_some_and(|&sent| has_taken(&status, sent)) {
             self.under_way.pop_front();
         }
@@ -320,7 +344,6 @@ impl Operator {
             self.q = Some(q);
         }
         self.sample(&status);
-        self.denial = status.refused.filter(|_| self.asking).or(self.denial.take());
         let before = self.status.replace(status);
         let Some(status) = &self.status else { return Ok(()) };
         let doing = |status: &Status| (status.state, status.cause, status.joint);
@@ -364,6 +387,11 @@ impl Operator {
         }
     }
 
+    /// Time since a moment of the device's clock.
+    fn silent_for(&self, since: Duration) -> Duration {
+        self.device.now().saturating_sub(since)
+    }
+
     fn say(&self, about: &str, text: &str) -> Result<(), Stop> {
         Ok(self.report.say(about, text, self.seen_now().as_ref())?)
     }
@@ -373,7 +401,7 @@ impl Operator {
     }
 }
 
-/// Whether the board had taken the frame with number `sent` before this tick.
+/// True if the board had taken, or missed, the frame with number `sent` before this tick.
 fn has_taken(status: &Status, sent: u16) -> bool {
     status.taken.wrapping_sub(sent) < 0x8000
 }

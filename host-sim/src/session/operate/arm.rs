@@ -29,6 +29,7 @@ use robot_compiler::scene::joints;
 use robot_compiler::{RobotJoint, SceneFile};
 use std::fmt;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// How far torques that drives were told are trusted, as a share.
 const TORQUE_DEVIATION: f64 = 0.02;
@@ -218,6 +219,8 @@ pub(super) struct Arm {
     pub(super) left_out: Option<String>,
     /// Whether the board estimates external torques.
     pub(super) estimates: bool,
+    /// Longest silence of the host that the board accepts.
+    pub(super) heartbeat: Duration,
     /// True if brakes hold the arm when no torque acts.
     pub(super) has_brakes: bool,
     /// Pose in which the arm needs no torque, rad or m, if the scene or the robot file gives one.
@@ -282,6 +285,7 @@ impl Arm {
             period: scene.period(),
             left_out: left_out(scene),
             estimates: scene.collision.is_some(),
+            heartbeat: Duration::from_secs_f64(scene.safety.heartbeat),
             has_brakes: matches!(scene.safety.safe_action, SafeAction::Brake),
             rest: None,
             range: limits.map(|limits| limits.position).to_vec(),

@@ -1,5 +1,6 @@
 //! Commands that an operator types: one command a line.
 
+use super::device::Cut;
 use super::feel::{SOFT, STIFF};
 use super::parameters;
 use dynamics_core::control::Law;
@@ -46,6 +47,8 @@ pub enum Command {
     Weigh,
     /// Say how much torque of a joint acts, of what is told; `None`: of each joint.
     CheckTorque(Option<usize>),
+    /// Cut a simulated cable (`true`) or plug it in again.
+    Cut(Cut, bool),
     /// Press or release the emergency stop of a drill.
     EmergencyStop(bool),
     /// Remove the torque; with `true` although joints sink.
@@ -59,7 +62,7 @@ pub enum Command {
 }
 
 /// Each command with its arguments and its effect.
-pub const HELP: [(&str, &str); 33] = [
+pub const HELP: [(&str, &str); 35] = [
     ("status", "what the board says: state, positions, torques"),
     ("home", "forget the zeros: the joints look for them"),
     ("confirm", "the zeros are right: look before you say so"),
@@ -90,6 +93,8 @@ pub const HELP: [(&str, &str); 33] = [
     ("record FILE", "keep every frame from here on, for `host-sim replay`; begins a new session"),
     ("record off", "end the record"),
     ("press, release", "the emergency stop, in a drill"),
+    ("cut host", "cut a simulated cable, with --simulate-link: to the host; `bus 1` and `drive JOINT` work too"),
+    ("plug host", "plug it in again"),
     ("help", "this"),
     ("quit", "hold, `disarm`, end; so does the end of the input"),
     ("quit!", "hold, `disarm!`, end"),
@@ -119,6 +124,12 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         ("park", _) => none(name, arguments, Command::Park),
         ("stop" | "s", _) => none(name, arguments, Command::Stop),
         ("quit" | "quit!", _) => none(name, arguments, Command::Quit(name.ends_with('!'))),
+        ("cut" | "plug", ["host"]) => Ok(Command::Cut(Cut::Host, name == "cut")),
+        ("cut" | "plug", ["bus", number]) => match number.parse() {
+            Ok(bus @ 1..=3) => Ok(Command::Cut(Cut::Bus(bus - 1), name == "cut")),
+            _ => Err(format!("{name}: bus {number}, expected 1 to 3")),
+        },
+        ("cut" | "plug", ["drive", which]) => Ok(Command::Cut(Cut::Drive(joint(name, which, joints)?), name == "cut")),
         ("jog", [which, delta, time @ ..]) if time.len() < 2 => {
             let time = time.first().map(|time| seconds(name, time)).transpose()?;
             Ok(Command::Jog(joint(name, which, joints)?, number(name, "DELTA", delta)?, time))
@@ -162,7 +173,7 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         ("dump", [file]) => Ok(Command::Dump(Some(file.into()))),
         ("record", ["off"]) => Ok(Command::Record(None)),
         ("record", [file]) => Ok(Command::Record(Some(file.into()))),
-        ("wait" | "watch" | "dump" | "record" | "set" | "payload" | "law" | "stiffness" | "check-torque", _) => {
+        ("wait" | "watch" | "dump" | "record" | "set" | "payload" | "law" | "stiffness" | "check-torque" | "cut" | "plug", _) => {
             let usage = HELP.iter().filter(|(usage, _)| usage.split(' ').next() == Some(name));
             let usage: Vec<_> = usage.map(|(usage, _)| *usage).collect();
             Err(format!("{name}: {} words, expected {}", arguments.len(), usage.join(" or ")))

@@ -189,7 +189,13 @@ impl Operator {
             }
         }
         let text = match self.answers(&[Frame::Get(ARM)])?.pop() {
-            Some(Ok(value)) => format!("{name}: {}", self.payload_in_words(&from, &goal, &value)),
+            Some(Ok(value)) if value.value.to_bits() == goal.mass.to_bits() => {
+                format!("{name}: {}", self.payload_in_words(&from, &goal, &value))
+            }
+            Some(Ok(value)) => {
+                self.refused = true;
+                format!("{name}: not confirmed: the board has {} kg, sent were {} kg; repeat the command", value.value, goal.mass)
+            }
             Some(Err(refusal)) => self.refusal_of(name, &refusal),
             None => String::new(),
         };
@@ -240,9 +246,8 @@ impl Operator {
         let frame = Frame::Live(self.arm.limbs.live(Some(*payload)).map_err(ChipError::from)?);
         // The board answers live inputs only by a refusal. While torque acts, the refusal comes from the tick after the
         // one that took them.
-        self.send(&frame)?;
         self.expected = Some(Vec::new());
-        let taken = self.until_taken().and_then(|()| self.wait(2.0 * self.arm.period));
+        let taken = self.send_surely(&frame).and_then(|()| self.wait(2.0 * self.arm.period));
         let refused = self.expected.take().unwrap_or_default().into_iter().find_map(Result::err);
         taken?;
         if refused.is_none() {

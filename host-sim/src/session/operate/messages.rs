@@ -1,6 +1,7 @@
 //! Messages for the numbers of `docs/safety.md`, with advice. One table for each kind; a test compares them with the
 //! core's numbers.
 
+use super::requests::Rejection;
 use crate::chip::refusal_in_words;
 use ::session::readings::JointFaults;
 use dynamics_core::control::{Fault, LimitFlags};
@@ -124,6 +125,19 @@ pub fn denial(denial: &Denial) -> String {
     match denial.fault {
         0 => format!("rejected: {why}{}; {what_to_do}", of_joint(denial.joint)),
         code => format!("rejected: {why}: {}; {what_to_do}", fault(code, denial.joint)),
+    }
+}
+
+/// Reason why a request had no effect, with advice.
+#[must_use]
+pub fn rejection(rejection: &Rejection) -> String {
+    match rejection {
+        Rejection::Denied(it) => denial(it),
+        Rejection::Superseded => "superseded: a stronger request came at the same time; repeat the command".into(),
+        Rejection::Unconfirmed(time) => format!(
+            "not confirmed: the board has not answered for {} ms; check the cable, and `status` before you go on",
+            time.as_millis()
+        ),
     }
 }
 

@@ -1,10 +1,11 @@
 //! Motions from the arm's present position, with points sent ahead of the arm.
 
 use super::arm::Course;
+use super::requests::Rejection;
 use super::{Operator, Stop};
 use crate::session::states::RUNNING;
 use dynamics_core::control::trajectory::MotionError;
-use link::{Denial, Frame, Request};
+use link::{Frame, Request};
 use std::rc::Rc;
 
 impl Operator {
@@ -113,16 +114,15 @@ impl Operator {
         legs: Vec<Rc<dyn Course>>,
         here: &[f64],
         goal: Vec<f64>,
-    ) -> Result<Option<Denial>, Stop> {
+    ) -> Result<Option<Rejection>, Stop> {
         self.stopped = false;
         let running = self.state() == Some(RUNNING);
         if !running {
             self.under_way.clear();
             self.feed.start(self.arm.limbs.at_rest(here));
             if let Some(start) = self.feed.next_point() {
-                self.send(&Frame::Point(start))?;
                 // The start point frees all the room of the trajectory.
-                self.until_taken()?;
+                self.send_surely(&Frame::Point(start))?;
             }
         }
         legs.into_iter().for_each(|leg| self.feed.push(leg));
@@ -144,7 +144,7 @@ impl Operator {
         here: Vec<f64>,
         there: Vec<f64>,
         time: f64,
-    ) -> Result<Option<Denial>, Stop> {
+    ) -> Result<Option<Rejection>, Stop> {
         for goal in [there, here] {
             let from = self.here()?;
             let motion = self.way(name, &from, &goal, Some(time))?;

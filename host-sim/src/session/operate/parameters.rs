@@ -10,11 +10,14 @@ use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names;
 use session::parameters::{ARM, ARM_NAMES, JOINT_NAMES, LAW, name};
 use std::ops::RangeInclusive;
-use std::time::Instant;
+use std::time::Duration;
 
 /// Number of parameters requested at once: a board takes three packets of the greatest length before it answers, and
 /// these are small.
 const AT_ONCE: usize = 8;
+
+/// Time after which parameters that have not been answered are asked for again: longer than a change waits for its tick.
+const AGAIN: Duration = Duration::from_millis(300);
 
 /// Numbers of the payload's ten parameters: mass, first moment, inertia.
 const PAYLOAD: RangeInclusive<u8> = ARM..=ARM + 9;
@@ -139,17 +142,25 @@ impl Operator {
     }
 
     fn until_answered(&mut self, frames: &[Frame]) -> Result<(), Stop> {
-        for frame in frames {
-            self.send(frame)?;
-        }
-        let end = Instant::now() + SILENCE;
-        while self.expected.as_ref().is_some_and(|answers| answers.len() < frames.len()) {
-            if Instant::now() > end {
+        let begin = self.device.now();
+        let mut sent = None;
+        loop {
+            if self.silent_for(begin) > SILENCE {
                 return Err(DeviceError::Silent { what: "parameter", time: SILENCE }.into());
             }
+            // A frame or its answer was lost: reading and setting a parameter again changes nothing.
+            if sent.is_none_or(|sent| self.silent_for(sent) > AGAIN) {
+                sent = Some(self.device.now());
+                self.expected = Some(Vec::new());
+                for frame in frames {
+                    self.send(frame)?;
+                }
+            }
             self.pass()?;
+            if self.expected.as_ref().is_none_or(|answers| answers.len() >= frames.len()) {
+                return Ok(());
+            }
         }
-        Ok(())
     }
 
     /// Reason why the board rejects a change, with advice.

@@ -1,6 +1,7 @@
 //! The stop key and the command `stop`: a controlled stop, and an emergency stop if it comes twice.
 
-use super::{Operator, Stop};
+use super::requests::Rejection;
+use super::{Operator, Stop, messages};
 use link::Request;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -75,10 +76,14 @@ impl Operator {
     fn stop_along_the_path(&mut self) -> Result<(), Stop> {
         self.say("stop", "stop: sent")?;
         self.deaf = false;
-        let denial = self.request(Request::Hold)?;
-        // Where there is no motion to stop, the state is the answer.
-        let text = match denial {
-            Some(_) => format!("stop: {}: there is no motion to stop", self.doing()),
+        let rejection = self.request(Request::Hold)?;
+        let text = match rejection {
+            // Without a motion to stop, the state is the answer.
+            Some(Rejection::Denied(_)) => format!("stop: nothing to stop: {}", self.doing()),
+            Some(rejection) => {
+                self.refused = true;
+                format!("stop: {}", messages::rejection(&rejection))
+            }
             None => format!("stop: confirmed: {}", self.doing()),
         };
         self.say("stop", &text)
@@ -86,7 +91,7 @@ impl Operator {
 
     fn stop_at_once(&mut self) -> Result<(), Stop> {
         self.say("stop", "emergency stop: sent")?;
-        let denial = self.request(Request::Hold)?;
-        self.answer("emergency stop", denial, "")
+        let rejection = self.request(Request::Stop)?;
+        self.answer("emergency stop", rejection, "")
     }
 }

@@ -274,7 +274,7 @@ impl Operator {
         let line = self.factor_of(joint);
         self.watch_as_before()?;
         if let Some(denial) = denial {
-            return Ok(super::messages::denial(&denial));
+            return Ok(super::messages::rejection(&denial));
         }
         Ok(match (self.drives(), line) {
             (true, Some(line)) => line,

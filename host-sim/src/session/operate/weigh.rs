@@ -48,7 +48,7 @@ impl Operator {
             self.samples.keep((2.5 * time / self.arm.period) as usize);
             if let Some(denial) = self.there_and_back("weigh", here.clone(), there, time)? {
                 self.watch_as_before()?;
-                return refused(self, &super::messages::denial(&denial));
+                return refused(self, &super::messages::rejection(&denial));
             }
             samples.extend(self.samples.all().cloned());
         }
