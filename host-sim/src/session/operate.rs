@@ -23,6 +23,7 @@
 //! | `arm` | the parts that depend on the arm, and on the number of its joints |
 //! | [`motion_queue`] | motions as points, waiting to be sent |
 //! | [`parameters`] | parameters by name: reading and changing them |
+//! | `first_motion` | limits of the first motion after homing, and what was seen so far |
 //! | `feel` | law, stiffness and payload of an armed arm, changed without a jump of torque |
 //! | `torque_check` | comparison of the drives' torque with the commanded torque |
 //! | `torque_cause` | the likely cause of a difference |
@@ -47,6 +48,7 @@ pub mod wire;
 mod arm;
 mod ending;
 mod feel;
+mod first_motion;
 mod keys;
 mod moves;
 mod requests;
@@ -147,8 +149,9 @@ pub struct Operator {
     expected: Option<Vec<Result<Value, Refusal>>>,
     /// A request is under way: a change of state is its answer.
     asking: bool,
-    /// Number of the last request.
+    /// Number of the last request, and of the one whose answer is awaited.
     number: u8,
+    awaited: u8,
     /// The board's verdict on it, and the number of statuses received before.
     verdict: Option<(Verdict, u64)>,
     /// A hold that is sent again and again until the arm no longer runs: its number, and the time when it was sent last.
@@ -156,10 +159,15 @@ pub struct Operator {
     /// Whether anything was refused.
     refused: bool,
     agreed: bool,
+    /// Replies of each joint's drive that were too old in a status, and the statuses with readings.
+    stale: (Vec<u64>, u64),
+    /// Smallest age of each joint's reading, ticks.
+    age_min: Vec<u16>,
     /// The last ticks in which torque acted.
     samples: Samples,
     /// The torques of this arming have been judged.
     judged: bool,
+    first_motion: first_motion::FirstMotion,
 }
 
 impl Operator {
@@ -204,12 +212,16 @@ impl Operator {
             expected: None,
             asking: false,
             number: 0,
+            awaited: 0,
             verdict: None,
             urgent: None,
             refused: false,
             agreed: false,
+            stale: (Vec::new(), 0),
+            age_min: Vec::new(),
             samples: Samples::default(),
             judged: false,
+            first_motion: first_motion::FirstMotion::default(),
         })
     }
 
@@ -315,7 +327,7 @@ impl Operator {
                     answers.push(Ok(value));
                 }
             }
-            Frame::Answer(Answer { number, verdict }) if number == self.number => {
+            Frame::Answer(Answer { number, verdict }) if number == self.awaited => {
                 self.verdict = self.verdict.or(Some((verdict, self.statuses)));
             }
             Frame::Refusal(Refusal::Lost { .. } | Refusal::Undecodable(_)) => self.frames_were_lost()?,
@@ -339,11 +351,15 @@ impl Operator {
         while self.under_way.front().is_some_and(|&sent| has_taken(&status, sent)) {
             self.under_way.pop_front();
         }
+        if let Some(sensed) = &status.sensed {
+            self.count_stale(&sensed.age_ticks);
+        }
         let sensed = status.sensed.as_ref().map(|sensed| &sensed.sensed).or(self.device.reading());
         if let Some(q) = sensed.and_then(|sensed| self.arm.limbs.positions(sensed)) {
             self.q = Some(q);
         }
         self.sample(&status);
+        self.observe(&status);
         let before = self.status.replace(status);
         let Some(status) = &self.status else { return Ok(()) };
         let doing = |status: &Status| (status.state, status.cause, status.joint);
@@ -370,6 +386,33 @@ impl Operator {
             self.print.1 = tick;
         }
         Ok(())
+    }
+
+    /// Counts readings that are older than the joint's youngest: in their tick the drive's reply was missing.
+    fn count_stale(&mut self, ages: &[u16]) {
+        self.age_min.resize(ages.len(), u16::MAX);
+        self.stale.0.resize(ages.len(), 0);
+        self.stale.1 += 1;
+        for ((age, min), count) in ages.iter().zip(&mut self.age_min).zip(&mut self.stale.0) {
+            *min = (*min).min(*age);
+            *count += u64::from(*age > *min);
+        }
+    }
+
+    /// Frames lost on the host link and replies missing on the drives' buses, in words; empty if there are none.
+    fn losses(&mut self) -> String {
+        let mut text = String::new();
+        let (to_board, to_host) = self.device.tap().lost();
+        if to_board > 0 || to_host > 0 {
+            text += &format!("\nhost link: {to_board} frames lost on the way to the board, {to_host} on the way back");
+        }
+        let (counts, statuses) = &self.stale;
+        if counts.iter().any(|count| *count > 0) {
+            let of = |((name, ..), count): (&(String, &str, &str), &u64)| format!("{name} {count}");
+            let all: Vec<String> = self.arm.joints.iter().zip(counts).map(of).collect();
+            text += &format!("\ndrives without a fresh reply, of {statuses} statuses: {}", all.join(", "));
+        }
+        text
     }
 
     /// Keep where the arm is and what it is told, as long as torque acts.

@@ -47,6 +47,9 @@ pub trait Course: fmt::Debug {
 
     /// Positions at the start and at the end, rad or m.
     fn ends(&self) -> [Vec<f64>; 2];
+
+    /// The same path, so slowly that no joint is faster than this, rad/s or m/s; `None` if it is not faster.
+    fn slowed(&self, velocity: &[f64]) -> Option<Rc<dyn Course>>;
 }
 
 impl<const N: usize> Course for Motion<f64, N> {
@@ -64,6 +67,13 @@ impl<const N: usize> Course for Motion<f64, N> {
 
     fn ends(&self) -> [Vec<f64>; 2] {
         [self.start().q.to_vec(), Motion::end(self).q.to_vec()]
+    }
+
+    fn slowed(&self, velocity: &[f64]) -> Option<Rc<dyn Course>> {
+        let peaks = self.peaks().velocity;
+        let factor = peaks.iter().zip(velocity).map(|(peak, velocity)| peak / velocity).fold(0.0, f64::max);
+        let slower = (factor > 1.0).then(|| self.stretched(factor * (1.0 + Bounds::<f64, N>::MARGIN)))?;
+        slower.ok().map(|motion| Rc::new(motion) as Rc<dyn Course>)
     }
 }
 
@@ -225,6 +235,12 @@ pub(super) struct Arm {
     pub(super) has_brakes: bool,
     /// Pose in which the arm needs no torque, rad or m, if the scene or the robot file gives one.
     pub(super) rest: Option<Vec<f64>>,
+    /// Share of velocity and torque limits that the board allows between homing and `full-range`, if it limits the first motion.
+    pub(super) first_motion: Option<f64>,
+    /// Velocity limit of each joint, rad/s or m/s.
+    pub(super) velocity: Vec<f64>,
+    /// Torque limit of each joint, N m or N.
+    pub(super) torque: Vec<f64>,
     /// Lowest and highest position of each joint, rad or m.
     pub(super) range: Vec<(f64, f64)>,
     /// What friction and noise may hide of each joint's torque, N m or N.
@@ -249,7 +265,8 @@ impl Arm {
         let whole = |duration: f64| (duration / motion.duration() + 1e-9).floor().clamp(1.0, 1e6) as u32;
         let times = if plays.motion.repeats() { scene.duration.map_or(1, whole) } else { 1 };
         let ControllerConfig { encoder, limits, .. } = scene.controller_config(model);
-        let deceleration = scene.safety_rules(model).joints.map(|joint| joint.deceleration);
+        let rules = scene.safety_rules(model);
+        let deceleration = rules.joints.map(|joint| joint.deceleration);
         let units = |kind| match kind {
             JointKind::Revolute => ("rad", "N m"),
             JointKind::Prismatic => ("m", "N"),
@@ -268,7 +285,7 @@ impl Arm {
             hello,
             payload: None,
             payload_is_live: matches!(scene.model.payload, Term::Live),
-            payload_bounds: scene.safety_rules(model).payload,
+            payload_bounds: rules.payload,
             tunable: scene.control.tunable,
             motion: Rc::new(motion),
             times,
@@ -287,7 +304,10 @@ impl Arm {
             estimates: scene.collision.is_some(),
             heartbeat: Duration::from_secs_f64(scene.safety.heartbeat),
             has_brakes: matches!(scene.safety.safe_action, SafeAction::Brake),
-            rest: None,
+            rest: rules.rest.map(|rest| rest.to_vec()),
+            first_motion: rules.first_motion,
+            velocity: limits.map(|limits| limits.velocity).to_vec(),
+            torque: limits.map(|limits| limits.torque).to_vec(),
             range: limits.map(|limits| limits.position).to_vec(),
             hidden: scene.robot.joints.iter().map(of_friction).collect(),
             friction: scene.robot.joints.iter().map(rubs).collect(),

@@ -53,6 +53,10 @@ pub enum Command {
     EmergencyStop(bool),
     /// Remove the torque; with `true` although joints sink.
     Disarm(bool),
+    /// Lift the limits of the first motion after homing.
+    FullRange,
+    /// Release the black box of a fault.
+    Erase,
     /// Move to the rest pose.
     Park,
     /// Stop the arm and hold it; again within a second: emergency stop.
@@ -62,7 +66,7 @@ pub enum Command {
 }
 
 /// Each command with its arguments and its effect.
-pub const HELP: [(&str, &str); 35] = [
+pub const HELP: [(&str, &str); 37] = [
     ("status", "what the board says: state, positions, torques"),
     ("home", "forget the zeros: the joints look for them"),
     ("confirm", "the zeros are right: look before you say so"),
@@ -90,6 +94,8 @@ pub const HELP: [(&str, &str); 35] = [
     ("check-torque [JOINT]", "move a joint a little, and say how much torque acts of what is told"),
     ("weigh", "what the arm holds, from slow motions there and back; the board is told"),
     ("dump [FILE]", "the ticks that the board remembers: a table, or a CSV file"),
+    ("erase", "release the black box of an earlier fault, so that it records again"),
+    ("full-range", "lift the limits of the first motion after homing; shows what was seen so far"),
     ("record FILE", "keep every frame from here on, for `host-sim replay`; begins a new session"),
     ("record off", "end the record"),
     ("press, release", "the emergency stop, in a drill"),
@@ -101,7 +107,7 @@ pub const HELP: [(&str, &str); 35] = [
 ];
 
 /// Requests that the operator does not only pass on.
-const OWN: [&str; 3] = ["run", "disarm", "stop"];
+const OWN: [&str; 5] = ["run", "disarm", "stop", "full-range", "release"];
 
 /// Parse a line. `joints` are the names of the joints, base first.
 ///
@@ -121,6 +127,8 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         ("press", _) => none(name, arguments, Command::EmergencyStop(true)),
         ("release", _) => none(name, arguments, Command::EmergencyStop(false)),
         ("disarm" | "disarm!", _) => none(name, arguments, Command::Disarm(name.ends_with('!'))),
+        ("full-range", _) => none(name, arguments, Command::FullRange),
+        ("erase", _) => none(name, arguments, Command::Erase),
         ("park", _) => none(name, arguments, Command::Park),
         ("stop" | "s", _) => none(name, arguments, Command::Stop),
         ("quit" | "quit!", _) => none(name, arguments, Command::Quit(name.ends_with('!'))),

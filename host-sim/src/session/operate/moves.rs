@@ -35,7 +35,7 @@ impl Operator {
 
     /// Run the scene's motion, after a motion to its start.
     pub(super) fn run(&mut self) -> Result<(), Stop> {
-        let (motion, times) = (Rc::clone(&self.arm.motion), self.arm.times);
+        let (motion, times) = (self.at_first_speed(Rc::clone(&self.arm.motion)), self.arm.times);
         let (here, [start, goal]) = (self.here()?, motion.ends());
         let lead = if same(&here, &start) { None } else { Some(self.way("run", &here, &start, None)?) };
         let motions = format!("{:.2} s of motion", f64::from(times) * motion.duration());
@@ -80,7 +80,7 @@ impl Operator {
     }
 
     pub(super) fn way(&self, name: &str, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, Stop> {
-        self.arm.limbs.way(from, to, time).map_err(|error| {
+        let motion = self.arm.limbs.way(from, to, time).map_err(|error| {
             let what_to_do = match (error, time) {
                 (MotionError::TooFast { .. } | MotionError::TooSteep { .. }, Some(_)) => {
                     "; leave SECONDS away for a time that does"
@@ -89,7 +89,8 @@ impl Operator {
                 _ => "",
             };
             Stop::Input(format!("{name}: {error}{what_to_do}"))
-        })
+        })?;
+        Ok(self.at_first_speed(motion))
     }
 
     /// Send these motions from here, after the motions already under way.

@@ -48,9 +48,9 @@ impl Operator {
     pub(super) fn request(&mut self, request: Request) -> Result<Option<Rejection>, Stop> {
         // The status of the tick that judged the request shows the new state.
         self.watch(1)?;
-        self.number = self.number.wrapping_add(1);
+        self.awaited = self.next_number();
         (self.asking, self.verdict) = (true, None);
-        let judged = self.until_judged(request);
+        let judged = self.until_judged(self.awaited, request);
         let judged = judged.and_then(|rejection| self.until_armed().map(|()| rejection));
         self.asking = false;
         let rejection = judged?;
@@ -59,7 +59,12 @@ impl Operator {
         Ok(rejection)
     }
 
-    fn until_judged(&mut self, request: Request) -> Result<Option<Rejection>, Stop> {
+    fn next_number(&mut self) -> u8 {
+        self.number = self.number.wrapping_add(1);
+        self.number
+    }
+
+    fn until_judged(&mut self, number: u8, request: Request) -> Result<Option<Rejection>, Stop> {
         let name = name_of(request);
         let stops = matches!(request, Request::Stop | Request::Hold | Request::Disarm);
         let limit = if stops { SILENCE } else { PATIENCE.max(self.arm.heartbeat) };
@@ -75,7 +80,7 @@ impl Operator {
             }
             if sent.is_none_or(|sent| self.silent_for(sent) >= REPEAT) {
                 sent = Some(self.device.now());
-                self.send(&Frame::request(self.number, request))?;
+                self.send(&Frame::request(number, request))?;
             }
             if waited >= UNCONFIRMED && !reported {
                 reported = true;
@@ -132,9 +137,9 @@ impl Operator {
         }
         self.refused = true;
         self.feed.clear();
-        self.number = self.number.wrapping_add(1);
-        self.urgent = Some((self.number, self.device.now()));
-        self.send(&Frame::request(self.number, Request::Hold))?;
+        let number = self.next_number();
+        self.urgent = Some((number, self.device.now()));
+        self.send(&Frame::request(number, Request::Hold))?;
         self.say(
             "lost",
             "frames were lost on the way to the board, perhaps points of the motion: stop sent; check the cable, then repeat the command",

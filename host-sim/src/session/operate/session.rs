@@ -38,6 +38,14 @@ impl Operator {
     /// # Errors
     /// A board that is silent, or was built for another robot or scene.
     pub fn begin(&mut self) -> Result<(), Stop> {
+        self.agree()?;
+        if self.status.as_ref().is_some_and(|status| status.kept) {
+            self.say("black-box", "the board holds the black box of an earlier fault: `dump` reads it, `erase` lets it record again")?;
+        }
+        Ok(())
+    }
+
+    fn agree(&mut self) -> Result<(), Stop> {
         for attempt in 1..=HELLOS {
             self.greet()?;
             let end = self.device.now() + SILENCE / HELLOS;
@@ -133,9 +141,18 @@ impl Operator {
 
     pub(super) fn ask(&mut self, request: Request) -> Result<(), Stop> {
         let name = name_of(request);
+        if request == Request::Arm && self.is_live() {
+            // The live inputs of the hello may have been lost.
+            let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
+            self.send_surely(&Frame::Live(live))?;
+        }
         let denial = if request == Request::Disarm { self.disarm()? } else { self.request(request)? };
-        let armed = request == Request::Arm && denial.is_none();
+        let accepted = denial.is_none();
+        let armed = request == Request::Arm && accepted;
         self.answer(name, denial, "")?;
+        if accepted {
+            self.note_accepted(request)?;
+        }
         match &self.arm.left_out {
             Some(left_out) if armed => self.say("model", left_out),
             _ => Ok(()),
@@ -245,6 +262,11 @@ impl Operator {
     pub(crate) fn obey(&mut self, command: Command) -> Result<(), Stop> {
         match command {
             Command::Nothing | Command::Disarm(_) | Command::Quit(_) => {}
+            Command::FullRange => self.full_range()?,
+            Command::Erase => {
+                let rejection = self.request(Request::Release)?;
+                self.answer("erase", rejection, "; the black box records again")?;
+            }
             Command::Park => self.park()?,
             Command::Stop => self.stop()?,
             Command::Help => {
@@ -252,8 +274,9 @@ impl Operator {
                 self.say("help", &lines.join("\n"))?;
             }
             Command::Status => {
+                let losses = self.losses();
                 let text = self.seen_now().map(|seen| seen.text()).unwrap_or_default();
-                self.say("status", &text)?;
+                self.say("status", &format!("{text}{losses}"))?;
             }
             Command::Ask(request) => self.ask(request)?,
             Command::Run => self.run()?,
