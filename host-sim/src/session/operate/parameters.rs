@@ -19,6 +19,9 @@ const AT_ONCE: usize = 8;
 /// Time after which parameters that have not been answered are asked for again: longer than a change waits for its tick.
 const AGAIN: Duration = Duration::from_millis(300);
 
+/// Size of a payload's parameters, per kilogram, below which they are rounding errors of single precision.
+const ROUNDING: f64 = 1e-6;
+
 /// Numbers of the payload's ten parameters: mass, first moment, inertia.
 const PAYLOAD: RangeInclusive<u8> = ARM..=ARM + 9;
 
@@ -120,7 +123,9 @@ impl Operator {
             about_origin: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
         };
         let Inertia { mass, first_moment: h, about_origin: i } = self.arm.limbs.in_tip(&body);
-        Ok(Some([mass, h.x, h.y, h.z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23]))
+        // The board's numbers are single precision: what is left of a zero after the way to the link and back is not shown.
+        let shown = |x: f64| if x.abs() < ROUNDING * mass.abs() { 0.0 } else { x };
+        Ok(Some([mass, h.x, h.y, h.z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23].map(shown)))
     }
 
     /// Change a parameter and print its new value.

@@ -80,7 +80,10 @@ impl DriveNumbers {
         if common {
             return "a unit common to all drives: current (A) in place of torque (N m), or one wrong torque constant for all".into();
         }
-        let convention = CONVENTIONS.iter().find(|(of, _)| near(factor, *of) || near(factor, 1.0 / of));
+        // The conventions are close to each other: the nearest counts.
+        let off = |of: f64| (factor.ln() - of.ln()).abs().min((factor.ln() + of.ln()).abs());
+        let nearest = CONVENTIONS.iter().min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+        let convention = nearest.filter(|(of, _)| near(factor, *of) || near(factor, 1.0 / of));
         match convention {
             Some((_, which)) => format!("the torque constant of this drive: {which}"),
             None => "the torque constant of this drive: a current (A) in place of a torque (N m), or another motor's constant; then its \
