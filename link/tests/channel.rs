@@ -10,7 +10,7 @@ const KEY: [u8; 32] = [0x31; 32];
 const OTHER: [u8; 32] = [0x32; 32];
 const OWN: Hello = Hello { robot: 7, joints: 2, rate_hz: 1000.0, pacing: Pacing::LockStep };
 const LIVE: Frame = Frame::Hello(Hello { pacing: Pacing::Live, ..OWN });
-const HOLD: Frame = Frame::Request(Request::Hold);
+const HOLD: Frame = Frame::request(7, Request::Hold);
 
 /// A board and all that it says.
 struct Board {

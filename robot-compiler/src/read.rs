@@ -2,6 +2,7 @@
 
 mod fields;
 mod linkage;
+mod rest;
 mod robot;
 mod scene;
 pub(crate) mod study;

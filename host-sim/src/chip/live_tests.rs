@@ -12,6 +12,7 @@ fn until(chip: &mut Chip, wanted: impl Fn(&Status) -> bool) -> Status {
         match chip.receive("a status").unwrap() {
             Frame::Status(status) if wanted(&status) => return status,
             Frame::Status(status) => assert_eq!(status.refused, None, "{status:?}"),
+            Frame::Answer(_) => {}
             other => panic!("{other:?}"),
         }
     }
@@ -30,7 +31,7 @@ fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks()
     chip.send(&Frame::Live(link::Live::new(&scene.live::<2>(&model).cast::<f32>()).unwrap())).unwrap();
     chip.send(&Frame::Watch(Watch { every: 1, parts: Parts::TORQUE })).unwrap();
     for (request, state, homed) in [(Request::Home, 1, false), (Request::Confirm, 0, true), (Request::Arm, 2, true)] {
-        chip.send(&Frame::Request(request)).unwrap();
+        chip.send(&Frame::request(state, request)).unwrap();
         let status = until(&mut chip, |status| (status.state, status.homed) == (state, homed));
         assert_eq!(status.refused, None, "{request:?}");
         if state == 2 {

@@ -139,6 +139,13 @@ pub struct ConnectArgs {
 /// A scene or a command that is wrong, a board that is silent, dies or is another's, a record that cannot be written.
 pub fn run(args: &ConnectArgs, presses: Presses) -> Result<u8, Failure> {
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    if scene.safety.bench_only {
+        let place = args.scene.display();
+        return Err(Failure::Input(miette::miette!(
+            help = "expected `safety.bench_only = false`",
+            "{place}: safety.bench_only: the scene's bounds on old measurements are lifted, and its arm is never armed"
+        )));
+    }
     let text = std::fs::read_to_string(&args.scene).map_err(|error| bad_file(&args.scene, &error))?;
     let console = match &args.script {
         Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,

@@ -95,6 +95,10 @@ pub enum Order<const N: usize> {
     Torque([f64; N], Option<[Spring<f32>; N]>),
     /// The safe action.
     Safe(SafeAction),
+    /// Switch the drives on, brakes engaged; a drive that is on does this.
+    Enable(SafeAction),
+    /// These torques or forces, N m or N, brakes engaged.
+    Preload([f64; N]),
 }
 
 impl<const N: usize> Drives<N> {
@@ -184,6 +188,11 @@ impl<const N: usize> Drives<N> {
             Order::Torque(torque, springs) => {
                 let torque = torque.map(|torque| torque as f32);
                 each!(&mut self.joints, joints => joints.drive(&torque, springs.as_ref()));
+            }
+            Order::Enable(action) => each!(&mut self.joints, joints => joints.enable(*action)),
+            Order::Preload(torque) => {
+                let torque = torque.map(|torque| torque as f32);
+                each!(&mut self.joints, joints => joints.preload(&torque));
             }
             Order::Safe(action) => each!(&mut self.joints, joints => joints.safe(*action)),
         }

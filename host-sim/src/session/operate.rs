@@ -129,6 +129,8 @@ pub struct Operator {
     heard: Duration,
     /// Statuses received.
     statuses: u64,
+    /// Time when the live inputs were sent last by the clock.
+    live_sent: Duration,
     q: Option<Vec<f64>>,
     feed: MotionQueue,
     /// Points on their way: for each, the number of frames sent up to and including it.
@@ -201,6 +203,7 @@ impl Operator {
             presses,
             status: None,
             statuses: 0,
+            live_sent: Duration::ZERO,
             q: None,
             under_way: VecDeque::new(),
             goal: None,
@@ -275,6 +278,7 @@ impl Operator {
             return Err(Stop::Pressed);
         }
         self.fill()?;
+        self.renew_live()?;
         for frame in self.device.pass()? {
             self.take(frame)?;
         }
@@ -286,6 +290,17 @@ impl Operator {
             self.report.live(seen);
         }
         Ok(())
+    }
+
+    /// Sends the live inputs again before the board counts them as old.
+    fn renew_live(&mut self) -> Result<(), Stop> {
+        let Some(every) = self.arm.live_every else { return Ok(()) };
+        if !self.agreed || self.silent_for(self.live_sent) < every {
+            return Ok(());
+        }
+        self.live_sent = self.device.now();
+        let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
+        self.send(&Frame::Live(live))
     }
 
     /// The last status in the units of the arm.

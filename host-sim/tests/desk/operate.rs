@@ -321,6 +321,7 @@ fn a_status_that_can_be_replayed_takes_as_many_bytes_as_the_docs_say() {
         joint: None,
         homed: true,
         refused: None,
+        kept: false,
         room: 9,
         actuation: Some(Actuation::Drive { torque: joints(&[1.0; 6]), limits: joints(&[0; 6]) }),
         sensed: Some(link::SensedLines { sensed, age_ticks: joints(&[0; 6]), lines: link::Lines::CALM }),

@@ -2,6 +2,7 @@
 
 mod change;
 mod receive;
+mod requests;
 mod say;
 mod tick;
 
@@ -9,11 +10,13 @@ pub use change::JUMP;
 pub use receive::{Message, Outcome, Reaction};
 pub use tick::Drives;
 
-use crate::black_box::BlackBox;
+use crate::black_box::{Beside, BlackBox, Record};
 use crate::readings::{Lines, Readings};
 use crate::supervisor::Supervisor;
 use crate::trajectory::Trajectory;
-use change::Change;
+use change::{Change, Changed};
+use heapless::Deque;
+use requests::Requests;
 use core::borrow::BorrowMut;
 use dynamics_core::control::{
     Configuration, Controller, ControllerConfig, Fault, Law, Measurement, Protection, Reference, Spring, Unprotected,
@@ -83,6 +86,12 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     unsaid: bool,
     /// A change that waits for the next tick, while torque acts.
     change: Option<Change<N>>,
+    /// Answers of ticks that have settled a change, until they are sent.
+    changed: Deque<Changed, CHANGED_MAX>,
+    /// Requests of the next tick, and the last verdicts.
+    requests: Requests,
+    /// Measurements that a host has sent to a board that measures for itself, since the hello.
+    foreign: u16,
     /// Whether parameters may be changed, if the controller's configuration can be changed at all.
     tunable: bool,
     watch: Watch,
@@ -93,6 +102,8 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     buffers: B,
     /// The next tick of the black box to be sent.
     past: Option<usize>,
+    /// The last hello has ended a live session.
+    left_live: bool,
 }
 
 impl<const N: usize, D, T, K, C, P> Session<N, D, T, K, C, P>
@@ -135,12 +146,16 @@ where
             answer: None,
             unsaid: false,
             change: None,
+            changed: Deque::new(),
+            requests: Requests::NONE,
+            foreign: 0,
             tunable: true,
             watch: QUIET,
             until: 0,
             trouble: None,
             buffers,
             past: None,
+            left_live: false,
         }
     }
 
@@ -220,22 +235,32 @@ where
     pub fn begin(&mut self, theirs: &Hello) -> Outcome {
         (self.reference, self.measurement, self.fresh, self.taken, self.tick) = (None, None, false, 0, 0);
         (self.answer, self.unsaid, self.past, self.until, self.change) = (None, false, None, 0, None);
-        self.trouble = None;
+        (self.requests, self.foreign, self.trouble) = (Requests::NONE, 0, None);
+        self.changed.clear();
         self.supervisor.forget();
         let Buffers { trajectory, black_box } = self.buffers.borrow_mut();
         trajectory.clear();
-        black_box.clear();
+        // One that holds a fault stays: whoever comes to look wants to read it.
+        black_box.restart();
+        let agreed = Hello { pacing: self.own.pacing, ..*theirs } == self.own;
+        self.pacing = agreed.then_some(theirs.pacing);
+        if core::mem::take(&mut self.left_live) && !self.is_live() {
+            // No tick drives any more, and where none runs no status would follow: this one says that the drives do the safe action.
+            let status = Record::<N>::safe(self.safe_action()).status(Parts::TORQUE, &Beside::NONE);
+            self.answer = Some(Frame::Status(status));
+        }
         let answer = Hello { pacing: theirs.pacing, ..self.own };
-        if (Hello { pacing: self.own.pacing, ..*theirs }) != self.own {
-            self.pacing = None;
+        if !agreed {
             return Outcome::Stop(answer, Refusal::OtherRobot);
         }
-        self.pacing = Some(theirs.pacing);
         // In a drill every tick is answered, as on the bench.
         self.watch = if theirs.pacing == Pacing::Drill { EVERYTHING } else { QUIET };
         Outcome::Start(answer)
     }
 }
+
+/// Answers of settled changes that wait to be sent. While all wait, another change is refused as [`Refusal::Busy`].
+const CHANGED_MAX: usize = 4;
 
 /// Report nothing.
 const QUIET: Watch = Watch { every: 0, parts: Parts::NONE };

@@ -26,6 +26,8 @@ pub struct Robot {
     pub joints: Vec<RobotJoint>,
     /// The tool on the last link.
     pub tool: Tool,
+    /// Pose in which the arm carries itself without torque, rad or m; `None` if the file gives none.
+    pub rest: Option<Vec<f64>>,
     /// The file it came from.
     pub path: PathBuf,
 }

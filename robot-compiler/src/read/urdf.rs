@@ -84,6 +84,7 @@ fn stated(
     let joints = (0..chain.moving.len()).map(|i| joint(markup, urdf, chain, i)).collect::<Result<Vec<_>, _>>()?;
     let tip = merge::tip_placement(urdf, chain);
     Ok(Robot {
+        rest: None,
         name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.to_owned() },
         source: describe(&source.file, urdf, chain, ends.base),
         allow_unphysical: unphysical(markup),

@@ -231,6 +231,8 @@ pub(super) struct Arm {
     pub(super) estimates: bool,
     /// Longest silence of the host that the board accepts.
     pub(super) heartbeat: Duration,
+    /// Interval at which the live inputs are sent again, if the board limits their age.
+    pub(super) live_every: Option<Duration>,
     /// True if brakes hold the arm when no torque acts.
     pub(super) has_brakes: bool,
     /// Pose in which the arm needs no torque, rad or m, if the scene or the robot file gives one.
@@ -303,6 +305,9 @@ impl Arm {
             left_out: left_out(scene),
             estimates: scene.collision.is_some(),
             heartbeat: Duration::from_secs_f64(scene.safety.heartbeat),
+            // A quarter of the limit, so that three of four may be lost.
+            live_every: (rules.live_max > 0)
+                .then(|| Duration::from_secs_f64(0.25 * f64::from(rules.live_max) * scene.period())),
             has_brakes: matches!(scene.safety.safe_action, SafeAction::Brake),
             rest: rules.rest.map(|rest| rest.to_vec()),
             first_motion: rules.first_motion,

@@ -8,19 +8,20 @@ use dynamics_core::control::{Fault, LimitFlags};
 use link::{Denial, Refusal, Status, Trouble};
 
 /// State of the machine, by [`dynamics_core::safety::State::code`].
-pub const STATES: [&str; 6] = ["idle", "homing", "armed", "running", "holding", "fault"];
+pub const STATES: [&str; 8] = ["idle", "homing", "armed", "running", "holding", "fault", "arming", "lowering"];
 
 /// Reason for holding, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
-pub const HOLDS: [&str; 5] = [
+pub const HOLDS: [&str; 6] = [
     "as requested",
     "the host fell silent",
     "the trajectory ended in motion",
     "the stopping distance reaches a position limit",
     "the reference is out of reach",
+    "the live inputs are too old",
 ];
 
 /// Reason why a request is denied, by [`dynamics_core::safety::Refusal::code`], 1 and up, with advice.
-pub const REFUSALS: [(&str, &str); 10] = [
+pub const REFUSALS: [(&str, &str); 14] = [
     (
         "this state does not allow it",
         "`status` prints the state; idle allows home, confirm and arm; armed allows run, jog and goto; running allows hold",
@@ -34,10 +35,14 @@ pub const REFUSALS: [(&str, &str); 10] = [
     ("there is no reference to follow", "`run`, `jog` and `goto` send one"),
     ("a joint could not stop before its limit", "`goto` or `jog` to a position farther from the limit"),
     ("the trajectory does not start at the arm's position", "repeat the command; it starts at the arm's present position"),
+    ("a change of a parameter or a live input waits for the same tick", "repeat the command"),
+    ("a live input of the scene has not been sent yet", "`payload` and `arm` send all of them; repeat the command"),
+    ("a live input is too old", "check the link; the operator sends live inputs again while it runs"),
+    ("the black box holds a fault that has not been read", "`dump` reads it, then `erase`"),
 ];
 
 /// Things to check after a fault, by [`Fault::code`], 1 and up.
-pub const LOOK_AT: [&str; 16] = [
+pub const LOOK_AT: [&str; 20] = [
     "the sensor of this joint and its cable",
     "the program that sends the reference",
     "the sensor's rate, the link",
@@ -55,6 +60,10 @@ pub const LOOK_AT: [&str; 16] = [
     "most likely first: 1. the payload (`payload` or `weigh` declares it); 2. a person or an obstacle that pushes the arm; 3. the \
      drive's torque (`check-torque`); 4. live wrench and rotors; 5. the model of the arm (`host-sim identify`)",
     "payload, wrench and gravity as declared, and the posture; `clear`, correct them, and arm again",
+    "the drive's power, its bus and its error text; then `clear` and arm again",
+    "the drive's power and its protection against current, voltage and heat: the drive switched itself off",
+    "the drives' power: a drive may have lost its zero; home the arm again",
+    "the load and the posture; let the joint cool down",
 ];
 
 /// Entry of a table by number, counted from `first`.
@@ -173,7 +182,7 @@ mod tests {
     fn every_number_of_the_core_has_its_words() {
         let faults = (1..).map_while(|code| Fault::from_code(code, 0)).count();
         assert_eq!(faults, LOOK_AT.len());
-        assert_eq!(usize::from(State::Fault(Fault::Overrun).code()), STATES.len() - 1);
+        assert_eq!(usize::from(State::Lowering.code()), STATES.len() - 1);
         assert_eq!(usize::from(HoldCause::OutOfReach { joint: 0 }.code()), HOLDS.len());
         assert_eq!(usize::from(Refusal::OutOfReach { joint: 0 }.code()), REFUSALS.len());
     }

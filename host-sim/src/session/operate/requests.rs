@@ -19,6 +19,9 @@ pub const UNCONFIRMED: Duration = Duration::from_millis(250);
 /// armed long after it was asked for is a surprise.
 pub const PATIENCE: Duration = Duration::from_millis(500);
 
+/// [`dynamics_core::safety::Refusal::ChangePending`].
+const CHANGE_PENDING: u8 = 11;
+
 /// Longest time in which an arm is armed.
 const ARMING_TIME: Duration = Duration::from_secs(10);
 
@@ -50,7 +53,15 @@ impl Operator {
         self.watch(1)?;
         self.awaited = self.next_number();
         (self.asking, self.verdict) = (true, None);
-        let judged = self.until_judged(self.awaited, request);
+        let mut judged = self.until_judged(self.awaited, request);
+        // A change that waits for the same tick is settled first.
+        for _ in 0..ATTEMPTS {
+            if !matches!(judged, Ok(Some(Rejection::Denied(Denial { code: CHANGE_PENDING, .. })))) {
+                break;
+            }
+            (self.awaited, self.verdict) = (self.next_number(), None);
+            judged = self.until_judged(self.awaited, request);
+        }
         let judged = judged.and_then(|rejection| self.until_armed().map(|()| rejection));
         self.asking = false;
         let rejection = judged?;

@@ -141,6 +141,8 @@ impl<const N: usize> SimulatedBoard<N> {
         self.disturb();
         let moved = match self.session.tick(&self.meter) {
             Drives::Drive(torque) => self.world.drive(&torque.map(f64::from)),
+            Drives::Enable(action) => self.world.enable(action),
+            Drives::Preload(torque) => self.world.preload(&torque.map(f64::from)),
             Drives::Safe(_) => self.world.stop(),
         };
         moved.map_err(DeviceError::Diverged)?;

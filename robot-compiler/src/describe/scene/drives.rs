@@ -22,10 +22,14 @@ impl SceneFile {
         }
     }
 
-    /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none.
+    /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none, and where the scene is for a
+    /// bench only: such a firmware reaches no drive.
     #[must_use]
     pub fn drives<const N: usize>(&self) -> Drives<N> {
         let joints = &self.robot.joints;
+        if self.safety.bench_only {
+            return Drives::Link;
+        }
         // Loading has checked that all joints have a drive of one kind, or none has.
         if let Some(drives) = all(joints, |joint| joint.drive?.mit().map(|spec| mit(&spec))) {
             return Drives::Mit(drives);
@@ -48,6 +52,11 @@ impl SceneFile {
     pub fn simulated_drives<const N: usize>(&self) -> Option<([MitSpec; N], [MitDrive; N])> {
         let specs = all(&self.robot.joints, |joint| joint.drive?.mit()).filter(|_| !self.actuators.ideal)?;
         Some((specs, specs.map(|spec| mit(&spec))))
+    }
+
+    /// True if every joint has a drive on CAN that a run simulates.
+    pub(crate) fn simulates_drives(&self) -> bool {
+        !self.actuators.ideal && !self.mit_drives().is_empty() && self.robot.joints.iter().all(RobotJoint::has_own_loop)
     }
 
     fn pwm(&self, joint: &RobotJoint, spec: &PwmSpec) -> PwmDrive {

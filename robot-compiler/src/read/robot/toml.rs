@@ -6,12 +6,13 @@ use crate::describe::draft::{Draft, FileKind, readable};
 use crate::describe::robot::{BuildError, DOF, JointEncoder, JointFriction, Robot, RobotJoint};
 use crate::read::fields::{body, origin, placement, text};
 use crate::read::linkage::refuse;
+use crate::read::rest;
 use crate::read::table::{Table, Value, counted, parse};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Dh, Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
 use std::path::PathBuf;
 
-const ROBOT_KEYS: [&str; 5] = ["name", "source", "allow_unphysical", "joint", "tool"];
+const ROBOT_KEYS: [&str; 6] = ["name", "source", "allow_unphysical", "rest", "joint", "tool"];
 const JOINT_KEYS: [&str; 14] = [
     "name",
     "type",
@@ -78,6 +79,7 @@ impl<'a> Stated<'a> {
             }
         }
         drive::check(&joints, &tables)?;
+        let rest = root.get("rest").map(|value| rest::read(&value, &joints)).transpose()?;
         let tool = root.table("tool")?;
         let robot = Robot {
             name,
@@ -85,6 +87,7 @@ impl<'a> Stated<'a> {
             allow_unphysical,
             joints,
             tool: tool.as_ref().map_or(Ok(Tool::default()), read_tool)?,
+            rest,
             path: PathBuf::from(&source.file),
         };
         Ok(Self { robot, root, joints: tables, tool })
