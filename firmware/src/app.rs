@@ -64,12 +64,12 @@ mod rtos {
     #[cfg(feature = "dma")]
     use firmware::board::LinkOutput;
     use firmware::board::{BoardLines, Incoming, LinkInput, Nonces, Parts, Ticker};
-    use firmware::joint_io::{JointIo, higher};
+    use firmware::joint_io::{JointIo, run_tick};
     use firmware::serve::{self as service, Served};
     use link::{Access, BoardChannel, Frame, Pacing, Received};
     use session::black_box::Report;
     use session::meter::Meter;
-    use session::{Buffers, Drives, Message, Outcome, Reaction, Session};
+    use session::{Buffers, Message, Outcome, Reaction, Session};
 
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
 
@@ -150,7 +150,10 @@ mod rtos {
             Access::Insecure => defmt::warn!("built without a link key: anybody on the wire can drive"),
         }
         let session = session.write(Session::with_buffers(super::hello(), arm::controller(), arm::Settings, buffers));
-        let control = Control { session, ticker, joints: joints_place.write(joints) };
+        let joints = joints_place.write(joints);
+        // A reset may have left drives on. Their first frame waits in the controllers until these have joined their buses.
+        joints.safe(session.safe_action());
+        let control = Control { session, ticker, joints };
         let channel = channel.write(BoardChannel::new(access));
         (Shared { control, input, output }, Local { incoming, channel, nonces, meter, lines })
     }
@@ -177,6 +180,7 @@ mod rtos {
         let tick::LocalResources { meter, lines, .. } = cx.local;
         cx.shared.control.lock(|Control { session, ticker, joints }| {
             ticker.acknowledge();
+<<<<<<< HEAD
             let readings = joints.measure();
             let mut lines_now = lines.read();
             lines_now.temperature = higher(lines_now.temperature, joints.temperature());
@@ -194,6 +198,10 @@ mod rtos {
                 Drives::Preload(torque) => joints.preload(&torque),
             }
             if session.is_live() && !late {
+=======
+            let in_time = run_tick(*session, *joints, meter, || lines.read(), || ticker.is_due());
+            if session.is_live() && in_time {
+>>>>>>> main
                 lines.feed();
             }
         });

@@ -21,7 +21,11 @@ fn scene(lines: &str) -> Result<SceneFile, FileError> {
 /// Lines that are accepted, and lines just beyond with a part of the answer.
 const EDGES: [(&str, &str, &str); 17] = [
     // 0.2 rad / (1.5 x 2 rad/s x 1 ms) = 66.7 ticks.
-    ("[control]\nage_max = 66", "[control]\nage_max = 67", "at most 66 ticks at 1000 Hz: 0.2 rad (`safety.reach`) / (3 rad/s x 0.001 s)"),
+    (
+        "[control]\nage_max = 66",
+        "[control]\nage_max = 67",
+        "at most 66 ticks at 1000 Hz: 0.2 rad (`safety.reach`) / (3 rad/s x 0.001 s)",
+    ),
     (
         "[control]\nage_max = 33\n[safety]\nreach = [0.2, 0.1]",
         "[control]\nage_max = 34\n[safety]\nreach = [0.2, 0.1]",
@@ -33,9 +37,17 @@ const EDGES: [(&str, &str, &str); 17] = [
     ("[safety]\nheartbeat_ms = 1000", "[safety]\nheartbeat_ms = 1001", "at most 1,000 ms"),
     ("[safety]\nlatency_ms = 1", "[safety]\nlatency_ms = 0.99", "at least 1 ms at 1000 Hz"),
     ("[safety]\nhold_ms = 60000", "[safety]\nhold_ms = 60001", "0 to 60,000"),
-    ("[safety]\npayload_mass = 30", "[safety]\npayload_mass = 30.1", "at most 30.000 kg, 10 times the 3.000 kg that move"),
+    (
+        "[safety]\npayload_mass = 30",
+        "[safety]\npayload_mass = 30.1",
+        "at most 30.000 kg, 10 times the 3.000 kg that move",
+    ),
     ("[safety]\nsupply = [0, 1500]", "[safety]\nsupply = [0, 1501]", "inside 0 to 1500 V"),
-    ("[safety]\ntemperature = [-100, 200]", "[safety]\ntemperature = [-100, 201]", "inside -100 to 200 degrees Celsius"),
+    (
+        "[safety]\ntemperature = [-100, 200]",
+        "[safety]\ntemperature = [-100, 201]",
+        "inside -100 to 200 degrees Celsius",
+    ),
     ("[safety]\njump_factor = 100", "[safety]\njump_factor = 100.1", "at most 100.000: 0.2 rad"),
     ("[safety]\nreach = 1", "[safety]\nreach = 1.01", "`resolution` to 1"),
     ("[safety]\nresolution = 0.2", "[safety]\nresolution = 0.201", "at most `reach`, 0.2"),
@@ -68,7 +80,10 @@ fn a_deceleration_is_at_most_what_the_torque_limit_gives() {
     let given = |share: f64| format!("[safety]\ndeceleration = [{}, {}]", 0.5 * most[0], share * most[1]);
     assert!(scene(&given(0.999)).is_ok());
     let error = scene(&given(1.001)).unwrap_err();
-    assert!(error.problem().contains("joint 2 (elbow)") && error.expected().contains("the torque limit of 30"), "{error}");
+    assert!(
+        error.problem().contains("joint 2 (elbow)") && error.expected().contains("the torque limit of 30"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -158,7 +173,8 @@ fn damiao_drives_with_replies_that_can_be_told_apart_are_accepted() {
                  kind = \"damiao\"\nactuator = \"DM4340\"\nbus = {bus}\nid = {id}\nreply_id = {reply}\ndamping = 1.0\n"
             )
         };
-        let text = format!("name = \"two\"\n{}{}", joint("a", buses.0, first, reply), joint("b", buses.1, second, other));
+        let text =
+            format!("name = \"two\"\n{}{}", joint("a", buses.0, first, reply), joint("b", buses.1, second, other));
         Robot::from_toml_str(&text, "two.toml").map(|_| ())
     };
     let problem = |result: Result<(), FileError>| result.unwrap_err().problem().to_owned();

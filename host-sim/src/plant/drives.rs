@@ -33,6 +33,9 @@ const TEMPERATURE: f64 = 25.0;
 const SUPPLY: f64 = 24.0;
 const SUPPLY_MIN: f64 = 15.0;
 
+/// Exchanges until drives are on, at most: three about each drive's timeout, one drive at a time, and three until it is on.
+const ENABLING_MAX: u32 = 100;
+
 /// The board's way to the joints, for each kind of frames.
 #[derive(Clone, Debug)]
 enum Joints<const N: usize> {
@@ -93,6 +96,10 @@ struct Seat {
 pub enum Order<const N: usize> {
     /// These torques or forces, N m or N, and springs for the drives' own loops.
     Torque([f64; N], Option<[Spring<f32>; N]>),
+    /// The drives are enabled with engaged brakes; where the action is a damped stop, those that are on damp.
+    Enable(SafeAction),
+    /// These torques or forces, N m or N, with engaged brakes.
+    Preload([f64; N]),
     /// The safe action.
     Safe(SafeAction),
     /// Switch the drives on, brakes engaged; a drive that is on does this.
@@ -182,6 +189,23 @@ impl<const N: usize> Drives<N> {
         each!(&mut self.joints, joints => (joints.measure(), joints.temperature()))
     }
 
+    /// Enables the drives while something else holds the arm, without any time: exchanges until each has shown that it is on, or
+    /// [`ENABLING_MAX`] of them.
+    pub(crate) fn enable(&mut self, action: SafeAction, measured: &State<N>) {
+        for _ in 0..ENABLING_MAX {
+            let (readings, _) = self.measure();
+            if readings.is_some_and(|readings| readings.on == [true; N]) {
+                return;
+            }
+            self.send(&Order::Enable(action), measured);
+        }
+    }
+
+    /// Clears the drives' errors in the next safe actions.
+    pub fn clear(&mut self) {
+        each!(&mut self.joints, joints => joints.clear());
+    }
+
     /// Send a tick's commands. The actuators take them at once, and reply with the state that they measure.
     pub(crate) fn send(&mut self, order: &Order<N>, measured: &State<N>) {
         match order {
@@ -264,12 +288,13 @@ impl Seat {
 fn actuator(spec: &MitSpec) -> Actuator {
     let MitSpec { id, reply_id, reply_bytes, temperature_offset, position, velocity, kp, kd, torque, .. } = *spec;
     let mut actuator = Actuator::new(u16::from(id), Ranges { position, velocity, kp, kd, torque });
-    let electronics = &mut actuator.electronics;
-    electronics.language = match spec.protocol {
+    let language = match spec.protocol {
         Protocol::MiniCheetah => Language::MiniCheetah,
         Protocol::Damiao => Language::Damiao,
         Protocol::RobStride => Language::RobStride,
     };
+    actuator.electronics = actuator.electronics.speaking(language);
+    let electronics = &mut actuator.electronics;
     (electronics.reply_id, electronics.reply_bytes) = (reply_id, usize::from(reply_bytes));
     // The cast saturates.
     electronics.temperature = (TEMPERATURE - temperature_offset.unwrap_or(0.0)).round() as u8;

@@ -66,10 +66,11 @@ impl<const N: usize> World<N> {
     /// Switch simulated drives on while something else holds the arm: they have replied, and take torque from the first tick on.
     pub fn switch_on(&mut self) {
         self.ask();
-        if let Some(drives) = &mut self.drives {
-            drives.measure();
+        let Self { plant, sensors, drives, safe_action, .. } = self;
+        if let Some(drives) = drives {
+            drives.enable(*safe_action, &sensors.disturbed(plant.measured()));
         }
-        // Drives that are off are switched on by their first torque; they reply to that in the first tick.
+        // They reply to this in the first tick.
         self.exchange(&Order::Torque([0.0; N], None));
     }
 

@@ -186,6 +186,12 @@ where
         self.safety.rules().safe_action
     }
 
+    /// True if the host asks in this tick to clear a fault: latched errors of the drives are cleared too, before the fault can be.
+    #[inline]
+    pub fn clears(&self) -> bool {
+        self.is_live() && self.supervisor.inputs().request == Some(safety::Request::Clear)
+    }
+
     /// The tick had not ended when the next was due: the next one reports the fault, and this one must not drive.
     pub fn overrun(&mut self) {
         self.controller.overrun();

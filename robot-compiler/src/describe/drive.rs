@@ -1,7 +1,7 @@
 //! Drive of a joint, as a robot file describes it: in the units of data sheets.
 
-use dynamics_core::drive::DataRate;
 use dynamics_core::drive::bus_time::Identifier;
+use dynamics_core::drive::{Damiao, DataRate, DriveKind, MiniCheetah, PositionMemory, RobStride};
 
 /// Counts per turn of the magnetic encoder.
 pub(crate) const ENCODER_COUNTS: u16 = 1 << 14;
@@ -81,6 +81,36 @@ impl Protocol {
         match self {
             Self::MiniCheetah | Self::Damiao => Identifier::Standard,
             Self::RobStride => Identifier::Extended,
+        }
+    }
+
+    /// What is left of its position after its power was off.
+    #[must_use]
+    pub const fn memory(self) -> PositionMemory {
+        match self {
+            Self::MiniCheetah => MiniCheetah::MEMORY,
+            Self::Damiao => Damiao::MEMORY,
+            Self::RobStride => RobStride::MEMORY,
+        }
+    }
+
+    /// Shortest time in which it restarts, us.
+    #[must_use]
+    pub const fn restart_us(self) -> u32 {
+        match self {
+            Self::MiniCheetah => MiniCheetah::RESTART_US,
+            Self::Damiao => Damiao::RESTART_US,
+            Self::RobStride => RobStride::RESTART_US,
+        }
+    }
+
+    /// True if its own communication timeout can be read and set over the bus.
+    #[must_use]
+    pub const fn has_timeout(self) -> bool {
+        match self {
+            Self::MiniCheetah => MiniCheetah::HAS_TIMEOUT,
+            Self::Damiao => Damiao::HAS_TIMEOUT,
+            Self::RobStride => RobStride::HAS_TIMEOUT,
         }
     }
 

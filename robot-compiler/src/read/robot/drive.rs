@@ -327,7 +327,10 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
                             format!("host identifier {} is that of a drive on bus {}", spec.reply_id, spec.bus)
                         }
                         _ => {
-                            format!("replies with identifier {}, which is a command's on bus {}", spec.reply_id, spec.bus)
+                            format!(
+                                "replies with identifier {}, which is a command's on bus {}",
+                                spec.reply_id, spec.bus
+                            )
                         }
                     };
                     return Err(table.error("drive", problem, "an identifier for replies that no command has"));
@@ -376,7 +379,10 @@ fn mistaken(spec: &MitSpec, beside: &[(&String, JointDrive)]) -> Option<Mistaken
     }
     if spec.reply_id == DAMIAO_REGISTERS {
         return Some(Mistaken {
-            problem: format!("replies with identifier {}, with which registers of Damiao drives are written", spec.reply_id),
+            problem: format!(
+                "replies with identifier {}, with which registers of Damiao drives are written",
+                spec.reply_id
+            ),
             expected: "another identifier for replies, such as that of the commands + 16".to_owned(),
         });
     }

@@ -99,7 +99,9 @@ fn age(control: &Table<'_>, scene: &mut SceneFile) -> Result<(), FileError> {
         );
         return Err(value.error(problem, expected));
     }
-    let problem = format!("found {age} ticks, {time:.3} s: {label} has no velocity limit that would bound its motion in that time");
+    let problem = format!(
+        "found {age} ticks, {time:.3} s: {label} has no velocity limit that would bound its motion in that time"
+    );
     Err(value.error(problem, format!("at most {bound} ticks, or `limits.velocity` in the robot file{bench}")))
 }
 
@@ -118,7 +120,9 @@ fn guard(control: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     // One number for all joints: the smallest bound of their kinds.
     let most = scene.robot.joints.iter().map(|joint| far(joint.spec.kind)).fold(f64::INFINITY, f64::min);
     if margin > most {
-        let expected = format!("at most {most}: farther beyond its limit a joint is not guarded (1 rad; 0.3 m where any joint slides)");
+        let expected = format!(
+            "at most {most}: farther beyond its limit a joint is not guarded (1 rad; 0.3 m where any joint slides)"
+        );
         return Err(value.error(format!("found {margin}{}", degrees(margin)), expected));
     }
     Ok(())
@@ -136,7 +140,11 @@ fn times(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
         let ticks = if scene.simulates_drives() { 2.0 } else { 1.0 };
         let least = ticks * scene.period();
         if spec.latency < least * (1.0 - 1e-9) {
-            let why = if ticks > 1.0 { "the drives' measurements are a period old, and a torque acts for a period" } else { "a torque acts for a period" };
+            let why = if ticks > 1.0 {
+                "the drives' measurements are a period old, and a torque acts for a period"
+            } else {
+                "a torque acts for a period"
+            };
             let expected = format!("at least {} ms at {} Hz: {why}", 1e3 * least, scene.control.rate);
             return Err(value.error(format!("found {} ms", 1e3 * spec.latency), expected));
         }
@@ -146,10 +154,13 @@ fn times(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
 
 fn payload(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     let Some(value) = safety.get("payload_mass") else { return Ok(()) };
-    let own: f64 = scene.robot.joints.iter().map(|joint| joint.spec.body.mass).sum::<f64>() + scene.robot.tool.body.mass;
+    let own: f64 =
+        scene.robot.joints.iter().map(|joint| joint.spec.body.mass).sum::<f64>() + scene.robot.tool.body.mass;
     let (found, most) = (scene.safety.payload.mass, PAYLOAD_MAX * own);
     if own > 0.0 && found > most {
-        let expected = format!("at most {most:.3} kg, {PAYLOAD_MAX} times the {own:.3} kg that move: arms carry less than themselves");
+        let expected = format!(
+            "at most {most:.3} kg, {PAYLOAD_MAX} times the {own:.3} kg that move: arms carry less than themselves"
+        );
         return Err(value.error(format!("found {found} kg; grams?"), expected));
     }
     Ok(())
@@ -158,7 +169,13 @@ fn payload(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
 fn electric(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     let all = [
         ("supply", scene.safety.supply, (0.0, SUPPLY_MAX), "V", "no drive here works beyond; millivolts?"),
-        ("temperature", scene.safety.temperature, TEMPERATURES, "degrees Celsius", "motors and their sensors end there; kelvins?"),
+        (
+            "temperature",
+            scene.safety.temperature,
+            TEMPERATURES,
+            "degrees Celsius",
+            "motors and their sensors end there; kelvins?",
+        ),
     ];
     for (key, (lo, hi), (least, most), unit, why) in all {
         if let Some(value) = safety.get(key).filter(|_| lo < least || hi > most) {
@@ -180,7 +197,13 @@ fn distances(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     })?;
     each(safety, "resolution", joints, &spec.resolution, |index, _| {
         let most = spec.reach.get(index).copied().unwrap_or(0.0);
-        (0.0, most, format!("at most `reach`, {most}: with a larger error of the measurement nobody sees that a joint does not follow"))
+        (
+            0.0,
+            most,
+            format!(
+                "at most `reach`, {most}: with a larger error of the measurement nobody sees that a joint does not follow"
+            ),
+        )
     })?;
     each(safety, "reach_speed", joints, &spec.reach_speed, |_, joint| {
         let most = joint.spec.limits.velocity;
@@ -189,7 +212,14 @@ fn distances(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
     each(safety, "rest_speed", joints, &spec.rest_speed, |_, joint| {
         let share = REST_SPEED.1 * joint.spec.limits.velocity;
         let most = if share.is_finite() { REST_SPEED.0.max(share) } else { REST_SPEED.0 };
-        (0.0, most, format!("at most {most}, the greater of {} and a tenth of the velocity limit: homing, arming and the end of a stop need an arm at rest", REST_SPEED.0))
+        (
+            0.0,
+            most,
+            format!(
+                "at most {most}, the greater of {} and a tenth of the velocity limit: homing, arming and the end of a stop need an arm at rest",
+                REST_SPEED.0
+            ),
+        )
     })?;
     let Some(value) = safety.get("jump_factor") else { return Ok(()) };
     for (index, joint) in joints.iter().enumerate() {
@@ -198,7 +228,8 @@ fn distances(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
         let reach = spec.reach.get(index).copied().unwrap_or(0.0);
         if velocity.is_finite() && step > reach {
             let (label, unit) = (Robot::joint_label(index, &joint.name), unit(joint));
-            let problem = format!("found {}: a reading of {label} could jump by {step:.4} {unit} in a tick", spec.jump_factor);
+            let problem =
+                format!("found {}: a reading of {label} could jump by {step:.4} {unit} in a tick", spec.jump_factor);
             let most = reach / (velocity * scene.period());
             let expected = format!(
                 "at most {most:.3}: {reach} {unit} (`safety.reach`) / ({velocity} {unit}/s x {} s), since a larger jump is a joint that does \
@@ -222,14 +253,22 @@ fn stopping(safety: &Table<'_>, scene: &SceneFile) -> Result<(), FileError> {
         each(safety, "deceleration", joints, &scene.safety.deceleration, |index, joint| {
             let (torque, inertia) = (joint.spec.limits.torque, inertia.get(index).copied().unwrap_or(f64::INFINITY));
             let most = torque / inertia;
-            let why = format!("at most {most:.3}, the torque limit of {torque} over the inertia of {inertia:.4} where the motion starts");
+            let why = format!(
+                "at most {most:.3}, the torque limit of {torque} over the inertia of {inertia:.4} where the motion starts"
+            );
             (0.0, if most > 0.0 { most } else { f64::INFINITY }, why)
         })?;
     }
     each(safety, "damping", joints, &scene.safety.damping, |index, joint| {
         let rest = scene.safety.rest_speed.get(index).copied().unwrap_or(0.0);
         let most = joint.spec.limits.torque / rest;
-        (0.0, most, format!("at most {most:.3}, the torque limit at `rest_speed`: with more the drive switches between its limits"))
+        (
+            0.0,
+            most,
+            format!(
+                "at most {most:.3}, the torque limit at `rest_speed`: with more the drive switches between its limits"
+            ),
+        )
     })
 }
 
