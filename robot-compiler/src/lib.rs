@@ -46,6 +46,7 @@ pub use describe::linkage::{LinkageFile, Mechanism};
 pub use describe::robot::{JointEncoder, JointFriction, JointHeat, Robot, RobotJoint};
 pub use describe::scene::SceneFile;
 pub use describe::{drive, scene};
+pub use read::actuators;
 
 /// Studies: many runs of one scene, or of a campaign.
 pub mod study {

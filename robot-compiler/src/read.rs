@@ -9,3 +9,5 @@ pub(crate) mod study;
 mod table;
 mod text;
 mod urdf;
+
+pub use robot::actuators::all as actuators;

@@ -8,7 +8,7 @@ use crate::describe::draft::Draft;
 use crate::describe::robot::Robot;
 use std::path::Path;
 
-mod actuators;
+pub(crate) mod actuators;
 mod drive;
 mod heat;
 mod places;

@@ -13,7 +13,8 @@ fn source() -> Source {
 }
 
 /// Every actuator of the table.
-pub(crate) fn all() -> &'static [Actuator] {
+#[must_use]
+pub fn all() -> &'static [Actuator] {
     &TABLE
 }
 
