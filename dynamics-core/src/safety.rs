@@ -32,6 +32,7 @@
 
 mod arming;
 mod decision;
+pub mod heat;
 mod lowering;
 mod machine;
 mod measured;

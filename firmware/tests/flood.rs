@@ -7,7 +7,10 @@ use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicU8, Ordering};
 use firmware::board::{INCOMING, Incoming, LinkOutput, OUTGOING};
 use firmware::serve::{self, Served};
-use link::{Access, BoardChannel, Circular, Encoder, Filling, Frame, Halves, Hello, HostChannel, Key, NonceSource, NumberedRequest, Outgoing, PACKET_MAX, Pacing, Received, Refusal, Request, Sending, Value};
+use link::{
+    Access, BoardChannel, Circular, Encoder, Filling, Frame, Halves, Hello, HostChannel, Key, NonceSource,
+    NumberedRequest, Outgoing, PACKET_MAX, Pacing, Received, Refusal, Request, Sending, Value,
+};
 use std::collections::VecDeque;
 use std::rc::Rc;
 

@@ -3,8 +3,8 @@
 
 use link::seal::{Side, Transcript};
 use link::{
-    Actuation, Answer, Decoder, Encoder, Frame, Hello, Joints, Key, Lines, Measurement, Pacing, Parts, Point, Reference,
-    Refusal, Request, Sensed, Status, Verdict, Watch,
+    Actuation, Answer, Decoder, Encoder, Frame, Hello, Joints, Key, Lines, Measurement, Pacing, Parts, Point,
+    Reference, Refusal, Request, Sensed, Status, Verdict, Watch,
 };
 use std::fmt::Write as _;
 

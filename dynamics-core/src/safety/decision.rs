@@ -142,9 +142,11 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let drove = self.state.drives();
         self.alone = if drove && silent { self.alone.saturating_add(1) } else { 0 };
         let alone = self.alone > rules.hold_max && self.state != State::Lowering;
-        let fault = external.or(stop).or(self.of_drives(inputs)).or(if drove { judged } else { None }).or(
-            if alone && rules.rest.is_none() { Some(Fault::HeartbeatLost) } else { None },
-        );
+        let fault = external
+            .or(stop)
+            .or(self.of_drives(inputs))
+            .or(if drove { judged } else { None })
+            .or(if alone && rules.rest.is_none() { Some(Fault::HeartbeatLost) } else { None });
         if let Some(fault) = fault {
             return self.fail(fault, inputs.request);
         }

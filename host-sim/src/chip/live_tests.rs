@@ -29,20 +29,48 @@ fn until(chip: &mut Chip, wanted: impl Fn(&Status) -> bool) -> Status {
     panic!("100,000 ticks without it");
 }
 
-/// The chip arms by its own timer and joints. Its host says nothing more: it holds, and at last stops, each in its tick.
-#[test]
-fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml");
-    let scene = SceneFile::load(&path).unwrap();
-    let model = scene.robot.model::<2>().unwrap();
-    let rules = scene.safety_rules::<2>(&model);
-    let mut chip = Chip::start(&build_firmware(&path).unwrap(), hello(&scene, &model, Pacing::LockStep)).unwrap();
-    chip.change_pacing(hello(&scene, &model, Pacing::Live)).unwrap();
-    chip.send(&Frame::Live(link::Live::new(&scene.live::<2>(&model).cast::<f32>()).unwrap())).unwrap();
-    chip.send(&Frame::Watch(Watch { every: 1, parts: Parts::TORQUE })).unwrap();
-    for (request, state, homed) in [(Request::Home, 1, false), (Request::Confirm, 0, true), (Request::Arm, 2, true)] {
-        chip.send(&Frame::request(state, request)).unwrap();
-        let status = until(&mut chip, |status| (status.state, status.homed) == (state, homed));
+/// A chip with its host in a live session.
+struct LiveChip {
+    chip: Chip,
+    /// Its hello in lock step.
+    bench: Hello,
+    rules: Rules<f64, 2>,
+}
+
+impl LiveChip {
+    fn start() -> Self {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml");
+        let scene = SceneFile::load(&path).unwrap();
+        let model = scene.robot.model::<2>().unwrap();
+        let bench = hello(&scene, &model, Pacing::LockStep);
+        let mut chip = Chip::start(&build_firmware(&path).unwrap(), bench).unwrap();
+        chip.change_pacing(Hello { pacing: Pacing::Live, ..bench }).unwrap();
+        chip.send(&Frame::Live(link::Live::new(&scene.live::<2>(&model).cast::<f32>()).unwrap())).unwrap();
+        chip.send(&Frame::Watch(Watch { every: 1, parts: Parts::TORQUE })).unwrap();
+        Self { chip, bench, rules: scene.safety_rules::<2>(&model) }
+    }
+
+    /// Armed; returns the tick that armed it as well.
+    fn armed() -> (Self, Status) {
+        let mut live = Self::start();
+        live.ask(Request::Home, |status| status.state == 1);
+        live.ask(Request::Confirm, |status| status.state == 0 && status.homed);
+        let status = live.ask(Request::Arm, |status| status.state == ARMED);
+        (live, status)
+    }
+
+    /// On a trajectory of one point, where it is.
+    fn running() -> Self {
+        let (mut live, _) = Self::armed();
+        let reference = Reference::new(&dynamics_core::Reference { q: [0.0_f32; 2], qd: [0.0; 2], qdd: [0.0; 2] });
+        live.chip.send(&Frame::Point(Point { ticks: 0, reference })).unwrap();
+        live.ask(Request::Run, |status| status.state == RUNNING);
+        live
+    }
+
+    fn ask(&mut self, request: Request, wanted: impl Fn(&Status) -> bool) -> Status {
+        self.chip.send(&Frame::request(request as u8, request)).unwrap();
+        let status = until(&mut self.chip, wanted);
         assert_eq!(status.refused, None, "{request:?}");
         status
     }
@@ -52,7 +80,9 @@ fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks()
         loop {
             match self.chip.receive("a status").unwrap() {
                 Frame::Status(status) => return status,
-                Frame::Refusal(Refusal::Undecodable(_) | Refusal::Unauthentic { .. }) | Frame::Challenge(_) => {}
+                Frame::Refusal(Refusal::Undecodable(_) | Refusal::Unauthentic { .. })
+                | Frame::Challenge(_)
+                | Frame::Answer(_) => {}
                 other => panic!("{other:?}"),
             }
         }
@@ -74,7 +104,7 @@ fn shortest_packets(_: &LiveChip, _: u32) -> Vec<u8> {
 /// Valid packets of somebody without the key.
 fn open_packets(live: &LiveChip, _: u32) -> Vec<u8> {
     let mut encoder = Encoder::new();
-    let frames = [Frame::Alive, Frame::Request(Request::Arm), Frame::Hello(live.bench), Frame::Join([7; 16])];
+    let frames = [Frame::Alive, Frame::request(1, Request::Arm), Frame::Hello(live.bench), Frame::Join([7; 16])];
     frames.iter().flat_map(|frame| encoder.encode(frame).unwrap()).collect()
 }
 
@@ -140,7 +170,7 @@ fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
         }
         // A zero ends whatever came.
         live.chip.emulator.write(&[0]).unwrap();
-        live.chip.send(&Frame::Request(Request::Hold)).unwrap();
+        live.chip.send(&Frame::request(200, Request::Hold)).unwrap();
         let sent = before.tick;
         let status = (20..2000).map(|round| {
             let bytes = flood(&live, round);

@@ -63,7 +63,8 @@ pub struct CheckArgs {
 /// [`Failure::Input`] for a file that cannot be read, and for an option that is wrong.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     let draft = Draft::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
-    let scene = args.scene.as_deref().map(|path| scene_about(&args.robot, args.chain.ends(), Some(path))).transpose()?;
+    let scene =
+        args.scene.as_deref().map(|path| scene_about(&args.robot, args.chain.ends(), Some(path))).transpose()?;
     let answer = answer_in(draft, &args.gravity.gravity, scene)?;
     print(&if args.json { json(&answer.json())? + "\n" } else { answer.text() })?;
     Ok(if answer.count(Severity::Wrong) > 0 { FAULT } else { 0 })

@@ -173,7 +173,9 @@ fn run_arm<const N: usize>(
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
     let disturbance = args.disturbance();
     if disturbance.is_some() && args.target == Some(Target::Qemu) {
-        return Err(Failure::Input(miette::miette!("a simulated link needs `--target desk`; the emulated chip has none")));
+        return Err(Failure::Input(miette::miette!(
+            "a simulated link needs `--target desk`; the emulated chip has none"
+        )));
     }
     let device: Box<dyn Device> = match (&args.port, args.target, disturbance) {
         (Some(port), ..) => {

@@ -265,10 +265,13 @@ impl Summary {
         let over = if load.continuous > 1.0 { ": it overheats if this goes on" } else { "" };
         let rated = engineering(load.rated, joint.torque_unit());
         let text = format!("{} gives {:.0} % of its {rated} rated (rms){over}", joint.name, 100.0 * load.continuous);
-        let hottest = known().filter_map(|(load, joint)| Some((load.heat?, joint))).max_by(|(a, _), (b, _)| a.total_cmp(b));
+        let hottest =
+            known().filter_map(|(load, joint)| Some((load.heat?, joint))).max_by(|(a, _), (b, _)| a.total_cmp(b));
         Some(match hottest {
             None => text + "; heat unknown: no time constants",
-            Some((heat, joint)) => format!("{text}; {} reaches {:.0} % of its continuous heat", joint.name, 100.0 * heat),
+            Some((heat, joint)) => {
+                format!("{text}; {} reaches {:.0} % of its continuous heat", joint.name, 100.0 * heat)
+            }
         })
     }
 

@@ -182,9 +182,15 @@ fn shoulders_that_overheat_are_found() {
         let doubts: Vec<_> = hot.iter().filter(|finding| finding.severity == Severity::Doubt).collect();
         assert!(doubts.iter().any(|finding| finding.place.field().starts_with("joint 2 (shoulder)")), "{doubts:?}");
         let problem = doubts[0].place.problem();
-        assert!(problem.contains(&format!("takes {needs} N m")) && problem.contains(&format!("{rated:.0}")), "{problem}");
+        assert!(
+            problem.contains(&format!("takes {needs} N m")) && problem.contains(&format!("{rated:.0}")),
+            "{problem}"
+        );
         // No maker publishes a time constant.
-        assert!(hot.iter().any(|finding| finding.severity == Severity::Note && finding.place.problem().contains("time constant")));
+        assert!(
+            hot.iter()
+                .any(|finding| finding.severity == Severity::Note && finding.place.problem().contains("time constant"))
+        );
         // It carries itself in its rest pose.
         assert!(answer.findings.iter().all(|finding| finding.rule.name() != "rest"), "{}", answer.text());
     }

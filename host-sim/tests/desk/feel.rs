@@ -129,7 +129,16 @@ fn what_the_arm_holds_is_weighed_and_told_and_the_arm_no_longer_sags() {
         .collect();
     assert!(interval[0] < 0.8 && 0.8 < interval[1], "{out}");
     assert!(out.contains("weigh: 0.") && out.contains("torque to hold the arm changes by base "), "{out}");
-    let centre: Vec<f64> = said.split(" at ").nth(1).unwrap().split(" m in the tip frame").next().unwrap().split(' ').map(|x| x.parse().unwrap()).collect();
+    let centre: Vec<f64> = said
+        .split(" at ")
+        .nth(1)
+        .unwrap()
+        .split(" m in the tip frame")
+        .next()
+        .unwrap()
+        .split(' ')
+        .map(|x| x.parse().unwrap())
+        .collect();
     assert!(centre.iter().zip([0.0, 0.0, 0.05]).all(|(found, put)| (found - put).abs() < 0.02), "{centre:?}: {out}");
     // Nothing held: nothing is told.
     let (code, out) = connect("weigh_nothing", "", "wait 0.3\nweigh\n");
@@ -157,11 +166,21 @@ fn a_torque_unit_that_is_wrong_is_named_before_anything_moves() {
     // By 4: no motion begins. By a quarter: the arm sinks, is caught, and the reason is named.
     let (code, out) = connect("units_four", "[actuators]\ntorque_factor = 4.0\n", "jog 2 0.1\n");
     assert!(
-        code == 3 && out.contains("is 3.") && out.contains("motion rejected") && out.contains("likely cause: ") && !out.contains("jog: running"),
+        code == 3
+            && out.contains("is 3.")
+            && out.contains("motion rejected")
+            && out.contains("likely cause: ")
+            && !out.contains("jog: running"),
         "{out}"
     );
     let (code, out) = connect("units_quarter", "[actuators]\ntorque_factor = 0.25\n", "wait 0.3\n");
-    assert!(code == 3 && out.contains("fault 15") && out.contains("torque of elbow is 0.2") && out.contains("likely cause: "), "{out}");
+    assert!(
+        code == 3
+            && out.contains("fault 15")
+            && out.contains("torque of elbow is 0.2")
+            && out.contains("likely cause: "),
+        "{out}"
+    );
 }
 
 #[test]
@@ -227,7 +246,11 @@ fn a_motion_worth_recording_is_played_and_its_record_is_a_log() {
 /// Positions in the statuses that were printed, rad.
 fn positions(out: &str) -> Vec<Vec<f64>> {
     let of = |part: &str| {
-        part.lines().skip(1).take_while(|line| line.starts_with("  ")).map_while(|line| line.split(" rad").next()?.split_whitespace().nth(1)?.parse().ok()).collect()
+        part.lines()
+            .skip(1)
+            .take_while(|line| line.starts_with("  "))
+            .map_while(|line| line.split(" rad").next()?.split_whitespace().nth(1)?.parse().ok())
+            .collect()
     };
     out.split("\ntick ").skip(1).map(of).collect()
 }
@@ -259,7 +282,10 @@ fn a_payload_is_declared_where_it_is_in_the_tip_frame_and_the_arm_does_not_sag()
         let q = positions(&out);
         let sag = q[0].iter().zip(&q[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(q.len() == 2 && q[0].len() == 6 && sag < 0.02, "{name}: {sag} rad: {out}");
-        assert!(out.contains("payload: 1 kg at 0.000 0.000 0.100 m in the tip frame") && out.contains("wait: arrived"), "{out}");
+        assert!(
+            out.contains("payload: 1 kg at 0.000 0.000 0.100 m in the tip frame") && out.contains("wait: arrived"),
+            "{out}"
+        );
     }
 }
 

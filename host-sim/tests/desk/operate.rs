@@ -89,7 +89,9 @@ fn a_drill_does_what_is_asked_and_says_why_not_and_its_record_has_the_same_bits_
     assert_eq!(lines[6], "jog: running; 0.50 s");
     assert_eq!(lines[7], "press: fault 9: emergency stop; check the emergency stop; release it, then `clear`");
     assert_eq!(lines[8], "dump: 39 ticks");
-    for line in ["release: fault 9: emergency stop; check the emergency stop; release it, then `clear`", "clear: idle, homed"] {
+    for line in
+        ["release: fault 9: emergency stop; check the emergency stop; release it, then `clear`", "clear: idle, homed"]
+    {
         assert!(lines.contains(&line), "{line}: {out}");
     }
 
@@ -205,7 +207,10 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     assert_eq!(code, 3);
     let lines: Vec<&str> = out.lines().collect();
     assert!(lines[0].ends_with("1/s^2 (fixed)"), "{out}");
-    assert!(lines[1].starts_with("set: rejected: the firmware holds gains") && lines[1].contains("`tunable = true`"), "{out}");
+    assert!(
+        lines[1].starts_with("set: rejected: the firmware holds gains") && lines[1].contains("`tunable = true`"),
+        "{out}"
+    );
     assert!(lines[2].starts_with("payload: rejected: the scene has no live payload;"), "{out}");
 }
 

@@ -372,7 +372,11 @@ fn brakes_that_were_released_engage_where_the_arm_is_then_and_nothing_is_left_of
 #[test]
 fn the_clock_of_a_push_runs_while_the_brakes_hold() {
     let arm: Arm<2> = Golden::load("planar2r").classical(false);
-    let push = Push { at: 0.05, duration: 0.02, wrench: Wrench { force: Vector3::new(0.0, 30.0, 0.0), moment: Vector3::zeros() } };
+    let push = Push {
+        at: 0.05,
+        duration: 0.02,
+        wrench: Wrench { force: Vector3::new(0.0, 30.0, 0.0), moment: Vector3::zeros() },
+    };
     let clock = Clock { period: 0.01, steps_per_tick: 10 };
     // Held for so many ticks, then driven: the push begins at 0.05 s of the same clock.
     for held in [0, 3, 5, 6, 7] {

@@ -181,7 +181,8 @@ mod tests {
 
     #[test]
     fn counters_are_left_out_or_bounded_and_everything_else_is_kept() {
-        let inputs = |age, tick| Inputs { tick, q: [1e38, -0.0], state: Some((1, 2)), age_ticks: [0, age], heartbeat_age: age };
+        let inputs =
+            |age, tick| Inputs { tick, q: [1e38, -0.0], state: Some((1, 2)), age_ticks: [0, age], heartbeat_age: age };
         let session = |age, tick| {
             let foreign = Some([inputs(1, 1)]);
             text(&Session { tick: age, inputs: inputs(age, tick), foreign, taken: 1, last: 3 })

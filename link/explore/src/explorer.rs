@@ -28,7 +28,13 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
     /// The transition system of a setup.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        Self { setup, numbers: Numbers::new(&setup), meter: Meter::new(Uncounted), found: AtomicU32::new(0), frames: PhantomData }
+        Self {
+            setup,
+            numbers: Numbers::new(&setup),
+            meter: Meter::new(Uncounted),
+            found: AtomicU32::new(0),
+            frames: PhantomData,
+        }
     }
 
     /// False for the first state that breaks the rule.
@@ -73,7 +79,8 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
                 (0, false) => "off",
                 _ => "dark",
             };
-            let _ = write!(line, "; joint {i} {power} {:.2} N m at {:.4} rad {:.3} rad/s", drive.torque, drive.q, drive.qd);
+            let _ =
+                write!(line, "; joint {i} {power} {:.2} N m at {:.4} rad {:.3} rad/s", drive.torque, drive.q, drive.qd);
         }
         line
     }
@@ -180,12 +187,13 @@ pub struct Bounds {
 
 /// Search a setup breadth first.
 #[must_use]
-pub fn explore<F: Frames + Clone + Debug + Send + Sync + 'static, const N: usize>(setup: Setup, bounds: Bounds) -> Explored {
+pub fn explore<F: Frames + Clone + Debug + Send + Sync + 'static, const N: usize>(
+    setup: Setup,
+    bounds: Bounds,
+) -> Explored {
     let begun = Instant::now();
-    let mut builder = Explorer::<F, N>::new(setup)
-        .checker()
-        .threads(bounds.threads)
-        .timeout(Duration::from_secs(bounds.seconds));
+    let mut builder =
+        Explorer::<F, N>::new(setup).checker().threads(bounds.threads).timeout(Duration::from_secs(bounds.seconds));
     if bounds.depth > 0 {
         builder = builder.target_max_depth(bounds.depth);
     }

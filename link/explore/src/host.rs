@@ -40,7 +40,16 @@ impl<const N: usize> Host<N> {
     /// A host that is there.
     #[must_use]
     pub const fn new() -> Self {
-        Self { presence: Presence::Here, lose: None, owed: 0, pause: 0, number: 0, last: None, arrived: false, seen: [0.0; N] }
+        Self {
+            presence: Presence::Here,
+            lose: None,
+            owed: 0,
+            pause: 0,
+            number: 0,
+            last: None,
+            arrived: false,
+            seen: [0.0; N],
+        }
     }
 
     /// The frames before the next period.

@@ -2,12 +2,12 @@
 
 use crate::scene::{AGE_MAX, INERTIA, LOWERING_SPEED, PERIOD, Setup, WEIGHT};
 use crate::state::Event;
-use actuator_model::mit::Language;
-use joint_io::can::WEAK_MAX;
-use link::{Answer, NumberedRequest, Request, Verdict};
 use crate::world::World;
+use actuator_model::mit::Language;
 use dynamics_core::control::Fault;
 use dynamics_core::safety::{SafeAction, State};
+use joint_io::can::WEAK_MAX;
+use link::{Answer, NumberedRequest, Request, Verdict};
 
 /// A property of every period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,8 @@
 use crate::scene::{self, INERTIA, PERIOD, Setup, TURN, WEIGHT};
 use actuator_model::bus::Frame;
 use actuator_model::mit::{Electronics, Language, Memory, Shaft};
-use embedded_can::nb::Can;
 use embedded_can::ErrorKind;
+use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use joint_io::can::CanBus;
 use joint_io::mit::EXIT;

@@ -9,7 +9,14 @@ use explore::scene::Setup;
 use explore::state::Kinds;
 
 fn setup(language: Language, action: SafeAction) -> Setup {
-    Setup { language, action, absolute: language != Language::MiniCheetah, rest: action != SafeAction::Brake, budget: 1, events: Kinds::ALL }
+    Setup {
+        language,
+        action,
+        absolute: language != Language::MiniCheetah,
+        rest: action != SafeAction::Brake,
+        budget: 1,
+        events: Kinds::ALL,
+    }
 }
 
 #[test]
@@ -24,7 +31,10 @@ fn the_undisturbed_session_arms_moves_and_disarms() {
 
 fn show(name: &str, explored: &Explored) {
     let Explored { states, steps, depth, seconds, complete, broken } = explored;
-    println!("{name}: {states} states, {steps} steps, depth {depth}, {seconds:.1} s, complete {complete}, {:.0} steps/s", *steps as f64 / seconds);
+    println!(
+        "{name}: {states} states, {steps} steps, depth {depth}, {seconds:.1} s, complete {complete}, {:.0} steps/s",
+        *steps as f64 / seconds
+    );
     for (rule, trace) in broken {
         println!("BROKEN {rule}\n{trace}");
     }

@@ -329,8 +329,20 @@ pub struct CanJoints<F, A, B, C, P, const N: usize> {
 /// What tells two of one build apart: without constants.
 impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoints<F, A, B, C, P, N> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { frames: _, first, second, third, brake, drives: _, order: _, joints, buses, brake_failed, clearing, next_setting } =
-            self;
+        let Self {
+            frames: _,
+            first,
+            second,
+            third,
+            brake,
+            drives: _,
+            order: _,
+            joints,
+            buses,
+            brake_failed,
+            clearing,
+            next_setting,
+        } = self;
         f.debug_struct("CanJoints")
             .field("first", first)
             .field("second", second)

@@ -29,8 +29,13 @@ fn driven(draft: &Draft, wanted: impl Fn(&RobotJoint) -> bool) -> Vec<(&RobotJoi
 fn no_rating(draft: &Draft) -> Option<Finding> {
     let without = driven(draft, |joint| joint.heat.rated.is_none());
     let (_, first) = without.first()?;
-    let problem = format!("no rated torque of {}: how long the motor holds a load is unknown", names(without.iter().map(|(joint, _)| *joint)));
-    let advice = "write heat = { rated, peak } with the continuous and the greatest torque of the data sheet, at the joint".to_owned();
+    let problem = format!(
+        "no rated torque of {}: how long the motor holds a load is unknown",
+        names(without.iter().map(|(joint, _)| *joint))
+    );
+    let advice =
+        "write heat = { rated, peak } with the continuous and the greatest torque of the data sheet, at the joint"
+            .to_owned();
     Some(Finding::new(draft, (Rule::Heat, Severity::Note), &first.heat, problem, advice))
 }
 
@@ -38,8 +43,10 @@ fn no_rating(draft: &Draft) -> Option<Finding> {
 fn no_time_constant(draft: &Draft) -> Option<Finding> {
     let without = driven(draft, |joint| joint.heat.rated.is_some() && joint.heat.time_constant.is_none());
     let (_, first) = without.first()?;
-    let problem =
-        format!("no thermal time constant of {}: the motor's heat is unknown", names(without.iter().map(|(joint, _)| *joint)));
+    let problem = format!(
+        "no thermal time constant of {}: the motor's heat is unknown",
+        names(without.iter().map(|(joint, _)| *joint))
+    );
     let advice = "write heat = { time_constant } in s: hold the rated torque from cold, and take the time to 63 % of the final rise of \
                   temperature"
         .to_owned();
@@ -60,7 +67,8 @@ fn continuous(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &Jo
         amount(rated, unit),
         percent((load.holding / rated).powi(2))
     );
-    let advice = "let the arm rest elsewhere, narrow the positions, or take a motor with more continuous torque".to_owned();
+    let advice =
+        "let the arm rest elsewhere, narrow the positions, or take a motor with more continuous torque".to_owned();
     Some(Finding::new(draft, (Rule::Heat, Severity::Doubt), &places.heat, problem, advice))
 }
 

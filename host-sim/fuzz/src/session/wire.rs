@@ -46,10 +46,7 @@ impl<const N: usize> Bench<N> {
         if let Frame::Hello(theirs) = &frame {
             return self.greeted(*theirs, &reaction);
         }
-        let stops = matches!(
-            frame,
-            Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. })
-        );
+        let stops = matches!(frame, Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. }));
         if let (Some(number), Some(last)) = (number, last)
             && number <= last
             && !begins(&frame)

@@ -15,7 +15,9 @@ use dynamics_core::control::{ControllerConfig, Encoder};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, Inertia, InertiaBounds, InverseDynamics as _, JointKind, Live, Model, Reference, Term, Trig as _};
+use dynamics_core::{
+    Dynamics, Inertia, InertiaBounds, InverseDynamics as _, JointKind, Live, Model, Reference, Term, Trig as _,
+};
 use identification::arm::Chain;
 use identification::identify::TORQUE_CUTOFF;
 use identification::log::Log;

@@ -71,9 +71,15 @@ pub const HELP: [(&str, &str); 37] = [
     ("home", "forget the zeros: the joints look for them"),
     ("confirm", "the zeros are right: look before you say so"),
     ("arm", "hold the arm where it is, by torque"),
-    ("stop, s", "stop along the path and hold; again within 1 s: emergency stop (fault 9). Keys: Esc, or space on an empty line"),
+    (
+        "stop, s",
+        "stop along the path and hold; again within 1 s: emergency stop (fault 9). Keys: Esc, or space on an empty line",
+    ),
     ("park", "move to the rest pose of the scene or robot file"),
-    ("disarm", "remove the torque at rest; if joints would sink, says how far and asks (a script parks, or is rejected)"),
+    (
+        "disarm",
+        "remove the torque at rest; if joints would sink, says how far and asks (a script parks, or is rejected)",
+    ),
     ("disarm!", "remove the torque although joints sink"),
     ("run", "the scene's motion, and the way to its start"),
     ("hold", "stop, and stay"),
@@ -85,7 +91,10 @@ pub const HELP: [(&str, &str); 37] = [
     ("watch TICKS", "print the status every so many ticks; 0 never"),
     ("get [JOINT] [NAME]", "what parameters are, and their bounds: all, a joint's, one"),
     ("set JOINT NAME VALUE", "change a gain or a friction, where the scene is `tunable` and no torque jumps"),
-    ("payload MASS [X Y Z]", "declare a payload of MASS kg with its centre of mass at X Y Z (m) in the tip frame; needs a live payload in the scene"),
+    (
+        "payload MASS [X Y Z]",
+        "declare a payload of MASS kg with its centre of mass at X Y Z (m) in the tip frame; needs a live payload in the scene",
+    ),
     ("law LAW", "another control law, where the scene is `tunable`; a moving arm is stopped first"),
     ("teach", "lead the arm by hand: the law `teach`, and off; `hold` ends it"),
     ("soft", "a quarter of the scene's stiffness, in steps without a jump of torque"),
@@ -181,7 +190,11 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         ("dump", [file]) => Ok(Command::Dump(Some(file.into()))),
         ("record", ["off"]) => Ok(Command::Record(None)),
         ("record", [file]) => Ok(Command::Record(Some(file.into()))),
-        ("wait" | "watch" | "dump" | "record" | "set" | "payload" | "law" | "stiffness" | "check-torque" | "cut" | "plug", _) => {
+        (
+            "wait" | "watch" | "dump" | "record" | "set" | "payload" | "law" | "stiffness" | "check-torque" | "cut"
+            | "plug",
+            _,
+        ) => {
             let usage = HELP.iter().filter(|(usage, _)| usage.split(' ').next() == Some(name));
             let usage: Vec<_> = usage.map(|(usage, _)| *usage).collect();
             Err(format!("{name}: {} words, expected {}", arguments.len(), usage.join(" or ")))

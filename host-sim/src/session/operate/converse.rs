@@ -40,8 +40,12 @@ pub(crate) fn converse(operator: &mut Operator, console: &mut Console) -> Result
                     }
                     (Some(_), "n" | "no" | "") => operator.say("disarm", "the arm stays held").map(|()| None),
                     _ => parse(&line, &operator.joint_names()).map_err(Stop::Input).and_then(|command| match command {
-                        Command::Disarm(now) => release(operator, Pending::Disarm, if now { Consent::Given } else { consent }).map(Some),
-                        Command::Quit(now) => release(operator, Pending::Quit, if now { Consent::Given } else { consent }).map(Some),
+                        Command::Disarm(now) => {
+                            release(operator, Pending::Disarm, if now { Consent::Given } else { consent }).map(Some)
+                        }
+                        Command::Quit(now) => {
+                            release(operator, Pending::Quit, if now { Consent::Given } else { consent }).map(Some)
+                        }
                         command => operator.obey(command).map(|()| None),
                     }),
                 }

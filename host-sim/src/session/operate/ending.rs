@@ -58,12 +58,7 @@ pub(super) struct Sinking {
 /// or a position limit holds it. Dynamics are left out: a real arm swings past this.
 ///
 /// `gravity` returns the torque that holds the arm at a position.
-fn sinking(
-    q: &[f64],
-    range: &[(f64, f64)],
-    friction: &[f64],
-    gravity: impl Fn(&[f64]) -> Vec<f64>,
-) -> Vec<Sinking> {
+fn sinking(q: &[f64], range: &[(f64, f64)], friction: &[f64], gravity: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Sinking> {
     let mut at = q.to_vec();
     let first = gravity(q);
     // A joint outside its limits sinks no farther; it is not lifted either.
@@ -75,7 +70,8 @@ fn sinking(
         let torque = gravity(&at);
         let mut moved = false;
         for (joint, at) in at.iter_mut().enumerate() {
-            let (torque, friction) = (torque.get(joint).copied().unwrap_or(0.0), friction.get(joint).copied().unwrap_or(0.0));
+            let (torque, friction) =
+                (torque.get(joint).copied().unwrap_or(0.0), friction.get(joint).copied().unwrap_or(0.0));
             let down = -torque.signum();
             let room = (end(joint, down) - *at) * down;
             if torque.abs() > friction && room > 0.0 {
@@ -112,12 +108,18 @@ impl Operator {
 
     fn sinking_in_words(&self, all: &[Sinking]) -> String {
         let of = |sinking: &Sinking| {
-            let (name, place, force) = self.arm.joints.get(sinking.joint).map_or(("", "", ""), |(name, a, b)| (name.as_str(), *a, *b));
+            let (name, place, force) =
+                self.arm.joints.get(sinking.joint).map_or(("", "", ""), |(name, a, b)| (name.as_str(), *a, *b));
             let Sinking { distance, gravity, friction, .. } = *sinking;
             let end = if sinking.to_limit { " to its limit" } else { "" };
-            format!("{name} by about {distance:.2} {place}{end} (gravity {gravity:.2} {force}, friction {friction:.2} {force})")
+            format!(
+                "{name} by about {distance:.2} {place}{end} (gravity {gravity:.2} {force}, friction {friction:.2} {force})"
+            )
         };
-        format!("this arm has no brakes; without torque these joints sink: {}", all.iter().map(of).collect::<Vec<_>>().join(", "))
+        format!(
+            "this arm has no brakes; without torque these joints sink: {}",
+            all.iter().map(of).collect::<Vec<_>>().join(", ")
+        )
     }
 
     /// True if the scene or the robot file gives a rest pose.
@@ -131,7 +133,9 @@ impl Operator {
     /// No rest pose; the board can no longer be used; Ctrl-C or the stop key.
     pub(crate) fn park(&mut self) -> Result<(), Stop> {
         let Some(rest) = self.arm.rest.clone() else {
-            return Err(Stop::Input("park: the scene and its robot file give no rest pose; add `rest = [..]` to one of them".into()));
+            return Err(Stop::Input(
+                "park: the scene and its robot file give no rest pose; add `rest = [..]` to one of them".into(),
+            ));
         };
         if self.state() == Some(RUNNING) {
             let denial = self.request(Request::Hold)?;
@@ -194,7 +198,10 @@ impl Operator {
                 if !left.is_empty() {
                     self.refused = true;
                     let text = self.sinking_in_words(&left);
-                    self.say("disarm", &format!("disarm: rejected: even at the rest pose, {text}; `disarm!` disarms anyway"))?;
+                    self.say(
+                        "disarm",
+                        &format!("disarm: rejected: even at the rest pose, {text}; `disarm!` disarms anyway"),
+                    )?;
                     return Ok(Released::Held);
                 }
                 self.ask(Request::Disarm)?;

@@ -4,8 +4,8 @@ use super::torque_check::GravityError;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
 use crate::session::states::RUNNING;
-use dynamics_core::{Inertia, InertiaBounds};
 use dynamics_core::control::Law;
+use dynamics_core::{Inertia, InertiaBounds};
 use link::{Frame, Refusal, Request, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::name;
@@ -62,11 +62,15 @@ impl Operator {
         self.watch(needed)?;
         let Some(errors) = self.gravity_errors() else {
             self.refused = true;
-            self.say("teach", "teach: rejected: the gravity model cannot be checked; hold the arm at rest for 0.1 s first")?;
+            self.say(
+                "teach",
+                "teach: rejected: the gravity model cannot be checked; hold the arm at rest for 0.1 s first",
+            )?;
             return Ok(false);
         };
         let in_words = |error: &GravityError| {
-            let (name, unit) = self.arm.joints.get(error.joint).map_or(("", ""), |(name, _, unit)| (name.as_str(), *unit));
+            let (name, unit) =
+                self.arm.joints.get(error.joint).map_or(("", ""), |(name, _, unit)| (name.as_str(), *unit));
             format!("{name} {:.2} {unit} (friction {:.2})", error.error.abs(), error.friction)
         };
         let share = |error: &GravityError| error.error.abs() / error.friction;
@@ -74,7 +78,10 @@ impl Operator {
         let text = worst.map(in_words).unwrap_or_default();
         let drifting: Vec<String> = errors.iter().filter(|error| error.drifts()).map(in_words).collect();
         if drifting.is_empty() {
-            self.say("teach", &format!("teach: error of the gravity model: {text} at most; `host-sim identify` makes it smaller"))?;
+            self.say(
+                "teach",
+                &format!("teach: error of the gravity model: {text} at most; `host-sim identify` makes it smaller"),
+            )?;
             return Ok(true);
         }
         self.refused = true;
@@ -156,7 +163,10 @@ impl Operator {
     pub(super) fn payload(&mut self, mass: f64, place: [f64; 3]) -> Result<(), Stop> {
         if !self.arm.payload_is_live {
             self.refused = true;
-            return self.say("payload", "payload: rejected: the scene has no live payload; set `payload = \"live\"` in its [model]");
+            return self.say(
+                "payload",
+                "payload: rejected: the scene has no live payload; set `payload = \"live\"` in its [model]",
+            );
         }
         let goal: Inertia<f32> = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
         self.take_up("payload", &goal)
@@ -194,7 +204,10 @@ impl Operator {
             }
             Some(Ok(value)) => {
                 self.refused = true;
-                format!("{name}: not confirmed: the board has {} kg, sent were {} kg; repeat the command", value.value, goal.mass)
+                format!(
+                    "{name}: not confirmed: the board has {} kg, sent were {} kg; repeat the command",
+                    value.value, goal.mass
+                )
             }
             Some(Err(refusal)) => self.refusal_of(name, &refusal),
             None => String::new(),

@@ -85,7 +85,11 @@ impl Operator {
     pub(super) fn full_range(&mut self) -> Result<(), Stop> {
         let of = |(((name, place, force), range), limit): (((&String, &str, &str), &Range), &f64)| {
             let Range { position: (low, high), beyond_gravity, torque } = *range;
-            let share = if limit.is_finite() { format!(" ({:.0} % of its limit)", 100.0 * torque / limit) } else { String::new() };
+            let share = if limit.is_finite() {
+                format!(" ({:.0} % of its limit)", 100.0 * torque / limit)
+            } else {
+                String::new()
+            };
             format!(
                 "\n  {name:<12} {low:.3} to {high:.3} {place}; torque at most {torque:.2} {force}{share}, {beyond_gravity:.2} {force} \
                  beyond gravity"

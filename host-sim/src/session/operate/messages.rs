@@ -28,13 +28,19 @@ pub const REFUSALS: [(&str, &str); 14] = [
     ),
     ("a fault is active", "remove its cause, then `clear`"),
     ("the arm has not been homed", "`home`, check that every joint is at its zero, `confirm`"),
-    ("a joint does not know its zero", "move it until it finds its zero; an encoder that lost its turn needs a restart of the board"),
+    (
+        "a joint does not know its zero",
+        "move it until it finds its zero; an encoder that lost its turn needs a restart of the board",
+    ),
     ("the measurement or the reference is implausible", "check the sensor of this joint"),
     ("the arm moves", "wait until it is at rest; `hold` stops it"),
     ("the host was silent", "check the link; repeat the command"),
     ("there is no reference to follow", "`run`, `jog` and `goto` send one"),
     ("a joint could not stop before its limit", "`goto` or `jog` to a position farther from the limit"),
-    ("the trajectory does not start at the arm's position", "repeat the command; it starts at the arm's present position"),
+    (
+        "the trajectory does not start at the arm's position",
+        "repeat the command; it starts at the arm's present position",
+    ),
     ("a change of a parameter or a live input waits for the same tick", "repeat the command"),
     ("a live input of the scene has not been sent yet", "`payload` and `arm` send all of them; repeat the command"),
     ("a live input is too old", "check the link; the operator sends live inputs again while it runs"),
@@ -189,14 +195,14 @@ mod tests {
 
     #[test]
     fn words_name_the_joint_counted_from_1_and_say_what_to_do() {
-        assert_eq!(
-            fault(11, Some(1)),
-            "fault 11: the drive reports a fault (joint 2); check the drive's error text"
-        );
+        assert_eq!(fault(11, Some(1)), "fault 11: the drive reports a fault (joint 2); check the drive's error text");
         let not_homed = denial(&Denial::new(Refusal::NotHomed));
         assert!(not_homed.starts_with("rejected: the arm has not been homed; `home`"), "{not_homed}");
         let standing = denial(&Denial::new(Refusal::Fault(Fault::EmergencyStop)));
-        assert!(standing.contains("fault 9: emergency stop; check the emergency stop; release it, then `clear`"), "{standing}");
+        assert!(
+            standing.contains("fault 9: emergency stop; check the emergency stop; release it, then `clear`"),
+            "{standing}"
+        );
         assert!(denial(&Denial::new(Refusal::NoRoom { joint: 2 })).contains("limit (joint 3);"));
         assert_eq!(state(77), "state 77, which this version does not know");
     }

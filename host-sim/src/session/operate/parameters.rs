@@ -93,7 +93,8 @@ impl Operator {
             for answer in self.answers(&ask)? {
                 lines.push(match answer {
                     Ok(value) => {
-                        let at_tip = payload.as_ref().and_then(|all| all.get(usize::from(value.index.checked_sub(ARM)?)));
+                        let at_tip =
+                            payload.as_ref().and_then(|all| all.get(usize::from(value.index.checked_sub(ARM)?)));
                         let value = Value { value: at_tip.map_or(value.value, |at_tip| *at_tip as f32), ..value };
                         format!("  {}", self.value_in_words(&value))
                     }
@@ -114,7 +115,8 @@ impl Operator {
         let numbers: Vec<u8> = PAYLOAD.collect();
         for some in numbers.chunks(AT_ONCE) {
             let ask: Vec<_> = some.iter().map(|number| Frame::Get(*number)).collect();
-            found.extend(self.answers(&ask)?.into_iter().filter_map(|answer| answer.ok().map(|it| f64::from(it.value))));
+            found
+                .extend(self.answers(&ask)?.into_iter().filter_map(|answer| answer.ok().map(|it| f64::from(it.value))));
         }
         let Ok([mass, hx, hy, hz, xx, yy, zz, xy, xz, yz]) = <[f64; 10]>::try_from(found) else { return Ok(None) };
         let body = Inertia {

@@ -40,7 +40,10 @@ impl Operator {
     pub fn begin(&mut self) -> Result<(), Stop> {
         self.agree()?;
         if self.status.as_ref().is_some_and(|status| status.kept) {
-            self.say("black-box", "the board holds the black box of an earlier fault: `dump` reads it, `erase` lets it record again")?;
+            self.say(
+                "black-box",
+                "the board holds the black box of an earlier fault: `dump` reads it, `erase` lets it record again",
+            )?;
         }
         Ok(())
     }
@@ -164,7 +167,9 @@ impl Operator {
         let mut left = REST;
         loop {
             match self.request(Request::Disarm)? {
-                Some(Rejection::Denied(Denial { code: NOT_AT_REST, .. })) if left > 0.0 && self.state() != Some(RUNNING) => {
+                Some(Rejection::Denied(Denial { code: NOT_AT_REST, .. }))
+                    if left > 0.0 && self.state() != Some(RUNNING) =>
+                {
                     self.wait(LOOK)?;
                 }
                 other => return Ok(other),
@@ -198,7 +203,9 @@ impl Operator {
         let (begin, ticks) = (tick(self), (seconds / self.arm.period).round());
         // A simulated board goes on although its cable is cut and no status comes.
         let end = self.device.now() + Duration::from_secs_f64(seconds - 0.5 * self.arm.period);
-        while f64::from(tick(self).wrapping_sub(begin)) < ticks && !(self.device.is_simulated() && self.device.now() > end) {
+        while f64::from(tick(self).wrapping_sub(begin)) < ticks
+            && !(self.device.is_simulated() && self.device.now() > end)
+        {
             self.step()?;
         }
         Ok(())

@@ -214,7 +214,9 @@ impl<const N: usize> Device for SimulatedBoard<N> {
         let missing = || "the scene's drives are not simulated, so they have no bus".to_owned();
         match what {
             Cut::Host => (self.to_board.cut, self.to_host.cut) = (cut, cut),
-            Cut::Bus(bus) => drives.map(|drives: &mut Electronics<N>| drives.bus(bus).stuck = cut).ok_or_else(missing)?,
+            Cut::Bus(bus) => {
+                drives.map(|drives: &mut Electronics<N>| drives.bus(bus).stuck = cut).ok_or_else(missing)?
+            }
             Cut::Drive(joint) => {
                 drives.ok_or_else(missing)?;
                 if let Some(it) = self.cut_drives.get_mut(joint) {

@@ -66,7 +66,9 @@ impl DriveNumbers {
                 return format!("the gear of {gear} is counted twice: in the drive and in the robot file");
             }
             if near(factor, *gear) {
-                return format!("the gear of {gear} is not counted: the drive takes motor torque, the robot file says joint torque");
+                return format!(
+                    "the gear of {gear} is not counted: the drive takes motor torque, the robot file says joint torque"
+                );
             }
         }
         if let Some(range) = self.range {
@@ -108,7 +110,8 @@ mod tests {
 
     #[test]
     fn a_factor_names_its_likely_cause() {
-        let geared = DriveNumbers { gears: vec![4.0], range: Some(28.0), others: vec![("DM4310", 10.0), ("DM4340", 28.0)] };
+        let geared =
+            DriveNumbers { gears: vec![4.0], range: Some(28.0), others: vec![("DM4310", 10.0), ("DM4340", 28.0)] };
         let plain = DriveNumbers::default();
         for (drive, factor, together, cause) in [
             (&geared, -1.0, false, "direction"),

@@ -233,7 +233,12 @@ impl Operator {
             return Ok(true);
         }
         self.refused = true;
-        self.say("torque", &format!("{text}\nmotion rejected: `disarm`, correct it, and arm again; or repeat the command to move anyway"))?;
+        self.say(
+            "torque",
+            &format!(
+                "{text}\nmotion rejected: `disarm`, correct it, and arm again; or repeat the command to move anyway"
+            ),
+        )?;
         Ok(false)
     }
 

@@ -106,10 +106,8 @@ fn in_words(held: &Payload, joints: &dyn Joints) -> (String, Inertia<f32>) {
             let body = joints.in_tip(&Inertia::from_mass_centre(held.mass, &com, &held.inertia));
             let [x, y, z]: [f64; 3] = (body.first_moment / held.mass).into();
             let (low, high) = (held.mass - half, held.mass + half);
-            let text = format!(
-                "{:.3} kg, 95 %: {low:.3} to {high:.3}, at {x:.3} {y:.3} {z:.3} m in the tip frame",
-                held.mass
-            );
+            let text =
+                format!("{:.3} kg, 95 %: {low:.3} to {high:.3}, at {x:.3} {y:.3} {z:.3} m in the tip frame", held.mass);
             (text, body.cast().symmetric())
         }
         _ => (format!("nothing that can be told from nothing: {:.3} +- {half:.3} kg", held.mass), nothing.cast()),

@@ -43,7 +43,11 @@ pub struct Hazard {
 }
 
 /// The figures of a scene's arm under this gravity; `None` for an arm that makes no model.
-pub(super) fn hazard<const N: usize>(file: &SceneFile, scene: Option<String>, gravity: &Vector3<f64>) -> Option<Hazard> {
+pub(super) fn hazard<const N: usize>(
+    file: &SceneFile,
+    scene: Option<String>,
+    gravity: &Vector3<f64>,
+) -> Option<Hazard> {
     let model = file.robot.model::<N>().ok()?;
     let chain = Chain::new(&model, &Inertia::zero());
     let limits = model.links().map(|link| link.limits);
@@ -147,9 +151,15 @@ impl Hazard {
     pub fn text(&self) -> String {
         let or = |x: Option<f64>, unit: &str| x.map_or("unbounded".to_owned(), |x| format!("{} {unit}", digits(x)));
         let (mass, force, speed) = CLASS_I;
-        let bound = self.tip_speed_bound.map_or(String::new(), |bound| format!("; no posture exceeds {} m/s", digits(bound)));
+        let bound =
+            self.tip_speed_bound.map_or(String::new(), |bound| format!("; no posture exceeds {} m/s", digits(bound)));
         let rows = [
-            ("moving mass", or(Some(self.moving_mass), "kg"), format!("{mass} kg"), "links, tool and payload".to_owned()),
+            (
+                "moving mass",
+                or(Some(self.moving_mass), "kg"),
+                format!("{mass} kg"),
+                "links, tool and payload".to_owned(),
+            ),
             (
                 "tip speed",
                 or(self.tip_speed, "m/s"),
@@ -162,18 +172,34 @@ impl Hazard {
                 format!("{force} N"),
                 "at the motion's start: max over u = J_k / |J_k| of min_i (tau_i + |G_i|) / |J_i . u|".to_owned(),
             ),
-            ("energy", or(self.kinetic_energy, "J"), "-".to_owned(), "largest qd^T M qd / 2 over postures, rotors included".to_owned()),
+            (
+                "energy",
+                or(self.kinetic_energy, "J"),
+                "-".to_owned(),
+                "largest qd^T M qd / 2 over postures, rotors included".to_owned(),
+            ),
             (
                 "reaction",
                 format!("{} ms", digits(1e3 * self.reaction_time)),
                 "-".to_owned(),
                 "t = age_max T + T (tick) + T (reply of a drive on CAN) + latency".to_owned(),
             ),
-            ("time to rest", or(self.stopping_time, "s"), "-".to_owned(), "t + max v_i / a_i, a_i the scene's `deceleration`".to_owned()),
-            ("tip's way to rest", or(self.stopping_distance, "m"), "-".to_owned(), "at most sum r_i (v_i t + v_i^2 / (2 a_i)), r_i axis to tip".to_owned()),
+            (
+                "time to rest",
+                or(self.stopping_time, "s"),
+                "-".to_owned(),
+                "t + max v_i / a_i, a_i the scene's `deceleration`".to_owned(),
+            ),
+            (
+                "tip's way to rest",
+                or(self.stopping_distance, "m"),
+                "-".to_owned(),
+                "at most sum r_i (v_i t + v_i^2 / (2 a_i)), r_i axis to tip".to_owned(),
+            ),
         ];
         let scene = self.scene.as_deref().map_or("the default scene".to_owned(), |name| format!("scene {name}"));
-        let mut text = format!("\nnear a person ({scene}): what the limits allow, beside class I of ISO 10218-1:2025\n\n");
+        let mut text =
+            format!("\nnear a person ({scene}): what the limits allow, beside class I of ISO 10218-1:2025\n\n");
         for (name, value, class, formula) in rows {
             text += &format!("  {name:<18}{value:>12}{class:>11}   {formula}\n");
         }

@@ -12,9 +12,9 @@ use dynamics_core::chapter::statics::holding_torque;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, Live, Rotor, Scene, Trig, Wrench};
+pub use hazard::{CLASS_I, Hazard};
 use nalgebra::Vector3;
 use robot_compiler::check::{Draft, Finding, JointLoad, Severity, findings};
-pub use hazard::{CLASS_I, Hazard};
 use robot_compiler::{Robot, SceneFile, with_dof};
 
 /// The findings about an arm.

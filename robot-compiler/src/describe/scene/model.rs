@@ -1,8 +1,8 @@
 //! Terms of the controller's inverse dynamics: the table `[model]`.
 
-use dynamics_core::safety::LiveInput;
 use super::lists::joints;
 use crate::describe::robot::Robot;
+use dynamics_core::safety::LiveInput;
 use dynamics_core::{Body, Inertia, Model, Scene, Term, Wrench};
 use nalgebra::Vector3;
 

@@ -27,7 +27,20 @@ fn read(source: &Source) -> Result<Vec<Actuator>, FileError> {
 }
 
 fn actuator(table: &Table<'_>) -> Result<Actuator, FileError> {
-    table.only(&["name", "kind", "position", "velocity", "torque", "kp", "kd", "rated", "peak", "time_constant", "rotor", "source"])?;
+    table.only(&[
+        "name",
+        "kind",
+        "position",
+        "velocity",
+        "torque",
+        "kp",
+        "kd",
+        "rated",
+        "peak",
+        "time_constant",
+        "rotor",
+        "source",
+    ])?;
     const TEXT: &str = "a text";
     const END: &str = "the end of a range, above zero";
     let text = |key| table.require(key, TEXT)?.string(TEXT).map(str::to_owned);

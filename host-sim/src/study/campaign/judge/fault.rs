@@ -56,7 +56,8 @@ impl<const N: usize> Judge<N> {
                 return broken(Law::Named, format!("fault {cause} out of nothing"));
             }
         }
-        let starts = (before == IDLE && matches!(now, ARMING | ARMED)) || (before == HOMING && now == IDLE && status.homed);
+        let starts =
+            (before == IDLE && matches!(now, ARMING | ARMED)) || (before == HOMING && now == IDLE && status.homed);
         let cleared = (before, now) == (FAULT, IDLE);
         // Without a known zero a position has no meaning.
         let stands = seen.faults.iter().find(|code| !cleared || **code != 4 || status.homed);

@@ -3,7 +3,7 @@
 use super::law::{Law, Unsafe, broken};
 use super::torque::torque;
 use super::{Heard, Judge, Said, Told};
-use crate::session::states::{ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, RUNNING, self};
+use crate::session::states::{self, ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, RUNNING};
 use dynamics_core::safety::Rules;
 use link::{Request, Status};
 
