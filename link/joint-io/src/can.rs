@@ -35,7 +35,7 @@
 //! | carry none | a reply to the frame, then a reply whose torque follows a probe of a fiftieth of the frame's range |
 //!
 //! Two ticks, because a reply that comes a tick late answers the frame before. The brakes open only if every drive is on. Every safe action, a
-//! bus that is off and [`MISSING_MAX`] ticks without a reply forget it, and so does a reply that shows the drive off, in its own tick. Where
+//! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows the drive off, in its own tick. Where
 //! replies carry no state, a drive counts as off when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
 //! replies that follow each other ([`JointFaults::TORQUE`]); below a fiftieth of the frame's range nothing is seen.
 //!
@@ -621,7 +621,7 @@ impl Joint {
         if self.powered {
             if !self.on && self.asked > 0 && first {
                 self.shown = self.shown.saturating_add(1);
-                self.on = self.shown >= SHOWN;
+                self.on = self.shown >= SHOWN && self.timeout.is_settled(drive);
             }
         } else if self.on && reply.error == 0 {
             // It was not told to.
@@ -692,9 +692,6 @@ impl Joint {
             self.age_ticks = self.age_ticks.saturating_add(1);
             if self.owed > 0 {
                 self.counts.missing = self.counts.missing.wrapping_add(1);
-            }
-            if self.age_ticks > MISSING_MAX {
-                self.forget();
             }
             if self.heard && self.age_ticks == drive.restart_ticks.saturating_add(1) {
                 self.restarted(drive);

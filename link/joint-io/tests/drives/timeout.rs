@@ -4,6 +4,7 @@ use crate::rig::Rig;
 use actuator_model::mit::Language;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::SafeAction;
+use joint_io::JointIo as _;
 use joint_io::frames::Frames;
 use session::readings::JointFaults;
 
@@ -36,6 +37,37 @@ fn set<F: Frames>(language: Language) {
 fn a_timeout_is_read_set_and_read_back_before_the_arm_is_armed_and_after_each_loss_of_power() {
     set::<Damiao>(Language::Damiao);
     set::<RobStride>(Language::RobStride);
+}
+
+fn at_once<F: Frames>(language: Language) {
+    let mut rig = Rig::<F>::new(language, SafeAction::Brake);
+    // It restarts while it is enabled: its timeout is the maker's again.
+    let shaft = actuator_model::mit::Shaft { position: 0.0, velocity: 0.0 };
+    rig.powered = false;
+    for _ in 0..20 {
+        rig.tick();
+    }
+    rig.electronics(|it| it.restart(&shaft));
+    rig.powered = true;
+    let joints = &mut rig.joints.inner;
+    for _ in 0..30 {
+        let readings = joints.measure().unwrap();
+        let timeout = rig.wire.bus.borrow().actuators[0].electronics.timeout;
+        assert!(!readings.on[0] || (timeout - 0.05).abs() < 1e-9, "{language:?}: on with a timeout of {timeout} s");
+        if readings.on[0] {
+            return;
+        }
+        joints.enable(SafeAction::Brake);
+        rig.wire.bus.borrow_mut().unplugged = vec![];
+        rig.wire.bus.borrow_mut().serve();
+    }
+    panic!("{language:?}: never on");
+}
+
+#[test]
+fn a_drive_does_not_count_as_on_before_its_timeout_is_set() {
+    at_once::<Damiao>(Language::Damiao);
+    at_once::<RobStride>(Language::RobStride);
 }
 
 fn unset<F: Frames>(language: Language) {

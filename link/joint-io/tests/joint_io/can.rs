@@ -243,6 +243,40 @@ fn a_drive_that_is_off_is_switched_on_before_it_gives_torque() {
 }
 
 #[test]
+fn torque_that_a_spring_gives_counts_and_one_that_is_missing_is_found_in_a_stated_number_of_replies() {
+    let mut bench = Bench::running();
+    let springs = [Spring { stiffness: 80.0, damping: 2.0 }; 6];
+    let push = |tick: usize| [if tick / 10 % 2 == 0 { 2.0 } else { -2.0 }; 6];
+    for tick in 0..300 {
+        let readings = bench.joints.measure().unwrap();
+        assert_eq!((readings.on, readings.faults), ([true; 6], [JointFaults::NONE; 6]), "{tick}");
+        bench.joints.drive(&push(tick), Some(&springs));
+        bench.pass();
+    }
+    bench.drive(&[2.0; 6]);
+    // Off by itself.
+    bench.actuator(4, |a| a.receive(&joint_io::mit::EXIT));
+    let mut weak = 0;
+    loop {
+        let readings = bench.joints.measure().unwrap();
+        if !readings.on[4] {
+            assert_eq!(readings.on, [true, true, true, true, false, true]);
+            assert!(readings.faults[4] != JointFaults::NONE && readings.zero_lost);
+            break;
+        }
+        bench.joints.drive(&[2.0; 6], Some(&springs));
+        bench.pass();
+        weak += 1;
+        assert!(weak < 20);
+    }
+    assert_eq!(weak, usize::from(joint_io::can::WEAK_MAX) + 1);
+    // The fault is reported until the safe action.
+    bench.joints.safe(SafeAction::Off);
+    bench.pass();
+    assert_eq!(bench.joints.measure().unwrap().faults, [JointFaults::NONE; 6]);
+}
+
+#[test]
 fn a_lost_reply_is_counted_for_its_joint_and_ages_it_alone() {
     let mut bench = Bench::running();
     bench.fate(2, Fate::Lost);
@@ -474,6 +508,8 @@ fn a_bus_that_is_off_is_a_fault_of_its_joints_at_once_and_ends_with_it() {
         readings.faults.map(|faults| faults.contains(JointFaults::BUS)),
         [false, false, false, true, true, true]
     );
+    // They are not on until they have shown it again.
+    assert_eq!(readings.on, [true, true, true, false, false, false]);
     assert_eq!(bench.joints.bus_counts()[1].off, 1);
     bench.buses[1].bus.borrow_mut().off = false;
     for _ in 0..3 {
