@@ -2,10 +2,14 @@
 //!
 //! A tick that is not [ordinary](super::ordinary) comes here, and is decided from the beginning.
 
+use super::arming::Arming;
+use super::lowering::lowered;
 use super::measured::{Judgement, Seen, Sensors};
 use super::stop::{can_stop, slowed};
-use super::{HoldCause, Inputs, Refusal, Request, Rules, State};
-use crate::control::{ControllerConfig, Fault, LimitFlags, Reference, believed, name_reference};
+use super::{HoldCause, Inputs, LiveInput, Refusal, Request, Rules, State};
+use crate::control::{
+    ControllerConfig, Fault, LimitFlags, Reference, believed, hold_near, name_reference, reference_is_inside,
+};
 use crate::scalar::Real;
 
 /// State of the machine from tick to tick, but for the observer's.
@@ -16,6 +20,8 @@ pub(super) struct Memory<S, const N: usize> {
     pub(super) sensors: Sensors<S, N>,
     /// Reference of the controller while torque acts.
     pub(super) reference: Reference<S, N>,
+    /// Limits that act on it, where the machine and not the controller has applied them: beyond a position limit.
+    pub(super) held: Option<[LimitFlags; N]>,
     /// The torque that acts, and the limits that held it.
     pub(super) torque: [S; N],
     pub(super) limits: [LimitFlags; N],
@@ -23,9 +29,17 @@ pub(super) struct Memory<S, const N: usize> {
     pub(super) alone: u32,
     /// The controller gave way to a collision in the last tick, and did not follow its reference.
     pub(super) gave_way: bool,
+    /// The limits of the first motion are lifted.
+    pub(super) full_range: bool,
+    /// Progress of arming.
+    pub(super) arming: Arming,
+    /// Pace of lowering, 0 to 1.
+    pace: S,
+    /// Ticks that the reference has been at the rest pose.
+    settled: u32,
 }
 
-/// What a tick has to go by.
+/// Inputs of one decision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Now<'a, S, const N: usize> {
     pub(super) inputs: &'a Inputs<S, N>,
@@ -34,15 +48,33 @@ pub(super) struct Now<'a, S, const N: usize> {
     pub(super) seen: &'a Seen<'a, S, N>,
     /// The host has not been heard for too long.
     pub(super) silent: bool,
+    /// A hand leads the arm: the reference is where the arm is.
+    pub(super) led: bool,
 }
 
-/// What follows from the rules, and the request that was not granted.
+/// Action of the drives that the rules allow, and the reason for which the request was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Decision {
-    /// Torque may act, along the memory's reference.
-    Drive(Option<Refusal>),
+    /// Torque may act, along the memory's reference. `at_once`: without a limit on its rate.
+    Drive { refused: Option<Refusal>, at_once: bool },
     /// The safe action.
     Safe(Option<Refusal>),
+    /// Switch the drives on. In the `first` tick the controller is asked if the arm can be held at all.
+    Enable { refused: Option<Refusal>, first: bool },
+    /// Torque with engaged brakes, for the weight of an arm at rest at the memory's reference.
+    Preload { refused: Option<Refusal> },
+}
+
+impl Decision {
+    /// The same, with this request rejected.
+    fn refusing(self, refusal: Option<Refusal>) -> Self {
+        match self {
+            Self::Drive { at_once, .. } => Self::Drive { refused: refusal, at_once },
+            Self::Safe(own) => Self::Safe(own.or(refusal)),
+            Self::Enable { first, .. } => Self::Enable { refused: refusal, first },
+            Self::Preload { .. } => Self::Preload { refused: refusal },
+        }
+    }
 }
 
 /// Reason why a reference is refused.
@@ -62,10 +94,15 @@ impl<S: Real, const N: usize> Memory<S, N> {
             homed: false,
             sensors: Sensors::new(),
             reference: Reference { q: zero, qd: zero, qdd: zero },
+            held: None,
             torque: zero,
             limits: [LimitFlags::NONE; N],
             alone: 0,
             gave_way: false,
+            full_range: false,
+            arming: Arming::START,
+            pace: S::zero(),
+            settled: 0,
         }
     }
 
@@ -90,47 +127,68 @@ impl<S: Real, const N: usize> Memory<S, N> {
     ) -> Decision {
         let Now { inputs, seen, silent, .. } = *now;
         let Judgement { fault: judged, jumped } = self.sensors.judge(inputs, seen, config, rules);
-        self.homed &= !jumped;
+        self.homed &= !(jumped || inputs.zero_lost);
         let external = external(inputs, rules);
 
         if let State::Fault(fault) = self.state {
             return Decision::Safe(match inputs.request {
-                None => None,
+                // Nothing moves: the stop is there.
+                None | Some(Request::Stop) => None,
                 Some(Request::Clear) => self.clear(external, judged, seen, rules),
                 Some(_) => Some(Refusal::Fault(fault)),
             });
         }
+        let stop = (inputs.request == Some(Request::Stop)).then_some(Fault::EmergencyStop);
         let drove = self.state.drives();
         self.alone = if drove && silent { self.alone.saturating_add(1) } else { 0 };
-        let fault = external.or(if drove { judged } else { None }).or(if self.alone > rules.hold_max {
-            Some(Fault::HeartbeatLost)
-        } else {
-            None
-        });
+        let alone = self.alone > rules.hold_max && self.state != State::Lowering;
+        let fault = external.or(stop).or(self.of_drives(inputs)).or(if drove { judged } else { None }).or(
+            if alone && rules.rest.is_none() { Some(Fault::HeartbeatLost) } else { None },
+        );
         if let Some(fault) = fault {
             return self.fail(fault, inputs.request);
         }
+        if alone {
+            (self.state, self.pace, self.settled) = (State::Lowering, S::zero(), 0);
+        }
 
         let refused = self.grant(now, judged, config, rules).err();
+        if self.state == State::Arming {
+            return self.arming(now, judged, rules).refusing(refused);
+        }
         if !self.state.drives() {
             return Decision::Safe(refused);
         }
         match self.follow(now, config, rules) {
-            Ok(()) => Decision::Drive(refused),
+            Ok(()) => Decision::Drive { refused, at_once: false },
             Err(fault) => self.fail(fault, inputs.request),
         }
     }
 
-    /// The fault is in force, and the request is refused for it.
+    /// Fault of drives on which torque acts, or is about to.
+    fn of_drives(&self, inputs: &Inputs<S, N>) -> Option<Fault> {
+        if !self.state.drives() && self.state != State::Arming {
+            return None;
+        }
+        if inputs.zero_lost {
+            return Some(Fault::ZeroLost);
+        }
+        match inputs.on.iter().position(|on| !*on) {
+            Some(joint) if self.state != State::Arming => Some(Fault::DriveOff { joint: joint as u8 }),
+            _ => None,
+        }
+    }
+
+    /// The fault is in force, and the request is rejected because of it, unless it asked for the stop.
     pub(super) fn fail(&mut self, fault: Fault, request: Option<Request>) -> Decision {
         self.state = State::Fault(fault);
-        Decision::Safe(request.map(|_| Refusal::Fault(fault)))
+        Decision::Safe(request.filter(|request| *request != Request::Stop).map(|_| Refusal::Fault(fault)))
     }
 
     /// Forget the torque: it has ended.
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
-        (self.torque, self.reference.qdd, self.alone, self.gave_way) = (zero, zero, 0, false);
+        (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
     }
 
     /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
@@ -176,7 +234,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                     return Err(Refusal::NotZeroed);
                 }
                 standing(seen, judged, rules)?;
-                self.homed = true;
+                (self.homed, self.full_range) = (true, rules.first_motion.is_none());
                 self.state = State::Idle;
             }
             (State::Idle, Request::Arm) => {
@@ -187,11 +245,14 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }
-                self.reference = Reference::at_rest(*seen.q);
-                self.state = State::Armed;
+                if rules.live != 0 && inputs.live_age == u32::MAX {
+                    return Err(Refusal::MissingInput(LiveInput::first(rules.live)));
+                }
+                self.begin_arming(seen.q);
             }
             (State::Homing, Request::Disarm) => self.state = State::Idle,
-            (State::Armed | State::Holding(_), Request::Disarm) => {
+            (State::Arming, request) if Self::ends_arming(request) => self.state = State::Idle,
+            (State::Armed | State::Holding(_) | State::Lowering, Request::Disarm) => {
                 if !seen.at_rest(rules) {
                     return Err(Refusal::NotAtRest);
                 }
@@ -200,6 +261,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
             (State::Armed | State::Holding(_), Request::Run) => {
                 if silent {
                     return Err(Refusal::HeartbeatLost);
+                }
+                if inputs_are_old(inputs, rules) {
+                    return Err(Refusal::StaleInput(LiveInput::first(rules.live)));
                 }
                 let reference = fit(now, config, rules).map_err(|unfit| match unfit {
                     Unfit::Missing => Refusal::NoReference,
@@ -215,7 +279,13 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 }
                 self.state = State::Running;
             }
-            (State::Running, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
+            (_, Request::FullRange) => {
+                if !self.homed {
+                    return Err(Refusal::NotHomed);
+                }
+                self.full_range = true;
+            }
+            (State::Running | State::Lowering, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
             _ => return Err(Refusal::WrongState),
         }
         Ok(())
@@ -228,7 +298,8 @@ impl<S: Real, const N: usize> Memory<S, N> {
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Result<(), Fault> {
-        let Now { seen, silent, .. } = *now;
+        let Now { inputs, seen, silent, led, .. } = *now;
+        self.held = None;
         let cause = match self.state {
             State::Running => match fit(now, config, rules) {
                 Err(Unfit::NonFinite(fault)) => return Err(fault),
@@ -236,9 +307,17 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 Err(Unfit::Missing) => Some(HoldCause::NoReference),
                 Err(Unfit::NoRoom { joint }) => Some(HoldCause::NoRoom { joint }),
                 Err(Unfit::OutOfReach { joint }) => Some(HoldCause::OutOfReach { joint }),
+                Ok(_) if inputs_are_old(inputs, rules) => Some(HoldCause::StaleInput),
                 Ok(reference) => {
-                    self.reference = *reference;
-                    None
+                    if reference_is_inside(reference, &config.limits) {
+                        self.reference = *reference;
+                    } else {
+                        let mut flags = [LimitFlags::NONE; N];
+                        let near = if led { &reference.q } else { &self.reference.q };
+                        self.reference = hold_near(reference, near, &config.limits, &mut flags);
+                        self.held = Some(flags);
+                    }
+                    return Ok(());
                 }
             },
             State::Armed if silent => Some(HoldCause::HeartbeatLost),
@@ -253,13 +332,51 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 self.reference = slowed(&self.reference, rules, &config.limits);
                 S::literal(HOLDING_REACH)
             }
+            State::Lowering => {
+                self.lower(seen, config, rules)?;
+                S::literal(HOLDING_REACH)
+            }
             _ => return Ok(()),
         };
+        if !reference_is_inside(&self.reference, &config.limits) {
+            // Where it was armed, beyond a limit. It is held there, not pushed to the limit.
+            let mut flags = [LimitFlags::NONE; N];
+            self.reference = hold_near(&self.reference, &self.reference.q, &config.limits, &mut flags);
+            self.held = Some(flags);
+        }
         match astray(&self.reference, seen, rules, beyond) {
             Some(joint) if !self.gave_way => Err(Fault::FollowingError { joint }),
             _ => Ok(()),
         }
     }
+
+    /// The next reference on the way to the rest pose. [`Fault::HeartbeatLost`] once the arm is there.
+    fn lower(
+        &mut self,
+        seen: &Seen<'_, S, N>,
+        config: &ControllerConfig<S, N>,
+        rules: &Rules<S, N>,
+    ) -> Result<(), Fault> {
+        let Some(rest) = &rules.rest else { return Err(Fault::HeartbeatLost) };
+        match lowered(&self.reference, &mut self.pace, rest, rules, &config.limits) {
+            Some(next) => {
+                self.reference = next;
+                Ok(())
+            }
+            None => {
+                self.settled = self.settled.saturating_add(1);
+                // An arm that does not come to rest is let go after the time that it may hold alone.
+                let over = seen.at_rest(rules) || self.settled > rules.hold_max;
+                self.reference = Reference::at_rest(*rest);
+                if over { Err(Fault::HeartbeatLost) } else { Ok(()) }
+            }
+        }
+    }
+}
+
+/// True if the live inputs are older than the arm may run with.
+fn inputs_are_old<S, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> bool {
+    rules.live != 0 && rules.live_max != 0 && inputs.live_age > rules.live_max
 }
 
 /// How far the arm may be from where it holds, as a multiple of the joint's reach. A stop may begin because the reference is out
@@ -268,7 +385,7 @@ const ARMED_REACH: f64 = 1.0;
 const HOLDING_REACH: f64 = 1.5;
 
 /// The first joint that is farther from the reference than this multiple of its reach.
-fn astray<S: Real, const N: usize>(
+pub(super) fn astray<S: Real, const N: usize>(
     reference: &Reference<S, N>,
     seen: &Seen<'_, S, N>,
     rules: &Rules<S, N>,

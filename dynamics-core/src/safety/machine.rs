@@ -84,7 +84,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         let here;
         let reference = match &inputs.reference {
             Some(_) if led => {
-                here = where_it_is(q, config);
+                here = where_it_is(q);
                 Some(&here)
             }
             reference => reference.as_ref(),
@@ -101,32 +101,45 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             _ => false,
         };
         let decision = match ordinary {
-            true => Decision::Drive(None),
-            false => memory.decide(&Now { inputs, reference, seen: &seen, silent }, config, rules),
+            true => Decision::Drive { refused: None, at_once: false },
+            false => memory.decide(&Now { inputs, reference, seen: &seen, silent, led }, config, rules),
         };
         let decision = match decision {
-            Decision::Safe(refused) => Decision::Safe(refused),
-            Decision::Drive(refused) => {
+            Decision::Drive { refused, at_once } => {
                 let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
                 let Memory { reference, torque: last, limits: acted, .. } = &*memory;
                 let runs = memory.state == State::Running;
-                let ask = Ask { start: !drove, reference, inside: ordinary, runs, q, qd, torque: last, limits: acted };
+                let inside = ordinary || memory.held.is_some();
+                let ask =
+                    Ask { start: !drove, at_once, reference, inside, runs, q, qd, torque: last, limits: acted };
                 // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
                 match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits))
                 {
                     Ok(()) => {
+                        if let Some(held) = &memory.held {
+                            flag(&mut limits, held);
+                        }
                         (memory.torque, memory.limits) = (torque, limits);
                         let any = limits.iter().fold(LimitFlags::NONE, |any, flags| any | *flags);
                         memory.gave_way = any.contains(LimitFlags::COLLISION);
                         output.actuation = Actuation::Drive { torque, limits };
-                        Decision::Drive(refused)
+                        Decision::Drive { refused, at_once }
                     }
                     Err(fault) => memory.fail(fault, inputs.request),
                 }
             }
+            Decision::Safe(_) => decision,
+            Decision::Enable { .. } | Decision::Preload { .. } => {
+                memory.carry(output, inputs, decision, config, control)
+            }
         };
         output.refused = match decision {
-            Decision::Drive(refused) => refused,
+            Decision::Drive { refused, .. } | Decision::Preload { refused } => refused,
+            Decision::Enable { refused, .. } => {
+                memory.rest();
+                output.actuation = Actuation::Enable(rules.safe_action);
+                refused
+            }
             Decision::Safe(refused) => {
                 memory.rest();
                 output.actuation = Actuation::Safe(rules.safe_action);
@@ -137,11 +150,61 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     }
 }
 
-/// The reference of an arm that is led by hand: at rest where it is, or at the position limit that it has passed.
+impl<S: Real, const N: usize> Memory<S, N> {
+    /// The torque of an arm that is being armed: that of its weight, at rest at the memory's reference. No noise of a sensor is in it, so
+    /// it comes to its end. In the first tick the torque is not driven: an arm that cannot be held is not switched on.
+    #[cold]
+    #[inline(never)]
+    fn carry(
+        &mut self,
+        output: &mut Output<S, N>,
+        inputs: &Inputs<S, N>,
+        decision: Decision,
+        config: &ControllerConfig<S, N>,
+        control: impl FnOnce(&Ask<'_, S, N>, &mut [S; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
+    ) -> Decision {
+        let preloads = match decision {
+            Decision::Preload { .. } => true,
+            Decision::Enable { first: true, .. } => false,
+            _ => return decision,
+        };
+        let zero = [S::zero(); N];
+        let (mut torque, mut limits) = (zero, [LimitFlags::NONE; N]);
+        let Self { reference, torque: last, limits: acted, .. } = &*self;
+        let ask = Ask {
+            start: true,
+            at_once: false,
+            reference,
+            inside: true,
+            runs: false,
+            q: &reference.q,
+            qd: &zero,
+            torque: last,
+            limits: acted,
+        };
+        match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits)) {
+            Err(fault) => return self.fail(fault, inputs.request),
+            Ok(()) if preloads => {
+                (self.torque, self.limits) = (torque, limits);
+                self.arming.carried = !limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE_RATE));
+                output.actuation = Actuation::Preload { torque, limits };
+            }
+            Ok(()) => {}
+        }
+        decision
+    }
+}
+
+/// Add limits that the machine has applied.
+#[cold]
+fn flag<const N: usize>(limits: &mut [LimitFlags; N], held: &[LimitFlags; N]) {
+    for i in 0..N {
+        limits[i] |= held[i];
+    }
+}
+
+/// The reference of an arm that is led by hand: at rest where it is. Beyond a position limit too: it is not pushed back when the hand lets go.
 #[inline]
-fn where_it_is<S: Real, const N: usize>(q: &[S; N], config: &ControllerConfig<S, N>) -> Reference<S, N> {
-    Reference::at_rest(core::array::from_fn(|i| {
-        let (lo, hi) = config.limits[i].position;
-        q[i].clamp_to(lo, hi)
-    }))
+fn where_it_is<S: Real, const N: usize>(q: &[S; N]) -> Reference<S, N> {
+    Reference::at_rest(*q)
 }

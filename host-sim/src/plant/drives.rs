@@ -10,7 +10,7 @@
 //! and velocity loop several times a tick; without stiffness and damping it is constant from frame to frame.
 
 use super::{Clock, State};
-use actuator_model::bus::{Bus, Frame};
+use actuator_model::bus::{Bus, Fate, Frame};
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use core::convert::Infallible;
 use dynamics_core::control::Spring;
@@ -102,6 +102,10 @@ pub enum Order<const N: usize> {
     Preload([f64; N]),
     /// The safe action.
     Safe(SafeAction),
+    /// Switch the drives on, brakes engaged; a drive that is on does this.
+    Enable(SafeAction),
+    /// These torques or forces, N m or N, brakes engaged.
+    Preload([f64; N]),
 }
 
 impl<const N: usize> Drives<N> {
@@ -158,6 +162,21 @@ impl<const N: usize> Drives<N> {
             _ => third,
         };
         &mut queued.bus().0
+    }
+
+    /// Disturbs the frames of a joint's drive until the next call: a deaf drive hears nothing and says nothing. `replies` are the
+    /// fates of its next reply; the first that is true counts.
+    pub(crate) fn disturb(&mut self, joint: usize, deaf: bool, replies: [(bool, Fate); 2]) {
+        let Some(Seat { bus, place, .. }) = self.seats.get(joint).copied() else { return };
+        let bus = self.bus(bus);
+        let Some(id) = bus.actuators.get(place).map(|actuator| actuator.electronics.id) else { return };
+        bus.unplugged.retain(|other| *other != id);
+        if deaf {
+            bus.unplugged.push(id);
+        }
+        bus.fates.retain(|(other, _)| *other != id);
+        let fate = replies.into_iter().find(|(comes, _)| *comes);
+        bus.fates.extend(fate.map(|(_, fate)| (id, fate)));
     }
 
     /// Whether the brakes hold the arm.

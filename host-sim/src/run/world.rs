@@ -145,8 +145,29 @@ impl<const N: usize> World<N> {
 
     /// As [`World::stop`], with this solver.
     pub(crate) async fn stop_with(&mut self, solver: &impl Solver<N>) -> Result<(), Diverged> {
+        self.rest_with(solver, &Order::Safe(self.safe_action)).await
+    }
+
+    /// Simulate one control period in which the drives are switched on, brakes engaged.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn enable(&mut self, action: SafeAction) -> Result<(), Diverged> {
+        now(self.rest_with(&AtOnce, &Order::Enable(action)))
+    }
+
+    /// Simulate one control period with these torques, N m or N, against engaged brakes.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn preload(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        now(self.rest_with(&AtOnce, &Order::Preload(*torque)))
+    }
+
+    /// A control period outside the ledger, in which brakes hold an arm that has some.
+    async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
         self.begin_tick();
-        self.exchange(&Order::Safe(self.safe_action));
+        self.exchange(order);
         let Self { plant, drives, .. } = self;
         match drives {
             None => plant.brake(),

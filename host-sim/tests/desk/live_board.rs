@@ -121,7 +121,7 @@ fn run<const N: usize>(scene: &SceneFile, key: &Key, mut port: TTYPort, stop: &A
             session.sense(Some(&readings), &Lines::NONE);
             match session.tick(&meter) {
                 Drives::Drive(torque) => world.plant.drive(&torque.map(f64::from)).unwrap(),
-                Drives::Safe(_) => world.plant.brake(),
+                Drives::Safe(_) | Drives::Enable(_) | Drives::Preload(_) => world.plant.brake(),
             }
             answers.extend(std::iter::from_fn(|| session.say()).map(Report::frame));
         }

@@ -49,6 +49,7 @@ use crate::frames::{Frames, Packet, Setting};
 use crate::mit::{Reply, Setpoint};
 use crate::queued::OUT;
 use crate::{JointIo, MISSING_MAX, higher};
+use core::fmt::Debug;
 use core::marker::PhantomData;
 use dynamics_core::control::{Sensed, Spring};
 use dynamics_core::drive::{MitDrive, Range};
@@ -306,7 +307,7 @@ enum Order {
 }
 
 /// The joints behind up to three buses, whose drives understand the frames `F`. A bus that is not there is [`NoBus`].
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct CanJoints<F, A, B, C, P, const N: usize> {
     frames: PhantomData<F>,
     first: A,
@@ -323,6 +324,25 @@ pub struct CanJoints<F, A, B, C, P, const N: usize> {
     clearing: u8,
     /// The joint that is looked at first when a drive's setting is to be read or written.
     next_setting: usize,
+}
+
+/// What tells two of one build apart: without constants.
+impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoints<F, A, B, C, P, N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { frames: _, first, second, third, brake, drives: _, order: _, joints, buses, brake_failed, clearing, next_setting } =
+            self;
+        f.debug_struct("CanJoints")
+            .field("first", first)
+            .field("second", second)
+            .field("third", third)
+            .field("brake", brake)
+            .field("joints", joints)
+            .field("buses", buses)
+            .field("brake_failed", brake_failed)
+            .field("clearing", clearing)
+            .field("next_setting", next_setting)
+            .finish()
+    }
 }
 
 impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> CanJoints<F, A, B, C, P, N> {

@@ -87,7 +87,9 @@ impl Frames for RobStride {
     fn answers(drive: &MitDrive, id: Id) -> bool {
         let Id::Extended(id) = id else { return false };
         let id = id.as_raw();
-        matches!(id >> 24, REPLY | READ) && id >> 8 & 0xff == u32::from(drive.id) && id & 0xff == u32::from(drive.reply_id)
+        matches!(id >> 24, REPLY | READ)
+            && id >> 8 & 0xff == u32::from(drive.id)
+            && id & 0xff == u32::from(drive.reply_id)
     }
 
     fn read_timeout(drive: &MitDrive) -> Option<Packet> {

@@ -41,9 +41,11 @@ where
         joints.clear();
     }
     match session.tick(meter) {
-        Drives::Drive(torque) if !is_due() => joints.drive(&torque, session.springs().as_ref()),
-        Drives::Drive(_) => joints.safe(session.safe_action()),
         Drives::Safe(action) => joints.safe(action),
+        _ if is_due() => joints.safe(session.safe_action()),
+        Drives::Drive(torque) => joints.drive(&torque, session.springs().as_ref()),
+        Drives::Enable(action) => joints.enable(action),
+        Drives::Preload(torque) => joints.preload(&torque),
     }
     let late = is_due();
     if late {

@@ -6,7 +6,7 @@ use link::Trouble;
 
 /// Faults of a joint: a set of bits, stable in telemetry. Any of them stops the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct JointFaults(u8);
+pub struct JointFaults(u16);
 
 impl JointFaults {
     /// Nothing.
@@ -52,7 +52,7 @@ impl JointFaults {
 
     /// The bits.
     #[must_use]
-    pub const fn bits(self) -> u8 {
+    pub const fn bits(self) -> u16 {
         self.0
     }
 

@@ -20,9 +20,11 @@ impl<const N: usize> Bench<N> {
             }
             2 => {
                 let all = [Request::Home, Request::Confirm, Request::Arm, Request::Disarm, Request::Run];
-                let more = [Request::Hold, Request::Clear];
-                let asked = usize::from(next()) % 7;
-                self.send(&Frame::Request(all.iter().chain(&more).copied().nth(asked).unwrap()));
+                let more = [Request::Hold, Request::Clear, Request::Stop, Request::FullRange, Request::Release];
+                let asked = usize::from(next()) % 10;
+                self.request = self.request.wrapping_add(1);
+                let request = all.iter().chain(&more).copied().nth(asked).unwrap();
+                self.send(&Frame::request(self.request, request));
                 self.time();
             }
             3 => {
@@ -143,7 +145,8 @@ impl<const N: usize> Bench<N> {
         self.lines = Lines { emergency_stop, supply, temperature };
         if self.pacing() == Some(Pacing::Drill) {
             let (overrun, zeroed) = (bits & 32 != 0, bits & 64 == 0);
-            let lines = link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature };
+            let own = link::Lines { emergency_stop, overrun, zeroed, drive_fault, ..link::Lines::CALM };
+            let lines = link::Lines { supply, temperature, ..own };
             self.send(&Frame::Lines(lines));
         }
     }

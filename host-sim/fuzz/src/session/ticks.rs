@@ -168,7 +168,7 @@ fn split(said: Vec<Frame>) -> (Option<Status>, Vec<Frame>) {
 
 fn torque_bits<const N: usize>(drives: &Drives<N>) -> Option<[u32; N]> {
     match drives {
-        Drives::Drive(torque) => Some(torque.map(f32::to_bits)),
-        Drives::Safe(_) => None,
+        Drives::Drive(torque) | Drives::Preload(torque) => Some(torque.map(f32::to_bits)),
+        Drives::Safe(_) | Drives::Enable(_) => None,
     }
 }

@@ -46,6 +46,7 @@ impl<const N: usize> Told<N> {
             drive_fault: self.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault)),
             supply: self.supply,
             temperature: self.temperature,
+            ..link::Lines::CALM
         }
     }
 
@@ -238,10 +239,11 @@ fn status(answers: Vec<Frame>, tick: u32, pacing: Pacing) -> Result<Status, Trou
 
 /// Command to the drives that would act outside a drill.
 pub(super) fn played<const N: usize>(status: &Status) -> Drives<N> {
+    let all = |torque: &link::Joints<f32>| core::array::from_fn(|i| torque.get(i).copied().unwrap_or(f32::NAN));
     match &status.actuation {
-        Some(Actuation::Drive { torque, .. }) => {
-            Drives::Drive(core::array::from_fn(|i| torque.get(i).copied().unwrap_or(f32::NAN)))
-        }
+        Some(Actuation::Drive { torque, .. }) => Drives::Drive(all(torque)),
+        Some(Actuation::Preload { torque, .. }) => Drives::Preload(all(torque)),
+        Some(Actuation::Enable) => Drives::Enable(SafeAction::Brake),
         Some(Actuation::DampedStop) => Drives::Safe(SafeAction::DampedStop),
         Some(Actuation::Off) => Drives::Safe(SafeAction::Off),
         Some(Actuation::Brake) | None => Drives::Safe(SafeAction::Brake),

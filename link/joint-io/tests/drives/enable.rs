@@ -54,9 +54,16 @@ fn arm<F: Frames>(language: Language, loss: Loss, from: u32, ticks: u32) -> (f64
             }
             Loss::Unanswered | Loss::Late | Loss::Twice => {}
         }
-        if tick == 0 { rig.ask(Request::Arm) } else { rig.tick() }
+        if tick == 0 {
+            rig.ask(Request::Arm)
+        } else {
+            rig.tick()
+        }
         if rig.brake.0.get() {
-            assert!(rig.electronics(|it| it.is_enabled()), "{language:?} {loss:?} {from} {ticks}: open on a drive that is off");
+            assert!(
+                rig.electronics(|it| it.is_enabled()),
+                "{language:?} {loss:?} {from} {ticks}: open on a drive that is off"
+            );
             open_at = open_at.or(Some(tick));
         }
     }
@@ -74,7 +81,8 @@ fn brakes_open_only_on_a_drive_that_has_shown_that_it_is_on() {
                     (Language::Damiao, arm::<Damiao>(Language::Damiao, loss, from, ticks)),
                     (Language::RobStride, arm::<RobStride>(Language::RobStride, loss, from, ticks)),
                 ] {
-                    let case = format!("{language:?}, {loss:?}, {ticks} ticks from {from}: {sank:.5} rad, open in {open:?}");
+                    let case =
+                        format!("{language:?}, {loss:?}, {ticks} ticks from {from}: {sank:.5} rad, open in {open:?}");
                     assert!(open.is_some(), "never on: {case}");
                     if sank > worst.0 {
                         worst = (sank, case);

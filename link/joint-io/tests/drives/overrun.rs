@@ -42,8 +42,8 @@ fn tick(compute: u32, drive: u32) -> (bool, bool, Option<Fault>) {
     let now = Cell::new(0);
     let mut joints = Slow { now: &now, drive: 0, drove: false };
     let meter = Meter::new(Uncounted);
-    for request in [Request::Home, Request::Confirm, Request::Arm] {
-        rig.receive(Frame::Request(request));
+    for (number, request) in [Request::Home, Request::Confirm, Request::Arm].into_iter().enumerate() {
+        rig.receive(Frame::request(number as u8, request));
         run_tick(&mut rig.session, &mut joints, &meter, || Lines::NONE, || false);
     }
     for _ in 0..50 {

@@ -3,6 +3,7 @@
 //! The tick is the firmware's own, [`run_tick`].
 use actuator_model::bus::{Bus, Frame as CanFrame};
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
+use dynamics_core::control::Spring;
 use dynamics_core::control::{Controller, ControllerConfig, Encoder, Fault, Gains, Guard, Law, TrackingObserver};
 use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Range};
 use dynamics_core::newton_euler::InverseDynamics;
@@ -13,10 +14,9 @@ use dynamics_core::{InertiaBounds, Limits, SinCos};
 use embedded_can::ErrorKind;
 use embedded_can::nb::Can;
 use embedded_hal::digital::{ErrorType, OutputPin};
-use dynamics_core::control::Spring;
-use joint_io::{JointIo, run_tick};
 use joint_io::can::{CanBus, CanJoints, NoBus};
 use joint_io::frames::Frames;
+use joint_io::{JointIo, run_tick};
 use link::codec::Received;
 use link::{Cost, Frame, Hello, Pacing, Request};
 use session::meter::{Counter, Meter};
@@ -145,6 +145,7 @@ fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
         reach_speed: 0.3,
         rotor_max: 0.2,
         damping: 4.0,
+        lowering_speed: 0.2,
     };
     Rules {
         safe_action,
@@ -155,6 +156,11 @@ fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
         period: 0.001,
         rate: 1000.0,
         latency: 0.002,
+        arming_max: 300,
+        live: 0,
+        live_max: 0,
+        rest: None,
+        first_motion: None,
         payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint],
     }
@@ -221,6 +227,8 @@ pub struct Rig<F> {
     pub ticking: bool,
     /// The brake does not act, as of an arm that has none.
     pub brakeless: bool,
+    /// Number of the last request.
+    number: u8,
 }
 
 /// Ranges of the drive, whatever its kind.
@@ -295,6 +303,7 @@ impl<F: Frames> Rig<F> {
             powered: true,
             ticking: true,
             brakeless: false,
+            number: 0,
         };
         let hello = Hello { pacing: Pacing::Live, ..OWN };
         assert_eq!(rig.receive(Frame::Hello(hello)), Reaction::Start(Pacing::Live, Frame::Hello(hello)));
@@ -322,7 +331,8 @@ impl<F: Frames> Rig<F> {
 
     /// A request of the host, and the tick that judges it.
     pub fn ask(&mut self, request: Request) {
-        self.receive(Frame::Request(request));
+        self.number = self.number.wrapping_add(1);
+        self.receive(Frame::request(self.number, request));
         self.tick();
     }
 

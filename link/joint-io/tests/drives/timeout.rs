@@ -1,5 +1,6 @@
 //! The drives' own communication timeouts: set before they are enabled, and what they are worth.
 
+use joint_io::JointIo as _;
 use crate::rig::Rig;
 use actuator_model::mit::Language;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};

@@ -33,10 +33,14 @@ impl SceneFile {
         }
     }
 
-    /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none.
+    /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none, and where the scene is for a
+    /// bench only: such a firmware reaches no drive.
     #[must_use]
     pub fn drives<const N: usize>(&self) -> Drives<N> {
         let joints = &self.robot.joints;
+        if self.safety.bench_only {
+            return Drives::Link;
+        }
         // Loading has checked that all joints have a drive of one kind, or none has.
         if let Some(drives) = all(joints, |joint| self.mit(joint)) {
             return Drives::Mit(drives);
@@ -81,10 +85,16 @@ impl SceneFile {
         Some(MitDrive {
             // The casts saturate.
             timeout: timeout.round() as u32,
-            restart_ticks: ((f64::from(spec.protocol.restart_us()) * 1e-6 / period + 1e-9) as u32).max(RESTART_TICKS_MIN),
+            restart_ticks: ((f64::from(spec.protocol.restart_us()) * 1e-6 / period + 1e-9) as u32)
+                .max(RESTART_TICKS_MIN),
             absolute,
             ..mit(&spec)
         })
+    }
+
+    /// True if every joint has a drive on CAN that a run simulates.
+    pub(crate) fn simulates_drives(&self) -> bool {
+        !self.actuators.ideal && !self.mit_drives().is_empty() && self.robot.joints.iter().all(RobotJoint::has_own_loop)
     }
 
     fn pwm(&self, joint: &RobotJoint, spec: &PwmSpec) -> PwmDrive {

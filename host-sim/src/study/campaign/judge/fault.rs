@@ -4,7 +4,7 @@ use super::law::{Law, Unsafe, broken};
 use super::observation::Seen;
 use super::torque::torque;
 use super::{Judge, Said, Told};
-use crate::session::states::{ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
+use crate::session::states::{ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 
 /// Faults that a board raises in every state, in order of priority.
 const BOARD: [u8; 5] = [9, 6, 11, 12, 13];
@@ -31,7 +31,7 @@ impl<const N: usize> Judge<N> {
     pub(super) fn faults(&self, board: &[u8], seen: &Seen<N>, said: &Said<N>) -> Result<(), Unsafe> {
         let status = &said.status;
         let (before, now) = (self.before.0, status.state);
-        let drove = matches!(before, ARMED | RUNNING | HOLDING);
+        let drove = matches!(before, ARMED | RUNNING | HOLDING | LOWERING);
         let all = || board.iter().chain(&seen.faults);
         if let Some(code) = all().next()
             && (torque(&said.drives).is_some() || (drove && now != FAULT))
@@ -56,7 +56,7 @@ impl<const N: usize> Judge<N> {
                 return broken(Law::Named, format!("fault {cause} out of nothing"));
             }
         }
-        let starts = (before, now) == (IDLE, ARMED) || (before == HOMING && now == IDLE && status.homed);
+        let starts = (before == IDLE && matches!(now, ARMING | ARMED)) || (before == HOMING && now == IDLE && status.homed);
         let cleared = (before, now) == (FAULT, IDLE);
         // Without a known zero a position has no meaning.
         let stands = seen.faults.iter().find(|code| !cleared || **code != 4 || status.homed);
