@@ -102,10 +102,6 @@ pub enum Order<const N: usize> {
     Preload([f64; N]),
     /// The safe action.
     Safe(SafeAction),
-    /// Switch the drives on, brakes engaged; a drive that is on does this.
-    Enable(SafeAction),
-    /// These torques or forces, N m or N, brakes engaged.
-    Preload([f64; N]),
 }
 
 impl<const N: usize> Drives<N> {
