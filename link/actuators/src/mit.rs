@@ -117,6 +117,8 @@ pub struct Electronics {
     pub first_timeout: f64,
     /// It answers nothing about its settings, and takes none: an older program.
     pub has_no_settings: bool,
+    /// The frame that enables it does nothing.
+    pub ignores_enable: bool,
     /// What is left of its position after its power was off.
     pub memory: Memory,
     /// Its own error; not zero: it gives no torque.
@@ -150,6 +152,7 @@ impl Electronics {
             timeout: 0.1,
             first_timeout: 0.1,
             has_no_settings: false,
+            ignores_enable: false,
             memory: Memory::Turn(core::f64::consts::TAU / 6.0),
             error: 0,
             temperature: 25,
@@ -268,7 +271,7 @@ impl Electronics {
                     torque: to_float(frame.id >> 8 & 0xffff, r.torque, 16),
                 };
             }
-            3 => (self.enabled, self.told) = (true, Told::default()),
+            3 => (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Told::default()),
             4 => {
                 (self.enabled, self.told) = (false, Told::default());
                 if b0 == 1 {
@@ -315,7 +318,7 @@ impl Electronics {
         self.silent_for = 0.0;
         match ([b0, b1, b2, b3, b4, b5, b6] == [0xff; 7], b7) {
             (true, 0xfc) => {
-                self.enabled = true;
+                self.enabled |= !self.ignores_enable;
                 self.told = Told::default();
             }
             (true, 0xfd) => {

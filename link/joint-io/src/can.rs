@@ -35,8 +35,8 @@
 //! | carry none | a reply to the frame, then a reply whose torque follows a probe of a fiftieth of the frame's range |
 //!
 //! Two ticks, because a reply that comes a tick late answers the frame before. The brakes open only if every drive is on. Every safe action, a
-//! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows the drive off, in its own tick. Where
-//! replies carry no state, a drive counts as off when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
+//! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows
+//! the drive off, in its own tick. Where replies carry no state, a drive counts as off when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
 //! replies that follow each other ([`JointFaults::TORQUE`]); below a fiftieth of the frame's range nothing is seen.
 //!
 //! Before a drive is enabled, its own communication timeout is read and set where the protocol has one. It is a fault of the joint if the drive
@@ -89,10 +89,6 @@ pub const TIMEOUT_TRIES: u8 = 12;
 
 /// Ticks in which errors of drives are cleared after [`JointIo::clear`].
 const CLEARING: u8 = 8;
-
-/// Faults of a torque that is not given, and of a communication timeout that is not confirmed.
-const TORQUE: JointFaults = JointFaults::DRIVE;
-const TIMEOUT: JointFaults = JointFaults::DRIVE;
 
 /// Functions of a bus that the schedule needs, beside sending and receiving.
 pub trait CanBus: Can {
@@ -756,8 +752,8 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
             zero_lost |= core::mem::take(&mut joint.zero_lost);
             let unset = joint.timeout.tries > TIMEOUT_TRIES && !joint.timeout.is_settled(drive);
             *faults = joint.faults
-                | TIMEOUT.when(unset)
-                | TORQUE.when(joint.torque_lost)
+                | JointFaults::TIMEOUT.when(unset)
+                | JointFaults::TORQUE.when(joint.torque_lost)
                 | JointFaults::MISSING.when(joint.age_ticks > MISSING_MAX)
                 | JointFaults::BUS.when(off)
                 | JointFaults::OUTPUT.when(self.brake_failed);

@@ -57,7 +57,7 @@ impl<const N: usize> Bench<N> {
                         counts[joint] = counts[joint].wrapping_add(value.to_bits().cast_signed() >> (what >> 4));
                     }
                     (_, 2) => ages[joint] = u32::from(what >> 2),
-                    _ => faults[joint] = JointFaults::NAMES[usize::from(what >> 2) % 8].0,
+                    _ => faults[joint] = JointFaults::NAMES[usize::from(what >> 2) % JointFaults::NAMES.len()].0,
                 }
                 self.odd = Some((sensed, ages, faults));
             }

@@ -4,6 +4,7 @@ use crate::rig::{ARMING, Rig};
 use actuator_model::bus::Fate;
 use actuator_model::mit::Language;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::control::Fault;
 use dynamics_core::safety::SafeAction;
 use joint_io::frames::Frames;
 use link::Request;
@@ -93,6 +94,37 @@ fn brakes_open_only_on_a_drive_that_has_shown_that_it_is_on() {
     }
     println!("worst: {}", worst.1);
     assert!(worst.0 < 0.005, "{}", worst.1);
+}
+
+/// A drive that hears nothing while it is armed, or whose replies never show it on. Returns the fault and its tick.
+fn never<F: Frames>(language: Language) -> (Option<Fault>, u32) {
+    let mut rig = Rig::<F>::new(language, SafeAction::Brake);
+    for _ in 0..ARMING {
+        rig.tick();
+    }
+    rig.home();
+    // The frame that enables never arrives; everything else does.
+    rig.electronics(|it| it.ignores_enable = true);
+    rig.ask(Request::Arm);
+    let mut ticks = 0;
+    while rig.fault().is_none() && ticks < 1000 {
+        rig.tick();
+        ticks += 1;
+        assert!(!rig.brake.0.get());
+    }
+    (rig.fault(), ticks)
+}
+
+#[test]
+fn a_drive_that_never_comes_on_ends_in_a_fault_that_names_it_with_the_brakes_engaged() {
+    for (language, (fault, ticks)) in [
+        (Language::MiniCheetah, never::<MiniCheetah>(Language::MiniCheetah)),
+        (Language::Damiao, never::<Damiao>(Language::Damiao)),
+        (Language::RobStride, never::<RobStride>(Language::RobStride)),
+    ] {
+        assert_eq!(fault, Some(Fault::DriveNotOn { joint: 0 }), "{language:?}");
+        assert!((295..=305).contains(&ticks), "{language:?}: {ticks}");
+    }
 }
 
 fn again<F: Frames>(language: Language, action: SafeAction) -> bool {

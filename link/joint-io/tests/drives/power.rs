@@ -4,9 +4,11 @@ use crate::rig::{ARMING, Rig};
 use actuator_model::mit::Language;
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
-use dynamics_core::safety::SafeAction;
+use dynamics_core::safety::{self, SafeAction};
 use joint_io::can::WEAK_MAX;
 use joint_io::frames::Frames;
+use link::Request;
+use session::readings::JointFaults;
 
 /// An armed joint whose drive goes off by itself and answers on. Returns the ticks until it is seen, and how far the joint sinks, rad.
 fn trip<F: Frames>(language: Language) -> (u32, f64) {
@@ -27,7 +29,9 @@ fn trip<F: Frames>(language: Language) -> (u32, f64) {
         rig.tick();
         if seen.is_none() && rig.readings().on == [false] {
             assert!(rig.readings().zero_lost, "it may have restarted");
-            assert!(!rig.brake.0.get(), "engaged in the same tick");
+            let torque = rig.readings().faults[0].contains(JointFaults::TORQUE);
+            assert_eq!(torque, language == Language::MiniCheetah);
+            assert!(rig.fault().is_some() && !rig.brake.0.get(), "in the same tick");
             seen = Some(tick);
         }
     }
@@ -56,7 +60,7 @@ fn dark<F: Frames>(language: Language, ticks: u32, absolute: bool) -> (u32, f64)
         rig.tick();
     }
     rig.home();
-    rig.ask(link::Request::Arm);
+    rig.ask(Request::Arm);
     for _ in 0..50 {
         rig.tick();
     }
@@ -74,6 +78,11 @@ fn dark<F: Frames>(language: Language, ticks: u32, absolute: bool) -> (u32, f64)
         lost += u32::from(rig.readings().zero_lost);
     }
     let Sensed::State { q, .. } = rig.readings().sensed else { panic!("a state") };
+    // Armed again without homing: only a drive that has kept its zero.
+    rig.ask(Request::Clear);
+    rig.ask(Request::Arm);
+    let armed = rig.state() == safety::State::Arming;
+    assert_eq!(armed, lost == 0, "{language:?} after {ticks} ticks: {:?}", rig.state());
     (lost, (f64::from(q[0]) - rig.q).abs())
 }
 

@@ -27,20 +27,20 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 /// Control period, s.
-pub const H: f64 = 0.001;
+pub(crate) const H: f64 = 0.001;
 
 /// Inertia of the pendulum, kg m^2.
-pub const INERTIA: f64 = 0.55;
+pub(crate) const INERTIA: f64 = 0.55;
 
 /// Torque of its weight, N m: 2 kg at half a metre, level at `q = 0`.
-pub const WEIGHT: f64 = 9.81;
+pub(crate) const WEIGHT: f64 = 9.81;
 
 /// Ticks that the drives' timeouts and their enabling take.
-pub const ARMING: u32 = 20;
+pub(crate) const ARMING: u32 = 20;
 
 /// The pendulum as its controller knows it.
 #[derive(Clone, Copy)]
-pub struct Pendulum;
+pub(crate) struct Pendulum;
 
 impl InverseDynamics<f32, 1> for Pendulum {
     fn inverse_dynamics(
@@ -57,13 +57,13 @@ impl InverseDynamics<f32, 1> for Pendulum {
 
 /// The board's side of the bus.
 #[derive(Clone, Default)]
-pub struct Wire {
+pub(crate) struct Wire {
     /// The bus.
-    pub bus: Rc<RefCell<Bus>>,
+    pub(crate) bus: Rc<RefCell<Bus>>,
     /// Transmissions to refuse from now on (no room in the transmitter).
-    pub refuse: Rc<Cell<u32>>,
+    pub(crate) refuse: Rc<Cell<u32>>,
     /// The transmitter takes frames, and they never reach the wire: the next tick abandons them.
-    pub swallow: Rc<Cell<bool>>,
+    pub(crate) swallow: Rc<Cell<bool>>,
 }
 impl Can for Wire {
     type Frame = CanFrame;
@@ -89,7 +89,7 @@ impl CanBus for Wire {
 
 /// The line to the brake; true: open.
 #[derive(Clone, Default)]
-pub struct Brake(pub Rc<Cell<bool>>);
+pub(crate) struct Brake(pub(crate) Rc<Cell<bool>>);
 impl ErrorType for Brake {
     type Error = Infallible;
 }
@@ -105,7 +105,7 @@ impl OutputPin for Brake {
 }
 
 /// No counter.
-pub struct Uncounted;
+pub(crate) struct Uncounted;
 impl Counter for Uncounted {
     fn now(&self) -> u32 {
         0
@@ -167,13 +167,13 @@ fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
 }
 
 /// The joint, which remembers what passed.
-pub struct Recorded<F> {
+pub(crate) struct Recorded<F> {
     /// The firmware's.
-    pub inner: CanJoints<F, Wire, NoBus, NoBus, Brake, 1>,
+    pub(crate) inner: CanJoints<F, Wire, NoBus, NoBus, Brake, 1>,
     /// Of this tick.
-    pub readings: Option<Readings<1>>,
+    pub(crate) readings: Option<Readings<1>>,
     /// Torque of this tick, N m; `None` in the safe action.
-    pub torque: Option<f32>,
+    pub(crate) torque: Option<f32>,
 }
 
 impl<F: Frames> JointIo<1> for Recorded<F> {
@@ -206,27 +206,27 @@ impl<F: Frames> JointIo<1> for Recorded<F> {
 }
 
 /// Everything.
-pub struct Rig<F> {
+pub(crate) struct Rig<F> {
     /// The joint.
-    pub joints: Recorded<F>,
+    pub(crate) joints: Recorded<F>,
     /// The bus.
-    pub wire: Wire,
+    pub(crate) wire: Wire,
     /// The brake.
-    pub brake: Brake,
+    pub(crate) brake: Brake,
     /// The session.
-    pub session: Session<1, Pendulum, Polynomial, Protected<f32, 1>>,
+    pub(crate) session: Session<1, Pendulum, Polynomial, Protected<f32, 1>>,
     meter: Meter<Uncounted>,
     /// Angle of the joint, rad, and its velocity, rad/s.
-    pub q: f64,
-    pub qd: f64,
+    pub(crate) q: f64,
+    pub(crate) qd: f64,
     /// The emergency stop.
-    pub stop: bool,
+    pub(crate) stop: bool,
     /// Power of the drive: without it, it neither hears nor answers nor gives torque.
-    pub powered: bool,
+    pub(crate) powered: bool,
     /// The board's ticks run.
-    pub ticking: bool,
+    pub(crate) ticking: bool,
     /// The brake does not act, as of an arm that has none.
-    pub brakeless: bool,
+    pub(crate) brakeless: bool,
     /// Number of the last request.
     number: u8,
 }
@@ -245,12 +245,12 @@ fn ranges() -> MitRanges {
 
 impl<F: Frames> Rig<F> {
     /// A joint whose drive speaks `language`, at rest and off, in a live session.
-    pub fn new(language: Language, action: SafeAction) -> Self {
+    pub(crate) fn new(language: Language, action: SafeAction) -> Self {
         Self::with(language, action, |_| {})
     }
 
     /// The same, with another drive than the board believes.
-    pub fn with(language: Language, action: SafeAction, change: impl FnOnce(&mut MitDrive)) -> Self {
+    pub(crate) fn with(language: Language, action: SafeAction, change: impl FnOnce(&mut MitDrive)) -> Self {
         let (reply_id, reply_bytes, timeout) = match language {
             Language::MiniCheetah => (0, 6, 0),
             Language::Damiao | Language::RobStride => (0x11, 8, 1000),
@@ -314,7 +314,7 @@ impl<F: Frames> Rig<F> {
     }
 
     /// Home and arm, and let the drive come on.
-    pub fn armed(mut self) -> Self {
+    pub(crate) fn armed(mut self) -> Self {
         self.home();
         self.ask(Request::Arm);
         for _ in 0..200 {
@@ -325,25 +325,25 @@ impl<F: Frames> Rig<F> {
     }
 
     /// A frame of the host.
-    pub fn receive(&mut self, frame: Frame) -> Reaction {
+    pub(crate) fn receive(&mut self, frame: Frame) -> Reaction {
         self.session.receive(Ok(Received { frame, missed: 0 }))
     }
 
     /// A request of the host, and the tick that judges it.
-    pub fn ask(&mut self, request: Request) {
+    pub(crate) fn ask(&mut self, request: Request) {
         self.number = self.number.wrapping_add(1);
         self.receive(Frame::request(self.number, request));
         self.tick();
     }
 
     /// Home, where the joint is.
-    pub fn home(&mut self) {
+    pub(crate) fn home(&mut self) {
         self.ask(Request::Home);
         self.ask(Request::Confirm);
     }
 
     /// State of the machine.
-    pub fn state(&self) -> safety::State {
+    pub(crate) fn state(&self) -> safety::State {
         match self.session.state() {
             State::Supervised(_, s) => s,
             o => panic!("{o:?}"),
@@ -351,7 +351,7 @@ impl<F: Frames> Rig<F> {
     }
 
     /// The fault, if there is one.
-    pub fn fault(&self) -> Option<Fault> {
+    pub(crate) fn fault(&self) -> Option<Fault> {
         match self.state() {
             safety::State::Fault(f) => Some(f),
             _ => None,
@@ -359,11 +359,11 @@ impl<F: Frames> Rig<F> {
     }
 
     /// The drive's electronics.
-    pub fn electronics<T>(&self, look: impl FnOnce(&mut Electronics) -> T) -> T {
+    pub(crate) fn electronics<T>(&self, look: impl FnOnce(&mut Electronics) -> T) -> T {
         look(&mut self.wire.bus.borrow_mut().actuators[0].electronics)
     }
     /// One tick of the board, then 1 ms of the world.
-    pub fn tick(&mut self) {
+    pub(crate) fn tick(&mut self) {
         if self.ticking {
             self.receive(Frame::Alive);
             let lines = Lines { emergency_stop: self.stop, ..Lines::NONE };
@@ -396,14 +396,14 @@ impl<F: Frames> Rig<F> {
     }
 
     /// Power comes back after it was off.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         let shaft = Shaft { position: self.q, velocity: self.qd };
         self.electronics(|it| it.restart(&shaft));
         self.powered = true;
     }
 
     /// What the joint's readings were in the last tick.
-    pub fn readings(&self) -> Readings<1> {
+    pub(crate) fn readings(&self) -> Readings<1> {
         self.joints.readings.unwrap()
     }
 }
