@@ -8,8 +8,8 @@ use session::readings::Readings;
 /// What is broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mutant {
-    /// A drive counts as on without having shown it, and the brakes open with the first torque.
-    OnWhenAsked,
+    /// A drive counts as on without having shown it, also while it is silent, and the brakes open with the first torque.
+    BlindToDrives,
     /// Nobody hears of a zero that may be lost.
     ZeroNeverLost,
     /// Nothing carries the arm before the brakes open.
@@ -39,7 +39,7 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J> {
     fn measure(&mut self) -> Option<Readings<N>> {
         let mut readings = self.joints.measure()?;
         match self.mutant {
-            Some(Mutant::OnWhenAsked) => readings.on = [true; N],
+            Some(Mutant::BlindToDrives) => (readings.on, readings.age_ticks) = ([true; N], [0; N]),
             Some(Mutant::ZeroNeverLost) => readings.zero_lost = false,
             _ => {}
         }

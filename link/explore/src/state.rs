@@ -245,8 +245,9 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             _ => self.session.receive(Ok(Received { frame, missed })),
         };
         let lost = matches!(reaction, Reaction::Reply(Frame::Refusal(link::Refusal::Lost { .. })));
+        // After lost packets a request is refused, and the host is told; but never a stop.
         if let Some(request) = request
-            && !lost
+            && (!lost || matches!(request.request, Request::Hold | Request::Stop))
         {
             self.host.arrived |= request.number == self.host.number;
             self.judge.asked(request);
@@ -403,7 +404,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
                 self.answered(setup, answer);
             }
         }
-        let at_once = setup.mutant == Some(Mutant::OnWhenAsked) && self.machine().drives();
+        let at_once = setup.mutant == Some(Mutant::BlindToDrives) && self.machine().drives();
         let open = self.joints.brake().0 || at_once;
         let free = open || setup.action != safety::SafeAction::Brake;
         self.world.step(self.joints.buses().0, free);

@@ -81,9 +81,9 @@ fn finds(rule: Rule, mutant: Mutant, setup: Setup) {
 #[test]
 fn a_drive_that_counts_as_on_when_it_was_told_to_be_is_found() {
     let it = setup(Language::Damiao, SafeAction::Brake);
-    finds(Rule::BrakesOpenOnlyWhenAllDrivesAreOn, Mutant::OnWhenAsked, it);
-    finds(Rule::BrakesCloseWhenADriveIsOff, Mutant::OnWhenAsked, it);
-    finds(Rule::NoJointFallsWhileArmed, Mutant::OnWhenAsked, setup(Language::Damiao, SafeAction::DampedStop));
+    finds(Rule::BrakesOpenOnlyWhenAllDrivesAreOn, Mutant::BlindToDrives, it);
+    finds(Rule::BrakesCloseWhenADriveIsOff, Mutant::BlindToDrives, it);
+    finds(Rule::NoJointFallsWhileArmed, Mutant::BlindToDrives, setup(Language::Damiao, SafeAction::DampedStop));
 }
 
 #[test]
