@@ -44,7 +44,8 @@ impl<S: Real, const N: usize> Memory<S, N> {
             if let Some(fault) = off.map(|joint| Fault::DriveOff { joint }).or(judged).or(astray) {
                 return self.fail(fault, inputs.request);
             }
-            if self.arming.carried && seen.at_rest(rules) {
+            // A drive whose reading is missing may have gone off, or may not have heard of its torque.
+            if self.arming.carried && self.sensors.fresh && seen.at_rest(rules) {
                 self.state = State::Armed;
                 return Decision::Drive { refused: None, at_once: false };
             }
@@ -54,6 +55,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let hindrance = match judged {
             Some(Fault::StaleMeasurement) => Some(Fault::StaleMeasurement),
             Some(fault) => return self.fail(fault, inputs.request),
+            None if !self.sensors.fresh => Some(Fault::StaleMeasurement),
             None => seen.fast(rules).map(|joint| Fault::FollowingError { joint }),
         };
         match off.map(|joint| Fault::DriveNotOn { joint }).or(hindrance) {

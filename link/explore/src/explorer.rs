@@ -174,6 +174,18 @@ pub struct Explored {
     pub broken: Vec<(&'static str, String)>,
 }
 
+impl core::fmt::Display for Explored {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { states, steps, depth, seconds, complete, broken } = self;
+        let end = if *complete { "to its end" } else { "cut off" };
+        write!(f, "{states} states, {steps} steps, depth {depth}, {seconds:.1} s, {end}")?;
+        for (rule, trace) in broken {
+            write!(f, "\nbroken: {rule}\n{trace}")?;
+        }
+        Ok(())
+    }
+}
+
 /// Bounds of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {

@@ -116,6 +116,8 @@ pub struct Judge<const N: usize> {
     verdict: Option<Verdict>,
     /// Something other than the host's absence has happened.
     disturbed: bool,
+    /// The brakes were open in the period before.
+    was_open: bool,
     /// Drives that were on at the end of the period before.
     was_on: [bool; N],
     /// Periods that brakes are open over a drive that is off.
@@ -149,9 +151,7 @@ pub struct Period {
     pub before: State,
     /// State after.
     pub after: State,
-    /// Brakes open before.
-    pub opened: bool,
-    /// Brakes open after.
+    /// The brakes are open.
     pub open: bool,
     /// The joints count as homed.
     pub homed: bool,
@@ -171,6 +171,7 @@ impl<const N: usize> Judge<N> {
             last: None,
             verdict: None,
             disturbed: false,
+            was_open: false,
             was_on: [false; N],
             off_for: [0; N],
             shifted: [0; N],
@@ -257,7 +258,8 @@ impl<const N: usize> Judge<N> {
 
     /// The end of a period.
     pub fn judge(&mut self, setup: &Setup, world: &World<N>, period: &Period) {
-        let Period { before, after, opened, open, homed, here } = *period;
+        let Period { before, after, open, homed, here } = *period;
+        let opened = core::mem::replace(&mut self.was_open, open);
         let brakes = setup.action == SafeAction::Brake;
         let opens = brakes && open && !opened;
         if opens {

@@ -14,6 +14,7 @@
 //! | [`judge`] | the properties, judged from the simulated drives and the motion, never from what the board believes |
 //! | [`digest`] | the part of a state that decides its future, as a hash |
 //! | [`explorer`] | the transition system for the checker, and readable traces |
+//! | [`faulty`] | a board that is broken on purpose |
 //!
 //! # How states are explored
 //! The initial states are all states of an undisturbed session, one for each control period: the operator homes, arms, moves up, holds, moves
@@ -23,6 +24,7 @@
 
 pub mod digest;
 pub mod explorer;
+pub mod faulty;
 pub mod host;
 pub mod judge;
 pub mod scene;

@@ -3,6 +3,8 @@
 //! The arm's joints are independent: each carries [`WEIGHT`] upward from a table at position 0. One control period is 10 ms, and time limits are
 //! a few periods, so that a search of some tens of periods goes past every one of them.
 
+use crate::faulty::Mutant;
+use crate::state::Kinds;
 use actuator_model::mit::{Electronics, Language, Ranges};
 use core::fmt::Debug;
 use dynamics_core::control::{ControllerConfig, Encoder, Gains, Guard, Law, TrackingObserver};
@@ -56,7 +58,9 @@ pub struct Setup {
     /// Disturbing events on one path.
     pub budget: u8,
     /// Kinds of events.
-    pub events: crate::state::Kinds,
+    pub events: Kinds,
+    /// What is broken on purpose, to show that the search finds it.
+    pub mutant: Option<Mutant>,
 }
 
 /// Configuration of controller and machine: the same for every state, and no part of any.
@@ -147,7 +151,7 @@ fn rules<const N: usize>(setup: &Setup) -> Rules<f32, N> {
         arming_max: ARMING_MAX,
         live: 0,
         live_max: 0,
-        rest: setup.rest.then_some([0.0; N]),
+        rest: (setup.rest && setup.mutant != Some(Mutant::NoRestPose)).then_some([0.0; N]),
         first_motion: None,
         payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint; N],

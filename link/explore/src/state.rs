@@ -1,6 +1,7 @@
 //! One state, its events, and the step by one control period.
 
 use crate::digest;
+use crate::faulty::{Faulty, Mutant};
 use crate::host::{Host, Presence};
 use crate::judge::{Judge, Period};
 use crate::scene::{self, Lift, Numbers, Setup};
@@ -14,7 +15,7 @@ use dynamics_core::trig::Polynomial;
 use joint_io::can::{CanJoints, NoBus};
 use joint_io::frames::Frames;
 use link::codec::Received;
-use link::{Cost, Frame, Hello, Pacing, Request};
+use link::{Answer, Cost, Frame, Hello, Pacing, Point, Request, Verdict};
 use session::black_box::Report;
 use session::meter::{Counter, Meter};
 use session::readings::Lines;
@@ -36,6 +37,9 @@ pub struct Kinds {
 impl Kinds {
     /// All of them.
     pub const ALL: Self = Self { frames: true, drives: true, requests: true, host: true };
+
+    /// None of them.
+    pub const NONE: Self = Self { frames: false, drives: false, requests: false, host: false };
 }
 
 /// A disturbing event. It takes no time.
@@ -158,6 +162,9 @@ pub struct State<F, const N: usize> {
     pub judge: Judge<N>,
     /// Events that may still come.
     pub left: u8,
+    /// Of a broken board: the last request before this period, and the last beginning of a trajectory.
+    withheld: Option<Frame>,
+    old: Option<Point>,
     digest: u64,
 }
 
@@ -176,9 +183,11 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             host: Host::new(),
             judge: Judge::new(),
             left: setup.budget,
+            withheld: None,
+            old: None,
             digest: 0,
         };
-        state.hello();
+        state.hello(setup);
         state.digest();
         state
     }
@@ -192,8 +201,8 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
     }
 
     fn digest(&mut self) {
-        let Self { session, joints, world, host, judge, left, .. } = &*self;
-        self.digest = digest::of(&[session, joints, world, host, judge, left]);
+        let Self { session, joints, world, host, judge, left, withheld, old, digest: _ } = &*self;
+        self.digest = digest::of(&[session, joints, world, host, judge, left, withheld, old]);
     }
 
     /// What decides the future, as text.
@@ -203,31 +212,61 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         digest::text(&(session, joints, world, host, judge, left))
     }
 
-    fn hello(&mut self) {
+    fn hello(&mut self, setup: &Setup) {
         let hello = Frame::Hello(Hello { pacing: Pacing::Live, ..scene::own(N as u8) });
         let Host { number, seen, .. } = self.host;
         self.host = Host { number, seen, ..Host::new() };
-        self.receive(hello);
+        self.receive(setup, hello);
         self.judge.hello();
     }
 
+    fn answered(&mut self, setup: &Setup, answer: Answer) {
+        let times = match setup.mutant {
+            Some(Mutant::NoAnswer) if answer.verdict == Verdict::Superseded => 0,
+            Some(Mutant::TwoAnswers) => 2,
+            _ => 1,
+        };
+        (0..times).for_each(|_| self.judge.answered(answer));
+    }
+
     /// A frame of the host arrives.
-    fn receive(&mut self, frame: Frame) {
+    fn receive(&mut self, setup: &Setup, frame: Frame) {
         let start = matches!(&frame, Frame::Point(point) if point.ticks == 0);
+        let keeps = setup.mutant == Some(Mutant::OldTrajectory);
+        let point = if let (true, Frame::Point(point)) = (keeps, &frame) { Some(point.clone()) } else { None };
         let request = if let Frame::Request(request) = &frame { Some(*request) } else { None };
         let missed = core::mem::take(&mut self.host.owed);
-        let reaction = self.session.receive(Ok(Received { frame, missed }));
+        let reaction = match (setup.mutant, &frame) {
+            // Nothing but a new session makes this session forget a stronger request: so it is not given to it before the period.
+            (Some(Mutant::LastRequestWins), Frame::Request(_)) => {
+                self.withheld = Some(frame);
+                Reaction::None
+            }
+            _ => self.session.receive(Ok(Received { frame, missed })),
+        };
         let lost = matches!(reaction, Reaction::Reply(Frame::Refusal(link::Refusal::Lost { .. })));
+        // After lost packets a request is refused, and the host is told; but never a stop.
         if let Some(request) = request
-            && !lost
+            && (!lost || matches!(request.request, Request::Hold | Request::Stop))
         {
             self.host.arrived |= request.number == self.host.number;
             self.judge.asked(request);
         }
         match reaction {
-            Reaction::None if start => self.judge.fresh_points = true,
-            Reaction::Reply(Frame::Answer(answer)) => self.judge.answered(answer),
+            Reaction::None if start => {
+                self.judge.fresh_points = true;
+                self.old = point;
+            }
+            Reaction::Reply(Frame::Answer(answer)) => self.answered(setup, answer),
             _ => {}
+        }
+    }
+
+    /// A broken board takes up the trajectory that has ended.
+    fn revive(&mut self) {
+        if let (Some(point), None) = (&self.old, self.session.way_from()) {
+            let frame = Frame::Point(point.clone());
+            self.session.receive(Ok(Received { frame, missed: 0 }));
         }
     }
 
@@ -304,14 +343,14 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             }
             Step::Event(event) => {
                 next.left -= 1;
-                next.happen(event);
+                next.happen(setup, event);
             }
         }
         next.digest();
         next
     }
 
-    fn happen(&mut self, event: Event) {
+    fn happen(&mut self, setup: &Setup, event: Event) {
         self.judge.happened(event);
         let drives = &mut self.world.axes;
         match event {
@@ -331,56 +370,64 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             Event::DriveError(i) => drives[usize::from(i)].electronics.error = 0xc,
             Event::Ask(request) => {
                 let frame = self.host.request(request);
-                self.receive(frame);
+                self.receive(setup, frame);
             }
             Event::Repeat => {
                 if let Some(frame) = self.host.again() {
-                    self.receive(frame);
+                    self.receive(setup, frame);
                 }
             }
             Event::LoseFrame(n) => self.host.lose = Some(n),
             Event::Away(periods) => self.host.presence = Presence::Away(periods),
             Event::Gone => self.host.presence = Presence::Gone,
-            Event::Hello => self.hello(),
+            Event::Hello => self.hello(setup),
         }
     }
 
     /// One control period, as the firmware's interrupt has it; then time passes for drives and joints, and the host looks at the board.
     fn tick(&mut self, setup: &Setup, meter: &Meter<Uncounted>) {
-        let (before, opened) = (self.machine(), self.joints.brake().0);
+        let before = self.machine();
         self.world.prepare(self.joints.buses().0);
+        if let Some(frame) = self.withheld.take() {
+            self.session.receive(Ok(Received { frame, missed: 0 }));
+        }
+        if setup.mutant == Some(Mutant::OldTrajectory) {
+            self.revive();
+        }
         let lines = Lines { emergency_stop: self.world.stop > 0, ..Lines::NONE };
         // Late only after the outputs, so that they act.
         let (late, asked) = (self.world.late, Cell::new(false));
-        joint_io::run_tick(&mut self.session, &mut self.joints, meter, || lines, || late && asked.replace(true));
+        let mut joints = Faulty { joints: &mut self.joints, mutant: setup.mutant };
+        joint_io::run_tick(&mut self.session, &mut joints, meter, || lines, || late && asked.replace(true));
         while let Some(report) = self.session.say() {
             if let Report::Answer(Frame::Answer(answer)) = report {
-                self.judge.answered(answer);
+                self.answered(setup, answer);
             }
         }
-        let open = self.joints.brake().0;
+        let at_once = setup.mutant == Some(Mutant::BlindToDrives) && self.machine().drives();
+        let open = self.joints.brake().0 || at_once;
         let free = open || setup.action != safety::SafeAction::Brake;
         self.world.step(self.joints.buses().0, free);
         let here = self.host.presence == Presence::Here;
-        let period = Period { before, after: self.machine(), opened, open, homed: self.session.homed(), here };
+        let period = Period { before, after: self.machine(), open, homed: self.session.homed(), here };
         self.judge.judge(setup, &self.world, &period);
         self.world.end(setup);
         if period.after == safety::State::Homing && self.host.presence == Presence::Here {
             self.world.set_zeros();
         }
         self.host.seen = self.world.shown().map(|q| q as f32);
-        self.ask(period.after, period.homed);
+        self.ask(setup, period.after, period.homed);
     }
 
     /// The operator's frames for the next period.
-    fn ask(&mut self, state: safety::State, homed: bool) {
+    fn ask(&mut self, setup: &Setup, state: safety::State, homed: bool) {
         let frames = self.host.frames(state, homed);
         let lost = if frames.is_empty() { None } else { self.host.lose.take() };
         for (i, frame) in (0..).zip(frames) {
             if lost == Some(i) {
                 self.host.owed += 1;
             } else {
-                self.receive(frame);
+                self.receive(setup, frame);
             }
         }
     }

@@ -34,9 +34,10 @@
 //! | carry the drive's state ([`Frames::REPORTS_STATE`]) | replies of two ticks after the frame whose state is on |
 //! | carry none | a reply to the frame, then a reply whose torque follows a probe of a fiftieth of the frame's range |
 //!
-//! Two ticks, because a reply that comes a tick late answers the frame before. The brakes open only if every drive is on. Every safe action, a
-//! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows
-//! the drive off, in its own tick. Where replies carry no state, a drive counts as off when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
+//! Two ticks, because a reply that comes a tick late answers the frame before. The brakes open only if every drive is on, has replied in this
+//! tick, and gives the torque that it was told. Every safe action, a
+//! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows the drive off, in its own tick. Where
+//! replies carry no state, a drive counts as off when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
 //! replies that follow each other ([`JointFaults::TORQUE`]); below a fiftieth of the frame's range nothing is seen.
 //!
 //! Before a drive is enabled, its own communication timeout is read and set where the protocol has one. It is a fault of the joint if the drive
@@ -316,6 +317,8 @@ pub struct CanJoints<F, A, B, C, P, const N: usize> {
     joints: [Joint; N],
     buses: [BusCounts; BUSES],
     brake_failed: bool,
+    /// The brakes were last told to open.
+    released: bool,
     /// Ticks in which errors are still to be cleared.
     clearing: u8,
     /// The joint that is looked at first when a drive's setting is to be read or written.
@@ -336,6 +339,7 @@ impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoi
             joints,
             buses,
             brake_failed,
+            released,
             clearing,
             next_setting,
         } = self;
@@ -347,6 +351,7 @@ impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoi
             .field("joints", joints)
             .field("buses", buses)
             .field("brake_failed", brake_failed)
+            .field("released", released)
             .field("clearing", clearing)
             .field("next_setting", next_setting)
             .finish()
@@ -367,6 +372,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
             joints: [Joint::NEW; N],
             buses: [BusCounts::default(); BUSES],
             brake_failed: false,
+            released: false,
             clearing: 0,
             next_setting: 0,
         };
@@ -395,11 +401,11 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
     }
 
     fn engage_brakes(&mut self) {
-        self.brake_failed = self.brake.set_low().is_err();
+        (self.brake_failed, self.released) = (self.brake.set_low().is_err(), false);
     }
 
     fn release_brakes(&mut self) {
-        self.brake_failed = self.brake.set_high().is_err();
+        (self.brake_failed, self.released) = (self.brake.set_high().is_err(), true);
     }
 
     /// The drives' own error codes, as their last replies have them; 0 without an error. [`Frames::words`] has them in words.
@@ -785,7 +791,8 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
-        if self.all_on() {
+        // They open only on replies of this tick, none of which lacks its torque; then they stay open while every drive is on.
+        if self.all_on() && (self.released || self.joints.iter().all(|joint| joint.age_ticks == 0 && joint.weak == 0)) {
             self.release_brakes();
         } else {
             self.engage_brakes();

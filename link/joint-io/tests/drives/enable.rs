@@ -3,8 +3,8 @@
 use crate::rig::{ARMING, Rig};
 use actuator_model::bus::Fate;
 use actuator_model::mit::Language;
-use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::control::Fault;
+use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::SafeAction;
 use joint_io::frames::Frames;
 use link::Request;
