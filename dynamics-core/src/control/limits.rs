@@ -130,7 +130,8 @@ pub(crate) fn hold_near<S: Real, const N: usize>(
         let (lo, hi) = limits[i].position;
         let beyond = reference.q[i] < lo || reference.q[i] > hi;
         let near = Limits { position: around(limits[i].position, now[i]), ..limits[i] };
-        flags[i] = hold_joint(&mut held.q[i], &mut held.qd[i], &mut held.qdd[i], &near) | LimitFlags::POSITION.when(beyond);
+        flags[i] =
+            hold_joint(&mut held.q[i], &mut held.qd[i], &mut held.qdd[i], &near) | LimitFlags::POSITION.when(beyond);
     }
     held
 }

@@ -85,7 +85,8 @@ fn next(joints: [Joint; 2], request: Option<Request>) -> (Machine, Said, bool) {
         Command::Drive { torque: ask.reference.q, limits: [Default::default(); 2] }
     });
     // A reference that the machine has held counts as inside too, and is flagged.
-    let held = matches!(output.actuation, Actuation::Drive { limits, .. } if limits.iter().any(|flags| flags.bits() & 3 != 0));
+    let held =
+        matches!(output.actuation, Actuation::Drive { limits, .. } if limits.iter().any(|flags| flags.bits() & 3 != 0));
     (machine, output, inside.get() && !held)
 }
 

@@ -15,8 +15,6 @@ use crate::readings::{Lines, Readings};
 use crate::supervisor::Supervisor;
 use crate::trajectory::Trajectory;
 use change::{Change, Changed};
-use heapless::Deque;
-use requests::Requests;
 use core::borrow::BorrowMut;
 use core::fmt::Debug;
 use dynamics_core::control::{
@@ -26,7 +24,9 @@ use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, SafeAction};
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
+use heapless::Deque;
 use link::{Frame, Hello, Pacing, Parts, Refusal, Trouble, Watch};
+use requests::Requests;
 
 /// State of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -165,10 +165,8 @@ where
         }
         self.taken = self.taken.wrapping_add(1);
         // Even if packets were lost before it: a stop must not wait for the host to notice.
-        let stops = matches!(
-            said,
-            Said::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. }))
-        );
+        let stops =
+            matches!(said, Said::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. })));
         if *missed > 0 && !stops {
             return Outcome::Refused(Refusal::Lost { missed: *missed });
         }
@@ -220,7 +218,8 @@ where
             Frame::Get(index) => return self.value(*index).map(Outcome::Value),
             Frame::Set(setting) => return self.set(*setting),
             Frame::Lines(lines) if pacing == Pacing::Drill => {
-                let link::Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } = *lines;
+                let link::Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } =
+                    *lines;
                 self.supervisor.lines(&Lines { emergency_stop, supply, temperature });
                 let joints = |bits: u8| core::array::from_fn(|i| bits >> i & 1 == 1);
                 self.supervisor.drives_say(joints(drive_fault), joints(on), zeroed, zero_lost);
