@@ -165,6 +165,11 @@ pub enum HoldCause {
     },
     /// The live inputs are older than [`Rules::live_max`].
     StaleInput,
+    /// The reference of this joint was faster than the first motion after homing may be ([`Rules::first_motion`]).
+    FirstMotion {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
 }
 
 impl HoldCause {
@@ -178,6 +183,7 @@ impl HoldCause {
             Self::NoRoom { .. } => 4,
             Self::OutOfReach { .. } => 5,
             Self::StaleInput => 6,
+            Self::FirstMotion { .. } => 7,
         }
     }
 }
@@ -219,6 +225,11 @@ pub enum Refusal {
     StaleInput(LiveInput),
     /// The black box has not been read since the fault that it holds.
     Unread,
+    /// The first reference of this joint is faster than the first motion after homing may be ([`Rules::first_motion`]).
+    FirstMotion {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
 }
 
 impl Refusal {
@@ -240,6 +251,7 @@ impl Refusal {
             Self::MissingInput(_) => 12,
             Self::StaleInput(_) => 13,
             Self::Unread => 14,
+            Self::FirstMotion { .. } => 15,
         }
     }
 }

@@ -29,7 +29,7 @@ fn config() -> ControllerConfig<f64, 2> {
             dead_band: x(n + 2),
             friction: x(n + 3),
         })),
-        teach: Some([43, 54].map(|n| Teach {
+        teach: Some([43, 55].map(|n| Teach {
             friction: x(n),
             per_still_speed: x(n + 1),
             breakaway: x(n + 2),
@@ -40,8 +40,9 @@ fn config() -> ControllerConfig<f64, 2> {
             per_wall: x(n + 8),
             stiffness: x(n + 9),
             damping: x(n + 10),
+            slowing: x(n + 11),
         })),
-        posture_damping: Some(x(65)),
+        posture_damping: Some(x(67)),
     }
 }
 

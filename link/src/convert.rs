@@ -229,7 +229,9 @@ impl frame::Denial {
     pub const fn new(refusal: Refusal) -> Self {
         let (fault, joint) = match refusal {
             Refusal::Fault(fault) | Refusal::Implausible(fault) => (fault.code(), fault.joint()),
-            Refusal::NoRoom { joint } | Refusal::OutOfReach { joint } => (0, Some(joint)),
+            Refusal::NoRoom { joint } | Refusal::OutOfReach { joint } | Refusal::FirstMotion { joint } => {
+                (0, Some(joint))
+            }
             Refusal::WrongState
             | Refusal::NotHomed
             | Refusal::NotZeroed

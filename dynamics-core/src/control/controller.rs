@@ -44,8 +44,12 @@ pub(crate) struct Observed<S, const N: usize> {
     velocity: [S; N],
     /// Filter of the next step; [`TrackingObserver::start`] while there is no estimate.
     observer: TrackingObserver<S>,
-    /// Whether there is an estimate: the last reading was in counts.
+    /// True if there is an estimate: the last reading was in counts.
     started: bool,
+    /// Age of each joint's reading in the last tick, ticks. Zero where the reading was fresh, so that `aged` is false.
+    age: [u32; N],
+    /// Some reading of the last tick was not fresh: positions and velocities are those that were used in it, of either kind of reading.
+    aged: bool,
 }
 
 /// Reference and state that a torque is asked for.
@@ -55,6 +59,8 @@ pub(crate) struct Given<'a, S, const N: usize> {
     pub(crate) inside: bool,
     /// A law that follows no reference lets go of it.
     pub(crate) runs: bool,
+    /// Only the torque of the arm's weight at `q` is asked for; nothing is remembered of it.
+    pub(crate) weight: bool,
     pub(crate) q: &'a [S; N],
     pub(crate) qd: &'a [S; N],
 }
@@ -145,8 +151,13 @@ where
         if let Some(fault) = self.regulator.memory.fault {
             return Err(fault);
         }
-        let given = Given { reference: ask.reference, inside: ask.inside, runs: ask.runs, q: ask.q, qd: ask.qd };
+        let Ask { reference, inside, runs, q, qd, .. } = *ask;
+        let given = Given { reference, inside, runs, weight: false, q, qd };
         let answer = self.regulator.propose(&given, torque, limits, None);
+        let answer = match ask.first_motion {
+            Some(share) => answer.and_then(|()| self.regulator.hold_near_weight(share, &given, torque, limits)),
+            None => answer,
+        };
         if let Err(fault) = answer {
             self.regulator.memory.fault = Some(fault);
         }
@@ -221,11 +232,12 @@ where
             return Err(Fault::StaleMeasurement);
         }
         let mut read = [S::zero(); N];
-        let (_, q, qd) = alone.observed.update(config, &alone.acceleration, &measurement.sensed, &mut read);
+        let ages = (measurement.age_ticks == 0, &[measurement.age_ticks; N]);
+        let (_, q, qd) = alone.observed.update(config, &alone.acceleration, &measurement.sensed, ages, &mut read);
         if !state_is_inside(q, qd, config) {
             return Err(name_fault(reference, q, qd, config));
         }
-        let given = Given { reference, inside: false, runs: true, q, qd };
+        let given = Given { reference, inside: false, runs: true, weight: false, q, qd };
         regulator.propose(&given, torque, limits, Some(&mut alone.acceleration))?;
         let config = regulator.config.get();
         hold_torques(torque, limits, &config.limits, &alone.torque, &alone.torque_step, &config.torque_step)?;
@@ -257,7 +269,7 @@ where
     ) -> Result<(), Fault> {
         let Self { config, dynamics, trig, live, memory, protection } = self;
         let config = config.get();
-        let Given { reference, inside, runs, q, qd } = *given;
+        let Given { reference, inside, runs, weight, q, qd } = *given;
         *limits = [LimitFlags::NONE; N];
         let held;
         let reference = if inside || reference_is_inside(reference, &config.limits) {
@@ -271,10 +283,12 @@ where
         };
 
         let standing;
-        let (mut reference, mut turn, mut complies) = (reference, None, false);
+        // The torque of an arm that complies is that of its weight, and of a damper.
+        let (mut reference, mut turn, mut complies) = (reference, None, weight);
         // Led by hand: the hand is no collision, and there is no reference to make up friction along.
         let led = runs && config.law == Law::Teach;
-        if led && !protection.only_reports() {
+        if weight {
+        } else if led && !protection.only_reports() {
             protection.forget();
         } else if P::WATCHES {
             // A constant at build time: a controller without protection has not one instruction of this.
@@ -303,7 +317,11 @@ where
         let state = State { reference, q, qd, live, turn };
         // Armed or held, it stands where it is.
         let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
-        *torque = torques(law, complies, (&config.gains, config.posture_damping), dynamics, trig, &state);
+        let gains = (&config.gains, config.posture_damping, config.teach.as_ref());
+        *torque = torques(law, complies, gains, dynamics, trig, &state);
+        if weight {
+            return Ok(());
+        }
         let gives = complies || led;
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {
@@ -329,6 +347,32 @@ where
             // Turns -0 into +0: equal kernels may differ in the sign of a zero, and commands are compared by their
             // bits.
             torque[i] += S::zero();
+        }
+        Ok(())
+    }
+
+    /// Holds torques within a share of their limits around those of the arm's weight.
+    #[cold]
+    #[inline(never)]
+    fn hold_near_weight(
+        &mut self,
+        share: S,
+        given: &Given<'_, S, N>,
+        torque: &mut [S; N],
+        limits: &mut [LimitFlags; N],
+    ) -> Result<(), Fault> {
+        let zero = [S::zero(); N];
+        let (mut weight, mut unused) = (zero, [LimitFlags::NONE; N]);
+        self.propose(&Given { inside: true, weight: true, qd: &zero, ..*given }, &mut weight, &mut unused, None)?;
+        let config = self.config.get();
+        for i in 0..N {
+            let room = share * config.limits[i].torque;
+            let held = torque[i].clamp_to(weight[i] - room, weight[i] + room);
+            // A torque that is no number stays one, and is found.
+            if held != torque[i] && torque[i].is_finite() {
+                torque[i] = held;
+                limits[i] |= LimitFlags::TORQUE;
+            }
         }
         Ok(())
     }
@@ -371,20 +415,32 @@ impl<S: Real, const N: usize> Alone<S, N> {
 impl<S: Real, const N: usize> Observed<S, N> {
     pub(crate) fn new() -> Self {
         let zero = [S::zero(); N];
-        Self { position: zero, velocity: zero, observer: TrackingObserver::start(), started: false }
+        Self {
+            position: zero,
+            velocity: zero,
+            observer: TrackingObserver::start(),
+            started: false,
+            age: [0; N],
+            aged: false,
+        }
     }
 
     /// Position as it was read, position, and velocity, in SI, from either kind of reading; `read` is room for the first.
     ///
-    /// The first reading in counts starts the estimate there, at rest, at the cost of any other reading.
+    /// The first reading in counts starts the estimate there, at rest, at the cost of any other reading. `fresh` is true if every age is
+    /// zero; a joint whose reading is missing in this tick is predicted.
     #[inline]
     pub(crate) fn update<'a>(
         &'a mut self,
         config: &ControllerConfig<S, N>,
         acceleration: &[S; N],
         sensed: &'a Sensed<S, N>,
+        (fresh, ages): (bool, &[u32; N]),
         read: &'a mut [S; N],
     ) -> (&'a [S; N], &'a [S; N], &'a [S; N]) {
+        if !fresh || self.aged {
+            return self.update_aged(config, acceleration, sensed, ages, read);
+        }
         let counts = match sensed {
             Sensed::State { q, qd } => {
                 // Later counts must not be compared with the joints' earlier positions.
@@ -402,6 +458,52 @@ impl<S: Real, const N: usize> Observed<S, N> {
                 self.observer.step(self.position[i], self.velocity[i], acceleration[i], position);
         }
         (self.observer, self.started) = (config.observer, true);
+        (read, &self.position, &self.velocity)
+    }
+
+    /// The same in a tick, or after one, in which some joint's reading is not fresh.
+    ///
+    /// A reading whose age has grown by one is the one of the last tick: nothing new has come. The joint goes on as its reference does,
+    /// `x + h v + (h^2 / 2) a`, instead of standing still, for as long as the reading is young enough to be used at all. A reading that
+    /// comes after a longer gap starts the estimate again.
+    #[cold]
+    #[inline(never)]
+    fn update_aged<'a>(
+        &'a mut self,
+        config: &ControllerConfig<S, N>,
+        acceleration: &[S; N],
+        sensed: &'a Sensed<S, N>,
+        ages: &[u32; N],
+        read: &'a mut [S; N],
+    ) -> (&'a [S; N], &'a [S; N], &'a [S; N]) {
+        let counts = match sensed {
+            Sensed::State { .. } => None,
+            Sensed::Counts(counts) => Some(counts),
+        };
+        // An estimate of the other kind of reading is none.
+        let known = self.aged || counts.is_some();
+        let known = known && self.started == counts.is_some();
+        let mut aged = false;
+        for i in 0..N {
+            let last = core::mem::replace(&mut self.age[i], ages[i]);
+            let missing = ages[i] == last.saturating_add(1) && ages[i] <= config.age_max;
+            let (position, velocity) = match sensed {
+                Sensed::State { q, qd } => (q[i], qd[i]),
+                Sensed::Counts(counts) => (config.encoder[i].position(counts[i]), S::zero()),
+            };
+            read[i] = position;
+            let (x, v) = if known { (self.position[i], self.velocity[i]) } else { (position, velocity) };
+            (self.position[i], self.velocity[i]) = if missing {
+                config.observer.predict(x, v, acceleration[i])
+            } else if counts.is_none() || !known || last > config.age_max || ages[i] > config.age_max {
+                (position, velocity)
+            } else {
+                config.observer.step(x, v, acceleration[i], position)
+            };
+            aged |= ages[i] != 0;
+        }
+        self.aged = aged;
+        (self.observer, self.started) = (config.observer, counts.is_some());
         (read, &self.position, &self.velocity)
     }
 }

@@ -16,12 +16,16 @@ pub(super) struct Arming {
     pub(super) ticks: u32,
     /// All drives are on, and torque acts on engaged brakes.
     pub(super) preloads: bool,
-    /// The drives carry the arm's weight.
-    pub(super) carried: bool,
+    /// Ticks in which the drives were to carry the whole weight of the arm.
+    pub(super) carried: u32,
 }
 
+/// Ticks for which the drives carry the whole weight before the brakes open. A drive that shows only by its torque that it is on has
+/// shown it by then.
+pub(super) const CARRIED_MIN: u32 = 8;
+
 impl Arming {
-    pub(super) const START: Self = Self { ticks: 0, preloads: false, carried: false };
+    pub(super) const START: Self = Self { ticks: 0, preloads: false, carried: 0 };
 }
 
 impl<S: Real, const N: usize> Memory<S, N> {
@@ -44,8 +48,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
             if let Some(fault) = off.map(|joint| Fault::DriveOff { joint }).or(judged).or(astray) {
                 return self.fail(fault, inputs.request);
             }
-            // A drive whose reading is missing may have gone off, or may not have heard of its torque.
-            if self.arming.carried && self.sensors.fresh && seen.at_rest(rules) {
+            // A reading that is missing may be that of a drive that has just gone off.
+            let fresh = inputs.age_ticks.iter().all(|age| *age == 0);
+            if self.arming.carried >= CARRIED_MIN && fresh && seen.at_rest(rules) {
                 self.state = State::Armed;
                 return Decision::Drive { refused: None, at_once: false };
             }

@@ -31,6 +31,8 @@ pub(super) struct Memory<S, const N: usize> {
     pub(super) gave_way: bool,
     /// The limits of the first motion are lifted.
     pub(super) full_range: bool,
+    /// The arm stops along its path: the host's reference is slower in every tick.
+    pub(super) along: bool,
     /// Progress of arming.
     pub(super) arming: Arming,
     /// Pace of lowering, 0 to 1.
@@ -83,6 +85,7 @@ enum Unfit {
     NonFinite(Fault),
     NoRoom { joint: u8 },
     OutOfReach { joint: u8 },
+    FirstMotion { joint: u8 },
 }
 
 impl<S: Real, const N: usize> Memory<S, N> {
@@ -100,6 +103,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             alone: 0,
             gave_way: false,
             full_range: false,
+            along: false,
             arming: Arming::START,
             pace: S::zero(),
             settled: 0,
@@ -145,13 +149,13 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let fault = external
             .or(stop)
             .or(self.of_drives(inputs))
-            .or(if drove { judged } else { None })
+            .or(if drove { judged.or(self.hasty(seen, config, rules)) } else { None })
             .or(if alone && rules.rest.is_none() { Some(Fault::HeartbeatLost) } else { None });
         if let Some(fault) = fault {
             return self.fail(fault, inputs.request);
         }
         if alone {
-            (self.state, self.pace, self.settled) = (State::Lowering, S::zero(), 0);
+            (self.state, self.pace, self.settled, self.along) = (State::Lowering, S::zero(), 0, false);
         }
 
         let refused = self.grant(now, judged, config, rules).err();
@@ -165,6 +169,30 @@ impl<S: Real, const N: usize> Memory<S, N> {
             Ok(()) => Decision::Drive { refused, at_once: false },
             Err(fault) => self.fail(fault, inputs.request),
         }
+    }
+
+    /// Share of its velocity limit that the reference may use.
+    fn speed_share(&self, rules: &Rules<S, N>) -> S {
+        self.first_motion(rules).unwrap_or(S::one())
+    }
+
+    /// Share of the limits that the arm may use before they are lifted; `None` once they are.
+    #[inline]
+    pub(super) fn first_motion(&self, rules: &Rules<S, N>) -> Option<S> {
+        rules.first_motion.filter(|_| !self.full_range)
+    }
+
+    /// The first joint that is too fast for the first motion.
+    fn hasty(&self, seen: &Seen<'_, S, N>, config: &ControllerConfig<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
+        let share = self.first_motion(rules)?;
+        for i in 0..N {
+            let (_, _, velocity_max) = believed(config, i);
+            let slow = seen.qd[i].abs() <= share * velocity_max;
+            if !slow {
+                return Some(Fault::VelocityOutOfBounds { joint: i as u8 });
+            }
+        }
+        None
     }
 
     /// Fault of drives on which torque acts, or is about to.
@@ -191,6 +219,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
         (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
+        self.along = false;
     }
 
     /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
@@ -264,14 +293,19 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }
+                // What is left of the path goes on at its own pace only after a new start.
+                if self.along {
+                    return Err(Refusal::NotAtRest);
+                }
                 if inputs_are_old(inputs, rules) {
                     return Err(Refusal::StaleInput(LiveInput::first(rules.live)));
                 }
-                let reference = fit(now, config, rules).map_err(|unfit| match unfit {
+                let reference = fit(now, config, rules, self.speed_share(rules)).map_err(|unfit| match unfit {
                     Unfit::Missing => Refusal::NoReference,
                     Unfit::NonFinite(fault) => Refusal::Implausible(fault),
                     Unfit::NoRoom { joint } => Refusal::NoRoom { joint },
                     Unfit::OutOfReach { joint } => Refusal::OutOfReach { joint },
+                    Unfit::FirstMotion { joint } => Refusal::FirstMotion { joint },
                 })?;
                 for i in 0..N {
                     let near = (reference.qd[i] - seen.qd[i]).abs() <= rules.joints[i].reach_speed;
@@ -287,7 +321,11 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 }
                 self.full_range = true;
             }
-            (State::Running | State::Lowering, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
+            (State::Running, Request::Hold) => {
+                self.state = State::Holding(HoldCause::Requested);
+                self.along = !now.led;
+            }
+            (State::Lowering, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
             _ => return Err(Refusal::WrongState),
         }
         Ok(())
@@ -302,13 +340,15 @@ impl<S: Real, const N: usize> Memory<S, N> {
     ) -> Result<(), Fault> {
         let Now { inputs, seen, silent, led, .. } = *now;
         self.held = None;
+        let drove_along = self.state == State::Running && !led;
         let cause = match self.state {
-            State::Running => match fit(now, config, rules) {
+            State::Running => match fit(now, config, rules, self.speed_share(rules)) {
                 Err(Unfit::NonFinite(fault)) => return Err(fault),
                 _ if silent => Some(HoldCause::HeartbeatLost),
                 Err(Unfit::Missing) => Some(HoldCause::NoReference),
                 Err(Unfit::NoRoom { joint }) => Some(HoldCause::NoRoom { joint }),
                 Err(Unfit::OutOfReach { joint }) => Some(HoldCause::OutOfReach { joint }),
+                Err(Unfit::FirstMotion { joint }) => Some(HoldCause::FirstMotion { joint }),
                 Ok(_) if inputs_are_old(inputs, rules) => Some(HoldCause::StaleInput),
                 Ok(reference) => {
                     if reference_is_inside(reference, &config.limits) {
@@ -327,11 +367,23 @@ impl<S: Real, const N: usize> Memory<S, N> {
         };
         if let Some(cause) = cause {
             self.state = State::Holding(cause);
+            self.along = matches!(cause, HoldCause::HeartbeatLost | HoldCause::StaleInput) && drove_along;
         }
         let beyond = match self.state {
             State::Armed => S::literal(ARMED_REACH),
             State::Holding(_) => {
-                self.reference = slowed(&self.reference, rules, &config.limits);
+                let along = if self.along { fit(now, config, rules, S::one()).ok() } else { None };
+                self.reference = match along {
+                    Some(reference) => {
+                        self.along = !rests(reference);
+                        hold_near(reference, &self.reference.q, &config.limits, &mut [LimitFlags::NONE; N])
+                    }
+                    // The path has ended, or leads where the arm cannot go.
+                    None => {
+                        self.along = false;
+                        slowed(&self.reference, rules, &config.limits)
+                    }
+                };
                 S::literal(HOLDING_REACH)
             }
             State::Lowering => {
@@ -367,13 +419,19 @@ impl<S: Real, const N: usize> Memory<S, N> {
             }
             None => {
                 self.settled = self.settled.saturating_add(1);
-                // An arm that does not come to rest is let go after the time that it may hold alone.
-                let over = seen.at_rest(rules) || self.settled > rules.hold_max;
+                // The arm follows a little later. One that does not come to rest there is let go after the time that it may hold alone.
+                let there = astray(&self.reference, seen, rules, S::literal(REST_REACH)).is_none();
+                let over = (there && seen.at_rest(rules)) || self.settled > rules.hold_max;
                 self.reference = Reference::at_rest(*rest);
                 if over { Err(Fault::HeartbeatLost) } else { Ok(()) }
             }
         }
     }
+}
+
+/// True if a reference does not move.
+fn rests<S: Real, const N: usize>(reference: &Reference<S, N>) -> bool {
+    (0..N).all(|i| reference.qd[i] == S::zero() && reference.qdd[i] == S::zero())
 }
 
 /// True if the live inputs are older than the arm may run with.
@@ -385,6 +443,9 @@ fn inputs_are_old<S, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>)
 /// of reach, and the arm then needs room to come back.
 const ARMED_REACH: f64 = 1.0;
 const HOLDING_REACH: f64 = 1.5;
+
+/// How near the rest pose the arm has to be before it is let go, as a multiple of the joint's reach.
+const REST_REACH: f64 = 0.05;
 
 /// The first joint that is farther from the reference than this multiple of its reach.
 pub(super) fn astray<S: Real, const N: usize>(
@@ -444,11 +505,12 @@ fn fit<'a, S: Real, const N: usize>(
     now: &Now<'a, S, N>,
     config: &ControllerConfig<S, N>,
     rules: &Rules<S, N>,
+    speed_share: S,
 ) -> Result<&'a Reference<S, N>, Unfit> {
     let seen = now.seen;
     let reference = now.reference.ok_or(Unfit::Missing)?;
     // Loops, not iterators: for an iterator that is not inlined the compiler keeps the panic on the index.
-    let (mut cramped, mut far) = (None, None);
+    let (mut cramped, mut far, mut hasty) = (None, None, None);
     // A NaN or infinite acceleration shows in the sum.
     let mut sum = S::zero();
     for i in 0..N {
@@ -464,10 +526,16 @@ fn fit<'a, S: Real, const N: usize>(
         if !near {
             far = far.or(Some(i as u8));
         }
+        if speed_share < S::one() && qd.abs() > speed_share * config.limits[i].velocity {
+            hasty = hasty.or(Some(i as u8));
+        }
         sum += reference.qdd[i] * S::zero();
     }
     match (cramped, far) {
-        (None, None) if sum <= S::zero() => Ok(reference),
+        (None, None) if sum <= S::zero() => match hasty {
+            None => Ok(reference),
+            Some(joint) => Err(Unfit::FirstMotion { joint }),
+        },
         _ => Err(match (name_reference(reference), cramped, far) {
             (Some(fault), ..) => Unfit::NonFinite(fault),
             (None, Some(joint), _) => Unfit::NoRoom { joint },

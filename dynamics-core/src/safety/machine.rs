@@ -3,7 +3,7 @@
 use super::decision::{Decision, Memory, Now};
 use super::measured::Seen;
 use super::ordinary::{goes_on, is_quiet};
-use super::{Actuation, Configuration, Inputs, Output, State};
+use super::{Actuation, Configuration, Inputs, Output, Rules, State};
 use crate::control::{Ask, Command, ControllerConfig, Fault, Law, LimitFlags, Observed, Reference};
 use crate::scalar::Real;
 
@@ -28,6 +28,18 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     #[must_use]
     pub fn state(&self) -> State {
         self.memory.state
+    }
+
+    /// The rules.
+    #[must_use]
+    pub fn rules(&self) -> &Rules<S, N> {
+        self.config.rules()
+    }
+
+    /// True if the arm comes to rest along its path: the reference of the next tick is to be on it, slower.
+    #[must_use]
+    pub fn stops_along(&self) -> bool {
+        self.memory.along
     }
 
     /// Whether the joints' zeros have been confirmed.
@@ -76,7 +88,13 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         let still = [S::zero(); N];
         let acceleration = if memory.gave_way { &still } else { &memory.reference.qdd };
         let mut read = still;
-        let (read, q, qd) = observed.update(config, acceleration, &inputs.sensed, &mut read);
+        let mut ages = 0;
+        for age in &inputs.age_ticks {
+            ages |= *age;
+        }
+        let fresh = ages == 0;
+        let aged = (fresh, &inputs.age_ticks);
+        let (read, q, qd) = observed.update(config, acceleration, &inputs.sensed, aged, &mut read);
         let seen = Seen { read, q, qd };
         let silent = inputs.heartbeat_age > rules.heartbeat_max;
         let drove = memory.state.drives();
@@ -91,7 +109,13 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         };
 
         let ordinary = match reference {
-            Some(reference) if memory.state == State::Running && memory.sensors.fresh && is_quiet(inputs, rules) => {
+            Some(reference)
+                if memory.state == State::Running
+                    && memory.sensors.fresh
+                    && fresh
+                    && memory.first_motion(rules).is_none()
+                    && is_quiet(inputs, rules) =>
+            {
                 let goes_on = goes_on(&seen, &memory.sensors.last, reference, config, rules);
                 if goes_on {
                     memory.go_on(read, reference);
@@ -110,7 +134,19 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 let Memory { reference, torque: last, limits: acted, .. } = &*memory;
                 let runs = memory.state == State::Running;
                 let inside = ordinary || memory.held.is_some();
-                let ask = Ask { start: !drove, at_once, reference, inside, runs, q, qd, torque: last, limits: acted };
+                let first_motion = memory.first_motion(rules);
+                let ask = Ask {
+                    start: !drove,
+                    at_once,
+                    reference,
+                    inside,
+                    runs,
+                    first_motion,
+                    q,
+                    qd,
+                    torque: last,
+                    limits: acted,
+                };
                 // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
                 match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits))
                 {
@@ -176,6 +212,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             reference,
             inside: true,
             runs: false,
+            first_motion: None,
             q: &reference.q,
             qd: &zero,
             torque: last,
@@ -185,7 +222,8 @@ impl<S: Real, const N: usize> Memory<S, N> {
             Err(fault) => return self.fail(fault, inputs.request),
             Ok(()) if preloads => {
                 (self.torque, self.limits) = (torque, limits);
-                self.arming.carried = !limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE_RATE));
+                let rises = limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE_RATE));
+                self.arming.carried = if rises { 0 } else { self.arming.carried.saturating_add(1) };
                 output.actuation = Actuation::Preload { torque, limits };
             }
             Ok(()) => {}

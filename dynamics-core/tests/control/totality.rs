@@ -42,6 +42,7 @@ const LED: Teach<f64> = Teach {
     per_wall: 2.0,
     stiffness: 300.0,
     damping: 30.0,
+    slowing: 2.0,
 };
 
 fn settings<const N: usize>(law: Law, friction: bool) -> ControllerConfig<f32, N> {

@@ -213,6 +213,7 @@ fn an_arm_that_is_led_by_hand_runs_wherever_it_is_led_and_is_held_there() {
         per_wall: 10.0,
         stiffness: 400.0,
         damping: 40.0,
+        slowing: 0.0,
     };
     let mut config = config();
     (config.control.law, config.control.teach) = (Law::Teach, Some([teach; 2]));

@@ -195,7 +195,7 @@ const EVENTS: [(u8, Holds, State); 8] = [
     (RUNNING, Case::far, State::Holding(HoldCause::OutOfReach { joint: 1 })),
     (ARMED, |c| !c.arming() && c.silent(), State::Holding(HoldCause::HeartbeatLost)),
     (ARMING, |c| c.arming() && c.silent(), State::Idle),
-    (ARMING, |c| c.arming() && c.resting(), State::Armed),
+    (ARMING, |c| c.arming() && c.resting() && c.age == 0, State::Armed),
 ];
 
 fn expected(c: &Case) -> Expected {
@@ -326,6 +326,11 @@ fn starts() -> Vec<(Machine, u32)> {
     }
     let mut arming = after(&homed, AT);
     granted(&mut arming, &asked(Request::Arm, &calm(AT)));
+    // The tick after this one would open the brakes.
+    let mut next = arming;
+    while granted(&mut next, &calm(AT)).state == State::Arming {
+        arming = next;
+    }
     starts.push((arming, 0));
     let mut jumped = after(&TO_RUNNING, AT);
     jumped.tick(&calm([0.5, -1.9]), |_| wanting(0.0));

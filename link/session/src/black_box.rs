@@ -89,7 +89,9 @@ fn cause(state: State) -> (u8, Option<u8>) {
     match state {
         State::Fault(fault) => (fault.code(), fault.joint()),
         State::Holding(cause) => match cause {
-            HoldCause::NoRoom { joint } | HoldCause::OutOfReach { joint } => (cause.code(), Some(joint)),
+            HoldCause::NoRoom { joint } | HoldCause::OutOfReach { joint } | HoldCause::FirstMotion { joint } => {
+                (cause.code(), Some(joint))
+            }
             HoldCause::Requested | HoldCause::HeartbeatLost | HoldCause::NoReference | HoldCause::StaleInput => {
                 (cause.code(), None)
             }

@@ -14,6 +14,8 @@ pub struct Supervisor<const N: usize, K> {
     safety: Safety<f32, N, K>,
     /// State before this tick.
     before: State,
+    /// The arm was stopping along its path.
+    along: bool,
     /// Control period, s.
     period: f32,
     /// Inputs of the next tick: the reference too, which the trajectory puts there.
@@ -26,12 +28,12 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     /// An idle machine, before any measurement and any sign of the host.
     pub fn new(config: K) -> Self {
         let period = config.rules().period;
-        Self { safety: Safety::new(config), before: State::Idle, period, inputs: silence(), read: false }
+        Self { safety: Safety::new(config), before: State::Idle, along: false, period, inputs: silence(), read: false }
     }
 
     /// Back to idle. The inputs are as before any measurement and any sign of the host behind [`Supervisor::forget`].
     pub fn reset(&mut self, config: K) {
-        (self.safety, self.before) = (Safety::new(config), State::Idle);
+        (self.safety, self.before, self.along) = (Safety::new(config), State::Idle, false);
     }
 
     /// Forget the inputs.
@@ -125,6 +127,8 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     pub fn start(&mut self, trajectory: &mut Trajectory<N>, point: &Reference<f32, N>) -> Result<(), NotTaken> {
         match self.state() {
             State::Running => Err(NotTaken::Running),
+            // The path is still needed.
+            _ if self.safety.stops_along() => Err(NotTaken::Running),
             _ => trajectory.start(point, &mut self.inputs.reference),
         }
     }
@@ -158,6 +162,14 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         let (now, inputs) = (self.safety.state(), &mut self.inputs);
         if now == State::Running {
             trajectory.advance(&mut inputs.reference);
+        } else if self.safety.stops_along() {
+            let rules = self.safety.rules();
+            let deceleration = |i: usize| rules.joints.get(i).map_or(0.0, |joint| joint.deceleration);
+            trajectory.slow_down(&mut inputs.reference, deceleration, rules.period);
+            self.along = true;
+        } else if core::mem::take(&mut self.along) {
+            trajectory.clear();
+            inputs.reference = None;
         } else if now != self.before && !matches!(now, State::Arming | State::Armed) {
             // The arm has left the trajectory, or has stopped, been disarmed or homed: the next one starts at the arm.
             trajectory.clear();

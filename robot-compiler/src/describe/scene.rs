@@ -74,6 +74,9 @@ pub struct SceneFile {
 /// Longest time to switch the drives on, s. A drive that restarts, clears an error and takes its settings needs less.
 const ARMING: f64 = 1.0;
 
+/// Way that a joint coasts when a hand lets it go at `teach.speed`, rad or m.
+const COAST: f64 = 0.085;
+
 /// Greatest reflected rotor inertia that can be told at run time, as a multiple of the robot file's.
 const ROTOR_FACTOR: f64 = 4.0;
 
@@ -249,6 +252,7 @@ impl SceneFile {
             per_wall: if wall > 0.0 { 1.0 / wall } else { 0.0 },
             stiffness,
             damping,
+            slowing: spec.speed[index] / COAST,
         }
     }
 

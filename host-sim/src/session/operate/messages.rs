@@ -11,17 +11,18 @@ use link::{Denial, Refusal, Status, Trouble};
 pub const STATES: [&str; 8] = ["idle", "homing", "armed", "running", "holding", "fault", "arming", "lowering"];
 
 /// Reason for holding, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
-pub const HOLDS: [&str; 6] = [
+pub const HOLDS: [&str; 7] = [
     "as requested",
     "the host fell silent",
     "the trajectory ended in motion",
     "the stopping distance reaches a position limit",
     "the reference is out of reach",
     "the live inputs are too old",
+    "the reference was faster than the first motion after homing may be",
 ];
 
 /// Reason why a request is denied, by [`dynamics_core::safety::Refusal::code`], 1 and up, with advice.
-pub const REFUSALS: [(&str, &str); 14] = [
+pub const REFUSALS: [(&str, &str); 15] = [
     (
         "this state does not allow it",
         "`status` prints the state; idle allows home, confirm and arm; armed allows run, jog and goto; running allows hold",
@@ -45,6 +46,7 @@ pub const REFUSALS: [(&str, &str); 14] = [
     ("a live input of the scene has not been sent yet", "`payload` and `arm` send all of them; repeat the command"),
     ("a live input is too old", "check the link; the operator sends live inputs again while it runs"),
     ("the black box holds a fault that has not been read", "`dump` reads it, then `erase`"),
+    ("this is faster than the first motion after homing may be", "move more slowly, or lift the limits by `full-range`"),
 ];
 
 /// Things to check after a fault, by [`Fault::code`], 1 and up.

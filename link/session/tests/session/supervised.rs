@@ -490,6 +490,7 @@ fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_a
         per_wall: 0.0,
         stiffness: 100.0,
         damping: 20.0,
+        slowing: 0.0,
     };
     let soft = ControllerConfig { torque_step: [f32::INFINITY; 2], teach: Some([teach; 2]), ..config() };
     let mut arm = Arm::with(soft, true).arm();
@@ -538,6 +539,7 @@ fn an_arm_whose_law_became_teach_is_led_and_its_reference_is_where_it_is() {
         per_wall: none,
         stiffness: 100.0,
         damping: none,
+        slowing: 0.0,
     };
     let config = ControllerConfig { teach: Some([teach; 2]), ..config() };
     let mut arm = Arm::with(config, true).arm();
