@@ -46,7 +46,10 @@ pub const REFUSALS: [(&str, &str); 15] = [
     ("a live input of the scene has not been sent yet", "`payload` and `arm` send all of them; repeat the command"),
     ("a live input is too old", "check the link; the operator sends live inputs again while it runs"),
     ("the black box holds a fault that has not been read", "`dump` reads it, then `erase`"),
-    ("this is faster than the first motion after homing may be", "move more slowly, or lift the limits by `full-range`"),
+    (
+        "this is faster than the first motion after homing may be",
+        "move more slowly, or lift the limits by `full-range`",
+    ),
 ];
 
 /// Things to check after a fault, by [`Fault::code`], 1 and up.
