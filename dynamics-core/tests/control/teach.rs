@@ -209,7 +209,10 @@ fn run_into_a_wall_it_stops_there() {
         let far = way.iter().map(|x| x.abs()).fold(0.0, f64::max);
         let back = way.iter().fold((0.0_f64, 0.0_f64), |(far, back), x| (far.max(x.abs()), back.max(far - x.abs())));
         assert!(far < 2.0, "through the wall, to {far}");
-        assert!(back.1 <= 0.02, "{} rad back", back.1);
+        // The soft wall gives way slowly: that is no rebound.
+        assert!(back.1 <= 0.03, "{} rad back", back.1);
+        let out = way.windows(2).map(|x| (x[0].abs() - x[1].abs()) / 1e-3).fold(0.0, f64::max);
+        assert!(out <= 0.04, "{out} rad/s back");
     }
 }
 

@@ -244,7 +244,11 @@ fn expected(c: &Case) -> Expected {
     }
     // An arm that should stand, and is out of reach of where it should.
     let stands = matches!(state, State::Armed | State::Holding(_));
-    if c.driving() && stands && c.measured == Measured::Pushed {
+    // A stop along the path goes on from the path's reference, where the arm can follow it.
+    let along = c.from == State::Running
+        && matches!(state, State::Holding(HoldCause::Requested | HoldCause::HeartbeatLost))
+        && c.wanted == Wanted::Far;
+    if c.driving() && stands && !along && c.measured == Measured::Pushed {
         state = State::Fault(Fault::FollowingError { joint: 1 });
     }
     if state.drives() || state == State::Arming {
