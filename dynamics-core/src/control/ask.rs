@@ -21,8 +21,6 @@ pub struct Ask<'a, S, const N: usize> {
     pub inside: bool,
     /// Whether the arm runs: a law that follows no reference lets go of it.
     pub runs: bool,
-    /// Share of the torque limit around the torque that the weight needs, which the torque must not leave; `None` for no such limit.
-    pub first_motion: Option<S>,
     /// Joint position that the machine has observed and judged, rad or m.
     pub q: &'a [S; N],
     /// Joint velocity, likewise, rad/s or m/s.

@@ -59,8 +59,6 @@ pub(crate) struct Given<'a, S, const N: usize> {
     pub(crate) inside: bool,
     /// A law that follows no reference lets go of it.
     pub(crate) runs: bool,
-    /// Only the torque of the arm's weight at `q` is asked for; nothing is remembered of it.
-    pub(crate) weight: bool,
     pub(crate) q: &'a [S; N],
     pub(crate) qd: &'a [S; N],
 }
@@ -152,12 +150,8 @@ where
             return Err(fault);
         }
         let Ask { reference, inside, runs, q, qd, .. } = *ask;
-        let given = Given { reference, inside, runs, weight: false, q, qd };
+        let given = Given { reference, inside, runs, q, qd };
         let answer = self.regulator.propose(&given, torque, limits, None);
-        let answer = match ask.first_motion {
-            Some(share) => answer.and_then(|()| self.regulator.hold_near_weight(share, &given, torque, limits)),
-            None => answer,
-        };
         if let Err(fault) = answer {
             self.regulator.memory.fault = Some(fault);
         }
@@ -237,7 +231,7 @@ where
         if !state_is_inside(q, qd, config) {
             return Err(name_fault(reference, q, qd, config));
         }
-        let given = Given { reference, inside: false, runs: true, weight: false, q, qd };
+        let given = Given { reference, inside: false, runs: true, q, qd };
         regulator.propose(&given, torque, limits, Some(&mut alone.acceleration))?;
         let config = regulator.config.get();
         hold_torques(torque, limits, &config.limits, &alone.torque, &alone.torque_step, &config.torque_step)?;
@@ -269,7 +263,7 @@ where
     ) -> Result<(), Fault> {
         let Self { config, dynamics, trig, live, memory, protection } = self;
         let config = config.get();
-        let Given { reference, inside, runs, weight, q, qd } = *given;
+        let Given { reference, inside, runs, q, qd } = *given;
         *limits = [LimitFlags::NONE; N];
         let held;
         let reference = if inside || reference_is_inside(reference, &config.limits) {
@@ -283,12 +277,10 @@ where
         };
 
         let standing;
-        // The torque of an arm that complies is that of its weight, and of a damper.
-        let (mut reference, mut turn, mut complies) = (reference, None, weight);
+        let (mut reference, mut turn, mut complies) = (reference, None, false);
         // Led by hand: the hand is no collision, and there is no reference to make up friction along.
         let led = runs && config.law == Law::Teach;
-        if weight {
-        } else if led && !protection.only_reports() {
+        if led && !protection.only_reports() {
             protection.forget();
         } else if P::WATCHES {
             // A constant at build time: a controller without protection has not one instruction of this.
@@ -319,9 +311,6 @@ where
         let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
         let gains = (&config.gains, config.posture_damping, config.teach.as_ref());
         *torque = torques(law, complies, gains, dynamics, trig, &state);
-        if weight {
-            return Ok(());
-        }
         let gives = complies || led;
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {
@@ -347,32 +336,6 @@ where
             // Turns -0 into +0: equal kernels may differ in the sign of a zero, and commands are compared by their
             // bits.
             torque[i] += S::zero();
-        }
-        Ok(())
-    }
-
-    /// Holds torques within a share of their limits around those of the arm's weight.
-    #[cold]
-    #[inline(never)]
-    fn hold_near_weight(
-        &mut self,
-        share: S,
-        given: &Given<'_, S, N>,
-        torque: &mut [S; N],
-        limits: &mut [LimitFlags; N],
-    ) -> Result<(), Fault> {
-        let zero = [S::zero(); N];
-        let (mut weight, mut unused) = (zero, [LimitFlags::NONE; N]);
-        self.propose(&Given { inside: true, weight: true, qd: &zero, ..*given }, &mut weight, &mut unused, None)?;
-        let config = self.config.get();
-        for i in 0..N {
-            let room = share * config.limits[i].torque;
-            let held = torque[i].clamp_to(weight[i] - room, weight[i] + room);
-            // A torque that is no number stays one, and is found.
-            if held != torque[i] && torque[i].is_finite() {
-                torque[i] = held;
-                limits[i] |= LimitFlags::TORQUE;
-            }
         }
         Ok(())
     }

@@ -160,7 +160,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
 
         let refused = self.grant(now, judged, config, rules).err();
         if self.state == State::Arming {
-            return self.arming(now, judged, rules).refusing(refused);
+            let decision = self.arming(now, judged, rules);
+            self.hold_beyond_limits(config);
+            return decision.refusing(refused);
         }
         if !self.state.drives() {
             return Decision::Safe(refused);
@@ -392,15 +394,20 @@ impl<S: Real, const N: usize> Memory<S, N> {
             }
             _ => return Ok(()),
         };
-        if !reference_is_inside(&self.reference, &config.limits) {
-            // Where it was armed, beyond a limit. It is held there, not pushed to the limit.
-            let mut flags = [LimitFlags::NONE; N];
-            self.reference = hold_near(&self.reference, &self.reference.q, &config.limits, &mut flags);
-            self.held = Some(flags);
-        }
+        self.hold_beyond_limits(config);
         match astray(&self.reference, seen, rules, beyond) {
             Some(joint) if !self.gave_way => Err(Fault::FollowingError { joint }),
             _ => Ok(()),
+        }
+    }
+
+    /// Holds an arm that was armed beyond a limit where it is, instead of pushing it to the limit.
+    fn hold_beyond_limits(&mut self, config: &ControllerConfig<S, N>) {
+        self.held = None;
+        if !reference_is_inside(&self.reference, &config.limits) {
+            let mut flags = [LimitFlags::NONE; N];
+            self.reference = hold_near(&self.reference, &self.reference.q, &config.limits, &mut flags);
+            self.held = Some(flags);
         }
     }
 

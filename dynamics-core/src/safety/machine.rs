@@ -134,19 +134,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 let Memory { reference, torque: last, limits: acted, .. } = &*memory;
                 let runs = memory.state == State::Running;
                 let inside = ordinary || memory.held.is_some();
-                let first_motion = memory.first_motion(rules);
-                let ask = Ask {
-                    start: !drove,
-                    at_once,
-                    reference,
-                    inside,
-                    runs,
-                    first_motion,
-                    q,
-                    qd,
-                    torque: last,
-                    limits: acted,
-                };
+                let ask = Ask { start: !drove, at_once, reference, inside, runs, q, qd, torque: last, limits: acted };
                 // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
                 match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits))
                 {
@@ -212,7 +200,6 @@ impl<S: Real, const N: usize> Memory<S, N> {
             reference,
             inside: true,
             runs: false,
-            first_motion: None,
             q: &reference.q,
             qd: &zero,
             torque: last,

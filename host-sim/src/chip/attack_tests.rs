@@ -15,6 +15,7 @@ const KEY: Key = Key::new([0x6b; 32]);
 const REST: Sensed<f32, 2> = Sensed::State { q: [0.1, 0.2], qd: [0.0; 2] };
 
 const ARMED: u8 = 2;
+const ARMING: u8 = 6;
 const RUNNING: u8 = 3;
 const HOLDING: u8 = 4;
 
@@ -217,7 +218,7 @@ fn a_request_with_a_bit_changed_or_its_seal_cut_short_is_refused_and_the_whole_o
     // They were refused before the whole packet was taken; several that come at once share a refusal.
     let (status, refusals) = drill.tick_after_noise();
     assert!(!refusals.is_empty());
-    assert_eq!(status.state, ARMED);
+    assert_eq!(status.state, ARMING);
 }
 
 #[test]

@@ -12,6 +12,7 @@ use robot_compiler::SceneFile;
 use std::path::Path;
 
 const ARMED: u8 = 2;
+const ARMING: u8 = 6;
 const RUNNING: u8 = 3;
 const HOLDING: u8 = 4;
 const FAULT: u8 = 5;
@@ -50,12 +51,13 @@ impl LiveChip {
         Self { chip, bench, rules: scene.safety_rules::<2>(&model) }
     }
 
-    /// Armed; returns the tick that armed it as well.
+    /// Armed; returns the tick that took the request as well: the last thing that its host said.
     fn armed() -> (Self, Status) {
         let mut live = Self::start();
         live.ask(Request::Home, |status| status.state == 1);
         live.ask(Request::Confirm, |status| status.state == 0 && status.homed);
-        let status = live.ask(Request::Arm, |status| status.state == ARMED);
+        let status = live.ask(Request::Arm, |status| status.state == ARMING);
+        until(&mut live.chip, |status| status.state == ARMED);
         (live, status)
     }
 

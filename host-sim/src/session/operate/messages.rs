@@ -194,8 +194,8 @@ mod tests {
         let faults = (1..).map_while(|code| Fault::from_code(code, 0)).count();
         assert_eq!(faults, LOOK_AT.len());
         assert_eq!(usize::from(State::Lowering.code()), STATES.len() - 1);
-        assert_eq!(usize::from(HoldCause::OutOfReach { joint: 0 }.code()), HOLDS.len());
-        assert_eq!(usize::from(Refusal::OutOfReach { joint: 0 }.code()), REFUSALS.len());
+        assert_eq!(usize::from(HoldCause::FirstMotion { joint: 0 }.code()), HOLDS.len());
+        assert_eq!(usize::from(Refusal::FirstMotion { joint: 0 }.code()), REFUSALS.len());
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Model, Sensed};
 use link::seal::SealKey;
-use link::{Actuation, DecodeError, Decoder, Frame, Pacing, Refusal, Status};
+use link::{Actuation, Decoder, Frame, Pacing, Refusal, Status};
 use robot_compiler::SceneFile;
 use session::black_box::Report;
 use session::meter::Meter;
@@ -134,8 +134,8 @@ impl<const N: usize> Desk<N> {
     /// Feed received bytes to the session.
     fn receive(&mut self, bytes: &[u8]) {
         for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
-            // A board answers these by itself; its session does not hear of them.
-            if matches!(received, Err(DecodeError::BadSeal | DecodeError::Repeated)) {
+            // A board answers a packet that it cannot open by itself; its session does not hear of it.
+            if received.is_err() {
                 continue;
             }
             match self.session.receive(received) {
@@ -209,7 +209,7 @@ impl<const N: usize> Machine<N> for Both<N> {
             let frame = self.chip.receive("the status of a tick")?;
             let last = matches!(&frame, Frame::Status(status) if status.tick == told.tick);
             // The channel's answer, not the session's.
-            if !matches!(frame, Frame::Refusal(Refusal::Unauthentic { .. })) {
+            if !matches!(frame, Frame::Refusal(Refusal::Unauthentic { .. } | Refusal::Undecodable(_))) {
                 chip.push(without_cost(frame));
             }
             if last {

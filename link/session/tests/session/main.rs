@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod bench;
+mod edges;
 mod supervised;
 mod trajectory;
 
