@@ -24,6 +24,9 @@ pub(super) struct Arming {
 /// shown it by then.
 pub(super) const CARRIED_MIN: u32 = 8;
 
+/// Longest time of arming with torque on engaged brakes, in times of [`Rules::arming_max`]: the torque has to rise at its rate.
+const PRELOAD_TIMES: u32 = 4;
+
 impl Arming {
     pub(super) const START: Self = Self { ticks: 0, preloads: false, carried: 0 };
 }
@@ -38,6 +41,10 @@ impl<S: Real, const N: usize> Memory<S, N> {
             self.state = State::Idle;
             return Decision::Safe(None);
         }
+        // A joint that jumped while another one's reading was missing.
+        if !self.homed {
+            return self.fail(judged.unwrap_or(Fault::ZeroLost), inputs.request);
+        }
         let first = self.arming.ticks == 0;
         let in_time = self.arming.ticks < rules.arming_max;
         self.arming.ticks = self.arming.ticks.saturating_add(1);
@@ -49,8 +56,14 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 return self.fail(fault, inputs.request);
             }
             // A reading that is missing may be that of a drive that has just gone off.
-            let fresh = inputs.age_ticks.iter().all(|age| *age == 0);
-            if self.arming.carried >= CARRIED_MIN && fresh && seen.at_rest(rules) {
+            let calm = inputs.age_ticks.iter().all(|age| *age == 0) && seen.at_rest(rules);
+            if self.arming.ticks > rules.arming_max.saturating_mul(PRELOAD_TIMES) {
+                let restless = seen.fast(rules).map(|joint| Fault::FollowingError { joint });
+                return self.fail(restless.unwrap_or(Fault::StaleMeasurement), inputs.request);
+            }
+            if !calm {
+                self.arming.carried = 0;
+            } else if self.arming.carried >= CARRIED_MIN {
                 self.state = State::Armed;
                 return Decision::Drive { refused: None, at_once: false };
             }

@@ -33,6 +33,8 @@ pub(super) struct Memory<S, const N: usize> {
     pub(super) full_range: bool,
     /// The arm stops along its path: the host's reference is slower in every tick.
     pub(super) along: bool,
+    /// Time left for it, s. Then every joint stops by itself.
+    pub(super) along_left: S,
     /// Progress of arming.
     pub(super) arming: Arming,
     /// Pace of lowering, 0 to 1.
@@ -104,6 +106,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             gave_way: false,
             full_range: false,
             along: false,
+            along_left: S::zero(),
             arming: Arming::START,
             pace: S::zero(),
             settled: 0,
@@ -281,11 +284,14 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if rules.live != 0 && inputs.live_age == u32::MAX {
                     return Err(Refusal::MissingInput(LiveInput::first(rules.live)));
                 }
+                if inputs_are_old(inputs, rules) {
+                    return Err(Refusal::StaleInput(LiveInput::first(rules.live)));
+                }
                 self.begin_arming(seen.q);
             }
             (State::Homing, Request::Disarm) => self.state = State::Idle,
             (State::Arming, request) if Self::ends_arming(request) => self.state = State::Idle,
-            (State::Armed | State::Holding(_) | State::Lowering, Request::Disarm) => {
+            (State::Armed | State::Holding(_), Request::Disarm) => {
                 if !seen.at_rest(rules) {
                     return Err(Refusal::NotAtRest);
                 }
@@ -325,8 +331,10 @@ impl<S: Real, const N: usize> Memory<S, N> {
             }
             (State::Running, Request::Hold) => {
                 self.state = State::Holding(HoldCause::Requested);
-                self.along = !now.led;
+                self.stop_along(!now.led, rules);
             }
+            // Asked again, an arm that stops along its path stops joint by joint.
+            (State::Holding(_), Request::Hold) if self.along => self.along = false,
             (State::Lowering, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
             _ => return Err(Refusal::WrongState),
         }
@@ -369,12 +377,15 @@ impl<S: Real, const N: usize> Memory<S, N> {
         };
         if let Some(cause) = cause {
             self.state = State::Holding(cause);
-            self.along = matches!(cause, HoldCause::HeartbeatLost | HoldCause::StaleInput) && drove_along;
+            let on_path = matches!(cause, HoldCause::HeartbeatLost | HoldCause::StaleInput) && drove_along;
+            self.stop_along(on_path, rules);
         }
         let beyond = match self.state {
             State::Armed => S::literal(ARMED_REACH),
             State::Holding(_) => {
-                let along = if self.along { fit(now, config, rules, S::one()).ok() } else { None };
+                self.along_left = self.along_left - rules.period;
+                let in_time = self.along_left > S::zero();
+                let along = if self.along && in_time { fit(now, config, rules, S::one()).ok() } else { None };
                 self.reference = match along {
                     Some(reference) => {
                         self.along = !rests(reference);
@@ -399,6 +410,18 @@ impl<S: Real, const N: usize> Memory<S, N> {
             Some(joint) if !self.gave_way => Err(Fault::FollowingError { joint }),
             _ => Ok(()),
         }
+    }
+
+    /// Begins a stop along the path, or joint by joint. A path on which some joint can hardly be slowed down is left after twice the time
+    /// that the joints need by themselves.
+    fn stop_along(&mut self, on_path: bool, rules: &Rules<S, N>) {
+        self.along = on_path;
+        let mut longest = S::zero();
+        for i in 0..N {
+            let own = self.reference.qd[i].abs() / rules.joints[i].deceleration;
+            longest = if own > longest { own } else { longest };
+        }
+        self.along_left = S::literal(2.0) * longest + S::literal(4.0) * rules.period;
     }
 
     /// Holds an arm that was armed beyond a limit where it is, instead of pushing it to the limit.

@@ -52,6 +52,11 @@ pub(super) fn lowered<S: Real, const N: usize>(
         next.qd[i] = speed;
         next.qdd[i] = (speed - reference.qd[i]) * rules.rate;
     }
+    // In single precision the last steps may be too small to be one.
+    if (0..N).all(|i| next.q[i] == reference.q[i]) && *pace < one {
+        *pace = zero;
+        return Some(Reference::at_rest(*rest));
+    }
     Some(next)
 }
 

@@ -541,9 +541,7 @@ impl Joint {
 
     /// The frame that makes a drive give this. A setpoint holds NaN only if a range or a damping is NaN: then the drive is switched off.
     fn command<F: Frames>(&mut self, drive: &MitDrive, setpoint: &Setpoint) -> Packet {
-        if !F::REPORTS_STATE {
-            self.told = [*setpoint, self.told[0]];
-        }
+        self.told = [*setpoint, self.told[0]];
         F::command(drive, setpoint).unwrap_or_else(|| F::exit(drive))
     }
 
@@ -651,8 +649,13 @@ impl Joint {
 
     /// What the state in a reply shows. `first` of this tick.
     fn take_state(&mut self, reply: &Reply, drive: &MitDrive, first: bool) {
+        let was_on = self.on;
         self.powered = !reply.off && reply.error == 0;
         if self.powered {
+            if was_on {
+                // Its torque keeps the brakes engaged as long as it is missing.
+                self.weigh(reply, drive);
+            }
             if !self.on && self.asked > 0 && first {
                 self.shown = self.shown.saturating_add(1);
                 self.on = self.shown >= SHOWN && self.timeout.is_settled(drive);
@@ -676,21 +679,27 @@ impl Joint {
                 self.on = true;
             }
         } else {
-            // It answers the last command or, as a drive measures before it acts, the one before.
-            let [new, old] = self.told.map(|told| {
-                let Setpoint { position, velocity, kp, kd, torque } = told;
-                kp * (position - reply.position) + kd * (velocity - reply.velocity) + torque
-            });
-            let (low, high) = if new < old { (new, old) } else { (old, new) };
-            let Range { min, max } = drive.ranges.torque;
-            let weak = (low > floor && reply.torque < 0.5 * if low < max { low } else { max })
-                || (high < -floor && reply.torque > 0.5 * if high > min { high } else { min });
-            self.weak = if weak { self.weak.saturating_add(1) } else { 0 };
+            self.weigh(reply, drive);
             if self.weak > WEAK_MAX {
                 self.restarted(drive);
                 self.torque_lost = true;
             }
         }
+    }
+
+    /// Counts the replies, one after the other, in which the drive gives less than half of its torque.
+    fn weigh(&mut self, reply: &Reply, drive: &MitDrive) {
+        let floor = probe(drive);
+        // It answers the last command or, as a drive measures before it acts, the one before.
+        let [new, old] = self.told.map(|told| {
+            let Setpoint { position, velocity, kp, kd, torque } = told;
+            kp * (position - reply.position) + kd * (velocity - reply.velocity) + torque
+        });
+        let (low, high) = if new < old { (new, old) } else { (old, new) };
+        let Range { min, max } = drive.ranges.torque;
+        let weak = (low > floor && reply.torque < 0.5 * if low < max { low } else { max })
+            || (high < -floor && reply.torque > 0.5 * if high > min { high } else { min });
+        self.weak = if weak { self.weak.saturating_add(1) } else { 0 };
     }
 
     /// Takes a drive's answer about a setting; false when none was asked for.

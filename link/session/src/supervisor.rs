@@ -46,6 +46,11 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.safety.state()
     }
 
+    /// True if the arm follows its path, or comes to rest along it.
+    pub fn runs_or_stops(&self) -> bool {
+        self.state() == State::Running || self.safety.stops_along()
+    }
+
     /// True if the joints' zeros have been confirmed, and nothing has put them in doubt since.
     pub fn homed(&self) -> bool {
         self.safety.homed()

@@ -78,7 +78,9 @@ where
 
     /// Make a change at once where no torque acts, else in the next tick; returns whether it is made already.
     fn change(&mut self, change: Change<N>) -> Result<bool, Refusal> {
-        if !self.supervisor.state().drives() {
+        // While arming, torque may act on engaged brakes, and the brakes are about to open.
+        let state = self.supervisor.state();
+        if !state.drives() && state != safety::State::Arming {
             self.make(&change);
             return Ok(true);
         }
@@ -108,7 +110,7 @@ where
         let payload = &self.safety.rules().payload;
         parameters::check(setting, self.safety.get(), self.controller.live(), payload, tunable)?;
         // The reference of an arm that is led is where it is, of any other the trajectory's.
-        if setting.index == parameters::LAW && self.supervisor.state() == safety::State::Running {
+        if setting.index == parameters::LAW && self.supervisor.runs_or_stops() {
             return Err(Refusal::Running);
         }
         Ok(match self.change(Change::Parameter(setting))? {

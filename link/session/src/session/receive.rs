@@ -163,7 +163,8 @@ where
         if let Said::Undecodable(error) = said {
             return Outcome::Refused(Refusal::Undecodable(*error));
         }
-        self.taken = self.taken.wrapping_add(1);
+        // Those that were lost before it are behind the host as well.
+        self.taken = self.taken.wrapping_add(1).wrapping_add(u16::from(*missed));
         // Even if packets were lost before it: a stop must not wait for the host to notice.
         let stops =
             matches!(said, Said::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. })));

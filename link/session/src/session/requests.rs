@@ -91,11 +91,14 @@ impl Requests {
         })
     }
 
-    /// Write an entry over the oldest one, but for that which waits; returns its place.
+    /// Write an entry over the oldest one, except one that waits or is still to be answered; returns its place.
     fn remember(&mut self, request: NumberedRequest, verdict: Option<Verdict>) -> usize {
-        if self.waiting == Some(self.next) {
-            self.next = (self.next + 1) % REMEMBERED;
-        }
+        // The oldest that has been answered; if none has, the oldest that does not wait.
+        let waits = |place: usize| self.waiting == Some(place);
+        let unsent = |place: usize| matches!(self.ring.get(place), Some(Some(entry)) if entry.unsent);
+        let places = || (0..REMEMBERED).map(|offset| (self.next + offset) % REMEMBERED);
+        let free = places().find(|&place| !waits(place) && !unsent(place));
+        self.next = free.or_else(|| places().find(|&place| !waits(place))).unwrap_or(self.next);
         let place = self.next;
         if let Some(entry) = self.ring.get_mut(place) {
             *entry = Some(Entry { request, verdict, unsent: false });
