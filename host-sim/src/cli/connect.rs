@@ -227,6 +227,12 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
     let ended = match ended {
         Err(Stop::Interrupted) if console.is_a_person() => Err(Stop::Interrupted),
         Err(stop @ (Stop::Interrupted | Stop::Input(_))) => operator.end().and(Err(stop)),
+        // A full disk or a closed output is no reason to leave the arm to its heartbeat.
+        Err(stop @ (Stop::Output(_) | Stop::Board(DeviceError::Record(_)))) => {
+            operator.close().ok();
+            operator.end().ok();
+            Err(stop)
+        }
         other => other,
     };
     let closed = operator.close();

@@ -8,7 +8,7 @@
 //! | joints sink, and there is none | asks: disarm, or keep holding | holds until `disarm!`, `quit!` or Ctrl-C |
 
 use super::{Operator, Stop};
-use crate::session::states::{ARMED, HOLDING, HOMING, RUNNING};
+use crate::session::states::{ARMED, HOLDING, HOMING, LOWERING, RUNNING};
 use link::Request;
 use std::sync::atomic::Ordering;
 
@@ -155,7 +155,9 @@ impl Operator {
     /// # Errors
     /// The board can no longer be used; Ctrl-C or the stop key.
     pub(crate) fn release(&mut self, consent: Consent, stops: bool) -> Result<Released, Stop> {
-        if self.state() == Some(RUNNING) && (stops || consent == Consent::Ask) {
+        // An arm that is being lowered is held first: it may be anywhere.
+        let moves = self.state() == Some(RUNNING) && (stops || consent == Consent::Ask);
+        if moves || self.state() == Some(LOWERING) {
             self.ask(Request::Hold)?;
         }
         if self.state() == Some(HOMING) {

@@ -10,14 +10,14 @@ use link::{Denial, Frame, Request, Verdict};
 use std::time::Duration;
 
 /// Interval at which a request is sent again.
-pub const REPEAT: Duration = Duration::from_millis(30);
+pub(super) const REPEAT: Duration = Duration::from_millis(30);
 
 /// A request that is not answered for longer than this is reported as sent, but not confirmed.
-pub const UNCONFIRMED: Duration = Duration::from_millis(250);
+pub(super) const UNCONFIRMED: Duration = Duration::from_millis(250);
 
 /// A request other than a stop is given up after this time, or after the scene's heartbeat limit, whichever is longer: an arm that is
 /// armed long after it was asked for is a surprise.
-pub const PATIENCE: Duration = Duration::from_millis(500);
+pub(super) const PATIENCE: Duration = Duration::from_millis(500);
 
 /// [`dynamics_core::safety::Refusal::ChangePending`].
 const CHANGE_PENDING: u8 = 11;

@@ -363,13 +363,18 @@ impl Operator {
                 break past;
             }
             if self.device.now() > end {
-                return Err(DeviceError::Silent { what: "black box", time: SILENCE }.into());
+                self.refused = true;
+                return self.say("dump", "dump: rejected: the black box did not come whole; ask again");
             }
         };
         let text = match file {
             None => format!("dump: {} ticks\n{}", past.len(), table::table(&past, &self.joint_names())),
             Some(file) => {
-                table::write_csv(&past, self.arm.joints.len(), file).map_err(|error| in_file(file, &error))?;
+                // The session goes on: an arm must not fall for a mistyped name.
+                if let Err(error) = table::write_csv(&past, self.arm.joints.len(), file) {
+                    self.refused = true;
+                    return self.say("dump", &format!("dump: rejected: {}: {error}", file.display()));
+                }
                 format!("dump: {} ticks, {}", past.len(), file.display())
             }
         };
