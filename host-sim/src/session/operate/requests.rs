@@ -36,16 +36,6 @@ pub enum Rejection {
     Unconfirmed(Duration),
 }
 
-impl Rejection {
-    /// The board's reason, if it has rejected the request.
-    pub(super) const fn denial(&self) -> Option<Denial> {
-        match self {
-            Self::Denied(denial) => Some(*denial),
-            Self::Superseded | Self::Unconfirmed(_) => None,
-        }
-    }
-}
-
 impl Operator {
     /// Sends a request until the board has answered it. Returns the reason if it had no effect.
     pub(super) fn request(&mut self, request: Request) -> Result<Option<Rejection>, Stop> {
