@@ -4,7 +4,7 @@ use super::decision::{Decision, Memory, Now};
 use super::measured::Seen;
 use super::ordinary::{goes_on, is_quiet};
 use super::{Actuation, Configuration, Inputs, Output, Rules, State};
-use crate::control::{Ask, Command, ControllerConfig, Fault, Law, LimitFlags, Observed, Reference};
+use crate::control::{Ask, Command, Fault, Law, LimitFlags, Observed, Reference};
 use crate::scalar::Real;
 
 /// The state machine around a controller. See the [module](super) for its states and `docs/safety.md` for its rules.
@@ -128,33 +128,49 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             true => Decision::Drive { refused: None, at_once: false },
             false => memory.decide(&Now { inputs, reference, seen: &seen, silent, led }, config, rules),
         };
-        let decision = match decision {
-            Decision::Drive { refused, at_once } => {
-                let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
-                let Memory { reference, torque: last, limits: acted, .. } = &*memory;
-                let runs = memory.state == State::Running;
-                let inside = ordinary || memory.held.is_some();
-                let ask = Ask { start: !drove, at_once, reference, inside, runs, q, qd, torque: last, limits: acted };
-                // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
-                match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits))
-                {
-                    Ok(()) => {
-                        if let Some(held) = &memory.held {
-                            flag(&mut limits, held);
-                        }
-                        (memory.torque, memory.limits) = (torque, limits);
-                        let any = limits.iter().fold(LimitFlags::NONE, |any, flags| any | *flags);
-                        memory.gave_way = any.contains(LimitFlags::COLLISION);
-                        output.actuation = Actuation::Drive { torque, limits };
-                        Decision::Drive { refused, at_once }
+        // One call for all of them: a second one would be a second controller in the program.
+        let (drives, preloads) =
+            (matches!(decision, Decision::Drive { .. }), matches!(decision, Decision::Preload { .. }));
+        let decision = if drives || preloads || matches!(decision, Decision::Enable { first: true, .. }) {
+            let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
+            let Memory { reference, torque: last, limits: acted, .. } = &*memory;
+            // On engaged brakes: the torque of the weight, at rest at the memory's reference. No noise of a sensor is in it, so it comes to
+            // its end. In the first tick it is not driven: an arm that cannot be held is not switched on.
+            let (q, qd) = if drives { (q, qd) } else { (&reference.q, &still) };
+            let ask = Ask {
+                start: !drove,
+                at_once: matches!(decision, Decision::Drive { at_once: true, .. }),
+                reference,
+                inside: ordinary || !drives || memory.held.is_some(),
+                runs: memory.state == State::Running,
+                q,
+                qd,
+                torque: last,
+                limits: acted,
+            };
+            // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
+            match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits)) {
+                Err(fault) => memory.fail(fault, inputs.request),
+                Ok(()) if drives => {
+                    if let Some(held) = &memory.held {
+                        flag(&mut limits, held);
                     }
-                    Err(fault) => memory.fail(fault, inputs.request),
+                    (memory.torque, memory.limits) = (torque, limits);
+                    let any = limits.iter().fold(LimitFlags::NONE, |any, flags| any | *flags);
+                    memory.gave_way = any.contains(LimitFlags::COLLISION);
+                    output.actuation = Actuation::Drive { torque, limits };
+                    decision
+                }
+                Ok(()) => {
+                    if preloads {
+                        memory.carry(&torque, &limits);
+                        output.actuation = Actuation::Preload { torque, limits };
+                    }
+                    decision
                 }
             }
-            Decision::Safe(_) => decision,
-            Decision::Enable { .. } | Decision::Preload { .. } => {
-                memory.carry(output, inputs, decision, config, control)
-            }
+        } else {
+            decision
         };
         output.refused = match decision {
             Decision::Drive { refused, .. } | Decision::Preload { refused } => refused,
@@ -174,48 +190,12 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
 }
 
 impl<S: Real, const N: usize> Memory<S, N> {
-    /// The torque of an arm that is being armed: that of its weight, at rest at the memory's reference. No noise of a sensor is in it, so
-    /// it comes to its end. In the first tick the torque is not driven: an arm that cannot be held is not switched on.
+    /// Torque acts on engaged brakes: counts the ticks in which it is the whole weight.
     #[cold]
-    #[inline(never)]
-    fn carry(
-        &mut self,
-        output: &mut Output<S, N>,
-        inputs: &Inputs<S, N>,
-        decision: Decision,
-        config: &ControllerConfig<S, N>,
-        control: impl FnOnce(&Ask<'_, S, N>, &mut [S; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
-    ) -> Decision {
-        let preloads = match decision {
-            Decision::Preload { .. } => true,
-            Decision::Enable { first: true, .. } => false,
-            _ => return decision,
-        };
-        let zero = [S::zero(); N];
-        let (mut torque, mut limits) = (zero, [LimitFlags::NONE; N]);
-        let Self { reference, torque: last, limits: acted, .. } = &*self;
-        let ask = Ask {
-            start: true,
-            at_once: false,
-            reference,
-            inside: true,
-            runs: false,
-            q: &reference.q,
-            qd: &zero,
-            torque: last,
-            limits: acted,
-        };
-        match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits)) {
-            Err(fault) => return self.fail(fault, inputs.request),
-            Ok(()) if preloads => {
-                (self.torque, self.limits) = (torque, limits);
-                let rises = limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE_RATE));
-                self.arming.carried = if rises { 0 } else { self.arming.carried.saturating_add(1) };
-                output.actuation = Actuation::Preload { torque, limits };
-            }
-            Ok(()) => {}
-        }
-        decision
+    fn carry(&mut self, torque: &[S; N], limits: &[LimitFlags; N]) {
+        (self.torque, self.limits) = (*torque, *limits);
+        let rises = limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE_RATE));
+        self.arming.carried = if rises { 0 } else { self.arming.carried.saturating_add(1) };
     }
 }
 
