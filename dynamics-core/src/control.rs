@@ -35,6 +35,7 @@ pub use friction::Friction;
 pub use integral::{Integral, Integrated};
 pub use law::{Gains, Law, Spring, computed_torque};
 pub use limits::LimitFlags;
+pub(crate) use limits::{around, hold_near, reference_is_inside};
 pub use momentum_observer::{MomentumFilter, MomentumObserver};
 pub use observer::{Encoder, TrackingObserver};
 pub use teach::Teach;

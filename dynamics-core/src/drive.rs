@@ -156,6 +156,57 @@ pub struct Damiao;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RobStride;
 
+/// What is left of a drive's position after its power was off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PositionMemory {
+    /// All of it.
+    Absolute,
+    /// Its angle within one turn of the output shaft.
+    OutputTurn,
+    /// Its angle within one turn of the motor, in front of the gear: the shaft may come back wrong by whole motor turns.
+    MotorTurn,
+    /// Nothing: it counts from where it starts.
+    Nothing,
+}
+
+/// Properties of a kind of drive, whatever its frames.
+pub trait DriveKind {
+    /// What is left of its position after its power was off.
+    const MEMORY: PositionMemory;
+
+    /// Shortest time in which it restarts, us: a drive that was silent for longer may have restarted.
+    ///
+    /// No maker states one. A restart takes the power-on reset of the drive's microcontroller (STM32F4: 0.5 to 3 ms, data sheet,
+    /// `t_RSTTEMPO`), its clocks, and the offset of its current sensors. 10 ms is an assumption on the safe side: a shorter time
+    /// only makes an arm lose its homing more often.
+    const RESTART_US: u32 = 10_000;
+
+    /// True if its own communication timeout can be read and set over the bus.
+    const HAS_TIMEOUT: bool;
+}
+
+impl DriveKind for MiniCheetah {
+    /// Its encoder is on the motor (B. Katz, mini-cheetah motor controller).
+    const MEMORY: PositionMemory = PositionMemory::MotorTurn;
+    const HAS_TIMEOUT: bool = false;
+}
+
+impl DriveKind for Damiao {
+    /// Types that end in `2EC` have a second encoder on the output shaft, absolute within its turn ("DM-J4310-2EC V1.2 Motor
+    /// Instruction Manual").
+    const MEMORY: PositionMemory = PositionMemory::OutputTurn;
+    const HAS_TIMEOUT: bool = true;
+}
+
+impl DriveKind for RobStride {
+    /// After a start its position is within one turn of the output shaft (RS00 manual, parameter `zero_sta`).
+    const MEMORY: PositionMemory = PositionMemory::OutputTurn;
+    const HAS_TIMEOUT: bool = true;
+}
+
+/// Unit of a drive's own communication timeout, us: Damiao's register 9 and RobStride's parameter 0x7028 both count 50 us.
+pub const TIMEOUT_UNIT_US: u32 = 50;
+
 /// Rates of the data of CAN FD frames. Identifiers go at [`bus_time::NOMINAL_RATE`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DataRate {
@@ -202,6 +253,13 @@ pub struct MitDrive {
     pub gearing: Gearing,
     /// Damping of a damped stop at the drive's shaft, N m s/rad.
     pub damping: f32,
+    /// The drive's own communication timeout, which is set before the arm is armed, in units of [`TIMEOUT_UNIT_US`]: without a command
+    /// for so long it gives no torque. 0: it is neither read nor set.
+    pub timeout: u32,
+    /// Ticks without a reply after which the drive may have restarted.
+    pub restart_ticks: u32,
+    /// The joint's position is known after a restart: every position within its limits has an angle of its own.
+    pub absolute: bool,
 }
 
 /// A motor with an H-bridge that takes a duty cycle, and a magnetic encoder of 14 bits.

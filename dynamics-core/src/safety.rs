@@ -1,17 +1,19 @@
 //! When torque acts, and the safe action otherwise: the state machine around the controller.
 //!
 //! ```text
-//!         home            confirm               arm             run
-//! Idle ----------> Homing -------> Idle, homed -----> Armed ----------> Running
-//!   ^                                   ^               | ^                |  hold, heartbeat lost, no reference,
-//!   |                                   |    disarm     | |                |  no room to stop, reference out of reach
-//!   | clear                             +---------------+ |                v
-//!   |                                   +-----------------|------------ Holding --run--> Running
-//! Fault <------- a fault, in any state      disarm        +--heartbeat lost--^
+//!         home            confirm               arm           drives on, weight carried            run
+//! Idle ----------> Homing -------> Idle, homed -----> Arming ----------------------> Armed ----------> Running
+//!   ^                                   ^               |                             | ^                |  hold, heartbeat lost,
+//!   |                                   |  disarm, hold | drive not on: Fault  disarm | |                |  no reference, stale input,
+//!   | clear                             +---------------+-----------------------------+ |                |  no room to stop, out of reach
+//!   |                                   +--------------------------------------------------- Holding <---+
+//! Fault <------- a fault, in any state      disarm                      +-- heartbeat lost ---^  +--run--> Running
+//!   ^                                                                                         |
+//!   +------------------ at the rest pose ------------------ Lowering <--- no host for too long, where there is a rest pose
 //! ```
 //!
-//! Torque acts in `Armed`, `Running` and `Holding` and nowhere else; in all other states, and in the very tick in which
-//! a fault is raised, the drives do the robot's [`SafeAction`]. There is no hardware in here: the readings of a board
+//! Torque acts in `Armed`, `Running`, `Holding` and `Lowering`, and with engaged brakes in the second part of `Arming`. In all other
+//! states, and in the very tick in which a fault is raised, the drives do the robot's [`SafeAction`]. There is no hardware in here: the readings of a board
 //! or a simulator come in as [`Inputs`], and the commands to the drives go out as [`Output`]. The law in between is a
 //! function: [`Safety::tick`] calls it at most once, when torque may act.
 //!
@@ -28,7 +30,10 @@
 //!
 //! Every rule has a number and a test; `docs/safety.md` lists them.
 
+mod arming;
 mod decision;
+pub mod heat;
+mod lowering;
 mod machine;
 mod measured;
 mod ordinary;
@@ -37,7 +42,7 @@ mod stop;
 
 pub use crate::control::Ask;
 pub use machine::Safety;
-pub use rules::{Configuration, JointRules, Protected, Rules};
+pub use rules::{Configuration, JointRules, LiveInput, Protected, Rules};
 
 use crate::control::{Fault, LimitFlags, Reference, Sensed};
 use crate::fields::words;
@@ -58,23 +63,41 @@ pub enum SafeAction {
 
 words!(SafeAction { Brake = 0, DampedStop = 1, Off = 2 });
 
-/// Request to the machine. At most one a tick; it is granted, or refused with a reason.
+/// Request to the machine. At most one a tick; the machine accepts it, or rejects it with a reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
+    /// Any state `-> Fault`: emergency stop over the link, [`Fault::EmergencyStop`]. Always accepted.
+    Stop,
     /// `Idle -> Homing`: forget the zeros.
     Home,
     /// `Homing -> Idle`, homed: the joints know their zeros, and an operator has checked them.
     Confirm,
-    /// `Idle -> Armed`: torque holds the arm where it is.
+    /// `Idle -> Arming -> Armed`: switch the drives on, then hold the arm by torque where it is.
     Arm,
-    /// `Armed, Holding -> Idle`, at rest only; `Homing -> Idle`.
+    /// `Armed, Holding, Lowering -> Idle`, at rest only; `Homing, Arming -> Idle`.
     Disarm,
     /// `Armed, Holding -> Running`: follow the reference, which must be where the arm is.
     Run,
-    /// `Running -> Holding`: stop, and stay.
+    /// `Running -> Holding`: stop along the path, and stay. `Lowering -> Holding`. `Arming -> Idle`.
     Hold,
     /// `Fault -> Idle`, when the cause of the fault is gone.
     Clear,
+    /// Lifts the limits of the first motion after homing ([`Rules::first_motion`]). In every state but `Fault`, once homed.
+    FullRange,
+}
+
+impl Request {
+    /// Rank of the request among several of one tick: the highest wins, the first of equal ones. Stop 3, hold 2, disarm 1, all
+    /// others 0.
+    #[must_use]
+    pub const fn rank(self) -> u8 {
+        match self {
+            Self::Stop => 3,
+            Self::Hold => 2,
+            Self::Disarm => 1,
+            Self::Home | Self::Confirm | Self::Arm | Self::Run | Self::Clear | Self::FullRange => 0,
+        }
+    }
 }
 
 /// State of the machine.
@@ -92,10 +115,14 @@ pub enum State {
     Holding(HoldCause),
     /// The safe action, until it is cleared.
     Fault(Fault),
+    /// The drives are switched on, then they take up the arm's weight, with engaged brakes.
+    Arming,
+    /// Without a host the arm moves to its rest pose, slowly.
+    Lowering,
 }
 
 impl State {
-    /// The stable number: idle 0, homing 1, armed 2, running 3, holding 4, fault 5.
+    /// The stable number: idle 0, homing 1, armed 2, running 3, holding 4, fault 5, arming 6, lowering 7.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {
@@ -105,13 +132,15 @@ impl State {
             Self::Running => 3,
             Self::Holding(_) => 4,
             Self::Fault(_) => 5,
+            Self::Arming => 6,
+            Self::Lowering => 7,
         }
     }
 
-    /// Whether torque acts.
+    /// True if torque acts with open brakes.
     #[must_use]
     pub const fn drives(self) -> bool {
-        matches!(self, Self::Armed | Self::Running | Self::Holding(_))
+        matches!(self, Self::Armed | Self::Running | Self::Holding(_) | Self::Lowering)
     }
 }
 
@@ -134,6 +163,13 @@ pub enum HoldCause {
         /// Joint, counted from 0.
         joint: u8,
     },
+    /// The live inputs are older than [`Rules::live_max`].
+    StaleInput,
+    /// The reference of this joint was faster than the first motion after homing may be ([`Rules::first_motion`]).
+    FirstMotion {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
 }
 
 impl HoldCause {
@@ -146,11 +182,13 @@ impl HoldCause {
             Self::NoReference => 3,
             Self::NoRoom { .. } => 4,
             Self::OutOfReach { .. } => 5,
+            Self::StaleInput => 6,
+            Self::FirstMotion { .. } => 7,
         }
     }
 }
 
-/// Why a request was not granted.
+/// Reason for which a request is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The request has no meaning in this state.
@@ -179,6 +217,19 @@ pub enum Refusal {
         /// Joint, counted from 0.
         joint: u8,
     },
+    /// A change of live inputs or parameters waits for this tick; the session judges it first.
+    ChangePending,
+    /// The scene needs this live input, and it has not come since the hello.
+    MissingInput(LiveInput),
+    /// This live input is older than [`Rules::live_max`].
+    StaleInput(LiveInput),
+    /// The black box has not been read since the fault that it holds.
+    Unread,
+    /// The first reference of this joint is faster than the first motion after homing may be ([`Rules::first_motion`]).
+    FirstMotion {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
 }
 
 impl Refusal {
@@ -196,6 +247,11 @@ impl Refusal {
             Self::NoReference => 8,
             Self::NoRoom { .. } => 9,
             Self::OutOfReach { .. } => 10,
+            Self::ChangePending => 11,
+            Self::MissingInput(_) => 12,
+            Self::StaleInput(_) => 13,
+            Self::Unread => 14,
+            Self::FirstMotion { .. } => 15,
         }
     }
 }
@@ -219,6 +275,12 @@ pub struct Inputs<S, const N: usize> {
     pub age_ticks: [u32; N],
     /// The joint's drive reports a fault.
     pub drive_fault: [bool; N],
+    /// The joint's drive has shown, after its enable frame, that it is on.
+    pub on: [bool; N],
+    /// A drive may have lost its zero since the tick before: the arm must be homed again.
+    pub zero_lost: bool,
+    /// Ticks since the live inputs came; `u32::MAX` if none have come since the hello.
+    pub live_age: u32,
     /// Supply voltage, V, where the board measures it.
     pub supply: Option<S>,
     /// Highest temperature, degrees Celsius, where the board measures it.
@@ -241,6 +303,15 @@ pub enum Actuation<S, const N: usize> {
     },
     /// No torque.
     Safe(SafeAction),
+    /// Switch the drives on, without torque, brakes engaged. The action says what a drive that is on does meanwhile.
+    Enable(SafeAction),
+    /// These torques, brakes engaged: the drives take up the arm's weight.
+    Preload {
+        /// As those of [`Actuation::Drive`].
+        torque: [S; N],
+        /// Which limits acted on each joint.
+        limits: [LimitFlags; N],
+    },
 }
 
 /// Outputs of the machine in one tick.

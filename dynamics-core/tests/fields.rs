@@ -29,7 +29,7 @@ fn config() -> ControllerConfig<f64, 2> {
             dead_band: x(n + 2),
             friction: x(n + 3),
         })),
-        teach: Some([43, 54].map(|n| Teach {
+        teach: Some([43, 55].map(|n| Teach {
             friction: x(n),
             per_still_speed: x(n + 1),
             breakaway: x(n + 2),
@@ -40,8 +40,9 @@ fn config() -> ControllerConfig<f64, 2> {
             per_wall: x(n + 8),
             stiffness: x(n + 9),
             damping: x(n + 10),
+            slowing: x(n + 11),
         })),
-        posture_damping: Some(x(65)),
+        posture_damping: Some(x(67)),
     }
 }
 
@@ -106,8 +107,8 @@ fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
     let end = "age_max:4294967295 encoder:[Encoder{zero:-29 per_count:29.1 . Encoder{zero:-30 per_count:30.1 . . \
                observer:TrackingObserver::from_gains(31.1 32.1 33.1 34.1 . \
                integral:some [Integral{gain:35.1 torque_max:36.1 dead_band:37.1 friction:38.1 . Integral{gain:39.1 torque_max:40.1 dead_band:41.1 friction:42.1 . . \
-               teach:some [Teach{friction:43.1 per_still_speed:44.1 breakaway:45.1 slip:46.1 drag:47.1 speed:48.1 wall:(49.1 50.1 . per_wall:51.1 stiffness:52.1 damping:53.1 . \
-               Teach{friction:54.1 per_still_speed:55.1 breakaway:56.1 slip:57.1 drag:58.1 speed:59.1 wall:(60.1 61.1 . per_wall:62.1 stiffness:63.1 damping:64.1 . . posture_damping:some 65.1 . ";
+               teach:some [Teach{friction:43.1 per_still_speed:44.1 breakaway:45.1 slip:46.1 drag:47.1 speed:48.1 wall:(49.1 50.1 . per_wall:51.1 stiffness:52.1 damping:53.1 slowing:54.1 . \
+               Teach{friction:55.1 per_still_speed:56.1 breakaway:57.1 slip:58.1 drag:59.1 speed:60.1 wall:(61.1 62.1 . per_wall:63.1 stiffness:64.1 damping:65.1 slowing:66.1 . . posture_damping:some 67.1 . ";
     assert!(text.contains(middle) && text.contains(limits) && text.ends_with(end), "{text}");
     let none = seen(&ControllerConfig { friction: None, ..config() }).text;
     assert!(none.contains(". . friction:none limits:["), "{none}");
@@ -116,7 +117,7 @@ fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
 #[test]
 fn a_cast_rounds_every_number_once_and_loses_none() {
     let (wide, narrow) = (seen(&config()).numbers, seen(&config().cast::<f32>()).numbers);
-    assert_eq!(wide.len(), 65);
+    assert_eq!(wide.len(), 67);
     assert_eq!(narrow, wide.iter().map(|x| f64::from(*x as f32)).collect::<Vec<_>>());
     assert!(narrow.iter().zip(&wide).all(|(narrow, wide)| narrow.to_bits() != wide.to_bits()));
     assert_eq!(config().cast::<f64>(), config());

@@ -11,6 +11,7 @@ mod exercise_07;
 mod fields;
 mod forward_dynamics;
 mod golden;
+mod heat;
 mod identities;
 mod impossible;
 mod inertia_bounds;

@@ -61,16 +61,20 @@ mod rtos {
     use super::{Board, ThisBoard, boards};
     use boards::pac::Interrupt;
     use core::mem::MaybeUninit;
-    use firmware::board::{BoardLines, Incoming, LinkInput, LinkOutput, Nonces, Parts, Ticker};
-    use firmware::joint_io::{JointIo, higher};
-    use link::{Access, BoardChannel, DecodeError, Frame, Pacing, Received};
+    #[cfg(feature = "dma")]
+    use firmware::board::LinkOutput;
+    use firmware::board::{BoardLines, Incoming, LinkInput, Nonces, Parts, Ticker};
+    use firmware::joint_io::{JointIo, run_tick};
+    use firmware::serve::{self as service, Served};
+    use link::{Access, BoardChannel, Frame, Pacing, Received};
     use session::black_box::Report;
     use session::meter::Meter;
-    use session::{Buffers, Drives, Message, Outcome, Reaction, Session};
+    use session::{Buffers, Message, Outcome, Reaction, Session};
 
     const BOARD: &str = <ThisBoard as Board<{ arm::N }>>::NAME;
 
     type ArmBuffers = Buffers<{ arm::N }>;
+    type ArmOutput = <ThisBoard as Board<{ arm::N }>>::Output;
     type ArmJoints = <ThisBoard as Board<{ arm::N }>>::Joints;
     type ArmSession =
         Session<{ arm::N }, arm::Arm, arm::Trig, arm::Settings, arm::Tuning, arm::Protection, &'static mut ArmBuffers>;
@@ -146,7 +150,10 @@ mod rtos {
             Access::Insecure => defmt::warn!("built without a link key: anybody on the wire can drive"),
         }
         let session = session.write(Session::with_buffers(super::hello(), arm::controller(), arm::Settings, buffers));
-        let control = Control { session, ticker, joints: joints_place.write(joints) };
+        let joints = joints_place.write(joints);
+        // A reset may have left drives on. Their first frame waits in the controllers until these have joined their buses.
+        joints.safe(session.safe_action());
+        let control = Control { session, ticker, joints };
         let channel = channel.write(BoardChannel::new(access));
         (Shared { control, input, output }, Local { incoming, channel, nonces, meter, lines })
     }
@@ -173,21 +180,8 @@ mod rtos {
         let tick::LocalResources { meter, lines, .. } = cx.local;
         cx.shared.control.lock(|Control { session, ticker, joints }| {
             ticker.acknowledge();
-            let readings = joints.measure();
-            let mut lines_now = lines.read();
-            lines_now.temperature = higher(lines_now.temperature, joints.temperature());
-            session.sense(readings.as_ref(), &lines_now);
-            let drives = session.tick(meter);
-            let late = ticker.is_due();
-            if late {
-                session.overrun();
-            }
-            match drives {
-                Drives::Drive(torque) if !late => joints.drive(&torque, session.springs().as_ref()),
-                Drives::Drive(_) => joints.safe(session.safe_action()),
-                Drives::Safe(action) => joints.safe(action),
-            }
-            if session.is_live() && !late {
+            let in_time = run_tick(*session, *joints, meter, || lines.read(), || ticker.is_due());
+            if session.is_live() && in_time {
                 lines.feed();
             }
         });
@@ -215,14 +209,15 @@ mod rtos {
         cx.shared.control.lock(|control| control.joints.interrupt());
     }
 
-    /// A piece is sent: the next one.
+    /// A piece is sent: the next one, and what found no room.
     #[cfg(feature = "dma")]
     #[task(binds = DMA1_STREAM6, priority = 1, shared = [output])]
     fn sent(cx: sent::Context) {
         cx.shared.output.sent();
+        rtic::pend(Interrupt::EXTI0);
     }
 
-    /// Read the received frames and send the reports.
+    /// Read the received frames and send the reports: [`firmware::serve`].
     #[task(
         binds = EXTI0, priority = 1, shared = [control, output],
         local = [incoming, channel, nonces, announced: bool = false]
@@ -233,71 +228,50 @@ mod rtos {
         if !core::mem::replace(announced, true) {
             greet(channel, output);
         }
-        report(&mut cx.shared.control, channel, output);
         if incoming.has_lost() {
             defmt::warn!("bytes lost: the link is faster than they are read");
         }
-        listen(&mut cx.shared.control, incoming, nonces, channel, output);
-        if cx.shared.control.lock(|control| control.session.dumps()) {
+        let mut served = ServedSession(&mut cx.shared.control);
+        if service::run(incoming, channel, output, &super::hello(), &mut || nonces.next(), &mut served) {
             rtic::pend(Interrupt::EXTI0);
         }
     }
 
-    /// Take the received frames. Not part of `serve`, where its frame would lie below that of [`report`].
-    #[inline(never)]
-    fn listen(
-        control: &mut impl rtic::Mutex<T = Control>,
-        incoming: &mut <ThisBoard as Board<{ arm::N }>>::Incoming,
-        nonces: &mut <ThisBoard as Board<{ arm::N }>>::Nonces,
-        channel: &mut BoardChannel,
-        output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
-    ) {
-        let own = super::hello();
-        while let Some(byte) = incoming.next() {
-            let received = channel.push(byte, &own, &mut || nonces.next(), &mut |bytes| output.write(bytes));
-            if received.is_some() {
-                let outcome = take(control, received);
-                react(control, outcome, channel, output);
-            }
+    /// The session behind its lock.
+    struct ServedSession<'a, M>(&'a mut M);
+
+    impl<M: rtic::Mutex<T = Control>> Served<ArmOutput> for ServedSession<'_, M> {
+        fn take(&mut self, received: Received, channel: &mut BoardChannel, output: &mut ArmOutput) {
+            let outcome = take(self.0, received);
+            react(self.0, outcome, channel, output);
         }
-    }
 
-    /// Send the board's hello.
-    #[inline(never)]
-    fn greet(channel: &mut BoardChannel, output: &mut <ThisBoard as Board<{ arm::N }>>::Output) {
-        send(channel, output, &Frame::Hello(super::hello()));
-    }
-
-    /// Send the session's reports.
-    #[inline(never)]
-    fn report(
-        control: &mut impl rtic::Mutex<T = Control>,
-        channel: &mut BoardChannel,
-        output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
-    ) {
-        while let Some(report) = control.lock(|control| control.session.say()) {
-            // The rest of a black box waits until the frames that came meanwhile are handled.
+        fn say(&mut self) -> Option<(Frame, bool)> {
+            let report = self.0.lock(|control| control.session.say())?;
             let past = matches!(report, Report::Past(_));
             let frame = report.frame();
             if let Frame::Fault(fault) = &frame {
                 defmt::warn!("fault {} in tick {}", fault.code, fault.tick);
             }
-            send(channel, output, &frame);
-            if past {
-                break;
-            }
+            Some((frame, past))
+        }
+
+        fn dumps(&mut self) -> bool {
+            self.0.lock(|control| control.session.dumps())
         }
     }
 
-    /// Take a frame, or the error in its place.
+    /// Send the board's hello.
     #[inline(never)]
-    fn take(control: &mut impl rtic::Mutex<T = Control>, received: Option<Result<Received, DecodeError>>) -> Outcome {
-        let Some(received) = received else { return Outcome::None };
-        if let Err(error) = &received {
-            defmt::warn!("not decoded: {}", error);
-        }
+    fn greet(channel: &mut BoardChannel, output: &mut ArmOutput) {
+        service::send(channel, output, &Frame::Hello(super::hello()));
+    }
+
+    /// Take a frame.
+    #[inline(never)]
+    fn take(control: &mut impl rtic::Mutex<T = Control>, received: Received) -> Outcome {
         // Whatever does not need the session is done before it is locked: a tick waits for the lock.
-        let mut message = Message::new(received);
+        let mut message = Message::new(Ok(received));
         if message.goes_on() {
             message.find_way(control.lock(|control| control.session.way_from()));
         }
@@ -315,12 +289,12 @@ mod rtos {
         control: &mut impl rtic::Mutex<T = Control>,
         outcome: Outcome,
         channel: &mut BoardChannel,
-        output: &mut <ThisBoard as Board<{ arm::N }>>::Output,
+        output: &mut ArmOutput,
     ) {
         match outcome.reaction() {
             Reaction::None => {}
             Reaction::Tick => control.lock(|control| control.ticker.trigger()),
-            Reaction::Reply(frame) => send(channel, output, &frame),
+            Reaction::Reply(frame) => service::reply(channel, output, &frame),
             Reaction::Start(pacing, hello) => {
                 control.lock(|control| {
                     match pacing {
@@ -329,22 +303,16 @@ mod rtos {
                     }
                     control.joints.safe(control.session.safe_action());
                 });
-                send(channel, output, &hello);
+                service::send(channel, output, &hello);
             }
             Reaction::Stop(hello, refusal) => {
                 control.lock(|control| {
                     control.ticker.hold();
                     control.joints.safe(control.session.safe_action());
                 });
-                send(channel, output, &hello);
-                send(channel, output, &refusal);
+                service::send(channel, output, &hello);
+                service::send(channel, output, &refusal);
             }
         }
-    }
-
-    /// One copy of it, not one at each place that sends.
-    #[inline(never)]
-    fn send(channel: &mut BoardChannel, output: &mut <ThisBoard as Board<{ arm::N }>>::Output, frame: &Frame) {
-        channel.send(frame, &mut |bytes| output.write(bytes));
     }
 }

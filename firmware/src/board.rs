@@ -29,6 +29,9 @@ pub trait LinkOutput {
     /// Send all bytes. Waits for the line where they find no room.
     fn write(&mut self, bytes: &[u8]);
 
+    /// Bytes that [`LinkOutput::write`] takes now without waiting, up to [`OUTGOING`].
+    fn room(&mut self) -> usize;
+
     /// The interrupt of the DMA that sends the bytes, behind each piece.
     fn sent(&mut self) {}
 }
@@ -72,8 +75,21 @@ pub trait Nonces {
 /// inputs, reference, measurement).
 pub const INCOMING: usize = 3 * link::PACKET_MAX;
 
-/// Bytes that wait for a DMA to send them: a whole packet.
-pub const OUTGOING: usize = link::PACKET_MAX;
+/// Bytes that wait for a DMA to send them: four whole packets. [`REPORT_ROOM`] and [`ANSWER_ROOM`] say who may use how much.
+pub const OUTGOING: usize = 4 * link::PACKET_MAX;
+
+/// Free space before a report is sent: at most one packet waits before it.
+pub const REPORT_ROOM: usize = OUTGOING - link::PACKET_MAX;
+
+/// Free space before answers to packets outside of the session are sent: behind them a report still finds room.
+pub const STRANGER_ROOM: usize = REPORT_ROOM + link::channel::ANSWERS_MAX;
+
+/// Free space before an answer to the session's host is sent: refusals and values are shorter. Without it the answer is dropped. A
+/// host that asks so often does not read what it is sent, and reading on is more important: its next request may be a stop.
+pub const ANSWER_ROOM: usize = 64;
+
+/// Received bytes that are read before reports are sent again: a full buffer.
+pub const READ_AT_ONCE: usize = INCOMING;
 
 /// A started board, in the parts that different interrupts own.
 pub struct Parts<B: Board<N> + ?Sized, const N: usize> {

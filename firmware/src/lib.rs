@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`board`] | the interface of a board; the boards themselves belong to the program |
+//! | [`serve`] | the task between link and session |
 //! | [`joint_io`] | ways of reaching the joints: CAN actuators, PWM drives with magnetic encoders; a package of its own |
 //!
 //! The program joins them with [`session`]. The desk runs both too.
@@ -12,4 +13,5 @@
 #![no_std]
 
 pub mod board;
+pub mod serve;
 pub use joint_io;

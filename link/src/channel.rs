@@ -14,5 +14,5 @@
 mod board;
 mod host;
 
-pub use board::{Access, BoardChannel, NewNonce, Write};
+pub use board::{ANSWERS_MAX, Access, BoardChannel, NewNonce, Write};
 pub use host::{Distrust, HostChannel};

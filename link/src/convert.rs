@@ -192,7 +192,7 @@ impl frame::Frame {
 
 impl frame::Request {
     /// Each request with its word.
-    pub const NAMES: [(Self, &'static str); 7] = [
+    pub const NAMES: [(Self, &'static str); 10] = [
         (Self::Home, "home"),
         (Self::Confirm, "confirm"),
         (Self::Arm, "arm"),
@@ -200,12 +200,15 @@ impl frame::Request {
         (Self::Run, "run"),
         (Self::Hold, "hold"),
         (Self::Clear, "clear"),
+        (Self::Stop, "stop"),
+        (Self::FullRange, "full-range"),
+        (Self::Release, "release"),
     ];
 
-    /// Converts to the safety state machine's type.
+    /// Converts to the safety state machine's type; `None` for [`Self::Release`], which is the black box's.
     #[must_use]
-    pub const fn to_core(self) -> Request {
-        match self {
+    pub const fn to_core(self) -> Option<Request> {
+        Some(match self {
             Self::Home => Request::Home,
             Self::Confirm => Request::Confirm,
             Self::Arm => Request::Arm,
@@ -213,7 +216,10 @@ impl frame::Request {
             Self::Run => Request::Run,
             Self::Hold => Request::Hold,
             Self::Clear => Request::Clear,
-        }
+            Self::Stop => Request::Stop,
+            Self::FullRange => Request::FullRange,
+            Self::Release => return None,
+        })
     }
 }
 
@@ -223,15 +229,25 @@ impl frame::Denial {
     pub const fn new(refusal: Refusal) -> Self {
         let (fault, joint) = match refusal {
             Refusal::Fault(fault) | Refusal::Implausible(fault) => (fault.code(), fault.joint()),
-            Refusal::NoRoom { joint } | Refusal::OutOfReach { joint } => (0, Some(joint)),
+            Refusal::NoRoom { joint } | Refusal::OutOfReach { joint } | Refusal::FirstMotion { joint } => {
+                (0, Some(joint))
+            }
             Refusal::WrongState
             | Refusal::NotHomed
             | Refusal::NotZeroed
             | Refusal::NotAtRest
             | Refusal::HeartbeatLost
-            | Refusal::NoReference => (0, None),
+            | Refusal::NoReference
+            | Refusal::ChangePending
+            | Refusal::MissingInput(_)
+            | Refusal::StaleInput(_)
+            | Refusal::Unread => (0, None),
         };
-        Self { code: refusal.code(), fault, joint }
+        let input = match refusal {
+            Refusal::MissingInput(input) | Refusal::StaleInput(input) => input.code(),
+            _ => 0,
+        };
+        Self { code: refusal.code(), fault, joint, input }
     }
 }
 
@@ -246,6 +262,10 @@ impl frame::Actuation {
             Actuation::Safe(SafeAction::Brake) => Self::Brake,
             Actuation::Safe(SafeAction::DampedStop) => Self::DampedStop,
             Actuation::Safe(SafeAction::Off) => Self::Off,
+            Actuation::Enable(_) => Self::Enable,
+            Actuation::Preload { torque, limits } => {
+                Self::Preload { torque: joints(torque), limits: joints(&limits.map(LimitFlags::bits)) }
+            }
         }
     }
 }

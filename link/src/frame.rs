@@ -24,7 +24,7 @@ pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 /// | command | MCU | answer to a measurement |
 /// | fault | MCU | answer to a measurement when the controller brakes |
 /// | refusal | MCU | answer to any frame that could not be used |
-/// | request | host | asks the safety state machine for a change; the next status grants or refuses it |
+/// | request | host | asks the safety state machine for a change; answered by an answer with its number |
 /// | lines | host | simulated lines of the board, from the next tick on; in a drill alone |
 /// | point | host | the next point of the trajectory; answered only when it is refused |
 /// | alive | host | sign of life of the host; any other frame is one too |
@@ -34,6 +34,7 @@ pub type Joints<T> = heapless::Vec<T, JOINTS_MAX>;
 /// | status | MCU | a tick under the safety state machine: every tick of a drill, otherwise the watched ticks |
 /// | past | MCU | a tick out of the black box, oldest first; empty behind the last |
 /// | value | MCU | a parameter and its bounds |
+/// | answer | MCU | the verdict on a request; sent again if the request comes again |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Frame {
     /// Identity of the sender.
@@ -50,8 +51,8 @@ pub enum Frame {
     Refusal(Refusal),
     /// Live inputs of the scene.
     Live(Live),
-    /// Request to the safety state machine.
-    Request(Request),
+    /// Request to the safety state machine, with a number.
+    Request(NumberedRequest),
     /// State of a board's lines.
     Lines(Lines),
     /// Next point of the trajectory, some ticks after the point before.
@@ -82,13 +83,22 @@ pub enum Frame {
     /// Value of a parameter.
     #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
     Value(Value),
+    /// Verdict on a request.
+    #[cfg_attr(not(feature = "host"), serde(skip_deserializing))]
+    Answer(Answer),
 }
 
 impl Frame {
     /// Number of kinds; the first payload byte is below it.
     ///
-    /// The last four are read by a host alone (feature `host`): a chip that could read them would be 3 KiB longer.
-    pub const KINDS: u8 = if cfg!(feature = "host") { 21 } else { 17 };
+    /// The last five are read by a host alone (feature `host`): a chip that could read them would be 3 KiB longer.
+    pub const KINDS: u8 = if cfg!(feature = "host") { 22 } else { 17 };
+
+    /// A request with its number.
+    #[must_use]
+    pub const fn request(number: u8, request: Request) -> Self {
+        Self::Request(NumberedRequest { number, request })
+    }
 
     /// Whether the count of open packets begins anew here: the frame begins a session, or a handshake.
     pub(crate) const fn begins(&self) -> bool {
@@ -328,6 +338,45 @@ pub enum Refusal {
         /// The first joint that would, counted from 0.
         joint: u8,
     },
+    /// A measurement came from the host while the board measures for itself.
+    OwnMeasurements {
+        /// Number of such frames since the hello; 65,535 is that or more.
+        count: u16,
+    },
+}
+
+/// Request with a number that the host chooses.
+///
+/// The board answers each number once. A frame with a number and request that are among the last 8 is the same request, sent again: it acts
+/// no second time, and is answered again. A host sends a request until its answer has come, and takes the next number for the next one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NumberedRequest {
+    /// The number.
+    pub number: u8,
+    /// The request.
+    pub request: Request,
+}
+
+/// Verdict on a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "host", derive(Deserialize))]
+pub struct Answer {
+    /// The request's number.
+    pub number: u8,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+/// What became of a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "host", derive(Deserialize))]
+pub enum Verdict {
+    /// The state machine has done it.
+    Accepted,
+    /// It has not, for this reason; nothing was changed.
+    Rejected(Denial),
+    /// A request of higher rank, or an earlier one of the same rank, came for the same tick; nothing was changed.
+    Superseded,
 }
 
 /// Request to the safety state machine. See [`dynamics_core::safety::Request`].
@@ -347,10 +396,17 @@ pub enum Request {
     Hold,
     /// Leave the fault.
     Clear,
+    /// Emergency stop, in any state.
+    Stop,
+    /// Lift the limits of the first motion after homing.
+    FullRange,
+    /// Release the black box, which holds the ticks around a fault until then.
+    Release,
 }
 
 /// State of a board's lines, beside the joints' readings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "PackedLines", into = "PackedLines")]
 pub struct Lines {
     /// The emergency stop is pressed, or its wire is broken.
     pub emergency_stop: bool,
@@ -360,10 +416,43 @@ pub struct Lines {
     pub zeroed: bool,
     /// Joints whose drive reports a fault: bit 0 is the first.
     pub drive_fault: u8,
+    /// Joints whose drive has shown, after its enable frame, that it is on: bit 0 is the first.
+    pub on: u8,
+    /// A drive may have lost its zero since the tick before.
+    pub zero_lost: bool,
     /// Supply voltage, V, where it is measured.
     pub supply: Option<f32>,
     /// Highest temperature, degrees Celsius, where it is measured.
     pub temperature: Option<f32>,
+}
+
+/// [`Lines`] as they are sent: a status with encoder counts of six joints must fit into a millisecond of the line.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct PackedLines {
+    /// Emergency stop 1, overrun 2, zeroed 4, zero lost 8.
+    flags: u8,
+    drive_fault: u8,
+    on: u8,
+    supply: Option<f32>,
+    temperature: Option<f32>,
+}
+
+impl From<Lines> for PackedLines {
+    fn from(lines: Lines) -> Self {
+        let Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } = lines;
+        let bits = [emergency_stop, overrun, zeroed, zero_lost];
+        let flags = bits.iter().rev().fold(0, |flags, &bit| flags << 1 | u8::from(bit));
+        Self { flags, drive_fault, on, supply, temperature }
+    }
+}
+
+impl From<PackedLines> for Lines {
+    fn from(packed: PackedLines) -> Self {
+        let PackedLines { flags, drive_fault, on, supply, temperature } = packed;
+        let is_set = |bit: u8| flags & bit != 0;
+        let (emergency_stop, overrun, zeroed, zero_lost) = (is_set(1), is_set(2), is_set(4), is_set(8));
+        Self { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature }
+    }
 }
 
 /// Fault of a joint's drive or sensor.
@@ -373,15 +462,23 @@ pub struct Trouble {
     /// The joint, counted from 0.
     pub joint: u8,
     /// As the bits of `session::readings::JointFaults`.
-    pub faults: u8,
+    pub faults: u16,
     /// The drive's own error code; 0 for none.
     pub error: u8,
 }
 
 impl Lines {
-    /// No fault, every joint knows its zero, and nothing else is measured.
-    pub const CALM: Self =
-        Self { emergency_stop: false, overrun: false, zeroed: true, drive_fault: 0, supply: None, temperature: None };
+    /// No fault, every drive on, every joint knows its zero, and nothing else is measured.
+    pub const CALM: Self = Self {
+        emergency_stop: false,
+        overrun: false,
+        zeroed: true,
+        drive_fault: 0,
+        on: u8::MAX,
+        zero_lost: false,
+        supply: None,
+        temperature: None,
+    };
 }
 
 /// A point of the trajectory. The way to it from the point before is the polynomial of fifth degree that agrees with both in
@@ -475,8 +572,10 @@ pub struct Status {
     pub joint: Option<u8>,
     /// The joints' zeros have been confirmed.
     pub homed: bool,
-    /// Reason why the request of this tick was not granted.
+    /// Reason for which the request of this tick was rejected.
     pub refused: Option<Denial>,
+    /// The black box holds a fault that has not been released: it records no new ticks.
+    pub kept: bool,
     /// Points that the trajectory has room for.
     pub room: u8,
     /// Action of the drives; `None` where it was not requested.
@@ -532,7 +631,7 @@ impl Status {
     }
 }
 
-/// Reason why a request was not granted.
+/// Reason for which a request is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub struct Denial {
@@ -542,6 +641,8 @@ pub struct Denial {
     pub fault: u8,
     /// The joint, counted from 0, where it is one joint's.
     pub joint: Option<u8>,
+    /// The live input that is missing or old, as [`dynamics_core::safety::LiveInput::code`], or 0.
+    pub input: u8,
 }
 
 /// Action of the drives.
@@ -561,6 +662,15 @@ pub enum Actuation {
     DampedStop,
     /// Drives off.
     Off,
+    /// The drives are being switched on, brakes engaged.
+    Enable,
+    /// These torques or forces, with engaged brakes.
+    Preload {
+        /// Exactly the computed bits.
+        torque: Joints<f32>,
+        /// As the bits of [`dynamics_core::control::LimitFlags`].
+        limits: Joints<u8>,
+    },
 }
 
 /// Readings and lines of a board in a tick.

@@ -44,13 +44,13 @@ pub use circular::{Circular, Filling, Halves};
 pub use codec::{DecodeError, Decoder, Encoder, PACKET_MAX, Packet, Received};
 pub use convert::{AsymmetricInertia, JointCountMismatch};
 pub use frame::{
-    Actuation, Aside, Challenge, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live,
-    Measurement, NonceSource, Pacing, Parts, Payload, Point, Reference, Refusal, Request, Sensed, SensedLines, Setting,
-    Status, TickCost, Trouble, Trust, Value, Watch,
+    Actuation, Answer, Aside, Challenge, Command, Cost, Denial, Fault, Frame, Hello, JOINTS_MAX, Joints, Lines, Live,
+    Measurement, NonceSource, NumberedRequest, Pacing, Parts, Payload, Point, Reference, Refusal, Request, Sensed,
+    SensedLines, Setting, Status, TickCost, Trouble, Trust, Value, Verdict, Watch,
 };
 pub use inlet::{Arrival, Inlet};
 pub use outgoing::{Outgoing, Sending};
 pub use seal::{Key, Nonce, Proof};
 
 /// Version of the protocol: of the packet's layout and of every frame. Any change of either counts it up.
-pub const PROTOCOL_VERSION: u8 = 5;
+pub const PROTOCOL_VERSION: u8 = 6;

@@ -43,6 +43,12 @@ impl<S: Sending, const SIZE: usize> Outgoing<S, SIZE> {
         self.advance();
     }
 
+    /// Bytes that [`Outgoing::write`] takes now without waiting.
+    pub fn room(&mut self) -> usize {
+        self.advance();
+        SIZE - self.handed - self.waiting
+    }
+
     /// Start the next piece if the one before has been sent. Called by the interrupt behind a piece.
     pub fn advance(&mut self) {
         if !self.hardware.is_idle() {

@@ -10,7 +10,7 @@ const KEY: [u8; 32] = [0x31; 32];
 const OTHER: [u8; 32] = [0x32; 32];
 const OWN: Hello = Hello { robot: 7, joints: 2, rate_hz: 1000.0, pacing: Pacing::LockStep };
 const LIVE: Frame = Frame::Hello(Hello { pacing: Pacing::Live, ..OWN });
-const HOLD: Frame = Frame::Request(Request::Hold);
+const HOLD: Frame = Frame::request(7, Request::Hold);
 
 /// A board and all that it says.
 struct Board {
@@ -321,4 +321,75 @@ fn the_key_page_is_where_the_linker_s_map_has_it() {
     let key = map.lines().find(|line| line.trim_start().starts_with("KEY ")).unwrap();
     assert!(key.contains(&origin), "{key}: {origin}");
     assert!(map.contains("_key_page = ORIGIN(KEY);"));
+}
+
+/// Noise without a zero in it joins the packet behind it, and a request must not go with it.
+#[test]
+fn a_request_behind_noise_is_taken() {
+    let (mut board, mut host) = session();
+    let noise: Vec<u8> = (1..=255).cycle().take(700).collect();
+    for length in [1, 100, 251, 252, 253, 700] {
+        assert_eq!(board.hear(&noise[..length]), []);
+        let heard = board.hear(&host.encode(&HOLD).unwrap());
+        assert_eq!(heard.last(), Some(&Ok(HOLD)), "{length} bytes of noise");
+    }
+}
+
+/// However many packets are refused, the answers to them are few and short, and nothing is sent before they are asked for.
+#[test]
+fn a_flood_owes_one_answer_of_each_kind() {
+    let mut stranger = Encoder::new();
+    let packets: Vec<u8> = (0..1000)
+        .flat_map(|i| match i % 4 {
+            0 => stranger.encode(&Frame::Join([i as u8; 16])).unwrap().to_vec(),
+            1 => stranger.encode(&LIVE).unwrap().to_vec(),
+            2 => vec![1, 0],
+            _ => vec![7, 7, 7, 7, 7, 0],
+        })
+        .collect();
+    for access in [Access::Key(&KEY), Access::NoKey] {
+        let mut board = Board::new(access);
+        let mut channel = board.channel;
+        let mut counted = 0;
+        for &byte in &packets {
+            counted += usize::from(channel.take(byte).is_some());
+        }
+        assert_eq!(counted, 0);
+        assert!(channel.owes());
+        let mut nonce = || Some(([5; 16], NonceSource::Generator));
+        channel.answer(&OWN, &mut nonce, &mut |bytes| board.said.extend_from_slice(bytes));
+        assert!(!channel.owes());
+        let frames = heard(&mut HostChannel::new(None), &board.said);
+        let [Frame::Refusal(Refusal::Undecodable(_)), Frame::Refusal(refusal)] = &frames[..] else {
+            panic!("{frames:?}");
+        };
+        // The challenge is for who has asked.
+        let expected =
+            if matches!(access, Access::NoKey) { Refusal::NoKey } else { Refusal::Unauthentic { count: 250 } };
+        assert_eq!(*refusal, expected);
+        assert!(board.said.len() <= link::channel::ANSWERS_MAX, "{} bytes", board.said.len());
+        assert!(board.said.iter().filter(|byte| **byte == 0).count() == 3, "two refusals and a challenge");
+    }
+}
+
+/// All answers at their longest.
+#[test]
+fn the_longest_answers_have_the_stated_length() {
+    let long = Hello { robot: u64::MAX, joints: 255, rate_hz: -1.5e-7, pacing: Pacing::Live };
+    let (mut board, _) = session();
+    for _ in 0..u16::MAX {
+        assert_eq!(board.channel.take(5), None);
+        assert_eq!(board.channel.take(0), None);
+    }
+    let mut stranger = Encoder::new();
+    for byte in stranger.encode(&Frame::Alive).unwrap().into_iter().cycle().take(200_000) {
+        assert_eq!(board.channel.take(byte), None);
+    }
+    for byte in stranger.encode(&Frame::Join([255; 16])).unwrap() {
+        board.channel.take(byte);
+    }
+    let mut said = 0;
+    board.channel.answer(&long, &mut || Some(([255; 16], NonceSource::Counter)), &mut |bytes| said += bytes.len());
+    println!("{said} bytes");
+    assert!(said <= link::channel::ANSWERS_MAX, "{said} bytes");
 }

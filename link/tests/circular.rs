@@ -147,7 +147,7 @@ fn frames(bytes: &[u8]) -> Vec<Result<Frame, DecodeError>> {
 /// The newest half stays, so what comes behind any garbage is read.
 #[test]
 fn a_hold_behind_more_garbage_than_the_buffer_holds_is_read() {
-    let hold = Frame::Request(Request::Hold);
+    let hold = Frame::request(7, Request::Hold);
     let packet = Encoder::new().encode(&hold).unwrap();
     for garbage in 0..3 * SIZE {
         let (hardware, mut circular) = start(Model::default());

@@ -20,7 +20,7 @@ fn drain(decoder: &mut Decoder, pending: &mut Consumer<'static, u8>) -> Vec<Resu
 /// A full queue drops the zero that ends the garbage; a request to hold behind it is read all the same.
 #[test]
 fn a_hold_behind_more_garbage_than_the_queue_holds_is_read() {
-    let hold = Frame::Request(Request::Hold);
+    let hold = Frame::request(7, Request::Hold);
     for garbage in 28..40 {
         let (mut inlet, mut pending) = queue();
         let mut decoder = Decoder::new();

@@ -3,8 +3,8 @@
 
 use link::seal::{Side, Transcript};
 use link::{
-    Actuation, Decoder, Encoder, Frame, Hello, Joints, Key, Lines, Measurement, Pacing, Parts, Point, Reference,
-    Refusal, Request, Sensed, Status, Watch,
+    Actuation, Answer, Decoder, Encoder, Frame, Hello, Joints, Key, Lines, Measurement, Pacing, Parts, Point,
+    Reference, Refusal, Request, Sensed, Status, Verdict, Watch,
 };
 use std::fmt::Write as _;
 
@@ -34,7 +34,7 @@ fn frames() -> [(&'static str, Frame); 9] {
     [
         ("hello, drill", Frame::Hello(HELLO)),
         ("lines, calm, 24 V", Frame::Lines(Lines { supply: Some(24.0), ..Lines::CALM })),
-        ("request, home", Frame::Request(Request::Home)),
+        ("request, home", Frame::request(1, Request::Home)),
         ("point, a start", Frame::Point(Point { ticks: 0, reference: rest })),
         ("measurement, tick 1", Frame::Measurement(Measurement { tick: 1, age_ticks: 0, sensed })),
         ("measurement, counts, tick 300", {
@@ -43,12 +43,12 @@ fn frames() -> [(&'static str, Frame); 9] {
         }),
         ("watch, every 10th tick, torques", Frame::Watch(Watch { every: 10, parts: Parts::TORQUE })),
         ("alive", Frame::Alive),
-        ("request, hold", Frame::Request(Request::Hold)),
+        ("request, hold", Frame::request(2, Request::Hold)),
     ]
 }
 
 /// What a board says.
-fn answers() -> [(&'static str, Frame); 3] {
+fn answers() -> [(&'static str, Frame); 4] {
     let status = Status {
         tick: 1,
         taken: 5,
@@ -57,6 +57,7 @@ fn answers() -> [(&'static str, Frame); 3] {
         joint: None,
         homed: true,
         refused: None,
+        kept: false,
         room: 16,
         actuation: Some(Actuation::Drive { torque: joints([1.5, -2.0]), limits: joints([0; 2]) }),
         sensed: None,
@@ -66,6 +67,7 @@ fn answers() -> [(&'static str, Frame); 3] {
     [
         ("hello, drill", Frame::Hello(HELLO)),
         ("refusal, 1 packet lost", Frame::Refusal(Refusal::Lost { missed: 1 })),
+        ("answer, request 1 accepted", Frame::Answer(Answer { number: 1, verdict: Verdict::Accepted })),
         ("status, armed", Frame::Status(status)),
     ]
 }
@@ -161,6 +163,7 @@ fn every_frame_has_its_row() {
         "status",
         "past",
         "value",
+        "answer",
     ];
     assert_eq!(names.len(), usize::from(Frame::KINDS));
     for (tag, name) in names.iter().enumerate() {

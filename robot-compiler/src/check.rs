@@ -9,10 +9,12 @@
 //! | `limits` | limits that are impossible, placeholders, missing, or too wide |
 //! | `load` | torque that holds the arm |
 //! | `drives` | rotors, friction, steps of torque and position |
+//! | `heat` | continuous torque of the motors, and the pose in which the arm carries itself |
 
 mod amount;
 mod body;
 mod drives;
+mod heat;
 mod limits;
 mod load;
 
@@ -74,11 +76,15 @@ pub enum Rule {
     TorqueStep,
     /// The step of a measured position.
     PositionStep,
+    /// Torque that a motor must give for ever, against what it can.
+    Heat,
+    /// A rest pose from which a joint sinks.
+    Rest,
 }
 
 impl Rule {
     /// All rules.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::ImpossibleBody,
         Self::Mass,
         Self::Gyration,
@@ -93,6 +99,8 @@ impl Rule {
         Self::Friction,
         Self::TorqueStep,
         Self::PositionStep,
+        Self::Heat,
+        Self::Rest,
     ];
 
     /// The name.
@@ -113,6 +121,8 @@ impl Rule {
             Self::Friction => "friction",
             Self::TorqueStep => "torque-step",
             Self::PositionStep => "position-step",
+            Self::Heat => "heat",
+            Self::Rest => "rest",
         }
     }
 }
@@ -153,6 +163,8 @@ pub struct JointLoad {
     pub posture: Vec<f64>,
     /// Smallest and largest diagonal entry of the inertia matrix without rotors, kg m^2 or kg.
     pub inertia: (f64, f64),
+    /// Torque or force that holds the joint in the rest pose, N m or N; `None` without a rest pose.
+    pub rest: Option<f64>,
 }
 
 /// All findings, the worst first, then by rule and place.
@@ -163,6 +175,7 @@ pub fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
     let mut all = body::findings(draft);
     all.extend(limits::findings(draft, loads));
     all.extend(drives::findings(draft, loads));
+    all.extend(heat::findings(draft, loads));
     all.extend(loads.map(|loads| load::findings(draft, loads)).unwrap_or_default());
     all.sort_by_key(|finding| (finding.severity, finding.rule, finding.place.line_column()));
     all

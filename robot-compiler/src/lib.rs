@@ -43,9 +43,10 @@ mod read;
 pub use describe::cut::{Ends, UrdfArm};
 pub use describe::diagnostics::FileError;
 pub use describe::linkage::{LinkageFile, Mechanism};
-pub use describe::robot::{JointEncoder, JointFriction, Robot, RobotJoint};
+pub use describe::robot::{JointEncoder, JointFriction, JointHeat, Robot, RobotJoint};
 pub use describe::scene::SceneFile;
 pub use describe::{drive, scene};
+pub use read::actuators;
 
 /// Studies: many runs of one scene, or of a campaign.
 pub mod study {

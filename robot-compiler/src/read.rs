@@ -2,9 +2,12 @@
 
 mod fields;
 mod linkage;
+mod rest;
 mod robot;
 mod scene;
 pub(crate) mod study;
 mod table;
 mod text;
 mod urdf;
+
+pub use robot::actuators::all as actuators;

@@ -60,6 +60,9 @@ kp = [0, 500]
 kd = [0, 5]
 torque = [-60, 60]
 damping = 2
+[joint.heat]
+rated = 10
+time_constant = 90
 [[joint]]
 name = "bend"
 type = "revolute"
@@ -80,10 +83,13 @@ kp = [0, 500]
 kd = [0, 5]
 torque = [-30, 30]
 damping = 2
+[joint.heat]
+rated = 5
+time_constant = 60
 "#;
 
 fn load(holding: f64) -> JointLoad {
-    JointLoad { holding, posture: vec![1.5, 0.0, 0.0], inertia: (0.1, 0.4) }
+    JointLoad { holding, posture: vec![1.5, 0.0, 0.0], inertia: (0.1, 0.4), rest: None }
 }
 
 /// Loads of the sound arm, N m, and of the driven one.
@@ -208,7 +214,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
             &[("-2.5\" upper=\"2.5\" effort=\"6", "-6.2\" upper=\"6.2\" effort=\"6")],
         ),
     ];
-    let toml: [Case<'_>; 10] = [
+    let toml: [Case<'_>; 13] = [
         (&[("friction = { coulomb = 0.2 }\n", "")], (Friction, Note), &[]),
         (&[("rotor = { inertia = 1e-4, gear = 20.0 }\n", "")], (Rotor, Note), &[]),
         // The link alone has at least 0.1 kg m^2.
@@ -225,9 +231,15 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
         (&[("[-12.5, 12.5]", "[-660, 660]")], (PositionStep, Doubt), &[("[-12.5, 12.5]", "[-650, 650]")]),
         (&[("torque = 40", "torque = 40, torque_rate = 9"), (", torque = 20", "")], (MissingLimit, Note), &[]),
         (&[("position = [-2, 2]", "position = [2, -2]")], (ImpossibleLimit, Wrong), &[]),
+        // Gravity takes 9.3 N m at most.
+        (&[("rated = 10", "rated = 9.29")], (Heat, Doubt), &[("rated = 10", "rated = 9.31")]),
+        (&[("rated = 5\n", "")], (Heat, Note), &[]),
+        (&[("time_constant = 60\n", "")], (Heat, Note), &[]),
         (&[("zz = 0.008 }", "zz = 0.008, xy = 0.01 }")], (ImpossibleBody, Wrong), &[]),
     ];
     let known: BTreeSet<_> = urdf.iter().chain(&toml).map(|(_, (rule, _), _)| *rule).collect();
+    // The rest pose has tests of its own, because it needs a load of its own.
+    let known: BTreeSet<_> = known.into_iter().chain([Rest]).collect();
     assert_eq!(known, BTreeSet::from(Rule::ALL), "a rule without a case");
     for (broken, said, sound) in urdf {
         let said = (said.0.name(), said.1.name());
@@ -398,4 +410,47 @@ fn a_slide_is_as_long_as_its_travel() {
     };
     assert_eq!(slide("1.0"), []);
     assert_eq!(slide("0.1"), [("mass-centre", "wrong")]);
+}
+
+/// The joint `lift` is held by 0.4 N m of friction; its limits are -2 and 2 rad.
+#[test]
+fn a_joint_sinks_from_its_rest_pose_unless_friction_or_a_stop_holds_it() {
+    let sinks = |q: f64, held: f64| {
+        let text = changed(DRIVEN, &[("name = \"driven\"\n", &format!("name = \"driven\"\nrest = [{q}, 0.0]\n"))]);
+        let draft = Draft::from_toml_str(&text, "arm.toml").unwrap();
+        let mut loads = DRIVEN_LOADS.map(load);
+        loads[0].rest = Some(held);
+        let found = findings(&draft, Some(&loads));
+        assert!(found.iter().all(|finding| finding.rule == Rule::Rest && finding.severity == Severity::Note));
+        found.first().map(|finding| {
+            assert_eq!(finding.place.line_column().map(|(line, _)| line), Some(3));
+            finding.place.problem().to_owned()
+        })
+    };
+    assert_eq!([sinks(0.0, 0.4), sinks(0.0, -0.4)], [None, None], "friction holds");
+    assert!(sinks(0.0, 0.41).unwrap().contains("lift sinks from the rest pose: it takes 0.410 N m to hold"));
+    // A torque above zero holds against gravity that pushes down, to the lower limit.
+    assert_eq!([sinks(-1.951, 3.0), sinks(1.951, -3.0)], [None, None], "a stop holds");
+    assert!(sinks(-1.949, 3.0).is_some() && sinks(1.949, -3.0).is_some());
+    assert!(sinks(1.99, 3.0).is_some() && sinks(-1.99, -3.0).is_some(), "the other stop does not");
+}
+
+#[test]
+fn a_named_actuators_ratings_go_through_the_gear_and_give_way_to_the_file() {
+    let robot = |heat: &str, gear: f64| {
+        let text = format!(
+            "name = \"one\"\n[[joint]]\nname = \"swing\"\ntype = \"revolute\"\ndh = {{ a = 0.5, alpha = 0.0, d = 0.0, theta = 0.0 }}\n\
+             mass = 1.0\ncom = [-0.25, 0.0, 0.0]\nlimits = {{ position = [-1.5, 1.5], velocity = 2.0, torque = 20.0 }}\n{heat}\n\
+             [joint.drive]\nkind = \"robstride\"\nactuator = \"RS06\"\nbus = 1\nid = 1\ngear = {gear:?}\ndirection = -1\ndamping = 1.0\n"
+        );
+        Robot::from_toml_str(&text, "one.toml").map(|robot| robot.joints[0].heat)
+    };
+    let heat = robot("", 2.0).unwrap();
+    assert_eq!((heat.rated, heat.peak, heat.time_constant), (Some(22.0), Some(72.0), None));
+    assert_eq!(heat.rules(36.0, 0.1), None, "no time constant is made up");
+    let heat = robot("heat = { rated = 8.0, time_constant = 50 }", 1.0).unwrap();
+    assert_eq!((heat.rated, heat.peak, heat.time_constant), (Some(8.0), Some(36.0), Some(50.0)));
+    assert_eq!(heat.rules(36.0, 0.1).unwrap().per_rated, 1.0 / 8.0);
+    let problem = robot("heat = { rated = 40.0 }", 1.0).unwrap_err();
+    assert!(problem.problem().contains("exchanged?"), "{problem}");
 }

@@ -2,6 +2,7 @@
 
 mod auto_terms;
 mod bad_files;
+mod bounds;
 mod check;
 mod common;
 mod drives;

@@ -24,6 +24,9 @@ fn tick<const N: usize>(
         sensed: Sensed::State { q: reference.q, qd: reference.qd },
         age_ticks: [0; N],
         drive_fault: [false; N],
+        on: [true; N],
+        zero_lost: false,
+        live_age: 0,
         supply: None,
         temperature: None,
         reference: Some(reference),
@@ -45,6 +48,10 @@ fn every_shipped_motion_runs_to_its_end_under_the_rules_of_its_scene() {
             tick(&mut machine, None, start);
             for request in [Request::Home, Request::Confirm, Request::Arm, Request::Run] {
                 assert_eq!(tick(&mut machine, Some(request), start).refused, None, "{}: {request:?}", scene.name);
+                // Torque rises on engaged brakes.
+                while machine.state() == State::Arming {
+                    tick(&mut machine, None, start);
+                }
             }
             for k in 0.. {
                 let t = f64::from(k) * scene.period();

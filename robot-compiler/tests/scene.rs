@@ -121,8 +121,24 @@ fn the_plant_can_rub_and_ripple_otherwise_than_the_model_believes() {
 #[test]
 fn a_scene_without_safety_gets_rules_from_the_limits() {
     let puma = scene("../../../robots/puma560.toml", "").unwrap();
-    let Rules { safe_action, heartbeat_max, hold_max, supply, temperature, period, rate, latency, payload, joints } =
-        puma.safety_rules(&puma.robot.model::<6>().unwrap());
+    let Rules {
+        safe_action,
+        heartbeat_max,
+        hold_max,
+        supply,
+        temperature,
+        period,
+        rate,
+        latency,
+        arming_max,
+        live,
+        live_max,
+        rest,
+        first_motion,
+        payload,
+        joints,
+    } = puma.safety_rules(&puma.robot.model::<6>().unwrap());
+    assert_eq!((arming_max, live, live_max, rest, first_motion), (1000, 0, 0, None, None));
     assert_eq!((safe_action, heartbeat_max, hold_max), (SafeAction::Brake, 100, 500));
     assert_eq!((supply.0, supply.1), (f64::NEG_INFINITY, f64::INFINITY));
     assert_eq!(supply, temperature);
@@ -139,6 +155,7 @@ fn a_scene_without_safety_gets_rules_from_the_limits() {
         reach_speed: 0.1 * 1.92,
         rotor_max: 4.0 * (0.0002 * 62.6111 * 62.6111),
         damping: 97.6 / 1.92,
+        lowering_speed: joints[0].lowering_speed,
     };
     assert_eq!(joints[0], waist);
 }
@@ -167,6 +184,8 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
             reach_speed: 0.4,
             rotor_max: 4.0 * model.links()[i].rotor,
             damping: 2.5,
+            // 0.05 m/s of the tip over the sum of the reaches, 1.6 and 1 m.
+            lowering_speed: 0.05 / 2.6,
         };
         assert_eq!(rules.joints[i], joint);
     }

@@ -5,6 +5,7 @@ pub(crate) mod cost;
 
 use crate::bad_input::BadInput;
 use crate::emitted;
+use crate::scene_keys::SceneKeys;
 use crate::toolchain::{self, Toolchain};
 use anyhow::{Context as _, Result};
 use can_buses::{CanBuses, Schedule};
@@ -170,6 +171,7 @@ pub(crate) fn build_with_stand_in(scene: &Path) -> Result<PathBuf> {
 
 /// Builds with more features than the board's own; the suffix is part of the program's name.
 fn build_with(scene: &Path, board: Board, more: &str, suffix: &str) -> Result<PathBuf> {
+    for_the_bench(scene, board)?;
     schedules(scene, board)?;
     let scene = scene.canonicalize().with_context(|| format!("no scene file {}", scene.display()))?;
     let toolchain = Toolchain::find_or_install()?;
@@ -181,6 +183,23 @@ fn build_with(scene: &Path, board: Board, more: &str, suffix: &str) -> Result<Pa
     cargo.env("DEFMT_LOG", std::env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into()));
     let built = toolchain::build(&mut cargo, toolchain::product("firmware"))?;
     keep(&std::fs::read(&built)?, place(&scene, board, suffix))
+}
+
+/// Rejects a scene for the bench only on a board that exists: its bounds on lateness are lifted.
+///
+/// # Errors
+/// [`BadInput`]: `safety.bench_only = true` and a board other than the emulated one.
+fn for_the_bench(scene: &Path, board: Board) -> Result<()> {
+    if board != Board::Netduinoplus2 && SceneKeys::read(scene)?.bench_only() {
+        let problem = format!(
+            "{}: safety.bench_only: its bounds on old measurements are lifted, which no arm may be driven with; expected the emulated \
+             board {}, or `bench_only = false`",
+            scene.display(),
+            Board::Netduinoplus2
+        );
+        return Err(BadInput(problem).into());
+    }
+    Ok(())
 }
 
 /// What the scene's frames take of the board's CAN buses; none on a board without.

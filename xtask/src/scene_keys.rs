@@ -32,6 +32,12 @@ impl SceneKeys {
         let kernel = self.table.get("control").and_then(|control| control.get("kernel")?.as_str());
         kernel != Some("generic")
     }
+
+    /// True for a scene whose firmware must never reach a drive.
+    pub(crate) fn bench_only(&self) -> bool {
+        let bench = self.table.get("safety").and_then(|safety| safety.get("bench_only")?.as_bool());
+        bench == Some(true)
+    }
 }
 
 #[cfg(test)]
@@ -51,6 +57,13 @@ mod tests {
         assert_eq!(robot, Path::new("scenes/../robots/puma560.toml"));
         let why = keys("robot = 5").robot().unwrap_err().to_string();
         assert_eq!(why, "scenes/a.toml: robot: expected a path in quotes");
+    }
+
+    #[test]
+    fn a_scene_for_the_bench_says_so() {
+        assert!(keys("[safety]\nbench_only = true").bench_only());
+        assert!(!keys("[safety]\nbench_only = false").bench_only());
+        assert!(!keys("[control]\nbench_only = true").bench_only());
     }
 
     #[test]

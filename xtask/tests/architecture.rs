@@ -41,6 +41,7 @@ const ALL: &[&str] = &[
     "session",
     "joint-io",
     "actuator-model",
+    "explore",
     "arm",
     "tick-gate",
     "probe",
@@ -57,7 +58,7 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 23] = [
+const ROWS: [Row; 24] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
@@ -65,8 +66,10 @@ const ROWS: [Row; 23] = [
     // Its tests use the features of a host: the package itself, with another feature.
     row("link", "link", &["dynamics-core"], &["link"]),
     row("session", "link/session", &["dynamics-core", "link"], &["robot-compiler"]),
-    row("joint-io", "link/joint-io", &["dynamics-core", "session"], &["actuator-model"]),
+    row("joint-io", "link/joint-io", &["dynamics-core", "session"], &["actuator-model", "link"]),
     row("actuator-model", "link/actuators", &[], &[]),
+    // Tests alone: everything between frames and a shaft, in a model checker.
+    row("explore", "link/explore", &["actuator-model", "dynamics-core", "joint-io", "link", "session"], &[]),
     row("arm", "firmware/arm", &["dynamics-core"], &[]),
     row("tick-gate", "firmware/tick-gate", &["arm", "dynamics-core"], &[]),
     // A program that `cargo xtask bench` runs; it shares the states and arms of the other measurements.

@@ -4,7 +4,7 @@
 //!
 //! | source hash | mul | add | sub | neg | live inputs | values alive at most |
 //! |---|---|---|---|---|---|---|
-//! | 278cd547342d2cd7 | 15 | 8 | 2 | 0 | 0 | 5 |
+//! | 2844c149101a638a | 15 | 8 | 2 | 0 | 0 | 5 |
 //!
 //! | gravity | payload | tip wrench | rotors | velocity terms |
 //! |---|---|---|---|---|

@@ -11,8 +11,10 @@ use crate::trig::Trig;
 /// Inputs of a law in one tick, from the machine around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ask<'a, S, const N: usize> {
-    /// Torque acts for the first time: forget the state before.
+    /// Torque acts for the first time, or with engaged brakes: forget the state before.
     pub start: bool,
+    /// The rate of the torque is not limited in this tick: the first torque of an arm without brakes.
+    pub at_once: bool,
     /// The reference in force: the host's, or that of a stop.
     pub reference: &'a Reference<S, N>,
     /// Whether no limit acts on the reference, as far as the machine has looked.
@@ -57,7 +59,22 @@ impl<S: Real, const N: usize> Ask<'_, S, N> {
         torque: &mut [S; N],
         limits: &mut [LimitFlags; N],
     ) -> Result<(), Fault> {
+        if self.at_once {
+            return self.hold_at_once(config, torque, limits);
+        }
         let step = &config.torque_step;
         hold_torques(torque, limits, &config.limits, self.torque, step, step)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn hold_at_once(
+        &self,
+        config: &ControllerConfig<S, N>,
+        torque: &mut [S; N],
+        limits: &mut [LimitFlags; N],
+    ) -> Result<(), Fault> {
+        let step = [S::MAX; N];
+        hold_torques(torque, limits, &config.limits, self.torque, &step, &step)
     }
 }

@@ -44,8 +44,12 @@ pub(crate) struct Observed<S, const N: usize> {
     velocity: [S; N],
     /// Filter of the next step; [`TrackingObserver::start`] while there is no estimate.
     observer: TrackingObserver<S>,
-    /// Whether there is an estimate: the last reading was in counts.
+    /// True if there is an estimate: the last reading was in counts.
     started: bool,
+    /// Age of each joint's reading in the last tick, ticks. Zero where the reading was fresh, so that `aged` is false.
+    age: [u32; N],
+    /// Some reading of the last tick was not fresh: positions and velocities are those that were used in it, of either kind of reading.
+    aged: bool,
 }
 
 /// Reference and state that a torque is asked for.
@@ -145,7 +149,8 @@ where
         if let Some(fault) = self.regulator.memory.fault {
             return Err(fault);
         }
-        let given = Given { reference: ask.reference, inside: ask.inside, runs: ask.runs, q: ask.q, qd: ask.qd };
+        let Ask { reference, inside, runs, q, qd, .. } = *ask;
+        let given = Given { reference, inside, runs, q, qd };
         let answer = self.regulator.propose(&given, torque, limits, None);
         if let Err(fault) = answer {
             self.regulator.memory.fault = Some(fault);
@@ -221,7 +226,8 @@ where
             return Err(Fault::StaleMeasurement);
         }
         let mut read = [S::zero(); N];
-        let (_, q, qd) = alone.observed.update(config, &alone.acceleration, &measurement.sensed, &mut read);
+        let ages = (measurement.age_ticks == 0, &[measurement.age_ticks; N]);
+        let (_, q, qd) = alone.observed.update(config, &alone.acceleration, &measurement.sensed, ages, &mut read);
         if !state_is_inside(q, qd, config) {
             return Err(name_fault(reference, q, qd, config));
         }
@@ -303,7 +309,8 @@ where
         let state = State { reference, q, qd, live, turn };
         // Armed or held, it stands where it is.
         let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
-        *torque = torques(law, complies, (&config.gains, config.posture_damping), dynamics, trig, &state);
+        let gains = (&config.gains, config.posture_damping, config.teach.as_ref());
+        *torque = torques(law, complies, gains, dynamics, trig, &state);
         let gives = complies || led;
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {
@@ -371,20 +378,32 @@ impl<S: Real, const N: usize> Alone<S, N> {
 impl<S: Real, const N: usize> Observed<S, N> {
     pub(crate) fn new() -> Self {
         let zero = [S::zero(); N];
-        Self { position: zero, velocity: zero, observer: TrackingObserver::start(), started: false }
+        Self {
+            position: zero,
+            velocity: zero,
+            observer: TrackingObserver::start(),
+            started: false,
+            age: [0; N],
+            aged: false,
+        }
     }
 
     /// Position as it was read, position, and velocity, in SI, from either kind of reading; `read` is room for the first.
     ///
-    /// The first reading in counts starts the estimate there, at rest, at the cost of any other reading.
+    /// The first reading in counts starts the estimate there, at rest, at the cost of any other reading. `fresh` is true if every age is
+    /// zero; a joint whose reading is missing in this tick is predicted.
     #[inline]
     pub(crate) fn update<'a>(
         &'a mut self,
         config: &ControllerConfig<S, N>,
         acceleration: &[S; N],
         sensed: &'a Sensed<S, N>,
+        (fresh, ages): (bool, &[u32; N]),
         read: &'a mut [S; N],
     ) -> (&'a [S; N], &'a [S; N], &'a [S; N]) {
+        if !fresh || self.aged {
+            return self.update_aged(config, acceleration, sensed, ages, read);
+        }
         let counts = match sensed {
             Sensed::State { q, qd } => {
                 // Later counts must not be compared with the joints' earlier positions.
@@ -402,6 +421,52 @@ impl<S: Real, const N: usize> Observed<S, N> {
                 self.observer.step(self.position[i], self.velocity[i], acceleration[i], position);
         }
         (self.observer, self.started) = (config.observer, true);
+        (read, &self.position, &self.velocity)
+    }
+
+    /// The same in a tick, or after one, in which some joint's reading is not fresh.
+    ///
+    /// A reading whose age has grown by one is the one of the last tick: nothing new has come. The joint goes on as its reference does,
+    /// `x + h v + (h^2 / 2) a`, instead of standing still, for as long as the reading is young enough to be used at all. A reading that
+    /// comes after a longer gap starts the estimate again.
+    #[cold]
+    #[inline(never)]
+    fn update_aged<'a>(
+        &'a mut self,
+        config: &ControllerConfig<S, N>,
+        acceleration: &[S; N],
+        sensed: &'a Sensed<S, N>,
+        ages: &[u32; N],
+        read: &'a mut [S; N],
+    ) -> (&'a [S; N], &'a [S; N], &'a [S; N]) {
+        let counts = match sensed {
+            Sensed::State { .. } => None,
+            Sensed::Counts(counts) => Some(counts),
+        };
+        // An estimate of the other kind of reading is none.
+        let known = self.aged || counts.is_some();
+        let known = known && self.started == counts.is_some();
+        let mut aged = false;
+        for i in 0..N {
+            let last = core::mem::replace(&mut self.age[i], ages[i]);
+            let missing = ages[i] == last.saturating_add(1) && ages[i] <= config.age_max;
+            let (position, velocity) = match sensed {
+                Sensed::State { q, qd } => (q[i], qd[i]),
+                Sensed::Counts(counts) => (config.encoder[i].position(counts[i]), S::zero()),
+            };
+            read[i] = position;
+            let (x, v) = if known { (self.position[i], self.velocity[i]) } else { (position, velocity) };
+            (self.position[i], self.velocity[i]) = if missing {
+                config.observer.predict(x, v, acceleration[i])
+            } else if counts.is_none() || !known || last > config.age_max || ages[i] > config.age_max {
+                (position, velocity)
+            } else {
+                config.observer.step(x, v, acceleration[i], position)
+            };
+            aged |= ages[i] != 0;
+        }
+        self.aged = aged;
+        (self.observer, self.started) = (config.observer, counts.is_some());
         (read, &self.position, &self.velocity)
     }
 }

@@ -22,6 +22,10 @@ use core::fmt;
 /// | 14 | a joint has felt a collision | the arm's surroundings; the payload, the friction and the thresholds |
 /// | 15 | a joint is out of reach of where the arm holds | whoever pushes it; payload, wrench and rotors told; the model |
 /// | 16 | a joint would need more than its torque limit to hold the arm | payload, wrench and gravity told; the posture |
+/// | 17 | a drive did not come on when the arm was armed | its power, its bus, its own error |
+/// | 18 | a drive went off while torque acted | its power, its protections (current, voltage, temperature) |
+/// | 19 | a drive lost its zero while torque acted | its power; the arm must be homed again |
+/// | 20 | a joint is too hot by its heat model | the load, the posture, pauses |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// A measured value is NaN or infinite on this joint.
@@ -86,6 +90,23 @@ pub enum Fault {
         /// Joint, counted from 0.
         joint: u8,
     },
+    /// The drive of this joint did not show in time that it is on.
+    DriveNotOn {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// The drive of this joint went off while torque acted.
+    DriveOff {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
+    /// A drive may have lost its zero while torque acted.
+    ZeroLost,
+    /// This joint is too hot, by its heat model.
+    Overheated {
+        /// Joint, counted from 0.
+        joint: u8,
+    },
 }
 
 impl Fault {
@@ -109,6 +130,10 @@ impl Fault {
             Self::Collision { .. } => 14,
             Self::FollowingError { .. } => 15,
             Self::Overload { .. } => 16,
+            Self::DriveNotOn { .. } => 17,
+            Self::DriveOff { .. } => 18,
+            Self::ZeroLost => 19,
+            Self::Overheated { .. } => 20,
         }
     }
 
@@ -125,13 +150,17 @@ impl Fault {
             | Self::DriveFault { joint }
             | Self::Collision { joint }
             | Self::FollowingError { joint }
-            | Self::Overload { joint } => Some(joint),
+            | Self::Overload { joint }
+            | Self::DriveNotOn { joint }
+            | Self::DriveOff { joint }
+            | Self::Overheated { joint } => Some(joint),
             Self::StaleMeasurement
             | Self::Overrun
             | Self::EmergencyStop
             | Self::HeartbeatLost
             | Self::SupplyOutOfBounds
-            | Self::TemperatureOutOfBounds => None,
+            | Self::TemperatureOutOfBounds
+            | Self::ZeroLost => None,
         }
     }
 
@@ -155,6 +184,10 @@ impl Fault {
             14 => Self::Collision { joint },
             15 => Self::FollowingError { joint },
             16 => Self::Overload { joint },
+            17 => Self::DriveNotOn { joint },
+            18 => Self::DriveOff { joint },
+            19 => Self::ZeroLost,
+            20 => Self::Overheated { joint },
             _ => return None,
         })
     }
@@ -179,6 +212,10 @@ impl fmt::Display for Fault {
             Self::Collision { .. } => "collision",
             Self::FollowingError { .. } => "the joint is out of reach of where the arm holds",
             Self::Overload { .. } => "the joint cannot hold what the arm carries",
+            Self::DriveNotOn { .. } => "the drive did not come on",
+            Self::DriveOff { .. } => "the drive went off while torque acted",
+            Self::ZeroLost => "a drive may have lost its zero while torque acted",
+            Self::Overheated { .. } => "the joint is too hot",
         };
         write!(f, "fault {}: {what}", self.code())?;
         match self.joint() {

@@ -1,6 +1,7 @@
 //! The control laws.
 
 use super::Reference;
+use super::teach::Teach;
 use crate::fields::{record, words};
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::{Real, Scalar};
@@ -221,12 +222,13 @@ pub fn computed_torque<S: Scalar, const N: usize>(
 }
 
 /// Torques before friction and limits, N m or N; an arm that complies has its weight carried and its motion damped, without any
-/// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`.
+/// stiffness: `tau = ID(q, 0, 0) - M0 Kd qd`. An arm that is led by hand has its weight carried and its speed fall, by its own inertia:
+/// `tau = ID(q, 0, -qd / T)`.
 #[inline]
 pub(super) fn torques<S: Real, const N: usize>(
     law: Law,
     complies: bool,
-    (gains, through_model): (&[Gains<S>; N], Option<S>),
+    (gains, through_model, teach): (&[Gains<S>; N], Option<S>, Option<&[Teach<S>; N]>),
     dynamics: &mut impl InverseDynamics<S, N>,
     trig: &impl Trig<S>,
     state: &State<'_, S, N>,
@@ -254,7 +256,14 @@ pub(super) fn torques<S: Real, const N: usize>(
             }
         },
         Law::Feedforward => (&reference.qd, &reference.qdd),
-        Law::Pd | Law::PdGravity | Law::DiagonalInertia | Law::Teach => (&zero, &zero),
+        Law::Teach => match teach {
+            None => (&zero, &zero),
+            Some(teach) => {
+                damped = core::array::from_fn(|i| -(teach[i].slowing * qd[i]));
+                (&zero, &damped)
+            }
+        },
+        Law::Pd | Law::PdGravity | Law::DiagonalInertia => (&zero, &zero),
     };
     let of_model = match law {
         Law::Pd if !complies => zero,

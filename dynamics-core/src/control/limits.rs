@@ -81,7 +81,7 @@ impl BitOrAssign for LimitFlags {
 /// Nearly every tick takes this path: two comparisons for the position, one for the velocity, and one for all
 /// accelerations.
 #[inline]
-pub(super) fn reference_is_inside<S: Real, const N: usize>(
+pub(crate) fn reference_is_inside<S: Real, const N: usize>(
     reference: &Reference<S, N>,
     limits: &[Limits<S>; N],
 ) -> bool {
@@ -115,6 +115,30 @@ pub(super) fn hold_reference<S: Real, const N: usize>(
         flags[i] = hold_joint(&mut held.q[i], &mut held.qd[i], &mut held.qdd[i], &limits[i]);
     }
     held
+}
+
+/// As [`hold_reference`], with the position limits moved out to where the reference is now: beyond a limit it goes no farther out.
+#[cold]
+pub(crate) fn hold_near<S: Real, const N: usize>(
+    reference: &Reference<S, N>,
+    now: &[S; N],
+    limits: &[Limits<S>; N],
+    flags: &mut [LimitFlags; N],
+) -> Reference<S, N> {
+    let mut held = *reference;
+    for i in 0..N {
+        let (lo, hi) = limits[i].position;
+        let beyond = reference.q[i] < lo || reference.q[i] > hi;
+        let near = Limits { position: around(limits[i].position, now[i]), ..limits[i] };
+        flags[i] =
+            hold_joint(&mut held.q[i], &mut held.qd[i], &mut held.qdd[i], &near) | LimitFlags::POSITION.when(beyond);
+    }
+    held
+}
+
+/// A range, extended to a position.
+pub(crate) fn around<S: Real>((lo, hi): (S, S), q: S) -> (S, S) {
+    (if q < lo { q } else { lo }, if q > hi { q } else { hi })
 }
 
 fn hold_joint<S: Real>(q: &mut S, qd: &mut S, qdd: &mut S, limits: &Limits<S>) -> LimitFlags {

@@ -87,6 +87,12 @@ impl<S: Real> TrackingObserver<S> {
         [self.period, self.half_period_squared, self.g, self.k]
     }
 
+    /// The estimate `(x, v)` one step on, without a new position.
+    #[inline]
+    pub fn predict(&self, x: S, v: S, acceleration: S) -> (S, S) {
+        (x + self.period * v + self.half_period_squared * acceleration, v + self.period * acceleration)
+    }
+
     /// The next estimate `(x, v)` from the last, the acceleration over the step, and the new position.
     #[inline]
     pub fn step(&self, x: S, v: S, acceleration: S, position: S) -> (S, S) {

@@ -11,13 +11,19 @@ record! {
     ///     or c ([qd / s] in +-2 - [qd / s] in +-1)   let go, until |qd| < s: friction made up for
     ///     - d qd                                     drag
     ///     - D (qd - [qd] in +-v)                     braked above v
-    ///     - K p - D qd [|p| / w] in 1                walls, p = q - [q] in wall
+    ///     - h K p - D qd e                           walls, p = q - [q] in wall
     /// a <- the nearest to a within b / K of q, while it is kept; q where it is kept again
     /// ```
     ///
     /// A joint that is kept hangs on a spring to `a`, which yields at `b`: a weight that is misjudged by less than `b` and the joint's
     /// stiction does not sink. A hand that moves it breaks it away; then its friction is made up for, until it comes to rest. Between
     /// `s` and `2 s` it stays what it was, so that noise of the velocity does not make it chatter.
+    ///
+    /// A wall resists with its whole stiffness while the joint moves into it, `h = 1` and `e = [|p| / w] in 1`, and gives a tenth of it back:
+    /// `h = 0.1` and `e = 1` while the joint comes out. A joint that runs into it stops there and does not rebound.
+    ///
+    /// The law [`Law::Teach`](super::Law::Teach) itself lets a joint slow down by the arm's own inertia, `qdd = -qd / T`: let go at a
+    /// speed `u` it coasts `u T`, in every posture.
     ///
     /// The springs and dampers `K = M0 Kp` and `D = M0 Kd` are those of the law that holds the arm before and after.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,11 +48,13 @@ record! {
         pub stiffness: S,
         /// `D`, N m s/rad or N s/m.
         pub damping: S,
+        /// `1 / T`, 1/s.
+        pub slowing: S,
     }
 }
 
 impl<S: Real> Teach<S> {
-    /// Torque beside the weight's at this state, N m or N; NaN for NaN. `anchor` is where the joint is kept, rad or m, and `None` where
+    /// Torque in addition to those of the weight and of the slowing at this state, N m or N; NaN for NaN. `anchor` is where the joint is kept, rad or m, and `None` where
     /// it is let go; it becomes that of the next tick.
     ///
     /// Cost: about 30 operations.
@@ -69,7 +77,11 @@ impl<S: Real> Teach<S> {
         let (below, above) = self.wall;
         let into = q - q.clamp_to(below, above);
         let deep = (into.abs() * self.per_wall).clamp_symmetric(one);
-        let wall = self.stiffness * into + deep * self.damping * qd;
+        // Speed into the wall, as a multiple of the still speed: 1 going in, -1 coming out.
+        let inward = if into >= S::zero() { paced } else { -paced };
+        let share = S::literal(0.55) + S::literal(0.45) * inward.clamp_symmetric(one);
+        let damped = if inward > S::zero() || into == S::zero() { deep } else { one };
+        let wall = self.stiffness * into * share + damped * self.damping * qd;
         let fast = qd - qd.clamp_symmetric(self.speed);
         own - self.drag * qd - self.damping * fast - wall
     }

@@ -2,10 +2,14 @@
 //!
 //! A tick that is not [ordinary](super::ordinary) comes here, and is decided from the beginning.
 
+use super::arming::Arming;
+use super::lowering::lowered;
 use super::measured::{Judgement, Seen, Sensors};
 use super::stop::{can_stop, slowed};
-use super::{HoldCause, Inputs, Refusal, Request, Rules, State};
-use crate::control::{ControllerConfig, Fault, LimitFlags, Reference, believed, name_reference};
+use super::{HoldCause, Inputs, LiveInput, Refusal, Request, Rules, State};
+use crate::control::{
+    ControllerConfig, Fault, LimitFlags, Reference, believed, hold_near, name_reference, reference_is_inside,
+};
 use crate::scalar::Real;
 
 /// State of the machine from tick to tick, but for the observer's.
@@ -16,6 +20,8 @@ pub(super) struct Memory<S, const N: usize> {
     pub(super) sensors: Sensors<S, N>,
     /// Reference of the controller while torque acts.
     pub(super) reference: Reference<S, N>,
+    /// Limits that act on it, where the machine and not the controller has applied them: beyond a position limit.
+    pub(super) held: Option<[LimitFlags; N]>,
     /// The torque that acts, and the limits that held it.
     pub(super) torque: [S; N],
     pub(super) limits: [LimitFlags; N],
@@ -23,9 +29,21 @@ pub(super) struct Memory<S, const N: usize> {
     pub(super) alone: u32,
     /// The controller gave way to a collision in the last tick, and did not follow its reference.
     pub(super) gave_way: bool,
+    /// The limits of the first motion are lifted.
+    pub(super) full_range: bool,
+    /// The arm stops along its path: the host's reference is slower in every tick.
+    pub(super) along: bool,
+    /// Time left for it, s. Then every joint stops by itself.
+    pub(super) along_left: S,
+    /// Progress of arming.
+    pub(super) arming: Arming,
+    /// Pace of lowering, 0 to 1.
+    pace: S,
+    /// Ticks that the reference has been at the rest pose.
+    settled: u32,
 }
 
-/// What a tick has to go by.
+/// Inputs of one decision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Now<'a, S, const N: usize> {
     pub(super) inputs: &'a Inputs<S, N>,
@@ -34,15 +52,33 @@ pub(super) struct Now<'a, S, const N: usize> {
     pub(super) seen: &'a Seen<'a, S, N>,
     /// The host has not been heard for too long.
     pub(super) silent: bool,
+    /// A hand leads the arm: the reference is where the arm is.
+    pub(super) led: bool,
 }
 
-/// What follows from the rules, and the request that was not granted.
+/// Action of the drives that the rules allow, and the reason for which the request was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Decision {
-    /// Torque may act, along the memory's reference.
-    Drive(Option<Refusal>),
+    /// Torque may act, along the memory's reference. `at_once`: without a limit on its rate.
+    Drive { refused: Option<Refusal>, at_once: bool },
     /// The safe action.
     Safe(Option<Refusal>),
+    /// Switch the drives on. In the `first` tick the controller is asked if the arm can be held at all.
+    Enable { refused: Option<Refusal>, first: bool },
+    /// Torque with engaged brakes, for the weight of an arm at rest at the memory's reference.
+    Preload { refused: Option<Refusal> },
+}
+
+impl Decision {
+    /// The same, with this request rejected.
+    fn refusing(self, refusal: Option<Refusal>) -> Self {
+        match self {
+            Self::Drive { at_once, .. } => Self::Drive { refused: refusal, at_once },
+            Self::Safe(own) => Self::Safe(own.or(refusal)),
+            Self::Enable { first, .. } => Self::Enable { refused: refusal, first },
+            Self::Preload { .. } => Self::Preload { refused: refusal },
+        }
+    }
 }
 
 /// Reason why a reference is refused.
@@ -51,6 +87,7 @@ enum Unfit {
     NonFinite(Fault),
     NoRoom { joint: u8 },
     OutOfReach { joint: u8 },
+    FirstMotion { joint: u8 },
 }
 
 impl<S: Real, const N: usize> Memory<S, N> {
@@ -62,10 +99,17 @@ impl<S: Real, const N: usize> Memory<S, N> {
             homed: false,
             sensors: Sensors::new(),
             reference: Reference { q: zero, qd: zero, qdd: zero },
+            held: None,
             torque: zero,
             limits: [LimitFlags::NONE; N],
             alone: 0,
             gave_way: false,
+            full_range: false,
+            along: false,
+            along_left: S::zero(),
+            arming: Arming::START,
+            pace: S::zero(),
+            settled: 0,
         }
     }
 
@@ -90,47 +134,97 @@ impl<S: Real, const N: usize> Memory<S, N> {
     ) -> Decision {
         let Now { inputs, seen, silent, .. } = *now;
         let Judgement { fault: judged, jumped } = self.sensors.judge(inputs, seen, config, rules);
-        self.homed &= !jumped;
+        self.homed &= !(jumped || inputs.zero_lost);
         let external = external(inputs, rules);
 
         if let State::Fault(fault) = self.state {
             return Decision::Safe(match inputs.request {
-                None => None,
+                // Nothing moves: the stop is there.
+                None | Some(Request::Stop) => None,
                 Some(Request::Clear) => self.clear(external, judged, seen, rules),
                 Some(_) => Some(Refusal::Fault(fault)),
             });
         }
+        let stop = (inputs.request == Some(Request::Stop)).then_some(Fault::EmergencyStop);
         let drove = self.state.drives();
         self.alone = if drove && silent { self.alone.saturating_add(1) } else { 0 };
-        let fault = external.or(if drove { judged } else { None }).or(if self.alone > rules.hold_max {
-            Some(Fault::HeartbeatLost)
-        } else {
-            None
-        });
+        let alone = self.alone > rules.hold_max && self.state != State::Lowering;
+        let fault = external
+            .or(stop)
+            .or(self.of_drives(inputs))
+            .or(if drove { judged.or(self.hasty(seen, config, rules)) } else { None })
+            .or(if alone && rules.rest.is_none() { Some(Fault::HeartbeatLost) } else { None });
         if let Some(fault) = fault {
             return self.fail(fault, inputs.request);
         }
+        if alone {
+            (self.state, self.pace, self.settled, self.along) = (State::Lowering, S::zero(), 0, false);
+        }
 
         let refused = self.grant(now, judged, config, rules).err();
+        if self.state == State::Arming {
+            let decision = self.arming(now, judged, rules);
+            self.hold_beyond_limits(config);
+            return decision.refusing(refused);
+        }
         if !self.state.drives() {
             return Decision::Safe(refused);
         }
         match self.follow(now, config, rules) {
-            Ok(()) => Decision::Drive(refused),
+            Ok(()) => Decision::Drive { refused, at_once: false },
             Err(fault) => self.fail(fault, inputs.request),
         }
     }
 
-    /// The fault is in force, and the request is refused for it.
+    /// Share of its velocity limit that the reference may use.
+    fn speed_share(&self, rules: &Rules<S, N>) -> S {
+        self.first_motion(rules).unwrap_or(S::one())
+    }
+
+    /// Share of the limits that the arm may use before they are lifted; `None` once they are.
+    #[inline]
+    pub(super) fn first_motion(&self, rules: &Rules<S, N>) -> Option<S> {
+        rules.first_motion.filter(|_| !self.full_range)
+    }
+
+    /// The first joint that is too fast for the first motion.
+    fn hasty(&self, seen: &Seen<'_, S, N>, config: &ControllerConfig<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
+        let share = self.first_motion(rules)?;
+        for i in 0..N {
+            let (_, _, velocity_max) = believed(config, i);
+            let slow = seen.qd[i].abs() <= share * velocity_max;
+            if !slow {
+                return Some(Fault::VelocityOutOfBounds { joint: i as u8 });
+            }
+        }
+        None
+    }
+
+    /// Fault of drives on which torque acts, or is about to.
+    fn of_drives(&self, inputs: &Inputs<S, N>) -> Option<Fault> {
+        if !self.state.drives() && self.state != State::Arming {
+            return None;
+        }
+        if inputs.zero_lost {
+            return Some(Fault::ZeroLost);
+        }
+        match inputs.on.iter().position(|on| !*on) {
+            Some(joint) if self.state != State::Arming => Some(Fault::DriveOff { joint: joint as u8 }),
+            _ => None,
+        }
+    }
+
+    /// The fault is in force, and the request is rejected because of it, unless it asked for the stop.
     pub(super) fn fail(&mut self, fault: Fault, request: Option<Request>) -> Decision {
         self.state = State::Fault(fault);
-        Decision::Safe(request.map(|_| Refusal::Fault(fault)))
+        Decision::Safe(request.filter(|request| *request != Request::Stop).map(|_| Refusal::Fault(fault)))
     }
 
     /// Forget the torque: it has ended.
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
-        (self.torque, self.reference.qdd, self.alone, self.gave_way) = (zero, zero, 0, false);
+        (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
+        self.along = false;
     }
 
     /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
@@ -176,7 +270,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                     return Err(Refusal::NotZeroed);
                 }
                 standing(seen, judged, rules)?;
-                self.homed = true;
+                (self.homed, self.full_range) = (true, rules.first_motion.is_none());
                 self.state = State::Idle;
             }
             (State::Idle, Request::Arm) => {
@@ -187,10 +281,16 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }
-                self.reference = Reference::at_rest(*seen.q);
-                self.state = State::Armed;
+                if rules.live != 0 && inputs.live_age == u32::MAX {
+                    return Err(Refusal::MissingInput(LiveInput::first(rules.live)));
+                }
+                if inputs_are_old(inputs, rules) {
+                    return Err(Refusal::StaleInput(LiveInput::first(rules.live)));
+                }
+                self.begin_arming(seen.q);
             }
             (State::Homing, Request::Disarm) => self.state = State::Idle,
+            (State::Arming, request) if Self::ends_arming(request) => self.state = State::Idle,
             (State::Armed | State::Holding(_), Request::Disarm) => {
                 if !seen.at_rest(rules) {
                     return Err(Refusal::NotAtRest);
@@ -201,11 +301,19 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }
-                let reference = fit(now, config, rules).map_err(|unfit| match unfit {
+                // What is left of the path goes on at its own pace only after a new start.
+                if self.along {
+                    return Err(Refusal::NotAtRest);
+                }
+                if inputs_are_old(inputs, rules) {
+                    return Err(Refusal::StaleInput(LiveInput::first(rules.live)));
+                }
+                let reference = fit(now, config, rules, self.speed_share(rules)).map_err(|unfit| match unfit {
                     Unfit::Missing => Refusal::NoReference,
                     Unfit::NonFinite(fault) => Refusal::Implausible(fault),
                     Unfit::NoRoom { joint } => Refusal::NoRoom { joint },
                     Unfit::OutOfReach { joint } => Refusal::OutOfReach { joint },
+                    Unfit::FirstMotion { joint } => Refusal::FirstMotion { joint },
                 })?;
                 for i in 0..N {
                     let near = (reference.qd[i] - seen.qd[i]).abs() <= rules.joints[i].reach_speed;
@@ -215,7 +323,19 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 }
                 self.state = State::Running;
             }
-            (State::Running, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
+            (_, Request::FullRange) => {
+                if !self.homed {
+                    return Err(Refusal::NotHomed);
+                }
+                self.full_range = true;
+            }
+            (State::Running, Request::Hold) => {
+                self.state = State::Holding(HoldCause::Requested);
+                self.stop_along(!now.led, rules);
+            }
+            // Asked again, an arm that stops along its path stops joint by joint.
+            (State::Holding(_), Request::Hold) if self.along => self.along = false,
+            (State::Lowering, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
             _ => return Err(Refusal::WrongState),
         }
         Ok(())
@@ -228,17 +348,28 @@ impl<S: Real, const N: usize> Memory<S, N> {
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Result<(), Fault> {
-        let Now { seen, silent, .. } = *now;
+        let Now { inputs, seen, silent, led, .. } = *now;
+        self.held = None;
+        let drove_along = self.state == State::Running && !led;
         let cause = match self.state {
-            State::Running => match fit(now, config, rules) {
+            State::Running => match fit(now, config, rules, self.speed_share(rules)) {
                 Err(Unfit::NonFinite(fault)) => return Err(fault),
                 _ if silent => Some(HoldCause::HeartbeatLost),
                 Err(Unfit::Missing) => Some(HoldCause::NoReference),
                 Err(Unfit::NoRoom { joint }) => Some(HoldCause::NoRoom { joint }),
                 Err(Unfit::OutOfReach { joint }) => Some(HoldCause::OutOfReach { joint }),
+                Err(Unfit::FirstMotion { joint }) => Some(HoldCause::FirstMotion { joint }),
+                Ok(_) if inputs_are_old(inputs, rules) => Some(HoldCause::StaleInput),
                 Ok(reference) => {
-                    self.reference = *reference;
-                    None
+                    if reference_is_inside(reference, &config.limits) {
+                        self.reference = *reference;
+                    } else {
+                        let mut flags = [LimitFlags::NONE; N];
+                        let near = if led { &reference.q } else { &self.reference.q };
+                        self.reference = hold_near(reference, near, &config.limits, &mut flags);
+                        self.held = Some(flags);
+                    }
+                    return Ok(());
                 }
             },
             State::Armed if silent => Some(HoldCause::HeartbeatLost),
@@ -246,20 +377,96 @@ impl<S: Real, const N: usize> Memory<S, N> {
         };
         if let Some(cause) = cause {
             self.state = State::Holding(cause);
+            let on_path = matches!(cause, HoldCause::HeartbeatLost | HoldCause::StaleInput) && drove_along;
+            self.stop_along(on_path, rules);
         }
         let beyond = match self.state {
             State::Armed => S::literal(ARMED_REACH),
             State::Holding(_) => {
-                self.reference = slowed(&self.reference, rules, &config.limits);
+                self.along_left = self.along_left - rules.period;
+                let in_time = self.along_left > S::zero();
+                let along = if self.along && in_time { fit(now, config, rules, S::one()).ok() } else { None };
+                self.reference = match along {
+                    Some(reference) => {
+                        self.along = !rests(reference);
+                        hold_near(reference, &self.reference.q, &config.limits, &mut [LimitFlags::NONE; N])
+                    }
+                    // The path has ended, or leads where the arm cannot go.
+                    None => {
+                        self.along = false;
+                        slowed(&self.reference, rules, &config.limits)
+                    }
+                };
+                S::literal(HOLDING_REACH)
+            }
+            State::Lowering => {
+                self.lower(seen, config, rules)?;
                 S::literal(HOLDING_REACH)
             }
             _ => return Ok(()),
         };
+        self.hold_beyond_limits(config);
         match astray(&self.reference, seen, rules, beyond) {
             Some(joint) if !self.gave_way => Err(Fault::FollowingError { joint }),
             _ => Ok(()),
         }
     }
+
+    /// Begins a stop along the path, or joint by joint. A path on which some joint can hardly be slowed down is left after twice the time
+    /// that the joints need by themselves.
+    fn stop_along(&mut self, on_path: bool, rules: &Rules<S, N>) {
+        self.along = on_path;
+        let mut longest = S::zero();
+        for i in 0..N {
+            let own = self.reference.qd[i].abs() / rules.joints[i].deceleration;
+            longest = if own > longest { own } else { longest };
+        }
+        self.along_left = S::literal(2.0) * longest + S::literal(4.0) * rules.period;
+    }
+
+    /// Holds an arm that was armed beyond a limit where it is, instead of pushing it to the limit.
+    fn hold_beyond_limits(&mut self, config: &ControllerConfig<S, N>) {
+        self.held = None;
+        if !reference_is_inside(&self.reference, &config.limits) {
+            let mut flags = [LimitFlags::NONE; N];
+            self.reference = hold_near(&self.reference, &self.reference.q, &config.limits, &mut flags);
+            self.held = Some(flags);
+        }
+    }
+
+    /// The next reference on the way to the rest pose. [`Fault::HeartbeatLost`] once the arm is there.
+    fn lower(
+        &mut self,
+        seen: &Seen<'_, S, N>,
+        config: &ControllerConfig<S, N>,
+        rules: &Rules<S, N>,
+    ) -> Result<(), Fault> {
+        let Some(rest) = &rules.rest else { return Err(Fault::HeartbeatLost) };
+        match lowered(&self.reference, &mut self.pace, rest, rules, &config.limits) {
+            Some(next) => {
+                self.reference = next;
+                Ok(())
+            }
+            None => {
+                self.settled = self.settled.saturating_add(1);
+                // The arm follows a little later. One that does not come to rest there is let go after the time that it may hold alone.
+                let there = astray(&self.reference, seen, rules, S::literal(REST_REACH)).is_none();
+                let over = (there && seen.at_rest(rules)) || self.settled > rules.hold_max;
+                self.reference = Reference::at_rest(*rest);
+                if over { Err(Fault::HeartbeatLost) } else { Ok(()) }
+            }
+        }
+    }
+}
+
+/// True if a reference does not move.
+fn rests<S: Real, const N: usize>(reference: &Reference<S, N>) -> bool {
+    (0..N).all(|i| reference.qd[i] == S::zero() && reference.qdd[i] == S::zero())
+}
+
+/// True if the live inputs are older than the arm may run with.
+fn inputs_are_old<S, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> bool {
+    rules.live != 0 && rules.live_max != 0 && inputs.live_age > rules.live_max
 }
 
 /// How far the arm may be from where it holds, as a multiple of the joint's reach. A stop may begin because the reference is out
@@ -267,8 +474,11 @@ impl<S: Real, const N: usize> Memory<S, N> {
 const ARMED_REACH: f64 = 1.0;
 const HOLDING_REACH: f64 = 1.5;
 
+/// How near the rest pose the arm has to be before it is let go, as a multiple of the joint's reach.
+const REST_REACH: f64 = 0.05;
+
 /// The first joint that is farther from the reference than this multiple of its reach.
-fn astray<S: Real, const N: usize>(
+pub(super) fn astray<S: Real, const N: usize>(
     reference: &Reference<S, N>,
     seen: &Seen<'_, S, N>,
     rules: &Rules<S, N>,
@@ -325,11 +535,12 @@ fn fit<'a, S: Real, const N: usize>(
     now: &Now<'a, S, N>,
     config: &ControllerConfig<S, N>,
     rules: &Rules<S, N>,
+    speed_share: S,
 ) -> Result<&'a Reference<S, N>, Unfit> {
     let seen = now.seen;
     let reference = now.reference.ok_or(Unfit::Missing)?;
     // Loops, not iterators: for an iterator that is not inlined the compiler keeps the panic on the index.
-    let (mut cramped, mut far) = (None, None);
+    let (mut cramped, mut far, mut hasty) = (None, None, None);
     // A NaN or infinite acceleration shows in the sum.
     let mut sum = S::zero();
     for i in 0..N {
@@ -345,10 +556,16 @@ fn fit<'a, S: Real, const N: usize>(
         if !near {
             far = far.or(Some(i as u8));
         }
+        if speed_share < S::one() && qd.abs() > speed_share * config.limits[i].velocity {
+            hasty = hasty.or(Some(i as u8));
+        }
         sum += reference.qdd[i] * S::zero();
     }
     match (cramped, far) {
-        (None, None) if sum <= S::zero() => Ok(reference),
+        (None, None) if sum <= S::zero() => match hasty {
+            None => Ok(reference),
+            Some(joint) => Err(Unfit::FirstMotion { joint }),
+        },
         _ => Err(match (name_reference(reference), cramped, far) {
             (Some(fault), ..) => Unfit::NonFinite(fault),
             (None, Some(joint), _) => Unfit::NoRoom { joint },

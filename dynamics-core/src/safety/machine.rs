@@ -3,8 +3,8 @@
 use super::decision::{Decision, Memory, Now};
 use super::measured::Seen;
 use super::ordinary::{goes_on, is_quiet};
-use super::{Actuation, Configuration, Inputs, Output, State};
-use crate::control::{Ask, Command, ControllerConfig, Fault, Law, LimitFlags, Observed, Reference};
+use super::{Actuation, Configuration, Inputs, Output, Rules, State};
+use crate::control::{Ask, Command, Fault, Law, LimitFlags, Observed, Reference};
 use crate::scalar::Real;
 
 /// The state machine around a controller. See the [module](super) for its states and `docs/safety.md` for its rules.
@@ -28,6 +28,18 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     #[must_use]
     pub fn state(&self) -> State {
         self.memory.state
+    }
+
+    /// The rules.
+    #[must_use]
+    pub fn rules(&self) -> &Rules<S, N> {
+        self.config.rules()
+    }
+
+    /// True if the arm comes to rest along its path: the reference of the next tick is to be on it, slower.
+    #[must_use]
+    pub fn stops_along(&self) -> bool {
+        self.memory.along
     }
 
     /// Whether the joints' zeros have been confirmed.
@@ -76,7 +88,13 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         let still = [S::zero(); N];
         let acceleration = if memory.gave_way { &still } else { &memory.reference.qdd };
         let mut read = still;
-        let (read, q, qd) = observed.update(config, acceleration, &inputs.sensed, &mut read);
+        let mut ages = 0;
+        for age in &inputs.age_ticks {
+            ages |= *age;
+        }
+        let fresh = ages == 0;
+        let aged = (fresh, &inputs.age_ticks);
+        let (read, q, qd) = observed.update(config, acceleration, &inputs.sensed, aged, &mut read);
         let seen = Seen { read, q, qd };
         let silent = inputs.heartbeat_age > rules.heartbeat_max;
         let drove = memory.state.drives();
@@ -84,14 +102,20 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         let here;
         let reference = match &inputs.reference {
             Some(_) if led => {
-                here = where_it_is(q, config);
+                here = where_it_is(q);
                 Some(&here)
             }
             reference => reference.as_ref(),
         };
 
         let ordinary = match reference {
-            Some(reference) if memory.state == State::Running && memory.sensors.fresh && is_quiet(inputs, rules) => {
+            Some(reference)
+                if memory.state == State::Running
+                    && memory.sensors.fresh
+                    && fresh
+                    && memory.first_motion(rules).is_none()
+                    && is_quiet(inputs, rules) =>
+            {
                 let goes_on = goes_on(&seen, &memory.sensors.last, reference, config, rules);
                 if goes_on {
                     memory.go_on(read, reference);
@@ -101,32 +125,60 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             _ => false,
         };
         let decision = match ordinary {
-            true => Decision::Drive(None),
-            false => memory.decide(&Now { inputs, reference, seen: &seen, silent }, config, rules),
+            true => Decision::Drive { refused: None, at_once: false },
+            false => memory.decide(&Now { inputs, reference, seen: &seen, silent, led }, config, rules),
         };
-        let decision = match decision {
-            Decision::Safe(refused) => Decision::Safe(refused),
-            Decision::Drive(refused) => {
-                let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
-                let Memory { reference, torque: last, limits: acted, .. } = &*memory;
-                let runs = memory.state == State::Running;
-                let ask = Ask { start: !drove, reference, inside: ordinary, runs, q, qd, torque: last, limits: acted };
-                // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
-                match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits))
-                {
-                    Ok(()) => {
-                        (memory.torque, memory.limits) = (torque, limits);
-                        let any = limits.iter().fold(LimitFlags::NONE, |any, flags| any | *flags);
-                        memory.gave_way = any.contains(LimitFlags::COLLISION);
-                        output.actuation = Actuation::Drive { torque, limits };
-                        Decision::Drive(refused)
+        // One call for all of them: a second one would be a second controller in the program.
+        let (drives, preloads) =
+            (matches!(decision, Decision::Drive { .. }), matches!(decision, Decision::Preload { .. }));
+        let decision = if drives || preloads || matches!(decision, Decision::Enable { first: true, .. }) {
+            let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
+            let Memory { reference, torque: last, limits: acted, .. } = &*memory;
+            // On engaged brakes: the torque of the weight, at rest at the memory's reference. No noise of a sensor is in it, so it comes to
+            // its end. In the first tick it is not driven: an arm that cannot be held is not switched on.
+            let (q, qd) = if drives { (q, qd) } else { (&reference.q, &still) };
+            let ask = Ask {
+                start: !drove,
+                at_once: matches!(decision, Decision::Drive { at_once: true, .. }),
+                reference,
+                inside: ordinary || !drives || memory.held.is_some(),
+                runs: memory.state == State::Running,
+                q,
+                qd,
+                torque: last,
+                limits: acted,
+            };
+            // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
+            match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits)) {
+                Err(fault) => memory.fail(fault, inputs.request),
+                Ok(()) if drives => {
+                    if let Some(held) = &memory.held {
+                        flag(&mut limits, held);
                     }
-                    Err(fault) => memory.fail(fault, inputs.request),
+                    (memory.torque, memory.limits) = (torque, limits);
+                    let any = limits.iter().fold(LimitFlags::NONE, |any, flags| any | *flags);
+                    memory.gave_way = any.contains(LimitFlags::COLLISION);
+                    output.actuation = Actuation::Drive { torque, limits };
+                    decision
+                }
+                Ok(()) => {
+                    if preloads {
+                        memory.carry(&torque, &limits);
+                        output.actuation = Actuation::Preload { torque, limits };
+                    }
+                    decision
                 }
             }
+        } else {
+            decision
         };
         output.refused = match decision {
-            Decision::Drive(refused) => refused,
+            Decision::Drive { refused, .. } | Decision::Preload { refused } => refused,
+            Decision::Enable { refused, .. } => {
+                memory.rest();
+                output.actuation = Actuation::Enable(rules.safe_action);
+                refused
+            }
             Decision::Safe(refused) => {
                 memory.rest();
                 output.actuation = Actuation::Safe(rules.safe_action);
@@ -137,11 +189,26 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
     }
 }
 
-/// The reference of an arm that is led by hand: at rest where it is, or at the position limit that it has passed.
+impl<S: Real, const N: usize> Memory<S, N> {
+    /// Torque acts on engaged brakes: counts the ticks in which it is the whole weight.
+    #[cold]
+    fn carry(&mut self, torque: &[S; N], limits: &[LimitFlags; N]) {
+        (self.torque, self.limits) = (*torque, *limits);
+        let rises = limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE_RATE));
+        self.arming.carried = if rises { 0 } else { self.arming.carried.saturating_add(1) };
+    }
+}
+
+/// Add limits that the machine has applied.
+#[cold]
+fn flag<const N: usize>(limits: &mut [LimitFlags; N], held: &[LimitFlags; N]) {
+    for i in 0..N {
+        limits[i] |= held[i];
+    }
+}
+
+/// The reference of an arm that is led by hand: at rest where it is. Beyond a position limit too: it is not pushed back when the hand lets go.
 #[inline]
-fn where_it_is<S: Real, const N: usize>(q: &[S; N], config: &ControllerConfig<S, N>) -> Reference<S, N> {
-    Reference::at_rest(core::array::from_fn(|i| {
-        let (lo, hi) = config.limits[i].position;
-        q[i].clamp_to(lo, hi)
-    }))
+fn where_it_is<S: Real, const N: usize>(q: &[S; N]) -> Reference<S, N> {
+    Reference::at_rest(*q)
 }

@@ -34,9 +34,20 @@ pub(super) struct Judgement {
 }
 
 impl<S: Real, const N: usize> Seen<'_, S, N> {
-    /// Whether no joint is faster than its rest speed. Asked for by requests alone.
+    /// True if no joint is faster than its rest speed.
     pub(super) fn at_rest(&self, rules: &Rules<S, N>) -> bool {
-        (0..N).all(|i| self.qd[i].abs() <= rules.joints[i].rest_speed)
+        self.fast(rules).is_none()
+    }
+
+    /// The first joint that is faster than its rest speed.
+    pub(super) fn fast(&self, rules: &Rules<S, N>) -> Option<u8> {
+        for i in 0..N {
+            let rests = self.qd[i].abs() <= rules.joints[i].rest_speed;
+            if !rests {
+                return Some(i as u8);
+            }
+        }
+        None
     }
 }
 

@@ -13,19 +13,17 @@ use crate::scalar::Real;
 /// Share of a bound's size that the comparisons keep away from it: more than the rounding of either side in f32.
 const MARGIN: f64 = 1.0 / 524_288.0;
 
-/// Whether nothing is asked for, nothing is wrong outside, the host is there, and every reading is of this tick.
+/// True if there is no request, no fault outside, the host is there, no drive is off. The readings are to be of this tick.
 #[inline]
 pub(super) fn is_quiet<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> bool {
-    let mut ages = 0;
     let mut wrong = inputs.emergency_stop | inputs.overrun;
     for i in 0..N {
-        ages |= inputs.age_ticks[i];
-        wrong |= inputs.drive_fault[i];
+        wrong |= inputs.drive_fault[i] | !inputs.on[i];
     }
+    wrong |= inputs.zero_lost | (rules.live != 0 && rules.live_max != 0 && inputs.live_age > rules.live_max);
     // False for NaN.
     let inside = |value: Option<S>, (lo, hi): (S, S)| value.is_none_or(|x| x >= lo && x <= hi);
-    ages == 0
-        && !wrong
+    !wrong
         && inputs.request.is_none()
         && inputs.heartbeat_age <= rules.heartbeat_max
         && inside(inputs.supply, rules.supply)

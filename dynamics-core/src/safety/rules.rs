@@ -5,6 +5,51 @@ use crate::control::{Configuration as ControlConfiguration, ControllerConfig};
 use crate::fields::record;
 use crate::inertia::InertiaBounds;
 
+/// Live input of a scene: data of the dynamics that come over the link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LiveInput {
+    /// Gravitational acceleration.
+    Gravity,
+    /// Payload at the tip.
+    Payload,
+    /// Wrench of the environment on the tip.
+    TipWrench,
+    /// Reflected rotor inertias.
+    Rotors,
+}
+
+impl LiveInput {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 4] = [Self::Gravity, Self::Payload, Self::TipWrench, Self::Rotors];
+
+    /// The stable number: gravity 1, payload 2, tip wrench 3, rotors 4.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Gravity => 1,
+            Self::Payload => 2,
+            Self::TipWrench => 3,
+            Self::Rotors => 4,
+        }
+    }
+
+    /// The input's bit in [`Rules::live`].
+    #[must_use]
+    pub const fn bit(self) -> u32 {
+        1 << (self.code() - 1)
+    }
+
+    /// The first of a set of bits; gravity for the empty one.
+    pub(super) fn first(bits: u32) -> Self {
+        match bits.trailing_zeros() {
+            1 => Self::Payload,
+            2 => Self::TipWrench,
+            3 => Self::Rotors,
+            _ => Self::Gravity,
+        }
+    }
+}
+
 record! {
     /// Numbers of one joint.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +70,8 @@ record! {
         pub rotor_max: S,
         /// Velocity gain of a damped stop, N m s/rad or N s/m, for drives that take one.
         pub damping: S,
+        /// Greatest speed on the way to the rest pose without a host, rad/s or m/s; above zero.
+        pub lowering_speed: S,
     }
 }
 
@@ -48,6 +95,17 @@ record! {
         pub rate: S,
         /// Time from a measurement to the resulting torque, s: added to the braking distance as time at full speed.
         pub latency: S,
+        /// Longest time to switch the drives on, ticks.
+        pub arming_max: u32,
+        /// Live inputs that the scene needs: bits of [`LiveInput::bit`].
+        pub live: u32,
+        /// Greatest age of the live inputs while the arm runs, ticks; 0 for no limit.
+        pub live_max: u32,
+        /// Pose to which the arm moves, after `hold_max`, when the host stays away, rad or m; `None` for the safe action instead.
+        pub rest: Option<[S; N]>,
+        /// Share of the torque limit around the gravity torque, and of the velocity limit, that an arm may use after homing until
+        /// [`FullRange`](super::Request::FullRange); `None` for no such limit.
+        pub first_motion: Option<S>,
         /// Bounds on a payload that is set at run time, about the last link's origin.
         pub payload: InertiaBounds<S>,
         /// Numbers of each joint.

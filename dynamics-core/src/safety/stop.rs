@@ -1,7 +1,7 @@
 //! Braking: whether there is room for it, and the reference that does it.
 
 use super::Rules;
-use crate::control::Reference;
+use crate::control::{Reference, around};
 use crate::joint::Limits;
 use crate::scalar::Real;
 
@@ -24,7 +24,8 @@ pub(super) fn can_stop<S: Real>(q: S, qd: S, (lo, hi): (S, S), deceleration: S, 
 /// v' = v - clamp(v, -a h, a h),   q' = q + h (v + v') / 2,   a' = (v' - v) / h
 /// ```
 ///
-/// It starts inside position and velocity limits, as the controller held the reference before, and stays there.
+/// It starts inside the velocity limits, as the reference was held before, and stays there. So it does for the position limits; beyond
+/// one it goes no farther.
 pub(super) fn slowed<S: Real, const N: usize>(
     reference: &Reference<S, N>,
     rules: &Rules<S, N>,
@@ -34,9 +35,9 @@ pub(super) fn slowed<S: Real, const N: usize>(
     let mut next = *reference;
     for i in 0..N {
         let v = reference.qd[i].clamp_symmetric(limits[i].velocity);
-        let (lo, hi) = limits[i].position;
+        let (lo, hi) = around(limits[i].position, reference.q[i]);
         let slower = v - v.clamp_symmetric(rules.joints[i].deceleration * rules.period);
-        next.q[i] = (reference.q[i].clamp_to(lo, hi) + rules.period * half * (v + slower)).clamp_to(lo, hi);
+        next.q[i] = (reference.q[i] + rules.period * half * (v + slower)).clamp_to(lo, hi);
         next.qd[i] = slower;
         next.qdd[i] = (slower - v) * rules.rate;
     }

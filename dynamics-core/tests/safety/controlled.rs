@@ -24,6 +24,13 @@ impl InverseDynamics<f32, 2> for Weights {
     }
 }
 
+fn preload(output: &Said) -> Option<[f32; 2]> {
+    match output.actuation {
+        Actuation::Preload { torque, .. } => Some(torque),
+        _ => None,
+    }
+}
+
 type Inside = Controller<f32, 2, Weights, Polynomial, dynamics_core::safety::Protected<f32, 2>>;
 
 fn controller() -> Inside {
@@ -32,11 +39,24 @@ fn controller() -> Inside {
     Controller::new(config, Weights, Polynomial)
 }
 
+/// Asked all this, and then as long as an arm takes to be armed.
+fn ask_all(machine: &mut Machine, controller: &mut Inside, requests: &[Request], inputs: &Told) {
+    for request in requests {
+        step(machine, controller, &asked(*request, inputs));
+        while machine.state() == State::Arming {
+            step(machine, controller, inputs);
+        }
+    }
+}
+
 fn step(machine: &mut Machine, controller: &mut Inside, inputs: &Told) -> Said {
     let output = machine.tick(inputs, |ask| ask.of(controller));
     assert_eq!(output.refused, None);
     output
 }
+
+/// Ticks for which the drives carry the weight before the brakes open.
+const CARRIED: u32 = 8;
 
 #[test]
 fn torque_rises_from_nothing_at_its_rate_when_the_arm_is_armed() {
@@ -45,10 +65,15 @@ fn torque_rises_from_nothing_at_its_rate_when_the_arm_is_armed() {
         assert_eq!(torque(&step(&mut machine, &mut inside, &asked(request, &calm([0.5; 2])))), None);
     }
     let armed = step(&mut machine, &mut inside, &asked(Request::Arm, &calm([0.5; 2])));
-    // 4 N m a tick up to the 6 that hold the weight, for any reference of the host.
-    assert_eq!(torque(&armed), Some([4.0; 2]));
+    // With engaged brakes 4 N m a tick up to the 6 that hold the weight, for any reference of the host. Then the brakes open.
+    assert_eq!((preload(&armed), armed.state), (Some([4.0; 2]), State::Arming));
     let far = Inputs { reference: Some(Reference::at_rest([-1.0; 2])), ..calm([0.5; 2]) };
-    assert_eq!(torque(&step(&mut machine, &mut inside, &far)), Some([6.0; 2]));
+    // The brakes open only after the drives have carried the weight for some ticks.
+    for _ in 0..CARRIED {
+        assert_eq!(preload(&step(&mut machine, &mut inside, &far)), Some([6.0; 2]));
+    }
+    let armed = step(&mut machine, &mut inside, &far);
+    assert_eq!((torque(&armed), armed.state), (Some([6.0; 2]), State::Armed));
     // Where it was armed it stays, as on a spring.
     let away = step(&mut machine, &mut inside, &calm([0.499; 2]));
     let wanted = 6.0 + 400.0 * 0.001;
@@ -58,9 +83,7 @@ fn torque_rises_from_nothing_at_its_rate_when_the_arm_is_armed() {
 #[test]
 fn every_change_of_state_is_bumpless_and_a_fault_starts_afresh() {
     let (mut machine, mut inside) = (Machine::new(config()), controller());
-    for request in TO_ARMED {
-        step(&mut machine, &mut inside, &asked(request, &calm([0.0; 2])));
-    }
+    ask_all(&mut machine, &mut inside, &TO_ARMED, &calm([0.0; 2]));
     step(&mut machine, &mut inside, &calm([0.0; 2]));
     let (mut q, mut last) = (0.0_f32, 6.0_f32);
     // Armed, running from rest with 1 rad/s^2, holding in full motion, running again.
@@ -106,15 +129,13 @@ fn every_change_of_state_is_bumpless_and_a_fault_starts_afresh() {
     assert_eq!(stopped.state, State::Fault(Fault::EmergencyStop));
     step(&mut machine, &mut inside, &asked(Request::Clear, &calm([q; 2])));
     let armed = step(&mut machine, &mut inside, &asked(Request::Arm, &calm([q; 2])));
-    assert_eq!(torque(&armed), Some([4.0; 2]));
+    assert_eq!(preload(&armed), Some([4.0; 2]));
 }
 
 #[test]
 fn the_controller_s_own_fault_becomes_the_machine_s() {
     let (mut machine, mut inside) = (Machine::new(config()), controller());
-    for request in TO_RUNNING {
-        step(&mut machine, &mut inside, &asked(request, &calm([0.0; 2])));
-    }
+    ask_all(&mut machine, &mut inside, &TO_RUNNING, &calm([0.0; 2]));
     let wild = Reference { q: [0.0; 2], qd: [0.0; 2], qdd: [0.0, f32::MAX] };
     let fine = Inputs { reference: Some(wild), ..calm([0.0; 2]) };
     // Finite, and held at the limit.
@@ -136,9 +157,7 @@ fn encoders_are_judged_by_their_counts_and_a_slip_takes_the_homing_away() {
     for _ in 0..100 {
         step(&mut machine, &mut inside, &counts(8000));
     }
-    for request in TO_RUNNING {
-        step(&mut machine, &mut inside, &asked(request, &counts(8000)));
-    }
+    ask_all(&mut machine, &mut inside, &TO_RUNNING, &counts(8000));
     // 50 counts are 5 mrad: as far as 5 rad/s lead. 75 are more than 6 mrad and the encoder's resolution.
     let mut quick = machine;
     assert_ne!(
@@ -200,13 +219,12 @@ fn an_arm_that_is_led_by_hand_runs_wherever_it_is_led_and_is_held_there() {
         per_wall: 10.0,
         stiffness: 400.0,
         damping: 40.0,
+        slowing: 0.0,
     };
     let mut config = config();
     (config.control.law, config.control.teach) = (Law::Teach, Some([teach; 2]));
     let (mut machine, mut inside) = (Machine::new(config), Controller::new(config, Weights, Polynomial));
-    for request in TO_ARMED {
-        step(&mut machine, &mut inside, &asked(request, &calm([0.0; 2])));
-    }
+    ask_all(&mut machine, &mut inside, &TO_ARMED, &calm([0.0; 2]));
     // Armed, it stands as on a spring: 400 N m/rad of the law that holds it.
     step(&mut machine, &mut inside, &calm([0.0; 2]));
     let pushed = torque(&step(&mut machine, &mut inside, &calm([0.004; 2]))).unwrap()[0];

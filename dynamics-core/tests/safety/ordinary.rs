@@ -1,7 +1,7 @@
 //! An ordinary tick is decided by one comparison a rule. It must be what the exact rules would have made of it.
 
 use crate::safety::support::*;
-use dynamics_core::safety::{Inputs, Protected, Request, State};
+use dynamics_core::safety::{Actuation, Inputs, Protected, Request, State};
 use dynamics_core::{Command, Reference, Sensed};
 use proptest::prelude::*;
 use std::cell::Cell;
@@ -70,6 +70,7 @@ fn next(joints: [Joint; 2], request: Option<Request>) -> (Machine, Said, bool) {
     for asked in [None, Some(Request::Home), Some(Request::Confirm), Some(Request::Arm), Some(Request::Run), None] {
         let inputs = Inputs { request: asked, ..calm(start) };
         assert_eq!(machine.tick(&inputs, |_| wanting(1.0)).refused, None, "{asked:?} at {start:?}");
+        arm(&mut machine, start);
     }
     let at = |i: usize| joints.map(|joint| joint.reference[i]);
     let inputs = Inputs {
@@ -83,7 +84,10 @@ fn next(joints: [Joint; 2], request: Option<Request>) -> (Machine, Said, bool) {
         inside.set(ask.inside);
         Command::Drive { torque: ask.reference.q, limits: [Default::default(); 2] }
     });
-    (machine, output, inside.get())
+    // A reference that the machine has held counts as inside too, and is flagged.
+    let held =
+        matches!(output.actuation, Actuation::Drive { limits, .. } if limits.iter().any(|flags| flags.bits() & 3 != 0));
+    (machine, output, inside.get() && !held)
 }
 
 proptest! {

@@ -8,7 +8,7 @@ use dynamics_core::safety::{Actuation, HoldCause, Inputs, Protected, Request, Sa
 use dynamics_core::{Command, Fault, Reference, Sensed};
 use proptest::prelude::{Just, Strategy, any, prop_oneof};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
 /// Event of one tick, in addition to a host that wants to run and an arm that follows.
@@ -53,6 +53,8 @@ fn request() -> impl Strategy<Value = Request> {
         Just(Request::Run),
         Just(Request::Hold),
         Just(Request::Clear),
+        Just(Request::Stop),
+        Just(Request::FullRange),
     ]
 }
 
@@ -69,7 +71,7 @@ fn event() -> impl Strategy<Value = Event> {
         1 => (0..2_usize).prop_map(Event::DriveFault),
         1 => prop_oneof![wild(), 15.0_f32..35.0].prop_map(Event::Supply),
         1 => prop_oneof![wild(), -50.0_f32..150.0].prop_map(Event::Temperature),
-        1 => Just(Event::NotZeroed),
+        3 => Just(Event::NotZeroed),
         1 => Just(Event::NoReference),
         3 => (0..3_usize, 0..2_usize, wild()).prop_map(|(row, i, x)| Event::Reference(row, i, x)),
         3 => (0..2_usize, -4.0_f32..4.0).prop_map(|(i, v)| Event::Speed(i, v)),
@@ -111,7 +113,7 @@ enum Broken {
 const BROKEN: [(Broken, &[&str]); 21] = [
     (Broken::Homing, &["1"]),
     (Broken::Rest, &["1", "15"]),
-    (Broken::Measurement, &["2"]),
+    (Broken::Measurement, &["2", "15"]),
     (Broken::Age, &["2"]),
     (Broken::Jump, &["3"]),
     (Broken::TorqueLimit, &["4"]),
@@ -191,7 +193,7 @@ impl World {
             State::Idle => Some(Request::Home),
             State::Homing => Some(Request::Confirm),
             State::Armed | State::Holding(_) => Some(Request::Run),
-            State::Running => None,
+            State::Running | State::Arming | State::Lowering => None,
             State::Fault(_) => Some(Request::Clear),
         }
     }
@@ -298,7 +300,7 @@ impl World {
         }
         match (self.broken, answer) {
             (Broken::Ramp, Command::Drive { torque: wanted, .. }) => {
-                if let Actuation::Drive { torque, .. } = &mut said.actuation {
+                if let Actuation::Preload { torque, .. } = &mut said.actuation {
                     // From the start on, and only then: as if nothing had acted before it.
                     if told.request == Some(Request::Arm) {
                         *torque = wanted.map(|x| if x.abs() <= TORQUE { x } else { 0.0 });
@@ -377,12 +379,12 @@ fn no_sequence_of_thousands_of_ticks_breaks_a_rule() {
     let reached = reached.into_inner();
     let all = |set: &BTreeSet<u8>| set.iter().copied().collect::<Vec<_>>();
     assert!(reached.ticks > 500_000 && reached.running > reached.ticks / 5, "{reached:?}");
-    assert_eq!(all(&reached.states), [0, 1, 2, 3, 4, 5]);
+    assert_eq!(all(&reached.states), [0, 1, 2, 3, 4, 5, 6]);
     // All but a collision, which is the controller's.
     assert_eq!(all(&reached.faults), (1..=15).filter(|code| *code != 14).collect::<Vec<_>>());
     assert_eq!(all(&reached.causes), [1, 2, 3, 4, 5]);
     assert_eq!(all(&reached.refusals), (1..=10).collect::<Vec<_>>());
-    assert_eq!(all(&reached.limits), [0, 4, 8, 12]);
+    assert!([0, 1, 2, 4, 8, 12].iter().all(|limit| reached.limits.contains(limit)), "{reached:?}");
 }
 
 #[test]
@@ -390,7 +392,13 @@ fn every_broken_rule_is_found_under_its_number() {
     for (broken, rules) in BROKEN {
         let found = RefCell::new(BTreeSet::new());
         let reached = RefCell::new(Reached::default());
-        let outcome = runner(60).run(&proptest::collection::vec(event(), 1000..5000), |events| {
+        let cases = Cell::new(0);
+        let outcome = runner(400).run(&proptest::collection::vec(event(), 1000..5000), |events| {
+            cases.set(cases.get() + 1);
+            // Sixty sequences, and more of them only while it has not been found.
+            if cases.get() > 60 && !found.borrow().is_empty() {
+                return Ok(());
+            }
             found.borrow_mut().extend(play(&events, broken, &reached));
             Ok(())
         });

@@ -13,6 +13,7 @@ pub(crate) const STEP: f32 = 4.0;
 pub(crate) const HEARTBEAT_MAX: u32 = 5;
 pub(crate) const HOLD_MAX: u32 = 3;
 pub(crate) const AGE_MAX: u32 = 2;
+pub(crate) const ARMING_MAX: u32 = 3;
 pub(crate) const DECELERATION: f32 = 10.0;
 pub(crate) const LATENCY: f32 = 0.002;
 pub(crate) const PERIOD: f32 = 0.001;
@@ -51,6 +52,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
         reach_speed: 0.3,
         rotor_max: 2.0,
         damping: 1.0,
+        lowering_speed: 0.2,
     };
     let rules = Rules {
         safe_action: SafeAction::Brake,
@@ -61,6 +63,11 @@ pub(crate) fn config() -> Protected<f32, 2> {
         period: PERIOD,
         rate: 1000.0,
         latency: LATENCY,
+        arming_max: ARMING_MAX,
+        live: 0,
+        live_max: 0,
+        rest: None,
+        first_motion: None,
         payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint; 2],
     };
@@ -78,6 +85,9 @@ pub(crate) fn calm(q: [f32; 2]) -> Told {
         sensed: Sensed::State { q, qd: [0.0; 2] },
         age_ticks: [0; 2],
         drive_fault: [false; 2],
+        on: [true; 2],
+        zero_lost: false,
+        live_age: 0,
         supply: None,
         temperature: None,
         reference: Some(Reference::at_rest(q)),
@@ -106,8 +116,16 @@ pub(crate) fn after(requests: &[Request], q: [f32; 2]) -> Machine {
     granted(&mut machine, &calm(q));
     for request in requests {
         granted(&mut machine, &asked(*request, &calm(q)));
+        arm(&mut machine, q);
     }
     machine
+}
+
+/// Wait until an arm that is being armed is armed.
+pub(crate) fn arm(machine: &mut Machine, q: [f32; 2]) {
+    while machine.state() == State::Arming {
+        granted(machine, &calm(q));
+    }
 }
 
 pub(crate) const TO_ARMED: [Request; 3] = [Request::Home, Request::Confirm, Request::Arm];
@@ -116,7 +134,7 @@ pub(crate) const TO_RUNNING: [Request; 4] = [Request::Home, Request::Confirm, Re
 pub(crate) fn torque(output: &Said) -> Option<[f32; 2]> {
     match output.actuation {
         Actuation::Drive { torque, .. } => Some(torque),
-        Actuation::Safe(_) => None,
+        Actuation::Safe(_) | Actuation::Enable(_) | Actuation::Preload { .. } => None,
     }
 }
 

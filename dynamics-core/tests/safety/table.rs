@@ -67,6 +67,9 @@ impl Case {
     fn driving(&self) -> bool {
         self.from.drives()
     }
+    fn arming(&self) -> bool {
+        self.from == State::Arming
+    }
     fn external(&self) -> Option<Fault> {
         let all = [
             (self.emergency_stop, Fault::EmergencyStop),
@@ -74,6 +77,7 @@ impl Case {
             (self.drive_fault, Fault::DriveFault { joint: 1 }),
             (self.supply_bad, Fault::SupplyOutOfBounds),
             (self.temperature_bad, Fault::TemperatureOutOfBounds),
+            (self.request == Some(Request::Stop), Fault::EmergencyStop),
         ];
         all.into_iter().find(|(is, _)| *is).map(|(_, fault)| fault)
     }
@@ -135,6 +139,7 @@ const HOMING: u8 = 1;
 const ARMED: u8 = 2;
 const RUNNING: u8 = 3;
 const HOLDING: u8 = 4;
+const ARMING: u8 = 6;
 
 const fn row(from: &'static [u8], request: Request, when: Holds, to: Result<State, u8>) -> Row {
     Row { from, request, when, to }
@@ -151,7 +156,7 @@ const NO_ROOM: u8 = 9;
 const OUT_OF_REACH: u8 = 10;
 
 /// Requests, where no fault is in force. A request that is not here is refused as meaningless.
-const REQUESTS: [Row; 24] = [
+const REQUESTS: [Row; 27] = [
     row(&[IDLE], Request::Home, |_| true, Ok(State::Homing)),
     row(&[HOMING], Request::Confirm, |c| !c.zeroed, Err(NOT_ZEROED)),
     row(&[HOMING], Request::Confirm, |c| c.implausible().is_some(), Err(IMPLAUSIBLE)),
@@ -162,7 +167,9 @@ const REQUESTS: [Row; 24] = [
     row(&[IDLE], Request::Arm, |c| c.implausible().is_some(), Err(IMPLAUSIBLE)),
     row(&[IDLE], Request::Arm, |c| !c.resting(), Err(NOT_AT_REST)),
     row(&[IDLE], Request::Arm, Case::silent, Err(SILENT)),
-    row(&[IDLE], Request::Arm, |_| true, Ok(State::Armed)),
+    row(&[IDLE], Request::Arm, |_| true, Ok(State::Arming)),
+    row(&[ARMING], Request::Disarm, |_| true, Ok(State::Idle)),
+    row(&[ARMING], Request::Hold, |_| true, Ok(State::Idle)),
     row(&[ARMED, HOLDING], Request::Disarm, |c| !c.resting(), Err(NOT_AT_REST)),
     row(&[ARMED, HOLDING], Request::Disarm, |_| true, Ok(State::Idle)),
     row(&[ARMED, HOLDING], Request::Run, Case::silent, Err(SILENT)),
@@ -172,6 +179,7 @@ const REQUESTS: [Row; 24] = [
     row(&[ARMED, HOLDING], Request::Run, Case::far, Err(OUT_OF_REACH)),
     row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::OtherSpeed, Err(OUT_OF_REACH)),
     row(&[ARMED, HOLDING], Request::Run, |_| true, Ok(State::Running)),
+    row(&[IDLE, HOMING, ARMING, ARMED, RUNNING, HOLDING], Request::FullRange, |c| !c.still_homed(), Err(NOT_HOMED)),
     row(&[RUNNING], Request::Hold, |_| true, Ok(State::Holding(HoldCause::Requested))),
     row(&[RUNNING], Request::Disarm, |_| true, Err(NO_STATE)),
     row(&[IDLE, HOMING, ARMED, RUNNING, HOLDING], Request::Clear, |_| true, Err(NO_STATE)),
@@ -179,22 +187,25 @@ const REQUESTS: [Row; 24] = [
 ];
 
 /// Transitions without a request, after the requests, where torque acts: the first that holds.
-const EVENTS: [(u8, Holds, State); 6] = [
+const EVENTS: [(u8, Holds, State); 8] = [
     (RUNNING, |c| c.wanted == Wanted::NotANumber, State::Fault(Fault::NonFiniteReference { joint: 1 })),
     (RUNNING, Case::silent, State::Holding(HoldCause::HeartbeatLost)),
     (RUNNING, |c| c.wanted == Wanted::Nothing, State::Holding(HoldCause::NoReference)),
     (RUNNING, |c| c.wanted == Wanted::NoRoom, State::Holding(HoldCause::NoRoom { joint: 1 })),
     (RUNNING, Case::far, State::Holding(HoldCause::OutOfReach { joint: 1 })),
-    (ARMED, Case::silent, State::Holding(HoldCause::HeartbeatLost)),
+    (ARMED, |c| !c.arming() && c.silent(), State::Holding(HoldCause::HeartbeatLost)),
+    (ARMING, |c| c.arming() && c.silent(), State::Idle),
+    (ARMING, |c| c.arming() && c.resting() && c.age == 0, State::Armed),
 ];
 
 fn expected(c: &Case) -> Expected {
     let homed = c.still_homed();
-    let refused_by_fault = c.request.map(|_| 2);
+    let stop = c.request == Some(Request::Stop);
+    let refused_by_fault = if stop { None } else { c.request.map(|_| 2) };
     // Latched: only a clear leaves it, and only when the cause is gone.
     if c.in_fault() {
         let beyond_meaning = matches!(c.implausible(), Some(Fault::PositionOutOfBounds { .. })) && !homed;
-        let stands = c.external().is_none() && (c.implausible().is_none() || beyond_meaning);
+        let stands = !stop && c.external().is_none() && (c.implausible().is_none() || beyond_meaning);
         return match (c.request, stands, c.resting()) {
             (Some(Request::Clear), true, true) => Expected { state: State::Idle, homed, refused: None },
             (Some(Request::Clear), true, false) => Expected { state: c.from, homed, refused: Some(NOT_AT_REST) },
@@ -210,7 +221,8 @@ fn expected(c: &Case) -> Expected {
     let (mut state, mut refused) = (c.from, None);
     if let Some(request) = c.request {
         let applies = |row: &&Row| row.request == request && row.from.contains(&c.from.code()) && (row.when)(c);
-        match REQUESTS.iter().find(applies).map_or(Err(NO_STATE), |row| row.to) {
+        let as_it_is = if request == Request::FullRange { Ok(c.from) } else { Err(NO_STATE) };
+        match REQUESTS.iter().find(applies).map_or(as_it_is, |row| row.to) {
             Ok(to) => state = to,
             Err(code) => refused = Some(code),
         }
@@ -220,15 +232,26 @@ fn expected(c: &Case) -> Expected {
         (State::Homing, State::Idle) => homed || c.request == Some(Request::Confirm),
         _ => homed,
     };
+    // On engaged brakes: the readings are judged when nobody has ended it.
+    if c.arming() && state == State::Arming && !c.silent() {
+        let pushed = (c.measured == Measured::Pushed).then_some(Fault::FollowingError { joint: 1 });
+        if let Some(fault) = c.implausible().or(pushed) {
+            return Expected { state: State::Fault(fault), homed, refused: refused_by_fault };
+        }
+    }
     if let Some((_, _, to)) = EVENTS.iter().find(|(from, when, _)| *from == state.code() && when(c)) {
         state = *to;
     }
     // An arm that should stand, and is out of reach of where it should.
     let stands = matches!(state, State::Armed | State::Holding(_));
-    if c.driving() && stands && c.measured == Measured::Pushed {
+    // A stop along the path goes on from the path's reference, where the arm can follow it.
+    let along = c.from == State::Running
+        && matches!(state, State::Holding(HoldCause::Requested | HoldCause::HeartbeatLost))
+        && c.wanted == Wanted::Far;
+    if c.driving() && stands && !along && c.measured == Measured::Pushed {
         state = State::Fault(Fault::FollowingError { joint: 1 });
     }
-    if state.drives() {
+    if state.drives() || state == State::Arming {
         match c.answer {
             Answer::Torque => {}
             Answer::Brake => state = State::Fault(Fault::NonFiniteTorque { joint: 0 }),
@@ -269,6 +292,9 @@ fn inputs(c: &Case) -> Told {
         overrun: c.overrun,
         heartbeat_age: c.heartbeat,
         zeroed: c.zeroed,
+        on: [true; 2],
+        zero_lost: false,
+        live_age: 0,
         sensed: Sensed::State { q, qd },
         age_ticks: [0, c.age],
         drive_fault: [false, c.drive_fault],
@@ -302,6 +328,14 @@ fn starts() -> Vec<(Machine, u32)> {
         stopped.tick(&Inputs { emergency_stop: true, ..calm(AT) }, |_| wanting(0.0));
         starts.push((stopped, 0));
     }
+    let mut arming = after(&homed, AT);
+    granted(&mut arming, &asked(Request::Arm, &calm(AT)));
+    // The tick after this one would open the brakes.
+    let mut next = arming;
+    while granted(&mut next, &calm(AT)).state == State::Arming {
+        arming = next;
+    }
+    starts.push((arming, 0));
     let mut jumped = after(&TO_RUNNING, AT);
     jumped.tick(&calm([0.5, -1.9]), |_| wanting(0.0));
     jumped.tick(&calm(AT), |_| wanting(0.0));
@@ -323,6 +357,8 @@ fn every_transition_is_the_table_s_and_breaks_no_rule() {
             Some(Request::Run),
             Some(Request::Hold),
             Some(Request::Clear),
+            Some(Request::Stop),
+            Some(Request::FullRange),
         ])
         .collect::<Vec<_>>();
     let measured = [
@@ -374,10 +410,11 @@ fn every_transition_is_the_table_s_and_breaks_no_rule() {
             }
         }
     }
-    // 12 starts, 64 combinations, 8 requests, 7 measurements, 5 ages, 5 silences, 6 references, 3 answers.
-    assert_eq!(cases, 12 * 64 * 8 * 7 * 5 * 5 * 6 * 3);
+    // 13 starts, 64 combinations, 10 requests, 7 measurements, 5 ages, 5 silences, 6 references, 3 answers.
+    assert_eq!(cases, 13 * 64 * 10 * 7 * 5 * 5 * 6 * 3);
     let from = |state: u8| reached.iter().filter(|(from, _)| *from == state).map(|(_, to)| *to).collect::<Vec<_>>();
-    assert_eq!(from(IDLE), [0, 1, 2, 5]);
+    assert_eq!(from(IDLE), [0, 1, 5, 6]);
+    assert_eq!(from(ARMING), [0, 2, 5, 6]);
     assert_eq!(from(HOMING), [0, 1, 5]);
     assert_eq!(from(ARMED), [0, 2, 3, 4, 5]);
     assert_eq!(from(RUNNING), [3, 4, 5]);
@@ -403,9 +440,10 @@ fn check(start: &Machine, case: &Case, refusals: &mut BTreeSet<u8>) -> State {
     assert_eq!(found, expected(case), "{case:?}");
     assert_eq!((machine.state(), machine.homed()), (output.state, output.homed));
     // Asked once where torque may act, and not otherwise.
-    let may = case.answer == Answer::Torque && output.state.drives();
+    let may = case.answer == Answer::Torque && (output.state.drives() || output.state == State::Arming);
     assert!(calls <= 1 && (!may || calls == 1), "{case:?}: asked {calls} times");
-    let acted = if start.state().drives() { [1.0; 2] } else { [0.0; 2] };
+    let acts = start.state().drives() || start.state() == State::Arming;
+    let acted = if acts { [1.0; 2] } else { [0.0; 2] };
     let mut watch = Watch::from(start, AT, acted, case.alone);
     assert_eq!(watch.broken(&inputs, &output), None, "{case:?}: {output:?}");
     if let Some(refusal) = output.refused {

@@ -1,9 +1,17 @@
 //! Properties that must hold in every tick, for every action of the machine: a watchman checks inputs and outputs, and
 //! shares no code with it.
 
-use crate::safety::support::*;
+use crate::safety::support::{self, *};
 use dynamics_core::safety::{Actuation, Request, State};
 use dynamics_core::{Reference, Sensed};
+
+/// The torque that acts, on open or on engaged brakes.
+fn acting(output: &Said) -> Option<[f32; 2]> {
+    match output.actuation {
+        Actuation::Drive { torque, .. } | Actuation::Preload { torque, .. } => Some(torque),
+        Actuation::Safe(_) | Actuation::Enable(_) => None,
+    }
+}
 
 /// Memory of the watchman.
 #[derive(Clone, Copy, Debug)]
@@ -32,8 +40,8 @@ impl Watch {
     /// The first rule that this tick breaks, by its number in `docs/safety.md`.
     pub(crate) fn broken(&mut self, inputs: &Told, output: &Said) -> Option<&'static str> {
         let before = core::mem::replace(&mut self.state, output.state);
-        let torque = torque(output);
-        let drives = torque.is_some();
+        let torque = acting(output);
+        let (acts, drives) = (torque.is_some(), support::torque(output).is_some());
         let Sensed::State { q, qd } = inputs.sensed else { panic!("the watchman reads positions") };
 
         let finite = |i: usize| q[i].is_finite() && qd[i].is_finite();
@@ -61,27 +69,29 @@ impl Watch {
         self.silent = if silent && before.drives() { self.silent + 1 } else { 0 };
         let last = core::mem::replace(&mut self.torque, torque.unwrap_or([0.0; 2]));
 
-        // 16: torque in three states and no other, and the robot's own safe action else.
-        if drives != output.state.drives() {
+        // 16: torque on open brakes in four states and no other, on engaged ones while arming, and the robot's own safe action else.
+        let safe = matches!(output.actuation, Actuation::Safe(_));
+        if drives != output.state.drives() || (!drives && safe == (output.state == State::Arming)) {
             return Some("16");
         }
         if matches!(output.actuation, Actuation::Safe(action) if action != config().rules.safe_action) {
             return Some("16");
         }
-        if inputs.emergency_stop && (drives || !is_fault(output.state)) {
+        let stopped = inputs.emergency_stop || inputs.request == Some(Request::Stop);
+        if stopped && (acts || !is_fault(output.state)) {
             return Some("10");
         }
-        if inputs.overrun && drives {
+        if inputs.overrun && acts {
             return Some("11");
         }
-        if inputs.drive_fault.contains(&true) && drives {
+        if inputs.drive_fault.contains(&true) && acts {
             return Some("12");
         }
         let inside = |value: Option<f32>, (lo, hi): (f32, f32)| value.is_none_or(|x| x >= lo && x <= hi);
-        if drives && !inside(inputs.supply, SUPPLY) {
+        if acts && !inside(inputs.supply, SUPPLY) {
             return Some("13");
         }
-        if drives && !inside(inputs.temperature, TEMPERATURE) {
+        if acts && !inside(inputs.temperature, TEMPERATURE) {
             return Some("14");
         }
         if is_fault(before) && output.state != before {
@@ -92,13 +102,13 @@ impl Watch {
                 return Some("15");
             }
         }
-        if jumped && (drives || output.homed) {
+        if jumped && (acts || output.homed) {
             return Some("3");
         }
         if drives && !(0..2).all(believed) {
             return Some("2");
         }
-        if drives && !(self.confirmed && output.homed) {
+        if acts && !(self.confirmed && output.homed) {
             return Some("1");
         }
         if !before.drives() && drives && !(0..2).all(|i| qd[i].abs() <= REST) {

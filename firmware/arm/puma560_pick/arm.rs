@@ -23,7 +23,7 @@ pub const NAME: &str = "puma560_pick";
 pub const ROBOT: &str = "Puma 560";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0x97a0_d24c_49e0_b124;
+pub const HASH: u64 = 0x73b2_c5d1_bb9d_b2d5;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
@@ -234,6 +234,11 @@ pub const fn rules() -> Rules<f32, N> {
         period: 0.001,
         rate: 1000.0,
         latency: 0.002,
+        arming_max: 1000,
+        live: 0,
+        live_max: 0,
+        rest: None,
+        first_motion: None,
         payload: InertiaBounds { mass: 23.45, radius: 1.0 },
         joints: [
             JointRules {
@@ -245,6 +250,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.192,
                 rotor_max: 3.1361198,
                 damping: 50.833332,
+                lowering_speed: 0.020143958,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -255,6 +261,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.151,
                 rotor_max: 9.299259,
                 damping: 123.44371,
+                lowering_speed: 0.020143958,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -265,6 +272,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.24,
                 rotor_max: 2.3074932,
                 damping: 37.25,
+                lowering_speed: 0.020143958,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -275,6 +283,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.534,
                 rotor_max: 0.7631625,
                 damping: 4.531835,
+                lowering_speed: 0.020143958,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -285,6 +294,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.509,
                 rotor_max: 0.68282515,
                 damping: 3.9489195,
+                lowering_speed: 0.020143958,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -295,6 +305,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.574,
                 rotor_max: 0.77625805,
                 damping: 3.7108014,
+                lowering_speed: 0.020143958,
             },
         ],
     }

@@ -4,7 +4,7 @@
 //
 // | source hash | mul | add | sub | neg | live inputs | values alive at most |
 // |---|---|---|---|---|---|---|
-// | 97a0d24c49e0b124 | 224 | 108 | 81 | 0 | 0 | 33 |
+// | 73b2c5d1bb9db2d5 | 224 | 108 | 81 | 0 | 0 | 33 |
 //
 // | gravity | payload | tip wrench | rotors | velocity terms |
 // |---|---|---|---|---|

@@ -135,6 +135,10 @@ impl LinkOutput for Output {
         self.0.write(bytes);
     }
 
+    fn room(&mut self) -> usize {
+        self.0.room()
+    }
+
     fn sent(&mut self) {
         self.0.advance();
     }

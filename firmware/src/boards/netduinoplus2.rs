@@ -9,7 +9,10 @@ use super::byte_link as wire;
 #[cfg(feature = "dma")]
 use super::dma_stand_in as wire;
 use super::pac;
+use super::pac::interrupt;
 use crate::key::CountedNonces;
+use core::sync::atomic::{AtomicU32, Ordering};
+use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_semihosting::debug;
 use dynamics_core::Sensed;
 use dynamics_core::control::Spring;
@@ -32,8 +35,18 @@ pub struct ControlTimer(pac::TIM3);
 /// TIM2, free-running: counts instructions.
 pub struct InstructionCounter(pac::TIM2);
 
-/// No line but the link.
-pub struct NoLines;
+/// No line but the link, and a stand-in for the watchdog, which the emulator lacks: TIM4, whose interrupt comes at the control rate.
+pub struct NoLines {
+    watchdog: pac::TIM4,
+    running: bool,
+}
+
+/// Interrupts of the watchdog's stand-in since it was fed.
+static UNFED: AtomicU32 = AtomicU32::new(0);
+
+/// The interrupt without feeding that resets the chip. It counts interrupts, not time: where the machine under the emulator stands still, the
+/// emulator's time goes on without ticks.
+const TICKS_UNFED: u32 = 4;
 
 /// Joints that rest at zero, know it, and are moved by no torque: what a live session needs to be armed.
 pub struct RestingJoints;
@@ -52,7 +65,7 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
     const NAME: &'static str = "netduinoplus2 (QEMU)";
 
     fn start(chip: super::Chip, rate_hz: f32) -> Parts<Self, { arm::N }> {
-        let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, .. } = chip.device;
+        let pac::Peripherals { USART2: usart, TIM2: counter, TIM3: timer, TIM4: watchdog, .. } = chip.device;
         usart.cr1().write(|w| w.ue().enabled().re().enabled().te().enabled().rxneie().enabled());
         let Some((input, incoming, output)) = wire::start(usart) else { Self::halt(|| {}) };
 
@@ -60,25 +73,22 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
         counter.arr().write(|w| w.arr().set(u32::MAX));
         counter.cr1().write(|w| w.cen().enabled());
 
-        // TIM3 has 16 bits: a prescaler of 1000 leaves 1 MHz, good for 16 Hz and up. The cast saturates.
-        let period = (TIMER_HZ / 1000.0 / rate_hz) as u16;
-        timer.psc().write(|w| w.psc().set(1000 - 1));
-        // QEMU 7.2 (`stm32f2xx_timer_set_alarm`) sets the alarm to now plus the time at which the count was zero plus
-        // the reload. That is a period only for a count that was zero at power-on: one that is reset later makes every
-        // period longer by that time. The reload is the whole period there, not one less. TIM2 counts from power-on and
-        // gives the time, to a microsecond.
-        let since_power_on = counter.cnt().read().bits() / 1000;
-        timer.cnt().write(|w| w.cnt().set(since_power_on as u16));
-        timer.arr().write(|w| w.arr().set(period.max(1)));
-        timer.dier().write(|w| w.uie().enabled());
+        let timer = ControlTimer(timer);
+        at_the_control_rate(&timer.0, rate_hz);
+        at_the_control_rate(&watchdog, rate_hz);
+        #[allow(unsafe_code, reason = "lets the watchdog's interrupt in")]
+        // SAFETY: its handler shares nothing but an atomic with other code, and no critical section relies on its absence.
+        unsafe {
+            NVIC::unmask(pac::Interrupt::TIM4);
+        }
 
         Parts {
             input,
             incoming,
             output,
-            ticker: ControlTimer(timer),
+            ticker: timer,
             counter: InstructionCounter(counter),
-            lines: NoLines,
+            lines: NoLines { watchdog, running: false },
             joints: RestingJoints,
             nonces: CountedNonces(time),
         }
@@ -94,6 +104,41 @@ impl Board<{ arm::N }> for NetduinoPlus2 {
     }
 }
 
+/// Sets a timer up for interrupts at the control rate, not counting yet. TIM2 counts from power-on.
+fn at_the_control_rate(timer: &pac::tim3::RegisterBlock, rate_hz: f32) {
+    // The timers have 16 bits: a prescaler of 1000 leaves 1 MHz, good for 16 Hz and up. The cast saturates.
+    let period = (TIMER_HZ / 1000.0 / rate_hz) as u16;
+    timer.psc().write(|w| w.psc().set(1000 - 1));
+    // QEMU 7.2 (`stm32f2xx_timer_set_alarm`) sets the alarm to now plus the time at which the count was zero plus
+    // the reload. That is a period only for a count that was zero at power-on: one that is reset later makes every
+    // period longer by that time. The reload is the whole period there, not one less. TIM2 gives the time, to a
+    // microsecond. After a reset TIM2 begins anew, and periods are longer: ticks at the timer's pace are for the first start.
+    timer.cnt().write(|w| w.cnt().set((time() / 1000) as u16));
+    timer.arr().write(|w| w.arr().set(period.max(1)));
+    timer.dier().write(|w| w.uie().enabled());
+}
+
+/// Lets a timer run from now.
+fn let_run(timer: &pac::tim3::RegisterBlock) {
+    timer.sr().reset();
+    timer.cr1().write(|w| w.cen().enabled());
+    // The alarm was lost while the timer was held; in the emulator a new reload, even the same, sets it a period ahead.
+    timer.arr().modify(|_, w| w);
+}
+
+/// The watchdog's stand-in: more urgent than everything else, as a reset is.
+#[interrupt]
+fn TIM4() {
+    #[allow(unsafe_code, reason = "the owner of the timer does not use its status while it runs")]
+    // SAFETY: a single volatile write, which clears the interrupt.
+    unsafe {
+        (*pac::TIM4::ptr()).sr().write(|w| w.uif().clear());
+    }
+    if UNFED.fetch_add(1, Ordering::Relaxed) >= TICKS_UNFED {
+        SCB::sys_reset();
+    }
+}
+
 /// Reading of TIM2.
 fn time() -> u32 {
     #[allow(unsafe_code, reason = "the counter's owner only reads it too")]
@@ -104,10 +149,7 @@ fn time() -> u32 {
 
 impl Ticker for ControlTimer {
     fn run(&mut self) {
-        self.0.sr().reset();
-        self.0.cr1().write(|w| w.cen().enabled());
-        // The alarm was lost while the timer was held; in the emulator a new reload, even the same, sets it a period ahead.
-        self.0.arr().modify(|_, w| w);
+        let_run(&self.0);
     }
 
     fn hold(&mut self) {
@@ -147,8 +189,13 @@ impl BoardLines for NoLines {
         Lines::NONE
     }
 
-    // The emulator has no watchdog.
-    fn feed(&mut self) {}
+    fn feed(&mut self) {
+        UNFED.store(0, Ordering::Relaxed);
+        if !self.running {
+            self.running = true;
+            let_run(&self.watchdog);
+        }
+    }
 }
 
 impl JointIo<{ arm::N }> for RestingJoints {
@@ -160,8 +207,14 @@ impl JointIo<{ arm::N }> for RestingJoints {
             age_ticks: [0; arm::N],
             faults: [JointFaults::NONE; arm::N],
             errors: [0; arm::N],
+            on: [true; arm::N],
+            zero_lost: false,
         })
     }
+
+    fn enable(&mut self, _action: SafeAction) {}
+
+    fn preload(&mut self, _torque: &[f32; arm::N]) {}
 
     fn drive(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {}
 

@@ -79,6 +79,10 @@ impl JointIo<{ arm::N }> for Lines {
         None
     }
 
+    fn enable(&mut self, _action: SafeAction) {}
+
+    fn preload(&mut self, _torque: &[f32; arm::N]) {}
+
     fn drive(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {
         self.brake.set_high();
     }

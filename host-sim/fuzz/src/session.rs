@@ -79,7 +79,7 @@ pub fn check(bytes: &[u8]) {
 
 /// As [`check`]; returns the number of ticks that ended in each state of the safety state machine, indexed by the
 /// state's number.
-pub fn ticks_of_states(mut bytes: &[u8]) -> [u32; 6] {
+pub fn ticks_of_states(mut bytes: &[u8]) -> [u32; 8] {
     let arm = bytes.split_off_first().copied().unwrap_or_default();
     let scene = &ARMS[usize::from(arm) % ARMS.len()];
     match scene.robot.dof() {
@@ -98,8 +98,10 @@ struct Bench<const N: usize> {
     meter: Meter<Uncounted>,
     judge: Judge<N>,
     told: Told<N>,
-    /// The last request since the previous tick.
+    /// The strongest request since the previous tick.
     asked: Option<Request>,
+    /// Number of the last request.
+    request: u8,
     /// Whether a frame was accepted since the previous tick.
     spoke: bool,
 
@@ -118,7 +120,7 @@ struct Bench<const N: usize> {
     /// Whether a change waits for its tick.
     changes: bool,
     /// Number of ticks under supervision, by the state at their end.
-    states: [u32; 6],
+    states: [u32; 8],
 
     /// Position of the arm; encoders may measure it.
     q: [f32; N],
@@ -149,6 +151,7 @@ impl<const N: usize> Bench<N> {
             judge: Judge::new(&config, &scene.safety_rules(&model), Trust::Nothing),
             told: nothing(),
             asked: None,
+            request: 0,
             spoke: false,
             config: config.cast(),
             encoder: Encoder::new(),
@@ -161,7 +164,7 @@ impl<const N: usize> Bench<N> {
             taken: 0,
             ticks: 0,
             changes: false,
-            states: [0; 6],
+            states: [0; 8],
             q,
             qd: [0.0; N],
             counted: scene.sensors.encoder,
@@ -172,7 +175,7 @@ impl<const N: usize> Bench<N> {
         }
     }
 
-    fn run(mut self, mut bytes: &[u8]) -> [u32; 6] {
+    fn run(mut self, mut bytes: &[u8]) -> [u32; 8] {
         while let Some(kind) = bytes.split_off_first()
             && self.ticks < TICKS_MAX
             && self.results.len() < PACKETS_MAX

@@ -15,6 +15,7 @@ const KEY: Key = Key::new([0x6b; 32]);
 const REST: Sensed<f32, 2> = Sensed::State { q: [0.1, 0.2], qd: [0.0; 2] };
 
 const ARMED: u8 = 2;
+const ARMING: u8 = 6;
 const RUNNING: u8 = 3;
 const HOLDING: u8 = 4;
 
@@ -64,7 +65,9 @@ impl Drilled {
         for request in [Request::Home, Request::Confirm, Request::Arm] {
             self.ask(request);
         }
-        assert_eq!(self.tick().0.state, ARMED);
+        while self.tick().0.state != ARMED {
+            assert!(self.1 < 100, "it is not armed");
+        }
         self
     }
 
@@ -80,7 +83,8 @@ impl Drilled {
     }
 
     fn ask(&mut self, request: Request) -> (Status, u16) {
-        self.0.send(&Frame::Request(request)).unwrap();
+        let number = self.1 as u8;
+        self.0.send(&Frame::request(number, request)).unwrap();
         self.tick()
     }
 
@@ -103,6 +107,7 @@ impl Drilled {
         loop {
             match self.0.receive("a status").unwrap() {
                 Frame::Refusal(refusal) => refusals.push(refusal),
+                Frame::Answer(_) => {}
                 Frame::Status(status) => return (status, refusals),
                 other => panic!("{other:?}"),
             }
@@ -172,7 +177,7 @@ fn packets_of_the_session_itself_replayed_or_out_of_order_do_nothing_more() {
     drill.ask(Request::Disarm);
     assert!(!drives(&drill.tick().0));
     // All that once led to torque, and the same backwards.
-    let packets: Vec<&[u8]> = armed.split_inclusive(|&byte| byte == 0).collect();
+    let packets: Vec<&[u8]> = armed.split_inclusive(|&byte| byte == 0).filter(|packet| packet.len() > 1).collect();
     let refused_before = drill.tick().1;
     drill.attack(&packets.concat());
     drill.attack(&packets.iter().rev().copied().collect::<Vec<_>>().concat());
@@ -181,7 +186,7 @@ fn packets_of_the_session_itself_replayed_or_out_of_order_do_nothing_more() {
     // The joins among them are answered, not refused.
     assert_eq!((refused_before, usize::from(refused)), (0, 2 * (packets.len() - 1)));
     // A request that comes too late, behind a later packet.
-    let early = drill.packet(&Frame::Request(Request::Arm));
+    let early = drill.packet(&Frame::request(201, Request::Arm));
     drill.0.send(&Frame::Alive).unwrap();
     assert_eq!(drill.0.receive("a refusal").unwrap(), Frame::Refusal(Refusal::Lost { missed: 1 }));
     drill.attack(&early);
@@ -193,7 +198,7 @@ fn a_request_with_a_bit_changed_or_its_seal_cut_short_is_refused_and_the_whole_o
     let mut drill = Drilled::start();
     drill.ask(Request::Home);
     drill.ask(Request::Confirm);
-    let arm = drill.packet(&Frame::Request(Request::Arm));
+    let arm = drill.packet(&Frame::request(201, Request::Arm));
     let mut attacks = 0;
     for bit in (0..8 * (arm.len() - 1)).step_by(3) {
         let mut changed = arm.clone();
@@ -210,10 +215,10 @@ fn a_request_with_a_bit_changed_or_its_seal_cut_short_is_refused_and_the_whole_o
     }
     assert!(attacks > 50);
     drill.0.emulator.write(&arm).unwrap();
-    // Everything was refused by name before the whole packet was taken.
+    // They were refused before the whole packet was taken; several that come at once share a refusal.
     let (status, refusals) = drill.tick_after_noise();
-    assert!(refusals.len() >= attacks, "{} refusals of {attacks} attacks", refusals.len());
-    assert_eq!(status.state, ARMED);
+    assert!(!refusals.is_empty());
+    assert_eq!(status.state, ARMING);
 }
 
 #[test]
@@ -236,12 +241,14 @@ fn a_host_with_another_key_gets_nowhere_and_a_forged_proof_gets_no_further() {
     let mut encoder = Encoder::new();
     let mut bytes = encoder.encode(&Frame::Proof(other.proof(link::seal::Side::Host, &transcript))).unwrap().to_vec();
     encoder.seal_with(other.session(link::seal::Side::Host, &transcript).sending);
-    for frame in [Frame::Hello(hello(Pacing::Drill)), Frame::Lines(Lines::CALM), Frame::Request(Request::Home)] {
+    for frame in [Frame::Hello(hello(Pacing::Drill)), Frame::Lines(Lines::CALM), Frame::request(202, Request::Home)] {
         bytes.extend_from_slice(&encoder.encode(&frame).unwrap());
     }
     let said = heard_by_a_stranger(&mut emulator, &bytes);
-    let refusals: Vec<_> = (1..=4).map(|count| Frame::Refusal(Refusal::Unauthentic { count })).collect();
-    assert_eq!(said[..said.len() - 1], refusals);
+    // Packets that come at once share a refusal, which counts all of them.
+    let (_, refusals) = said.split_last().unwrap();
+    assert!(refusals.iter().all(|frame| matches!(frame, Frame::Refusal(Refusal::Unauthentic { .. }))), "{said:?}");
+    assert_eq!(refusals.last(), Some(&Frame::Refusal(Refusal::Unauthentic { count: 4 })));
 }
 
 #[test]
@@ -253,8 +260,8 @@ fn a_flood_of_joins_hellos_and_open_stops_disturbs_no_tick_of_the_session() {
             for frame in [
                 Frame::Join(key::random().unwrap()),
                 Frame::Hello(hello(Pacing::Live)),
-                Frame::Request(Request::Hold),
-                Frame::Request(Request::Disarm),
+                Frame::request(203, Request::Hold),
+                Frame::request(204, Request::Disarm),
             ] {
                 let packet = stranger.encode(&frame).unwrap();
                 drill.attack(&packet);
@@ -318,7 +325,7 @@ fn a_stop_behind_a_flood_of_garbage_stops_the_arm_by_dma_too() {
 fn a_stop_is_taken(mut drill: Drilled, garbage: usize) {
     drill.attack(&vec![1; garbage]);
     drill.attack(&[0]);
-    let hold = drill.packet(&Frame::Request(Request::Hold));
+    let hold = drill.packet(&Frame::request(205, Request::Hold));
     drill.0.emulator.write(&hold).unwrap();
     let (status, refusals) = drill.tick_after_noise();
     let known = |refusal: &Refusal| matches!(refusal, Refusal::Undecodable(_) | Refusal::Unauthentic { .. });

@@ -3,6 +3,7 @@
 use super::ChipError;
 use crate::key;
 use link::{Key, key_page};
+use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -35,6 +36,8 @@ pub struct Emulator {
     timeouts: Timeouts,
     buffer: [u8; 256],
     unread: std::ops::Range<usize>,
+    /// Bytes that were read while a write found no room; they come behind the unread ones.
+    ahead: VecDeque<u8>,
     carried: Carried,
     key: Option<Key>,
     /// The emulator opens the file some time after it has connected.
@@ -153,6 +156,7 @@ impl Emulator {
             timeouts,
             buffer: [0; 256],
             unread: 0..0,
+            ahead: VecDeque::new(),
             carried: Carried::default(),
             key,
             _page: page,
@@ -163,12 +167,58 @@ impl Emulator {
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
         self.carried.to_chip += bytes.len() as u64;
         self.carried.packets_to_chip += bytes.iter().filter(|byte| **byte == 0).count() as u64;
-        self.link.write_all(bytes).map_err(|error| self.explain(error, "room for a frame"))
+        self.link.set_nonblocking(true)?;
+        let written = self.write_and_read(bytes);
+        self.link.set_nonblocking(false)?;
+        written.map_err(|error| self.explain(error, "room for a frame"))
+    }
+
+    /// Write all bytes, and read while they find no room. The emulated transmitter waits until its bytes are read, and the chip reads none
+    /// meanwhile: without this, chip and host would wait for each other.
+    fn write_and_read(&mut self, mut bytes: &[u8]) -> std::io::Result<()> {
+        let mut limit = Instant::now() + self.timeouts.answer;
+        while !bytes.is_empty() {
+            match self.link.write(bytes) {
+                Ok(count) => {
+                    bytes = bytes.get(count..).unwrap_or_default();
+                    limit = Instant::now() + self.timeouts.answer;
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    if !self.read_ahead()? {
+                        std::thread::sleep(Duration::from_micros(50));
+                    }
+                    if Instant::now() > limit {
+                        return Err(error);
+                    }
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Read what has come, without waiting. True if something had.
+    fn read_ahead(&mut self) -> std::io::Result<bool> {
+        let mut bytes = [0; 256];
+        match self.link.read(&mut bytes) {
+            Ok(0) => Err(ErrorKind::BrokenPipe.into()),
+            Ok(count) => {
+                self.ahead.extend(bytes.iter().take(count));
+                self.carried.from_chip += count as u64;
+                Ok(true)
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(false),
+            Err(error) => Err(error),
+        }
     }
 
     /// The next byte; an error names the awaited answer.
     pub(super) fn read_byte(&mut self, waiting_for: &'static str) -> Result<u8, ChipError> {
         if self.unread.is_empty() {
+            if let Some(byte) = self.ahead.pop_front() {
+                return Ok(byte);
+            }
             let count = loop {
                 match self.link.read(&mut self.buffer) {
                     Ok(0) => return Err(dead(&mut self.child, waiting_for)),

@@ -142,6 +142,9 @@ pub(crate) fn refusal(refusal: &Refusal) -> String {
         Refusal::NoReference => "a measurement came before any reference".into(),
         Refusal::NonFiniteLive => "a live input is not a finite number".into(),
         Refusal::Unexpected => "a frame that only the chip sends, or that means nothing in this pacing".into(),
+        Refusal::OwnMeasurements { count } => {
+            format!("the board measures for itself and took no measurement from the host, {count} so far")
+        }
         Refusal::Unauthentic { count } => format!(
             "{count} packets so far were not of this session: somebody else talks on the wire, or bytes were damaged"
         ),

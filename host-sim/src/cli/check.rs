@@ -4,7 +4,8 @@ use crate::cli::chain::ChainArgs;
 use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{json, print};
 use crate::failure::{FAULT, Failure};
-use crate::study::check::answer;
+use crate::study::check::answer_in;
+use crate::study::robot_or_scene::scene_about;
 use clap::Args;
 use robot_compiler::check::{Draft, Severity};
 use std::path::PathBuf;
@@ -14,6 +15,7 @@ Examples:
   host-sim check robots/ur5.toml
   host-sim check arm.urdf --tip gripper_base
   host-sim check robots/planar2r.toml --gravity 0,-9.81,0
+  host-sim check robots/yam.toml --scene scenes/yam_move.toml
   host-sim check arm.urdf --json | jq '.findings[] | select(.severity == \"wrong\")'
 
 Every finding has its place in the file, what is wrong with the number, and what to measure or write instead:
@@ -26,10 +28,14 @@ Loads are those of the worst posture: for each joint, the search of `statics --m
 where a joint has none) for the largest torque of gravity, and for the least and the largest inertia that the joint feels. Nothing
 is held by the tip.
 
+Below the findings stands what matters to a person near the arm: its mass, how fast and strong the limits let it be, and how far it goes before
+it rests, each with its formula, beside class I of ISO 10218-1:2025. Rate, latency, deceleration, payload and the posture for the force
+are those of --scene.
+
 A file that cannot be read is bad input, exit code 2. Otherwise the exit code is 3 when a finding is `wrong`, and 0 when none is.
 
---json is an object {robot, gravity, wrong, doubts, notes, findings}, each finding {severity, rule, file, line, column, field, problem,
-advice}.";
+--json is an object {robot, gravity, wrong, doubts, notes, findings, hazard, class_i}, each finding {severity, rule, file, line, column,
+field, problem, advice}.";
 
 /// Options of `check`.
 #[derive(Clone, Debug, Args)]
@@ -40,6 +46,9 @@ pub struct CheckArgs {
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
+    /// A scene of this robot, for what depends on its controller: reaction, stopping, payload, rest pose; its default scene otherwise.
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
     /// Gravity.
     #[command(flatten)]
     pub gravity: GravityArgs,
@@ -54,7 +63,9 @@ pub struct CheckArgs {
 /// [`Failure::Input`] for a file that cannot be read, and for an option that is wrong.
 pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     let draft = Draft::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
-    let answer = answer(draft, &args.gravity.gravity)?;
+    let scene =
+        args.scene.as_deref().map(|path| scene_about(&args.robot, args.chain.ends(), Some(path))).transpose()?;
+    let answer = answer_in(draft, &args.gravity.gravity, scene)?;
     print(&if args.json { json(&answer.json())? + "\n" } else { answer.text() })?;
     Ok(if answer.count(Severity::Wrong) > 0 { FAULT } else { 0 })
 }

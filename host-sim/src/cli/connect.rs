@@ -13,6 +13,8 @@ use crate::session::operate::device::{Device, DeviceError};
 use crate::session::operate::drill_device::DrillDevice;
 use crate::session::operate::on_wire::OnWire;
 use crate::session::operate::report::Report;
+use crate::session::operate::simulated_board::{Places, SimulatedBoard};
+use crate::session::operate::wire::Disturbance;
 use crate::session::operate::{Operator, Presses, Stop};
 use crate::session::serial::{BAUD, SerialLink};
 use clap::{ArgGroup, Args};
@@ -33,6 +35,48 @@ or a motion needs it. Ctrl-C holds the arm, waits until it rests, and disarms; a
 the same and ends the program too.
 
 A script or a pipe ends with 3 if anything was refused or a fault stands.";
+
+/// Cables that lose frames at random.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Lossy {
+    /// The link between host and board.
+    Host,
+    /// The buses of the drives.
+    Buses,
+    /// Both.
+    Both,
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err("expected a probability, 0 to 1".into()),
+    }
+}
+
+fn delay(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (0.0..=10_000.0).contains(&value) => Ok(value),
+        _ => Err("expected a time in ms, 0 to 10000".into()),
+    }
+}
+
+impl ConnectArgs {
+    /// The simulated link's disturbances; `None` without a simulated link.
+    fn disturbance(&self) -> Option<(Disturbance, Places)> {
+        let Self { simulate_link, drop_chance, corrupt_chance, delay, seed, lossy, .. } = *self;
+        let given = drop_chance.or(corrupt_chance).or(delay).is_some() || seed.is_some();
+        (simulate_link || given).then(|| {
+            let disturbance = Disturbance {
+                drop: drop_chance.unwrap_or(0.0),
+                corrupt: corrupt_chance.unwrap_or(0.0),
+                delay: 1e-3 * delay.unwrap_or(0.0),
+                seed: seed.unwrap_or(0),
+            };
+            (disturbance, Places { host: lossy != Lossy::Buses, buses: lossy != Lossy::Host })
+        })
+    }
+}
 
 /// Warning about a board that trusts anybody.
 const INSECURE: &str =
@@ -56,6 +100,25 @@ pub struct ConnectArgs {
     /// A drill in place of a board: the firmware in an emulated STM32F405, or its session in this program.
     #[arg(long, value_enum)]
     pub target: Option<Target>,
+    /// With `--target desk`: put simulated cables between host and board and between board and drives. They can lose frames, and `cut`
+    /// and `plug` work. The options below switch it on too.
+    #[arg(long, requires = "target")]
+    pub simulate_link: bool,
+    /// Probability that a frame is lost, 0 to 1.
+    #[arg(long, value_name = "P", requires = "target", value_parser = probability)]
+    pub drop_chance: Option<f64>,
+    /// Probability that a frame is damaged and discarded, 0 to 1.
+    #[arg(long, value_name = "P", requires = "target", value_parser = probability)]
+    pub corrupt_chance: Option<f64>,
+    /// Delay of the host link in each direction, ms.
+    #[arg(long, value_name = "MS", requires = "target", value_parser = delay)]
+    pub delay: Option<f64>,
+    /// Seed of the random losses.
+    #[arg(long, value_name = "N", requires = "target")]
+    pub seed: Option<u64>,
+    /// Cables that lose frames at random.
+    #[arg(long, value_enum, default_value_t = Lossy::Both, requires = "target")]
+    pub lossy: Lossy,
     /// Read commands from this file, not from standard input.
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
@@ -76,6 +139,13 @@ pub struct ConnectArgs {
 /// A scene or a command that is wrong, a board that is silent, dies or is another's, a record that cannot be written.
 pub fn run(args: &ConnectArgs, presses: Presses) -> Result<u8, Failure> {
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    if scene.safety.bench_only {
+        let place = args.scene.display();
+        return Err(Failure::Input(miette::miette!(
+            help = "expected `safety.bench_only = false`",
+            "{place}: safety.bench_only: the scene's bounds on old measurements are lifted, and its arm is never armed"
+        )));
+    }
     let text = std::fs::read_to_string(&args.scene).map_err(|error| bad_file(&args.scene, &error))?;
     let console = match &args.script {
         Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,
@@ -101,8 +171,14 @@ fn run_arm<const N: usize>(
     let report = Report::new(args.json);
     let world = || simulate::world::<N>(scene);
     let wrong = |stop| failure(stop, &args.scene.display().to_string());
-    let device: Box<dyn Device> = match (&args.port, args.target) {
-        (Some(port), _) => {
+    let disturbance = args.disturbance();
+    if disturbance.is_some() && args.target == Some(Target::Qemu) {
+        return Err(Failure::Input(miette::miette!(
+            "a simulated link needs `--target desk`; the emulated chip has none"
+        )));
+    }
+    let device: Box<dyn Device> = match (&args.port, args.target, disturbance) {
+        (Some(port), ..) => {
             let key = key::given(args.key.as_deref())?;
             let device = SerialLink::open(port, args.baud).map_err(DeviceError::from);
             let joined = device.and_then(|link| OnWire::join(link, key));
@@ -112,20 +188,24 @@ fn run_arm<const N: usize>(
             }
             Box::new(device)
         }
-        (None, Some(Target::Qemu)) => {
+        (None, Some(Target::Qemu), _) => {
             let bench = hello(scene, &model, Pacing::LockStep);
             let start = || OnChip::start(Chip::start(&build_firmware(&scene.path)?, bench)?, bench);
             let target = start().map_err(|error| Failure::Target(miette::miette!("{error}")))?;
             Box::new(DrillDevice::new(target, world()?))
         }
-        (None, _) => Box::new(DrillDevice::new(OnDesk::start(scene, &model), world()?)),
+        (None, _, Some((disturbance, places))) => {
+            Box::new(SimulatedBoard::new((scene, &model), world()?, disturbance, places, console.is_a_person()))
+        }
+        (None, _, None) => Box::new(DrillDevice::new(OnDesk::start(scene, &model), world()?)),
     };
     // The board was built from the scene's own motion; only `run` plays another.
     let mut plays = scene.clone();
     if let Some(motion) = &args.motion {
         plays.take_motion(motion).map_err(Failure::input)?;
     }
-    operate(args, Operator::new(device, (scene, &plays), &model, head, report, presses).map_err(wrong)?, console)
+    let operator = Operator::new(device, (scene, &plays), &model, head, report, presses).map_err(wrong)?;
+    operate(args, operator.with_stop_key(console.stops()), console)
 }
 
 /// Why it ended; `place` is where a wrong command stands.
@@ -134,7 +214,7 @@ fn failure(stop: Stop, place: &str) -> Failure {
         Stop::Board(DeviceError::Record(error)) | Stop::Output(error) => Failure::Output(error),
         Stop::Board(error) => Failure::Target(miette::miette!("{error}")),
         Stop::Input(problem) => Failure::Input(miette::miette!("{place}: {problem}")),
-        Stop::Interrupted => Failure::Interrupted,
+        Stop::Interrupted | Stop::Pressed => Failure::Interrupted,
     }
 }
 
@@ -143,16 +223,23 @@ fn operate(args: &ConnectArgs, mut operator: Operator, mut console: Console) -> 
         operator.keep(record).map_err(|stop| failure(stop, ""))?;
     }
     let ended = operator.begin().and_then(|()| converse(&mut operator, &mut console));
-    // A board that is gone cannot be asked to stop; its own heartbeat does that.
+    // A board that is gone cannot be asked to stop; its own heartbeat does that. A second Ctrl-C at a terminal leaves at once.
     let ended = match ended {
-        Err(stop @ (Stop::Board(_) | Stop::Output(_))) => Err(stop),
-        other => operator.end().and(other),
+        Err(Stop::Interrupted) if console.is_a_person() => Err(Stop::Interrupted),
+        Err(stop @ (Stop::Interrupted | Stop::Input(_))) => operator.end().and(Err(stop)),
+        // A full disk or a closed output is no reason to leave the arm to its heartbeat.
+        Err(stop @ (Stop::Output(_) | Stop::Board(DeviceError::Record(_)))) => {
+            operator.close().ok();
+            operator.end().ok();
+            Err(stop)
+        }
+        other => other,
     };
     let closed = operator.close();
     let (person, content) = (console.is_a_person(), operator.is_content());
     match ended {
         Ok(()) => {}
-        Err(Stop::Interrupted) => return Ok(failure::INTERRUPTED),
+        Err(Stop::Interrupted | Stop::Pressed) => return Ok(failure::INTERRUPTED),
         Err(stop) => return Err(failure(stop, &console.place())),
     }
     closed.map_err(|error| match &args.record {

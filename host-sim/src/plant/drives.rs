@@ -10,7 +10,7 @@
 //! and velocity loop several times a tick; without stiffness and damping it is constant from frame to frame.
 
 use super::{Clock, State};
-use actuator_model::bus::{Bus, Frame};
+use actuator_model::bus::{Bus, Fate, Frame};
 use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
 use core::convert::Infallible;
 use dynamics_core::control::Spring;
@@ -32,6 +32,9 @@ const TEMPERATURE: f64 = 25.0;
 /// Supply voltage of every drive, V, and the lowest that it works with: numbers of a drive for 24 V.
 const SUPPLY: f64 = 24.0;
 const SUPPLY_MIN: f64 = 15.0;
+
+/// Exchanges until drives are on, at most: three about each drive's timeout, one drive at a time, and three until it is on.
+const ENABLING_MAX: u32 = 100;
 
 /// The board's way to the joints, for each kind of frames.
 #[derive(Clone, Debug)]
@@ -93,6 +96,10 @@ struct Seat {
 pub enum Order<const N: usize> {
     /// These torques or forces, N m or N, and springs for the drives' own loops.
     Torque([f64; N], Option<[Spring<f32>; N]>),
+    /// The drives are enabled with engaged brakes; where the action is a damped stop, those that are on damp.
+    Enable(SafeAction),
+    /// These torques or forces, N m or N, with engaged brakes.
+    Preload([f64; N]),
     /// The safe action.
     Safe(SafeAction),
 }
@@ -153,6 +160,21 @@ impl<const N: usize> Drives<N> {
         &mut queued.bus().0
     }
 
+    /// Disturbs the frames of a joint's drive until the next call: a deaf drive hears nothing and says nothing. `replies` are the
+    /// fates of its next reply; the first that is true counts.
+    pub(crate) fn disturb(&mut self, joint: usize, deaf: bool, replies: [(bool, Fate); 2]) {
+        let Some(Seat { bus, place, .. }) = self.seats.get(joint).copied() else { return };
+        let bus = self.bus(bus);
+        let Some(id) = bus.actuators.get(place).map(|actuator| actuator.electronics.id) else { return };
+        bus.unplugged.retain(|other| *other != id);
+        if deaf {
+            bus.unplugged.push(id);
+        }
+        bus.fates.retain(|(other, _)| *other != id);
+        let fate = replies.into_iter().find(|(comes, _)| *comes);
+        bus.fates.extend(fate.map(|(_, fate)| (id, fate)));
+    }
+
     /// Whether the brakes hold the arm.
     pub fn brakes_hold(&self) -> bool {
         !each!(&self.joints, joints => joints.brake().open)
@@ -163,12 +185,34 @@ impl<const N: usize> Drives<N> {
         each!(&mut self.joints, joints => (joints.measure(), joints.temperature()))
     }
 
+    /// Enables the drives while something else holds the arm, without any time: exchanges until each has shown that it is on, or
+    /// [`ENABLING_MAX`] of them.
+    pub(crate) fn enable(&mut self, action: SafeAction, measured: &State<N>) {
+        for _ in 0..ENABLING_MAX {
+            let (readings, _) = self.measure();
+            if readings.is_some_and(|readings| readings.on == [true; N]) {
+                return;
+            }
+            self.send(&Order::Enable(action), measured);
+        }
+    }
+
+    /// Clears the drives' errors in the next safe actions.
+    pub fn clear(&mut self) {
+        each!(&mut self.joints, joints => joints.clear());
+    }
+
     /// Send a tick's commands. The actuators take them at once, and reply with the state that they measure.
     pub(crate) fn send(&mut self, order: &Order<N>, measured: &State<N>) {
         match order {
             Order::Torque(torque, springs) => {
                 let torque = torque.map(|torque| torque as f32);
                 each!(&mut self.joints, joints => joints.drive(&torque, springs.as_ref()));
+            }
+            Order::Enable(action) => each!(&mut self.joints, joints => joints.enable(*action)),
+            Order::Preload(torque) => {
+                let torque = torque.map(|torque| torque as f32);
+                each!(&mut self.joints, joints => joints.preload(&torque));
             }
             Order::Safe(action) => each!(&mut self.joints, joints => joints.safe(*action)),
         }
@@ -240,12 +284,13 @@ impl Seat {
 fn actuator(spec: &MitSpec) -> Actuator {
     let MitSpec { id, reply_id, reply_bytes, temperature_offset, position, velocity, kp, kd, torque, .. } = *spec;
     let mut actuator = Actuator::new(u16::from(id), Ranges { position, velocity, kp, kd, torque });
-    let electronics = &mut actuator.electronics;
-    electronics.language = match spec.protocol {
+    let language = match spec.protocol {
         Protocol::MiniCheetah => Language::MiniCheetah,
         Protocol::Damiao => Language::Damiao,
         Protocol::RobStride => Language::RobStride,
     };
+    actuator.electronics = actuator.electronics.speaking(language);
+    let electronics = &mut actuator.electronics;
     (electronics.reply_id, electronics.reply_bytes) = (reply_id, usize::from(reply_bytes));
     // The cast saturates.
     electronics.temperature = (TEMPERATURE - temperature_offset.unwrap_or(0.0)).round() as u8;

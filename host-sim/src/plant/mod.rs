@@ -105,8 +105,8 @@ pub struct Plant<const N: usize> {
     state: State<N>,
     /// Permanent wrench at the tip, and a push of limited duration.
     push: Option<(Option<Wrench<f64>>, Push)>,
-    /// Ticks driven.
-    driven: u64,
+    /// Ticks that have begun, whether drives, brakes or nothing acted: the one clock of [`Push`].
+    ticks: u64,
     motors: Option<Motors<N>>,
     sampling: Option<Jitter>,
     acting: Option<Jitter>,
@@ -147,7 +147,7 @@ impl<const N: usize> Plant<N> {
             next_step: clock.period,
             state: State { q: start, qd: [0.0; N] },
             push: None,
-            driven: 0,
+            ticks: 0,
             motors: None,
             sampling: None,
             acting: None,
@@ -172,10 +172,11 @@ impl<const N: usize> Plant<N> {
 
     /// Set the wrench at the tip for the tick that begins.
     fn begin_tick(&mut self) {
+        let now = self.ticks;
+        self.ticks += 1;
         let Some((always, Push { at, duration, wrench })) = self.push else { return };
         let tick = |t: f64| (t / self.clock.period).round() as u64;
-        let pushes = (tick(at)..tick(at + duration)).contains(&self.driven);
-        self.driven += 1;
+        let pushes = (tick(at)..tick(at + duration)).contains(&now);
         let both = || always.map_or(wrench, |always| always + wrench);
         self.body.mechanism.push(if pushes { Some(both()) } else { always });
     }
@@ -363,6 +364,7 @@ impl<const N: usize> Plant<N> {
     /// Simulate one control period with the drives released and the brakes engaged. The arm brakes from its state at
     /// the first such call, until it is driven again.
     pub fn brake(&mut self) {
+        self.begin_tick();
         let (from, motor_from) = (self.state, self.motors().copied());
         let brake = self.brake.get_or_insert(Braking { from, motor_from, ticks: 0 });
         let begin = f64::from(brake.ticks) * self.clock.period;

@@ -1,7 +1,8 @@
 //! How hard a run works the arm: the nearest limit, the work of the torques.
 
 use crate::run::record::Record;
-use robot_compiler::Robot;
+use crate::run::summary::rms;
+use robot_compiler::{Robot, RobotJoint};
 use serde::Serialize;
 
 /// The limit that a joint came nearest to.
@@ -69,10 +70,38 @@ pub(super) fn work(record: &Record, driven: usize) -> Work {
     Work { given, taken_back }
 }
 
+/// How a run loads the motor of a joint, of one whose continuous torque is known.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MotorLoad {
+    /// Continuous torque of the motor, N m or N.
+    pub rated: f64,
+    /// Root mean square of the commanded torque as a share of it: above 1 the motor overheats if the run goes on for long.
+    pub continuous: f64,
+    /// Greatest heat of a motor that was cold at the start, 1 at the continuous limit; `None` if its time constant is not known.
+    pub heat: Option<f64>,
+}
+
+/// Loads of the motors over the ticks before a fault, a joint each; `None` where the continuous torque is not known.
+pub(super) fn motor_loads(record: &Record, driven: usize, robot: &Robot, period: f64) -> Vec<Option<MotorLoad>> {
+    let of = |(index, joint): (usize, &RobotJoint)| {
+        let rated = joint.heat.rated?;
+        let torques = record.joint(index).take(driven).map(|sample| sample.torque);
+        let heat = joint.heat.rules(joint.spec.limits.torque, period).map(|rules| {
+            let step = |(heat, most): (f64, f64), torque| {
+                let heat = rules.step(heat, torque);
+                (heat, most.max(heat))
+            };
+            torques.clone().fold((0.0, 0.0), step).1
+        });
+        Some(MotorLoad { rated, continuous: rms(torques) / rated, heat })
+    };
+    robot.joints.iter().enumerate().map(of).collect()
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
 mod tests {
-    use super::{closest_limit, work};
+    use super::{closest_limit, motor_loads, work};
     use crate::run::record::{JointLabel, JointSample, Record};
     use dynamics_core::JointKind;
     use dynamics_core::control::LimitFlags;
@@ -107,6 +136,18 @@ mod tests {
         let found = closest_limit(&record, 4, &all).unwrap();
         assert_eq!((found.limit, found.tick), ("velocity", 3), "a tick after the fault counts only if it is asked for");
         assert_eq!(closest_limit(&record, 0, &all), None);
+    }
+
+    #[test]
+    fn a_motor_is_loaded_by_the_root_mean_square_of_its_torque_and_heats_by_its_time_constant() {
+        let record = record(&[(0.0, 0.0, 6.0); 2000]);
+        let of = |heat: &str| motor_loads(&record, 2000, &robot(heat), 1e-3);
+        assert_eq!(of(""), [None], "no rating is made up");
+        let known = of("heat = { rated = 5.0, time_constant = 4.0 }")[0].clone().unwrap();
+        assert!((known.continuous - 1.2).abs() < 1e-12);
+        // 2 s of a time constant of 4 s.
+        assert!((known.heat.unwrap() - 1.44 * (1.0 - (-0.5_f64).exp())).abs() < 1e-9, "{known:?}");
+        assert_eq!(of("heat = { rated = 5.0 }")[0].clone().unwrap().heat, None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A run in a few numbers: a table for people, JSON for machines.
 
 use crate::run::closed_loop::{End, Timing};
-use crate::run::load::{ClosestLimit, Work, closest_limit, work};
+use crate::run::load::{ClosestLimit, MotorLoad, Work, closest_limit, motor_loads, work};
 use crate::run::quality::{OutOfReach, Supervision, at_rest, chatter, last_rest};
 use crate::run::record::{JointLabel, Record};
 use crate::run::target::Parity;
@@ -138,6 +138,9 @@ pub struct Summary {
     pub closest_limit: Option<ClosestLimit>,
     /// Mechanical work of the commanded torques, J.
     pub work: Work,
+    /// Per joint, load of its motor; `None` where its continuous torque is not known, and no list where none is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motors: Option<Vec<Option<MotorLoad>>>,
     /// Each fault at the tick in which it came.
     pub faults: Vec<FaultEvent>,
     /// Where the run stands beside the firmware's safety state machine.
@@ -191,6 +194,8 @@ impl Summary {
             limits: (0..record.joints().len()).map(|i| count_limits(record, i)).collect(),
             closest_limit: closest_limit(record, driven, &scene.robot),
             work: work(record, driven),
+            motors: Some(motor_loads(record, driven, &scene.robot, setting.period))
+                .filter(|loads| loads.iter().any(Option::is_some)),
             faults: fault_events(record),
             supervision: Supervision::of(record, driven, safety),
             realtime_factor: ratio(duration, timing.whole.as_secs_f64()),
@@ -253,6 +258,23 @@ impl Summary {
         format!("no state machine; the firmware would have held at tick {tick} ({at}): reach, {name}")
     }
 
+    /// The motor that is loaded most, and the hottest one.
+    fn motors(&self, loads: &[Option<MotorLoad>]) -> Option<String> {
+        let known = || loads.iter().zip(&self.joints).filter_map(|(load, joint)| Some((load.as_ref()?, joint)));
+        let (load, joint) = known().max_by(|(a, _), (b, _)| a.continuous.total_cmp(&b.continuous))?;
+        let over = if load.continuous > 1.0 { ": it overheats if this goes on" } else { "" };
+        let rated = engineering(load.rated, joint.torque_unit());
+        let text = format!("{} gives {:.0} % of its {rated} rated (rms){over}", joint.name, 100.0 * load.continuous);
+        let hottest =
+            known().filter_map(|(load, joint)| Some((load.heat?, joint))).max_by(|(a, _), (b, _)| a.total_cmp(b));
+        Some(match hottest {
+            None => text + "; heat unknown: no time constants",
+            Some((heat, joint)) => {
+                format!("{text}; {} reaches {:.0} % of its continuous heat", joint.name, 100.0 * heat)
+            }
+        })
+    }
+
     /// Lines about the whole arm: a name and what is said of it.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let period = self.setting.period;
@@ -268,6 +290,7 @@ impl Summary {
         }
         let [given, back] = [&self.work.given, &self.work.taken_back].map(|each| engineering(each.iter().sum(), "J"));
         lines.push(("work of the torques", format!("{given} given, {back} taken back")));
+        lines.extend(self.motors.as_deref().and_then(|loads| self.motors(loads)).map(|text| ("motors", text)));
         if let Some(ModelTicks { every, between }) = &self.setting.model {
             lines.push(("model", format!("every {every} ticks, {between} between")));
         }

@@ -66,10 +66,11 @@ impl<const N: usize> World<N> {
     /// Switch simulated drives on while something else holds the arm: they have replied, and take torque from the first tick on.
     pub fn switch_on(&mut self) {
         self.ask();
-        if let Some(drives) = &mut self.drives {
-            drives.measure();
+        let Self { plant, sensors, drives, safe_action, .. } = self;
+        if let Some(drives) = drives {
+            drives.enable(*safe_action, &sensors.disturbed(plant.measured()));
         }
-        // Drives that are off are switched on by their first torque; they reply to that in the first tick.
+        // They reply to this in the first tick.
         self.exchange(&Order::Torque([0.0; N], None));
     }
 
@@ -144,8 +145,29 @@ impl<const N: usize> World<N> {
 
     /// As [`World::stop`], with this solver.
     pub(crate) async fn stop_with(&mut self, solver: &impl Solver<N>) -> Result<(), Diverged> {
+        self.rest_with(solver, &Order::Safe(self.safe_action)).await
+    }
+
+    /// Simulate one control period in which the drives are switched on, brakes engaged.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn enable(&mut self, action: SafeAction) -> Result<(), Diverged> {
+        now(self.rest_with(&AtOnce, &Order::Enable(action)))
+    }
+
+    /// Simulate one control period with these torques, N m or N, against engaged brakes.
+    ///
+    /// # Errors
+    /// As [`Plant::drive`].
+    pub fn preload(&mut self, torque: &[f64; N]) -> Result<(), Diverged> {
+        now(self.rest_with(&AtOnce, &Order::Preload(*torque)))
+    }
+
+    /// A control period outside the ledger, in which brakes hold an arm that has some.
+    async fn rest_with(&mut self, solver: &impl Solver<N>, order: &Order<N>) -> Result<(), Diverged> {
         self.begin_tick();
-        self.exchange(&Order::Safe(self.safe_action));
+        self.exchange(order);
         let Self { plant, drives, .. } = self;
         match drives {
             None => plant.brake(),

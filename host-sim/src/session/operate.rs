@@ -6,22 +6,27 @@
 //!                          `-> report
 //! ```
 //!
-//! The board itself confirms the frames: every status holds the number of frames taken before its tick. The first tick
-//! that has taken a request answers it. The room for points is the room in the last status less the points that are
+//! A request is sent again until its answer has come (`requests`). Of other frames every status holds the number that had been taken
+//! before its tick, or were lost before one that was taken. The room for points is the room in the last status less the points that are
 //! still under way.
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`device`] | interface of a board or a drill |
-//! | [`drill_device`], [`on_wire`] | its two implementations |
+//! | [`drill_device`], [`on_wire`], [`simulated_board`] | its implementations; [`wire`] loses frames |
 //! | [`command`] | the commands that an operator types |
-//! | [`console`] | the source of the commands: a script, a pipe or a terminal |
+//! | [`console`], `keys` | the source of the commands: a script, a pipe or a terminal; the stop key |
 //! | `converse` | the loop that executes them line by line |
+//! | `requests` | requests until their answers, and frames that were lost |
+//! | `stop` | the stop key and the command `stop` |
+//! | `ending` | the end of torque: which joints sink, consent, parking |
 //! | `arm` | the parts that depend on the arm, and on the number of its joints |
 //! | [`motion_queue`] | motions as points, waiting to be sent |
 //! | [`parameters`] | parameters by name: reading and changing them |
+//! | `first_motion` | limits of the first motion after homing, and what was seen so far |
 //! | `feel` | law, stiffness and payload of an armed arm, changed without a jump of torque |
-//! | `torque_check` | whether the drives give the torque that they are told |
+//! | `torque_check` | comparison of the drives' torque with the commanded torque |
+//! | `torque_cause` | the likely cause of a difference |
 //! | `weigh` | what the arm holds, from slow motions |
 //! | [`messages`] | messages for the protocol's numbers |
 //! | [`report`], [`table`] | output for the operator |
@@ -36,23 +41,31 @@ pub mod motion_queue;
 pub mod on_wire;
 pub mod parameters;
 pub mod report;
+pub mod simulated_board;
 pub mod table;
+pub mod wire;
 
 mod arm;
+mod ending;
 mod feel;
+mod first_motion;
+mod keys;
 mod moves;
+mod requests;
 mod session;
+mod stop;
+mod torque_cause;
 mod torque_check;
 mod weigh;
 
 use crate::chip::ChipError;
 use crate::session::frame_log::Head;
-use crate::session::states::{ARMED, FAULT, HOLDING, RUNNING};
+use crate::session::states::{ARMED, FAULT, HOLDING, LOWERING, RUNNING};
 use ::session::trajectory::WAYS;
 use arm::Arm;
 use device::{Device, DeviceError};
 use dynamics_core::Model;
-use link::{Actuation, Denial, Frame, Lines, Pacing, Refusal, Status, Value};
+use link::{Actuation, Answer, Frame, Lines, Pacing, Refusal, Status, Value, Verdict};
 use motion_queue::MotionQueue;
 use report::{Report, Seen};
 use robot_compiler::SceneFile;
@@ -60,7 +73,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use torque_check::{Sample, Samples};
 
 /// Timeout for an answer or a status of the board.
@@ -78,6 +91,9 @@ pub enum Stop {
     /// Ctrl-C.
     #[error("interrupted")]
     Interrupted,
+    /// The stop key.
+    #[error("stopped")]
+    Pressed,
     /// Standard output cannot be written.
     #[error(transparent)]
     Output(#[from] io::Error),
@@ -100,8 +116,21 @@ pub struct Operator {
     presses: Presses,
     /// Number of presses already handled.
     seen: u32,
+    /// Counter of presses of the stop key, if a user sits at a terminal, and the number already handled.
+    stops: Option<Presses>,
+    stops_seen: u32,
+    /// The stop key is being handled, and does not interrupt its own handling.
+    deaf: bool,
+    /// The last stop, and true if a stop came since the last motion began.
+    stopped_at: Option<stop::Moment>,
+    stopped: bool,
     status: Option<Status>,
-    heard: Instant,
+    /// Time of the last status, on the device's clock.
+    heard: Duration,
+    /// Statuses received.
+    statuses: u64,
+    /// Time when the live inputs were sent last by the clock.
+    live_sent: Duration,
     q: Option<Vec<f64>>,
     feed: MotionQueue,
     /// Points on their way: for each, the number of frames sent up to and including it.
@@ -122,15 +151,25 @@ pub struct Operator {
     expected: Option<Vec<Result<Value, Refusal>>>,
     /// A request is under way: a change of state is its answer.
     asking: bool,
-    /// Reason why the board denied the request.
-    denial: Option<Denial>,
+    /// Number of the last request, and of the one whose answer is awaited.
+    number: u8,
+    awaited: u8,
+    /// The board's verdict on it, and the number of statuses received before.
+    verdict: Option<(Verdict, u64)>,
+    /// A hold that is sent again and again until the arm no longer runs: its number, and the time when it was sent last.
+    urgent: Option<(u8, Duration)>,
     /// Whether anything was refused.
     refused: bool,
     agreed: bool,
+    /// Replies of each joint's drive that were too old in a status, and the statuses with readings.
+    stale: (Vec<u64>, u64),
+    /// Smallest age of each joint's reading, ticks.
+    age_min: Vec<u16>,
     /// The last ticks in which torque acted.
     samples: Samples,
     /// The torques of this arming have been judged.
     judged: bool,
+    first_motion: first_motion::FirstMotion,
 }
 
 impl Operator {
@@ -151,13 +190,20 @@ impl Operator {
         let lines = Lines::CALM;
         Ok(Self {
             feed: MotionQueue::new(arm.period),
+            report,
+            heard: device.now(),
             device,
             arm,
-            report,
             seen: presses.load(Ordering::Relaxed),
+            stops: None,
+            stops_seen: 0,
+            deaf: false,
+            stopped_at: None,
+            stopped: false,
             presses,
             status: None,
-            heard: Instant::now(),
+            statuses: 0,
+            live_sent: Duration::ZERO,
             q: None,
             under_way: VecDeque::new(),
             goal: None,
@@ -168,11 +214,17 @@ impl Operator {
             whole: None,
             expected: None,
             asking: false,
-            denial: None,
+            number: 0,
+            awaited: 0,
+            verdict: None,
+            urgent: None,
             refused: false,
             agreed: false,
+            stale: (Vec::new(), 0),
+            age_min: Vec::new(),
             samples: Samples::default(),
             judged: false,
+            first_motion: first_motion::FirstMotion::default(),
         })
     }
 
@@ -208,7 +260,7 @@ impl Operator {
 
     /// Whether the drives apply torque.
     fn drives(&self) -> bool {
-        matches!(self.state(), Some(ARMED | RUNNING | HOLDING))
+        matches!(self.state(), Some(ARMED | RUNNING | HOLDING | LOWERING))
     }
 
     /// Let time pass: send points, and receive frames of the board.
@@ -220,19 +272,35 @@ impl Operator {
         self.pass()
     }
 
-    /// As [`Operator::step`], regardless of Ctrl-C.
+    /// As [`Operator::step`], regardless of Ctrl-C, but not of the stop key.
     fn pass(&mut self) -> Result<(), Stop> {
+        if self.stop_pressed() {
+            return Err(Stop::Pressed);
+        }
         self.fill()?;
+        self.renew_live()?;
         for frame in self.device.pass()? {
             self.take(frame)?;
         }
-        if self.heard.elapsed() > SILENCE {
+        self.hold_urgently()?;
+        if self.silent_for(self.heard) > SILENCE && !self.device.is_cut() {
             return Err(DeviceError::Silent { what: "status", time: SILENCE }.into());
         }
         if let Some(seen) = self.seen_now().as_ref().filter(|_| self.is_moving()) {
             self.report.live(seen);
         }
         Ok(())
+    }
+
+    /// Sends the live inputs again before the board counts them as old.
+    fn renew_live(&mut self) -> Result<(), Stop> {
+        let Some(every) = self.arm.live_every else { return Ok(()) };
+        if !self.agreed || self.silent_for(self.live_sent) < every {
+            return Ok(());
+        }
+        self.live_sent = self.device.now();
+        let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
+        self.send(&Frame::Live(live))
     }
 
     /// The last status in the units of the arm.
@@ -266,10 +334,18 @@ impl Operator {
             Frame::Past(Some(status)) => self.past.get_or_insert_default().push(status),
             Frame::Past(None) => self.past_is_whole(),
             Frame::Value(value) => {
-                if let Some(answers) = &mut self.expected {
+                // The answer to a question that was repeated may come twice.
+                let again = |answer: &Result<Value, Refusal>| answer.is_ok_and(|before| before.index == value.index);
+                if let Some(answers) = &mut self.expected
+                    && !answers.iter().any(again)
+                {
                     answers.push(Ok(value));
                 }
             }
+            Frame::Answer(Answer { number, verdict }) if number == self.awaited => {
+                self.verdict = self.verdict.or(Some((verdict, self.statuses)));
+            }
+            Frame::Refusal(Refusal::Lost { .. } | Refusal::Undecodable(_)) => self.frames_were_lost()?,
             Frame::Refusal(refusal) => {
                 if let Some(answers) = &mut self.expected {
                     answers.push(Err(refusal));
@@ -285,16 +361,20 @@ impl Operator {
     }
 
     fn told(&mut self, status: Status) -> Result<(), Stop> {
-        self.heard = Instant::now();
+        self.heard = self.device.now();
+        self.statuses += 1;
         while self.under_way.front().is_some_and(|&sent| has_taken(&status, sent)) {
             self.under_way.pop_front();
+        }
+        if let Some(sensed) = &status.sensed {
+            self.count_stale(&sensed.age_ticks);
         }
         let sensed = status.sensed.as_ref().map(|sensed| &sensed.sensed).or(self.device.reading());
         if let Some(q) = sensed.and_then(|sensed| self.arm.limbs.positions(sensed)) {
             self.q = Some(q);
         }
         self.sample(&status);
-        self.denial = status.refused.filter(|_| self.asking).or(self.denial.take());
+        self.observe(&status);
         let before = self.status.replace(status);
         let Some(status) = &self.status else { return Ok(()) };
         let doing = |status: &Status| (status.state, status.cause, status.joint);
@@ -323,6 +403,33 @@ impl Operator {
         Ok(())
     }
 
+    /// Counts readings that are older than the joint's youngest: in their tick the drive's reply was missing.
+    fn count_stale(&mut self, ages: &[u16]) {
+        self.age_min.resize(ages.len(), u16::MAX);
+        self.stale.0.resize(ages.len(), 0);
+        self.stale.1 += 1;
+        for ((age, min), count) in ages.iter().zip(&mut self.age_min).zip(&mut self.stale.0) {
+            *min = (*min).min(*age);
+            *count += u64::from(*age > *min);
+        }
+    }
+
+    /// Frames lost on the host link and replies missing on the drives' buses, in words; empty if there are none.
+    fn losses(&mut self) -> String {
+        let mut text = String::new();
+        let (to_board, to_host) = self.device.tap().lost();
+        if to_board > 0 || to_host > 0 {
+            text += &format!("\nhost link: {to_board} frames lost on the way to the board, {to_host} on the way back");
+        }
+        let (counts, statuses) = &self.stale;
+        if counts.iter().any(|count| *count > 0) {
+            let of = |((name, ..), count): (&(String, &str, &str), &u64)| format!("{name} {count}");
+            let all: Vec<String> = self.arm.joints.iter().zip(counts).map(of).collect();
+            text += &format!("\ndrives without a fresh reply, of {statuses} statuses: {}", all.join(", "));
+        }
+        text
+    }
+
     /// Keep where the arm is and what it is told, as long as torque acts.
     fn sample(&mut self, status: &Status) {
         if status.state == ARMED && !self.drives() {
@@ -338,6 +445,11 @@ impl Operator {
         }
     }
 
+    /// Time since a moment of the device's clock.
+    fn silent_for(&self, since: Duration) -> Duration {
+        self.device.now().saturating_sub(since)
+    }
+
     fn say(&self, about: &str, text: &str) -> Result<(), Stop> {
         Ok(self.report.say(about, text, self.seen_now().as_ref())?)
     }
@@ -347,7 +459,7 @@ impl Operator {
     }
 }
 
-/// Whether the board had taken the frame with number `sent` before this tick.
+/// True if the board had taken, or missed, the frame with number `sent` before this tick.
 fn has_taken(status: &Status, sent: u16) -> bool {
     status.taken.wrapping_sub(sent) < 0x8000
 }

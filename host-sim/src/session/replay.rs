@@ -125,7 +125,7 @@ fn difference(recorded: &Status, replayed: &Status) -> Option<Difference> {
         return None;
     }
     // Copy one field at a time into the recorded status: the field differs if the copy changes the bits.
-    let fields: [Field; 11] = [
+    let fields: [Field; 12] = [
         ("state", |s| s.state.to_string(), |s, o| s.state = o.state),
         ("cause", |s| s.cause.to_string(), |s, o| s.cause = o.cause),
         ("joint", |s| format!("{:?}", s.joint), |s, o| s.joint = o.joint),
@@ -134,6 +134,7 @@ fn difference(recorded: &Status, replayed: &Status) -> Option<Difference> {
         ("actuation", actuation, |s, o| s.actuation = o.actuation.clone()),
         ("sensed", |s| format!("{:?}", s.sensed), |s, o| s.sensed = o.sensed.clone()),
         ("reference", |s| format!("{:?}", s.aside), |s, o| s.aside = o.aside.clone()),
+        ("kept", |s| s.kept.to_string(), |s, o| s.kept = o.kept),
         ("room", |s| s.room.to_string(), |s, o| s.room = o.room),
         ("taken", |s| s.taken.to_string(), |s, o| s.taken = o.taken),
         ("tick", |s| s.tick.to_string(), |s, o| s.tick = o.tick),

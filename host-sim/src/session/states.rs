@@ -15,6 +15,10 @@ pub const RUNNING: u8 = 3;
 pub const HOLDING: u8 = 4;
 /// The safe action acts until the fault is cleared.
 pub const FAULT: u8 = 5;
+/// The drives come on and take up the arm's weight, with engaged brakes.
+pub const ARMING: u8 = 6;
+/// Without a host the arm moves to its rest pose.
+pub const LOWERING: u8 = 7;
 
 /// Whether one tick may lead from a state and its cause to the state of a status; `asked` tells whether a request was
 /// made.
@@ -28,7 +32,13 @@ pub fn may_lead((before, cause): (u8, u8), status: &Status, asked: impl Fn(Reque
         (_, FAULT) => true,
         (IDLE, HOMING) => asked(Request::Home),
         (HOMING, IDLE) => asked(Request::Confirm) || asked(Request::Disarm),
-        (IDLE, ARMED) => asked(Request::Arm),
+        // An arm without brakes whose drives are on already is armed at once.
+        (IDLE, ARMING | ARMED) => asked(Request::Arm),
+        // Disarmed or held by a request, or the host fell silent.
+        (ARMING, ARMED | IDLE) => true,
+        (ARMED | RUNNING | HOLDING, LOWERING) => true,
+        (LOWERING, HOLDING) => asked(Request::Hold),
+        (LOWERING, IDLE) => asked(Request::Disarm),
         (ARMED | HOLDING, RUNNING) => asked(Request::Run),
         (ARMED | HOLDING, IDLE) => asked(Request::Disarm),
         // The machine stops by itself for every cause but the first, which needs a request.
@@ -41,7 +51,7 @@ pub fn may_lead((before, cause): (u8, u8), status: &Status, asked: impl Fn(Reque
 
 #[cfg(test)]
 mod tests {
-    use super::{ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
+    use super::{ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
     use dynamics_core::control::Fault;
     use dynamics_core::safety::{HoldCause, State};
 
@@ -54,8 +64,10 @@ mod tests {
             State::Running,
             State::Holding(HoldCause::Requested),
             State::Fault(Fault::Overrun),
+            State::Arming,
+            State::Lowering,
         ];
-        assert_eq!(states.map(State::code), [IDLE, HOMING, ARMED, RUNNING, HOLDING, FAULT]);
+        assert_eq!(states.map(State::code), [IDLE, HOMING, ARMED, RUNNING, HOLDING, FAULT, ARMING, LOWERING]);
         assert_eq!((HoldCause::Requested.code(), HoldCause::HeartbeatLost.code()), (1, 2));
     }
 }

@@ -54,7 +54,7 @@ impl Both {
     }
 
     fn ask(&mut self, request: Request, counts: [i32; N]) -> Status {
-        self.send(&Frame::Request(request));
+        self.send(&Frame::request(self.tick as u8, request));
         self.tick(counts)
     }
 }
@@ -85,7 +85,11 @@ fn motion(build: fn(&Path) -> Result<PathBuf, ChipError>) {
     assert_eq!(both.ask(Request::Arm, counts(&start.q)).state, 0, "not homed yet");
     both.ask(Request::Home, counts(&start.q));
     assert!(both.ask(Request::Confirm, counts(&start.q)).homed);
-    assert_eq!(both.ask(Request::Arm, counts(&start.q)).state, 2);
+    both.ask(Request::Arm, counts(&start.q));
+    // Torque rises on engaged brakes.
+    while both.tick(counts(&start.q)).state != 2 {
+        assert!(both.tick < 200, "it is not armed");
+    }
 
     let point = |ticks, at: &Reference<f64, N>| Point { ticks, reference: link::Reference::new(&at.cast::<f32>()) };
     both.send(&Frame::Point(point(0, &start)));
@@ -100,7 +104,7 @@ fn motion(build: fn(&Path) -> Result<PathBuf, ChipError>) {
             both.send(&Frame::Point(point(step, &at)));
         }
         if k == 0 {
-            both.send(&Frame::Request(Request::Run));
+            both.send(&Frame::request(200, Request::Run));
         }
         let status = both.tick(counts(&here.q));
         assert_eq!((status.state, status.refused), (3, None), "tick {k}");

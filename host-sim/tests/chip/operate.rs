@@ -34,7 +34,7 @@ fn gains_are_changed_on_the_chip_within_their_bounds_and_its_record_has_the_same
     assert_eq!(code, 3, "one value was refused: {out}{error}");
     for line in [
         "set: elbow position gain 500 1/s^2 (100 to 1600)",
-        "set: refused: the value is outside its bounds",
+        "set: rejected: the value is outside its bounds",
         "get: elbow position gain 500 1/s^2 (100 to 1600)",
     ] {
         assert!(out.lines().any(|said| said == line), "{line}: {out}");

@@ -82,7 +82,7 @@ pub(super) fn brake(said: &mut Said<N>) {
 fn acting(said: Option<&Said<N>>) -> Option<[f32; N]> {
     match said?.drives {
         Drives::Drive(torque) => Some(torque),
-        Drives::Safe(_) => None,
+        Drives::Safe(_) | Drives::Enable(_) | Drives::Preload(_) => None,
     }
 }
 

@@ -124,3 +124,74 @@ fn an_arm_that_cannot_be_put_into_postures_says_so() {
     assert_eq!(code, 3);
     assert!(out.contains("mass -1.5 kg is negative") && out.contains("correct the masses first"), "{out}");
 }
+
+/// Two rods in a plane, stretched and fast: the figures by hand. They turn at 8 and 10 rad/s, with 120 and 50 N m; the default scene begins
+/// stretched.
+#[test]
+fn what_matters_to_a_person_is_what_the_limits_allow() {
+    let hazard = looked_at(Path::new("../robots/planar2r.toml"), [0.0, 0.0, -9.81]).hazard.unwrap();
+    let near = |found: f64, known: f64| assert!((found / known - 1.0).abs() < 1e-3, "{found} {known}");
+    near(hazard.moving_mass, 3.5);
+    let speed = 8.0 * 1.8 + 10.0 * 0.8;
+    near(hazard.tip_speed.unwrap(), speed);
+    near(hazard.tip_speed_bound.unwrap(), speed);
+    // M of the stretched arm.
+    let (elbow, coupling) = (0.08 + 1.5 * 0.16, 1.5 * 0.4);
+    let shoulder = 0.5 / 3.0 + 2.0 * 0.25 + 1.5 + elbow + 2.0 * coupling;
+    near(hazard.kinetic_energy.unwrap(), 0.5 * (shoulder * 64.0 + 2.0 * (elbow + coupling) * 80.0 + elbow * 100.0));
+    // Across the arm, where the elbow is the weaker one.
+    near(hazard.tip_force.unwrap(), 50.0 / 0.8);
+    // Two ticks of age, one until the next decision, two of latency; no drives.
+    near(hazard.reaction_time, 0.005);
+    // From either limit in a quarter of a second.
+    near(hazard.stopping_time.unwrap(), 0.255);
+    near(hazard.stopping_distance.unwrap(), speed * (0.005 + 0.125));
+}
+
+#[test]
+fn figures_come_from_the_scene_and_stand_beside_those_of_the_standard() {
+    let (code, out, error) = check(&["../robots/yam.toml", "--scene", "../scenes/yam_move.toml", "--json"]);
+    assert!(code == 0 || code == 3, "{error}");
+    let json: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["hazard"]["scene"], "yam_move");
+    assert_eq!(json["class_i"], serde_json::json!({ "mass": 10.0, "force": 50.0, "speed": 0.25 }));
+    let hazard = |key: &str| json["hazard"][key].as_f64().unwrap();
+    assert!(hazard("tip_speed") <= hazard("tip_speed_bound") && hazard("tip_speed") > 1.0, "{out}");
+    // Drives on CAN: a tick for their reply.
+    assert!((hazard("reaction_time") - 0.006).abs() < 1e-12, "{out}");
+    let text = check(&["../robots/yam.toml", "--scene", "../scenes/yam_move.toml"]).1;
+    assert!(text.contains("near a person (scene yam_move)") && text.contains("Limits are software."), "{text}");
+    // A joint without limits has no bound.
+    let text = std::fs::read_to_string("../robots/planar2r.toml").unwrap().replace("velocity = 8.0, ", "");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("without_velocity.toml");
+    std::fs::write(&path, text).unwrap();
+    let (_, out, _) = check(&[path.to_str().unwrap()]);
+    assert!(out.contains("tip speed            unbounded"), "{out}");
+    let (code, _, error) = check(&["../robots/yam.toml", "--scene", "../scenes/ur5_wave.toml"]);
+    assert!(code == 2 && error.contains("a scene of another robot"), "{error}");
+}
+
+/// What was not found before: the reBot's shoulder needs 15.5 N m in its worst posture, and its motor gives 11 N m for ever; the YAM's
+/// needs 15.3 of 9.
+#[test]
+fn shoulders_that_overheat_are_found() {
+    for (name, needs, rated) in [("rebot_b601_rs", 15.5, 11.0), ("yam", 15.3, 9.0)] {
+        let path = format!("../robots/{name}.toml");
+        let answer = looked_at(Path::new(&path), [0.0, 0.0, -9.81]);
+        let hot: Vec<_> = answer.findings.iter().filter(|finding| finding.rule.name() == "heat").collect();
+        let doubts: Vec<_> = hot.iter().filter(|finding| finding.severity == Severity::Doubt).collect();
+        assert!(doubts.iter().any(|finding| finding.place.field().starts_with("joint 2 (shoulder)")), "{doubts:?}");
+        let problem = doubts[0].place.problem();
+        assert!(
+            problem.contains(&format!("takes {needs} N m")) && problem.contains(&format!("{rated:.0}")),
+            "{problem}"
+        );
+        // No maker publishes a time constant.
+        assert!(
+            hot.iter()
+                .any(|finding| finding.severity == Severity::Note && finding.place.problem().contains("time constant"))
+        );
+        // It carries itself in its rest pose.
+        assert!(answer.findings.iter().all(|finding| finding.rule.name() != "rest"), "{}", answer.text());
+    }
+}

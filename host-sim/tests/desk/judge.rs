@@ -34,6 +34,7 @@ fn idle() -> Status {
         joint: None,
         homed: false,
         refused: None,
+        kept: false,
         room: 16,
         actuation: Some(Actuation::Brake),
         sensed: None,
@@ -68,7 +69,7 @@ fn first_tick(requests: &[Request], spoke: bool, status: &Status) -> [Option<Law
 #[test]
 fn who_knows_each_word_finds_a_wrong_answer_and_a_host_that_is_missed_too_early() {
     let idle = idle();
-    let refused = Status { refused: Some(Denial { code: 1, fault: 0, joint: None }), ..idle.clone() };
+    let refused = Status { refused: Some(Denial { code: 1, fault: 0, joint: None, input: 0 }), ..idle.clone() };
     let homing = Status { state: 1, ..refused.clone() };
     let lost = Status { state: 5, cause: 10, ..idle.clone() };
     let (answered, silence) = ([Some(Law::Answered), None], [Some(Law::Silence), None]);

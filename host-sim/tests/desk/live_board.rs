@@ -109,12 +109,19 @@ fn run<const N: usize>(scene: &SceneFile, key: &Key, mut port: TTYPort, stop: &A
                 Sample::Counts(counts) => Sensed::Counts(counts),
             };
             let ages = [reading.age_ticks; N];
-            let readings =
-                Readings { sensed, torque: [0.0; N], age_ticks: ages, faults: [JointFaults::NONE; N], errors: [0; N] };
+            let readings = Readings {
+                sensed,
+                torque: [0.0; N],
+                age_ticks: ages,
+                faults: [JointFaults::NONE; N],
+                errors: [0; N],
+                on: [true; N],
+                zero_lost: false,
+            };
             session.sense(Some(&readings), &Lines::NONE);
             match session.tick(&meter) {
                 Drives::Drive(torque) => world.plant.drive(&torque.map(f64::from)).unwrap(),
-                Drives::Safe(_) => world.plant.brake(),
+                Drives::Safe(_) | Drives::Enable(_) | Drives::Preload(_) => world.plant.brake(),
             }
             answers.extend(std::iter::from_fn(|| session.say()).map(Report::frame));
         }

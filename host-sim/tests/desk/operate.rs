@@ -82,14 +82,16 @@ fn a_drill_does_what_is_asked_and_says_why_not_and_its_record_has_the_same_bits_
     let (code, out, error) = connect("drill", script, &["--target", "desk", "--record", log.to_str().unwrap()]);
     assert_eq!((code, error.as_str()), (3, ""), "something was refused: {out}");
     let lines: Vec<&str> = out.lines().collect();
-    assert!(lines[0].starts_with("arm: refused: the arm has not been homed; `home`"), "{out}");
+    assert!(lines[0].starts_with("arm: rejected: the arm has not been homed; `home`"), "{out}");
     assert_eq!(lines[1..4], ["home: homing", "confirm: idle, homed", "arm: armed"]);
     assert!(lines[4].starts_with("run: running; ") && lines[4].ends_with("3.60 s of motion"), "{out}");
     assert!(lines[5].starts_with("wait: arrived; furthest off: "), "{out}");
     assert_eq!(lines[6], "jog: running; 0.50 s");
-    assert_eq!(lines[7], "press: fault 9: emergency stop; look at: whoever pressed it");
+    assert_eq!(lines[7], "press: fault 9: emergency stop; check the emergency stop; release it, then `clear`");
     assert_eq!(lines[8], "dump: 39 ticks");
-    for line in ["release: fault 9: emergency stop; look at: whoever pressed it", "clear: idle, homed"] {
+    for line in
+        ["release: fault 9: emergency stop; check the emergency stop; release it, then `clear`", "clear: idle, homed"]
+    {
         assert!(lines.contains(&line), "{line}: {out}");
     }
 
@@ -124,12 +126,12 @@ fn a_board_on_a_port_is_operated_and_its_record_has_the_same_bits_again() {
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!(lines[..4], ["home: homing", "confirm: idle, homed", "arm: armed", "jog: running; 0.30 s"]);
     assert!(lines[4].starts_with("wait: arrived; furthest off: "), "{out}");
-    assert_eq!(lines[5..], ["jog: running; 0.60 s", "hold: holding: as asked", "disarm: idle, homed"]);
+    assert_eq!(lines[5..], ["jog: running; 0.60 s", "hold: holding: as requested", "disarm: idle, homed"]);
 
     // A second session with the same board, without a restart of the board and without a record.
     let (code, out, error) = connect("again", "arm\n", &["--port", &board.port, "--key", key]);
     assert_eq!((code, error.as_str()), (3, ""));
-    assert!(out.starts_with("arm: refused: the arm has not been homed"), "{out}");
+    assert!(out.starts_with("arm: rejected: the arm has not been homed"), "{out}");
 
     let (code, out, _) = replay(&log);
     assert_eq!(code, 0, "{out}");
@@ -167,19 +169,23 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     let lines: Vec<&str> = out.lines().collect();
     let expected = [
         "get: elbow position gain 400 1/s^2 (100 to 1600)",
-        "set: refused: the value is outside its bounds",
+        "set: rejected: the value is outside its bounds",
         "set: elbow position gain 500 1/s^2 (100 to 1600)",
-        "set: refused: the parameter is fixed by the scene that the firmware was built from",
-        "payload: refused: the value is outside its bounds",
-        "payload: refused: the value is outside its bounds",
+        "set: rejected: limits and encoder numbers are fixed when the firmware is built, even with `tunable = true`; change them in \
+         the robot file, then build and flash the firmware again",
+        "payload: rejected: the value is outside its bounds: 3.600 kg, allowed 0 to 3.500 kg (`payload_mass` in [safety])",
+        // The tip is 0.8 m from the last joint.
+        "payload: rejected: the value is outside its bounds: its centre of mass is 2.800 m from the last link's origin, allowed 1.000 m \
+         (`payload_radius` in [safety]); are X Y Z in metres, in the tip frame?",
         "home: homing",
         "confirm: idle, homed",
         "arm: armed",
-        "payload: payload mass 0.5 kg (0 to 3.5)",
     ];
     assert_eq!(lines[..expected.len()], expected, "{out}");
+    let taken = "payload: 0.5 kg at 0.000 0.000 0.000 m in the tip frame (0 to 3.5 kg); torque to hold the arm changes by shoulder ";
+    assert!(lines[9].starts_with(taken), "{out}");
     // At once it would jump; in parts it does not.
-    assert_eq!(lines[12], "payload: payload mass 3 kg (0 to 3.5)", "{out}");
+    assert!(lines[12].starts_with("payload: 3 kg at 0.000 0.000 0.000 m in the tip frame (0 to 3.5 kg); "), "{out}");
     assert_eq!(lines[13], "get: payload mass 3 kg (0 to 3.5)");
     assert_eq!(lines[14], "set: shoulder velocity gain 50 1/s (20 to 80)");
     assert_eq!(lines[15], "get: 34 parameters");
@@ -187,6 +193,8 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
         "  shoulder torque limit 120 N m (fixed)",
         "  elbow lower limit -6.2831855 rad (fixed)",
         "  gravity y -9.81 m/s^2 (live)",
+        // Given at the tip, and reported there.
+        "  payload first moment x 0 kg m (live, tip frame)",
     ] {
         assert!(lines.contains(&line), "{line}: {out}");
     }
@@ -199,8 +207,11 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     assert_eq!(code, 3);
     let lines: Vec<&str> = out.lines().collect();
     assert!(lines[0].ends_with("1/s^2 (fixed)"), "{out}");
-    assert_eq!(lines[1], "set: refused: the parameter is fixed by the scene that the firmware was built from");
-    assert!(lines[2].starts_with("payload: refused: the scene has no live payload;"), "{out}");
+    assert!(
+        lines[1].starts_with("set: rejected: the firmware holds gains") && lines[1].contains("`tunable = true`"),
+        "{out}"
+    );
+    assert!(lines[2].starts_with("payload: rejected: the scene has no live payload;"), "{out}");
 }
 
 #[test]
@@ -210,7 +221,7 @@ fn the_end_of_the_input_stops_and_disarms() {
     let (code, out, _) = connect("end", script, &["--target", "desk", "--record", log.to_str().unwrap()]);
     assert_eq!(code, 0);
     let lines: Vec<&str> = out.lines().collect();
-    assert_eq!(lines[lines.len() - 2..], ["hold: holding: as asked", "disarm: idle, homed"], "{out}");
+    assert_eq!(lines[lines.len() - 2..], ["hold: holding: as requested", "disarm: idle, homed"], "{out}");
     assert_eq!(replay(&log).0, 0);
 }
 
@@ -289,8 +300,9 @@ fn a_record_keeps_what_was_sent_and_received_in_order() {
         read.entries().map(Result::unwrap).map(|entry| (entry.way, kind(&entry.frame))).collect();
     let sent = |kind| (Way::Sent, kind);
     let tick = [sent("measurement"), (Way::Received, "status")];
+    let asked = [sent("request"), sent("measurement"), (Way::Received, "answer"), (Way::Received, "status")];
     let begin = [sent("hello"), sent("lines"), sent("live")];
-    assert_eq!(kinds, [&begin[..], &tick, &[sent("request")], &tick, &[sent("request")], &tick].concat());
+    assert_eq!(kinds, [&begin[..], &tick, &asked, &asked].concat());
 }
 
 fn kind(frame: &Frame) -> &'static str {
@@ -301,6 +313,7 @@ fn kind(frame: &Frame) -> &'static str {
         Frame::Measurement(_) => "measurement",
         Frame::Request(_) => "request",
         Frame::Status(_) => "status",
+        Frame::Answer(_) => "answer",
         _ => "other",
     }
 }
@@ -315,6 +328,7 @@ fn a_status_that_can_be_replayed_takes_as_many_bytes_as_the_docs_say() {
         joint: None,
         homed: true,
         refused: None,
+        kept: false,
         room: 9,
         actuation: Some(Actuation::Drive { torque: joints(&[1.0; 6]), limits: joints(&[0; 6]) }),
         sensed: Some(link::SensedLines { sensed, age_ticks: joints(&[0; 6]), lines: link::Lines::CALM }),

@@ -4,7 +4,7 @@
 use crate::reference::{Golden, Reference, matrix, relative, wrench};
 use dynamics_core::geometry::{about_x, about_z};
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{Body, Dh, Frame, JointKind, SinCos, Trig};
+use dynamics_core::{Body, Dh, Frame, JointKind, SinCos, Trig, Wrench};
 use host_sim::plant::actuator::{ActuatorSettings, rippled};
 use host_sim::plant::dynamics::Mechanism;
 use host_sim::plant::friction::{Breakaway, FrictionLaw};
@@ -12,7 +12,7 @@ use host_sim::plant::{Arm, Clock, JointFriction, Plant, State};
 use nalgebra::{Matrix3, SVector, Vector3};
 use robot_compiler::kernel::tape::{Arena, Expr, input, trace};
 use robot_compiler::kernel::{Precision, Program, RuleSet};
-use robot_compiler::scene::Ripple;
+use robot_compiler::scene::{Push, Ripple};
 
 fn array<const N: usize>(values: &[f64]) -> [f64; N] {
     values.try_into().unwrap()
@@ -367,6 +367,33 @@ fn brakes_that_were_released_engage_where_the_arm_is_then_and_nothing_is_left_of
     let rests = *plant.state();
     (0..2).for_each(|_| plant.drive(&[0.0; 2]).unwrap());
     assert_eq!(*plant.state(), rests);
+}
+
+#[test]
+fn the_clock_of_a_push_runs_while_the_brakes_hold() {
+    let arm: Arm<2> = Golden::load("planar2r").classical(false);
+    let push = Push {
+        at: 0.05,
+        duration: 0.02,
+        wrench: Wrench { force: Vector3::new(0.0, 30.0, 0.0), moment: Vector3::zeros() },
+    };
+    let clock = Clock { period: 0.01, steps_per_tick: 10 };
+    // Held for so many ticks, then driven: the push begins at 0.05 s of the same clock.
+    for held in [0, 3, 5, 6, 7] {
+        let start = |push| Plant::new(&arm, None, ActuatorSettings::default(), clock, [0.3, 0.5]).with_push(push);
+        let mut plants = [start(None), start(Some(push))];
+        let mut first = None;
+        for tick in 0..10 {
+            for plant in &mut plants {
+                if tick < held { plant.brake() } else { plant.drive(&[0.0; 2]).unwrap() }
+            }
+            if plants[0].state() != plants[1].state() {
+                first = first.or(Some(tick));
+            }
+        }
+        let expected = if held < 7 { Some(held.max(5)) } else { None };
+        assert_eq!(first, expected, "held for {held} ticks");
+    }
 }
 
 #[test]

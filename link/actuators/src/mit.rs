@@ -5,6 +5,12 @@
 
 use crate::bus::Frame;
 
+/// Identifier of a Damiao's requests about registers.
+const REGISTERS: u32 = 0x7ff;
+
+/// Unit of a timeout in registers and parameters, s.
+const TIMEOUT_UNIT: f64 = 50e-6;
+
 /// Ranges of the fields, `(lowest, highest)`, at the shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ranges {
@@ -44,6 +50,17 @@ pub struct Shaft {
     pub velocity: f64,
 }
 
+/// What is left of a position after the power was off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Memory {
+    /// All of it.
+    Absolute,
+    /// The angle within a turn of this many rad of the shaft: of a motor behind a gear of 6, 2 pi / 6.
+    Turn(f64),
+    /// Nothing: the shaft is at 0 where it starts.
+    Nothing,
+}
+
 /// Codes of [`Electronics::error`], after the feedback frame in Damiao's manual of the DM4310.
 pub mod error {
     /// The supply voltage is too high.
@@ -52,6 +69,8 @@ pub mod error {
     pub const UNDER_VOLTAGE: u8 = 0x9;
     /// The drive is too hot.
     pub const HOT: u8 = 0xb;
+    /// No command has come for [`Electronics::timeout`](super::Electronics::timeout); a Damiao's alone.
+    pub const SILENCE: u8 = 0xd;
     /// The load is too much; somebody else finds that.
     pub const OVERLOAD: u8 = 0xe;
 }
@@ -71,7 +90,13 @@ pub enum Language {
 /// Electronics of an actuator: frames in and out, and the torque on a shaft that somebody else moves.
 ///
 /// `torque = kp (position - p) + kd (velocity - v) + feed-forward`, held inside `torque_max` either way; none while the drive is off, has
-/// an error, or has heard nothing for `timeout`.
+/// an error, or has heard nothing for `timeout`:
+///
+/// | frames | after `timeout` without a frame while it is on | timeout after a start |
+/// |---|---|---|
+/// | mini-cheetah | no torque until the next command (B. Katz: the command becomes zero) | what it was: it cannot be read or set over the bus |
+/// | Damiao | off, with [`error::SILENCE`] until it is cleared | 0.4 s (i2rt's setting of YAM) |
+/// | RobStride | off | none |
 #[derive(Clone, Debug, PartialEq)]
 pub struct Electronics {
     /// Its frames.
@@ -86,8 +111,16 @@ pub struct Electronics {
     pub ranges: Ranges,
     /// Its greatest torque, for any command, N m.
     pub torque_max: f64,
-    /// Seconds without a frame after which it gives no torque.
+    /// Seconds without a frame after which it gives no torque; 0: it never stops.
     pub timeout: f64,
+    /// The same after a start.
+    pub first_timeout: f64,
+    /// It answers nothing about its settings, and takes none: an older program.
+    pub has_no_settings: bool,
+    /// The frame that enables it does nothing.
+    pub ignores_enable: bool,
+    /// What is left of its position after its power was off.
+    pub memory: Memory,
     /// Its own error; not zero: it gives no torque.
     pub error: u8,
     /// Its temperature's byte.
@@ -117,6 +150,10 @@ impl Electronics {
             ranges,
             torque_max: ranges.torque.1,
             timeout: 0.1,
+            first_timeout: 0.1,
+            has_no_settings: false,
+            ignores_enable: false,
+            memory: Memory::Turn(core::f64::consts::TAU / 6.0),
             error: 0,
             temperature: 25,
             temperature_max: u8::MAX,
@@ -128,6 +165,30 @@ impl Electronics {
             told: Told::default(),
             torque: 0.0,
         }
+    }
+
+    /// The same, with other frames, and with what their makers' drives have: the communication timeout and the memory of the position.
+    #[must_use]
+    pub fn speaking(self, language: Language) -> Self {
+        let (timeout, memory) = match language {
+            Language::MiniCheetah => (self.first_timeout, self.memory),
+            Language::Damiao => (0.4, Memory::Turn(core::f64::consts::TAU)),
+            Language::RobStride => (0.0, Memory::Turn(core::f64::consts::TAU)),
+        };
+        Self { language, timeout, first_timeout: timeout, memory, ..self }
+    }
+
+    /// Power comes back: it is off, without an error, with the settings of a start, and knows of its position what its memory holds.
+    pub fn restart(&mut self, shaft: &Shaft) {
+        (self.enabled, self.error, self.silent_for, self.timeout) = (false, 0, 0.0, self.first_timeout);
+        (self.told, self.torque) = (Told::default(), 0.0);
+        let position = shaft.position - self.zero;
+        let shown = match self.memory {
+            Memory::Absolute => position,
+            Memory::Turn(turn) => position - turn * (position / turn).round(),
+            Memory::Nothing => 0.0,
+        };
+        self.zero = shaft.position - shown;
     }
 
     /// Whether it drives.
@@ -159,7 +220,11 @@ impl Electronics {
     pub fn hears(&self, frame: &Frame) -> bool {
         match self.language {
             Language::RobStride => frame.extended && frame.id & 0xff == u32::from(self.id),
-            Language::MiniCheetah | Language::Damiao => !frame.extended && frame.id == u32::from(self.id),
+            Language::MiniCheetah => !frame.extended && frame.id == u32::from(self.id),
+            Language::Damiao => {
+                let asked = frame.id == REGISTERS && frame.data.first().copied() == Some(self.id as u8);
+                !frame.extended && (frame.id == u32::from(self.id) || asked)
+            }
         }
     }
 
@@ -167,10 +232,27 @@ impl Electronics {
     pub fn answer(&mut self, frame: &Frame, shaft: &Shaft) -> Option<Frame> {
         match self.language {
             Language::RobStride => self.answer_as_robstride(frame, shaft),
+            Language::Damiao if frame.id == REGISTERS => self.answer_about_a_register(frame),
             Language::MiniCheetah | Language::Damiao => {
                 self.receive(&frame.data, shaft).map(|data| Frame::standard(self.reply_id, data))
             }
         }
+    }
+
+    /// Identifier, 0, 0x33 to read or 0x55 to write, the register, a value, low byte first; the answer is the same with the value. Register 9
+    /// is the timeout, by 50 us.
+    fn answer_about_a_register(&mut self, frame: &Frame) -> Option<Frame> {
+        let &[id, 0, what, register, a, b, c, d] = frame.data.as_slice() else { return None };
+        if self.has_no_settings {
+            return None;
+        }
+        self.silent_for = 0.0;
+        if (what, register) == (0x55, 9) {
+            self.timeout = f64::from(u32::from_le_bytes([a, b, c, d])) * TIMEOUT_UNIT;
+        }
+        let value = if register == 9 { (self.timeout / TIMEOUT_UNIT).round() as u32 } else { 0 };
+        let [a, b, c, d] = value.to_le_bytes();
+        Some(Frame::standard(self.reply_id, vec![id, 0, what, register, a, b, c, d]))
     }
 
     /// Bits 28 to 24 of the identifier say what it is: 1 a command, whose torque stands in bits 23 to 8, 3 on, 4 off.
@@ -189,11 +271,23 @@ impl Electronics {
                     torque: to_float(frame.id >> 8 & 0xffff, r.torque, 16),
                 };
             }
-            3 => (self.enabled, self.told) = (true, Told::default()),
+            3 => (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Told::default()),
             4 => {
                 (self.enabled, self.told) = (false, Told::default());
                 if b0 == 1 {
                     self.error = 0;
+                }
+            }
+            // A parameter: 17 read, 18 written. Index, 0, 0, value, low bytes first; 0x7028 is the timeout, by 50 us.
+            17 if !self.has_no_settings => {
+                let value = if [b0, b1] == [0x28, 0x70] { (self.timeout / TIMEOUT_UNIT).round() as u32 } else { 0 };
+                let id = 17 << 24 | u32::from(self.id) << 8 | u32::from(self.reply_id);
+                let [a, b, c, d] = value.to_le_bytes();
+                return Some(Frame { id, extended: true, data: vec![b0, b1, 0, 0, a, b, c, d] });
+            }
+            18 if !self.has_no_settings => {
+                if [b0, b1] == [0x28, 0x70] {
+                    self.timeout = f64::from(u32::from_le_bytes([b4, b5, b6, b7])) * TIMEOUT_UNIT;
                 }
             }
             _ => return None,
@@ -224,7 +318,7 @@ impl Electronics {
         self.silent_for = 0.0;
         match ([b0, b1, b2, b3, b4, b5, b6] == [0xff; 7], b7) {
             (true, 0xfc) => {
-                self.enabled = true;
+                self.enabled |= !self.ignores_enable;
                 self.told = Told::default();
             }
             (true, 0xfd) => {
@@ -255,6 +349,18 @@ impl Electronics {
         if self.error == 0 {
             self.error = self.found();
         }
+        if self.enabled && self.is_silent() {
+            match self.language {
+                Language::MiniCheetah => {}
+                Language::Damiao => (self.enabled, self.error) = (false, error::SILENCE),
+                Language::RobStride => self.enabled = false,
+            }
+        }
+    }
+
+    /// True if no frame has come for longer than the timeout.
+    fn is_silent(&self) -> bool {
+        self.timeout > 0.0 && self.silent_for > self.timeout
     }
 
     /// Error that the drive finds in itself; 0 for none.
@@ -284,7 +390,7 @@ impl Electronics {
     }
 
     fn gives_torque(&self) -> bool {
-        self.enabled && self.error == 0 && self.silent_for <= self.timeout
+        self.enabled && self.error == 0 && !self.is_silent()
     }
 
     fn reply(&self, shaft: &Shaft) -> Vec<u8> {

@@ -8,22 +8,49 @@
 //! | the motor's identifier, its low half | 4 |
 //! | position, velocity, torque | 16, 12, 12 |
 //! | temperature of the transistors, of the winding, degrees Celsius | 8, 8 |
+//!
+//! Settings are registers. A request has the identifier 0x7FF; its answer has that of the replies, and is told from a reply by its bytes:
+//!
+//! | byte | request | answer |
+//! |---|---|---|
+//! | 0, 1 | the motor's identifier, low byte first | the same |
+//! | 2 | 0x33 read, 0x55 write, 0xAA store | the same |
+//! | 3 | the register | the same |
+//! | 4 to 7 | a write's value, low byte first | the value |
+//!
+//! As a reply an answer would be that of a motor at 0.02, 0.03 or 0.06 rad above the low end of a range of 12.5 rad: no joint may be there, so
+//! a frame of this form is never taken as a reply. Register 9 is the communication timeout in units of 50 us, 0 for none; a motor that hears
+//! nothing for so long leaves the enabled state with error 0xD. (Registers: i2rt, `set_timeout.py`, whose 8000 are 400 ms, the maker's setting
+//! for YAM; almond-bot/axol, `motor/config.py`: "the register counts 50 us ticks".)
 
-use crate::frames::{Frames, Packet};
+use crate::frames::{Frames, Packet, Setting};
 use crate::mit::{Reply, Setpoint, to};
 use dynamics_core::drive::{Damiao, MiniCheetah, MitDrive};
-use embedded_can::Id;
+use embedded_can::{Id, StandardId};
 
 /// Forget the error.
 pub const CLEAR: [u8; 8] = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfb];
 
-/// State of a motor that is off.
+/// State of a motor that is off, and of one that is on. Every other one is an error, also where the manual has no name for it.
 const OFF: u8 = 0;
+const ON: u8 = 1;
 
-/// Lowest state that is an error.
-const ERRORS: u8 = 8;
+/// Identifier of requests about registers; bytes that say what to do; the register of the communication timeout.
+const REGISTERS: StandardId = StandardId::MAX;
+const READ: u8 = 0x33;
+const WRITE: u8 = 0x55;
+const STORE: u8 = 0xaa;
+const TIMEOUT: u8 = 9;
+
+/// A request about the communication timeout.
+fn timeout(drive: &MitDrive, what: u8, value: u32) -> Packet {
+    let [a, b, c, d] = value.to_le_bytes();
+    Packet { id: REGISTERS.into(), data: [drive.id, 0, what, TIMEOUT, a, b, c, d] }
+}
 
 impl Frames for Damiao {
+    const REPORTS_STATE: bool = true;
+
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
         MiniCheetah::command(drive, setpoint)
     }
@@ -40,6 +67,25 @@ impl Frames for Damiao {
         Some(to(drive, CLEAR))
     }
 
+    fn read_timeout(drive: &MitDrive) -> Option<Packet> {
+        Some(timeout(drive, READ, 0))
+    }
+
+    fn write_timeout(drive: &MitDrive) -> Option<Packet> {
+        Some(timeout(drive, WRITE, drive.timeout))
+    }
+
+    fn setting(drive: &MitDrive, _: Id, data: &[u8]) -> Option<Setting> {
+        let &[id, 0, what, register, a, b, c, d] = data else { return None };
+        if id != drive.id || !matches!(what, READ | WRITE | STORE) {
+            return None;
+        }
+        Some(match (what, register) {
+            (READ, TIMEOUT) => Setting::Timeout(u32::from_le_bytes([a, b, c, d])),
+            _ => Setting::Other,
+        })
+    }
+
     fn answers(drive: &MitDrive, id: Id) -> bool {
         MiniCheetah::answers(drive, id)
     }
@@ -52,7 +98,7 @@ impl Frames for Damiao {
         let state = head >> 4;
         Some(Reply {
             temperature: Some(f32::from(transistors.max(winding))),
-            error: if state >= ERRORS { state } else { 0 },
+            error: if matches!(state, OFF | ON) { 0 } else { state },
             off: state == OFF,
             ..Reply::of_state([p_high, p_low, v, vt, t], &drive.ranges)
         })

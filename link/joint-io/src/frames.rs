@@ -14,6 +14,15 @@ pub struct Packet {
     pub data: [u8; 8],
 }
 
+/// Answer of a drive to a request about one of its settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Setting {
+    /// Its own communication timeout, in units of [`dynamics_core::drive::TIMEOUT_UNIT_US`]; 0 where it has none.
+    Timeout(u32),
+    /// Another setting, which somebody else asked for, or a request that the drive rejected.
+    Other,
+}
+
 /// The frames that a kind of actuator understands.
 ///
 /// Total, as everything here: a NaN makes no frame, and no reply that could be misread is taken.
@@ -23,6 +32,9 @@ pub trait Frames {
 
     /// Identifiers of commands and replies.
     const IDENTIFIER: Identifier = Identifier::Standard;
+
+    /// True if a reply tells that the drive is on or off. Otherwise its torque has to show that.
+    const REPORTS_STATE: bool;
 
     /// Position, velocity, stiffness, damping and torque; values beyond their range take its end. `None` when one is NaN.
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet>;
@@ -35,6 +47,24 @@ pub trait Frames {
 
     /// Forget an error, which leaves the drive off; `None` for drives that have no such frame.
     fn clear(drive: &MitDrive) -> Option<Packet>;
+
+    /// Asks for the drive's own communication timeout; `None` where its protocol has no such frame.
+    fn read_timeout(drive: &MitDrive) -> Option<Packet> {
+        let _ = drive;
+        None
+    }
+
+    /// Sets the drive's own communication timeout to [`MitDrive::timeout`], until its power is off.
+    fn write_timeout(drive: &MitDrive) -> Option<Packet> {
+        let _ = drive;
+        None
+    }
+
+    /// Answer to a request about a setting; `None` for any other frame. Such a frame is never a [`Frames::reply`].
+    fn setting(drive: &MitDrive, id: Id, data: &[u8]) -> Option<Setting> {
+        let _ = (drive, id, data);
+        None
+    }
 
     /// Whether a frame with this identifier may be a reply of this drive.
     fn answers(drive: &MitDrive, id: Id) -> bool;

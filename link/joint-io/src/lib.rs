@@ -9,6 +9,7 @@
 //! | [`can`] | actuators on up to three CAN buses: the schedule of commands, and the checks on replies |
 //! | [`queued`] | queues beside a controller that holds fewer frames than a tick has |
 //! | [`as5047p`] | the magnetic encoder: its words, its errors, its turns |
+//! | [`run_tick`] | the order of a tick: measurement, session, outputs, and only then whether it was late |
 //! | [`pwm`] | torque to duty cycle, H-bridges, and the encoders beside them |
 //!
 //! Every function here is total: input from a wire becomes a value, a count or a fault bit of a joint, never a panic,
@@ -24,6 +25,9 @@ pub mod mit;
 pub mod pwm;
 pub mod queued;
 pub mod robstride;
+mod tick;
+
+pub use tick::run_tick;
 
 use core::convert::Infallible;
 use dynamics_core::control::Spring;
@@ -48,16 +52,27 @@ pub trait JointIo<const N: usize> {
         None
     }
 
-    /// Drive these torques or forces, N m or N, with open brakes. A drive that is off is switched on first, and gives its
-    /// torque from the next tick on.
+    /// Enables every drive, with engaged brakes and without torque. Called in every tick until all drives have shown that they are on
+    /// ([`Readings::on`]). A drive that is on gives no torque; where `action` is a damped stop it damps.
+    fn enable(&mut self, action: SafeAction);
+
+    /// Gives these torques or forces, N m or N, with engaged brakes: the arm's weight is carried before the brakes open.
+    fn preload(&mut self, torque: &[f32; N]);
+
+    /// Drives these torques or forces, N m or N. The brakes are open only if every drive has shown that it is on. A drive that has not is
+    /// enabled, as by [`JointIo::enable`], and gives no torque until then.
     ///
-    /// A drive with a loop of its own takes `springs` beside them, about the measurement that the torques follow from; any other
+    /// A drive with a loop of its own takes `springs` as well, about the measurement that the torques follow from; any other
     /// leaves them out.
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>);
 
-    /// Stop, in one tick and from any state. Called in every tick that does not drive; where the wire asks for it, it also
-    /// asks for the next measurement.
+    /// Stops, in one tick and from any state. Called in every tick that does not drive; where the wire asks for it, it also
+    /// asks for the next measurement. No drive counts as on after it.
     fn safe(&mut self, action: SafeAction);
+
+    /// Clears latched errors of the drives in the next calls of [`JointIo::safe`]. An error that is still there comes back; the readings show it
+    /// as long as it does. Nothing to do where drives latch none.
+    fn clear(&mut self) {}
 
     /// The interrupt of a controller between two ticks, at the tick's own priority: a frame has come, or one is sent.
     fn interrupt(&mut self) {}

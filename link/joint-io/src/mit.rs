@@ -149,6 +149,8 @@ pub(crate) fn to(drive: &MitDrive, data: [u8; 8]) -> Packet {
 }
 
 impl Frames for MiniCheetah {
+    const REPORTS_STATE: bool = false;
+
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
         Some(to(drive, setpoint.pack(&drive.ranges)?))
     }

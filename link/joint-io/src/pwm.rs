@@ -260,6 +260,8 @@ where
             age_ticks: [u32::MAX; N],
             faults: [JointFaults::OUTPUT.when(self.brake_failed); N],
             errors: [0; N],
+            on: [true; N],
+            zero_lost: false,
         };
         let mut counts = [0; N];
         for (i, (joint, drive)) in self.joints.iter_mut().zip(&self.drives).enumerate() {
@@ -274,10 +276,18 @@ where
         Some(readings)
     }
 
-    fn drive(&mut self, torque: &[f32; N], _: Option<&[Spring<f32>; N]>) {
+    fn enable(&mut self, action: SafeAction) {
+        self.safe(action);
+    }
+
+    fn preload(&mut self, torque: &[f32; N]) {
         for ((joint, drive), &torque) in self.joints.iter_mut().zip(&self.drives).zip(torque) {
             joint.torque(torque, drive);
         }
+    }
+
+    fn drive(&mut self, torque: &[f32; N], _: Option<&[Spring<f32>; N]>) {
+        self.preload(torque);
         // The motors hold before the brakes release.
         self.brake_failed = self.brake.set_high().is_err();
     }

@@ -10,10 +10,11 @@
 //! | `interrupt` | to the controller, as far as it has room | all that has come |
 //! | `receive` | | the first, after all that has come since; an error before it |
 //! | `abandon` | emptied, with the controller's own | |
+//! | `dropped` | identifiers of frames that were taken and not sent: refused or pushed out by the controller, or abandoned in the queue | |
 
 use crate::can::CanBus;
-use embedded_can::Frame as _;
 use embedded_can::nb::Can;
+use embedded_can::{Frame as _, Id};
 use heapless::Deque;
 
 /// Frames that wait to be sent, at most: those of a tick, while the controller still gives up those of the tick before.
@@ -30,12 +31,14 @@ pub struct Queued<B: CanBus> {
     received: Deque<B::Frame, IN>,
     /// Of the errors since the last reception the last one.
     error: Option<B::Error>,
+    /// Identifiers of frames that were taken and are not sent.
+    dropped: Deque<Id, OUT>,
 }
 
 impl<B: CanBus> Queued<B> {
     /// Empty queues.
     pub const fn new(bus: B) -> Self {
-        Self { bus, out: Deque::new(), received: Deque::new(), error: None }
+        Self { bus, out: Deque::new(), received: Deque::new(), error: None, dropped: Deque::new() }
     }
 
     /// The controller.
@@ -43,12 +46,20 @@ impl<B: CanBus> Queued<B> {
         &mut self.bus
     }
 
-    /// Give the controller frames until it has no room. One that it refuses is dropped: its reply will be missing.
+    /// Give the controller frames until it has no room. One that it refuses, or pushes out for another, is dropped.
     fn hand_on(&mut self) {
         // Each turn takes a frame away, and nothing puts one in meanwhile.
         while let Some(frame) = self.out.front() {
-            if let Err(nb::Error::WouldBlock) = self.bus.transmit(frame) {
-                return;
+            match self.bus.transmit(frame) {
+                Err(nb::Error::WouldBlock) => return,
+                Ok(None) => {}
+                Ok(Some(pushed)) => {
+                    self.dropped.push_back(pushed.id()).ok();
+                }
+                Err(nb::Error::Other(error)) => {
+                    self.dropped.push_back(frame.id()).ok();
+                    self.error = Some(error);
+                }
             }
             self.out.pop_front();
         }
@@ -104,8 +115,14 @@ impl<B: CanBus> CanBus for Queued<B> {
     }
 
     fn abandon(&mut self) {
-        self.out.clear();
+        while let Some(frame) = self.out.pop_front() {
+            self.dropped.push_back(frame.id()).ok();
+        }
         self.bus.abandon();
+    }
+
+    fn dropped(&mut self) -> Option<Id> {
+        self.dropped.pop_front().or_else(|| self.bus.dropped())
     }
 
     fn interrupt(&mut self) {

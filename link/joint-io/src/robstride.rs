@@ -8,11 +8,20 @@
 //! | reply | 2 | state (23, 22), errors (21 to 16), motor (15 to 8) | host | position, velocity, torque, 0.1 degrees Celsius |
 //! | on | 3 | host | motor | zero |
 //! | off | 4 | host | motor | first byte 1: forget the errors |
+//! | read a parameter | 17 | host | motor | index in two bytes, low byte first |
+//! | its answer | 17 | 0, or 1 where it failed (23 to 16); motor (15 to 8) | host | index, 0, 0, value in four bytes, low byte first |
+//! | write a parameter | 18 | host | motor | as that answer; a reply answers it |
 //!
 //! State 0 is off, 1 calibrating, 2 on.
+//!
+//! Parameter 0x7028 is the communication timeout in units of 50 us ("20000 = 1 s"), 0 for none, which is the maker's setting; a motor that
+//! hears nothing for so long goes off. A written value is lost with the power.
+//!
+//! The answer to a request for the version has a reply's identifier and begins with 00 C4 56: as a reply, a position 0.08 rad above the low end
+//! of the range. No joint may be there, so it is never taken as a reply.
 
 use crate::bus_time::Identifier;
-use crate::frames::{Frames, Packet};
+use crate::frames::{Frames, Packet, Setting};
 use crate::mit::{Reply, Setpoint};
 use dynamics_core::drive::{MitDrive, RobStride};
 use embedded_can::{ExtendedId, Id};
@@ -25,6 +34,14 @@ const COMMAND: u32 = 1;
 const REPLY: u32 = 2;
 const ON: u32 = 3;
 const OFF: u32 = 4;
+const READ: u32 = 17;
+const WRITE: u32 = 18;
+
+/// Index of the communication timeout, low byte first.
+const TIMEOUT: [u8; 2] = [0x28, 0x70];
+
+/// Beginning of the answer to a request for the version.
+const VERSION: [u8; 3] = [0x00, 0xc4, 0x56];
 
 /// State of a motor that is on.
 const RUNNING: u32 = 2;
@@ -42,6 +59,7 @@ fn errors(id: u32) -> u8 {
 
 impl Frames for RobStride {
     const COMMAND_IN_IDENTIFIER: bool = true;
+    const REPORTS_STATE: bool = true;
     const IDENTIFIER: Identifier = Identifier::Extended;
 
     fn command(drive: &MitDrive, setpoint: &Setpoint) -> Option<Packet> {
@@ -69,12 +87,41 @@ impl Frames for RobStride {
     fn answers(drive: &MitDrive, id: Id) -> bool {
         let Id::Extended(id) = id else { return false };
         let id = id.as_raw();
-        id >> 24 == REPLY && id >> 8 & 0xff == u32::from(drive.id) && id & 0xff == u32::from(drive.reply_id)
+        matches!(id >> 24, REPLY | READ)
+            && id >> 8 & 0xff == u32::from(drive.id)
+            && id & 0xff == u32::from(drive.reply_id)
+    }
+
+    fn read_timeout(drive: &MitDrive) -> Option<Packet> {
+        let [low, high] = TIMEOUT;
+        Some(to(READ, drive.reply_id, drive, [low, high, 0, 0, 0, 0, 0, 0]))
+    }
+
+    fn write_timeout(drive: &MitDrive) -> Option<Packet> {
+        let ([low, high], [a, b, c, d]) = (TIMEOUT, drive.timeout.to_le_bytes());
+        Some(to(WRITE, drive.reply_id, drive, [low, high, 0, 0, a, b, c, d]))
+    }
+
+    fn setting(_: &MitDrive, id: Id, data: &[u8]) -> Option<Setting> {
+        let Id::Extended(id) = id else { return None };
+        if id.as_raw() >> 24 != READ {
+            return None;
+        }
+        let &[low, high, 0, 0, a, b, c, d] = data else { return Some(Setting::Other) };
+        let failed = id.as_raw() >> 16 & 0xff != 0;
+        Some(if [low, high] == TIMEOUT && !failed {
+            Setting::Timeout(u32::from_le_bytes([a, b, c, d]))
+        } else {
+            Setting::Other
+        })
     }
 
     fn reply(drive: &MitDrive, id: Id, data: &[u8]) -> Option<Reply> {
         let Id::Extended(id) = id else { return None };
         let &[a, b, c, d, e, f, g, h] = data else { return None };
+        if id.as_raw() >> 24 != REPLY || [a, b, c] == VERSION {
+            return None;
+        }
         let position = u16::from_be_bytes([a, b]);
         let ranges = &drive.ranges;
         Some(Reply {

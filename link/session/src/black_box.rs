@@ -44,6 +44,12 @@ impl<const N: usize> Record<N> {
         cost: None,
     };
 
+    /// An idle machine before its first tick, whose drives do the safe action.
+    pub(crate) const fn safe(action: SafeAction) -> Self {
+        let Self { output, .. } = Self::NONE;
+        Self { output: Output { actuation: Actuation::Safe(action), ..output }, ..Self::NONE }
+    }
+
     /// Status frame with these parts, and what stands beside the record.
     #[must_use]
     pub fn status(&self, parts: Parts, beside: &Beside<N>) -> Status {
@@ -58,6 +64,7 @@ impl<const N: usize> Record<N> {
             joint,
             homed: *homed,
             refused: refused.map(Denial::new),
+            kept: beside.kept,
             room: beside.room,
             actuation: asked(Parts::TORQUE).then(|| link::Actuation::new(actuation)),
             sensed: asked(Parts::SENSED).then(|| sensed(&self.inputs)),
@@ -82,16 +89,20 @@ fn cause(state: State) -> (u8, Option<u8>) {
     match state {
         State::Fault(fault) => (fault.code(), fault.joint()),
         State::Holding(cause) => match cause {
-            HoldCause::NoRoom { joint } | HoldCause::OutOfReach { joint } => (cause.code(), Some(joint)),
-            HoldCause::Requested | HoldCause::HeartbeatLost | HoldCause::NoReference => (cause.code(), None),
+            HoldCause::NoRoom { joint } | HoldCause::OutOfReach { joint } | HoldCause::FirstMotion { joint } => {
+                (cause.code(), Some(joint))
+            }
+            HoldCause::Requested | HoldCause::HeartbeatLost | HoldCause::NoReference | HoldCause::StaleInput => {
+                (cause.code(), None)
+            }
         },
-        State::Idle | State::Homing | State::Armed | State::Running => (0, None),
+        State::Idle | State::Homing | State::Armed | State::Running | State::Arming | State::Lowering => (0, None),
     }
 }
 
 /// Readings and lines of a board.
 fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
-    let drive_fault = inputs.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault));
+    let bits = |joints: &[bool; N]| joints.iter().rev().fold(0, |bits, &joint| bits << 1 | u8::from(joint));
     SensedLines {
         sensed: link::Sensed::new(&inputs.sensed),
         age_ticks: joints(&inputs.age_ticks.map(|age| u16::try_from(age).unwrap_or(u16::MAX))),
@@ -99,7 +110,9 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
             emergency_stop: inputs.emergency_stop,
             overrun: inputs.overrun,
             zeroed: inputs.zeroed,
-            drive_fault,
+            drive_fault: bits(&inputs.drive_fault),
+            on: bits(&inputs.on),
+            zero_lost: inputs.zero_lost,
             supply: inputs.supply,
             temperature: inputs.temperature,
         },
@@ -109,6 +122,8 @@ fn sensed<const N: usize>(inputs: &Inputs<f32, N>) -> SensedLines {
 /// What a status holds of now, and no record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beside<const N: usize> {
+    /// The black box holds a fault.
+    pub kept: bool,
     /// Points that the trajectory has room for.
     pub room: u8,
     /// What the first joint with a fault reports.
@@ -119,7 +134,7 @@ pub struct Beside<const N: usize> {
 
 impl<const N: usize> Beside<N> {
     /// Nothing.
-    const NONE: Self = Self { room: 0, trouble: None, external: None };
+    pub(crate) const NONE: Self = Self { kept: false, room: 0, trouble: None, external: None };
 }
 
 /// Report of ticks. Made under the lock of the tick by copying; [`Report::frame`] does the rest.
@@ -147,7 +162,8 @@ impl<const N: usize> Report<N> {
     }
 }
 
-/// A ring of the last ticks, which stops a few ticks after a fault until the fault is cleared.
+/// A ring of the last ticks. It stops a few ticks after a fault, and holds these until the host has read and released them: by
+/// [`link::Request::Release`], or by clearing the fault after a complete reading. A hello changes nothing about it.
 #[derive(Clone, Debug)]
 pub struct BlackBox<const N: usize> {
     /// One place more than the remembered ticks: the current tick is written there while the others are frozen.
@@ -156,15 +172,21 @@ pub struct BlackBox<const N: usize> {
     now: usize,
     /// Number of records, the current one included.
     length: usize,
-    /// Ticks still to be remembered, while there is a fault.
+    /// Ticks still to be remembered after a fault; `None` where no fault is held.
     left: Option<u8>,
+    /// All of a held fault has been read.
+    read: bool,
+    /// A reading has begun after the ring had stopped.
+    reads: bool,
+    /// The fault in force has been released already.
+    known: bool,
 }
 
 impl<const N: usize> BlackBox<N> {
     /// Empty.
     #[must_use]
     pub const fn new() -> Self {
-        Self { ring: Vec::new(), now: 0, length: 0, left: None }
+        Self { ring: Vec::new(), now: 0, length: 0, left: None, read: false, reads: false, known: false }
     }
 
     /// Fill the ring with ticks that never were, once, at the start: no tick does it then.
@@ -172,9 +194,44 @@ impl<const N: usize> BlackBox<N> {
         while self.ring.push(Record::NONE).is_ok() {}
     }
 
-    /// Forget everything.
-    pub fn clear(&mut self) {
-        (self.now, self.length, self.left) = (0, 0, None);
+    /// A new session: forget everything, but for a fault that is held.
+    pub fn restart(&mut self) {
+        self.reads = false;
+        match &mut self.left {
+            None => (self.now, self.length, self.known) = (0, 0, false),
+            // The last tick before the hello stays; one more is written after it.
+            Some(left) => *left = (*left).min(2),
+        }
+    }
+
+    /// True if a fault is held: no new ticks are remembered until [`BlackBox::release`].
+    #[must_use]
+    pub fn keeps(&self) -> bool {
+        self.left.is_some()
+    }
+
+    /// True if all of a held fault has been read.
+    #[must_use]
+    pub fn is_read(&self) -> bool {
+        self.read
+    }
+
+    /// Go on recording. Returns false, and changes nothing, if a fault is held that has not been read completely.
+    pub fn release(&mut self) -> bool {
+        if self.keeps() && !self.read {
+            return false;
+        }
+        self.known = self.keeps();
+        (self.left, self.read, self.reads) = (None, false, false);
+        true
+    }
+
+    /// Note that the tick at this place has been read, or that there are no more.
+    pub fn read(&mut self, place: usize, end: bool) {
+        if place == 0 {
+            self.reads = self.left == Some(0);
+        }
+        self.read |= self.reads && end;
     }
 
     /// The current tick; call [`BlackBox::begin`] first.
@@ -191,21 +248,20 @@ impl<const N: usize> BlackBox<N> {
     /// unless the ring is frozen.
     #[inline]
     pub fn begin(&mut self, before: State) -> Option<&mut Record<N>> {
-        let still = match (before, &mut self.left) {
-            (State::Fault(_), Some(0)) => true,
-            (State::Fault(_), Some(left)) => {
+        let fails = matches!(before, State::Fault(_));
+        let still = match &mut self.left {
+            Some(0) => true,
+            Some(left) => {
                 *left -= 1;
                 *left == 0
             }
-            (State::Fault(_), left) => {
+            left if fails && !self.known => {
                 *left = Some(TICKS_AFTER + 1);
                 false
             }
-            (_, left) => {
-                *left = None;
-                false
-            }
+            _ => false,
         };
+        self.known &= fails;
         if !still {
             self.now = if self.length > 0 && self.now < TICKS { self.now + 1 } else { 0 };
             self.length = (self.length + 1).min(TICKS + 1);

@@ -6,7 +6,7 @@ use link::Trouble;
 
 /// Faults of a joint: a set of bits, stable in telemetry. Any of them stops the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct JointFaults(u8);
+pub struct JointFaults(u16);
 
 impl JointFaults {
     /// Nothing.
@@ -27,6 +27,10 @@ impl JointFaults {
     pub const NON_FINITE: Self = Self(64);
     /// A pin or a PWM channel refused.
     pub const OUTPUT: Self = Self(128);
+    /// The drive gives less torque than it was told to, as its replies show: it may be off. Only where replies carry no state.
+    pub const TORQUE: Self = Self(256);
+    /// The drive has not confirmed its own communication timeout.
+    pub const TIMEOUT: Self = Self(512);
 
     /// Faults that count as a drive's. A missing measurement is not among them: its age shows it.
     pub const OF_DRIVE: Self = Self::NONE
@@ -36,10 +40,12 @@ impl JointFaults {
         .and(Self::LOST)
         .and(Self::BUS)
         .and(Self::NON_FINITE)
-        .and(Self::OUTPUT);
+        .and(Self::OUTPUT)
+        .and(Self::TORQUE)
+        .and(Self::TIMEOUT);
 
     /// Each single bit with its name.
-    pub const NAMES: [(Self, &'static str); 8] = [
+    pub const NAMES: [(Self, &'static str); 10] = [
         (Self::MISSING, "measurement missing"),
         (Self::DRIVE, "drive error"),
         (Self::RANGE, "position at the end of its range"),
@@ -48,11 +54,13 @@ impl JointFaults {
         (Self::BUS, "bus off"),
         (Self::NON_FINITE, "torque not finite"),
         (Self::OUTPUT, "output refused"),
+        (Self::TORQUE, "torque missing: the drive may be off"),
+        (Self::TIMEOUT, "the drive's communication timeout is not confirmed"),
     ];
 
     /// The bits.
     #[must_use]
-    pub const fn bits(self) -> u8 {
+    pub const fn bits(self) -> u16 {
         self.0
     }
 
@@ -116,6 +124,10 @@ pub struct Readings<const N: usize> {
     pub faults: [JointFaults; N],
     /// Each drive's own error code, where it has told one; 0 for none.
     pub errors: [u8; N],
+    /// True for each drive that has shown, in answer to its enable frame, that it is on.
+    pub on: [bool; N],
+    /// True in one tick, when a drive may have lost its zero since the tick before: the arm must be homed again.
+    pub zero_lost: bool,
 }
 
 impl<const N: usize> Readings<N> {

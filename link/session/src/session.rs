@@ -2,6 +2,7 @@
 
 mod change;
 mod receive;
+mod requests;
 mod say;
 mod tick;
 
@@ -9,12 +10,13 @@ pub use change::JUMP;
 pub use receive::{Message, Outcome, Reaction};
 pub use tick::Drives;
 
-use crate::black_box::BlackBox;
+use crate::black_box::{Beside, BlackBox, Record};
 use crate::readings::{Lines, Readings};
 use crate::supervisor::Supervisor;
 use crate::trajectory::Trajectory;
-use change::Change;
+use change::{Change, Changed};
 use core::borrow::BorrowMut;
+use core::fmt::Debug;
 use dynamics_core::control::{
     Configuration, Controller, ControllerConfig, Fault, Law, Measurement, Protection, Reference, Spring, Unprotected,
 };
@@ -22,7 +24,9 @@ use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{self, SafeAction};
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
+use heapless::Deque;
 use link::{Frame, Hello, Pacing, Parts, Refusal, Trouble, Watch};
+use requests::Requests;
 
 /// State of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,9 +64,16 @@ impl<const N: usize> Buffers<N> {
     pub const fn new() -> Self {
         Self { trajectory: Trajectory::new(), black_box: BlackBox::new() }
     }
+
+    /// The reference motion that is buffered.
+    #[must_use]
+    pub const fn trajectory(&self) -> &Trajectory<N> {
+        &self.trajectory
+    }
 }
 
 /// The state machine. `B` holds the buffers: by value, or as a reference.
+#[derive(Clone)]
 pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Unprotected, B = Buffers<N>> {
     own: Hello,
     pacing: Option<Pacing>,
@@ -83,6 +94,12 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     unsaid: bool,
     /// A change that waits for the next tick, while torque acts.
     change: Option<Change<N>>,
+    /// Answers of ticks that have settled a change, until they are sent.
+    changed: Deque<Changed, CHANGED_MAX>,
+    /// Requests of the next tick, and the last verdicts.
+    requests: Requests,
+    /// Measurements that a host has sent to a board that measures for itself, since the hello.
+    foreign: u16,
     /// Whether parameters may be changed, if the controller's configuration can be changed at all.
     tunable: bool,
     watch: Watch,
@@ -93,6 +110,72 @@ pub struct Session<const N: usize, D, T, K, C = ControllerConfig<f32, N>, P = Un
     buffers: B,
     /// The next tick of the black box to be sent.
     past: Option<usize>,
+    /// The last hello has ended a live session.
+    left_live: bool,
+}
+
+/// What tells two sessions of one build apart: without constants, and of the controller its fault and live inputs alone.
+impl<const N: usize, D, T, K, C, P, B> Debug for Session<N, D, T, K, C, P, B>
+where
+    D: InverseDynamics<f32, N>,
+    T: Trig<f32>,
+    K: Debug,
+    C: Configuration<f32, N>,
+    P: Protection<f32, N>,
+    B: Debug,
+{
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            own: _,
+            pacing,
+            controller,
+            supervisor,
+            safety: _,
+            reference,
+            measurement,
+            tick,
+            fresh,
+            taken,
+            answer,
+            unsaid,
+            change,
+            changed,
+            requests,
+            foreign,
+            tunable,
+            watch,
+            until,
+            trouble,
+            buffers,
+            past,
+            left_live,
+        } = self;
+        let live = controller.live();
+        f.debug_struct("Session")
+            .field("pacing", pacing)
+            .field("fault", &controller.fault())
+            .field("live", &(*live != Live::zero()).then_some(live))
+            .field("supervisor", supervisor)
+            .field("reference", reference)
+            .field("measurement", measurement)
+            .field("tick", tick)
+            .field("fresh", fresh)
+            .field("taken", taken)
+            .field("answer", answer)
+            .field("unsaid", unsaid)
+            .field("change", change)
+            .field("changed", changed)
+            .field("requests", requests)
+            .field("foreign", foreign)
+            .field("tunable", tunable)
+            .field("watch", watch)
+            .field("until", until)
+            .field("trouble", trouble)
+            .field("buffers", buffers)
+            .field("past", past)
+            .field("left_live", left_live)
+            .finish()
+    }
 }
 
 impl<const N: usize, D, T, K, C, P> Session<N, D, T, K, C, P>
@@ -135,12 +218,16 @@ where
             answer: None,
             unsaid: false,
             change: None,
+            changed: Deque::new(),
+            requests: Requests::NONE,
+            foreign: 0,
             tunable: true,
             watch: QUIET,
             until: 0,
             trouble: None,
             buffers,
             past: None,
+            left_live: false,
         }
     }
 
@@ -159,6 +246,11 @@ where
         }
     }
 
+    /// True if the joints' zeros have been confirmed, and nothing has put them in doubt since.
+    pub fn homed(&self) -> bool {
+        self.supervisor.homed()
+    }
+
     /// Whether the drives are driven.
     #[inline]
     pub fn is_live(&self) -> bool {
@@ -169,6 +261,12 @@ where
     #[inline]
     pub fn safe_action(&self) -> SafeAction {
         self.safety.rules().safe_action
+    }
+
+    /// True if the host asks in this tick to clear a fault: latched errors of the drives are cleared too, before the fault can be.
+    #[inline]
+    pub fn clears(&self) -> bool {
+        self.is_live() && self.supervisor.inputs().request == Some(safety::Request::Clear)
     }
 
     /// The tick had not ended when the next was due: the next one reports the fault, and this one must not drive.
@@ -220,22 +318,32 @@ where
     pub fn begin(&mut self, theirs: &Hello) -> Outcome {
         (self.reference, self.measurement, self.fresh, self.taken, self.tick) = (None, None, false, 0, 0);
         (self.answer, self.unsaid, self.past, self.until, self.change) = (None, false, None, 0, None);
-        self.trouble = None;
+        (self.requests, self.foreign, self.trouble) = (Requests::NONE, 0, None);
+        self.changed.clear();
         self.supervisor.forget();
         let Buffers { trajectory, black_box } = self.buffers.borrow_mut();
         trajectory.clear();
-        black_box.clear();
+        // One that holds a fault stays: whoever comes to look wants to read it.
+        black_box.restart();
+        let agreed = Hello { pacing: self.own.pacing, ..*theirs } == self.own;
+        self.pacing = agreed.then_some(theirs.pacing);
+        if core::mem::take(&mut self.left_live) && !self.is_live() {
+            // No tick drives any more, and where none runs no status would follow: this one says that the drives do the safe action.
+            let status = Record::<N>::safe(self.safe_action()).status(Parts::TORQUE, &Beside::NONE);
+            self.answer = Some(Frame::Status(status));
+        }
         let answer = Hello { pacing: theirs.pacing, ..self.own };
-        if (Hello { pacing: self.own.pacing, ..*theirs }) != self.own {
-            self.pacing = None;
+        if !agreed {
             return Outcome::Stop(answer, Refusal::OtherRobot);
         }
-        self.pacing = Some(theirs.pacing);
         // In a drill every tick is answered, as on the bench.
         self.watch = if theirs.pacing == Pacing::Drill { EVERYTHING } else { QUIET };
         Outcome::Start(answer)
     }
 }
+
+/// Answers of settled changes that wait to be sent. While all wait, another change is refused as [`Refusal::Busy`].
+const CHANGED_MAX: usize = 4;
 
 /// Report nothing.
 const QUIET: Watch = Watch { every: 0, parts: Parts::NONE };

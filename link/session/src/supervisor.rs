@@ -12,8 +12,10 @@ use dynamics_core::safety::{Ask, Configuration, Inputs, Output, Request, Safety,
 #[derive(Clone, Debug)]
 pub struct Supervisor<const N: usize, K> {
     safety: Safety<f32, N, K>,
-    /// The arm followed the trajectory before this tick.
-    ran: bool,
+    /// State before this tick.
+    before: State,
+    /// The arm was stopping along its path.
+    along: bool,
     /// Control period, s.
     period: f32,
     /// Inputs of the next tick: the reference too, which the trajectory puts there.
@@ -26,12 +28,12 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     /// An idle machine, before any measurement and any sign of the host.
     pub fn new(config: K) -> Self {
         let period = config.rules().period;
-        Self { safety: Safety::new(config), ran: false, period, inputs: silence(), read: false }
+        Self { safety: Safety::new(config), before: State::Idle, along: false, period, inputs: silence(), read: false }
     }
 
     /// Back to idle. The inputs are as before any measurement and any sign of the host behind [`Supervisor::forget`].
     pub fn reset(&mut self, config: K) {
-        (self.safety, self.ran) = (Safety::new(config), false);
+        (self.safety, self.before, self.along) = (Safety::new(config), State::Idle, false);
     }
 
     /// Forget the inputs.
@@ -44,14 +46,34 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.safety.state()
     }
 
+    /// True if the arm follows its path, or comes to rest along it.
+    pub fn runs_or_stops(&self) -> bool {
+        self.state() == State::Running || self.safety.stops_along()
+    }
+
+    /// True if the joints' zeros have been confirmed, and nothing has put them in doubt since.
+    pub fn homed(&self) -> bool {
+        self.safety.homed()
+    }
+
     /// Inputs of the next tick; those of this tick in [`Supervisor::tick`]'s callback and until [`Supervisor::age`].
     pub fn inputs(&self) -> &Inputs<f32, N> {
         &self.inputs
     }
 
-    /// Ask for a change in the next tick. Of several between two ticks the last one counts.
+    /// Put a request to the next tick, in the place of any before it.
     pub fn request(&mut self, request: Request) {
         self.inputs.request = Some(request);
+    }
+
+    /// Take the request back.
+    pub fn withdraw(&mut self) {
+        self.inputs.request = None;
+    }
+
+    /// The live inputs are new.
+    pub fn live_came(&mut self) {
+        self.inputs.live_age = 0;
     }
 
     /// The host is there.
@@ -80,6 +102,8 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         (self.inputs.age_ticks, self.read) = (readings.age_ticks, true);
         self.inputs.drive_fault = readings.faults.map(|faults| faults.intersects(JointFaults::OF_DRIVE));
         self.inputs.zeroed = !readings.faults.iter().any(|faults| faults.contains(JointFaults::LOST));
+        self.inputs.on = readings.on;
+        self.inputs.zero_lost |= readings.zero_lost;
     }
 
     /// Take one measurement of all joints at once.
@@ -89,9 +113,11 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         (self.inputs.age_ticks, self.read) = ([measurement.age_ticks; N], true);
     }
 
-    /// Take drive faults, and whether the joints know their zeros: in place of readings with these values.
-    pub fn drives_say(&mut self, drive_fault: [bool; N], zeroed: bool) {
-        (self.inputs.drive_fault, self.inputs.zeroed) = (drive_fault, zeroed);
+    /// Take drive faults, drives that are on, and if the joints know their zeros or may have lost them: in place of readings with these
+    /// values.
+    pub fn drives_say(&mut self, drive_fault: [bool; N], on: [bool; N], zeroed: bool, zero_lost: bool) {
+        (self.inputs.drive_fault, self.inputs.on, self.inputs.zeroed) = (drive_fault, on, zeroed);
+        self.inputs.zero_lost |= zero_lost;
     }
 
     /// Control period, s.
@@ -106,6 +132,8 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     pub fn start(&mut self, trajectory: &mut Trajectory<N>, point: &Reference<f32, N>) -> Result<(), NotTaken> {
         match self.state() {
             State::Running => Err(NotTaken::Running),
+            // The path is still needed.
+            _ if self.safety.stops_along() => Err(NotTaken::Running),
             _ => trajectory.start(point, &mut self.inputs.reference),
         }
     }
@@ -119,7 +147,7 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         led: bool,
         control: impl FnOnce(&Ask<'_, f32, N>, &mut [f32; N], &mut [LimitFlags; N]) -> Result<(), Fault>,
     ) {
-        self.ran = self.state() == State::Running;
+        self.before = self.state();
         if !self.read {
             self.grow_old();
         }
@@ -136,16 +164,25 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
     /// Age the inputs by a tick: nothing new has come for the next one, and the trajectory goes on where it was followed.
     #[inline]
     pub fn age(&mut self, trajectory: &mut Trajectory<N>) {
-        let (runs, inputs) = (self.state() == State::Running, &mut self.inputs);
-        if runs {
+        let (now, inputs) = (self.safety.state(), &mut self.inputs);
+        if now == State::Running {
             trajectory.advance(&mut inputs.reference);
-        } else if self.ran {
-            // The arm has left the trajectory: the next one starts at the arm.
+        } else if self.safety.stops_along() {
+            let rules = self.safety.rules();
+            let deceleration = |i: usize| rules.joints.get(i).map_or(0.0, |joint| joint.deceleration);
+            trajectory.slow_down(&mut inputs.reference, deceleration, rules.period);
+            self.along = true;
+        } else if core::mem::take(&mut self.along) {
+            trajectory.clear();
+            inputs.reference = None;
+        } else if now != self.before && !matches!(now, State::Arming | State::Armed) {
+            // The arm has left the trajectory, or has stopped, been disarmed or homed: the next one starts at the arm.
             trajectory.clear();
             inputs.reference = None;
         }
-        (inputs.request, inputs.overrun) = (None, false);
+        (inputs.request, inputs.overrun, inputs.zero_lost) = (None, false, false);
         inputs.heartbeat_age = inputs.heartbeat_age.saturating_add(1);
+        inputs.live_age = inputs.live_age.saturating_add(1);
         self.read = false;
     }
 }
@@ -161,6 +198,9 @@ pub(crate) const fn silence<const N: usize>() -> Inputs<f32, N> {
         sensed: Sensed::State { q: [0.0; N], qd: [0.0; N] },
         age_ticks: [u32::MAX; N],
         drive_fault: [false; N],
+        on: [false; N],
+        zero_lost: false,
+        live_age: u32::MAX,
         supply: None,
         temperature: None,
         reference: None,

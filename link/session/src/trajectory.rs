@@ -92,9 +92,9 @@ impl<const N: usize> Way<N> {
     /// Cost: 16 products and 12 sums a joint. Differences from tick to tick would do with 12 sums, but the 15 numbers that they
     /// load and store take longer than products, and their rounding adds up over a way.
     #[inline]
-    fn at(&self, k: u16, reference: &mut Reference<f32, N>) {
+    fn at(&self, k: f32, reference: &mut Reference<f32, N>) {
         let Self { start, upper: [c3, c4, c5], per_tick, duration, rate, .. } = self;
-        let s = f32::from(k) * per_tick;
+        let s = k * per_tick;
         let square = square(*duration);
         let twice_square = 2.0 * rate * rate;
         for i in 0..N {
@@ -123,20 +123,24 @@ pub struct Trajectory<const N: usize> {
     last: Option<Reference<f32, N>>,
     /// Ticks on the first way.
     k: u16,
+    /// Fraction of a tick beyond them, while the arm stops.
+    fraction: f32,
+    /// Ticks of the path in a tick: 1, and less while the arm stops.
+    pace: f32,
 }
 
 impl<const N: usize> Trajectory<N> {
     /// Nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { ways: Deque::new(), last: None, k: 0 }
+        Self { ways: Deque::new(), last: None, k: 0, fraction: 0.0, pace: 1.0 }
     }
 
     /// Forget everything.
     #[inline]
     pub fn clear(&mut self) {
         self.ways.clear();
-        (self.last, self.k) = (None, 0);
+        (self.last, self.k, self.fraction, self.pace) = (None, 0, 0.0, 1.0);
     }
 
     /// Points that there is room for.
@@ -211,13 +215,82 @@ impl<const N: usize> Trajectory<N> {
         };
         self.k += 1;
         if self.k < way.ticks {
-            way.at(self.k, now);
+            way.at(f32::from(self.k), now);
         } else {
             self.k = 0;
             self.ways.pop_front();
             if let Some(end) = self.ways.front().map(|next| &next.start).or(self.last.as_ref()) {
                 *now = *end;
             }
+        }
+    }
+}
+
+impl<const N: usize> Trajectory<N> {
+    /// Go on by one tick of an arm that stops along its path, from the reference of the last tick to that of the next.
+    ///
+    /// The path time slows down. With `q'` and `q''` along the path and the pace `p`,
+    ///
+    /// ```text
+    /// qd = q' p,   qdd = q'' p^2 + q' dp/dt,   |qdd| <= deceleration
+    /// ```
+    ///
+    /// `dp/dt` is the lowest for which the last holds for every joint that is slowed down: the arm stays on its path, and no joint is
+    /// slowed down more than it can be. `None` if the points end in motion. The trajectory is empty when the arm has stopped.
+    #[cold]
+    #[inline(never)]
+    pub fn slow_down(
+        &mut self,
+        reference: &mut Option<Reference<f32, N>>,
+        deceleration: impl Fn(usize) -> f32,
+        period: f32,
+    ) {
+        let Some(now) = &mut *reference else { return };
+        let Some(way) = self.ways.front() else {
+            // At the last point: at rest there, or not.
+            let rests = (0..N).all(|i| now.qd[i] == 0.0 && now.qdd[i] == 0.0);
+            self.clear();
+            if !rests {
+                *reference = None;
+            }
+            return;
+        };
+        let before = self.pace;
+        let mut along = *now;
+        way.at(f32::from(self.k) + self.fraction, &mut along);
+        let mut change = -before / period;
+        for i in 0..N {
+            let (speed, way) = (along.qd[i].abs(), along.qd[i]);
+            let own = if way >= 0.0 { along.qdd[i] } else { -along.qdd[i] };
+            let most = deceleration(i) + own * before * before;
+            // A joint that is slowed down by its path alone already slows down no more.
+            if speed * -change > most {
+                change = -(most.max(0.0) / speed);
+            }
+        }
+        self.pace = (before + change * period).max(0.0);
+        self.fraction += 0.5 * (before + self.pace);
+        while self.fraction >= 1.0 {
+            self.fraction -= 1.0;
+            self.k += 1;
+            if self.ways.front().is_some_and(|way| self.k >= way.ticks) {
+                self.k = 0;
+                self.ways.pop_front();
+            }
+        }
+        match (self.ways.front(), &self.last) {
+            (Some(way), _) => way.at(f32::from(self.k) + self.fraction, now),
+            (None, Some(last)) => *now = *last,
+            (None, None) => {}
+        }
+        let pace = self.pace;
+        for i in 0..N {
+            now.qdd[i] = now.qdd[i] * pace * pace + now.qd[i] * ((pace - before) / period);
+            now.qd[i] *= pace;
+        }
+        if pace <= 0.0 {
+            (now.qd, now.qdd) = ([0.0; N], [0.0; N]);
+            self.clear();
         }
     }
 }

@@ -111,12 +111,17 @@ impl HostChannel {
         }
     }
 
-    /// The next packet: sealed in a session with a key.
+    /// The next packet: sealed in a session with a key. A request begins with a zero, which ends whatever noise came before it on the wire:
+    /// otherwise the request would be lost with the noise.
     ///
     /// # Errors
     /// As [`crate::Encoder::encode`].
     pub fn encode(&mut self, frame: &Frame) -> Result<Packet, FrameTooLong> {
-        self.codec.encoder.encode(frame)
+        let mut packet = self.codec.encoder.encode(frame)?;
+        if matches!(frame, Frame::Request { .. }) {
+            packet.insert(0, 0).map_err(|_| FrameTooLong)?;
+        }
+        Ok(packet)
     }
 
     /// Take one byte. In a sealed session an open packet counts only where a board must speak without a seal: it has started

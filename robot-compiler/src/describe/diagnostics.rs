@@ -187,7 +187,9 @@ pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     if word.len() > LONGEST {
         return None;
     }
-    let near = |candidate: &&'a str| strsim::damerau_levenshtein(word, candidate);
+    // Names in capitals are often written without them.
+    let small = word.to_lowercase();
+    let near = |candidate: &&'a str| strsim::damerau_levenshtein(&small, &candidate.to_lowercase());
     let best = known.iter().copied().filter(|known| known.len() <= LONGEST).min_by_key(|known| near(known))?;
     let longest = word.chars().count().max(best.chars().count());
     (near(&best) * 5 <= longest * 2).then_some(best)

@@ -68,6 +68,9 @@ pub(crate) struct JointPlaces {
     pub(crate) encoder: Place,
     pub(crate) drive_torque: Place,
     pub(crate) drive_position: Place,
+    pub(crate) heat: Place,
+    /// The arm's rest pose, or where it would stand.
+    pub(crate) rest: Place,
 }
 
 impl Draft {

@@ -1,7 +1,7 @@
 //! Drive of a joint, as a robot file describes it: in the units of data sheets.
 
-use dynamics_core::drive::DataRate;
 use dynamics_core::drive::bus_time::Identifier;
+use dynamics_core::drive::{Damiao, DataRate, DriveKind, MiniCheetah, PositionMemory, RobStride};
 
 /// Counts per turn of the magnetic encoder.
 pub(crate) const ENCODER_COUNTS: u16 = 1 << 14;
@@ -84,6 +84,36 @@ impl Protocol {
         }
     }
 
+    /// What is left of its position after its power was off.
+    #[must_use]
+    pub const fn memory(self) -> PositionMemory {
+        match self {
+            Self::MiniCheetah => MiniCheetah::MEMORY,
+            Self::Damiao => Damiao::MEMORY,
+            Self::RobStride => RobStride::MEMORY,
+        }
+    }
+
+    /// Shortest time in which it restarts, us.
+    #[must_use]
+    pub const fn restart_us(self) -> u32 {
+        match self {
+            Self::MiniCheetah => MiniCheetah::RESTART_US,
+            Self::Damiao => Damiao::RESTART_US,
+            Self::RobStride => RobStride::RESTART_US,
+        }
+    }
+
+    /// True if its own communication timeout can be read and set over the bus.
+    #[must_use]
+    pub const fn has_timeout(self) -> bool {
+        match self {
+            Self::MiniCheetah => MiniCheetah::HAS_TIMEOUT,
+            Self::Damiao => Damiao::HAS_TIMEOUT,
+            Self::RobStride => RobStride::HAS_TIMEOUT,
+        }
+    }
+
     /// Bits of the fields of velocity and torque.
     #[must_use]
     pub const fn torque_bits(self) -> u32 {
@@ -111,8 +141,12 @@ pub struct Actuator {
     pub kp: f64,
     /// Highest damping of its frames, N m s/rad.
     pub kd: f64,
-    /// Torque that it can give for long, N m, where it is known.
+    /// Torque that it can give for ever, N m, where it is known.
     pub rated: Option<f64>,
+    /// Torque that it can give for a short time, N m, where it is known.
+    pub peak: Option<f64>,
+    /// Time constant of its winding's heat, s, where it is known.
+    pub time_constant: Option<f64>,
     /// Inertia of the rotor at the output shaft, kg m^2, where it is known.
     pub rotor: Option<f64>,
     /// Where the numbers come from.

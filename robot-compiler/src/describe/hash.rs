@@ -192,6 +192,10 @@ fn hash_drives<const N: usize>(fnv: &mut Fnv1a, drives: &Drives<N>) {
                     ranges,
                     gearing,
                     damping,
+                    // They follow from kind, rate and limits.
+                    timeout: _,
+                    restart_ticks: _,
+                    absolute: _,
                 } = drive;
                 fnv.bytes(&[*bus, *id, *reply_bytes]);
                 fnv.tag(u32::from(*reply_id));

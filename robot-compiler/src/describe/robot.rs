@@ -4,6 +4,7 @@ use crate::describe::diagnostics::FileError;
 use crate::describe::drive::JointDrive;
 use crate::with_dof;
 use dynamics_core::model::{Impossible, Place};
+use dynamics_core::safety::heat::HeatRules;
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Model, ModelError, Rotor, Tool};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -26,6 +27,8 @@ pub struct Robot {
     pub joints: Vec<RobotJoint>,
     /// The tool on the last link.
     pub tool: Tool,
+    /// Pose in which the arm carries itself without torque, rad or m; `None` if the file gives none.
+    pub rest: Option<Vec<f64>>,
     /// The file it came from.
     pub path: PathBuf,
 }
@@ -43,6 +46,29 @@ pub struct RobotJoint {
     pub encoder: Option<JointEncoder>,
     /// The drive, where the file gives one: either every joint of an arm has one, or none has.
     pub drive: Option<JointDrive>,
+    /// What its motor can give for how long.
+    pub heat: JointHeat,
+}
+
+/// What a joint's motor can give for how long, on the joint's side of the gear. `None`: not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointHeat {
+    /// Torque or force that it can give for ever, N m or N.
+    pub rated: Option<f64>,
+    /// Torque or force that it can give for a short time, N m or N.
+    pub peak: Option<f64>,
+    /// Time constant of its winding's heat, s.
+    pub time_constant: Option<f64>,
+}
+
+impl JointHeat {
+    /// The model of the winding's heat with this time between two updates, s; `None` where a number of it is not known.
+    ///
+    /// A greatest torque that is not known counts as `limit`, the joint's torque limit.
+    #[must_use]
+    pub fn rules(&self, limit: f64, update: f64) -> Option<HeatRules<f64>> {
+        Some(HeatRules::new(self.rated?, self.peak.unwrap_or(limit), self.time_constant?, update))
+    }
 }
 
 impl RobotJoint {

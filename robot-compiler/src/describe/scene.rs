@@ -35,7 +35,7 @@ pub use plant::{
     ActuatorSpec, BreakawaySpec, DriveFailure, ElasticitySpec, FailureKind, FrictionSpec, Integrator, PlantSpec, Push,
     Ripple, SensorSpec, Side,
 };
-pub use safety::SafetySpec;
+pub use safety::{SafetySpec, axis_to_tip};
 
 /// A scene: an arm, the loads on it, its controller, its motion, and the simulated world.
 ///
@@ -70,6 +70,12 @@ pub struct SceneFile {
     /// The simulated actuators.
     pub actuators: ActuatorSpec,
 }
+
+/// Longest time to switch the drives on, s. A drive that restarts, clears an error and takes its settings needs less.
+const ARMING: f64 = 1.0;
+
+/// Way that a joint coasts when a hand lets it go at `teach.speed`, rad or m.
+const COAST: f64 = 0.085;
 
 /// Greatest reflected rotor inertia that can be told at run time, as a multiple of the robot file's.
 const ROTOR_FACTOR: f64 = 4.0;
@@ -193,6 +199,7 @@ impl SceneFile {
         let (rest_speed, resolution) = (list(&safety.rest_speed), list(&safety.resolution));
         let (reach, reach_speed) = (list(&safety.reach), list(&safety.reach_speed));
         let (deceleration, damping) = (list(&safety.deceleration), list(&safety.damping));
+        let lowering_speed = self.lowering_speed(model);
         Rules {
             safe_action: safety.safe_action,
             heartbeat_max: ticks(safety.heartbeat),
@@ -202,6 +209,11 @@ impl SceneFile {
             period,
             rate: self.control.rate,
             latency: safety.latency,
+            arming_max: ticks(ARMING),
+            live: self.model.live_inputs(),
+            live_max: 0,
+            rest: safety.rest.as_deref().map(joints),
+            first_motion: None,
             payload: safety.payload,
             joints: std::array::from_fn(|i| JointRules {
                 rest_speed: rest_speed[i],
@@ -212,6 +224,7 @@ impl SceneFile {
                 reach_speed: reach_speed[i],
                 rotor_max: ROTOR_FACTOR * model.links()[i].rotor,
                 damping: damping[i],
+                lowering_speed: lowering_speed[i],
             }),
         }
     }
@@ -239,6 +252,7 @@ impl SceneFile {
             per_wall: if wall > 0.0 { 1.0 / wall } else { 0.0 },
             stiffness,
             damping,
+            slowing: spec.speed[index] / COAST,
         }
     }
 

@@ -41,7 +41,20 @@ fn range_item(range: &Range) -> Item {
 }
 
 fn mit_item(drive: &MitDrive) -> Item {
-    let MitDrive { bus, data_rate, id, reply_id, reply_bytes, temperature_offset, ranges, gearing, damping } = drive;
+    let MitDrive {
+        bus,
+        data_rate,
+        id,
+        reply_id,
+        reply_bytes,
+        temperature_offset,
+        ranges,
+        gearing,
+        damping,
+        timeout,
+        restart_ticks,
+        absolute,
+    } = drive;
     let MitRanges { position, velocity, kp, kd, torque } = ranges;
     let ranges = [("position", position), ("velocity", velocity), ("kp", kp), ("kd", kd), ("torque", torque)];
     record(
@@ -56,6 +69,9 @@ fn mit_item(drive: &MitDrive) -> Item {
             ("ranges", record("MitRanges", ranges.map(|(name, range)| (name, range_item(range))).into())),
             ("gearing", gearing_item(gearing)),
             ("damping", number(*damping)),
+            ("timeout", whole(*timeout)),
+            ("restart_ticks", whole(*restart_ticks)),
+            ("absolute", word(if *absolute { "true" } else { "false" })),
         ],
     )
 }

@@ -8,8 +8,9 @@ use crate::describe::draft::Draft;
 use crate::describe::robot::Robot;
 use std::path::Path;
 
-mod actuators;
+pub(crate) mod actuators;
 mod drive;
+mod heat;
 mod places;
 mod toml;
 

@@ -11,6 +11,7 @@ use crate::describe::scene::{ControlSpec, ModelSpec, SceneFile};
 use std::path::Path;
 
 mod auto;
+mod bounds;
 mod collision;
 mod control;
 mod model;
@@ -130,6 +131,7 @@ pub(super) fn read_with(source: &Source, folder: &Path, known: Option<&Robot>) -
     if let Some(auto) = &auto {
         auto.know(&mut scene);
     }
+    bounds::check(&root, &mut scene)?;
     motion::check(&scene, &motion_table)?;
     if let Some(auto) = &auto {
         auto.choose(&mut scene)?;

@@ -5,7 +5,7 @@
 use crate::describe::cut::{Ends, NAMESPACE, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
-use crate::describe::robot::{BuildError, DOF, JointFriction, Robot, RobotJoint};
+use crate::describe::robot::{BuildError, DOF, JointFriction, JointHeat, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Tool};
 use std::path::PathBuf;
@@ -84,6 +84,7 @@ fn stated(
     let joints = (0..chain.moving.len()).map(|i| joint(markup, urdf, chain, i)).collect::<Result<Vec<_>, _>>()?;
     let tip = merge::tip_placement(urdf, chain);
     Ok(Robot {
+        rest: None,
         name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.to_owned() },
         source: describe(&source.file, urdf, chain, ends.base),
         allow_unphysical: unphysical(markup),
@@ -137,6 +138,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
     // Scaled first, so that the square of a tiny or huge axis neither vanishes nor overflows.
     let axis = (joint.axis / largest).normalize();
     Ok(RobotJoint {
+        heat: JointHeat::default(),
         name: joint.name.to_owned(),
         spec: JointSpec {
             kind: if joint.kind == Kind::Prismatic { JointKind::Prismatic } else { JointKind::Revolute },

@@ -23,7 +23,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0x0b3e_c430_76be_89a3;
+pub const HASH: u64 = 0x0bf2_7520_8298_9b12;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
@@ -173,6 +173,11 @@ pub const fn rules() -> Rules<f32, N> {
         period: 0.001,
         rate: 1000.0,
         latency: 0.002,
+        arming_max: 1000,
+        live: 0,
+        live_max: 0,
+        rest: None,
+        first_motion: None,
         payload: InertiaBounds { mass: 12.0, radius: 1.0 },
         joints: [
             JointRules {
@@ -184,6 +189,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.5,
                 rotor_max: 0.0,
                 damping: 16.0,
+                lowering_speed: 0.010651583,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -194,6 +200,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.7,
                 rotor_max: 0.0,
                 damping: 5.714286,
+                lowering_speed: 0.010651583,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -204,6 +211,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 1.5,
                 rotor_max: 0.0,
                 damping: 0.53333336,
+                lowering_speed: 0.010651583,
             },
             JointRules {
                 rest_speed: 0.05,
@@ -214,6 +222,7 @@ pub const fn rules() -> Rules<f32, N> {
                 reach_speed: 0.12,
                 rotor_max: 0.0,
                 damping: 100.0,
+                lowering_speed: 0.010651583,
             },
         ],
     }

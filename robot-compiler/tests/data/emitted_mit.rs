@@ -21,6 +21,9 @@ pub const fn drives() -> Drives<6> {
             },
             gearing: Gearing { ratio: 1.0, per_ratio: 1.0, zero: 0.0 },
             damping: 4.0,
+            timeout: 0,
+            restart_ticks: 10,
+            absolute: false,
         },
         MitDrive {
             bus: 0,
@@ -38,6 +41,9 @@ pub const fn drives() -> Drives<6> {
             },
             gearing: Gearing { ratio: -1.0, per_ratio: -1.0, zero: 0.35 },
             damping: 4.0,
+            timeout: 0,
+            restart_ticks: 10,
+            absolute: false,
         },
         MitDrive {
             bus: 0,
@@ -55,6 +61,9 @@ pub const fn drives() -> Drives<6> {
             },
             gearing: Gearing { ratio: 1.0, per_ratio: 1.0, zero: -0.2 },
             damping: 4.0,
+            timeout: 0,
+            restart_ticks: 10,
+            absolute: false,
         },
         MitDrive {
             bus: 1,
@@ -72,6 +81,9 @@ pub const fn drives() -> Drives<6> {
             },
             gearing: Gearing { ratio: 1.0, per_ratio: 1.0, zero: 0.1 },
             damping: 1.0,
+            timeout: 0,
+            restart_ticks: 10,
+            absolute: false,
         },
         MitDrive {
             bus: 1,
@@ -89,6 +101,9 @@ pub const fn drives() -> Drives<6> {
             },
             gearing: Gearing { ratio: -1.0, per_ratio: -1.0, zero: 0.0 },
             damping: 1.0,
+            timeout: 0,
+            restart_ticks: 10,
+            absolute: false,
         },
         MitDrive {
             bus: 1,
@@ -106,6 +121,9 @@ pub const fn drives() -> Drives<6> {
             },
             gearing: Gearing { ratio: 1.0, per_ratio: 1.0, zero: 1.2 },
             damping: 1.0,
+            timeout: 0,
+            restart_ticks: 10,
+            absolute: false,
         },
     ])
 }

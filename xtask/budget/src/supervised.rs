@@ -10,8 +10,11 @@ use host_sim::session::drill::{Drill, OnChip, OnDesk};
 use link::{Actuation, Cost, Frame, Lines, Point, Request, Status, TickCost};
 use robot_compiler::SceneFile;
 
-/// Ticks before the arm runs: home, confirm, arm.
-pub const TICKS_BEFORE: usize = 3;
+/// Ticks before the arm runs: home, confirm, arm, and the time in which torque rises on engaged brakes.
+pub const TICKS_BEFORE: usize = 3 + ARMING;
+
+/// Ticks after the request to arm, after which the arm is armed.
+const ARMING: usize = 100;
 
 /// Ticks from one point of the trajectory to the next.
 const WAY: u16 = 4;
@@ -56,7 +59,8 @@ pub fn drive<const N: usize>(
     let mut number = 0;
     let mut tick = |target: &mut dyn Drill, of: &Tick<N>| {
         number += 1;
-        let answers = target.tick(&link::Measurement::new(number, &of.1))?;
+        let mut answers = target.tick(&link::Measurement::new(number, &of.1))?;
+        answers.retain(|frame| !matches!(frame, Frame::Answer(_)));
         match answers.as_slice() {
             [Frame::Status(status)] if status.refused.is_none() => Ok(status.clone()),
             other => {
@@ -64,8 +68,11 @@ pub fn drive<const N: usize>(
             }
         }
     };
-    for request in [Request::Home, Request::Confirm, Request::Arm] {
-        target.send(&Frame::Request(request))?;
+    for (number, request) in [Request::Home, Request::Confirm, Request::Arm].into_iter().enumerate() {
+        target.send(&Frame::request(number as u8, request))?;
+        tick(target, first)?;
+    }
+    for _ in 0..ARMING {
         tick(target, first)?;
     }
     let (last, way) = (motion.len() - 1, usize::from(WAY));
@@ -78,7 +85,7 @@ pub fn drive<const N: usize>(
             sent = Some(at);
         }
         if k == 0 {
-            target.send(&Frame::Request(Request::Run))?;
+            target.send(&Frame::request(u8::MAX, Request::Run))?;
         }
         let status = tick(target, of)?;
         if status.state != 3 || !matches!(status.actuation, Some(Actuation::Drive { .. })) {

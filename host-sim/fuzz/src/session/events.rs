@@ -20,9 +20,11 @@ impl<const N: usize> Bench<N> {
             }
             2 => {
                 let all = [Request::Home, Request::Confirm, Request::Arm, Request::Disarm, Request::Run];
-                let more = [Request::Hold, Request::Clear];
-                let asked = usize::from(next()) % 7;
-                self.send(&Frame::Request(all.iter().chain(&more).copied().nth(asked).unwrap()));
+                let more = [Request::Hold, Request::Clear, Request::Stop, Request::FullRange, Request::Release];
+                let asked = usize::from(next()) % 10;
+                self.request = self.request.wrapping_add(1);
+                let request = all.iter().chain(&more).copied().nth(asked).unwrap();
+                self.send(&Frame::request(self.request, request));
                 self.time();
             }
             3 => {
@@ -55,7 +57,7 @@ impl<const N: usize> Bench<N> {
                         counts[joint] = counts[joint].wrapping_add(value.to_bits().cast_signed() >> (what >> 4));
                     }
                     (_, 2) => ages[joint] = u32::from(what >> 2),
-                    _ => faults[joint] = JointFaults::NAMES[usize::from(what >> 2) % 8].0,
+                    _ => faults[joint] = JointFaults::NAMES[usize::from(what >> 2) % JointFaults::NAMES.len()].0,
                 }
                 self.odd = Some((sensed, ages, faults));
             }
@@ -143,7 +145,8 @@ impl<const N: usize> Bench<N> {
         self.lines = Lines { emergency_stop, supply, temperature };
         if self.pacing() == Some(Pacing::Drill) {
             let (overrun, zeroed) = (bits & 32 != 0, bits & 64 == 0);
-            let lines = link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature };
+            let own = link::Lines { emergency_stop, overrun, zeroed, drive_fault, ..link::Lines::CALM };
+            let lines = link::Lines { supply, temperature, ..own };
             self.send(&Frame::Lines(lines));
         }
     }

@@ -41,7 +41,15 @@ impl<const N: usize> Bench<N> {
         let (sensed, age_ticks, faults) = self.odd.take().unwrap_or((self.reading(), [0; N], [JointFaults::NONE; N]));
         let sees = self.blind == 0;
         self.blind = self.blind.saturating_sub(1);
-        let readings = sees.then_some(Readings { sensed, torque: [0.0; N], age_ticks, faults, errors: [0; N] });
+        let readings = sees.then_some(Readings {
+            sensed,
+            torque: [0.0; N],
+            age_ticks,
+            faults,
+            errors: [0; N],
+            on: [true; N],
+            zero_lost: false,
+        });
         self.session.sense(readings.as_ref(), &self.lines);
         self.twin.sense(readings.as_ref(), &self.lines);
         if self.pacing() != Some(Pacing::Live) {
@@ -160,7 +168,7 @@ fn split(said: Vec<Frame>) -> (Option<Status>, Vec<Frame>) {
 
 fn torque_bits<const N: usize>(drives: &Drives<N>) -> Option<[u32; N]> {
     match drives {
-        Drives::Drive(torque) => Some(torque.map(f32::to_bits)),
-        Drives::Safe(_) => None,
+        Drives::Drive(torque) | Drives::Preload(torque) => Some(torque.map(f32::to_bits)),
+        Drives::Safe(_) | Drives::Enable(_) => None,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Bench, EVERYTHING, PAST, nothing};
 use crate::packets::{all_bits, begins};
-use link::{DecodeError, Frame, Hello, Pacing, Packet, Received, Refusal, Request};
+use link::{DecodeError, Frame, Hello, NumberedRequest, Pacing, Packet, Received, Refusal, Request};
 use session::{Reaction, State};
 
 impl<const N: usize> Bench<N> {
@@ -46,7 +46,7 @@ impl<const N: usize> Bench<N> {
         if let Frame::Hello(theirs) = &frame {
             return self.greeted(*theirs, &reaction);
         }
-        let stops = matches!(frame, Frame::Request(Request::Hold));
+        let stops = matches!(frame, Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. }));
         if let (Some(number), Some(last)) = (number, last)
             && number <= last
             && !begins(&frame)
@@ -84,7 +84,8 @@ impl<const N: usize> Bench<N> {
             return;
         }
         match frame {
-            Frame::Request(request) => self.asked = Some(*request),
+            // A request that is answered at once is not put to the machine.
+            Frame::Request(request) if *reaction == Reaction::None => self.asked = Some(request.request),
             Frame::Measurement(measurement) => {
                 self.told.sensed = measurement.sensed.to_core().unwrap();
                 self.told.age_ticks = [measurement.age_ticks; N];

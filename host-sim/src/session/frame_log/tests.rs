@@ -20,7 +20,7 @@ fn bytes() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut writer = Writer::new(&mut bytes, &head()).unwrap();
     writer.push(Way::Sent, 0, Duration::from_micros(5), &odd()).unwrap();
-    writer.push(Way::Received, 3, Duration::from_secs(7200), &Frame::Request(Request::Hold)).unwrap();
+    writer.push(Way::Received, 3, Duration::from_secs(7200), &Frame::request(1, Request::Hold)).unwrap();
     bytes
 }
 
@@ -36,7 +36,7 @@ fn every_frame_comes_back_with_its_bits_its_time_and_what_was_lost_before_it() {
     assert_eq!(q.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), [0x7fc0_1234, 0x8000_0000]);
     assert_eq!((first.way, first.missed, first.at.as_micros()), (Way::Sent, 0, 5));
     assert_eq!((second.way, second.missed, second.at.as_secs()), (Way::Received, 3, 7200));
-    assert_eq!(second.frame, Frame::Request(Request::Hold));
+    assert_eq!(second.frame, Frame::request(1, Request::Hold));
 }
 
 #[test]

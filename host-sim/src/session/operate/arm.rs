@@ -5,6 +5,7 @@
 
 use super::Stop;
 use super::motion_queue::way;
+use super::torque_cause::DriveNumbers;
 use super::torque_check::hidden;
 use crate::run::wrench::tip_wrench;
 use crate::session::frame_log::Head;
@@ -12,8 +13,11 @@ use crate::session::frame_log::recorder::Recorded;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError};
 use dynamics_core::control::{ControllerConfig, Encoder};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Libm;
-use dynamics_core::{Dynamics, Inertia, InverseDynamics as _, JointKind, Live, Model, Reference, Term, Trig as _};
+use dynamics_core::{
+    Dynamics, Inertia, InertiaBounds, InverseDynamics as _, JointKind, Live, Model, Reference, Term, Trig as _,
+};
 use identification::arm::Chain;
 use identification::identify::TORQUE_CUTOFF;
 use identification::log::Log;
@@ -27,6 +31,7 @@ use robot_compiler::scene::joints;
 use robot_compiler::{RobotJoint, SceneFile};
 use std::fmt;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// How far torques that drives were told are trusted, as a share.
 const TORQUE_DEVIATION: f64 = 0.02;
@@ -44,6 +49,9 @@ pub trait Course: fmt::Debug {
 
     /// Positions at the start and at the end, rad or m.
     fn ends(&self) -> [Vec<f64>; 2];
+
+    /// The same path, so slowly that no joint is faster than this, rad/s or m/s; `None` if it is not faster.
+    fn slowed(&self, velocity: &[f64]) -> Option<Rc<dyn Course>>;
 }
 
 impl<const N: usize> Course for Motion<f64, N> {
@@ -62,6 +70,13 @@ impl<const N: usize> Course for Motion<f64, N> {
     fn ends(&self) -> [Vec<f64>; 2] {
         [self.start().q.to_vec(), Motion::end(self).q.to_vec()]
     }
+
+    fn slowed(&self, velocity: &[f64]) -> Option<Rc<dyn Course>> {
+        let peaks = self.peaks().velocity;
+        let factor = peaks.iter().zip(velocity).map(|(peak, velocity)| peak / velocity).fold(0.0, f64::max);
+        let slower = (factor > 1.0).then(|| self.stretched(factor * (1.0 + Bounds::<f64, N>::MARGIN)))?;
+        slower.ok().map(|motion| Rc::new(motion) as Rc<dyn Course>)
+    }
 }
 
 /// Operations that depend on the number of joints.
@@ -75,16 +90,23 @@ pub(super) trait Joints: fmt::Debug {
     /// Motion from rest to rest: in this time, s, or as fast as the bounds allow.
     fn way(&self, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, MotionError>;
 
-    /// Live inputs of the arm, with another payload if one is given.
+    /// Live inputs of the arm, with another payload (in the tip frame) if one is given. This is the one place where a payload is
+    /// moved from the tip frame to the last link's frame, which the board uses.
     fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia>;
 
-    /// Payload of the scene, in the last link's frame.
+    /// Payload of the scene, in the tip frame.
     fn payload(&self) -> Inertia<f32>;
 
-    /// Torque of this motion by the model that the controller has, N m or N.
+    /// A body given in the tip frame, in the last link's frame.
+    fn in_last_link(&self, in_tip: &Inertia<f64>) -> Inertia<f64>;
+
+    /// A body given in the last link's frame, in the tip frame.
+    fn in_tip(&self, in_last_link: &Inertia<f64>) -> Inertia<f64>;
+
+    /// Torque of this motion by the model that the controller has, N m or N. The payload is in the tip frame.
     fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64>;
 
-    /// What the arm holds along a log, against the model; viscous and Coulomb friction of each joint.
+    /// Payload that explains a log, against the model, in the last link's frame; viscous and Coulomb friction of each joint.
     fn weigh(&self, log: &Log, friction: &[(f64, f64)]) -> Payload;
 
     /// Force (N) and moment (N m) at the tip, in base axes, that these external torques stand for; the smallest of several. `None`
@@ -94,12 +116,23 @@ pub(super) trait Joints: fmt::Debug {
 
 #[derive(Debug)]
 struct OfScene<const N: usize> {
-    /// Live inputs of the arm, as sent to the board.
+    /// Live inputs of the arm, as sent to the board: the payload is in the last link's frame.
     live: Live<f32, N>,
+    /// The scene's payload, in the tip frame.
+    payload: Inertia<f32>,
     /// Bounds of the operator's own motions.
     bounds: Bounds<f64, N>,
     encoder: [Encoder<f64>; N],
     dynamics: Dynamics<f64, N>,
+}
+
+impl<const N: usize> OfScene<N> {
+    /// Live inputs with this payload, given in the tip frame; with the scene's for `None`.
+    fn live_with(&self, payload: Option<Inertia<f32>>) -> Live<f32, N> {
+        // Symmetric to the bit: the link carries six entries of the tensor.
+        let moved = payload.map(|payload| self.in_last_link(&payload.cast()).cast().symmetric());
+        Live { payload: moved.unwrap_or(self.live.payload), ..self.live }
+    }
 }
 
 impl<const N: usize> Joints for OfScene<N> {
@@ -122,16 +155,26 @@ impl<const N: usize> Joints for OfScene<N> {
     }
 
     fn live(&self, payload: Option<Inertia<f32>>) -> Result<link::Live, AsymmetricInertia> {
-        link::Live::new(&Live { payload: payload.unwrap_or(self.live.payload), ..self.live })
+        link::Live::new(&self.live_with(payload))
     }
 
     fn payload(&self) -> Inertia<f32> {
-        self.live.payload
+        self.payload
+    }
+
+    fn in_last_link(&self, in_tip: &Inertia<f64>) -> Inertia<f64> {
+        let tip = self.dynamics.model().tip();
+        in_tip.in_parent(&tip.rotation, &tip.translation)
+    }
+
+    fn in_tip(&self, in_last_link: &Inertia<f64>) -> Inertia<f64> {
+        let link = self.dynamics.model().tip().inverse();
+        in_last_link.in_parent(&link.rotation, &link.translation)
     }
 
     fn inverse_dynamics(&self, q: &[f64], qd: &[f64], qdd: &[f64], payload: Option<Inertia<f32>>) -> Vec<f64> {
         let (q, qd, qdd): ([f64; N], [f64; N], [f64; N]) = (joints(q), joints(qd), joints(qdd));
-        let live = Live { payload: payload.unwrap_or(self.live.payload), ..self.live }.cast();
+        let live = self.live_with(payload).cast();
         self.dynamics.inverse_dynamics(&Libm.sin_cos_all(&q), &q, &qd, &qdd, &live).to_vec()
     }
 
@@ -169,10 +212,14 @@ pub(super) struct Arm {
     /// What a record says of the arm.
     pub(super) recorded: Recorded,
     pub(super) hello: Hello,
-    /// The payload last sent to the board, if it differs from the scene's.
+    /// The payload last sent to the board, in the tip frame, if it differs from the scene's.
     pub(super) payload: Option<Inertia<f32>>,
-    /// Whether the board's model uses a live payload.
+    /// True if the board's model uses a live payload.
     pub(super) payload_is_live: bool,
+    /// Bounds of the board on a payload, in the last link's frame.
+    pub(super) payload_bounds: InertiaBounds<f64>,
+    /// True if the scene lets gains, frictions and the control law be changed.
+    pub(super) tunable: bool,
     pub(super) motion: Rc<dyn Course>,
     /// Number of repetitions of the motion.
     pub(super) times: u32,
@@ -184,12 +231,28 @@ pub(super) struct Arm {
     pub(super) left_out: Option<String>,
     /// Whether the board estimates external torques.
     pub(super) estimates: bool,
+    /// Longest silence of the host that the board accepts.
+    pub(super) heartbeat: Duration,
+    /// Interval at which the live inputs are sent again, if the board limits their age.
+    pub(super) live_every: Option<Duration>,
+    /// True if brakes hold the arm when no torque acts.
+    pub(super) has_brakes: bool,
+    /// Pose in which the arm needs no torque, rad or m, if the scene or the robot file gives one.
+    pub(super) rest: Option<Vec<f64>>,
+    /// Share of velocity and torque limits that the board allows between homing and `full-range`, if it limits the first motion.
+    pub(super) first_motion: Option<f64>,
+    /// Velocity limit of each joint, rad/s or m/s.
+    pub(super) velocity: Vec<f64>,
+    /// Torque limit of each joint, N m or N.
+    pub(super) torque: Vec<f64>,
     /// Lowest and highest position of each joint, rad or m.
     pub(super) range: Vec<(f64, f64)>,
     /// What friction and noise may hide of each joint's torque, N m or N.
     pub(super) hidden: Vec<f64>,
     /// Viscous and Coulomb friction of each joint.
     pub(super) friction: Vec<(f64, f64)>,
+    /// Numbers of each joint's drive that a wrong torque can show.
+    pub(super) drives: Vec<DriveNumbers>,
     /// The drives' own words for their errors.
     pub(super) words: Option<fn(u8) -> &'static str>,
 }
@@ -206,7 +269,8 @@ impl Arm {
         let whole = |duration: f64| (duration / motion.duration() + 1e-9).floor().clamp(1.0, 1e6) as u32;
         let times = if plays.motion.repeats() { scene.duration.map_or(1, whole) } else { 1 };
         let ControllerConfig { encoder, limits, .. } = scene.controller_config(model);
-        let deceleration = scene.safety_rules(model).joints.map(|joint| joint.deceleration);
+        let rules = scene.safety_rules(model);
+        let deceleration = rules.joints.map(|joint| joint.deceleration);
         let units = |kind| match kind {
             JointKind::Revolute => ("rad", "N m"),
             JointKind::Prismatic => ("m", "N"),
@@ -225,10 +289,15 @@ impl Arm {
             hello,
             payload: None,
             payload_is_live: matches!(scene.model.payload, Term::Live),
+            payload_bounds: rules.payload,
+            tunable: scene.control.tunable,
             motion: Rc::new(motion),
             times,
             limbs: Box::new(OfScene {
                 live: scene.live(model).cast(),
+                payload: scene.plant.payload.map_or_else(Inertia::zero, |body| {
+                    Inertia::from_mass_centre(body.mass, &body.com, &body.inertia).cast().symmetric()
+                }),
                 bounds,
                 encoder,
                 dynamics: Dynamics::new(*model, scene.scene(model)),
@@ -237,9 +306,19 @@ impl Arm {
             period: scene.period(),
             left_out: left_out(scene),
             estimates: scene.collision.is_some(),
+            heartbeat: Duration::from_secs_f64(scene.safety.heartbeat),
+            // A quarter of the limit, so that three of four may be lost.
+            live_every: (rules.live_max > 0)
+                .then(|| Duration::from_secs_f64(0.25 * f64::from(rules.live_max) * scene.period())),
+            has_brakes: matches!(scene.safety.safe_action, SafeAction::Brake),
+            rest: rules.rest.map(|rest| rest.to_vec()),
+            first_motion: rules.first_motion,
+            velocity: limits.map(|limits| limits.velocity).to_vec(),
+            torque: limits.map(|limits| limits.torque).to_vec(),
             range: limits.map(|limits| limits.position).to_vec(),
             hidden: scene.robot.joints.iter().map(of_friction).collect(),
             friction: scene.robot.joints.iter().map(rubs).collect(),
+            drives: scene.robot.joints.iter().map(DriveNumbers::of).collect(),
             words: scene.protocol().map(words_of),
         })
     }

@@ -1,5 +1,6 @@
 //! Commands that an operator types: one command a line.
 
+use super::device::Cut;
 use super::feel::{SOFT, STIFF};
 use super::parameters;
 use dynamics_core::control::Law;
@@ -36,7 +37,7 @@ pub enum Command {
     Get(Vec<u8>),
     /// Change a parameter.
     Set(Setting),
-    /// Set the payload: a mass, kg, at a point of the last link's frame, m.
+    /// Set the payload: a mass, kg, with its centre at a point of the tip frame, m.
     Payload(f64, [f64; 3]),
     /// Take another control law.
     Law(Law),
@@ -46,19 +47,40 @@ pub enum Command {
     Weigh,
     /// Say how much torque of a joint acts, of what is told; `None`: of each joint.
     CheckTorque(Option<usize>),
+    /// Cut a simulated cable (`true`) or plug it in again.
+    Cut(Cut, bool),
     /// Press or release the emergency stop of a drill.
     EmergencyStop(bool),
-    /// Stop the arm and end the session.
-    Quit,
+    /// Remove the torque; with `true` although joints sink.
+    Disarm(bool),
+    /// Lift the limits of the first motion after homing.
+    FullRange,
+    /// Release the black box of a fault.
+    Erase,
+    /// Move to the rest pose.
+    Park,
+    /// Stop the arm and hold it; again within a second: emergency stop.
+    Stop,
+    /// Stop the arm, remove the torque and end the session; with `true` although joints sink.
+    Quit(bool),
 }
 
 /// Each command with its arguments and its effect.
-pub const HELP: [(&str, &str); 29] = [
+pub const HELP: [(&str, &str); 37] = [
     ("status", "what the board says: state, positions, torques"),
     ("home", "forget the zeros: the joints look for them"),
     ("confirm", "the zeros are right: look before you say so"),
     ("arm", "hold the arm where it is, by torque"),
-    ("disarm", "no torque; moves are over first"),
+    (
+        "stop, s",
+        "stop along the path and hold; again within 1 s: emergency stop (fault 9). Keys: Esc, or space on an empty line",
+    ),
+    ("park", "move to the rest pose of the scene or robot file"),
+    (
+        "disarm",
+        "remove the torque at rest; if joints would sink, says how far and asks (a script parks, or is rejected)",
+    ),
+    ("disarm!", "remove the torque although joints sink"),
     ("run", "the scene's motion, and the way to its start"),
     ("hold", "stop, and stay"),
     ("clear", "leave a fault whose cause is gone"),
@@ -69,7 +91,10 @@ pub const HELP: [(&str, &str); 29] = [
     ("watch TICKS", "print the status every so many ticks; 0 never"),
     ("get [JOINT] [NAME]", "what parameters are, and their bounds: all, a joint's, one"),
     ("set JOINT NAME VALUE", "change a gain or a friction, where the scene is `tunable` and no torque jumps"),
-    ("payload MASS [X Y Z]", "so many kg at a point of the last link's frame, m; where the scene's payload is live"),
+    (
+        "payload MASS [X Y Z]",
+        "declare a payload of MASS kg with its centre of mass at X Y Z (m) in the tip frame; needs a live payload in the scene",
+    ),
     ("law LAW", "another control law, where the scene is `tunable`; a moving arm is stopped first"),
     ("teach", "lead the arm by hand: the law `teach`, and off; `hold` ends it"),
     ("soft", "a quarter of the scene's stiffness, in steps without a jump of torque"),
@@ -78,12 +103,20 @@ pub const HELP: [(&str, &str); 29] = [
     ("check-torque [JOINT]", "move a joint a little, and say how much torque acts of what is told"),
     ("weigh", "what the arm holds, from slow motions there and back; the board is told"),
     ("dump [FILE]", "the ticks that the board remembers: a table, or a CSV file"),
+    ("erase", "release the black box of an earlier fault, so that it records again"),
+    ("full-range", "lift the limits of the first motion after homing; shows what was seen so far"),
     ("record FILE", "keep every frame from here on, for `host-sim replay`; begins a new session"),
     ("record off", "end the record"),
     ("press, release", "the emergency stop, in a drill"),
+    ("cut host", "cut a simulated cable, with --simulate-link: to the host; `bus 1` and `drive JOINT` work too"),
+    ("plug host", "plug it in again"),
     ("help", "this"),
-    ("quit", "hold, wait for rest, disarm, end; so does the end of the input"),
+    ("quit", "hold, `disarm`, end; so does the end of the input"),
+    ("quit!", "hold, `disarm!`, end"),
 ];
+
+/// Requests that the operator does not only pass on.
+const OWN: [&str; 5] = ["run", "disarm", "stop", "full-range", "release"];
 
 /// Parse a line. `joints` are the names of the joints, base first.
 ///
@@ -93,7 +126,7 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
     let line = line.split('#').next().unwrap_or_default();
     let words: Vec<&str> = line.split_whitespace().collect();
     let Some((&name, arguments)) = words.split_first() else { return Ok(Command::Nothing) };
-    if let Some((request, _)) = Request::NAMES.iter().find(|(_, word)| *word == name && name != "run") {
+    if let Some((request, _)) = Request::NAMES.iter().find(|(_, word)| *word == name && !OWN.contains(word)) {
         return none(name, arguments, Command::Ask(*request));
     }
     match (name, arguments) {
@@ -102,7 +135,18 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         ("run", _) => none(name, arguments, Command::Run),
         ("press", _) => none(name, arguments, Command::EmergencyStop(true)),
         ("release", _) => none(name, arguments, Command::EmergencyStop(false)),
-        ("quit", _) => none(name, arguments, Command::Quit),
+        ("disarm" | "disarm!", _) => none(name, arguments, Command::Disarm(name.ends_with('!'))),
+        ("full-range", _) => none(name, arguments, Command::FullRange),
+        ("erase", _) => none(name, arguments, Command::Erase),
+        ("park", _) => none(name, arguments, Command::Park),
+        ("stop" | "s", _) => none(name, arguments, Command::Stop),
+        ("quit" | "quit!", _) => none(name, arguments, Command::Quit(name.ends_with('!'))),
+        ("cut" | "plug", ["host"]) => Ok(Command::Cut(Cut::Host, name == "cut")),
+        ("cut" | "plug", ["bus", number]) => match number.parse() {
+            Ok(bus @ 1..=3) => Ok(Command::Cut(Cut::Bus(bus - 1), name == "cut")),
+            _ => Err(format!("{name}: bus {number}, expected 1 to 3")),
+        },
+        ("cut" | "plug", ["drive", which]) => Ok(Command::Cut(Cut::Drive(joint(name, which, joints)?), name == "cut")),
         ("jog", [which, delta, time @ ..]) if time.len() < 2 => {
             let time = time.first().map(|time| seconds(name, time)).transpose()?;
             Ok(Command::Jog(joint(name, which, joints)?, number(name, "DELTA", delta)?, time))
@@ -146,7 +190,11 @@ pub fn parse(line: &str, joints: &[String]) -> Result<Command, String> {
         ("dump", [file]) => Ok(Command::Dump(Some(file.into()))),
         ("record", ["off"]) => Ok(Command::Record(None)),
         ("record", [file]) => Ok(Command::Record(Some(file.into()))),
-        ("wait" | "watch" | "dump" | "record" | "set" | "payload" | "law" | "stiffness" | "check-torque", _) => {
+        (
+            "wait" | "watch" | "dump" | "record" | "set" | "payload" | "law" | "stiffness" | "check-torque" | "cut"
+            | "plug",
+            _,
+        ) => {
             let usage = HELP.iter().filter(|(usage, _)| usage.split(' ').next() == Some(name));
             let usage: Vec<_> = usage.map(|(usage, _)| *usage).collect();
             Err(format!("{name}: {} words, expected {}", arguments.len(), usage.join(" or ")))

@@ -1,9 +1,16 @@
 //! Sources of commands: a file, a pipe, or a user at a terminal.
+//!
+//! At a terminal a thread reads every key at once, whatever the operator's loop waits for: Esc, space on an empty line, and the lines
+//! `stop` and `s` are counted as presses of the stop key, and need no place in the queue of lines.
 
+use super::Presses;
+use super::keys::{Editor, Event, Keyboard};
 use std::collections::VecDeque;
-use std::io::{self, BufRead, IsTerminal, Write};
+use std::io::{self, BufRead, IsTerminal, Read, Write};
 use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::time::Duration;
 
 /// Answer of a source.
@@ -24,6 +31,10 @@ pub struct Console {
     name: String,
     number: usize,
     prompted: bool,
+    /// Presses of the stop key; `None` without a terminal.
+    stops: Option<Presses>,
+    /// Gives the terminal its settings back when the console ends.
+    _keyboard: Option<Keyboard>,
 }
 
 #[derive(Debug)]
@@ -34,30 +45,54 @@ enum Source {
 }
 
 impl Console {
-    /// Lines of a script.
+    /// Lines of a script. If a user sits at the terminal, the stop key works; nothing else that is typed has an effect.
     ///
     /// # Errors
     /// The file cannot be read.
     pub fn script(path: &Path) -> io::Result<Self> {
         let text = std::fs::read_to_string(path)?;
         let lines = text.lines().map(str::to_owned).collect();
-        Ok(Self { source: Source::Script(lines), name: path.display().to_string(), number: 0, prompted: false })
+        let console = Self::new(Source::Script(lines), path.display().to_string());
+        Ok(if io::stdin().is_terminal() { console.with_stop_key().0 } else { console })
     }
 
     /// Lines of standard input.
     #[must_use]
     pub fn standard_input() -> Self {
-        let (sender, lines) = channel();
-        // The thread ends with the program: a blocking read of a line cannot be interrupted.
-        std::thread::spawn(move || {
-            for line in io::stdin().lock().lines() {
-                if line.is_err() || line.is_ok_and(|line| sender.send(line).is_err()) {
-                    break;
+        if !io::stdin().is_terminal() {
+            let (sender, lines) = channel();
+            // The thread ends with the program: a blocking read of a line cannot be interrupted.
+            std::thread::spawn(move || {
+                for line in io::stdin().lock().lines() {
+                    if line.is_err() || line.is_ok_and(|line| sender.send(line).is_err()) {
+                        break;
+                    }
                 }
-            }
-        });
-        let source = if io::stdin().is_terminal() { Source::Terminal(lines) } else { Source::Pipe(lines) };
-        Self { source, name: "standard input".into(), number: 0, prompted: false }
+            });
+            return Self::new(Source::Pipe(lines), "standard input".into());
+        }
+        let console = Self::new(Source::Script(VecDeque::new()), "standard input".into());
+        let (console, lines) = console.with_stop_key();
+        Self { source: Source::Terminal(lines), ..console }
+    }
+
+    /// Reads the terminal's keys in a thread of its own. Returns the lines that are typed.
+    fn with_stop_key(self) -> (Self, Receiver<String>) {
+        let (sender, lines) = channel();
+        let (stops, keyboard) = (Presses::default(), Keyboard::take());
+        let (count, by_key) = (Arc::clone(&stops), keyboard.is_some());
+        std::thread::spawn(move || if by_key { read_keys(&sender, &count) } else { read_lines(&sender, &count) });
+        (Self { stops: Some(stops), _keyboard: keyboard, ..self }, lines)
+    }
+
+    fn new(source: Source, name: String) -> Self {
+        Self { source, name, number: 0, prompted: false, stops: None, _keyboard: None }
+    }
+
+    /// Counter of presses of the stop key, if a user types at a terminal.
+    #[must_use]
+    pub fn stops(&self) -> Option<Presses> {
+        self.stops.clone()
     }
 
     /// Whether a user types at a terminal, reads the answers, and can correct errors.
@@ -98,5 +133,56 @@ impl Console {
             self.prompted = false;
         }
         line
+    }
+}
+
+/// True if the line asks for a stop, which must not wait behind other lines.
+fn is_stop(line: &str) -> bool {
+    matches!(line.trim(), "stop" | "s")
+}
+
+/// Sends a line, or counts it if it asks for a stop. A script takes no lines, and the stop key works all the same.
+fn pass_on(line: String, lines: &Sender<String>, stops: &AtomicU32) {
+    let stop = is_stop(&line);
+    if stop {
+        stops.fetch_add(1, Ordering::Relaxed);
+    }
+    // After a stop an empty line, so that the prompt comes again.
+    lines.send(if stop { String::new() } else { line }).ok();
+}
+
+/// Reads lines of a terminal whose keys cannot be read one by one.
+fn read_lines(lines: &Sender<String>, stops: &AtomicU32) {
+    for line in io::stdin().lock().lines() {
+        let Ok(line) = line else { break };
+        pass_on(line, lines, stops);
+    }
+}
+
+/// Reads a terminal key by key, echoes what is typed, and sends whole lines.
+fn read_keys(lines: &Sender<String>, stops: &AtomicU32) {
+    let mut editor = Editor::default();
+    let mut bytes = [0; 256];
+    loop {
+        let count = match io::stdin().lock().read(&mut bytes) {
+            Ok(0) => return,
+            Ok(count) => count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(_) => return,
+        };
+        for event in editor.take(bytes.get(..count).unwrap_or_default()) {
+            match event {
+                Event::Stop => {
+                    stops.fetch_add(1, Ordering::Relaxed);
+                }
+                Event::Echo(text) => {
+                    // If it fails, only the echo is missing.
+                    eprint!("{text}");
+                    io::stderr().flush().ok();
+                }
+                Event::Line(line) => pass_on(line, lines, stops),
+                Event::End => return,
+            }
+        }
     }
 }

@@ -1,40 +1,89 @@
 //! The operator's main loop: executes every line of a console.
 
-use super::command::parse;
+use super::command::{Command, parse};
 use super::console::{Console, Line};
+use super::ending::{Consent, Released};
 use super::{Operator, Stop};
 use std::time::Duration;
 
-/// Execute commands line by line, until the end.
+/// Decision that waits for the user: what follows if the joints may sink.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pending {
+    Disarm,
+    Quit,
+}
+
+/// Executes commands line by line, until the end. The arm is left as `docs/operate.md` says: see [`Operator::release`].
 pub(crate) fn converse(operator: &mut Operator, console: &mut Console) -> Result<(), Stop> {
     // In a drill, time stands still while a pipe is silent: the result does not depend on the speed of the writer.
     const PATIENCE: Duration = Duration::from_millis(20);
-    // Whether Ctrl-C was pressed with no line typed since.
+    let person = console.is_a_person();
+    let consent = if person { Consent::Ask } else { Consent::Rule };
+    // True if Ctrl-C was pressed with no line typed since.
     let mut pressed = false;
+    let mut pending = None;
     loop {
-        let person = console.is_a_person();
         let passes = operator.is_live() || (person && operator.is_moving());
         let wait = if passes { Duration::ZERO } else { PATIENCE };
         let done = match console.next(wait) {
-            Line::End => return Ok(()),
-            Line::None if passes => operator.idle().map(|()| false),
-            Line::None => operator.unless_interrupted().map(|()| false),
+            Line::End => return operator.end(),
+            Line::None if passes => operator.idle().map(|()| None),
+            Line::None => operator.unless_interrupted().map(|()| None),
             Line::Text(line) => {
                 pressed = false;
                 operator.report().still();
-                parse(&line, &operator.joint_names()).map_err(Stop::Input).and_then(|command| operator.obey(command))
+                let answered = pending.take();
+                match (answered, line.trim()) {
+                    (Some(pending), "y" | "yes") => release(operator, pending, Consent::Given).map(Some),
+                    (Some(pending), "p" | "park") if operator.can_park() => {
+                        operator.park().and_then(|()| release(operator, pending, consent)).map(Some)
+                    }
+                    (Some(_), "n" | "no" | "") => operator.say("disarm", "the arm stays held").map(|()| None),
+                    _ => parse(&line, &operator.joint_names()).map_err(Stop::Input).and_then(|command| match command {
+                        Command::Disarm(now) => {
+                            release(operator, Pending::Disarm, if now { Consent::Given } else { consent }).map(Some)
+                        }
+                        Command::Quit(now) => {
+                            release(operator, Pending::Quit, if now { Consent::Given } else { consent }).map(Some)
+                        }
+                        command => operator.obey(command).map(|()| None),
+                    }),
+                }
             }
         };
         match done {
-            Ok(false) => {}
-            Ok(true) => return Ok(()),
+            Ok(None) => {}
+            Ok(Some((Pending::Quit, Released::Done))) => return Ok(()),
+            Ok(Some((after, Released::Asked))) => pending = Some(after),
+            // A script has no more to say after `quit`.
+            Ok(Some((Pending::Quit, Released::Held))) if !person => return operator.keep_holding(),
+            Ok(Some(_)) => {}
             // A user at a terminal reads the error and goes on.
             Err(Stop::Input(problem)) if person => operator.complain(&problem)?,
+            Err(Stop::Pressed) => {
+                pending = None;
+                operator.stop()?;
+                if !person {
+                    // The lines that follow would move the arm again.
+                    return operator.keep_holding().and(Err(Stop::Interrupted));
+                }
+            }
             Err(Stop::Interrupted) if person && !pressed => {
                 pressed = true;
-                operator.end()?;
+                operator.interrupted();
+                match release(operator, Pending::Disarm, Consent::Ask) {
+                    Ok((after, Released::Asked)) => pending = Some(after),
+                    Ok(_) => {}
+                    Err(Stop::Pressed) => operator.stop()?,
+                    Err(stop) => return Err(stop),
+                }
             }
             Err(stop) => return Err(stop),
         }
     }
+}
+
+/// Removes the torque, as far as the consent allows.
+fn release(operator: &mut Operator, pending: Pending, consent: Consent) -> Result<(Pending, Released), Stop> {
+    Ok((pending, operator.release(consent, pending == Pending::Quit)?))
 }

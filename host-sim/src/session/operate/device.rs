@@ -38,8 +38,46 @@ pub trait Device {
         None
     }
 
+    /// Time since the device was opened: simulated time, where time is simulated.
+    fn now(&self) -> Duration;
+
+    /// True if arm and time are simulated.
+    fn is_simulated(&self) -> bool {
+        self.pacing() == Pacing::Drill
+    }
+
+    /// True if the cable between host and board is cut, in a simulation.
+    fn is_cut(&self) -> bool {
+        false
+    }
+
+    /// Presses or releases the emergency stop of a simulated board. Returns false where the board has its own, or where it is one of
+    /// the lines that the operator sends.
+    fn press(&mut self, _pressed: bool) -> bool {
+        false
+    }
+
+    /// Cuts a cable, or plugs it in again.
+    ///
+    /// # Errors
+    /// The reason why this cable cannot be cut here.
+    fn cut(&mut self, _what: Cut, _cut: bool) -> Result<(), String> {
+        Err("only a simulated link can be cut: start `connect` with `--target desk --simulate-link`".into())
+    }
+
     /// The listener to every frame.
     fn tap(&mut self) -> &mut Tap;
+}
+
+/// A cable that can be cut in a simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// Between host and board.
+    Host,
+    /// A bus at the board, counted from 0.
+    Bus(usize),
+    /// Of one joint's drive, counted from 0.
+    Drive(usize),
 }
 
 /// Reason why a board cannot be used.
@@ -74,11 +112,13 @@ pub enum DeviceError {
 #[derive(Debug, Default)]
 pub struct Tap {
     sent: u16,
+    /// Frames that the board reported as lost, and frames of the board that were lost.
+    lost: (u64, u64),
     log: Option<Recorder>,
 }
 
 impl Tap {
-    /// Frames sent since the last hello, modulo 65,536.
+    /// Frames sent since the last hello, those that were lost on the way too, modulo 65,536.
     #[must_use]
     pub fn sent(&self) -> u16 {
         self.sent
@@ -108,16 +148,18 @@ impl Tap {
         self.keep(Way::Sent, 0, at, frame)
     }
 
-    /// Subtract packets lost on the way to the board, because the board has not counted them.
-    fn lost(&mut self, missed: u8) {
-        self.sent = self.sent.wrapping_sub(missed.into());
+    /// Number of frames that the board reported as lost on the way to it, and of the board's frames that were lost.
+    #[must_use]
+    pub fn lost(&self) -> (u64, u64) {
+        self.lost
     }
 
     /// Record a received frame.
     pub(super) fn hear_received(&mut self, missed: u8, at: Duration, frame: &Frame) -> io::Result<()> {
         if let Frame::Refusal(link::Refusal::Lost { missed }) = frame {
-            self.lost(*missed);
+            self.lost.0 += u64::from(*missed);
         }
+        self.lost.1 += u64::from(missed);
         self.keep(Way::Received, missed, at, frame)
     }
 

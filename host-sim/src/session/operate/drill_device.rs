@@ -40,10 +40,6 @@ impl<const N: usize, D: Drill> DrillDevice<N, D> {
         Self { target, world, tick: 0, reading: None, lines, past: Vec::new(), trouble: None, tap: Tap::default() }
     }
 
-    fn now(&self) -> Duration {
-        Duration::from_secs_f64(f64::from(self.tick) * self.world.period)
-    }
-
     /// Apply the action of the drives to the simulated arm.
     fn act(&mut self, answers: &[Frame]) -> Result<(), DeviceError> {
         let status = answers.iter().rev().find_map(|frame| match frame {
@@ -115,6 +111,10 @@ impl<const N: usize, D: Drill> Device for DrillDevice<N, D> {
         let mut past = core::mem::take(&mut self.past);
         past.extend(answers);
         Ok(past)
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_secs_f64(f64::from(self.tick) * self.world.period)
     }
 
     fn trouble(&self) -> Option<Trouble> {

@@ -1,11 +1,12 @@
 //! Law, stiffness and payload of an arm that is armed: changed in steps, each of which the board takes only if no torque jumps.
 
+use super::torque_check::GravityError;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
 use crate::session::states::RUNNING;
-use dynamics_core::Inertia;
 use dynamics_core::control::Law;
-use link::{Frame, Refusal, Request, Setting};
+use dynamics_core::{Inertia, InertiaBounds};
+use link::{Frame, Refusal, Request, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::name;
 use session::parameters::{ARM, LAW};
@@ -13,6 +14,9 @@ use session::parameters::{ARM, LAW};
 /// Stiffness of `soft` and of `stiff`, as multiples of the scene's.
 pub(super) const SOFT: f64 = 0.25;
 pub(super) const STIFF: f64 = 4.0;
+
+/// Time over which an arm at rest is observed before it is guided by hand, s.
+const AT_REST: f64 = 0.12;
 
 /// Steps of a change of stiffness.
 const STEPS: u32 = 24;
@@ -32,6 +36,9 @@ impl Operator {
             self.answer("hold", denial, "")?;
             self.until_at_rest()?;
         }
+        if law == Law::Teach && self.drives() && !self.gravity_is_good_enough()? {
+            return Ok(());
+        }
         let setting = Setting { index: LAW, value: f32::from(law.code()) };
         match self.answers(&[Frame::Set(setting)])?.pop() {
             Some(Err(refusal)) => {
@@ -43,6 +50,52 @@ impl Operator {
         if law == Law::Teach && self.drives() { self.lead() } else { Ok(()) }
     }
 
+    /// Reports how good the gravity model is, before the arm is guided by hand. Returns false, and the arm stays as it is, if a
+    /// joint's error exceeds its friction: that joint would drift by itself.
+    fn gravity_is_good_enough(&mut self) -> Result<bool, Stop> {
+        if !self.torque_is_believed()? {
+            return Ok(false);
+        }
+        self.watch(1)?;
+        self.wait(AT_REST)?;
+        let needed = self.needed();
+        self.watch(needed)?;
+        let Some(errors) = self.gravity_errors() else {
+            self.refused = true;
+            self.say(
+                "teach",
+                "teach: rejected: the gravity model cannot be checked; hold the arm at rest for 0.1 s first",
+            )?;
+            return Ok(false);
+        };
+        let in_words = |error: &GravityError| {
+            let (name, unit) =
+                self.arm.joints.get(error.joint).map_or(("", ""), |(name, _, unit)| (name.as_str(), *unit));
+            format!("{name} {:.2} {unit} (friction {:.2})", error.error.abs(), error.friction)
+        };
+        let share = |error: &GravityError| error.error.abs() / error.friction;
+        let worst = errors.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
+        let text = worst.map(in_words).unwrap_or_default();
+        let drifting: Vec<String> = errors.iter().filter(|error| error.drifts()).map(in_words).collect();
+        if drifting.is_empty() {
+            self.say(
+                "teach",
+                &format!("teach: error of the gravity model: {text} at most; `host-sim identify` makes it smaller"),
+            )?;
+            return Ok(true);
+        }
+        self.refused = true;
+        self.say(
+            "teach",
+            &format!(
+                "teach: rejected: the error of the gravity model exceeds the friction, so the arm would drift: {}; declare what it \
+                 holds with `payload` or `weigh`, or run `host-sim identify`",
+                drifting.join(", ")
+            ),
+        )?;
+        Ok(false)
+    }
+
     /// Let the arm be led: it runs, and follows its own place.
     fn lead(&mut self) -> Result<(), Stop> {
         if !self.torque_is_believed()? {
@@ -50,7 +103,7 @@ impl Operator {
         }
         let here = self.here()?;
         let denial = self.set_out(Vec::new(), &here, here.clone())?;
-        self.answer("teach", denial, "; lead it, then `hold`")
+        self.answer("teach", denial, "; guide it by hand, then `hold`")
     }
 
     /// So many times the scene's stiffness on every joint, with the damping ratio as it is: `Kp` by the factor, `Kd` by its root.
@@ -64,7 +117,7 @@ impl Operator {
                 Ok(value) if value.high.is_finite() => built_in.push((value.value, value.high / 4.0)),
                 Ok(_) => {
                     let text = self.refusal_of("stiffness", &Refusal::Fixed);
-                    return self.say("stiffness", &format!("{text}; `tunable = true` in its [control]"));
+                    return self.say("stiffness", &text);
                 }
                 Err(refusal) => {
                     let text = self.refusal_of("stiffness", &refusal);
@@ -105,20 +158,21 @@ impl Operator {
         Ok(self.answers(&asked)?.into_iter().map(|answer| answer.map_or(0.0, |value| value.high / 2.0)).collect())
     }
 
-    /// Send the board a payload: a mass at a point of the last link's frame. While torque acts, in parts so small that no torque jumps.
+    /// Sends the board a payload: a mass (kg) with its centre at a point of the tip frame (m). While torque acts, the change is made
+    /// in parts so small that no torque jumps.
     pub(super) fn payload(&mut self, mass: f64, place: [f64; 3]) -> Result<(), Stop> {
         if !self.arm.payload_is_live {
             self.refused = true;
             return self.say(
                 "payload",
-                "payload: refused: the scene has no live payload; `payload = \"live\"` in its [model]",
+                "payload: rejected: the scene has no live payload; set `payload = \"live\"` in its [model]",
             );
         }
         let goal: Inertia<f32> = Inertia::from_mass_centre(mass, &Vector3::from(place), &Matrix3::zeros()).cast();
         self.take_up("payload", &goal)
     }
 
-    /// The same for any body, said under the name of a command.
+    /// The same for any body in the tip frame, reported under the name of a command.
     pub(super) fn take_up(&mut self, name: &str, goal: &Inertia<f32>) -> Result<(), Stop> {
         let goal = *goal;
         let from = self.arm.payload.unwrap_or_else(|| self.arm.limbs.payload());
@@ -135,17 +189,69 @@ impl Operator {
                     } else {
                         String::new()
                     };
+                    let why = match refusal {
+                        Refusal::OutOfBounds => self.beyond_bounds(&goal),
+                        _ => String::new(),
+                    };
                     let text = self.refusal_of(name, &refusal);
-                    return self.say(name, &format!("{text}{told}"));
+                    return self.say(name, &format!("{text}{why}{told}"));
                 }
             }
         }
         let text = match self.answers(&[Frame::Get(ARM)])?.pop() {
-            Some(Ok(value)) => format!("{name}: {}", self.value_in_words(&value)),
+            Some(Ok(value)) if value.value.to_bits() == goal.mass.to_bits() => {
+                format!("{name}: {}", self.payload_in_words(&from, &goal, &value))
+            }
+            Some(Ok(value)) => {
+                self.refused = true;
+                format!(
+                    "{name}: not confirmed: the board has {} kg, sent were {} kg; repeat the command",
+                    value.value, goal.mass
+                )
+            }
             Some(Err(refusal)) => self.refusal_of(name, &refusal),
             None => String::new(),
         };
         self.say(name, &text)
+    }
+
+    /// The payload that the board now has: its mass as the board reports it, position, frame, and the change of each joint's torque.
+    fn payload_in_words(&self, from: &Inertia<f32>, to: &Inertia<f32>, mass: &Value) -> String {
+        let place = match centre(&to.cast()) {
+            Some([x, y, z]) => format!(" at {x:.3} {y:.3} {z:.3} m in the tip frame"),
+            None => String::new(),
+        };
+        let text = format!("{} kg{place} (0 to {} kg)", mass.value, mass.high);
+        let Some(q) = &self.q else { return text };
+        let still = vec![0.0; q.len()];
+        let torque = |payload: &Inertia<f32>| self.arm.limbs.inverse_dynamics(q, &still, &still, Some(*payload));
+        let (before, after) = (torque(from), torque(to));
+        let change = |(((name, _, unit), before), after): (((&String, &str, &str), &f64), &f64)| {
+            format!("{name} {:+.2} {unit}", after - before)
+        };
+        let joints = self.arm.joints.iter().map(|(name, place, unit)| (name, *place, *unit));
+        let changes: Vec<String> = joints.zip(&before).zip(&after).map(change).collect();
+        format!("{text}; torque to hold the arm changes by {}", changes.join(", "))
+    }
+
+    /// Reason why the board rejects a payload, with the numbers.
+    fn beyond_bounds(&self, payload: &Inertia<f32>) -> String {
+        let InertiaBounds { mass, radius } = self.arm.payload_bounds;
+        let body = self.arm.limbs.in_last_link(&payload.cast());
+        if !(0.0..=mass).contains(&body.mass) {
+            return format!(": {:.3} kg, allowed 0 to {mass:.3} kg (`payload_mass` in [safety])", body.mass);
+        }
+        let distance = body.first_moment.norm() / body.mass;
+        match distance > radius {
+            true => format!(
+                ": its centre of mass is {distance:.3} m from the last link's origin, allowed {radius:.3} m (`payload_radius` in \
+                 [safety]); are X Y Z in metres, in the tip frame?"
+            ),
+            false => format!(
+                ": a part of it would be farther than {radius:.3} m from the last link's origin (`payload_radius` in [safety]), or \
+                 its inertia belongs to no possible body"
+            ),
+        }
     }
 
     /// Tell one payload; the refusal, if there is one.
@@ -153,9 +259,8 @@ impl Operator {
         let frame = Frame::Live(self.arm.limbs.live(Some(*payload)).map_err(ChipError::from)?);
         // The board answers live inputs only by a refusal. While torque acts, the refusal comes from the tick after the
         // one that took them.
-        self.send(&frame)?;
         self.expected = Some(Vec::new());
-        let taken = self.until_taken().and_then(|()| self.wait(2.0 * self.arm.period));
+        let taken = self.send_surely(&frame).and_then(|()| self.wait(2.0 * self.arm.period));
         let refused = self.expected.take().unwrap_or_default().into_iter().find_map(Result::err);
         taken?;
         if refused.is_none() {
@@ -163,6 +268,11 @@ impl Operator {
         }
         Ok(refused)
     }
+}
+
+/// Centre of mass, m; `None` for a body without mass.
+fn centre(body: &Inertia<f64>) -> Option<[f64; 3]> {
+    (body.mass > 0.0).then(|| (body.first_moment / body.mass).into())
 }
 
 /// Inertia this share of the way from one to another: its ten parameters are.

@@ -1,58 +1,80 @@
 //! Messages for the numbers of `docs/safety.md`, with advice. One table for each kind; a test compares them with the
 //! core's numbers.
 
+use super::requests::Rejection;
 use crate::chip::refusal_in_words;
 use ::session::readings::JointFaults;
 use dynamics_core::control::{Fault, LimitFlags};
 use link::{Denial, Refusal, Status, Trouble};
 
 /// State of the machine, by [`dynamics_core::safety::State::code`].
-pub const STATES: [&str; 6] = ["idle", "homing", "armed", "running", "holding", "fault"];
+pub const STATES: [&str; 8] = ["idle", "homing", "armed", "running", "holding", "fault", "arming", "lowering"];
 
 /// Reason for holding, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
-pub const HOLDS: [&str; 5] = [
-    "as asked",
+pub const HOLDS: [&str; 7] = [
+    "as requested",
     "the host fell silent",
-    "the trajectory ran out in motion",
-    "no room to stop before a limit",
-    "the reference went out of reach",
+    "the trajectory ended in motion",
+    "the stopping distance reaches a position limit",
+    "the reference is out of reach",
+    "the live inputs are too old",
+    "the reference was faster than the first motion after homing may be",
 ];
 
 /// Reason why a request is denied, by [`dynamics_core::safety::Refusal::code`], 1 and up, with advice.
-pub const REFUSALS: [(&str, &str); 10] = [
+pub const REFUSALS: [(&str, &str); 15] = [
     (
-        "it means nothing in this state",
-        "`status` tells the state; idle: home, confirm, arm; armed: run, jog, goto; running: hold",
+        "this state does not allow it",
+        "`status` prints the state; idle allows home, confirm and arm; armed allows run, jog and goto; running allows hold",
     ),
-    ("a fault stands in the way", "see to what raised it, then `clear`"),
-    ("the arm has not been homed", "`home`, see that every joint is where its zero says, `confirm`"),
-    ("a joint does not know its zero", "let it find it; an encoder that lost its turn needs a new start of the board"),
-    ("the measurement or the reference is not believed", "see to the sensor of this joint"),
-    ("the arm moves", "wait until it rests; `hold` stops it"),
-    ("the host was silent", "see to the link; ask again"),
+    ("a fault is active", "remove its cause, then `clear`"),
+    ("the arm has not been homed", "`home`, check that every joint is at its zero, `confirm`"),
+    (
+        "a joint does not know its zero",
+        "move it until it finds its zero; an encoder that lost its turn needs a restart of the board",
+    ),
+    ("the measurement or the reference is implausible", "check the sensor of this joint"),
+    ("the arm moves", "wait until it is at rest; `hold` stops it"),
+    ("the host was silent", "check the link; repeat the command"),
     ("there is no reference to follow", "`run`, `jog` and `goto` send one"),
-    ("a joint could not stop before its limit", "`goto` or `jog` to where there is room"),
-    ("the trajectory does not start where the arm is", "ask again; it starts where the arm is then"),
+    ("a joint could not stop before its limit", "`goto` or `jog` to a position farther from the limit"),
+    (
+        "the trajectory does not start at the arm's position",
+        "repeat the command; it starts at the arm's present position",
+    ),
+    ("a change of a parameter or a live input waits for the same tick", "repeat the command"),
+    ("a live input of the scene has not been sent yet", "`payload` and `arm` send all of them; repeat the command"),
+    ("a live input is too old", "check the link; the operator sends live inputs again while it runs"),
+    ("the black box holds a fault that has not been read", "`dump` reads it, then `erase`"),
+    (
+        "this is faster than the first motion after homing may be",
+        "move more slowly, or lift the limits by `full-range`",
+    ),
 ];
 
-/// Things to inspect after a fault, by [`Fault::code`], 1 and up.
-pub const LOOK_AT: [&str; 16] = [
-    "the sensor, its cable",
-    "whoever makes the reference",
+/// Things to check after a fault, by [`Fault::code`], 1 and up.
+pub const LOOK_AT: [&str; 20] = [
+    "the sensor of this joint and its cable",
+    "the program that sends the reference",
     "the sensor's rate, the link",
-    "the reference, the zero of this joint; by hand back inside, then clear",
-    "gains, payload, the encoder's scale",
-    "the rate, other interrupts of the board",
+    "the reference and the zero of this joint; move the joint back inside by hand, then `clear`",
+    "the gains, the payload, the encoder's scale",
+    "the control rate, other interrupts of the board",
     "the numbers of the model, the size of the reference",
-    "the encoder, its cable; the arm must be homed again",
-    "whoever pressed it",
-    "the host, the link",
-    "the drive's own diagnosis",
-    "the supply, a brake resistor",
-    "cooling, the load",
-    "what is around the arm; payload, friction and thresholds of the scene",
-    "whoever pushes it; payload, wrench and rotors as told; the model of the arm",
-    "payload, wrench and gravity as told; the posture; `clear`, tell it right, and arm again",
+    "the encoder and its cable; home the arm again",
+    "the emergency stop; release it, then `clear`",
+    "the host and the link",
+    "the drive's error text",
+    "the supply voltage, the brake resistor",
+    "the cooling, the load",
+    "the arm's surroundings; then payload, friction and thresholds of the scene",
+    "most likely first: 1. the payload (`payload` or `weigh` declares it); 2. a person or an obstacle that pushes the arm; 3. the \
+     drive's torque (`check-torque`); 4. live wrench and rotors; 5. the model of the arm (`host-sim identify`)",
+    "payload, wrench and gravity as declared, and the posture; `clear`, correct them, and arm again",
+    "the drive's power, its bus and its error text; then `clear` and arm again",
+    "the drive's power and its protection against current, voltage and heat: the drive switched itself off",
+    "the drives' power: a drive may have lost its zero; home the arm again",
+    "the load and the posture; let the joint cool down",
 ];
 
 /// Entry of a table by number, counted from `first`.
@@ -79,7 +101,7 @@ pub fn state(code: u8) -> String {
 #[must_use]
 pub fn fault(code: u8, joint: Option<u8>) -> String {
     match (Fault::from_code(code, joint.unwrap_or(0)), entry(&LOOK_AT, code, 1)) {
-        (Some(fault), Some(look)) => format!("{fault}; look at: {look}"),
+        (Some(fault), Some(look)) => format!("{fault}; check {look}"),
         _ => unknown("fault", code),
     }
 }
@@ -121,8 +143,21 @@ pub fn trouble(trouble: &Trouble, words: Option<fn(u8) -> &'static str>) -> Stri
 pub fn denial(denial: &Denial) -> String {
     let Some((why, what_to_do)) = entry(&REFUSALS, denial.code, 1) else { return unknown("refusal", denial.code) };
     match denial.fault {
-        0 => format!("refused: {why}{}; {what_to_do}", of_joint(denial.joint)),
-        code => format!("refused: {why}: {}; {what_to_do}", fault(code, denial.joint)),
+        0 => format!("rejected: {why}{}; {what_to_do}", of_joint(denial.joint)),
+        code => format!("rejected: {why}: {}; {what_to_do}", fault(code, denial.joint)),
+    }
+}
+
+/// Reason why a request had no effect, with advice.
+#[must_use]
+pub fn rejection(rejection: &Rejection) -> String {
+    match rejection {
+        Rejection::Denied(it) => denial(it),
+        Rejection::Superseded => "superseded: a stronger request came at the same time; repeat the command".into(),
+        Rejection::Unconfirmed(time) => format!(
+            "not confirmed: the board has not answered for {} ms; check the cable, and `status` before you go on",
+            time.as_millis()
+        ),
     }
 }
 
@@ -130,14 +165,14 @@ pub fn denial(denial: &Denial) -> String {
 #[must_use]
 pub fn frame(refusal: &Refusal) -> String {
     let what_to_do = match refusal {
-        Refusal::Undecodable(_) | Refusal::Lost { .. } => "; see to the cable and the baud rate, and ask again",
+        Refusal::Undecodable(_) | Refusal::Lost { .. } => "; check the cable and the baud rate, and repeat the command",
         Refusal::NoHello | Refusal::OtherRobot => "; connect again",
         Refusal::Unauthentic { .. } => {
-            "; see to the wire; if all commands stop, the board has started anew: connect again"
+            "; check the cable; if the board rejects all commands, it has restarted: connect again"
         }
         _ => "",
     };
-    format!("the board did not take a frame: {}{what_to_do}", refusal_in_words(refusal))
+    format!("the board rejected a frame: {}{what_to_do}", refusal_in_words(refusal))
 }
 
 /// Limits that acted on a joint.
@@ -158,21 +193,21 @@ mod tests {
     fn every_number_of_the_core_has_its_words() {
         let faults = (1..).map_while(|code| Fault::from_code(code, 0)).count();
         assert_eq!(faults, LOOK_AT.len());
-        assert_eq!(usize::from(State::Fault(Fault::Overrun).code()), STATES.len() - 1);
-        assert_eq!(usize::from(HoldCause::OutOfReach { joint: 0 }.code()), HOLDS.len());
-        assert_eq!(usize::from(Refusal::OutOfReach { joint: 0 }.code()), REFUSALS.len());
+        assert_eq!(usize::from(State::Lowering.code()), STATES.len() - 1);
+        assert_eq!(usize::from(HoldCause::FirstMotion { joint: 0 }.code()), HOLDS.len());
+        assert_eq!(usize::from(Refusal::FirstMotion { joint: 0 }.code()), REFUSALS.len());
     }
 
     #[test]
     fn words_name_the_joint_counted_from_1_and_say_what_to_do() {
-        assert_eq!(
-            fault(11, Some(1)),
-            "fault 11: the drive reports a fault (joint 2); look at: the drive's own diagnosis"
-        );
+        assert_eq!(fault(11, Some(1)), "fault 11: the drive reports a fault (joint 2); check the drive's error text");
         let not_homed = denial(&Denial::new(Refusal::NotHomed));
-        assert!(not_homed.starts_with("refused: the arm has not been homed; `home`"), "{not_homed}");
+        assert!(not_homed.starts_with("rejected: the arm has not been homed; `home`"), "{not_homed}");
         let standing = denial(&Denial::new(Refusal::Fault(Fault::EmergencyStop)));
-        assert!(standing.contains("fault 9: emergency stop; look at: whoever pressed it"), "{standing}");
+        assert!(
+            standing.contains("fault 9: emergency stop; check the emergency stop; release it, then `clear`"),
+            "{standing}"
+        );
         assert!(denial(&Denial::new(Refusal::NoRoom { joint: 2 })).contains("limit (joint 3);"));
         assert_eq!(state(77), "state 77, which this version does not know");
     }

@@ -1,10 +1,11 @@
 //! Motions from the arm's present position, with points sent ahead of the arm.
 
 use super::arm::Course;
+use super::requests::Rejection;
 use super::{Operator, Stop};
 use crate::session::states::RUNNING;
 use dynamics_core::control::trajectory::MotionError;
-use link::{Denial, Frame, Request};
+use link::{Frame, Request};
 use std::rc::Rc;
 
 impl Operator {
@@ -34,7 +35,7 @@ impl Operator {
 
     /// Run the scene's motion, after a motion to its start.
     pub(super) fn run(&mut self) -> Result<(), Stop> {
-        let (motion, times) = (Rc::clone(&self.arm.motion), self.arm.times);
+        let (motion, times) = (self.at_first_speed(Rc::clone(&self.arm.motion)), self.arm.times);
         let (here, [start, goal]) = (self.here()?, motion.ends());
         let lead = if same(&here, &start) { None } else { Some(self.way("run", &here, &start, None)?) };
         let motions = format!("{:.2} s of motion", f64::from(times) * motion.duration());
@@ -61,7 +62,12 @@ impl Operator {
         if q.len() != expected {
             return Err(Stop::Input(format!("goto: {} positions, expected {expected}", q.len())));
         }
-        self.one_way("goto", &self.here()?, q.to_vec(), time)
+        self.go_to_named("goto", q, time)
+    }
+
+    /// The same, reported under the name of a command.
+    pub(super) fn go_to_named(&mut self, name: &str, q: &[f64], time: Option<f64>) -> Result<(), Stop> {
+        self.one_way(name, &self.here()?, q.to_vec(), time)
     }
 
     fn one_way(&mut self, name: &str, here: &[f64], goal: Vec<f64>, time: Option<f64>) -> Result<(), Stop> {
@@ -74,7 +80,7 @@ impl Operator {
     }
 
     pub(super) fn way(&self, name: &str, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, Stop> {
-        self.arm.limbs.way(from, to, time).map_err(|error| {
+        let motion = self.arm.limbs.way(from, to, time).map_err(|error| {
             let what_to_do = match (error, time) {
                 (MotionError::TooFast { .. } | MotionError::TooSteep { .. }, Some(_)) => {
                     "; leave SECONDS away for a time that does"
@@ -83,7 +89,8 @@ impl Operator {
                 _ => "",
             };
             Stop::Input(format!("{name}: {error}{what_to_do}"))
-        })
+        })?;
+        Ok(self.at_first_speed(motion))
     }
 
     /// Send these motions from here, after the motions already under way.
@@ -108,15 +115,15 @@ impl Operator {
         legs: Vec<Rc<dyn Course>>,
         here: &[f64],
         goal: Vec<f64>,
-    ) -> Result<Option<Denial>, Stop> {
+    ) -> Result<Option<Rejection>, Stop> {
+        self.stopped = false;
         let running = self.state() == Some(RUNNING);
         if !running {
             self.under_way.clear();
             self.feed.start(self.arm.limbs.at_rest(here));
             if let Some(start) = self.feed.next_point() {
-                self.send(&Frame::Point(start))?;
                 // The start point frees all the room of the trajectory.
-                self.until_taken()?;
+                self.send_surely(&Frame::Point(start))?;
             }
         }
         legs.into_iter().for_each(|leg| self.feed.push(leg));
@@ -138,7 +145,7 @@ impl Operator {
         here: Vec<f64>,
         there: Vec<f64>,
         time: f64,
-    ) -> Result<Option<Denial>, Stop> {
+    ) -> Result<Option<Rejection>, Stop> {
         for goal in [there, here] {
             let from = self.here()?;
             let motion = self.way(name, &from, &goal, Some(time))?;

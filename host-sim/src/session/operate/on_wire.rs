@@ -73,6 +73,10 @@ impl Device for OnWire {
         Ok(frames)
     }
 
+    fn now(&self) -> Duration {
+        self.begun.elapsed()
+    }
+
     fn tap(&mut self) -> &mut Tap {
         &mut self.tap
     }

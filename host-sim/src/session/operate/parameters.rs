@@ -3,15 +3,27 @@
 use super::{Operator, SILENCE, Stop};
 use crate::chip::refusal_in_words;
 use crate::session::operate::device::DeviceError;
+use dynamics_core::Inertia;
 use dynamics_core::control::Law;
 use link::{Frame, Refusal, Setting, Value};
+use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names;
 use session::parameters::{ARM, ARM_NAMES, JOINT_NAMES, LAW, name};
-use std::time::Instant;
+use std::ops::RangeInclusive;
+use std::time::Duration;
 
 /// Number of parameters requested at once: a board takes three packets of the greatest length before it answers, and
 /// these are small.
 const AT_ONCE: usize = 8;
+
+/// Time after which parameters that have not been answered are asked for again: longer than a change waits for its tick.
+const AGAIN: Duration = Duration::from_millis(300);
+
+/// Size of a payload's parameters, per kilogram, below which they are rounding errors of single precision.
+const ROUNDING: f64 = 1e-6;
+
+/// Numbers of the payload's ten parameters: mass, first moment, inertia.
+const PAYLOAD: RangeInclusive<u8> = ARM..=ARM + 9;
 
 /// Numbers of the parameters named by these words: all of them, those of a joint, one of a joint, or one of the whole
 /// arm.
@@ -74,11 +86,18 @@ impl Operator {
     /// Read these parameters and print their values.
     pub(super) fn get(&mut self, numbers: &[u8]) -> Result<(), Stop> {
         let mut lines = Vec::new();
+        // The payload is one body: moving a part of it to the tip frame needs all of it.
+        let payload = if numbers.iter().any(|number| PAYLOAD.contains(number)) { self.payload_at_tip()? } else { None };
         for some in numbers.chunks(AT_ONCE) {
             let ask: Vec<_> = some.iter().map(|number| Frame::Get(*number)).collect();
             for answer in self.answers(&ask)? {
                 lines.push(match answer {
-                    Ok(value) => format!("  {}", self.value_in_words(&value)),
+                    Ok(value) => {
+                        let at_tip =
+                            payload.as_ref().and_then(|all| all.get(usize::from(value.index.checked_sub(ARM)?)));
+                        let value = Value { value: at_tip.map_or(value.value, |at_tip| *at_tip as f32), ..value };
+                        format!("  {}", self.value_in_words(&value))
+                    }
                     Err(refusal) => self.refusal_of("get", &refusal),
                 });
             }
@@ -88,6 +107,27 @@ impl Operator {
             all => format!("get: {} parameters\n{}", all.len(), all.join("\n")),
         };
         self.say("get", &text)
+    }
+
+    /// The ten parameters of the board's payload in the tip frame, in their order; `None` if the board rejects one.
+    fn payload_at_tip(&mut self) -> Result<Option<[f64; 10]>, Stop> {
+        let mut found = Vec::new();
+        let numbers: Vec<u8> = PAYLOAD.collect();
+        for some in numbers.chunks(AT_ONCE) {
+            let ask: Vec<_> = some.iter().map(|number| Frame::Get(*number)).collect();
+            found
+                .extend(self.answers(&ask)?.into_iter().filter_map(|answer| answer.ok().map(|it| f64::from(it.value))));
+        }
+        let Ok([mass, hx, hy, hz, xx, yy, zz, xy, xz, yz]) = <[f64; 10]>::try_from(found) else { return Ok(None) };
+        let body = Inertia {
+            mass,
+            first_moment: Vector3::new(hx, hy, hz),
+            about_origin: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+        };
+        let Inertia { mass, first_moment: h, about_origin: i } = self.arm.limbs.in_tip(&body);
+        // The board's numbers are single precision: what is left of a zero after the way to the link and back is not shown.
+        let shown = |x: f64| if x.abs() < ROUNDING * mass.abs() { 0.0 } else { x };
+        Ok(Some([mass, h.x, h.y, h.z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23].map(shown)))
     }
 
     /// Change a parameter and print its new value.
@@ -109,22 +149,43 @@ impl Operator {
     }
 
     fn until_answered(&mut self, frames: &[Frame]) -> Result<(), Stop> {
-        for frame in frames {
-            self.send(frame)?;
-        }
-        let end = Instant::now() + SILENCE;
-        while self.expected.as_ref().is_some_and(|answers| answers.len() < frames.len()) {
-            if Instant::now() > end {
+        let begin = self.device.now();
+        let mut sent = None;
+        loop {
+            if self.silent_for(begin) > SILENCE {
                 return Err(DeviceError::Silent { what: "parameter", time: SILENCE }.into());
             }
+            // A frame or its answer was lost: reading and setting a parameter again changes nothing.
+            if sent.is_none_or(|sent| self.silent_for(sent) > AGAIN) {
+                sent = Some(self.device.now());
+                self.expected = Some(Vec::new());
+                for frame in frames {
+                    self.send(frame)?;
+                }
+            }
             self.pass()?;
+            if self.expected.as_ref().is_none_or(|answers| answers.len() >= frames.len()) {
+                return Ok(());
+            }
         }
-        Ok(())
+    }
+
+    /// Reason why the board rejects a change, with advice.
+    fn rejection(&self, refusal: &Refusal) -> String {
+        match (refusal, self.arm.tunable) {
+            (Refusal::Fixed, false) => "the firmware holds gains, friction and control law in flash memory, because its scene does not \
+                                        set `tunable = true` in [control]; set it, then build and flash the firmware again"
+                .into(),
+            (Refusal::Fixed, true) => "limits and encoder numbers are fixed when the firmware is built, even with `tunable = true`; \
+                                       change them in the robot file, then build and flash the firmware again"
+                .into(),
+            _ => refusal_in_words(refusal),
+        }
     }
 
     pub(super) fn refusal_of(&mut self, command: &str, refusal: &Refusal) -> String {
         self.refused = true;
-        format!("{command}: refused: {}", refusal_in_words(refusal))
+        format!("{command}: rejected: {}", self.rejection(refusal))
     }
 
     /// A value in words, for example `elbow position gain 100 1/s^2 (25 to 400)`.
@@ -143,6 +204,7 @@ impl Operator {
             false => format!("{low} to {high}"),
             true if index < ARM => "fixed".into(),
             // Live inputs, which are sent as a whole.
+            true if PAYLOAD.contains(&index) => "live, tip frame".into(),
             true => "live".into(),
         };
         format!("{joint}{name} {value} {} ({bounds})", unit(index, place, force))

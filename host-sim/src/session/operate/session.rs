@@ -1,16 +1,17 @@
 //! Communication with a board except motions: hellos, requests, the interval of its reports, and the end of a session.
 
 use super::command::{Command, HELP};
-use super::device::DeviceError;
-use super::{Operator, SILENCE, Stop, has_taken, messages, table};
+use super::device::{Cut, DeviceError};
+use super::requests::{Rejection, name_of};
+use super::{Operator, SILENCE, Stop, has_taken, table};
 use crate::chip::ChipError;
 use crate::session::frame_log::recorder::Recorder;
-use crate::session::states::{ARMED, HOLDING, HOMING, RUNNING};
+use crate::session::states::RUNNING;
 use link::{Denial, Frame, Hello, Parts, Request, Watch};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::Duration;
 
 /// Statuses per second shown to a user when not every tick is needed.
 const SHOWN: f64 = 50.0;
@@ -37,10 +38,21 @@ impl Operator {
     /// # Errors
     /// A board that is silent, or was built for another robot or scene.
     pub fn begin(&mut self) -> Result<(), Stop> {
+        self.agree()?;
+        if self.status.as_ref().is_some_and(|status| status.kept) {
+            self.say(
+                "black-box",
+                "the board holds the black box of an earlier fault: `dump` reads it, `erase` lets it record again",
+            )?;
+        }
+        Ok(())
+    }
+
+    fn agree(&mut self) -> Result<(), Stop> {
         for attempt in 1..=HELLOS {
             self.greet()?;
-            let end = Instant::now() + SILENCE / HELLOS;
-            while self.status.is_none() && Instant::now() < end {
+            let end = self.device.now() + SILENCE / HELLOS;
+            while self.status.is_none() && self.device.now() < end {
                 self.pass()?;
             }
             let first = self.status.as_ref().map(|status| status.tick);
@@ -63,7 +75,7 @@ impl Operator {
     fn greet(&mut self) -> Result<(), Stop> {
         self.feed.clear();
         self.under_way.clear();
-        (self.status, self.goal, self.past, self.heard) = (None, None, None, Instant::now());
+        (self.status, self.goal, self.past, self.heard) = (None, None, None, self.device.now());
         // A drill's target has agreed before, and a session on the desk needs no agreement.
         self.agreed = !self.is_live();
         self.send(&Frame::Hello(self.arm.hello))?;
@@ -120,9 +132,9 @@ impl Operator {
     /// Let time pass until the board has taken the last frame sent.
     pub(super) fn until_taken(&mut self) -> Result<(), Stop> {
         let sent = self.device.tap().sent();
-        let end = Instant::now() + SILENCE;
+        let end = self.device.now() + SILENCE;
         while !self.status.as_ref().is_some_and(|status| has_taken(status, sent)) {
-            if Instant::now() > end {
+            if self.device.now() > end {
                 return Err(DeviceError::Silent { what: "answer to a request", time: SILENCE }.into());
             }
             self.pass()?;
@@ -130,41 +142,20 @@ impl Operator {
         Ok(())
     }
 
-    /// Send a request. Returns the board's reason if it denies the request.
-    pub(super) fn request(&mut self, request: Request) -> Result<Option<Denial>, Stop> {
-        // Only the status of the tick that took the request holds the answer.
-        self.watch(1)?;
-        (self.asking, self.denial) = (true, None);
-        self.send(&Frame::Request(request))?;
-        let taken = self.until_taken();
-        self.asking = false;
-        taken?;
-        let needed = self.needed();
-        self.watch(needed)?;
-        Ok(self.denial.take())
-    }
-
-    /// Print the result of a request, in words.
-    pub(super) fn answer(&mut self, name: &str, denial: Option<Denial>, granted: &str) -> Result<(), Stop> {
-        let text = match (denial, &self.status) {
-            (Some(denial), _) => {
-                self.refused = true;
-                format!("{name}: {}", messages::denial(&denial))
-            }
-            (None, Some(status)) => {
-                let homed = if status.state == 0 && status.homed { ", homed" } else { "" };
-                format!("{name}: {}{homed}{granted}", self.doing())
-            }
-            (None, None) => name.to_owned(),
-        };
-        self.say(name, &text)
-    }
-
-    fn ask(&mut self, request: Request) -> Result<(), Stop> {
-        let name = Request::NAMES.iter().find(|(other, _)| *other == request).map_or("request", |(_, name)| *name);
+    pub(super) fn ask(&mut self, request: Request) -> Result<(), Stop> {
+        let name = name_of(request);
+        if request == Request::Arm && self.is_live() {
+            // The live inputs of the hello may have been lost.
+            let live = self.arm.limbs.live(self.arm.payload).map_err(ChipError::from)?;
+            self.send_surely(&Frame::Live(live))?;
+        }
         let denial = if request == Request::Disarm { self.disarm()? } else { self.request(request)? };
-        let armed = request == Request::Arm && denial.is_none();
+        let accepted = denial.is_none();
+        let armed = request == Request::Arm && accepted;
         self.answer(name, denial, "")?;
+        if accepted {
+            self.note_accepted(request)?;
+        }
         match &self.arm.left_out {
             Some(left_out) if armed => self.say("model", left_out),
             _ => Ok(()),
@@ -172,12 +163,14 @@ impl Operator {
     }
 
     /// Remove the torque as soon as the arm is at rest.
-    fn disarm(&mut self) -> Result<Option<Denial>, Stop> {
+    fn disarm(&mut self) -> Result<Option<Rejection>, Stop> {
         let mut left = REST;
         loop {
             match self.request(Request::Disarm)? {
-                Some(Denial { code: NOT_AT_REST, .. }) if left > 0.0 && self.state() != Some(RUNNING) => {
-                    self.wait(LOOK)?
+                Some(Rejection::Denied(Denial { code: NOT_AT_REST, .. }))
+                    if left > 0.0 && self.state() != Some(RUNNING) =>
+                {
+                    self.wait(LOOK)?;
                 }
                 other => return Ok(other),
             }
@@ -208,7 +201,11 @@ impl Operator {
     pub(super) fn wait(&mut self, seconds: f64) -> Result<(), Stop> {
         let tick = |operator: &Self| operator.status.as_ref().map_or(0, |status| status.tick);
         let (begin, ticks) = (tick(self), (seconds / self.arm.period).round());
-        while f64::from(tick(self).wrapping_sub(begin)) < ticks {
+        // A simulated board goes on although its cable is cut and no status comes.
+        let end = self.device.now() + Duration::from_secs_f64(seconds - 0.5 * self.arm.period);
+        while f64::from(tick(self).wrapping_sub(begin)) < ticks
+            && !(self.device.is_simulated() && self.device.now() > end)
+        {
             self.step()?;
         }
         Ok(())
@@ -251,6 +248,9 @@ impl Operator {
     /// # Errors
     /// [`Stop::Interrupted`].
     pub fn unless_interrupted(&self) -> Result<(), Stop> {
+        if self.stop_pressed() {
+            return Err(Stop::Pressed);
+        }
         if self.presses.load(Ordering::Relaxed) > self.seen { Err(Stop::Interrupted) } else { Ok(()) }
     }
 
@@ -262,21 +262,28 @@ impl Operator {
         self.say("input", problem)
     }
 
-    /// Execute a command. Returns whether it ends the session.
+    /// Executes a command. `disarm` and `quit` are executed by the main loop, because they may need an answer of the user.
     ///
     /// # Errors
-    /// See [`Stop`]. A refusal of the board is no error.
-    pub fn obey(&mut self, command: Command) -> Result<bool, Stop> {
+    /// See [`Stop`]. A request that the board rejects is no error.
+    pub(crate) fn obey(&mut self, command: Command) -> Result<(), Stop> {
         match command {
-            Command::Nothing => {}
-            Command::Quit => return Ok(true),
+            Command::Nothing | Command::Disarm(_) | Command::Quit(_) => {}
+            Command::FullRange => self.full_range()?,
+            Command::Erase => {
+                let rejection = self.request(Request::Release)?;
+                self.answer("erase", rejection, "; the black box records again")?;
+            }
+            Command::Park => self.park()?,
+            Command::Stop => self.stop()?,
             Command::Help => {
                 let lines: Vec<_> = HELP.iter().map(|(usage, what)| format!("  {usage:<26} {what}")).collect();
                 self.say("help", &lines.join("\n"))?;
             }
             Command::Status => {
+                let losses = self.losses();
                 let text = self.seen_now().map(|seen| seen.text()).unwrap_or_default();
-                self.say("status", &text)?;
+                self.say("status", &format!("{text}{losses}"))?;
             }
             Command::Ask(request) => self.ask(request)?,
             Command::Run => self.run()?,
@@ -299,16 +306,43 @@ impl Operator {
             Command::Stiffness(factor) => self.stiffness(factor)?,
             Command::CheckTorque(joint) => self.check_torque(joint)?,
             Command::Weigh => self.weigh()?,
+            Command::Cut(what, cut) => self.cut(what, cut)?,
             Command::EmergencyStop(pressed) => self.emergency_stop(pressed)?,
         }
-        Ok(false)
+        Ok(())
+    }
+
+    fn cut(&mut self, what: Cut, cut: bool) -> Result<(), Stop> {
+        let name = if cut { "cut" } else { "plug" };
+        let what_in_words = match what {
+            Cut::Host => "host".to_owned(),
+            Cut::Bus(bus) => format!("bus {}", bus + 1),
+            Cut::Drive(joint) => format!("drive of {}", self.arm.joints.get(joint).map_or("", |(name, ..)| name)),
+        };
+        match self.device.cut(what, cut) {
+            Ok(()) => {
+                self.heard = self.device.now();
+                self.say(name, &format!("{name}: {what_in_words}"))
+            }
+            Err(why) => {
+                self.refused = true;
+                self.say(name, &format!("{name}: rejected: {why}"))
+            }
+        }
     }
 
     fn emergency_stop(&mut self, pressed: bool) -> Result<(), Stop> {
         let name = if pressed { "press" } else { "release" };
+        if self.device.press(pressed) {
+            self.asking = true;
+            let waited = self.wait(2.0 * self.arm.period);
+            self.asking = false;
+            waited?;
+            return self.answer(name, None, "");
+        }
         if self.is_live() {
             self.refused = true;
-            return self.say(name, &format!("{name}: refused: the board has an emergency stop of its own"));
+            return self.say(name, &format!("{name}: rejected: the board has an emergency stop of its own"));
         }
         self.lines.emergency_stop = pressed;
         self.asking = true;
@@ -322,20 +356,25 @@ impl Operator {
     fn dump(&mut self, file: Option<&Path>) -> Result<(), Stop> {
         (self.past, self.whole) = (None, None);
         self.send(&Frame::Dump)?;
-        let end = Instant::now() + SILENCE;
+        let end = self.device.now() + SILENCE;
         let past = loop {
             self.pass()?;
             if let Some(past) = self.whole.take() {
                 break past;
             }
-            if Instant::now() > end {
-                return Err(DeviceError::Silent { what: "black box", time: SILENCE }.into());
+            if self.device.now() > end {
+                self.refused = true;
+                return self.say("dump", "dump: rejected: the black box did not come whole; ask again");
             }
         };
         let text = match file {
             None => format!("dump: {} ticks\n{}", past.len(), table::table(&past, &self.joint_names())),
             Some(file) => {
-                table::write_csv(&past, self.arm.joints.len(), file).map_err(|error| in_file(file, &error))?;
+                // The session goes on: an arm must not fall for a mistyped name.
+                if let Err(error) = table::write_csv(&past, self.arm.joints.len(), file) {
+                    self.refused = true;
+                    return self.say("dump", &format!("dump: rejected: {}: {error}", file.display()));
+                }
                 format!("dump: {} ticks, {}", past.len(), file.display())
             }
         };
@@ -357,7 +396,7 @@ impl Operator {
         if self.drives() {
             self.refused = true;
             let why =
-                "record: refused: torque acts, and a record begins with a hello, which takes it away; `disarm` first";
+                "record: rejected: torque acts, and a record begins with a hello, which takes it away; `disarm` first";
             return self.say("record", why);
         }
         self.keep(file)?;
@@ -372,21 +411,6 @@ impl Operator {
     pub fn keep(&mut self, file: &Path) -> Result<(), Stop> {
         let recorder = Recorder::create(file, &self.arm.recorded).map_err(|error| in_file(file, &error))?;
         Ok(self.device.tap().record(Some(recorder))?)
-    }
-
-    /// Stop the arm, wait for rest, and remove the torque.
-    ///
-    /// # Errors
-    /// The board can no longer be used; another Ctrl-C.
-    pub fn end(&mut self) -> Result<(), Stop> {
-        self.seen = self.presses.load(Ordering::Relaxed);
-        if self.state() == Some(RUNNING) {
-            self.ask(Request::Hold)?;
-        }
-        if matches!(self.state(), Some(HOMING | ARMED | HOLDING)) {
-            self.ask(Request::Disarm)?;
-        }
-        Ok(())
     }
 
     /// Close the record.

@@ -11,6 +11,7 @@
 //! `check-torque` moves it a little, there and back, and fits `told = s acted + c sign(qd)`; its factor is `1 / s`.
 
 use super::arm::Arm;
+use super::torque_cause::common;
 use super::{Operator, Stop};
 use crate::session::states::{ARMED, HOLDING, RUNNING};
 use std::collections::VecDeque;
@@ -159,23 +160,57 @@ pub(super) fn hidden(coulomb: f64, limit: f64) -> f64 {
     coulomb + if limit.is_finite() { NOISE * limit } else { 0.0 }
 }
 
+/// Error of the gravity model on one joint of an arm at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct GravityError {
+    pub(super) joint: usize,
+    /// Torque by the model less commanded torque, N m or N.
+    pub(super) error: f64,
+    /// What friction and noise explain of it, N m or N.
+    pub(super) friction: f64,
+}
+
+impl GravityError {
+    /// True if the arm would drift on this joint when nothing but gravity is compensated.
+    pub(super) fn drifts(&self) -> bool {
+        self.error.abs() > self.friction
+    }
+}
+
 impl Operator {
+    /// Error of the gravity model on each joint, from the last ticks; `None` for too few of them.
+    pub(super) fn gravity_errors(&self) -> Option<Vec<GravityError>> {
+        let seen = acted(self.samples.all.iter(), &self.arm)?;
+        let error = |(joint, ((acted, told), friction)): (usize, ((&f64, &f64), &f64))| GravityError {
+            joint,
+            error: acted - told,
+            friction: *friction,
+        };
+        Some(seen.acted.iter().zip(&seen.told).zip(&self.arm.hidden).enumerate().map(error).collect())
+    }
+
     /// The torques of an arm that was armed, in words; `None` where nothing is wrong, or nothing can be said.
     pub(super) fn torque_in_words(&self) -> Option<(String, bool)> {
         let found = findings(&acted(self.samples.all.iter(), &self.arm)?, &self.arm);
         let grave = found.iter().any(Finding::is_grave);
-        let words = found.iter().map(|finding| self.finding_in_words(finding)).collect::<Vec<_>>();
+        let factors: Vec<f64> = found.iter().map(|finding| finding.factor).collect();
+        let same = common(&factors);
+        let words = found.iter().map(|finding| self.finding_in_words(finding, same)).collect::<Vec<_>>();
         (!words.is_empty()).then(|| (words.join("\n"), grave))
     }
 
-    fn finding_in_words(&self, finding: &Finding) -> String {
+    fn finding_in_words(&self, finding: &Finding, common: bool) -> String {
         let Finding { joint, factor, acted, told } = *finding;
         let (name, _, unit) = self.arm.joints.get(joint).map_or(("", "", ""), |(name, a, b)| (name.as_str(), *a, *b));
-        let what =
-            if factor < 0.0 { "acts against its sign".to_owned() } else { format!("acts {factor:.2} times as told") };
+        let what = if factor < 0.0 {
+            "has the opposite sign of the commanded torque".to_owned()
+        } else {
+            format!("is {factor:.2} times the commanded torque")
+        };
+        let cause = self.arm.drives.get(joint).map(|drive| drive.cause(factor, common)).unwrap_or_default();
         format!(
-            "torque of {name} {what}: {acted:.2} {unit} by the model, {told:.2} told; look at: the range, gear, direction and torque \
-             constant of its drive, then the model's weight and the payload"
+            "torque of {name} {what}: {acted:.2} {unit} by the model, {told:.2} {unit} commanded; likely cause: {cause}; if that is \
+             right, check the model's masses and the payload"
         )
     }
 
@@ -198,7 +233,12 @@ impl Operator {
             return Ok(true);
         }
         self.refused = true;
-        self.say("torque", &format!("{text}\nrefused to move: `disarm`, see to it, and arm again; or ask again"))?;
+        self.say(
+            "torque",
+            &format!(
+                "{text}\nmotion rejected: `disarm`, correct it, and arm again; or repeat the command to move anyway"
+            ),
+        )?;
         Ok(false)
     }
 
@@ -207,7 +247,7 @@ impl Operator {
         let held = matches!(self.state(), Some(ARMED | HOLDING | RUNNING)) && !self.is_moving();
         if !held {
             self.refused = true;
-            return self.say("check-torque", "check-torque: refused: the arm is not held at rest; `arm` first");
+            return self.say("check-torque", "check-torque: rejected: the arm is not held at rest; `arm` first");
         }
         let joints = joint.map_or(0..self.arm.joints.len(), |joint| joint..joint + 1);
         let mut lines = Vec::new();
@@ -239,7 +279,7 @@ impl Operator {
         let line = self.factor_of(joint);
         self.watch_as_before()?;
         if let Some(denial) = denial {
-            return Ok(super::messages::denial(&denial));
+            return Ok(super::messages::rejection(&denial));
         }
         Ok(match (self.drives(), line) {
             (true, Some(line)) => line,
@@ -278,10 +318,12 @@ impl Operator {
             return None;
         }
         let (_, _, unit) = self.arm.joints.get(joint)?;
-        let wrong = if (1.0 / NAMED..=NAMED).contains(&share) {
-            ""
-        } else {
-            "  WRONG: see its drive's range, gear and torque constant"
+        let wrong = match (1.0 / NAMED..=NAMED).contains(&share) {
+            true => String::new(),
+            false => {
+                let cause = self.arm.drives.get(joint).map(|drive| drive.cause(1.0 / share, false)).unwrap_or_default();
+                format!("  WRONG; likely cause: {cause}")
+            }
         };
         Some(format!(
             "{:.2} +- {:.2}, friction {:.2} {unit}{wrong}",

@@ -1,6 +1,6 @@
 //! What the arm holds, from slow motions of its own: `weigh`.
 
-use super::arm::Arm;
+use super::arm::{Arm, Joints};
 use super::torque_check::Sample;
 use super::{Operator, Stop};
 use crate::session::states::{ARMED, HOLDING, RUNNING};
@@ -28,7 +28,7 @@ impl Operator {
     pub(super) fn weigh(&mut self) -> Result<(), Stop> {
         let refused = |operator: &mut Self, why: &str| {
             operator.refused = true;
-            operator.say("weigh", &format!("weigh: refused: {why}"))
+            operator.say("weigh", &format!("weigh: rejected: {why}"))
         };
         if !self.arm.payload_is_live {
             return refused(self, "the scene has no live payload; `payload = \"live\"` in its [model]");
@@ -48,7 +48,7 @@ impl Operator {
             self.samples.keep((2.5 * time / self.arm.period) as usize);
             if let Some(denial) = self.there_and_back("weigh", here.clone(), there, time)? {
                 self.watch_as_before()?;
-                return refused(self, &super::messages::denial(&denial));
+                return refused(self, &super::messages::rejection(&denial));
             }
             samples.extend(self.samples.all().cloned());
         }
@@ -58,7 +58,7 @@ impl Operator {
             return refused(self, &format!("it did not come to its end: {doing}"));
         }
         let held = self.arm.limbs.weigh(&log(&samples, &self.arm), &self.arm.friction);
-        let (text, goal) = in_words(&held);
+        let (text, goal) = in_words(&held, self.arm.limbs.as_ref());
         self.say("weigh", &format!("weigh: {text}"))?;
         self.take_up("weigh", &goal)
     }
@@ -97,19 +97,17 @@ fn log(samples: &[Sample], arm: &Arm) -> Log {
     }
 }
 
-/// What was found, and the payload to be told.
-fn in_words(held: &Payload) -> (String, Inertia<f32>) {
+/// The estimated payload in words, and as the body to be sent, in the tip frame.
+fn in_words(held: &Payload, joints: &dyn Joints) -> (String, Inertia<f32>) {
     let half = WIDE * held.mass_deviation;
     let nothing = Inertia::<f64>::zero();
     match held.com {
         Some(com) if held.mass > 0.0 => {
-            let body = Inertia::from_mass_centre(held.mass, &com, &held.inertia);
-            let [x, y, z]: [f64; 3] = com.into();
+            let body = joints.in_tip(&Inertia::from_mass_centre(held.mass, &com, &held.inertia));
+            let [x, y, z]: [f64; 3] = (body.first_moment / held.mass).into();
             let (low, high) = (held.mass - half, held.mass + half);
-            let text = format!(
-                "{:.3} kg, 95 %: {low:.3} to {high:.3}, at {x:.3} {y:.3} {z:.3} m of the last link's frame",
-                held.mass
-            );
+            let text =
+                format!("{:.3} kg, 95 %: {low:.3} to {high:.3}, at {x:.3} {y:.3} {z:.3} m in the tip frame", held.mass);
             (text, body.cast().symmetric())
         }
         _ => (format!("nothing that can be told from nothing: {:.3} +- {half:.3} kg", held.mass), nothing.cast()),

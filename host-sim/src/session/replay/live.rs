@@ -124,7 +124,8 @@ impl<const N: usize> Again<N> {
     /// Give the session the recorded readings of joints and lines.
     fn tell(&mut self, sensed: &SensedLines) -> Result<(), String> {
         let wrong = |error: link::JointCountMismatch| error.to_string();
-        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = sensed.lines;
+        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } =
+            sensed.lines;
         let drive = |joint: usize| drive_fault >> joint & 1 == 1;
         // A lost turn is a fault of its drive too. So without a drive fault, nothing else can be lost.
         let lost = if zeroed { JointFaults::NONE } else { JointFaults::LOST };
@@ -136,6 +137,8 @@ impl<const N: usize> Again<N> {
             age_ticks: array(&sensed.age_ticks).map_err(wrong)?.map(age),
             faults: core::array::from_fn(fault),
             errors: [0; N],
+            on: core::array::from_fn(|joint| on >> joint & 1 == 1),
+            zero_lost,
         };
         // A board without joints of its own has neither readings nor zeros.
         let has_joints = zeroed || drive_fault != 0;

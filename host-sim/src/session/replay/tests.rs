@@ -59,17 +59,17 @@ fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
                 let watch = Watch { every: 1, parts: Parts::SENSED.and(Parts::TORQUE) };
                 let live = link::Live::new(&scene.live(&model).cast::<f32>()).unwrap();
                 let hello = hello(&scene, &model, Pacing::Live);
-                vec![Frame::Hello(hello), Frame::Watch(watch), Frame::Live(live), Frame::Request(Request::Home)]
+                vec![Frame::Hello(hello), Frame::Watch(watch), Frame::Live(live), Frame::request(1, Request::Home)]
             }
-            2 => vec![Frame::Request(Request::Confirm)],
-            3 => vec![Frame::Request(Request::Arm)],
+            2 => vec![Frame::request(2, Request::Confirm)],
+            3 => vec![Frame::request(3, Request::Arm)],
             // The second start is refused.
-            10 => vec![point(0, 0.0), point(200, 0.05), Frame::Request(Request::Run)],
+            10 => vec![point(0, 0.0), point(200, 0.05), Frame::request(4, Request::Run)],
             11 => vec![point(0, 0.0)],
             tick if tick % 7 == 0 => vec![Frame::Alive],
             _ => Vec::new(),
         };
-        frames.extend(now.and_then(|now| now.asked).map(Frame::Request));
+        frames.extend(now.and_then(|now| now.asked).map(|request| Frame::request(tick as u8, request)));
         for frame in frames {
             entries.push(entry(Way::Sent, frame.clone()));
             match board.receive(Ok(Received { frame, missed: 0 })) {
@@ -85,6 +85,8 @@ fn session(happens: &[Happens], has_joints: bool) -> Vec<Entry> {
             age_ticks: [tick % 2, 0],
             faults: now.map_or([JointFaults::NONE; N], |now| now.faults),
             errors: [0; N],
+            on: [true; N],
+            zero_lost: false,
         };
         board.sense(has_joints.then_some(&readings), &now.map_or(Lines::NONE, |now| now.lines));
         if now.is_some_and(|now| now.overrun) {
@@ -185,7 +187,7 @@ fn every_other_field_of_a_status_is_compared() {
         ("cause", |status| status.cause = 1),
         ("joint", |status| status.joint = Some(0)),
         ("homed", |status| status.homed = false),
-        ("refused", |status| status.refused = Some(link::Denial { code: 1, fault: 0, joint: None })),
+        ("refused", |status| status.refused = Some(link::Denial { code: 1, fault: 0, joint: None, input: 0 })),
         ("reference", |status| {
             let at = dynamics_core::Reference::at_rest([0.0_f32; N]);
             status.aside = link::Aside::Reference(link::Reference::new(&at));

@@ -39,6 +39,8 @@ pub(super) struct Host<const N: usize> {
     /// Packets of this tick.
     packets: Vec<Packet>,
     requests: Vec<Request>,
+    /// Number of the last request.
+    number: u8,
     /// Ticks since the host last sent anything.
     quiet: u32,
     /// Lines that it sent last in a drill.
@@ -63,6 +65,7 @@ impl<const N: usize> Host<N> {
             pacing: hello.pacing,
             packets: Vec::new(),
             requests: Vec::new(),
+            number: 0,
             quiet: 0,
             lines: None,
             last: None,
@@ -88,7 +91,8 @@ impl<const N: usize> Host<N> {
     /// Send a request.
     pub(super) fn ask(&mut self, request: Request) -> Result<(), FrameTooLong> {
         self.requests.push(request);
-        self.send(&Frame::Request(request))
+        self.number = self.number.wrapping_add(1);
+        self.send(&Frame::request(self.number, request))
     }
 
     /// Begin a trajectory.
@@ -166,8 +170,8 @@ impl<const N: usize> Host<N> {
 fn same(a: &link::Lines, b: &link::Lines) -> bool {
     let bits = |x: Option<f32>| x.map(f32::to_bits);
     let of = |lines: &link::Lines| {
-        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = *lines;
-        (emergency_stop, overrun, zeroed, drive_fault, bits(supply), bits(temperature))
+        let link::Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } = *lines;
+        (emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, bits(supply), bits(temperature))
     };
     of(a) == of(b)
 }

@@ -124,7 +124,7 @@ impl<const N: usize> Judge<N> {
         self.reported(said)?;
         self.moved(told, heard, status)?;
         self.torque(said)?;
-        self.faults(&board, &seen, said)?;
+        self.faults(&board, &seen, heard, said)?;
         self.silence(heard, said)?;
         self.reference(&seen, status)?;
         self.rest(status)?;

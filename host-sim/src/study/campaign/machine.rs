@@ -5,7 +5,7 @@ use crate::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Model, Sensed};
 use link::seal::SealKey;
-use link::{Actuation, DecodeError, Decoder, Frame, Pacing, Refusal, Status};
+use link::{Actuation, Decoder, Frame, Pacing, Refusal, Status};
 use robot_compiler::SceneFile;
 use session::black_box::Report;
 use session::meter::Meter;
@@ -46,6 +46,7 @@ impl<const N: usize> Told<N> {
             drive_fault: self.drive_fault.iter().rev().fold(0, |bits, &fault| bits << 1 | u8::from(fault)),
             supply: self.supply,
             temperature: self.temperature,
+            ..link::Lines::CALM
         }
     }
 
@@ -63,6 +64,8 @@ impl<const N: usize> Told<N> {
             age_ticks: self.age_ticks,
             faults: self.drive_fault.map(|fault| drive(fault) | lost),
             errors: [0; N],
+            on: [true; N],
+            zero_lost: false,
         }
     }
 }
@@ -131,8 +134,8 @@ impl<const N: usize> Desk<N> {
     /// Feed received bytes to the session.
     fn receive(&mut self, bytes: &[u8]) {
         for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
-            // A board answers these by itself; its session does not hear of them.
-            if matches!(received, Err(DecodeError::BadSeal | DecodeError::Repeated)) {
+            // A board answers a packet that it cannot open by itself; its session does not hear of it.
+            if received.is_err() {
                 continue;
             }
             match self.session.receive(received) {
@@ -206,7 +209,7 @@ impl<const N: usize> Machine<N> for Both<N> {
             let frame = self.chip.receive("the status of a tick")?;
             let last = matches!(&frame, Frame::Status(status) if status.tick == told.tick);
             // The channel's answer, not the session's.
-            if !matches!(frame, Frame::Refusal(Refusal::Unauthentic { .. })) {
+            if !matches!(frame, Frame::Refusal(Refusal::Unauthentic { .. } | Refusal::Undecodable(_))) {
                 chip.push(without_cost(frame));
             }
             if last {
@@ -236,10 +239,11 @@ fn status(answers: Vec<Frame>, tick: u32, pacing: Pacing) -> Result<Status, Trou
 
 /// Command to the drives that would act outside a drill.
 pub(super) fn played<const N: usize>(status: &Status) -> Drives<N> {
+    let all = |torque: &link::Joints<f32>| core::array::from_fn(|i| torque.get(i).copied().unwrap_or(f32::NAN));
     match &status.actuation {
-        Some(Actuation::Drive { torque, .. }) => {
-            Drives::Drive(core::array::from_fn(|i| torque.get(i).copied().unwrap_or(f32::NAN)))
-        }
+        Some(Actuation::Drive { torque, .. }) => Drives::Drive(all(torque)),
+        Some(Actuation::Preload { torque, .. }) => Drives::Preload(all(torque)),
+        Some(Actuation::Enable) => Drives::Enable(SafeAction::Brake),
         Some(Actuation::DampedStop) => Drives::Safe(SafeAction::DampedStop),
         Some(Actuation::Off) => Drives::Safe(SafeAction::Off),
         Some(Actuation::Brake) | None => Drives::Safe(SafeAction::Brake),

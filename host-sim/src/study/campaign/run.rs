@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::plant::Diverged;
 use crate::run::simulate;
 use crate::run::world::{World, measurement};
+use crate::session::states::ARMING;
 use dynamics_core::safety::{Rules, SafeAction};
 use dynamics_core::{ControllerConfig, Live, Reference};
 use link::codec::FrameTooLong;
@@ -285,6 +286,9 @@ impl<const N: usize> Bench<'_, N> {
         for request in requests {
             self.host.ask(*request)?;
             self.pass(None)?;
+            while self.state() == ARMING {
+                self.pass(None)?;
+            }
         }
         match situation {
             Situation::Running | Situation::Holding => {
@@ -313,6 +317,9 @@ impl<const N: usize> Bench<'_, N> {
         for request in [Request::Clear, Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold] {
             self.host.ask(request)?;
             self.wait(1, 8)?;
+            while self.state() == ARMING {
+                self.pass(None)?;
+            }
         }
         Ok(())
     }
@@ -410,11 +417,11 @@ impl<const N: usize> Bench<'_, N> {
         let plant = &mut self.world.plant;
         let torque = match &said.drives {
             Drives::Drive(torque) => torque.map(f64::from),
-            Drives::Safe(SafeAction::Brake) => {
+            Drives::Safe(SafeAction::Brake) | Drives::Preload(_) | Drives::Enable(SafeAction::Brake) => {
                 plant.brake();
                 return Ok(());
             }
-            Drives::Safe(SafeAction::DampedStop) => {
+            Drives::Safe(SafeAction::DampedStop) | Drives::Enable(SafeAction::DampedStop) => {
                 let qd = plant.measured().qd;
                 let damping = |i: usize| {
                     let limit = self.stage.config.limits[i].torque;
@@ -422,7 +429,7 @@ impl<const N: usize> Bench<'_, N> {
                 };
                 core::array::from_fn(damping)
             }
-            Drives::Safe(SafeAction::Off) => [0.0; N],
+            Drives::Safe(SafeAction::Off) | Drives::Enable(SafeAction::Off) => [0.0; N],
         };
         self.driven += 1;
         plant.drive(&torque)

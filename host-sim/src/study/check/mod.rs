@@ -1,5 +1,6 @@
 //! Would a physicist believe a robot file? The rules are the robot compiler's; the loads that they compare with are searched here.
 
+mod hazard;
 mod report;
 
 use super::numbers::finite;
@@ -11,9 +12,10 @@ use dynamics_core::chapter::statics::holding_torque;
 use dynamics_core::mass_matrix::mass_matrix;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, Live, Rotor, Scene, Trig, Wrench};
+pub use hazard::{CLASS_I, Hazard};
 use nalgebra::Vector3;
 use robot_compiler::check::{Draft, Finding, JointLoad, Severity, findings};
-use robot_compiler::{Robot, with_dof};
+use robot_compiler::{Robot, SceneFile, with_dof};
 
 /// The findings about an arm.
 #[derive(Debug)]
@@ -24,6 +26,8 @@ pub struct Answer {
     pub gravity: Vector3<f64>,
     /// Loads of the joints; `None` for an arm that cannot be put into postures.
     pub loads: Option<Vec<JointLoad>>,
+    /// Figures that matter to a person near the arm; `None` for an arm that cannot be put into postures.
+    pub hazard: Option<Hazard>,
     /// The worst first.
     pub findings: Vec<Finding>,
 }
@@ -36,17 +40,31 @@ impl Answer {
     }
 }
 
-/// Look at an arm under this gravity.
+/// Looks at an arm under this gravity, in its default scene.
 ///
 /// # Errors
 /// [`Failure::Input`]: gravity is not three finite numbers.
 pub fn answer(draft: Draft, gravity: &[f64]) -> Result<Answer, Failure> {
+    answer_in(draft, gravity, None)
+}
+
+/// Looks at an arm under this gravity, in a scene of this robot: its rest pose comes before the robot file's.
+///
+/// # Errors
+/// As [`answer`].
+pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) -> Result<Answer, Failure> {
     let gravity = finite::<3>("--gravity", gravity, "gx, gy, gz")
         .map_err(|problem| Failure::Input(miette::miette!(help = "see `host-sim check --help`", "{problem}")))?
         .into();
+    if let Some(scene) = &scene {
+        draft.robot.rest.clone_from(&scene.safety.rest);
+    }
     let loads = draft.arm().and_then(|arm| with_dof!(arm.dof(), N => loads::<N>(arm, &gravity)));
+    let name = scene.as_ref().map(|scene| scene.name.clone());
+    let file = scene.or_else(|| draft.arm().map(SceneFile::default_for));
+    let hazard = file.and_then(|file| with_dof!(file.robot.dof(), N => hazard::hazard::<N>(&file, name, &gravity)));
     let findings = findings(&draft, loads.as_deref());
-    Ok(Answer { draft, gravity, loads, findings })
+    Ok(Answer { draft, gravity, loads, hazard, findings })
 }
 
 /// The load of every joint, each in its worst posture; `None` for an arm that makes no model.
@@ -68,13 +86,15 @@ fn loads<const N: usize>(mut arm: Robot, gravity: &Vector3<f64>) -> Option<Vec<J
         holding_torque(&posture, gravity, &Wrench::zero())
     };
     let inertia = |q: &[f64; N], i: usize| mass_matrix(&dynamics, &Libm.sin_cos_all(q), q, &Live::zero())[(i, i)];
+    let rest: Option<[f64; N]> = arm.rest.as_ref().and_then(|rest| rest.as_slice().try_into().ok());
     let load = |i: usize| {
         let worst = minimise_to(ROUGH, &bounds, &middle, |q| -torque(q)[i].powi(2));
         // The inertia that a joint feels depends on the joints beyond it alone.
         let beyond = core::array::from_fn(|j| if j > i { bounds[j] } else { (middle[j], middle[j]) });
         let least = minimise_to(ROUGH, &beyond, &middle, |q| inertia(q, i)).value;
         let most = -minimise_to(ROUGH, &beyond, &middle, |q| -inertia(q, i)).value;
-        JointLoad { holding: torque(&worst.q)[i].abs(), posture: worst.q.to_vec(), inertia: (least, most) }
+        let rest = rest.as_ref().map(|q| torque(q)[i]);
+        JointLoad { holding: torque(&worst.q)[i].abs(), posture: worst.q.to_vec(), inertia: (least, most), rest }
     };
     Some(in_parallel(N, load))
 }

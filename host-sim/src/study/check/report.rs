@@ -1,6 +1,6 @@
 //! Findings in text and JSON.
 
-use super::Answer;
+use super::{Answer, CLASS_I, Hazard};
 use robot_compiler::check::{Finding, Severity};
 use serde::Serialize;
 
@@ -20,6 +20,16 @@ struct Report<'a> {
     doubts: usize,
     notes: usize,
     findings: Vec<Row<'a>>,
+    hazard: Option<&'a Hazard>,
+    class_i: ClassI,
+}
+
+/// Limits of class I of ISO 10218-1:2025 as JSON: kg, N, m/s.
+#[derive(Debug, Serialize)]
+struct ClassI {
+    mass: f64,
+    force: f64,
+    speed: f64,
 }
 
 /// A finding as JSON.
@@ -64,6 +74,7 @@ impl Answer {
                 text += &described(finding, next != Some(finding.place.expected()));
             }
         }
+        text += &self.hazard.as_ref().map_or(String::new(), Hazard::text);
         text + &format!("\n{}\n", self.counts())
     }
 
@@ -97,6 +108,8 @@ impl Answer {
             doubts: self.count(Severity::Doubt),
             notes: self.count(Severity::Note),
             findings: rows.collect(),
+            hazard: self.hazard.as_ref(),
+            class_i: ClassI { mass: CLASS_I.0, force: CLASS_I.1, speed: CLASS_I.2 },
         }
     }
 }

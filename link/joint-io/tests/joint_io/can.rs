@@ -61,6 +61,9 @@ impl CanBus for Mock {
 const PERIOD: f64 = 0.001;
 const HOLD: [f32; 6] = [0.0; 6];
 
+/// Ticks in which drives that hear everything are on.
+const ON_MAX: usize = 4;
+
 struct Bench {
     joints: CanJoints<MiniCheetah, Mock, Mock, NoBus, NoPin, 6>,
     buses: [Mock; 2],
@@ -88,9 +91,25 @@ impl Bench {
 
     /// A bench whose drives are on.
     fn running() -> Self {
-        let mut bench = Self::new();
-        bench.drive(&HOLD);
-        bench
+        Self::new().on()
+    }
+
+    /// The same with drives that have shown that they are on, and give no torque.
+    fn on(mut self) -> Self {
+        for _ in 0..ON_MAX {
+            if self.enable().on == [true; 6] {
+                self.drive(&HOLD);
+                return self;
+            }
+        }
+        panic!("not on after {ON_MAX} ticks");
+    }
+
+    fn enable(&mut self) -> Readings<6> {
+        let readings = self.joints.measure().unwrap();
+        self.joints.enable(SafeAction::Off);
+        self.pass();
+        readings
     }
 
     fn pass(&mut self) {
@@ -133,9 +152,9 @@ fn every_actuator_gets_one_command_a_tick_and_answers_before_the_next() {
         assert_eq!(readings.faults, [JointFaults::NONE; 6], "tick {tick}");
     }
     for mock in &bench.buses {
-        // The poll, switching on, and a hundred torques, three actuators each; lowest identifier first on the wire.
+        // The poll, three of enabling, the first torque, and a hundred more, three actuators each; lowest identifier first on the wire.
         let bus = mock.bus.borrow();
-        assert_eq!(bus.sent.len(), 3 * 102);
+        assert_eq!(bus.sent.len(), 3 * 105);
         for tick in bus.sent.chunks(3) {
             assert!(tick.is_sorted_by_key(|frame| frame.id), "{tick:?}");
         }
@@ -216,8 +235,45 @@ fn a_drive_that_is_off_is_switched_on_before_it_gives_torque() {
     let mut bench = Bench::new();
     bench.drive(&[3.0; 6]);
     assert!(bench.actuator(4, |a| a.electronics.is_enabled() && a.electronics.torque() == 0.0));
-    bench.drive(&[3.0; 6]);
+    // A fiftieth of the range shows that it is on.
+    assert_eq!(bench.drive(&[3.0; 6]).on, [false; 6]);
+    assert!(bench.actuator(4, |a| (a.electronics.torque() - 0.36).abs() < 0.01));
+    assert_eq!(bench.drive(&[3.0; 6]).on, [true; 6]);
     assert!(bench.actuator(4, |a| a.electronics.torque() > 2.9));
+}
+
+#[test]
+fn torque_that_a_spring_gives_counts_and_one_that_is_missing_is_found_in_a_stated_number_of_replies() {
+    let mut bench = Bench::running();
+    let springs = [Spring { stiffness: 80.0, damping: 2.0 }; 6];
+    let push = |tick: usize| [if tick / 10 % 2 == 0 { 2.0 } else { -2.0 }; 6];
+    for tick in 0..300 {
+        let readings = bench.joints.measure().unwrap();
+        assert_eq!((readings.on, readings.faults), ([true; 6], [JointFaults::NONE; 6]), "{tick}");
+        bench.joints.drive(&push(tick), Some(&springs));
+        bench.pass();
+    }
+    bench.drive(&[2.0; 6]);
+    // Off by itself.
+    bench.actuator(4, |a| a.receive(&joint_io::mit::EXIT));
+    let mut weak = 0;
+    loop {
+        let readings = bench.joints.measure().unwrap();
+        if !readings.on[4] {
+            assert_eq!(readings.on, [true, true, true, true, false, true]);
+            assert!(readings.faults[4] != JointFaults::NONE && readings.zero_lost);
+            break;
+        }
+        bench.joints.drive(&[2.0; 6], Some(&springs));
+        bench.pass();
+        weak += 1;
+        assert!(weak < 20);
+    }
+    assert_eq!(weak, usize::from(joint_io::can::WEAK_MAX) + 1);
+    // The fault is reported until the safe action.
+    bench.joints.safe(SafeAction::Off);
+    bench.pass();
+    assert_eq!(bench.joints.measure().unwrap().faults, [JointFaults::NONE; 6]);
 }
 
 #[test]
@@ -435,6 +491,10 @@ fn a_full_transmitter_is_asked_a_bounded_number_of_times_and_an_old_torque_never
     let sent = bench.buses[0].bus.borrow().sent.len();
     bench.drive(&[4.0; 6]);
     assert_eq!(bench.buses[0].bus.borrow().sent.len(), sent + 3);
+    // They were silent, and have to show again that they are on.
+    for _ in 0..ON_MAX {
+        bench.drive(&[4.0; 6]);
+    }
     assert!(bench.actuator(0, |a| a.electronics.told().torque) > 3.9);
 }
 
@@ -448,6 +508,8 @@ fn a_bus_that_is_off_is_a_fault_of_its_joints_at_once_and_ends_with_it() {
         readings.faults.map(|faults| faults.contains(JointFaults::BUS)),
         [false, false, false, true, true, true]
     );
+    // They are not on until they have shown it again.
+    assert_eq!(readings.on, [true, true, true, false, false, false]);
     assert_eq!(bench.joints.bus_counts()[1].off, 1);
     bench.buses[1].bus.borrow_mut().off = false;
     for _ in 0..3 {

@@ -227,7 +227,7 @@ fn an_error_stops_the_joint_and_is_cleared_before_torque_is_given_again() {
 }
 
 #[test]
-fn a_drive_that_goes_off_by_itself_is_at_fault_and_one_that_is_being_switched_on_has_some_ticks() {
+fn a_drive_that_goes_off_by_itself_is_seen_in_its_tick_and_one_that_never_goes_on_never_counts_as_on() {
     let (mut joints, tape) = pair::<RobStride>(|id| MitDrive { id, ..robstride() });
     let reply = |tape: &Tape, states: [u32; 2]| {
         for (id, state) in (1_u32..).zip(states) {
@@ -236,18 +236,24 @@ fn a_drive_that_goes_off_by_itself_is_at_fault_and_one_that_is_being_switched_on
     };
     reply(&tape, [0, 0]);
     joints.measure();
-    let mut ticks = 0;
-    loop {
-        joints.drive(&[0.0; 2], None);
+    // Brought on: the second never says that it is.
+    for tick in 0..30 {
+        joints.enable(SafeAction::Off);
         reply(&tape, [2, 0]);
-        let faults = joints.measure().unwrap().faults;
-        assert_eq!(faults[0], JointFaults::NONE);
-        if faults[1] != JointFaults::NONE {
-            break;
-        }
-        ticks += 1;
+        let readings = joints.measure().unwrap();
+        assert_eq!(readings.faults, [JointFaults::NONE; 2]);
+        assert_eq!(readings.on, [tick > 0, false], "{tick}");
     }
-    assert_eq!(ticks, 10);
+    for state in [2, 2, 0] {
+        joints.preload(&[0.0; 2]);
+        reply(&tape, [2, state]);
+        joints.measure();
+    }
+    reply(&tape, [0, 0]);
+    joints.preload(&[0.0; 2]);
+    let readings = joints.measure().unwrap();
+    // In the same tick.
+    assert_eq!((readings.on, readings.zero_lost), ([false; 2], true));
 }
 
 #[test]

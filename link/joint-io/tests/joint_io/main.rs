@@ -38,6 +38,9 @@ fn drive(bus: u8, id: u8) -> MitDrive {
         ranges: ranges(),
         gearing,
         damping: 1.0,
+        timeout: 0,
+        restart_ticks: 10,
+        absolute: false,
     }
 }
 

@@ -17,6 +17,9 @@ use std::rc::Rc;
 /// Frames that the controller holds, either way.
 const ROOM: usize = 3;
 
+/// Ticks in which drives come on.
+const ENABLING: u32 = 3;
+
 /// A controller and what is at the other end of its wire.
 struct Controller {
     bus: Bus,
@@ -102,7 +105,10 @@ impl Bench {
         let mut bench = Self { joints, wire };
         bench.joints.safe(SafeAction::Off);
         bench.pass(true);
-        bench.tick(0.0, true);
+        // Enabled, probed, shown to be on.
+        for _ in 0..ENABLING {
+            bench.tick(0.0, true);
+        }
         bench
     }
 
@@ -137,7 +143,7 @@ fn six_actuators_on_one_bus_all_answer_in_every_tick() {
     }
     assert_eq!(bench.joints.joint_counts(), [JointCounts::default(); 6]);
     assert_eq!(bench.joints.bus_counts(), [BusCounts::default(); 3]);
-    assert_eq!(bench.wire.0.borrow().interrupts, 6 * 102);
+    assert_eq!(bench.wire.0.borrow().interrupts, 6 * (101 + ENABLING));
 }
 
 #[test]
@@ -202,4 +208,46 @@ fn a_bus_that_is_not_there_takes_nothing() {
     joints.interrupt();
     assert_eq!(joints.joint_counts().map(|counts| counts.unsent), [1; 2]);
     assert_eq!(joints.measure().unwrap().age_ticks, [u32::MAX; 2]);
+}
+
+/// A controller that takes one frame, and pushes it out for the next.
+struct Pushing(Option<Frame>);
+
+impl Can for Pushing {
+    type Frame = Frame;
+    type Error = ErrorKind;
+
+    fn transmit(&mut self, frame: &Frame) -> nb::Result<Option<Frame>, ErrorKind> {
+        Ok(self.0.replace(frame.clone()))
+    }
+
+    fn receive(&mut self) -> nb::Result<Frame, ErrorKind> {
+        Err(nb::Error::WouldBlock)
+    }
+}
+
+impl CanBus for Pushing {
+    fn is_off(&mut self) -> bool {
+        false
+    }
+
+    fn abandon(&mut self) {}
+}
+
+#[test]
+fn a_frame_that_was_pushed_out_of_its_mailbox_or_dropped_from_the_queue_counts_as_unsent() {
+    let three: [MitDrive; 3] = std::array::from_fn(|i| drive(0, i as u8 + 1));
+    let mut joints: CanJoints<MiniCheetah, Pushing, NoBus, NoBus, NoPin, 3> =
+        CanJoints::new((Pushing(None), NoBus, NoBus), NoPin, three);
+    joints.safe(SafeAction::Off);
+    assert_eq!(joints.joint_counts().map(|counts| counts.unsent), [0, 1, 1]);
+    // The same where the queue hands frames on; and those that the next tick abandons.
+    let mut bench = Bench::new();
+    bench.joints.measure();
+    bench.joints.drive(&[1.0; 6], None);
+    bench.joints.drive(&[2.0; 6], None);
+    bench.pass(true);
+    bench.joints.measure();
+    // Three were in the controller, whose own are not known.
+    assert_eq!(bench.joints.joint_counts().map(|counts| counts.unsent), [1, 1, 1, 0, 0, 0]);
 }

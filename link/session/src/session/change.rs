@@ -21,6 +21,22 @@ pub(super) enum Change<const N: usize> {
     Parameter(Setting),
 }
 
+/// Answer of a tick that has settled a change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Changed {
+    Value(Value),
+    Refusal(Refusal),
+}
+
+impl Changed {
+    pub(super) const fn frame(self) -> Frame {
+        match self {
+            Self::Value(value) => Frame::Value(value),
+            Self::Refusal(refusal) => Frame::Refusal(refusal),
+        }
+    }
+}
+
 impl<const N: usize> Change<N> {
     pub(super) fn make<D, T, C, P>(&self, controller: &mut Controller<f32, N, D, T, C, P>)
     where
@@ -62,15 +78,24 @@ where
 
     /// Make a change at once where no torque acts, else in the next tick; returns whether it is made already.
     fn change(&mut self, change: Change<N>) -> Result<bool, Refusal> {
-        if !self.supervisor.state().drives() {
-            change.make(&mut self.controller);
+        // While arming, torque may act on engaged brakes, and the brakes are about to open.
+        let state = self.supervisor.state();
+        if !state.drives() && state != safety::State::Arming {
+            self.make(&change);
             return Ok(true);
         }
-        if self.change.is_some() {
+        if self.change.is_some() || self.changed.is_full() {
             return Err(Refusal::Busy);
         }
         self.change = Some(change);
         Ok(false)
+    }
+
+    fn make(&mut self, change: &Change<N>) {
+        change.make(&mut self.controller);
+        if matches!(change, Change::Live(_)) {
+            self.supervisor.live_came();
+        }
     }
 
     pub(super) fn value(&mut self, index: u8) -> Result<Value, Refusal> {
@@ -85,7 +110,7 @@ where
         let payload = &self.safety.rules().payload;
         parameters::check(setting, self.safety.get(), self.controller.live(), payload, tunable)?;
         // The reference of an arm that is led is where it is, of any other the trajectory's.
-        if setting.index == parameters::LAW && self.supervisor.state() == safety::State::Running {
+        if setting.index == parameters::LAW && self.supervisor.runs_or_stops() {
             return Err(Refusal::Running);
         }
         Ok(match self.change(Change::Parameter(setting))? {
@@ -102,16 +127,20 @@ where
     /// Make a change that waited, or refuse it.
     #[cold]
     pub(super) fn settle(&mut self, change: &Change<N>, jumps: Option<u8>) {
-        self.answer = match (jumps, change) {
-            (Some(joint), _) => Some(Frame::Refusal(Refusal::WouldJump { joint })),
-            (None, change) => {
-                change.make(&mut self.controller);
+        let changed = match jumps {
+            Some(joint) => Some(Changed::Refusal(Refusal::WouldJump { joint })),
+            None => {
+                self.make(change);
                 match change {
                     Change::Live(_) => None,
-                    Change::Parameter(setting) => self.value(setting.index).ok().map(Frame::Value),
+                    Change::Parameter(setting) => self.value(setting.index).ok().map(Changed::Value),
                 }
             }
         };
+        if let Some(changed) = changed {
+            // There is room: a change is taken only while there is.
+            self.changed.push_back(changed).ok();
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! A frame is read before the session is locked, so that a tick waits for its effect alone.
 
+use super::requests::Arrived;
 use super::{Buffers, Session};
 use crate::readings::Lines;
 use crate::trajectory::{NotTaken, Way};
@@ -12,7 +13,7 @@ use dynamics_core::safety;
 use dynamics_core::scene::Live;
 use dynamics_core::trig::Trig;
 use link::codec::Received;
-use link::{DecodeError, Frame, Hello, Pacing, Refusal, Request, Value};
+use link::{Answer, DecodeError, Frame, Hello, NumberedRequest, Pacing, Refusal, Request, Value, Verdict};
 
 /// Answer to a received frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +40,8 @@ pub enum Outcome {
     Refused(Refusal),
     /// A parameter's value.
     Value(Value),
+    /// The verdict on a request.
+    Answer(Answer),
     /// A host's hello: no tick runs until [`Session::forget_controller`], [`Session::forget_arm`] and [`Session::begin`].
     Hello(Hello),
     /// Start pacing as this hello says.
@@ -57,6 +60,7 @@ impl Outcome {
             Self::None | Self::Hello(_) => Reaction::None,
             Self::Refused(refusal) => Reaction::Reply(Frame::Refusal(refusal)),
             Self::Value(value) => Reaction::Reply(Frame::Value(value)),
+            Self::Answer(answer) => Reaction::Reply(Frame::Answer(answer)),
             Self::Start(hello) => Reaction::Start(hello.pacing, Frame::Hello(hello)),
             Self::Stop(hello, refusal) => Reaction::Stop(Frame::Hello(hello), Frame::Refusal(refusal)),
             Self::Tick => Reaction::Tick,
@@ -159,13 +163,16 @@ where
         if let Said::Undecodable(error) = said {
             return Outcome::Refused(Refusal::Undecodable(*error));
         }
-        self.taken = self.taken.wrapping_add(1);
+        // Those that were lost before it are behind the host as well.
+        self.taken = self.taken.wrapping_add(1).wrapping_add(u16::from(*missed));
         // Even if packets were lost before it: a stop must not wait for the host to notice.
-        let stops = matches!(said, Said::Other(Frame::Request(Request::Hold)));
+        let stops =
+            matches!(said, Said::Other(Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. })));
         if *missed > 0 && !stops {
             return Outcome::Refused(Refusal::Lost { missed: *missed });
         }
         if let Said::Other(Frame::Hello(theirs)) = said {
+            self.left_live = self.is_live();
             self.pacing = None;
             return Outcome::Hello(*theirs);
         }
@@ -206,15 +213,17 @@ where
     fn supervised(&mut self, pacing: Pacing, frame: &Frame) -> Result<Outcome, Refusal> {
         match frame {
             Frame::Alive => {}
-            Frame::Request(request) => self.supervisor.request(request.to_core()),
+            Frame::Request(request) => return Ok(self.request(*request)),
             Frame::Watch(watch) => (self.watch, self.until) = (*watch, 0),
             Frame::Dump => self.past = Some(0),
             Frame::Get(index) => return self.value(*index).map(Outcome::Value),
             Frame::Set(setting) => return self.set(*setting),
             Frame::Lines(lines) if pacing == Pacing::Drill => {
-                let link::Lines { emergency_stop, overrun, zeroed, drive_fault, supply, temperature } = *lines;
+                let link::Lines { emergency_stop, overrun, zeroed, drive_fault, on, zero_lost, supply, temperature } =
+                    *lines;
                 self.supervisor.lines(&Lines { emergency_stop, supply, temperature });
-                self.supervisor.drives_say(core::array::from_fn(|i| drive_fault >> i & 1 == 1), zeroed);
+                let joints = |bits: u8| core::array::from_fn(|i| bits >> i & 1 == 1);
+                self.supervisor.drives_say(joints(drive_fault), joints(on), zeroed, zero_lost);
                 if overrun {
                     self.supervisor.overrun();
                 }
@@ -224,7 +233,35 @@ where
         Ok(Outcome::None)
     }
 
+    /// Take a request for the next tick, or answer it.
+    fn request(&mut self, request: NumberedRequest) -> Outcome {
+        let arrived = match request.request.to_core() {
+            Some(asked) => {
+                let arrived = self.requests.take(request);
+                if matches!(arrived, Arrived::New) {
+                    self.supervisor.request(asked);
+                }
+                arrived
+            }
+            None => {
+                let black_box = &mut self.buffers.borrow_mut().black_box;
+                self.requests.judge(request, || match black_box.release() {
+                    true => Verdict::Accepted,
+                    false => Verdict::Rejected(link::Denial::new(safety::Refusal::Unread)),
+                })
+            }
+        };
+        match arrived {
+            Arrived::Answered(answer) => Outcome::Answer(answer),
+            Arrived::Waits | Arrived::New => Outcome::None,
+        }
+    }
+
     fn measured(&mut self, pacing: Pacing, tick: u32, values: &Measurement<f32, N>) -> Result<Outcome, Refusal> {
+        if pacing == Pacing::Live {
+            self.foreign = self.foreign.saturating_add(1);
+            return Err(Refusal::OwnMeasurements { count: self.foreign });
+        }
         (self.tick, self.fresh) = (tick, true);
         if pacing.is_supervised() {
             self.supervisor.measured(values);

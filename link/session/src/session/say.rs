@@ -7,7 +7,7 @@ use dynamics_core::control::{Configuration, Protection};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety;
 use dynamics_core::trig::Trig;
-use link::Parts;
+use link::{Frame, Parts};
 
 impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
 where
@@ -25,6 +25,12 @@ where
         if let Some(answer) = self.answer.take() {
             return Some(Report::Answer(answer));
         }
+        if let Some(answer) = self.requests.say() {
+            return Some(Report::Answer(Frame::Answer(answer)));
+        }
+        if let Some(changed) = self.changed.pop_front() {
+            return Some(Report::Answer(changed.frame()));
+        }
         if core::mem::take(&mut self.unsaid)
             && let Some(parts) = self.is_due()
         {
@@ -32,7 +38,9 @@ where
             return Some(Report::Tick(*self.buffers.borrow().black_box.now(), parts, beside));
         }
         let place = self.past?;
-        let past = self.buffers.borrow().black_box.get(place).copied();
+        let black_box = &mut self.buffers.borrow_mut().black_box;
+        let past = black_box.get(place).copied();
+        black_box.read(place, past.is_none());
         self.past = past.is_some().then_some(place + 1);
         Some(Report::Past(past))
     }
@@ -45,8 +53,10 @@ where
 
     fn beside(&self, parts: Parts) -> Beside<N> {
         let failed = matches!(self.supervisor.state(), safety::State::Fault(_));
+        let Buffers { trajectory, black_box } = self.buffers.borrow();
         Beside {
-            room: u8::try_from(self.buffers.borrow().trajectory.room()).unwrap_or(u8::MAX),
+            kept: black_box.keeps(),
+            room: u8::try_from(trajectory.room()).unwrap_or(u8::MAX),
             trouble: self.trouble.filter(|_| failed),
             external: self.controller.protection().external().copied().filter(|_| parts.contains(Parts::EXTERNAL)),
         }

@@ -19,6 +19,10 @@ pub enum Drives<const N: usize> {
     Drive([f32; N]),
     /// The safe action.
     Safe(SafeAction),
+    /// Switch the drives on, without torque, brakes engaged; meanwhile a drive that is on does this.
+    Enable(SafeAction),
+    /// These torques or forces, N m or N, brakes engaged.
+    Preload([f32; N]),
 }
 
 impl<const N: usize, D, T, K, C, P, B> Session<N, D, T, K, C, P, B>
@@ -59,6 +63,11 @@ where
     fn supervise<M: Counter>(&mut self, pacing: Pacing, meter: &Meter<M>) -> Drives<N> {
         // Nearly every tick has none, and taking it would copy all of it.
         let change = if self.change.is_some() { self.change.take() } else { None };
+        // The change is settled first. A request that it could falsify is not judged in the same tick.
+        let yields = change.is_some() && self.requests.yields();
+        if yields {
+            self.supervisor.withdraw();
+        }
         let safe = Drives::Safe(self.safe_action());
         let Self { controller, supervisor, buffers, .. } = self;
         let Buffers { trajectory, black_box } = buffers.borrow_mut();
@@ -81,11 +90,22 @@ where
         record.inputs = *supervisor.inputs();
         let drives = match record.output.actuation {
             // In a drill no drive is driven: the host simulates the arm.
-            Actuation::Drive { torque, .. } if pacing == Pacing::Live => Drives::Drive(torque),
-            Actuation::Drive { .. } => safe,
             Actuation::Safe(action) => Drives::Safe(action),
+            _ if pacing != Pacing::Live => safe,
+            Actuation::Drive { torque, .. } => Drives::Drive(torque),
+            Actuation::Enable(action) => Drives::Enable(action),
+            Actuation::Preload { torque, .. } => Drives::Preload(torque),
         };
         supervisor.age(trajectory);
+        if self.requests.is_waiting() {
+            let refused = if yields { Some(safety::Refusal::ChangePending) } else { record.output.refused };
+            record.output.refused = refused;
+            let asked = self.requests.settle(refused);
+            // Cleared by a host that has read it all: the black box goes on.
+            if asked == Some(link::Request::Clear) && refused.is_none() && black_box.is_read() {
+                black_box.release();
+            }
+        }
         self.unsaid = true;
         if let Some(change) = change {
             self.settle(&change, jumps);

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 mod bench;
+mod edges;
 mod supervised;
 mod trajectory;
 
@@ -79,6 +80,7 @@ fn protected() -> Protected<f32, 2> {
         reach_speed: 0.5,
         rotor_max: 2.0,
         damping: 1.0,
+        lowering_speed: 0.2,
     };
     let rules = Rules {
         safe_action: SafeAction::DampedStop,
@@ -89,6 +91,11 @@ fn protected() -> Protected<f32, 2> {
         period: 0.002,
         rate: 500.0,
         latency: 0.002,
+        arming_max: 20,
+        live: 0,
+        live_max: 0,
+        rest: None,
+        first_motion: None,
         payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint; 2],
     };

@@ -20,24 +20,28 @@ use std::cell::Cell;
 const SAFE: Drives<2> = Drives::Safe(SafeAction::DampedStop);
 
 /// A session whose host is heard before every tick.
-struct Arm {
-    session: Session<2, UnitMasses, Polynomial, Protected<f32, 2>>,
-    meter: Meter<Looks>,
-    q: [f32; 2],
-    qd: [f32; 2],
-    faults: [JointFaults; 2],
-    errors: [u8; 2],
-    age_ticks: [u32; 2],
-    lines: Lines,
-    heard: bool,
+pub(super) struct Arm {
+    pub(super) session: Session<2, UnitMasses, Polynomial, Protected<f32, 2>>,
+    pub(super) meter: Meter<Looks>,
+    pub(super) q: [f32; 2],
+    pub(super) qd: [f32; 2],
+    pub(super) faults: [JointFaults; 2],
+    pub(super) errors: [u8; 2],
+    pub(super) age_ticks: [u32; 2],
+    pub(super) lines: Lines,
+    pub(super) heard: bool,
+    pub(super) on: [bool; 2],
+    pub(super) zero_lost: bool,
+    /// Number of the last request.
+    pub(super) number: u8,
 }
 
 impl Arm {
-    fn live() -> Self {
+    pub(super) fn live() -> Self {
         Self::with(config(), true)
     }
 
-    fn with(config: ControllerConfig<f32, 2>, tunable: bool) -> Self {
+    pub(super) fn with(config: ControllerConfig<f32, 2>, tunable: bool) -> Self {
         let controller = Controller::new(config, UnitMasses, Polynomial);
         let protected = Protected { control: config, ..protected() };
         let mut arm = Self {
@@ -50,6 +54,9 @@ impl Arm {
             age_ticks: [0; 2],
             lines: Lines::NONE,
             heard: true,
+            on: [true; 2],
+            zero_lost: false,
+            number: 0,
         };
         let hello = Hello { pacing: Pacing::Live, ..OWN };
         assert_eq!(arm.receive(Frame::Hello(hello)), Reaction::Start(Pacing::Live, Frame::Hello(hello)));
@@ -57,11 +64,11 @@ impl Arm {
     }
 
     /// Homed and holding its place by torque.
-    fn armed() -> Self {
+    pub(super) fn armed() -> Self {
         Self::live().arm()
     }
 
-    fn arm(mut self) -> Self {
+    pub(super) fn arm(mut self) -> Self {
         let arm = &mut self;
         assert_eq!(arm.asked(Request::Home), SAFE);
         assert_eq!(arm.asked(Request::Confirm), SAFE);
@@ -71,7 +78,7 @@ impl Arm {
     }
 
     /// On a way of 100 ticks to 0.1 rad further, and back.
-    fn running() -> Self {
+    pub(super) fn running() -> Self {
         let mut arm = Self::armed();
         arm.point(0, arm.q);
         arm.point(100, arm.q.map(|q| q + 0.1));
@@ -81,33 +88,46 @@ impl Arm {
         arm
     }
 
-    fn receive(&mut self, frame: Frame) -> Reaction {
+    pub(super) fn receive(&mut self, frame: Frame) -> Reaction {
         self.session.receive(Ok(Received { frame, missed: 0 }))
     }
 
-    fn point(&mut self, ticks: u16, q: [f32; 2]) -> Reaction {
+    pub(super) fn point(&mut self, ticks: u16, q: [f32; 2]) -> Reaction {
         let reference = link::Reference::new(&Reference::at_rest(q));
         self.receive(Frame::Point(Point { ticks, reference }))
     }
 
-    fn tick(&mut self) -> Drives<2> {
+    pub(super) fn tick(&mut self) -> Drives<2> {
         if self.heard {
             self.receive(Frame::Alive);
         }
         let sensed = Sensed::State { q: self.q, qd: self.qd };
-        let readings =
-            Readings { sensed, torque: [0.0; 2], age_ticks: self.age_ticks, faults: self.faults, errors: self.errors };
+        let readings = Readings {
+            sensed,
+            torque: [0.0; 2],
+            age_ticks: self.age_ticks,
+            faults: self.faults,
+            errors: self.errors,
+            on: self.on,
+            zero_lost: core::mem::take(&mut self.zero_lost),
+        };
         self.session.sense(Some(&readings), &self.lines);
         self.session.tick(&self.meter)
     }
 
-    fn asked(&mut self, request: Request) -> Drives<2> {
-        self.receive(Frame::Request(request));
+    pub(super) fn asked(&mut self, request: Request) -> Drives<2> {
+        self.ask(request);
         self.tick()
     }
 
+    /// Sends a request with the next number.
+    pub(super) fn ask(&mut self, request: Request) -> Reaction {
+        self.number = self.number.wrapping_add(1);
+        self.receive(Frame::request(self.number, request))
+    }
+
     /// One tick of an arm that is where the reference is.
-    fn follow(&mut self) -> Drives<2> {
+    pub(super) fn follow(&mut self) -> Drives<2> {
         let drives = self.tick();
         if let Drives::Drive(torque) = drives {
             // Unit masses: the feedback alone determines the remaining error.
@@ -119,21 +139,26 @@ impl Arm {
         drives
     }
 
-    fn state(&self) -> safety::State {
+    pub(super) fn state(&self) -> safety::State {
         match self.session.state() {
             State::Supervised(_, state) => state,
             other => panic!("{other:?}"),
         }
     }
 
-    fn said(&mut self) -> Vec<Frame> {
+    /// What the session says, but for answers to requests.
+    pub(super) fn reports(&mut self) -> Vec<Frame> {
+        self.said().into_iter().filter(|frame| !matches!(frame, Frame::Answer(_))).collect()
+    }
+
+    pub(super) fn said(&mut self) -> Vec<Frame> {
         std::iter::from_fn(|| self.session.say()).map(Report::frame).collect()
     }
 
-    fn watched(&mut self) -> Status {
+    pub(super) fn watched(&mut self) -> Status {
         self.receive(Frame::Watch(Watch { every: 1, parts: Parts::ALL }));
         self.tick();
-        match self.said().as_slice() {
+        match self.reports().as_slice() {
             [Frame::Status(status)] => status.clone(),
             other => panic!("{other:?}"),
         }
@@ -176,7 +201,7 @@ fn an_underrun_is_a_stop_that_needs_a_new_trajectory() {
     assert!(arm.qd.iter().all(|qd| qd.abs() < 1e-3), "it came to rest: {:?}", arm.qd);
     arm.receive(Frame::Watch(Watch { every: 1, parts: Parts::NONE }));
     arm.asked(Request::Run);
-    assert!(matches!(arm.said().as_slice(), [Frame::Status(Status { refused: Some(Denial { code: 8, .. }), .. })]));
+    assert!(matches!(arm.reports().as_slice(), [Frame::Status(Status { refused: Some(Denial { code: 8, .. }), .. })]));
 }
 
 #[test]
@@ -241,7 +266,7 @@ fn a_fault_is_left_by_clear_alone_and_the_black_box_has_what_was_before_and_behi
     }
     arm.receive(Frame::Dump);
     let mut past = Vec::new();
-    for frame in arm.said() {
+    for frame in arm.reports() {
         match frame {
             Frame::Past(Some(status)) => past.push(status),
             Frame::Past(None) => {}
@@ -266,7 +291,7 @@ fn a_fault_is_left_by_clear_alone_and_the_black_box_has_what_was_before_and_behi
 #[test]
 fn a_status_has_the_parts_that_were_asked_for_at_the_rate_that_was_asked_for() {
     let mut arm = Arm::armed();
-    assert_eq!(arm.said(), []);
+    assert_eq!(arm.reports(), []);
     let status = arm.watched();
     let Some(Actuation::Drive { torque, .. }) = &status.actuation else { panic!("{status:?}") };
     assert_eq!((torque.as_slice(), status.state, status.homed), ([0.0; 2].as_slice(), 2, true));
@@ -278,7 +303,7 @@ fn a_status_has_the_parts_that_were_asked_for_at_the_rate_that_was_asked_for() {
     let mut ticks = Vec::new();
     for _ in 0..20 {
         arm.tick();
-        ticks.extend(arm.said().into_iter().map(|frame| match frame {
+        ticks.extend(arm.reports().into_iter().map(|frame| match frame {
             Frame::Status(Status { tick, sensed: None, actuation: None, cost: None, .. }) => tick,
             other => panic!("{other:?}"),
         }));
@@ -312,11 +337,37 @@ fn frames_of_the_bench_and_the_chip_s_own_are_refused_and_points_by_their_reason
 fn a_stop_is_taken_even_where_frames_were_lost_before_it_and_nothing_else_is() {
     let mut arm = Arm::running();
     let lost = |frame| Ok(Received { frame, missed: 3 });
-    let answer = arm.session.receive(lost(Frame::Request(Request::Disarm)));
+    let answer = arm.session.receive(lost(Frame::request(101, Request::Disarm)));
     assert_eq!(answer, Reaction::Reply(Frame::Refusal(Refusal::Lost { missed: 3 })));
-    arm.session.receive(lost(Frame::Request(Request::Hold)));
+    arm.session.receive(lost(Frame::request(102, Request::Hold)));
     arm.tick();
     assert_eq!(arm.state(), safety::State::Holding(HoldCause::Requested));
+}
+
+/// Where no tick follows, the host still hears that the drives do the safe action.
+#[test]
+fn a_status_follows_a_hello_that_ends_a_live_session() {
+    let safe = link::Actuation::new(&safety::Actuation::<f32, 2>::Safe(SafeAction::DampedStop));
+    let other = Hello { robot: OWN.robot + 1, pacing: Pacing::Live, ..OWN };
+    for theirs in [Pacing::Drill, Pacing::LockStep, Pacing::Timer]
+        .map(|pacing| Hello { pacing, ..OWN })
+        .into_iter()
+        .chain([other])
+    {
+        let mut arm = Arm::running();
+        arm.said();
+        arm.receive(Frame::Hello(theirs));
+        let said = arm.said();
+        let [Frame::Status(status)] = &said[..] else { panic!("{theirs:?}: {said:?}") };
+        assert_eq!((status.state, status.homed, &status.actuation), (0, false, &Some(safe.clone())), "{theirs:?}");
+        // Only the first hello has ended it.
+        arm.receive(Frame::Hello(theirs));
+        assert_eq!(arm.said(), []);
+    }
+    let mut arm = Arm::running();
+    arm.said();
+    arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
+    assert_eq!(arm.said(), [], "ticks of the new session say it");
 }
 
 #[test]
@@ -324,16 +375,17 @@ fn a_drill_is_the_same_with_the_host_in_the_place_of_board_and_joints_and_drives
     let mut arm = Arm::live();
     let hello = Hello { pacing: Pacing::Drill, ..OWN };
     arm.receive(Frame::Hello(hello));
+    assert_eq!(arm.said().len(), 1, "the end of the live session");
     let lines = link::Lines::CALM;
     arm.receive(Frame::Lines(lines));
     let sensed = Sensed::State { q: [0.1; 2], qd: [0.0; 2] };
     let mut statuses = Vec::new();
     for (tick, request) in [Request::Home, Request::Confirm, Request::Arm].into_iter().enumerate() {
-        arm.receive(Frame::Request(request));
+        arm.ask(request);
         let measurement = link::Measurement::new(tick as u32 + 1, &Measurement { sensed, age_ticks: 0 });
         assert_eq!(arm.receive(Frame::Measurement(measurement)), Reaction::Tick);
         assert_eq!(arm.session.tick(&arm.meter), SAFE);
-        statuses.extend(arm.said());
+        statuses.extend(arm.reports());
     }
     let Some(Frame::Status(status)) = statuses.last() else { panic!("{statuses:?}") };
     assert_eq!((statuses.len(), status.state, status.tick), (3, 2, 3));
@@ -351,18 +403,18 @@ fn a_hello_takes_everything_away() {
 }
 
 /// Answers of the session to a frame, the ones of the next tick too.
-fn answers(arm: &mut Arm, frame: Frame) -> Vec<Frame> {
+pub(super) fn answers(arm: &mut Arm, frame: Frame) -> Vec<Frame> {
     let mut all = match arm.receive(frame) {
         Reaction::None => Vec::new(),
         Reaction::Reply(frame) => vec![frame],
         other => panic!("{other:?}"),
     };
     arm.tick();
-    all.extend(arm.said());
+    all.extend(arm.reports());
     all
 }
 
-fn set(index: u8, value: f32) -> Frame {
+pub(super) fn set(index: u8, value: f32) -> Frame {
     Frame::Set(Setting { index, value })
 }
 
@@ -438,6 +490,7 @@ fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_a
         per_wall: 0.0,
         stiffness: 100.0,
         damping: 20.0,
+        slowing: 0.0,
     };
     let soft = ControllerConfig { torque_step: [f32::INFINITY; 2], teach: Some([teach; 2]), ..config() };
     let mut arm = Arm::with(soft, true).arm();
@@ -486,6 +539,7 @@ fn an_arm_whose_law_became_teach_is_led_and_its_reference_is_where_it_is() {
         per_wall: none,
         stiffness: 100.0,
         damping: none,
+        slowing: 0.0,
     };
     let config = ControllerConfig { teach: Some([teach; 2]), ..config() };
     let mut arm = Arm::with(config, true).arm();
@@ -518,7 +572,7 @@ fn a_fault_of_a_drive_is_told_with_the_drive_s_own_code_until_it_is_left() {
     (arm.faults[1], arm.errors[1]) = (JointFaults::NONE, 0);
     assert_eq!(trouble(&mut arm), told);
     arm.asked(Request::Clear);
-    arm.said();
+    arm.reports();
     assert_eq!((trouble(&mut arm), arm.state()), (None, safety::State::Idle));
 }
 

@@ -1,6 +1,7 @@
 //! Controller of an arm: the tables `[control]` and `[collision]`.
 
 use crate::describe::robot::{Robot, RobotJoint};
+use dynamics_core::JointKind;
 use dynamics_core::control::{Between, Law, Reaction};
 use dynamics_core::trig::Method;
 
@@ -153,8 +154,8 @@ impl ControlSpec {
 /// Share of a joint's velocity limit below which it counts as still, and the same share of its torque limit at its velocity limit as
 /// drag.
 const STILL: f64 = 0.02;
-/// Share of a joint's velocity limit above which it is braked.
-const BRAKED: f64 = 0.5;
+/// Speed above which a joint is braked, and its share of the velocity limit, whichever is less: rad/s of a joint that turns, m/s of a slide.
+const BRAKED: (f64, f64, f64) = (1.5, 0.25, 0.5);
 /// Share of a joint's range that a wall takes at each end.
 const WALL: f64 = 0.05;
 /// Share of the friction that is made up for: with all of it, a friction that is overestimated would push the arm on.
@@ -170,7 +171,13 @@ impl TeachSpec {
             still_speed: of_joint(|joint| STILL * joint.spec.limits.velocity),
             breakaway: of_joint(|joint| joint.friction.map_or(0.0, |friction| friction.coulomb)),
             drag: of_joint(|joint| STILL * joint.spec.limits.torque / joint.spec.limits.velocity),
-            speed: of_joint(|joint| BRAKED * joint.spec.limits.velocity),
+            speed: of_joint(|joint| {
+                let most = match joint.spec.kind {
+                    JointKind::Revolute => BRAKED.0,
+                    JointKind::Prismatic => BRAKED.1,
+                };
+                most.min(BRAKED.2 * joint.spec.limits.velocity)
+            }),
             wall: of_joint(|joint| {
                 let width = WALL * joint.spec.limits.range();
                 if width.is_finite() { width } else { 0.0 }

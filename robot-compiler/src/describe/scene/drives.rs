@@ -6,8 +6,19 @@
 use super::SceneFile;
 use crate::describe::drive::{ENCODER_COUNTS, JointDrive, MitSpec, Protocol, PwmSpec};
 use crate::describe::robot::RobotJoint;
-use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PwmDrive, Range};
+use dynamics_core::drive::{Drives, Gearing, MitDrive, MitRanges, PositionMemory, PwmDrive, Range, TIMEOUT_UNIT_US};
 use std::f64::consts::TAU;
+
+/// Communication timeout that is set in a drive, s, and the least of it in control periods: longer than a board's reset by its watchdog
+/// (eight ticks), so that a drive never gives up while its board works.
+const TIMEOUT: f64 = 0.05;
+const TIMEOUT_TICKS: f64 = 10.0;
+
+/// Fewest ticks without a reply after which a drive may have restarted: a single lost frame says nothing, whatever the rate.
+const RESTART_TICKS_MIN: u32 = 2;
+
+/// How much less than a turn of the output shaft a joint's range must be, rad: the guard's margin beyond its limits, and the resolution.
+const TURN_MARGIN: f64 = 0.2;
 
 /// Most ticks for which an encoder may go unread: it must not move half a turn in that time.
 pub(crate) const UNREAD_MAX: u16 = 4;
@@ -22,12 +33,16 @@ impl SceneFile {
         }
     }
 
-    /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none.
+    /// Drives of the arm's joints, in the chip's numbers; [`Drives::Link`] where the robot file gives none, and where the scene is for a
+    /// bench only: such a firmware reaches no drive.
     #[must_use]
     pub fn drives<const N: usize>(&self) -> Drives<N> {
         let joints = &self.robot.joints;
+        if self.safety.bench_only {
+            return Drives::Link;
+        }
         // Loading has checked that all joints have a drive of one kind, or none has.
-        if let Some(drives) = all(joints, |joint| joint.drive?.mit().map(|spec| mit(&spec))) {
+        if let Some(drives) = all(joints, |joint| self.mit(joint)) {
             return Drives::Mit(drives);
         }
         let pwm = all(joints, |joint| match joint.drive? {
@@ -40,14 +55,46 @@ impl SceneFile {
     /// MIT-mode actuators of the joints, base first, in the chip's numbers; empty where drives are of another kind.
     #[must_use]
     pub fn mit_drives(&self) -> Vec<MitDrive> {
-        self.robot.joints.iter().filter_map(|joint| joint.drive?.mit()).map(|spec| mit(&spec)).collect()
+        self.robot.joints.iter().filter_map(|joint| self.mit(joint)).collect()
     }
 
     /// MIT-mode actuators that drive the simulated arm, as the robot file and as the chip have them; `None` where drives are ideal.
     #[must_use]
     pub fn simulated_drives<const N: usize>(&self) -> Option<([MitSpec; N], [MitDrive; N])> {
         let specs = all(&self.robot.joints, |joint| joint.drive?.mit()).filter(|_| !self.actuators.ideal)?;
-        Some((specs, specs.map(|spec| mit(&spec))))
+        Some((specs, all(&self.robot.joints, |joint| self.mit(joint))?))
+    }
+
+    /// A joint's MIT-mode actuator in the chip's numbers.
+    fn mit(&self, joint: &RobotJoint) -> Option<MitDrive> {
+        let spec = joint.drive?.mit()?;
+        let period = self.period();
+        let (lowest, highest) = joint.spec.limits.position;
+        // An angle within a turn of the output shaft is one position at most where the joint's whole range is less than a turn.
+        let one_turn = spec.ratio.abs() * (highest - lowest) < TAU - TURN_MARGIN;
+        let absolute = match spec.protocol.memory() {
+            PositionMemory::Absolute => true,
+            PositionMemory::OutputTurn => one_turn,
+            PositionMemory::MotorTurn | PositionMemory::Nothing => false,
+        };
+        let timeout = if spec.protocol.has_timeout() {
+            TIMEOUT.max(TIMEOUT_TICKS * period) * 1e6 / f64::from(TIMEOUT_UNIT_US)
+        } else {
+            0.0
+        };
+        Some(MitDrive {
+            // The casts saturate.
+            timeout: timeout.round() as u32,
+            restart_ticks: ((f64::from(spec.protocol.restart_us()) * 1e-6 / period + 1e-9) as u32)
+                .max(RESTART_TICKS_MIN),
+            absolute,
+            ..mit(&spec)
+        })
+    }
+
+    /// True if every joint has a drive on CAN that a run simulates.
+    pub(crate) fn simulates_drives(&self) -> bool {
+        !self.actuators.ideal && !self.mit_drives().is_empty() && self.robot.joints.iter().all(RobotJoint::has_own_loop)
     }
 
     fn pwm(&self, joint: &RobotJoint, spec: &PwmSpec) -> PwmDrive {
@@ -142,5 +189,8 @@ fn mit(spec: &MitSpec) -> MitDrive {
         },
         gearing: gearing(ratio, zero),
         damping: damping as f32,
+        timeout: 0,
+        restart_ticks: RESTART_TICKS_MIN,
+        absolute: false,
     }
 }

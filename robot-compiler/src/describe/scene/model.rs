@@ -2,6 +2,7 @@
 
 use super::lists::joints;
 use crate::describe::robot::Robot;
+use dynamics_core::safety::LiveInput;
 use dynamics_core::{Body, Inertia, Model, Scene, Term, Wrench};
 use nalgebra::Vector3;
 
@@ -128,6 +129,19 @@ impl ModelSpec {
             ModelTerm::Friction if self.friction => Term::Constant(()),
             ModelTerm::Friction => Term::Absent,
         }
+    }
+
+    /// Live inputs that the model needs, as bits of [`LiveInput::bit`].
+    #[must_use]
+    pub fn live_inputs(&self) -> u32 {
+        let of_input = |input| match input {
+            LiveInput::Gravity => ModelTerm::Gravity,
+            LiveInput::Payload => ModelTerm::Payload,
+            LiveInput::TipWrench => ModelTerm::TipWrench,
+            LiveInput::Rotors => ModelTerm::Rotors,
+        };
+        let needed = LiveInput::ALL.into_iter().filter(|&input| self.state(of_input(input)) == Term::Live);
+        needed.fold(0, |bits, input| bits | input.bit())
     }
 
     /// The terms that are not absent.

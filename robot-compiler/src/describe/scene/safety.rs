@@ -1,9 +1,10 @@
 //! Conditions for torque, and the reaction when they are not met: the table `[safety]`.
 
+use super::SceneFile;
 use super::control::ControlSpec;
 use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::safety::SafeAction;
-use dynamics_core::{InertiaBounds, JointKind};
+use dynamics_core::{InertiaBounds, JointKind, Model};
 
 /// Conditions for torque, and the reaction when they are not met. Lists hold a number per joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +37,12 @@ pub struct SafetySpec {
     pub reach_speed: Vec<f64>,
     /// Velocity gain of a damped stop, N m s/rad or N s/m.
     pub damping: Vec<f64>,
+    /// Pose in which the arm carries itself without torque, rad or m: that of the scene, else that of the robot file.
+    pub rest: Option<Vec<f64>>,
+    /// Greatest speed of the tip while the arm is lowered to its rest pose, m/s.
+    pub lowering_tip_speed: f64,
+    /// True for a scene whose firmware is built without drives, so that it can never move an arm: bounds on lateness are lifted.
+    pub bench_only: bool,
 }
 
 impl SafetySpec {
@@ -49,6 +56,8 @@ impl SafetySpec {
     /// | reach | 0.2 rad, 0.05 m |
     /// | speed of the first reference | a tenth of the velocity limit; 0.1 where there is none |
     /// | damping | the whole torque at the velocity limit; none where either has no limit |
+    /// | rest | the robot file's |
+    /// | speed of the tip while lowering | 0.05 m/s |
     pub(crate) fn default_for(robot: &Robot, control: &ControlSpec) -> Self {
         const STOP_TIME: f64 = 0.25;
         let or = |x: f64, otherwise: f64| if x.is_finite() { x } else { otherwise };
@@ -75,6 +84,47 @@ impl SafetySpec {
                 let damping = joint.spec.limits.torque / velocity(joint);
                 if velocity(joint).is_finite() { or(damping, 0.0) } else { 0.0 }
             }),
+            rest: robot.rest.clone(),
+            lowering_tip_speed: 0.05,
+            bench_only: false,
         }
     }
+}
+
+/// Greatest speed of a joint while the arm is lowered, rad/s or m/s: without it a joint whose axis goes through the tip would have none.
+const LOWERING_MAX: f64 = 0.5;
+
+impl SceneFile {
+    /// Speeds of the joints while the arm is lowered to its rest pose, rad/s or m/s: the tip then stays below
+    /// [`SafetySpec::lowering_tip_speed`] in every posture.
+    ///
+    /// The tip's speed is at most the sum of `r_i |qd_i|`, `r_i` being the greatest distance between the axis of joint `i` and the tip
+    /// ([`axis_to_tip`]), 1 for a slide. All joints get one speed, `v / sum r_i`, at most their velocity limit and 0.5.
+    #[must_use]
+    pub fn lowering_speed<const N: usize>(&self, model: &Model<f64, N>) -> [f64; N] {
+        let speed = self.safety.lowering_tip_speed / axis_to_tip(model).iter().sum::<f64>();
+        model.links().map(|link| speed.min(link.limits.velocity).min(LOWERING_MAX))
+    }
+}
+
+/// Upper bound on the distance between the axis of each joint and the tip, m, over all postures inside the limits; 1 for a slide,
+/// which moves the tip as fast as itself.
+///
+/// The part across the axis of the first step, from the joint's origin to the next one's, and the whole length of every further step
+/// and of the travel of slides (triangle inequality).
+#[must_use]
+pub fn axis_to_tip<const N: usize>(model: &Model<f64, N>) -> [f64; N] {
+    let links = model.links();
+    let step = |i: usize| links.get(i + 1).map_or(model.tip().translation, |next| next.translation);
+    let travel = |i: usize| {
+        let slides = links.get(i).filter(|link| link.kind == JointKind::Prismatic);
+        slides.map_or(0.0, |link| link.limits.position.0.abs().max(link.limits.position.1.abs()))
+    };
+    core::array::from_fn(|i| match links[i].kind {
+        JointKind::Prismatic => 1.0,
+        JointKind::Revolute => {
+            let beyond: f64 = (i + 1..N).map(|j| step(j).norm() + travel(j)).sum();
+            step(i).xy().norm() + beyond
+        }
+    })
 }

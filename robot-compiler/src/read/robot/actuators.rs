@@ -13,7 +13,8 @@ fn source() -> Source {
 }
 
 /// Every actuator of the table.
-pub(crate) fn all() -> &'static [Actuator] {
+#[must_use]
+pub fn all() -> &'static [Actuator] {
     &TABLE
 }
 
@@ -26,7 +27,20 @@ fn read(source: &Source) -> Result<Vec<Actuator>, FileError> {
 }
 
 fn actuator(table: &Table<'_>) -> Result<Actuator, FileError> {
-    table.only(&["name", "kind", "position", "velocity", "torque", "kp", "kd", "rated", "rotor", "source"])?;
+    table.only(&[
+        "name",
+        "kind",
+        "position",
+        "velocity",
+        "torque",
+        "kp",
+        "kd",
+        "rated",
+        "peak",
+        "time_constant",
+        "rotor",
+        "source",
+    ])?;
     const TEXT: &str = "a text";
     const END: &str = "the end of a range, above zero";
     let text = |key| table.require(key, TEXT)?.string(TEXT).map(str::to_owned);
@@ -42,6 +56,8 @@ fn actuator(table: &Table<'_>) -> Result<Actuator, FileError> {
         kp: end("kp")?,
         kd: end("kd")?,
         rated: known("rated")?,
+        peak: known("peak")?,
+        time_constant: known("time_constant")?,
         rotor: known("rotor")?,
         source: text("source")?,
     })
@@ -60,6 +76,8 @@ mod tests {
         for (i, actuator) in table.iter().enumerate() {
             assert!(table[..i].iter().all(|other| other.name != actuator.name), "{}", actuator.name);
             assert!(actuator.rated.is_none_or(|rated| rated < actuator.torque), "{}", actuator.name);
+            let peak = actuator.peak.unwrap_or(actuator.torque);
+            assert!(peak <= actuator.torque && actuator.rated.is_none_or(|rated| rated < peak), "{}", actuator.name);
             assert!(actuator.source.len() > 20, "{}: no source", actuator.name);
         }
     }

@@ -1,7 +1,7 @@
 //! The `[joint.drive]` tables of a robot file.
 
 use super::actuators;
-use crate::describe::diagnostics::FileError;
+use crate::describe::diagnostics::{FileError, nearest};
 use crate::describe::drive::{Actuator, ENCODER_COUNTS, JointDrive, MitSpec, Protocol, PwmSpec};
 use crate::describe::robot::{JointEncoder, RobotJoint};
 use crate::read::table::{Table, Value, counted};
@@ -179,7 +179,11 @@ fn actuator(value: &Value<'_>, protocol: Protocol) -> Result<Actuator, FileError
     let name = value.string(&expected)?;
     match of_kind().find(|actuator| actuator.name == name) {
         Some(actuator) => Ok(actuator.clone()),
-        None => Err(value.error(format!("no actuator of the kind {} is {name:?}", protocol.name()), expected)),
+        None => {
+            let guess = nearest(name, &names).map_or(String::new(), |guess| format!("; did you mean `{guess}`?"));
+            let problem = format!("no actuator of the kind {} is {name:?}", protocol.name());
+            Err(value.error(problem, expected + &guess))
+        }
     }
 }
 
@@ -313,10 +317,22 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
                 let on_bus = |id: u16| {
                     joints.iter().any(|other| matches!(other.drive, Some(JointDrive::Mit(o)) if o.bus == spec.bus && u16::from(o.id) == id))
                 };
-                // Identifiers of both kinds of a RobStride's frames say what they are.
-                if spec.protocol != Protocol::RobStride && on_bus(spec.reply_id) {
-                    let problem =
-                        format!("replies with identifier {}, which is a command's on bus {}", spec.reply_id, spec.bus);
+                if let Some(other) = mistaken(&spec, &beside) {
+                    return Err(other.error(table));
+                }
+                if on_bus(spec.reply_id) {
+                    let problem = match spec.protocol {
+                        // Its frames say what they are, but a request for a parameter and the answer are of one type.
+                        Protocol::RobStride => {
+                            format!("host identifier {} is that of a drive on bus {}", spec.reply_id, spec.bus)
+                        }
+                        _ => {
+                            format!(
+                                "replies with identifier {}, which is a command's on bus {}",
+                                spec.reply_id, spec.bus
+                            )
+                        }
+                    };
                     return Err(table.error("drive", problem, "an identifier for replies that no command has"));
                 }
             }
@@ -332,4 +348,63 @@ pub(super) fn check(joints: &[RobotJoint], tables: &[Table<'_>]) -> Result<(), F
         }
     }
     Ok(())
+}
+
+/// Two drives of a bus of which one would take a frame that is meant for, or sent by, the other.
+struct Mistaken {
+    problem: String,
+    expected: String,
+}
+
+impl Mistaken {
+    fn error(self, table: &Table<'_>) -> FileError {
+        table.error("drive", self.problem, self.expected)
+    }
+}
+
+/// Bits of a Damiao drive's identifier that its replies carry.
+const DAMIAO_REPLY_BITS: u8 = 0x0f;
+/// Distance of a Damiao drive's identifiers of its other modes from its own: position and velocity, velocity, position and force.
+const DAMIAO_MODES: [u16; 3] = [0x100, 0x200, 0x300];
+/// Identifier with which the registers of every Damiao drive are read and written.
+const DAMIAO_REGISTERS: u16 = 0x7ff;
+
+/// Frames of this drive that one before it on the bus would take for its own, or the other way round.
+///
+/// A mini-cheetah's reply carries the whole identifier of its drive, a RobStride's as well, and so do its commands: distinct identifiers
+/// are enough there.
+fn mistaken(spec: &MitSpec, beside: &[(&String, JointDrive)]) -> Option<Mistaken> {
+    if spec.protocol != Protocol::Damiao {
+        return None;
+    }
+    if spec.reply_id == DAMIAO_REGISTERS {
+        return Some(Mistaken {
+            problem: format!(
+                "replies with identifier {}, with which registers of Damiao drives are written",
+                spec.reply_id
+            ),
+            expected: "another identifier for replies, such as that of the commands + 16".to_owned(),
+        });
+    }
+    beside.iter().filter_map(|(name, other)| Some((name, other.mit()?))).find_map(|(name, other)| {
+        let low = spec.id & DAMIAO_REPLY_BITS;
+        if other.reply_id == spec.reply_id && other.id & DAMIAO_REPLY_BITS == low {
+            let problem = format!(
+                "identifiers {} and {} (of {name:?}) on bus {} both end in {low}, and both drives reply with identifier {}: a Damiao reply \
+                 carries the low 4 bits of the identifier alone",
+                spec.id, other.id, spec.bus, spec.reply_id
+            );
+            let expected = "a `reply_id` for each drive, such as its identifier + 16, or identifiers that differ modulo 16";
+            return Some(Mistaken { problem, expected: expected.to_owned() });
+        }
+        let command = |by: &MitSpec, of: &MitSpec| DAMIAO_MODES.iter().any(|mode| u16::from(of.id) + mode == by.reply_id);
+        (command(spec, &other) || command(&other, spec)).then(|| Mistaken {
+            problem: format!(
+                "replies of one of {} and {} (of {name:?}) on bus {} are commands of another mode for the other: these have its \
+                 identifier + 256, + 512 or + 768",
+                spec.id, other.id, spec.bus
+            ),
+            expected: "identifiers for replies below 256, such as those of the commands + 16".to_owned(),
+        })
+    })
 }

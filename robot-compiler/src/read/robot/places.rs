@@ -29,7 +29,7 @@ fn body(joint: usize, body: &Body, centre: Vector3<f64>, points: Vec<Vector3<f64
 }
 
 /// Places of a joint's other numbers.
-pub(super) fn joint(table: &Table<'_>) -> JointPlaces {
+pub(super) fn joint(table: &Table<'_>, root: &Table<'_>) -> JointPlaces {
     let limit = |key| table.place_in("limits", key);
     let drive = |key: &str| table.place_in("drive", key);
     // A named actuator has its ranges elsewhere. An H-bridge has no torque range: the current stands for it.
@@ -44,5 +44,10 @@ pub(super) fn joint(table: &Table<'_>) -> JointPlaces {
         encoder: table.place("encoder"),
         drive_torque: torque,
         drive_position: either(["position", "actuator"]).unwrap_or_else(|| drive("position")),
+        heat: [table.place_in("heat", "rated"), drive("actuator")]
+            .into_iter()
+            .find(|place| place.given)
+            .unwrap_or_else(|| table.place("heat")),
+        rest: root.place("rest"),
     }
 }

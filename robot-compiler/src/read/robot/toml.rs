@@ -1,18 +1,19 @@
 //! The TOML form of a robot file.
 
-use super::{drive, places};
+use super::{drive, heat, places};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
 use crate::describe::robot::{BuildError, DOF, JointEncoder, JointFriction, Robot, RobotJoint};
 use crate::read::fields::{body, origin, placement, text};
 use crate::read::linkage::refuse;
+use crate::read::rest;
 use crate::read::table::{Table, Value, counted, parse};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Dh, Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
 use std::path::PathBuf;
 
-const ROBOT_KEYS: [&str; 5] = ["name", "source", "allow_unphysical", "joint", "tool"];
-const JOINT_KEYS: [&str; 14] = [
+const ROBOT_KEYS: [&str; 6] = ["name", "source", "allow_unphysical", "rest", "joint", "tool"];
+const JOINT_KEYS: [&str; 15] = [
     "name",
     "type",
     "dh",
@@ -27,6 +28,7 @@ const JOINT_KEYS: [&str; 14] = [
     "limits",
     "encoder",
     "drive",
+    "heat",
 ];
 
 /// Reads an arm, and refuses one that is not possible.
@@ -46,7 +48,7 @@ pub(super) fn draft(source: &Source) -> Result<Draft, FileError> {
         source: source.clone(),
         kind: FileKind::Toml,
         bodies: places::bodies(&stated.robot, &stated.joints, stated.tool.as_ref()),
-        places: stated.joints.iter().map(places::joint).collect(),
+        places: stated.joints.iter().map(|table| places::joint(table, &stated.root)).collect(),
         robot: stated.robot,
     })
 }
@@ -78,6 +80,7 @@ impl<'a> Stated<'a> {
             }
         }
         drive::check(&joints, &tables)?;
+        let rest = root.get("rest").map(|value| rest::read(&value, &joints)).transpose()?;
         let tool = root.table("tool")?;
         let robot = Robot {
             name,
@@ -85,6 +88,7 @@ impl<'a> Stated<'a> {
             allow_unphysical,
             joints,
             tool: tool.as_ref().map_or(Ok(Tool::default()), read_tool)?,
+            rest,
             path: PathBuf::from(&source.file),
         };
         Ok(Self { robot, root, joints: tables, tool })
@@ -127,12 +131,14 @@ fn joint(table: &Table<'_>) -> Result<RobotJoint, FileError> {
     let encoder = table.table("encoder")?.as_ref().map(|encoder| read_encoder(encoder, kind)).transpose()?;
     let drive = table.table("drive")?;
     let drive = drive.map(|drive| drive::read(&drive, &spec.limits, &spec.rotor, encoder.as_ref())).transpose()?;
+    let heat = heat::read(table, drive.as_ref())?;
     Ok(RobotJoint {
         name,
         spec,
         friction: table.table("friction")?.as_ref().map(friction).transpose()?,
         encoder,
         drive,
+        heat,
     })
 }
 

@@ -106,7 +106,8 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot) -> Result<ControlSpec, File
         control.teach = Some(teach(table.table("teach")?.as_ref(), robot)?);
     }
     if let Some(value) = table.get("age_max") {
-        control.age_max = value.whole(1_000_000, "a whole number of ticks, at most 1,000,000")? as u32;
+        // Bounded by the motion that goes unseen, once `safety.reach` is known.
+        control.age_max = value.whole(u64::from(u32::MAX), "a whole number of ticks")? as u32;
     }
     if let Some(guard) = table.table("guard")? {
         guard.only(&["position_margin", "velocity_factor"])?;

@@ -4,6 +4,7 @@ use super::values::per_joint;
 use crate::describe::diagnostics::FileError;
 use crate::describe::robot::Robot;
 use crate::describe::scene::{ControlSpec, SafetySpec};
+use crate::read::rest;
 use crate::read::table::{Table, Value};
 use dynamics_core::safety::SafeAction;
 
@@ -27,6 +28,9 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
         "reach",
         "reach_speed",
         "damping",
+        "rest",
+        "lowering_tip_speed",
+        "bench_only",
     ])?;
     let mut safety = SafetySpec::default_for(robot, control);
     if let Some(value) = table.get("safe_action") {
@@ -54,7 +58,7 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
     safety.supply = bounds(table, "supply", "V", safety.supply)?;
     safety.temperature = bounds(table, "temperature", "degrees Celsius", safety.temperature)?;
     if let Some(value) = table.get("jump_factor") {
-        safety.jump_factor = value.within(1.0, 1e3, "a factor of 1 to 1000 on the velocity limit")?;
+        safety.jump_factor = value.at_least(1.0, "a factor of at least 1 on the velocity limit")?;
     }
     let list = |key, what: &str, default: Vec<f64>, one: fn(&Value<'_>, &str) -> Result<f64, FileError>| {
         table.get(key).map_or(Ok(default), |value| per_joint(&value, robot, what, |value| one(value, what)))
@@ -68,8 +72,24 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
     safety.reach = list("reach", "a distance in rad or m, above zero", safety.reach, above)?;
     safety.reach_speed = list("reach_speed", "a speed in rad/s or m/s, above zero", safety.reach_speed, above)?;
     safety.damping = list("damping", "a damping of zero or more, N m s/rad or N s/m", safety.damping, zero_or_more)?;
+    if let Some(value) = table.get("rest") {
+        safety.rest = Some(rest::read(&value, &robot.joints)?);
+    }
+    if let Some(value) = table.get("lowering_tip_speed") {
+        const EXPECTED: &str = "a speed of the tip in m/s, above zero and at most 0.25";
+        safety.lowering_tip_speed = value.positive_up_to(LOWERING_TIP_SPEED_MAX, EXPECTED)?;
+        if safety.rest.is_none() {
+            return Err(value.error("given without `rest`", "`rest` beside it, or in the robot file"));
+        }
+    }
+    if let Some(value) = table.get("bench_only") {
+        safety.bench_only = value.boolean()?;
+    }
     Ok(safety)
 }
+
+/// Highest speed of the tip while the arm is lowered, m/s: the reduced speed of ISO 10218-1, 250 mm/s.
+const LOWERING_TIP_SPEED_MAX: f64 = 0.25;
 
 /// `[lo, hi]`, in ascending order.
 fn bounds(table: &Table<'_>, key: &str, unit: &str, default: (f64, f64)) -> Result<(f64, f64), FileError> {

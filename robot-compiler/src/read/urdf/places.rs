@@ -69,6 +69,8 @@ pub(super) fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, 
         encoder: none("encoder"),
         drive_torque: none("drive.torque"),
         drive_position: none("drive.position"),
+        heat: none("heat"),
+        rest: none("rest"),
     }
 }
 

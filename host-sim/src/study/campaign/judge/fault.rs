@@ -3,8 +3,9 @@
 use super::law::{Law, Unsafe, broken};
 use super::observation::Seen;
 use super::torque::torque;
-use super::{Judge, Said, Told};
-use crate::session::states::{ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
+use super::{Heard, Judge, Said, Told};
+use crate::session::states::{ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
+use link::Request;
 
 /// Faults that a board raises in every state, in order of priority.
 const BOARD: [u8; 5] = [9, 6, 11, 12, 13];
@@ -28,10 +29,10 @@ impl<const N: usize> Judge<N> {
     }
 
     /// Check that no torque acts under a fault, that each fault is named, and that a standing fault is not cleared.
-    pub(super) fn faults(&self, board: &[u8], seen: &Seen<N>, said: &Said<N>) -> Result<(), Unsafe> {
+    pub(super) fn faults(&self, board: &[u8], seen: &Seen<N>, heard: &Heard<'_>, said: &Said<N>) -> Result<(), Unsafe> {
         let status = &said.status;
         let (before, now) = (self.before.0, status.state);
-        let drove = matches!(before, ARMED | RUNNING | HOLDING);
+        let drove = matches!(before, ARMED | RUNNING | HOLDING | LOWERING);
         let all = || board.iter().chain(&seen.faults);
         if let Some(code) = all().next()
             && (torque(&said.drives).is_some() || (drove && now != FAULT))
@@ -50,13 +51,15 @@ impl<const N: usize> Judge<N> {
             let cause = status.cause;
             let there = match cause {
                 1 | 3 => seen.faults.contains(&cause),
+                9 if heard.requests.contains(&Request::Stop) => true,
                 cause => !BOARD.contains(&cause) || board.contains(&cause),
             };
             if !there {
                 return broken(Law::Named, format!("fault {cause} out of nothing"));
             }
         }
-        let starts = (before, now) == (IDLE, ARMED) || (before == HOMING && now == IDLE && status.homed);
+        let starts =
+            (before == IDLE && matches!(now, ARMING | ARMED)) || (before == HOMING && now == IDLE && status.homed);
         let cleared = (before, now) == (FAULT, IDLE);
         // Without a known zero a position has no meaning.
         let stands = seen.faults.iter().find(|code| !cleared || **code != 4 || status.homed);

@@ -3,7 +3,7 @@
 use super::law::{Law, Unsafe, broken};
 use super::observation::beyond;
 use super::{Judge, Said};
-use crate::session::states::{ARMED, HOLDING, RUNNING};
+use crate::session::states::{ARMED, ARMING, HOLDING, LOWERING, RUNNING};
 use crate::study::campaign::machine::played;
 use dynamics_core::safety::SafeAction;
 use link::{Actuation, Pacing, Status};
@@ -26,12 +26,14 @@ impl<const N: usize> Judge<N> {
     /// Check that the reported command is the actual one.
     pub(super) fn reported(&self, said: &Said<N>) -> Result<(), Unsafe> {
         let same = match (&said.drives, &said.status.actuation) {
-            (Drives::Drive(torque), Some(Actuation::Drive { torque: reported, .. })) => {
+            (Drives::Drive(torque), Some(Actuation::Drive { torque: reported, .. }))
+            | (Drives::Preload(torque), Some(Actuation::Preload { torque: reported, .. })) => {
                 reported.len() == N && torque.iter().zip(reported).all(|(a, b)| a.to_bits() == b.to_bits())
             }
             (Drives::Safe(SafeAction::Brake), Some(Actuation::Brake))
             | (Drives::Safe(SafeAction::DampedStop), Some(Actuation::DampedStop))
-            | (Drives::Safe(SafeAction::Off), Some(Actuation::Off)) => true,
+            | (Drives::Safe(SafeAction::Off), Some(Actuation::Off))
+            | (Drives::Enable(_), Some(Actuation::Enable)) => true,
             _ => false,
         };
         if same {
@@ -44,8 +46,11 @@ impl<const N: usize> Judge<N> {
     pub(super) fn torque(&self, said: &Said<N>) -> Result<(), Unsafe> {
         let state = said.status.state;
         let Some(torque) = torque(&said.drives) else {
-            if matches!(state, ARMED | RUNNING | HOLDING) {
+            if matches!(state, ARMED | RUNNING | HOLDING | LOWERING) {
                 return broken(Law::SafeAction, format!("no torque in state {state}"));
+            }
+            if matches!(said.drives, Drives::Enable(_)) != (state == ARMING) {
+                return broken(Law::SafeAction, format!("{:?} in state {state}", said.drives));
             }
             return match said.drives {
                 Drives::Safe(action) if action != self.rules.safe_action => {
@@ -54,7 +59,8 @@ impl<const N: usize> Judge<N> {
                 _ => Ok(()),
             };
         };
-        if !matches!(state, ARMED | RUNNING | HOLDING) {
+        let preloads = matches!(said.drives, Drives::Preload(_));
+        if preloads != (state == ARMING) || !matches!(state, ARMED | RUNNING | HOLDING | ARMING | LOWERING) {
             return broken(Law::SafeAction, format!("torque in state {state}"));
         }
         if !self.homed {
@@ -78,10 +84,10 @@ impl<const N: usize> Judge<N> {
     }
 }
 
-/// The acting torque in f64; `None` for a safe action.
+/// The acting torque in f64, on open or engaged brakes; `None` where there is none.
 pub(super) fn torque<const N: usize>(drives: &Drives<N>) -> Option<[f64; N]> {
     match drives {
-        Drives::Drive(torque) => Some(torque.map(f64::from)),
-        Drives::Safe(_) => None,
+        Drives::Drive(torque) | Drives::Preload(torque) => Some(torque.map(f64::from)),
+        Drives::Safe(_) | Drives::Enable(_) => None,
     }
 }

@@ -3,7 +3,7 @@
 use super::law::{Law, Unsafe, broken};
 use super::torque::torque;
 use super::{Heard, Judge, Said, Told};
-use crate::session::states::{self, ARMED, FAULT, HOLDING, HOMING, IDLE, RUNNING};
+use crate::session::states::{self, ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, RUNNING};
 use dynamics_core::safety::Rules;
 use link::{Request, Status};
 
@@ -41,12 +41,18 @@ impl<const N: usize> Judge<N> {
     /// Check the answer: a request is granted or refused.
     fn answered(&self, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
         let (before, now) = (self.before.0, status.state);
+        let settles = |request: &Request| match request {
+            // They change nothing that a status shows.
+            Request::FullRange => true,
+            Request::Stop => now == FAULT,
+            _ => false,
+        };
         match (heard.requests.last(), &status.refused) {
             (None, Some(refused)) => broken(Law::Answered, format!("nothing was asked for: {refused:?}")),
-            (Some(request), None) if before == now => {
+            (Some(request), None) if before == now && !settles(request) => {
                 broken(Law::Answered, format!("{request:?} in state {before} did nothing"))
             }
-            (Some(request), Some(_)) if now != before && now != FAULT && now != HOLDING => {
+            (Some(request), Some(_)) if now != before && now != FAULT && now != HOLDING && before != ARMING => {
                 broken(Law::Answered, format!("{request:?} was refused, and led from {before} to {now}"))
             }
             _ => Ok(()),

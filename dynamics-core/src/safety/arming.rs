@@ -1,0 +1,104 @@
+//! Arming: the drives come on, then carry the arm's weight, and only then the brakes open.
+//!
+//! 1. Every drive is switched on, with engaged brakes, until each has shown that it is on ([`Inputs::on`](super::Inputs::on)).
+//! 2. An arm with brakes: torque rises at its rate, with engaged brakes, to the torque that gravity needs. Then the brakes open.
+//! 3. An arm without brakes: nothing carries it while torque rises. Its first torque is the whole torque that gravity needs, at once.
+
+use super::decision::{Decision, Memory, Now, astray};
+use super::{Request, Rules, SafeAction, State};
+use crate::control::{Fault, Reference};
+use crate::scalar::Real;
+
+/// Progress of [`State::Arming`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Arming {
+    /// Ticks in this state.
+    pub(super) ticks: u32,
+    /// All drives are on, and torque acts on engaged brakes.
+    pub(super) preloads: bool,
+    /// Ticks in which the drives were to carry the whole weight of the arm.
+    pub(super) carried: u32,
+}
+
+/// Ticks for which the drives carry the whole weight before the brakes open. A drive that shows only by its torque that it is on has
+/// shown it by then.
+pub(super) const CARRIED_MIN: u32 = 8;
+
+/// Longest time of arming with torque on engaged brakes, in times of [`Rules::arming_max`]: the torque has to rise at its rate.
+const PRELOAD_TIMES: u32 = 4;
+
+impl Arming {
+    pub(super) const START: Self = Self { ticks: 0, preloads: false, carried: 0 };
+}
+
+impl<S: Real, const N: usize> Memory<S, N> {
+    /// One tick of arming, after its request. `judged` is the fault of the readings.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn arming(&mut self, now: &Now<'_, S, N>, judged: Option<Fault>, rules: &Rules<S, N>) -> Decision {
+        let Now { inputs, seen, silent, .. } = *now;
+        if silent {
+            self.state = State::Idle;
+            return Decision::Safe(None);
+        }
+        // A joint that jumped while another one's reading was missing.
+        if !self.homed {
+            return self.fail(judged.unwrap_or(Fault::ZeroLost), inputs.request);
+        }
+        let first = self.arming.ticks == 0;
+        let in_time = self.arming.ticks < rules.arming_max;
+        self.arming.ticks = self.arming.ticks.saturating_add(1);
+        let off = inputs.on.iter().position(|on| !*on).map(|joint| joint as u8);
+        if self.arming.preloads {
+            // Brakes that slip.
+            let astray = astray(&self.reference, seen, rules, S::one()).map(|joint| Fault::FollowingError { joint });
+            if let Some(fault) = off.map(|joint| Fault::DriveOff { joint }).or(judged).or(astray) {
+                return self.fail(fault, inputs.request);
+            }
+            // A reading that is missing may be that of a drive that has just gone off.
+            let calm = inputs.age_ticks.iter().all(|age| *age == 0) && seen.at_rest(rules);
+            if self.arming.ticks > rules.arming_max.saturating_mul(PRELOAD_TIMES) {
+                let restless = seen.fast(rules).map(|joint| Fault::FollowingError { joint });
+                return self.fail(restless.unwrap_or(Fault::StaleMeasurement), inputs.request);
+            }
+            if !calm {
+                self.arming.carried = 0;
+            } else if self.arming.carried >= CARRIED_MIN {
+                self.state = State::Armed;
+                return Decision::Drive { refused: None, at_once: false };
+            }
+            return Decision::Preload { refused: None };
+        }
+        // A drive that is switched on may leave out a reading.
+        let hindrance = match judged {
+            Some(Fault::StaleMeasurement) => Some(Fault::StaleMeasurement),
+            Some(fault) => return self.fail(fault, inputs.request),
+            None if !self.sensors.fresh => Some(Fault::StaleMeasurement),
+            None => seen.fast(rules).map(|joint| Fault::FollowingError { joint }),
+        };
+        match off.map(|joint| Fault::DriveNotOn { joint }).or(hindrance) {
+            Some(fault) if !in_time => self.fail(fault, inputs.request),
+            Some(_) => Decision::Enable { refused: None, first },
+            None => {
+                self.reference = Reference::at_rest(*seen.q);
+                if rules.safe_action == SafeAction::Brake {
+                    self.arming.preloads = true;
+                    return Decision::Preload { refused: None };
+                }
+                self.state = State::Armed;
+                Decision::Drive { refused: None, at_once: true }
+            }
+        }
+    }
+
+    /// Begin to arm.
+    pub(super) fn begin_arming(&mut self, q: &[S; N]) {
+        (self.state, self.arming) = (State::Arming, Arming::START);
+        self.reference = Reference::at_rest(*q);
+    }
+
+    /// True if this request ends arming.
+    pub(super) const fn ends_arming(request: Request) -> bool {
+        matches!(request, Request::Disarm | Request::Hold)
+    }
+}

@@ -1,0 +1,169 @@
+//! Keys of a terminal: a line editor with a stop key.
+
+/// Outcome of typed bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Event {
+    /// A whole line.
+    Line(String),
+    /// The stop key: Esc, or space on an empty line.
+    Stop,
+    /// Text to show.
+    Echo(String),
+    /// Ctrl-D on an empty line.
+    End,
+}
+
+/// Line that is being typed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Editor {
+    line: Vec<u8>,
+}
+
+const END: u8 = 0x04;
+const BACKSPACE: [u8; 2] = [0x08, 0x7F];
+const ERASE_LINE: u8 = 0x15;
+const ESCAPE: u8 = 0x1B;
+
+/// Erases the last character on the screen.
+const ERASE: &str = "\x08 \x08";
+
+impl Editor {
+    /// Takes the bytes of one read. A key press comes alone; pasted text, and the sequences of arrow keys, come in one piece.
+    pub(super) fn take(&mut self, bytes: &[u8]) -> Vec<Event> {
+        let mut events = Vec::new();
+        let mut rest = bytes;
+        while let Some((&byte, after)) = rest.split_first() {
+            rest = after;
+            match byte {
+                // Arrow keys and the like: the sequence is skipped. A lone Esc, or one before anything else, stops.
+                ESCAPE if matches!(after, [b'[' | b'O', _, ..]) => {
+                    let end = after.iter().skip(1).position(|byte| (0x40..=0x7E).contains(byte));
+                    rest = after.get(end.map_or(after.len(), |end| end + 2)..).unwrap_or_default();
+                }
+                ESCAPE => events.push(Event::Stop),
+                // In pasted text a space at the beginning of a line is an indentation.
+                b' ' if self.line.is_empty() => {
+                    if bytes.len() == 1 {
+                        events.push(Event::Stop);
+                    }
+                }
+                b'\n' | b'\r' => {
+                    let line = core::mem::take(&mut self.line);
+                    events.push(Event::Echo("\n".into()));
+                    events.push(Event::Line(String::from_utf8_lossy(&line).into_owned()));
+                }
+                END if self.line.is_empty() => events.push(Event::End),
+                ERASE_LINE => {
+                    let shown = String::from_utf8_lossy(&self.line).chars().count();
+                    self.line.clear();
+                    events.push(Event::Echo(ERASE.repeat(shown)));
+                }
+                byte if BACKSPACE.contains(&byte) => {
+                    // A character ends where its bytes no longer continue another.
+                    while self.line.pop().is_some_and(|byte| byte & 0xC0 == 0x80) {}
+                    events.push(Event::Echo(ERASE.into()));
+                }
+                byte if byte < 0x20 => {}
+                byte => {
+                    self.line.push(byte);
+                    // A character of several bytes is shown once it is whole.
+                    let tail = self.line.iter().rev().take_while(|byte| **byte & 0xC0 == 0x80).count();
+                    let from = self.line.len().saturating_sub(tail + 1);
+                    if let Some(Ok(text)) = self.line.get(from..).map(std::str::from_utf8) {
+                        events.push(Event::Echo(text.to_owned()));
+                    }
+                }
+            }
+        }
+        events
+    }
+}
+
+/// A terminal whose keys are read one by one. It gets its settings back when this is dropped.
+#[cfg(unix)]
+#[derive(Debug)]
+pub(super) struct Keyboard(rustix::termios::Termios);
+
+#[cfg(unix)]
+impl Keyboard {
+    /// Lets keys be read one by one; `None` if the terminal does not allow it.
+    pub(super) fn take() -> Option<Self> {
+        use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
+        let input = std::io::stdin();
+        let before = tcgetattr(&input).ok()?;
+        let mut raw = before.clone();
+        // Ctrl-C stays a signal, and output stays as it is.
+        raw.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
+        tcsetattr(&input, OptionalActions::Now, &raw).ok()?;
+        Some(Self(before))
+    }
+}
+
+#[cfg(unix)]
+impl Drop for Keyboard {
+    fn drop(&mut self) {
+        use rustix::termios::{OptionalActions, tcsetattr};
+        tcsetattr(std::io::stdin(), OptionalActions::Now, &self.0).ok();
+    }
+}
+
+/// Keys cannot be read one by one on this system: lines are read, and `stop` is a word.
+#[cfg(not(unix))]
+#[derive(Debug)]
+pub(super) struct Keyboard;
+
+#[cfg(not(unix))]
+impl Keyboard {
+    /// `None`.
+    pub(super) fn take() -> Option<Self> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Editor, Event};
+
+    fn lines(events: &[Event]) -> Vec<&str> {
+        let line = |event| if let &Event::Line(ref line) = event { Some(line.as_str()) } else { None };
+        events.iter().filter_map(line).collect()
+    }
+
+    fn stops(events: &[Event]) -> usize {
+        events.iter().filter(|event| **event == Event::Stop).count()
+    }
+
+    #[test]
+    fn escape_stops_anywhere_and_space_on_an_empty_line() {
+        let mut editor = Editor::default();
+        assert_eq!(stops(&editor.take(b"\x1b")), 1);
+        assert_eq!(stops(&editor.take(b" ")), 1);
+        // In the middle of a line a space is a space, and Esc a stop.
+        let mut all = Vec::new();
+        b"jog 1 2".iter().for_each(|byte| all.extend(editor.take(&[*byte])));
+        assert_eq!(stops(&all), 0);
+        assert_eq!(stops(&editor.take(b"\x1b")), 1);
+        assert_eq!(lines(&editor.take(b"\n")), ["jog 1 2"]);
+    }
+
+    #[test]
+    fn arrow_keys_and_pasted_lines_do_not_stop() {
+        let mut editor = Editor::default();
+        assert_eq!(editor.take(b"\x1b[A"), []);
+        assert_eq!(editor.take(b"\x1b[1;5C"), []);
+        let pasted = editor.take(b"  home\n confirm\narm\n");
+        assert_eq!((stops(&pasted), lines(&pasted)), (0, vec!["home", "confirm", "arm"]));
+    }
+
+    #[test]
+    fn a_line_is_edited() {
+        let mut editor = Editor::default();
+        let mut all = editor.take("hé\x7f\x7f".as_bytes());
+        all.extend(editor.take(b"arx\x7fm\r"));
+        assert_eq!(lines(&all), ["arm"]);
+        let mut all = editor.take(b"goto\x15home\n");
+        assert_eq!(lines(&all), ["home"]);
+        all = editor.take(&[4]);
+        assert_eq!(all, [Event::End]);
+    }
+}

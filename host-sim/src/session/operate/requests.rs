@@ -1,0 +1,182 @@
+//! Requests to the board's safety state machine, and frames that were lost on the wire.
+//!
+//! A frame that was sent was not received: each request carries a number, and is sent again every [`REPEAT`] until the board's answer has
+//! come. The board acts once on a number, however often it comes.
+
+use super::device::DeviceError;
+use super::{Operator, SILENCE, Stop, messages};
+use crate::session::states::{ARMING, RUNNING};
+use link::{Denial, Frame, Request, Verdict};
+use std::time::Duration;
+
+/// Interval at which a request is sent again.
+pub(super) const REPEAT: Duration = Duration::from_millis(30);
+
+/// A request that is not answered for longer than this is reported as sent, but not confirmed.
+pub(super) const UNCONFIRMED: Duration = Duration::from_millis(250);
+
+/// A request other than a stop is given up after this time, or after the scene's heartbeat limit, whichever is longer: an arm that is
+/// armed long after it was asked for is a surprise.
+pub(super) const PATIENCE: Duration = Duration::from_millis(500);
+
+/// [`dynamics_core::safety::Refusal::ChangePending`].
+const CHANGE_PENDING: u8 = 11;
+
+/// Longest time in which an arm is armed.
+const ARMING_TIME: Duration = Duration::from_secs(10);
+
+/// Reason why a request had no effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rejection {
+    /// The board rejects it.
+    Denied(Denial),
+    /// A stronger request came for the same tick.
+    Superseded,
+    /// No answer has come for this long: the request may or may not have arrived.
+    Unconfirmed(Duration),
+}
+
+impl Operator {
+    /// Sends a request until the board has answered it. Returns the reason if it had no effect.
+    pub(super) fn request(&mut self, request: Request) -> Result<Option<Rejection>, Stop> {
+        // The status of the tick that judged the request shows the new state.
+        self.watch(1)?;
+        self.awaited = self.next_number();
+        (self.asking, self.verdict) = (true, None);
+        let mut judged = self.until_judged(self.awaited, request);
+        // A change that waits for the same tick is settled first.
+        for _ in 0..ATTEMPTS {
+            if !matches!(judged, Ok(Some(Rejection::Denied(Denial { code: CHANGE_PENDING, .. })))) {
+                break;
+            }
+            (self.awaited, self.verdict) = (self.next_number(), None);
+            judged = self.until_judged(self.awaited, request);
+        }
+        let judged = judged.and_then(|rejection| self.until_armed().map(|()| rejection));
+        self.asking = false;
+        let rejection = judged?;
+        let needed = self.needed();
+        self.watch(needed)?;
+        Ok(rejection)
+    }
+
+    fn next_number(&mut self) -> u8 {
+        self.number = self.number.wrapping_add(1);
+        self.number
+    }
+
+    fn until_judged(&mut self, number: u8, request: Request) -> Result<Option<Rejection>, Stop> {
+        let name = name_of(request);
+        let stops = matches!(request, Request::Stop | Request::Hold | Request::Disarm);
+        let limit = if stops { SILENCE } else { PATIENCE.max(self.arm.heartbeat) };
+        let begin = self.device.now();
+        let (mut sent, mut reported) = (None, false);
+        let (verdict, before) = loop {
+            if let Some(judged) = self.verdict {
+                break judged;
+            }
+            let waited = self.silent_for(begin);
+            if waited >= limit {
+                return Ok(Some(Rejection::Unconfirmed(waited)));
+            }
+            if sent.is_none_or(|sent| self.silent_for(sent) >= REPEAT) {
+                sent = Some(self.device.now());
+                self.send(&Frame::request(number, request))?;
+            }
+            if waited >= UNCONFIRMED && !reported {
+                reported = true;
+                self.say(name, &format!("{name}: sent, not confirmed by the board yet; sending it again"))?;
+            }
+            self.pass()?;
+        };
+        // The status of the tick that judged it comes after the answer.
+        let end = self.device.now() + SILENCE;
+        while self.statuses == before {
+            if self.device.now() > end {
+                return Err(DeviceError::Silent { what: "status", time: SILENCE }.into());
+            }
+            self.pass()?;
+        }
+        Ok(match verdict {
+            Verdict::Accepted => None,
+            Verdict::Rejected(denial) => Some(Rejection::Denied(denial)),
+            Verdict::Superseded => Some(Rejection::Superseded),
+        })
+    }
+
+    /// Lets time pass while the drives come on and take up the arm's weight.
+    fn until_armed(&mut self) -> Result<(), Stop> {
+        let end = self.device.now() + ARMING_TIME;
+        while self.state() == Some(ARMING) && self.device.now() < end {
+            self.pass()?;
+        }
+        Ok(())
+    }
+
+    /// Reports the result of a request, in words.
+    pub(super) fn answer(&mut self, name: &str, rejection: Option<Rejection>, granted: &str) -> Result<(), Stop> {
+        let text = match (rejection, &self.status) {
+            (Some(rejection), _) => {
+                self.refused = true;
+                format!("{name}: {}", messages::rejection(&rejection))
+            }
+            (None, Some(status)) => {
+                let homed = if status.state == 0 && status.homed { ", homed" } else { "" };
+                format!("{name}: {}{homed}{granted}", self.doing())
+            }
+            (None, None) => name.to_owned(),
+        };
+        self.say(name, &text)
+    }
+
+    /// The board has reported frames that did not arrive, or that were damaged. If points of a running motion may be among them, the
+    /// motion has a gap: the arm is stopped.
+    pub(super) fn frames_were_lost(&mut self) -> Result<(), Stop> {
+        let sends_points = !self.feed.is_empty() || !self.under_way.is_empty();
+        if self.state() != Some(RUNNING) || !sends_points || self.urgent.is_some() {
+            return Ok(());
+        }
+        self.refused = true;
+        self.feed.clear();
+        let number = self.next_number();
+        self.urgent = Some((number, self.device.now()));
+        self.send(&Frame::request(number, Request::Hold))?;
+        self.say(
+            "lost",
+            "frames were lost on the way to the board, perhaps points of the motion: stop sent; check the cable, then repeat the command",
+        )
+    }
+
+    /// Sends an urgent hold again until the arm no longer runs.
+    pub(super) fn hold_urgently(&mut self) -> Result<(), Stop> {
+        let Some((number, sent)) = self.urgent else { return Ok(()) };
+        if self.state() != Some(RUNNING) {
+            self.urgent = None;
+        } else if self.silent_for(sent) >= REPEAT {
+            self.urgent = Some((number, self.device.now()));
+            self.send(&Frame::request(number, Request::Hold))?;
+        }
+        Ok(())
+    }
+
+    /// Sends a frame that has no answer until the board has taken it and has not reported a loss meanwhile.
+    pub(super) fn send_surely(&mut self, frame: &Frame) -> Result<(), Stop> {
+        for _ in 0..ATTEMPTS {
+            let (lost, _) = self.device.tap().lost();
+            self.send(frame)?;
+            self.until_taken()?;
+            if self.device.tap().lost().0 == lost {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Most attempts to send a frame that has no answer.
+const ATTEMPTS: u32 = 8;
+
+/// Name of a request's command.
+pub(super) fn name_of(request: Request) -> &'static str {
+    Request::NAMES.iter().find(|(other, _)| *other == request).map_or("request", |(_, name)| *name)
+}

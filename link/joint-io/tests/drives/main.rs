@@ -1,0 +1,12 @@
+//! Drives that do not hear, do not answer, go off or lose their power, between a host's requests and a shaft with a weight on it.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
+#![allow(clippy::float_cmp, reason = "where a test asks for equality, the bits must be equal")]
+#![allow(clippy::disallowed_types, reason = "the models and the bounds are in double precision")]
+#![allow(clippy::struct_excessive_bools, reason = "switches of a test")]
+
+mod enable;
+mod overrun;
+mod power;
+mod replies;
+mod rig;
+mod timeout;

@@ -1,0 +1,69 @@
+//! Replies that do not fit what was sent.
+
+use crate::rig::Rig;
+use actuator_model::bus::Frame;
+use actuator_model::mit::Language;
+use dynamics_core::control::Sensed;
+use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::safety::SafeAction;
+use joint_io::frames::Frames;
+use link::Request;
+
+#[test]
+fn a_damiaos_answer_about_a_register_is_no_position() {
+    let mut rig = Rig::<Damiao>::new(Language::Damiao, SafeAction::Brake).armed();
+    let before = rig.joints.inner.bus_counts()[0].malformed;
+    let Sensed::State { q: at, .. } = rig.readings().sensed else { panic!("a state") };
+    // A reply is owed, and this comes in its place: register 21 is 12.5.
+    rig.wire.bus.borrow_mut().fates.push((1, actuator_model::bus::Fate::Lost));
+    rig.tick();
+    rig.wire.bus.borrow_mut().inject(Frame::standard(0x11, vec![0x01, 0x00, 0x33, 0x15, 0x00, 0x00, 0x48, 0x41]));
+    rig.tick();
+    let Sensed::State { q, .. } = rig.readings().sensed else { panic!("a state") };
+    assert!((q[0] - at[0]).abs() < 1e-3, "{} rad", q[0]);
+    assert_eq!(rig.readings().age_ticks, [1], "nothing has come");
+    assert_eq!(rig.joints.inner.bus_counts()[0].malformed, before + 1);
+    assert_eq!(rig.fault(), None);
+}
+
+#[test]
+fn a_robstrides_version_is_no_position() {
+    let mut rig = Rig::<RobStride>::new(Language::RobStride, SafeAction::Brake).armed();
+    rig.wire.bus.borrow_mut().fates.push((1, actuator_model::bus::Fate::Lost));
+    rig.tick();
+    let id = 2 << 24 | 2 << 22 | 1 << 8 | 0x11;
+    let data = vec![0x00, 0xc4, 0x56, 0x00, 0x01, 0x02, 0x03, 0x00];
+    rig.wire.bus.borrow_mut().inject(Frame { id, extended: true, data });
+    rig.tick();
+    assert_eq!((rig.readings().age_ticks, rig.fault()), ([1], None));
+}
+
+/// A drive of another kind at the identifier of one: it is never on, and the brakes stay closed.
+fn strange<F: Frames>(board: Language, drive: Language, reply_bytes: usize) {
+    let mut rig = Rig::<F>::new(board, SafeAction::Brake);
+    let reply_id = rig.electronics(|it| it.reply_id);
+    rig.electronics(|it| {
+        *it = it.clone().speaking(drive);
+        (it.reply_id, it.reply_bytes) = (reply_id, reply_bytes);
+    });
+    for _ in 0..20 {
+        rig.tick();
+    }
+    rig.home();
+    rig.ask(Request::Arm);
+    for _ in 0..100 {
+        rig.tick();
+        assert!(!rig.readings().on[0] && !rig.brake.0.get(), "{board:?} with the drive of a {drive:?}");
+    }
+}
+
+#[test]
+fn a_drive_of_another_kind_never_counts_as_on() {
+    strange::<MiniCheetah>(Language::MiniCheetah, Language::Damiao, 8);
+    strange::<MiniCheetah>(Language::MiniCheetah, Language::RobStride, 8);
+    strange::<Damiao>(Language::Damiao, Language::MiniCheetah, 6);
+    strange::<Damiao>(Language::Damiao, Language::MiniCheetah, 8);
+    strange::<Damiao>(Language::Damiao, Language::RobStride, 8);
+    strange::<RobStride>(Language::RobStride, Language::MiniCheetah, 6);
+    strange::<RobStride>(Language::RobStride, Language::Damiao, 8);
+}

@@ -1,0 +1,409 @@
+//! One joint with a drive on a CAN bus, the session around it, and a pendulum under it: everything between a host's frames and a shaft.
+//!
+//! The tick is the firmware's own, [`run_tick`].
+use actuator_model::bus::{Bus, Frame as CanFrame};
+use actuator_model::mit::{Actuator, Electronics, Language, Ranges, Shaft};
+use dynamics_core::control::Spring;
+use dynamics_core::control::{Controller, ControllerConfig, Encoder, Fault, Gains, Guard, Law, TrackingObserver};
+use dynamics_core::drive::{Gearing, MitDrive, MitRanges, Range};
+use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::safety::{self, JointRules, Protected, Rules, SafeAction};
+use dynamics_core::scene::Live;
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{InertiaBounds, Limits, SinCos};
+use embedded_can::ErrorKind;
+use embedded_can::nb::Can;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use joint_io::can::{CanBus, CanJoints, NoBus};
+use joint_io::frames::Frames;
+use joint_io::{JointIo, run_tick};
+use link::codec::Received;
+use link::{Cost, Frame, Hello, Pacing, Request};
+use session::meter::{Counter, Meter};
+use session::readings::{Lines, Readings};
+use session::{Reaction, Session, State};
+use std::cell::{Cell, RefCell};
+use std::convert::Infallible;
+use std::rc::Rc;
+
+/// Control period, s.
+pub(crate) const H: f64 = 0.001;
+
+/// Inertia of the pendulum, kg m^2.
+pub(crate) const INERTIA: f64 = 0.55;
+
+/// Torque of its weight, N m: 2 kg at half a metre, level at `q = 0`.
+pub(crate) const WEIGHT: f64 = 9.81;
+
+/// Ticks that the drives' timeouts and their enabling take.
+pub(crate) const ARMING: u32 = 20;
+
+/// The pendulum as its controller knows it.
+#[derive(Clone, Copy)]
+pub(crate) struct Pendulum;
+
+impl InverseDynamics<f32, 1> for Pendulum {
+    fn inverse_dynamics(
+        &self,
+        t: &[SinCos<f32>; 1],
+        _: &[f32; 1],
+        _: &[f32; 1],
+        qdd: &[f32; 1],
+        _: &Live<f32, 1>,
+    ) -> [f32; 1] {
+        [INERTIA as f32 * qdd[0] + WEIGHT as f32 * t[0].cos]
+    }
+}
+
+/// The board's side of the bus.
+#[derive(Clone, Default)]
+pub(crate) struct Wire {
+    /// The bus.
+    pub(crate) bus: Rc<RefCell<Bus>>,
+    /// Transmissions to refuse from now on (no room in the transmitter).
+    pub(crate) refuse: Rc<Cell<u32>>,
+    /// The transmitter takes frames, and they never reach the wire: the next tick abandons them.
+    pub(crate) swallow: Rc<Cell<bool>>,
+}
+impl Can for Wire {
+    type Frame = CanFrame;
+    type Error = ErrorKind;
+    fn transmit(&mut self, frame: &CanFrame) -> nb::Result<Option<CanFrame>, ErrorKind> {
+        if self.refuse.get() > 0 {
+            return Err(nb::Error::WouldBlock);
+        }
+        self.bus.borrow_mut().transmit(frame)
+    }
+    fn receive(&mut self) -> nb::Result<CanFrame, ErrorKind> {
+        self.bus.borrow_mut().receive().ok_or(nb::Error::WouldBlock)
+    }
+}
+impl CanBus for Wire {
+    fn is_off(&mut self) -> bool {
+        self.bus.borrow().off
+    }
+    fn abandon(&mut self) {
+        self.bus.borrow_mut().abandon();
+    }
+}
+
+/// The line to the brake; true: open.
+#[derive(Clone, Default)]
+pub(crate) struct Brake(pub(crate) Rc<Cell<bool>>);
+impl ErrorType for Brake {
+    type Error = Infallible;
+}
+impl OutputPin for Brake {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.set(false);
+        Ok(())
+    }
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.set(true);
+        Ok(())
+    }
+}
+
+/// No counter.
+pub(crate) struct Uncounted;
+impl Counter for Uncounted {
+    fn now(&self) -> u32 {
+        0
+    }
+    fn cost(c: u32) -> Cost {
+        Cost::Instructions(c)
+    }
+    fn exercise(&self) {}
+}
+
+const OWN: Hello = Hello { robot: 7, joints: 1, rate_hz: 1000.0, pacing: Pacing::LockStep };
+
+fn config(torque_rate: f32) -> ControllerConfig<f32, 1> {
+    ControllerConfig {
+        law: Law::ComputedTorque,
+        gains: [Gains { position: 400.0, velocity: 40.0, inertia: INERTIA as f32 }],
+        friction: None,
+        limits: [Limits { position: (-2.5, 2.5), velocity: 3.0, torque: 18.0, torque_rate }],
+        torque_step: [torque_rate * H as f32],
+        guard: [Guard { position_margin: 0.05, velocity_max: 4.5 }],
+        age_max: 2,
+        encoder: [Encoder { zero: 0, per_count: 0.001 }],
+        observer: TrackingObserver::from_gains(0.001, 5e-7, 0.63, 155.0),
+        integral: None,
+        teach: None,
+        posture_damping: None,
+    }
+}
+
+fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
+    let joint = JointRules {
+        rest_speed: 0.05,
+        jump_step: 0.006,
+        resolution: 0.001,
+        deceleration: 12.0,
+        reach: 0.2,
+        reach_speed: 0.3,
+        rotor_max: 0.2,
+        damping: 4.0,
+        lowering_speed: 0.2,
+    };
+    Rules {
+        safe_action,
+        heartbeat_max: 100,
+        hold_max: 500,
+        supply: (f32::NEG_INFINITY, f32::INFINITY),
+        temperature: (f32::NEG_INFINITY, f32::INFINITY),
+        period: 0.001,
+        rate: 1000.0,
+        latency: 0.002,
+        arming_max: 300,
+        live: 0,
+        live_max: 0,
+        rest: None,
+        first_motion: None,
+        payload: InertiaBounds { mass: 5.0, radius: 0.5 },
+        joints: [joint],
+    }
+}
+
+/// The joint, which remembers what passed.
+pub(crate) struct Recorded<F> {
+    /// The firmware's.
+    pub(crate) inner: CanJoints<F, Wire, NoBus, NoBus, Brake, 1>,
+    /// Of this tick.
+    pub(crate) readings: Option<Readings<1>>,
+    /// Torque of this tick, N m; `None` in the safe action.
+    pub(crate) torque: Option<f32>,
+}
+
+impl<F: Frames> JointIo<1> for Recorded<F> {
+    fn measure(&mut self) -> Option<Readings<1>> {
+        self.readings = self.inner.measure();
+        self.readings
+    }
+    fn temperature(&self) -> Option<f32> {
+        self.inner.temperature()
+    }
+    fn enable(&mut self, action: SafeAction) {
+        self.torque = None;
+        self.inner.enable(action);
+    }
+    fn preload(&mut self, torque: &[f32; 1]) {
+        self.torque = Some(torque[0]);
+        self.inner.preload(torque);
+    }
+    fn drive(&mut self, torque: &[f32; 1], springs: Option<&[Spring<f32>; 1]>) {
+        self.torque = Some(torque[0]);
+        self.inner.drive(torque, springs);
+    }
+    fn safe(&mut self, action: SafeAction) {
+        self.torque = None;
+        self.inner.safe(action);
+    }
+    fn clear(&mut self) {
+        self.inner.clear();
+    }
+}
+
+/// Everything.
+pub(crate) struct Rig<F> {
+    /// The joint.
+    pub(crate) joints: Recorded<F>,
+    /// The bus.
+    pub(crate) wire: Wire,
+    /// The brake.
+    pub(crate) brake: Brake,
+    /// The session.
+    pub(crate) session: Session<1, Pendulum, Polynomial, Protected<f32, 1>>,
+    meter: Meter<Uncounted>,
+    /// Angle of the joint, rad, and its velocity, rad/s.
+    pub(crate) q: f64,
+    pub(crate) qd: f64,
+    /// The emergency stop.
+    pub(crate) stop: bool,
+    /// Power of the drive: without it, it neither hears nor answers nor gives torque.
+    pub(crate) powered: bool,
+    /// The board's ticks run.
+    pub(crate) ticking: bool,
+    /// The brake does not act, as of an arm that has none.
+    pub(crate) brakeless: bool,
+    /// Number of the last request.
+    number: u8,
+}
+
+/// Ranges of the drive, whatever its kind.
+fn ranges() -> MitRanges {
+    let symmetric = |max: f32| Range { min: -max, max };
+    MitRanges {
+        position: symmetric(12.5),
+        velocity: symmetric(65.0),
+        kp: Range { min: 0.0, max: 500.0 },
+        kd: Range { min: 0.0, max: 5.0 },
+        torque: symmetric(18.0),
+    }
+}
+
+impl<F: Frames> Rig<F> {
+    /// A joint whose drive speaks `language`, at rest and off, in a live session.
+    pub(crate) fn new(language: Language, action: SafeAction) -> Self {
+        Self::with(language, action, |_| {})
+    }
+
+    /// The same, with another drive than the board believes.
+    pub(crate) fn with(language: Language, action: SafeAction, change: impl FnOnce(&mut MitDrive)) -> Self {
+        let (reply_id, reply_bytes, timeout) = match language {
+            Language::MiniCheetah => (0, 6, 0),
+            Language::Damiao | Language::RobStride => (0x11, 8, 1000),
+        };
+        let mut drive = MitDrive {
+            bus: 0,
+            data_rate: None,
+            id: 1,
+            reply_id,
+            reply_bytes,
+            temperature_offset: None,
+            ranges: ranges(),
+            gearing: Gearing { ratio: 1.0, per_ratio: 1.0, zero: 0.0 },
+            damping: 4.0,
+            timeout,
+            restart_ticks: 10,
+            absolute: false,
+        };
+        change(&mut drive);
+        let mut actuator = Actuator::new(
+            1,
+            Ranges {
+                position: (-12.5, 12.5),
+                velocity: (-65.0, 65.0),
+                kp: (0.0, 500.0),
+                kd: (0.0, 5.0),
+                torque: (-18.0, 18.0),
+            },
+        );
+        actuator.electronics = actuator.electronics.speaking(language);
+        actuator.electronics.reply_id = reply_id;
+        actuator.electronics.reply_bytes = usize::from(reply_bytes);
+        let wire = Wire { bus: Rc::new(RefCell::new(Bus::new(vec![actuator]))), ..Wire::default() };
+        let brake = Brake::default();
+        let control = config(2000.0);
+        let inner = CanJoints::new((wire.clone(), NoBus, NoBus), brake.clone(), [drive]);
+        let mut rig = Self {
+            joints: Recorded { inner, readings: None, torque: None },
+            wire,
+            brake,
+            session: Session::new(
+                OWN,
+                Controller::new(control, Pendulum, Polynomial),
+                Protected { control, rules: rules(action) },
+            ),
+            meter: Meter::new(Uncounted),
+            q: 0.0,
+            qd: 0.0,
+            stop: false,
+            powered: true,
+            ticking: true,
+            brakeless: false,
+            number: 0,
+        };
+        let hello = Hello { pacing: Pacing::Live, ..OWN };
+        assert_eq!(rig.receive(Frame::Hello(hello)), Reaction::Start(Pacing::Live, Frame::Hello(hello)));
+        for _ in 0..5 {
+            rig.tick();
+        }
+        rig
+    }
+
+    /// Home and arm, and let the drive come on.
+    pub(crate) fn armed(mut self) -> Self {
+        self.home();
+        self.ask(Request::Arm);
+        for _ in 0..200 {
+            self.tick();
+        }
+        assert!(self.brake.0.get() && self.state() == safety::State::Armed, "{:?}", self.state());
+        self
+    }
+
+    /// A frame of the host.
+    pub(crate) fn receive(&mut self, frame: Frame) -> Reaction {
+        self.session.receive(Ok(Received { frame, missed: 0 }))
+    }
+
+    /// A request of the host, and the tick that judges it.
+    pub(crate) fn ask(&mut self, request: Request) {
+        self.number = self.number.wrapping_add(1);
+        self.receive(Frame::request(self.number, request));
+        self.tick();
+    }
+
+    /// Home, where the joint is.
+    pub(crate) fn home(&mut self) {
+        self.ask(Request::Home);
+        self.ask(Request::Confirm);
+    }
+
+    /// State of the machine.
+    pub(crate) fn state(&self) -> safety::State {
+        match self.session.state() {
+            State::Supervised(_, s) => s,
+            o => panic!("{o:?}"),
+        }
+    }
+
+    /// The fault, if there is one.
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        match self.state() {
+            safety::State::Fault(f) => Some(f),
+            _ => None,
+        }
+    }
+
+    /// The drive's electronics.
+    pub(crate) fn electronics<T>(&self, look: impl FnOnce(&mut Electronics) -> T) -> T {
+        look(&mut self.wire.bus.borrow_mut().actuators[0].electronics)
+    }
+    /// One tick of the board, then 1 ms of the world.
+    pub(crate) fn tick(&mut self) {
+        if self.ticking {
+            self.receive(Frame::Alive);
+            let lines = Lines { emergency_stop: self.stop, ..Lines::NONE };
+            run_tick(&mut self.session, &mut self.joints, &self.meter, || lines, || false);
+        }
+        {
+            let mut bus = self.wire.bus.borrow_mut();
+            bus.actuators[0].shaft = Shaft { position: self.q, velocity: self.qd };
+            bus.unplugged = if self.powered { vec![] } else { vec![1] };
+            if !self.wire.swallow.get() {
+                bus.serve();
+            }
+        }
+        self.wire.refuse.set(self.wire.refuse.get().saturating_sub(1));
+        for _ in 0..10 {
+            let dt = H / 10.0;
+            let powered = self.powered;
+            let shaft = Shaft { position: self.q, velocity: self.qd };
+            let torque = self.electronics(|it| {
+                it.pass(dt);
+                if powered { it.drive(&shaft) } else { 0.0 }
+            });
+            if self.brake.0.get() || self.brakeless {
+                self.qd += dt * (torque - WEIGHT * self.q.cos()) / INERTIA;
+                self.q += dt * self.qd;
+            } else {
+                self.qd = 0.0;
+            }
+        }
+    }
+
+    /// Power comes back after it was off.
+    pub(crate) fn restart(&mut self) {
+        let shaft = Shaft { position: self.q, velocity: self.qd };
+        self.electronics(|it| it.restart(&shaft));
+        self.powered = true;
+    }
+
+    /// What the joint's readings were in the last tick.
+    pub(crate) fn readings(&self) -> Readings<1> {
+        self.joints.readings.unwrap()
+    }
+}

@@ -1,0 +1,123 @@
+//! The drives' own communication timeouts: set before they are enabled, and what they are worth.
+
+use crate::rig::Rig;
+use actuator_model::mit::Language;
+use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
+use dynamics_core::safety::SafeAction;
+use joint_io::JointIo as _;
+use joint_io::frames::Frames;
+use session::readings::JointFaults;
+
+fn set<F: Frames>(language: Language) {
+    let mut rig = Rig::<F>::new(language, SafeAction::Brake);
+    let before = rig.electronics(|it| it.first_timeout);
+    let mut ticks = 0;
+    while rig.joints.inner.timeouts() != [Some(1000)] {
+        rig.tick();
+        ticks += 1;
+        assert!(ticks < 10, "{language:?}: not read back");
+    }
+    println!("{language:?}: {before} s before, set within {} ticks", ticks + 5);
+    assert!((rig.electronics(|it| it.timeout) - 0.05).abs() < 1e-9);
+    assert!(rig.readings().faults == [JointFaults::NONE]);
+    // What was written is lost with the power, and is written again.
+    rig.powered = false;
+    for _ in 0..50 {
+        rig.tick();
+    }
+    rig.restart();
+    assert_eq!(rig.electronics(|it| it.timeout), before);
+    for _ in 0..10 {
+        rig.tick();
+    }
+    assert!((rig.electronics(|it| it.timeout) - 0.05).abs() < 1e-9);
+}
+
+#[test]
+fn a_timeout_is_read_set_and_read_back_before_the_arm_is_armed_and_after_each_loss_of_power() {
+    set::<Damiao>(Language::Damiao);
+    set::<RobStride>(Language::RobStride);
+}
+
+fn at_once<F: Frames>(language: Language) {
+    let mut rig = Rig::<F>::new(language, SafeAction::Brake);
+    // It restarts while it is enabled: its timeout is the maker's again.
+    let shaft = actuator_model::mit::Shaft { position: 0.0, velocity: 0.0 };
+    rig.powered = false;
+    for _ in 0..20 {
+        rig.tick();
+    }
+    rig.electronics(|it| it.restart(&shaft));
+    rig.powered = true;
+    let joints = &mut rig.joints.inner;
+    for _ in 0..30 {
+        let readings = joints.measure().unwrap();
+        let timeout = rig.wire.bus.borrow().actuators[0].electronics.timeout;
+        assert!(!readings.on[0] || (timeout - 0.05).abs() < 1e-9, "{language:?}: on with a timeout of {timeout} s");
+        if readings.on[0] {
+            return;
+        }
+        joints.enable(SafeAction::Brake);
+        rig.wire.bus.borrow_mut().unplugged = vec![];
+        rig.wire.bus.borrow_mut().serve();
+    }
+    panic!("{language:?}: never on");
+}
+
+#[test]
+fn a_drive_does_not_count_as_on_before_its_timeout_is_set() {
+    at_once::<Damiao>(Language::Damiao);
+    at_once::<RobStride>(Language::RobStride);
+}
+
+fn unset<F: Frames>(language: Language) {
+    let mut rig = Rig::<F>::new(language, SafeAction::Brake);
+    rig.electronics(|it| it.has_no_settings = true);
+    let shaft = actuator_model::mit::Shaft { position: 0.0, velocity: 0.0 };
+    rig.electronics(|it| it.restart(&shaft));
+    rig.powered = false;
+    for _ in 0..20 {
+        rig.tick();
+    }
+    rig.powered = true;
+    for _ in 0..60 {
+        rig.tick();
+        assert!(!rig.readings().on[0] && !rig.brake.0.get());
+    }
+    assert!(rig.fault().is_some() && rig.readings().faults == [JointFaults::TIMEOUT], "{language:?}");
+}
+
+#[test]
+fn a_timeout_that_is_not_confirmed_is_a_fault_of_the_joint() {
+    unset::<Damiao>(Language::Damiao);
+    unset::<RobStride>(Language::RobStride);
+}
+
+/// The board of an armed joint without brakes stops in the middle of a push. Returns the ticks for which the drive goes on, 2000 at most, and how far
+/// the joint has gone by then, rad.
+fn dead<F: Frames>(language: Language) -> (u32, f64) {
+    let mut rig = Rig::<F>::new(language, SafeAction::Off).armed();
+    rig.brakeless = true;
+    rig.ticking = false;
+    let at = rig.q;
+    let mut ticks = 0;
+    while rig.electronics(|it| it.torque()) != 0.0 && ticks < 2000 {
+        rig.tick();
+        ticks += 1;
+    }
+    (ticks, (rig.q - at).abs())
+}
+
+#[test]
+fn a_drive_whose_board_has_died_gives_no_torque_after_its_timeout() {
+    for (language, (ticks, way)) in [
+        (Language::MiniCheetah, dead::<MiniCheetah>(Language::MiniCheetah)),
+        (Language::Damiao, dead::<Damiao>(Language::Damiao)),
+        (Language::RobStride, dead::<RobStride>(Language::RobStride)),
+    ] {
+        println!("{language:?}: torque for {ticks} ms after its board's end, {way:.5} rad until then");
+        // The mini-cheetah's is 0.1 s in the model; nobody can read it.
+        let most = if language == Language::MiniCheetah { 101 } else { 51 };
+        assert!(ticks <= most, "{language:?}: {ticks}");
+    }
+}
