@@ -16,11 +16,13 @@ const MARGIN: f64 = 1.0 / 524_288.0;
 /// True if there is no request, no fault outside, the host is there, no drive is off. The readings are to be of this tick.
 #[inline]
 pub(super) fn is_quiet<S: Real, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>) -> bool {
-    let mut wrong = inputs.emergency_stop | inputs.overrun;
-    for i in 0..N {
-        wrong |= inputs.drive_fault[i] | !inputs.on[i];
-    }
-    wrong |= inputs.zero_lost | (rules.live != 0 && rules.live_max != 0 && inputs.live_age > rules.live_max);
+    // Arrays as a whole: words are compared, not bytes.
+    let drives = inputs.drive_fault != [false; N] || inputs.on != [true; N];
+    let wrong = drives
+        | inputs.emergency_stop
+        | inputs.overrun
+        | inputs.zero_lost
+        | (rules.live != 0 && rules.live_max != 0 && inputs.live_age > rules.live_max);
     // False for NaN.
     let inside = |value: Option<S>, (lo, hi): (S, S)| value.is_none_or(|x| x >= lo && x <= hi);
     !wrong

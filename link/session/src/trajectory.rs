@@ -125,22 +125,22 @@ pub struct Trajectory<const N: usize> {
     k: u16,
     /// Fraction of a tick beyond them, while the arm stops.
     fraction: f32,
-    /// Ticks of the path in a tick: 1, and less while the arm stops.
-    pace: f32,
+    /// Ticks of the path in a tick while the arm stops; `None` is 1. The initial value is all zeros, which takes no flash.
+    pace: Option<f32>,
 }
 
 impl<const N: usize> Trajectory<N> {
     /// Nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { ways: Deque::new(), last: None, k: 0, fraction: 0.0, pace: 1.0 }
+        Self { ways: Deque::new(), last: None, k: 0, fraction: 0.0, pace: None }
     }
 
     /// Forget everything.
     #[inline]
     pub fn clear(&mut self) {
         self.ways.clear();
-        (self.last, self.k, self.fraction, self.pace) = (None, 0, 0.0, 1.0);
+        (self.last, self.k, self.fraction, self.pace) = (None, 0, 0.0, None);
     }
 
     /// Points that there is room for.
@@ -255,7 +255,7 @@ impl<const N: usize> Trajectory<N> {
             }
             return;
         };
-        let before = self.pace;
+        let before = self.pace.unwrap_or(1.0);
         let mut along = *now;
         way.at(f32::from(self.k) + self.fraction, &mut along);
         let mut change = -before / period;
@@ -268,8 +268,9 @@ impl<const N: usize> Trajectory<N> {
                 change = -(most.max(0.0) / speed);
             }
         }
-        self.pace = (before + change * period).max(0.0);
-        self.fraction += 0.5 * (before + self.pace);
+        let pace = (before + change * period).max(0.0);
+        self.pace = Some(pace);
+        self.fraction += 0.5 * (before + pace);
         while self.fraction >= 1.0 {
             self.fraction -= 1.0;
             self.k += 1;
@@ -283,7 +284,6 @@ impl<const N: usize> Trajectory<N> {
             (None, Some(last)) => *now = *last,
             (None, None) => {}
         }
-        let pace = self.pace;
         for i in 0..N {
             now.qdd[i] = now.qdd[i] * pace * pace + now.qd[i] * ((pace - before) / period);
             now.qd[i] *= pace;
