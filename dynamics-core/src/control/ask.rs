@@ -2,7 +2,7 @@
 
 use super::collision::Protection;
 use super::config::{Configuration, ControllerConfig};
-use super::limits::{LimitFlags, hold_torques};
+use super::limits::{LimitFlags, bound_torques, hold_torques};
 use super::{Command, Controller, Fault, Reference};
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
@@ -15,10 +15,10 @@ pub struct Ask<'a, S, const N: usize> {
     pub start: bool,
     /// The rate of the torque is not limited in this tick: the first torque of an arm without brakes.
     pub at_once: bool,
-    /// The reference in force: the host's, or that of a stop.
+    /// The reference in force: the host's, or that of a stop. The machine has held it to its limits.
     pub reference: &'a Reference<S, N>,
-    /// Whether no limit acts on the reference, as far as the machine has looked.
-    pub inside: bool,
+    /// One comparison a rule was enough in this tick, as in nearly every one of a running arm. No controller needs to know.
+    pub ordinary: bool,
     /// Whether the arm runs: a law that follows no reference lets go of it.
     pub runs: bool,
     /// Joint position that the machine has observed and judged, rad or m.
@@ -60,21 +60,9 @@ impl<S: Real, const N: usize> Ask<'_, S, N> {
         limits: &mut [LimitFlags; N],
     ) -> Result<(), Fault> {
         if self.at_once {
-            return self.hold_at_once(config, torque, limits);
+            return bound_torques(torque, limits, &config.limits);
         }
         let step = &config.torque_step;
         hold_torques(torque, limits, &config.limits, self.torque, step, step)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn hold_at_once(
-        &self,
-        config: &ControllerConfig<S, N>,
-        torque: &mut [S; N],
-        limits: &mut [LimitFlags; N],
-    ) -> Result<(), Fault> {
-        let step = [S::MAX; N];
-        hold_torques(torque, limits, &config.limits, self.torque, &step, &step)
     }
 }

@@ -149,8 +149,8 @@ where
         if let Some(fault) = self.regulator.memory.fault {
             return Err(fault);
         }
-        let Ask { reference, inside, runs, q, qd, .. } = *ask;
-        let given = Given { reference, inside, runs, q, qd };
+        let Ask { reference, runs, q, qd, .. } = *ask;
+        let given = Given { reference, inside: true, runs, q, qd };
         let answer = self.regulator.propose(&given, torque, limits, None);
         if let Err(fault) = answer {
             self.regulator.memory.fault = Some(fault);

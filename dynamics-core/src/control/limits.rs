@@ -38,6 +38,12 @@ impl LimitFlags {
         self.0
     }
 
+    /// True if a limit acted on some joint. All of them are compared as a whole: words, not bytes.
+    #[inline]
+    pub(crate) fn any<const N: usize>(flags: &[Self; N]) -> bool {
+        flags.map(Self::bits) != [0; N]
+    }
+
     /// From bits; unknown bits are dropped.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Self {
@@ -187,6 +193,25 @@ pub(crate) fn hold_torques<S: Real, const N: usize>(
         let (held, acted) = hold_torque(torque[i], last[i], step[i], limit);
         torque[i] = held;
         flags[i] |= acted;
+    }
+    Ok(())
+}
+
+/// As [`hold_torques`], without a limit on the rate. A function of its own: the steps of the other stay constants of the program.
+#[cold]
+#[inline(never)]
+pub(super) fn bound_torques<S: Real, const N: usize>(
+    torque: &mut [S; N],
+    flags: &mut [LimitFlags; N],
+    limits: &[Limits<S>; N],
+) -> Result<(), Fault> {
+    for i in 0..N {
+        if !torque[i].is_finite() {
+            return Err(Fault::NonFiniteTorque { joint: i as u8 });
+        }
+        let bounded = torque[i].clamp_symmetric(limits[i].torque);
+        flags[i] |= LimitFlags::TORQUE.when(bounded != torque[i]);
+        torque[i] = bounded;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 //! 2. An arm with brakes: torque rises at its rate, with engaged brakes, to the torque that gravity needs. Then the brakes open.
 //! 3. An arm without brakes: nothing carries it while torque rises. Its first torque is the whole torque that gravity needs, at once.
 
-use super::decision::{Decision, Memory, Now, astray};
+use super::decision::{Action, Decision, Memory, Now, astray};
 use super::{Request, Rules, SafeAction, State};
 use crate::control::{Fault, Reference};
 use crate::scalar::Real;
@@ -39,7 +39,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let Now { inputs, seen, silent, .. } = *now;
         if silent {
             self.state = State::Idle;
-            return Decision::Safe(None);
+            return Decision::safe(None);
         }
         // A joint that jumped while another one's reading was missing.
         if !self.homed {
@@ -65,9 +65,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 self.arming.carried = 0;
             } else if self.arming.carried >= CARRIED_MIN {
                 self.state = State::Armed;
-                return Decision::Drive { refused: None, at_once: false };
+                return Decision::of(Action::Drive);
             }
-            return Decision::Preload { refused: None };
+            return Decision::of(Action::Preload);
         }
         // A drive that is switched on may leave out a reading.
         let hindrance = match judged {
@@ -78,15 +78,15 @@ impl<S: Real, const N: usize> Memory<S, N> {
         };
         match off.map(|joint| Fault::DriveNotOn { joint }).or(hindrance) {
             Some(fault) if !in_time => self.fail(fault, inputs.request),
-            Some(_) => Decision::Enable { refused: None, first },
+            Some(_) => Decision::of(if first { Action::EnableFirst } else { Action::Enable }),
             None => {
                 self.reference = Reference::at_rest(*seen.q);
                 if rules.safe_action == SafeAction::Brake {
                     self.arming.preloads = true;
-                    return Decision::Preload { refused: None };
+                    return Decision::of(Action::Preload);
                 }
                 self.state = State::Armed;
-                Decision::Drive { refused: None, at_once: true }
+                Decision::of(Action::DriveAtOnce)
             }
         }
     }

@@ -56,28 +56,58 @@ pub(super) struct Now<'a, S, const N: usize> {
     pub(super) led: bool,
 }
 
-/// Action of the drives that the rules allow, and the reason for which the request was rejected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Decision {
-    /// Torque may act, along the memory's reference. `at_once`: without a limit on its rate.
-    Drive { refused: Option<Refusal>, at_once: bool },
-    /// The safe action.
-    Safe(Option<Refusal>),
-    /// Switch the drives on. In the `first` tick the controller is asked if the arm can be held at all.
-    Enable { refused: Option<Refusal>, first: bool },
+/// Action of the drives that the rules allow. For the first four the controller is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Action {
+    /// Torque may act, along the memory's reference.
+    Drive,
+    /// The same, without a limit on its rate.
+    DriveAtOnce,
     /// Torque with engaged brakes, for the weight of an arm at rest at the memory's reference.
-    Preload { refused: Option<Refusal> },
+    Preload,
+    /// Switch the drives on, if the arm can be held at all.
+    EnableFirst,
+    /// Switch the drives on.
+    Enable,
+    /// The safe action.
+    Safe,
+}
+
+impl Action {
+    /// True if torque is to act with open brakes.
+    #[inline]
+    pub(super) fn drives(self) -> bool {
+        self <= Self::DriveAtOnce
+    }
+
+    /// True if the controller is to be asked for a torque.
+    #[inline]
+    pub(super) fn asks(self) -> bool {
+        self <= Self::EnableFirst
+    }
+}
+
+/// Action of the drives, and the reason for which the request was rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Decision {
+    pub(super) action: Action,
+    pub(super) refused: Option<Refusal>,
 }
 
 impl Decision {
-    /// The same, with this request rejected.
+    /// This action; no request was rejected.
+    pub(super) const fn of(action: Action) -> Self {
+        Self { action, refused: None }
+    }
+
+    /// The safe action.
+    pub(super) const fn safe(refused: Option<Refusal>) -> Self {
+        Self { action: Action::Safe, refused }
+    }
+
+    /// The same, with this request rejected, unless it was already.
     fn refusing(self, refusal: Option<Refusal>) -> Self {
-        match self {
-            Self::Drive { at_once, .. } => Self::Drive { refused: refusal, at_once },
-            Self::Safe(own) => Self::Safe(own.or(refusal)),
-            Self::Enable { first, .. } => Self::Enable { refused: refusal, first },
-            Self::Preload { .. } => Self::Preload { refused: refusal },
-        }
+        Self { refused: self.refused.or(refusal), ..self }
     }
 }
 
@@ -138,7 +168,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let external = external(inputs, rules);
 
         if let State::Fault(fault) = self.state {
-            return Decision::Safe(match inputs.request {
+            return Decision::safe(match inputs.request {
                 // Nothing moves: the stop is there.
                 None | Some(Request::Stop) => None,
                 Some(Request::Clear) => self.clear(external, judged, seen, rules),
@@ -168,10 +198,10 @@ impl<S: Real, const N: usize> Memory<S, N> {
             return decision.refusing(refused);
         }
         if !self.state.drives() {
-            return Decision::Safe(refused);
+            return Decision::safe(refused);
         }
         match self.follow(now, config, rules) {
-            Ok(()) => Decision::Drive { refused, at_once: false },
+            Ok(()) => Decision { action: Action::Drive, refused },
             Err(fault) => self.fail(fault, inputs.request),
         }
     }
@@ -217,7 +247,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     /// The fault is in force, and the request is rejected because of it, unless it asked for the stop.
     pub(super) fn fail(&mut self, fault: Fault, request: Option<Request>) -> Decision {
         self.state = State::Fault(fault);
-        Decision::Safe(request.filter(|request| *request != Request::Stop).map(|_| Refusal::Fault(fault)))
+        Decision::safe(request.filter(|request| *request != Request::Stop).map(|_| Refusal::Fault(fault)))
     }
 
     /// Forget the torque: it has ended.

@@ -1,6 +1,6 @@
 //! The machine.
 
-use super::decision::{Decision, Memory, Now};
+use super::decision::{Action, Decision, Memory, Now};
 use super::measured::Seen;
 use super::ordinary::{goes_on, is_quiet};
 use super::{Actuation, Configuration, Inputs, Output, Rules, State};
@@ -124,14 +124,13 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             }
             _ => false,
         };
-        let decision = match ordinary {
-            true => Decision::Drive { refused: None, at_once: false },
+        let mut decision = match ordinary {
+            true => Decision::of(Action::Drive),
             false => memory.decide(&Now { inputs, reference, seen: &seen, silent, led }, config, rules),
         };
         // One call for all of them: a second one would be a second controller in the program.
-        let (drives, preloads) =
-            (matches!(decision, Decision::Drive { .. }), matches!(decision, Decision::Preload { .. }));
-        let decision = if drives || preloads || matches!(decision, Decision::Enable { first: true, .. }) {
+        if decision.action.asks() {
+            let drives = decision.action.drives();
             let (mut torque, mut limits) = (still, [LimitFlags::NONE; N]);
             let Memory { reference, torque: last, limits: acted, .. } = &*memory;
             // On engaged brakes: the torque of the weight, at rest at the memory's reference. No noise of a sensor is in it, so it comes to
@@ -139,9 +138,9 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             let (q, qd) = if drives { (q, qd) } else { (&reference.q, &still) };
             let ask = Ask {
                 start: !drove,
-                at_once: matches!(decision, Decision::Drive { at_once: true, .. }),
+                at_once: decision.action == Action::DriveAtOnce,
                 reference,
-                inside: ordinary || !drives || memory.held.is_some(),
+                ordinary,
                 runs: memory.state == State::Running,
                 q,
                 qd,
@@ -150,41 +149,30 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             };
             // The controller's own limits, if it has any, are those of its first torque on: it does not know the torque before.
             match control(&ask, &mut torque, &mut limits).and_then(|()| ask.hold(config, &mut torque, &mut limits)) {
-                Err(fault) => memory.fail(fault, inputs.request),
+                Err(fault) => decision = memory.fail(fault, inputs.request),
                 Ok(()) if drives => {
                     if let Some(held) = &memory.held {
                         flag(&mut limits, held);
                     }
                     (memory.torque, memory.limits) = (torque, limits);
-                    let any = limits.iter().fold(LimitFlags::NONE, |any, flags| any | *flags);
-                    memory.gave_way = any.contains(LimitFlags::COLLISION);
+                    memory.gave_way = LimitFlags::any(&limits) && gives_way(&limits);
                     output.actuation = Actuation::Drive { torque, limits };
-                    decision
                 }
-                Ok(()) => {
-                    if preloads {
-                        memory.carry(&torque, &limits);
-                        output.actuation = Actuation::Preload { torque, limits };
-                    }
-                    decision
+                Ok(()) if decision.action == Action::Preload => {
+                    memory.carry(&torque, &limits);
+                    output.actuation = Actuation::Preload { torque, limits };
                 }
+                Ok(()) => {}
             }
-        } else {
-            decision
-        };
-        output.refused = match decision {
-            Decision::Drive { refused, .. } | Decision::Preload { refused } => refused,
-            Decision::Enable { refused, .. } => {
-                memory.rest();
-                output.actuation = Actuation::Enable(rules.safe_action);
-                refused
-            }
-            Decision::Safe(refused) => {
-                memory.rest();
-                output.actuation = Actuation::Safe(rules.safe_action);
-                refused
-            }
-        };
+        }
+        if decision.action > Action::Preload {
+            memory.rest();
+            output.actuation = match decision.action {
+                Action::Safe => Actuation::Safe(rules.safe_action),
+                _ => Actuation::Enable(rules.safe_action),
+            };
+        }
+        output.refused = decision.refused;
         (output.state, output.homed) = (memory.state, memory.homed);
     }
 }
@@ -197,6 +185,12 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let rises = limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE_RATE));
         self.arming.carried = if rises { 0 } else { self.arming.carried.saturating_add(1) };
     }
+}
+
+/// True if the controller gave way to a collision.
+#[cold]
+fn gives_way<const N: usize>(limits: &[LimitFlags; N]) -> bool {
+    limits.iter().any(|flags| flags.contains(LimitFlags::COLLISION))
 }
 
 /// Add limits that the machine has applied.

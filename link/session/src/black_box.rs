@@ -249,6 +249,19 @@ impl<const N: usize> BlackBox<N> {
     #[inline]
     pub fn begin(&mut self, before: State) -> Option<&mut Record<N>> {
         let fails = matches!(before, State::Fault(_));
+        // In nearly every tick there is no fault to remember.
+        let still = if fails || self.known || self.left.is_some() { self.holds(fails) } else { false };
+        if !still {
+            self.now = if self.length > 0 && self.now < TICKS { self.now + 1 } else { 0 };
+            self.length = (self.length + 1).min(TICKS + 1);
+        }
+        self.ring.get_mut(self.now)
+    }
+
+    /// True if the ring is frozen, in a tick behind one that failed or not: counts the ticks after a fault.
+    #[cold]
+    #[inline(never)]
+    fn holds(&mut self, fails: bool) -> bool {
         let still = match &mut self.left {
             Some(0) => true,
             Some(left) => {
@@ -262,11 +275,7 @@ impl<const N: usize> BlackBox<N> {
             _ => false,
         };
         self.known &= fails;
-        if !still {
-            self.now = if self.length > 0 && self.now < TICKS { self.now + 1 } else { 0 };
-            self.length = (self.length + 1).min(TICKS + 1);
-        }
-        self.ring.get_mut(self.now)
+        still
     }
 
     /// The remembered tick at this place, the oldest at 0, without the current one; `None` behind the last.
