@@ -1,4 +1,4 @@
-//! The quick part of the exploration: one or two events, each search to its end. The long part is in `long.rs`.
+//! The quick part of the exploration: one or two events, each search to its end. Longer ones: `examples/search.rs`.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails should stop there")]
 
 use actuator_model::mit::Language;

@@ -1,0 +1,63 @@
+//! Searches with two and three events, each for a stated time: `cargo run --release -p explore --example search -- [NAME] [SECONDS]`.
+//!
+//! A search that is cut off has looked at every state up to its depth less one. Exit code 1 if a rule is broken.
+
+use actuator_model::mit::Language::{self, Damiao, MiniCheetah, RobStride};
+use dynamics_core::drive;
+use dynamics_core::safety::SafeAction::{self, Brake, DampedStop};
+use explore::explorer::{Bounds, explore};
+use explore::scene::Setup;
+use explore::state::Kinds;
+use std::process::ExitCode;
+
+const LINK: Kinds = Kinds { requests: true, host: true, ..Kinds::NONE };
+const BUS: Kinds = Kinds { frames: true, drives: true, ..Kinds::NONE };
+
+/// Name, joints, protocol, safe action, events at most, kinds of events.
+const SEARCHES: [(&str, usize, Language, SafeAction, u8, Kinds); 13] = [
+    ("two_mini_cheetah_brake", 1, MiniCheetah, Brake, 2, Kinds::ALL),
+    ("two_mini_cheetah_damped_stop", 1, MiniCheetah, DampedStop, 2, Kinds::ALL),
+    ("two_damiao_brake", 1, Damiao, Brake, 2, Kinds::ALL),
+    ("two_damiao_damped_stop", 1, Damiao, DampedStop, 2, Kinds::ALL),
+    ("two_robstride_brake", 1, RobStride, Brake, 2, Kinds::ALL),
+    ("two_robstride_damped_stop", 1, RobStride, DampedStop, 2, Kinds::ALL),
+    ("two_on_two_joints_mini_cheetah_brake", 2, MiniCheetah, Brake, 2, Kinds::ALL),
+    ("two_on_two_joints_damiao_damped_stop", 2, Damiao, DampedStop, 2, Kinds::ALL),
+    ("three_of_the_link_damiao_brake", 1, Damiao, Brake, 3, LINK),
+    ("three_of_the_link_damiao_damped_stop", 1, Damiao, DampedStop, 3, LINK),
+    ("three_of_the_bus_mini_cheetah_brake", 1, MiniCheetah, Brake, 3, BUS),
+    ("three_of_the_bus_damiao_brake", 1, Damiao, Brake, 3, BUS),
+    ("three_damiao_brake", 1, Damiao, Brake, 3, Kinds::ALL),
+];
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let name = arguments.next().unwrap_or_default();
+    let seconds = match arguments.next().map(|seconds| seconds.parse()) {
+        None => 600,
+        Some(Ok(seconds)) => seconds,
+        Some(Err(error)) => {
+            eprintln!("error: the second argument is a time in s: {error}");
+            return ExitCode::from(2);
+        }
+    };
+    let mut code = ExitCode::SUCCESS;
+    for (_, joints, language, action, budget, events) in SEARCHES.into_iter().filter(|search| search.0.contains(&name))
+    {
+        let absolute = language != MiniCheetah;
+        let setup = Setup { language, action, absolute, rest: action != Brake, budget, events, mutant: None };
+        let bounds = Bounds { depth: 0, seconds, threads: 1 };
+        let explored = match (language, joints) {
+            (MiniCheetah, 1) => explore::<drive::MiniCheetah, 1>(setup, bounds),
+            (MiniCheetah, _) => explore::<drive::MiniCheetah, 2>(setup, bounds),
+            (Damiao, 1) => explore::<drive::Damiao, 1>(setup, bounds),
+            (Damiao, _) => explore::<drive::Damiao, 2>(setup, bounds),
+            (RobStride, _) => explore::<drive::RobStride, 1>(setup, bounds),
+        };
+        println!("{joints} joints, {language:?}, {action:?}, {budget} events of {events:?}: {explored}");
+        if !explored.broken.is_empty() {
+            code = ExitCode::FAILURE;
+        }
+    }
+    code
+}
