@@ -1,5 +1,7 @@
 //! Heat of motors against the closed form of its equation, and the edges of its levels.
 
+#![allow(clippy::float_cmp, reason = "the values are exact")]
+
 use dynamics_core::safety::heat::{FAULT, HeatLevel, HeatRules, WARNING};
 
 /// Rated and greatest torque of a motor, N m, and its time constant, s.

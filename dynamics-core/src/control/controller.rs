@@ -309,8 +309,7 @@ where
         let state = State { reference, q, qd, live, turn };
         // Armed or held, it stands where it is.
         let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
-        let gains = (&config.gains, config.posture_damping, config.teach.as_ref());
-        *torque = torques(law, complies, gains, dynamics, trig, &state);
+        *torque = torques((law, complies), config, dynamics, trig, &state);
         let gives = complies || led;
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {

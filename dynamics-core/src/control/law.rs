@@ -1,7 +1,7 @@
 //! The control laws.
 
 use super::Reference;
-use super::teach::Teach;
+use super::config::ControllerConfig;
 use crate::fields::{record, words};
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::{Real, Scalar};
@@ -226,14 +226,14 @@ pub fn computed_torque<S: Scalar, const N: usize>(
 /// `tau = ID(q, 0, -qd / T)`.
 #[inline]
 pub(super) fn torques<S: Real, const N: usize>(
-    law: Law,
-    complies: bool,
-    (gains, through_model, teach): (&[Gains<S>; N], Option<S>, Option<&[Teach<S>; N]>),
+    (law, complies): (Law, bool),
+    config: &ControllerConfig<S, N>,
     dynamics: &mut impl InverseDynamics<S, N>,
     trig: &impl Trig<S>,
     state: &State<'_, S, N>,
 ) -> [S; N] {
     let State { reference, q, qd, live, turn } = *state;
+    let ControllerConfig { gains, posture_damping: through_model, teach, .. } = config;
     let zero = [S::zero(); N];
     // Nothing is wanted of an arm that complies.
     let wanted: [S; N] = if complies { zero } else { wanted(gains, reference, q, qd) };
@@ -250,7 +250,7 @@ pub(super) fn torques<S: Real, const N: usize>(
         Law::Impedance | Law::Split => match through_model {
             None => (qd, &reference.qdd),
             Some(share) => {
-                let of = |i: usize| share * gains[i].velocity * (reference.qd[i] - qd[i]);
+                let of = |i: usize| *share * gains[i].velocity * (reference.qd[i] - qd[i]);
                 damped = core::array::from_fn(|i| reference.qdd[i] + of(i));
                 (qd, &damped)
             }

@@ -413,7 +413,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let beyond = match self.state {
             State::Armed => S::literal(ARMED_REACH),
             State::Holding(_) => {
-                self.along_left = self.along_left - rules.period;
+                self.along_left -= rules.period;
                 let in_time = self.along_left > S::zero();
                 let along = if self.along && in_time { fit(now, config, rules, S::one()).ok() } else { None };
                 self.reference = match along {
