@@ -426,7 +426,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
 
     /// The joint whose drive gets a frame about its communication timeout in this tick: one of all, because all such frames of a bus can have one
     /// identifier. Its drive has answered in this tick, is off, and has not confirmed its timeout.
-    fn to_be_set(&mut self, order: &impl Fn(usize) -> Order) -> Option<usize> {
+    fn next_setting(&mut self, order: &impl Fn(usize) -> Order) -> Option<usize> {
         let needs = |i: usize| {
             let (Some(joint), Some(drive)) = (self.joints.get(i), self.drives.get(i)) else { return false };
             let idle = match order(i) {
@@ -444,7 +444,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         self.first.abandon();
         self.second.abandon();
         self.third.abandon();
-        let setting = if self.all_on() { None } else { self.to_be_set(&order) };
+        let setting = if self.all_on() { None } else { self.next_setting(&order) };
         let clears = self.clearing > 0;
         self.clearing = self.clearing.saturating_sub(1);
         if !F::COMMAND_IN_IDENTIFIER {

@@ -125,8 +125,13 @@ mod tests {
     use super::{Editor, Event};
 
     fn lines(events: &[Event]) -> Vec<&str> {
-        let line = |event| if let &Event::Line(ref line) = event { Some(line.as_str()) } else { None };
-        events.iter().filter_map(line).collect()
+        let mut lines = Vec::new();
+        for event in events {
+            if let Event::Line(line) = event {
+                lines.push(line.as_str());
+            }
+        }
+        lines
     }
 
     fn stops(events: &[Event]) -> usize {

@@ -246,7 +246,7 @@ fn a_drive_that_is_off_is_switched_on_before_it_gives_torque() {
 fn torque_that_a_spring_gives_counts_and_one_that_is_missing_is_found_in_a_stated_number_of_replies() {
     let mut bench = Bench::running();
     let springs = [Spring { stiffness: 80.0, damping: 2.0 }; 6];
-    let push = |tick: usize| [if tick / 10 % 2 == 0 { 2.0 } else { -2.0 }; 6];
+    let push = |tick: usize| [if (tick / 10).is_multiple_of(2) { 2.0 } else { -2.0 }; 6];
     for tick in 0..300 {
         let readings = bench.joints.measure().unwrap();
         assert_eq!((readings.on, readings.faults), ([true; 6], [JointFaults::NONE; 6]), "{tick}");

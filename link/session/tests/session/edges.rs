@@ -1,5 +1,7 @@
 //! Edges between host and board: requests and changes of one tick, what outlives a fault, readings that are missing.
 
+#![allow(clippy::float_cmp, reason = "a torque that does not act is zero to the bit")]
+
 use super::supervised::{Arm, answers, set};
 use super::{Looks, OWN, UnitMasses, config, protected};
 use dynamics_core::control::{
@@ -36,8 +38,10 @@ const fn rank(request: Request) -> u8 {
     }
 }
 
-/// The situations from which requests collide.
-fn situations() -> [(&'static str, fn() -> Arm); 4] {
+/// A situation from which requests collide: its name, and how an arm comes into it.
+type Situation = (&'static str, fn() -> Arm);
+
+fn situations() -> [Situation; 4] {
     [
         ("idle", Arm::live),
         ("armed", || {
@@ -383,7 +387,8 @@ fn a_reading_that_is_missing_is_not_taken_for_a_joint_that_stands() {
 
 #[test]
 fn no_trajectory_outlives_a_fault_a_disarming_or_a_homing() {
-    let ends: [(&str, fn(&mut Arm)); 3] = [
+    type End = (&'static str, fn(&mut Arm));
+    let ends: [End; 3] = [
         ("fault", |arm| {
             arm.lines.emergency_stop = true;
             arm.tick();
