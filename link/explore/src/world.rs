@@ -41,7 +41,7 @@ pub enum ReplyFate {
     Twice,
 }
 
-/// A CAN controller with three mailboxes, and the frames on their way to it. What it sends stays in the mailboxes until [`World::serve`].
+/// A CAN controller with three mailboxes, and the frames on their way to it. What it sends stays in the mailboxes until the world serves it.
 #[derive(Clone, Debug, Default)]
 pub struct Wire {
     pending: Vec<Frame>,
