@@ -562,7 +562,7 @@ pub struct Value {
 pub struct Status {
     /// Number of the tick.
     pub tick: u32,
-    /// Frames that had been taken before it, refused ones too, modulo 65,536: places a tick between the frames of a log.
+    /// Frames that had been taken before it, refused and lost ones too, modulo 65,536: places a tick between the frames of a log.
     pub taken: u16,
     /// [`dynamics_core::safety::State::code`].
     pub state: u8,

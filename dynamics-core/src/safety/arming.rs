@@ -55,15 +55,15 @@ impl<S: Real, const N: usize> Memory<S, N> {
             if let Some(fault) = off.map(|joint| Fault::DriveOff { joint }).or(judged).or(astray) {
                 return self.fail(fault, inputs.request);
             }
-            // A reading that is missing may be that of a drive that has just gone off.
-            let calm = inputs.age_ticks.iter().all(|age| *age == 0) && seen.at_rest(rules);
             if self.arming.ticks > rules.arming_max.saturating_mul(PRELOAD_TIMES) {
                 let restless = seen.fast(rules).map(|joint| Fault::FollowingError { joint });
                 return self.fail(restless.unwrap_or(Fault::StaleMeasurement), inputs.request);
             }
-            if !calm {
+            // A reading that is missing may be that of a drive that has just gone off: brakes open where none is.
+            let complete = inputs.age_ticks.iter().all(|age| *age == 0);
+            if !seen.at_rest(rules) {
                 self.arming.carried = 0;
-            } else if self.arming.carried >= CARRIED_MIN {
+            } else if complete && self.arming.carried >= CARRIED_MIN {
                 self.state = State::Armed;
                 return Decision::of(Action::Drive);
             }

@@ -147,7 +147,7 @@ impl<const N: usize> Bench<N> {
 }
 
 /// All frames that a session has to send.
-fn said<const N: usize>(session: &mut DeskSession<N>) -> Vec<Frame> {
+pub(super) fn said<const N: usize>(session: &mut DeskSession<N>) -> Vec<Frame> {
     core::iter::from_fn(|| session.say()).map(Report::frame).collect()
 }
 

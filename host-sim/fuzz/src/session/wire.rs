@@ -1,8 +1,9 @@
 //! Packets on the link, and their effects on each session.
 
+use super::ticks::said;
 use super::{Bench, EVERYTHING, PAST, nothing};
 use crate::packets::{all_bits, begins};
-use link::{DecodeError, Frame, Hello, NumberedRequest, Pacing, Packet, Received, Refusal, Request};
+use link::{Actuation, DecodeError, Frame, Hello, NumberedRequest, Pacing, Packet, Received, Refusal, Request};
 use session::{Reaction, State};
 
 impl<const N: usize> Bench<N> {
@@ -41,10 +42,10 @@ impl<const N: usize> Bench<N> {
             Ok(received) => received,
             Err(error) => return self.is_refused(&reaction, Refusal::Undecodable(error), before),
         };
-        self.taken = self.taken.wrapping_add(1);
+        self.taken = self.taken.wrapping_add(1).wrapping_add(u16::from(missed));
         let last = core::mem::replace(&mut self.last, number);
         if let Frame::Hello(theirs) = &frame {
-            return self.greeted(*theirs, &reaction);
+            return self.greeted(*theirs, &reaction, before);
         }
         let stops = matches!(frame, Frame::Request(NumberedRequest { request: Request::Hold | Request::Stop, .. }));
         if let (Some(number), Some(last)) = (number, last)
@@ -109,7 +110,7 @@ impl<const N: usize> Bench<N> {
     }
 
     /// Check the reaction to a hello: a restart for the session's own robot, a stop for any other.
-    fn greeted(&mut self, theirs: Hello, reaction: &Reaction) {
+    fn greeted(&mut self, theirs: Hello, reaction: &Reaction, before: State) {
         let own = Hello { pacing: theirs.pacing, ..self.own };
         let answer = Frame::Hello(own);
         let state = if own != theirs {
@@ -125,6 +126,22 @@ impl<const N: usize> Bench<N> {
         assert_eq!(self.session.state(), state);
         let other = self.twin.receive(Ok(Received { frame: Frame::Hello(theirs), missed: 0 }));
         assert_eq!(*reaction, other);
+        // A status says that the drives of a live session do the safe action from now on.
+        let is_live = |state: State| state.pacing() == Some(Pacing::Live);
+        let (said, same) = (said(&mut self.session), said(&mut self.twin));
+        assert!(said.iter().map(all_bits).eq(same.iter().map(all_bits)), "{said:?} and {same:?}");
+        match &said[..] {
+            [] => assert!(!is_live(before) || is_live(state), "nothing is said of a live session that has ended"),
+            [Frame::Status(status)] => {
+                assert!(
+                    is_live(before)
+                        && !is_live(state)
+                        && matches!(status.actuation, Some(Actuation::Brake | Actuation::DampedStop | Actuation::Off)),
+                    "{status:?}"
+                );
+            }
+            other => panic!("{other:?}"),
+        }
         self.judge.reset();
         (self.told, self.asked, self.spoke) = (nothing(), None, false);
         (self.taken, self.changes) = (0, false);
