@@ -1,6 +1,5 @@
 //! A campaign as a page.
 
-use super::case::Situation;
 use super::report::{Cell, LEGEND, Report};
 use super::run::{Counterexample, Outcome};
 use crate::run::files::shell_word;
@@ -26,7 +25,8 @@ impl Report {
         for row in &self.rows {
             let cells = row.texts().into_iter().map(report::Cell::from);
             let mut cells: Vec<report::Cell> = cells.collect();
-            if let Some(last) = cells.last_mut() {
+            // After the fault, its states, runs and ticks.
+            if let Some(last) = cells.get_mut(row.cells.len() + 3) {
                 last.warns = row.unsafe_commands > 0;
             }
             table.row(cells);
@@ -56,7 +56,7 @@ impl Report {
 
     /// Runs in each state by how they ended.
     fn figure(&self) -> Figure {
-        let states = Situation::NAMES.map(|(_, name)| name.to_owned()).to_vec();
+        let states: Vec<_> = self.states.iter().map(|situation| situation.name().to_owned()).collect();
         let count = |state: usize, ends: fn(&Outcome) -> bool| -> u64 {
             let cells = self.rows.iter().filter_map(|row| row.cells.get(state));
             cells
