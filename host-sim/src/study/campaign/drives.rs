@@ -34,7 +34,8 @@ use crate::plant::solver::{AtOnce, now};
 use crate::plant::{Arm, Diverged, State};
 use crate::run::simulate;
 use crate::run::world::World;
-use crate::session::states::{ARMING, RUNNING};
+use crate::session::states::{ARMING, HOMING, RUNNING};
+use actuator_model::mit::Shaft;
 use broken::{Faulty, Memory};
 use dynamics_core::Reference;
 use dynamics_core::safety::SafeAction;
@@ -417,6 +418,15 @@ impl<'a, const N: usize> Bench<'a, N> {
                 motion(0)
             );
             return Err(Stop::Unsafe { broken: Some(broken), what, inputs });
+        }
+        if status.state == HOMING && !board.mute {
+            // The operator sets the zeros of the drives that have power.
+            for i in 0..N {
+                let electronics = self.world.drives.as_mut().and_then(|drives| drives.electronics(i));
+                if let Some(it) = electronics.filter(|it| it.powered) {
+                    it.set_zero(&Shaft::default());
+                }
+            }
         }
         self.along += u32::from(status.state == RUNNING);
         self.armed_in += u32::from(status.state == ARMING);

@@ -215,10 +215,14 @@ impl<'a, const N: usize> Judge<'a, N> {
         }
         let gravity = self.arm.terms(&truth.q, &[0.0; N]).gravity;
         if self.brakes && truth.open && !self.was_open {
-            if let Some(i) = self.was_on.iter().position(|on| !on) {
-                return broken(Law::BrakesOpen, format!("the drive of joint {} is off", i + 1));
-            }
             for i in 0..N {
+                if !self.was_on[i] {
+                    if self.is_visible(i, gravity[i]) {
+                        return broken(Law::BrakesOpen, format!("the drive of joint {} is off", i + 1));
+                    }
+                    self.exempt(Exemption::Invisible);
+                    continue;
+                }
                 let lacks = gravity[i] - truth.carried[i];
                 if lacks.abs() > 0.1 * self.drives[i].torque.min(gravity[i].abs()) + 0.01 * self.drives[i].torque {
                     let what = format!("joint {}: {} of {} N m", i + 1, truth.carried[i], gravity[i]);
@@ -232,7 +236,7 @@ impl<'a, const N: usize> Judge<'a, N> {
             let acts = drives(state) && !truth.on[i] && (truth.open || !self.brakes);
             self.off_for[i] = if acts { self.off_for[i] + 1 } else { 0 };
             if self.off_for[i] > found {
-                if self.tells_state || gravity[i].abs() > 2.0 * VISIBLE * self.drives[i].torque {
+                if self.is_visible(i, gravity[i]) {
                     let what = format!("joint {}: {} ticks in state {state}", i + 1, self.off_for[i]);
                     return broken(Law::OffUnnoticed, what);
                 }
@@ -240,6 +244,11 @@ impl<'a, const N: usize> Judge<'a, N> {
             }
         }
         Ok(())
+    }
+
+    /// True if a drive that is off shows it: by its state, or by the torque that is missing.
+    fn is_visible(&self, i: usize, gravity: f64) -> bool {
+        self.tells_state || gravity.abs() > 2.0 * VISIBLE * self.drives[i].torque
     }
 
     /// Drives whose zero has moved since the homing.
@@ -310,7 +319,8 @@ impl<'a, const N: usize> Judge<'a, N> {
     /// Torque is to hold every joint.
     fn held(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, _) = truth.state;
-        let just_armed = state == ARMING || (state == ARMED && self.ticks < ARMED_TICKS && self.brakes);
+        let all_on = truth.on == [true; N];
+        let just_armed = state == ARMING || all_on && (state == ARMED && self.ticks < ARMED_TICKS && self.brakes);
         for i in 0..N {
             let (q, rule) = (truth.q[i], &self.rules.joints[i]);
             let (low, high) = self.place[i];
@@ -328,11 +338,10 @@ impl<'a, const N: usize> Judge<'a, N> {
             if state == LOWERING && self.ticks > 300 && truth.qd[i].abs() > 1.5 * rule.lowering_speed + 0.1 {
                 return broken(Law::Lowered, format!("joint {} is lowered at {} rad/s", i + 1, truth.qd[i]));
             }
-            if state == HOLDING && self.ticks > self.settled && truth.qd[i].abs() > 2.0 * rule.rest_speed && !invisible {
-                // A drive that has just gone off lets its joint fall.
-                if self.off_for.iter().all(|ticks| *ticks == 0) && truth.heard[i] {
-                    return broken(Law::Rest, format!("joint {} holds at {} rad/s", i + 1, truth.qd[i]));
-                }
+            // A drive that has just gone off lets its joint fall.
+            let rests = state == HOLDING && self.ticks > self.settled && all_on && truth.heard[i] && !invisible;
+            if rests && truth.qd[i].abs() > 2.0 * rule.rest_speed {
+                return broken(Law::Rest, format!("joint {} holds at {} rad/s", i + 1, truth.qd[i]));
             }
         }
         Ok(())
