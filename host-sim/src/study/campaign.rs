@@ -136,9 +136,9 @@ impl Campaign {
         let case = |number: u64| {
             let turn = number / scenes;
             let (index, round) = (turn % cases.len() as u64, turn / cases.len() as u64);
-            // Each of the places of a pair in the list has another first request, each round and scene another second one.
-            let pair = index / Situation::NAMES.len() as u64 + 9 * (round * scenes + number % scenes);
-            (cases[index as usize], pair)
+            let (case, first) = cases[index as usize];
+            // Each round and scene has another second request.
+            (case, first + case::REQUESTS * (round * scenes + number % scenes))
         };
         let counted = |done: Result<Finished, Failure>| {
             progress.inc(1);

@@ -134,6 +134,8 @@ pub struct Electronics {
     /// It has power. Without it the drive hears nothing, says nothing and gives no torque until [`Electronics::restart`].
     pub powered: bool,
     enabled: bool,
+    /// A frame has switched it off, and nothing else did before.
+    told_off: bool,
     silent_for: f64,
     zero: f64,
     told: Told,
@@ -163,6 +165,7 @@ impl Electronics {
             supply_range: (0.0, f64::INFINITY),
             powered: true,
             enabled: false,
+            told_off: false,
             silent_for: 0.0,
             zero: 0.0,
             told: Told::default(),
@@ -184,6 +187,7 @@ impl Electronics {
     /// Power comes back: it is off, without an error, with the settings of a start, and knows of its position what its memory holds.
     pub fn restart(&mut self, shaft: &Shaft) {
         (self.enabled, self.error, self.silent_for, self.timeout) = (false, 0, 0.0, self.first_timeout);
+        self.told_off = false;
         (self.told, self.torque, self.powered) = (Told::default(), 0.0, true);
         let position = shaft.position - self.zero;
         let shown = match self.memory {
@@ -196,7 +200,19 @@ impl Electronics {
 
     /// Switches itself off without a word, as after a fault that it forgets.
     pub fn trip(&mut self) {
+        (self.enabled, self.told_off, self.told) = (false, false, Told::default());
+    }
+
+    /// A frame switches it off.
+    fn exit(&mut self) {
+        self.told_off |= self.gives_torque();
         (self.enabled, self.told) = (false, Told::default());
+    }
+
+    /// True if it is off because a frame told it to be, while it followed commands.
+    #[must_use]
+    pub fn was_told_off(&self) -> bool {
+        self.told_off && !self.enabled
     }
 
     /// Makes the present position the zero, as a frame from somebody else would.
@@ -319,9 +335,12 @@ impl Electronics {
                     torque: to_float(frame.id >> 8 & 0xffff, r.torque, 16),
                 };
             }
-            3 => (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Told::default()),
+            3 => {
+                (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Told::default());
+                self.told_off &= !self.enabled;
+            }
             4 => {
-                (self.enabled, self.told) = (false, Told::default());
+                self.exit();
                 if b0 == 1 {
                     self.error = 0;
                 }
@@ -367,12 +386,10 @@ impl Electronics {
         match ([b0, b1, b2, b3, b4, b5, b6] == [0xff; 7], b7) {
             (true, 0xfc) => {
                 self.enabled |= !self.ignores_enable;
+                self.told_off &= !self.enabled;
                 self.told = Told::default();
             }
-            (true, 0xfd) => {
-                self.enabled = false;
-                self.told = Told::default();
-            }
+            (true, 0xfd) => self.exit(),
             (true, 0xfe) => self.zero = shaft.position,
             (true, 0xfb) if self.language == Language::Damiao => (self.enabled, self.error) = (false, 0),
             _ => {

@@ -346,6 +346,9 @@ impl Situation {
     }
 }
 
+/// Requests of a pair.
+pub(super) const REQUESTS: u64 = 9;
+
 /// A fault in a state of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Case {
@@ -356,13 +359,16 @@ pub struct Case {
 }
 
 impl Case {
-    /// All cases that are possible in a scene.
-    pub(super) fn of(scene: &SceneFile, target: Target) -> Vec<Self> {
+    /// All cases that are possible in a scene, each with the number of its first request, where it has a pair of them.
+    pub(super) fn of(scene: &SceneFile, target: Target) -> Vec<(Self, u64)> {
         let faults = FaultKind::names(target).map(|(fault, _)| fault).filter(|f| f.is_possible(scene, target));
         let situations: Vec<_> = Situation::names(target).map(|(it, _)| it).filter(|it| it.is_possible(scene)).collect();
-        let each = |fault| situations.iter().map(move |&situation| Self { fault, situation });
-        // Pairs of requests are many.
-        let times = |fault| if fault == FaultKind::Requests2 { 9 } else { 1 };
-        faults.flat_map(|fault| (0..times(fault)).flat_map(move |_| each(fault).collect::<Vec<_>>())).collect()
+        let mut cases = Vec::new();
+        for fault in faults {
+            for first in 0..if fault == FaultKind::Requests2 { REQUESTS } else { 1 } {
+                cases.extend(situations.iter().map(|&situation| (Self { fault, situation }, first)));
+            }
+        }
+        cases
     }
 }

@@ -137,13 +137,12 @@ impl<const N: usize> DrivesStage<N> {
                 pass(&mut world, &stops).map_err(|diverged| Failure::Input(miette::miette!("{diverged}")))?;
             }
         }
-        if std::env::var_os("SETTLED").is_some() { eprintln!("{:?}", world.plant.state()); }
         let far = |i: usize| {
             let rest = stage.rules.rest.map_or(0.0, |rest| rest[i]);
             let points = (0..=10).map(|k| world.reference(0.1 * f64::from(k) * world.motion.duration()).q[i]);
             points.map(|q| (q - rest).abs()).fold(0.0, f64::max) / stage.rules.joints[i].lowering_speed
         };
-        let lowering = 1.2 * (0..N).map(far).fold(0.0, f64::max) + 0.3;
+        let lowering = stage.rules.rest.map_or(0.0, |_| 1.2) * (0..N).map(far).fold(0.0, f64::max) + 0.3;
         let mut stage = Self {
             arm: simulate::arm(scene)?,
             known: core::array::from_fn(known),
@@ -384,11 +383,12 @@ impl<'a, const N: usize> Bench<'a, N> {
         let State { q, qd } = *self.world.plant.state();
         let Some(drives) = &mut self.world.drives else { return Ok(()) };
         let mut torque = [0.0; N];
-        let (mut on, mut powered, mut zero) = ([false; N], [false; N], [0.0; N]);
+        let (mut on, mut powered, mut told_off, mut zero) = ([false; N], [false; N], [false; N], [0.0; N]);
         for i in 0..N {
             torque[i] = drives.given(i);
             if let Some(it) = drives.electronics(i) {
-                (on[i], powered[i], zero[i]) = (it.gives_torque(), it.powered, it.zero() / self.stage.ratios[i]);
+                (on[i], powered[i], told_off[i]) = (it.gives_torque(), it.powered, it.was_told_off());
+                zero[i] = it.zero() / self.stage.ratios[i];
             }
             torque[i] = if powered[i] { torque[i] } else { 0.0 };
         }
@@ -404,6 +404,7 @@ impl<'a, const N: usize> Bench<'a, N> {
             on,
             powered,
             heard,
+            told_off,
             zero,
             open,
             motion: &motion,

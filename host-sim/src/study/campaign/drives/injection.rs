@@ -1,6 +1,6 @@
 //! One fault of drives, buses or host, with its random parameters.
 
-use super::super::case::{FaultKind, Span};
+use super::super::case::{self, FaultKind, Span};
 use super::super::host::Host;
 use super::super::random::Random;
 use crate::plant::State;
@@ -11,7 +11,7 @@ use link::Request;
 use link::codec::FrameTooLong;
 
 /// Requests of pairs, each as the first and as the second.
-pub(super) const REQUESTS: [Request; 9] = [
+const REQUESTS: [Request; case::REQUESTS as usize] = [
     Request::Stop,
     Request::FullRange,
     Request::Home,
@@ -55,9 +55,10 @@ impl Injection {
     pub(super) fn new<const N: usize>(kind: FaultKind, pair: u64, random: &mut Random) -> Self {
         let (joint, all) = (random.index(N), random.chance(0.3));
         let share = if random.chance(0.5) { 1.0 } else { 0.1 + 0.8 * random.unit() };
-        let request = |number: u64| REQUESTS.get((number % 9) as usize).copied();
+        let count = REQUESTS.len() as u64;
+        let request = |number: u64| REQUESTS.get((number % count) as usize).copied();
         let asks = match kind {
-            FaultKind::Requests2 => [request(pair), request(pair / 9)],
+            FaultKind::Requests2 => [request(pair), request(pair / count)],
             FaultKind::Command(..) => [random.pick(&PROVOKING).filter(|_| random.chance(0.7)), None],
             _ => [None; 2],
         };

@@ -13,10 +13,13 @@ use link::Request;
 
 /// Distance of a joint from its place or path while torque is to hold it, rad: what it may fall until its drive is found off, and the errors
 /// of following.
-pub(super) const HELD_MAX: f64 = 0.05;
+pub(super) const HELD_MAX: f64 = 0.03;
 
 /// Motion of a joint from the beginning of arming on, while brakes hold it or have just opened, rad.
 const ARMED_MAX: f64 = 0.02;
+
+/// Distance from the rest pose at which an arm that is let go lies on its stops, rad.
+const REST_MAX: f64 = 0.05;
 
 /// Ticks after arming for which [`ARMED_MAX`] holds.
 const ARMED_TICKS: u32 = 50;
@@ -61,6 +64,8 @@ pub(super) struct Truth<'a, const N: usize> {
     pub(super) on: [bool; N],
     pub(super) powered: [bool; N],
     pub(super) heard: [bool; N],
+    /// Drives that are off because a frame told them to be.
+    pub(super) told_off: [bool; N],
     /// Joint positions at which drives show zero, rad.
     pub(super) zero: [f64; N],
     /// The brakes are open.
@@ -198,7 +203,7 @@ impl<'a, const N: usize> Judge<'a, N> {
             && drives(self.before)
             && (state, cause) == (FAULT, 10)
         {
-            let far = (0..N).find(|&i| (truth.q[i] - rest[i]).abs() > HELD_MAX);
+            let far = (0..N).find(|&i| (truth.q[i] - rest[i]).abs() > REST_MAX);
             if let Some(i) = far {
                 let (q, rest) = (truth.q[i], rest[i]);
                 return broken(Law::Lowered, format!("joint {} is let go at {q} rad, its rest is {rest} rad", i + 1));
@@ -382,6 +387,9 @@ impl<'a, const N: usize> Judge<'a, N> {
         let Known { damping, torque: range } = self.drives[i];
         let (torque, speed) = (truth.torque[i], truth.qd[i]);
         if !truth.on[i] {
+            if truth.told_off[i] && truth.powered[i] {
+                return broken(Law::Damped, format!("joint {}: its drive was told to be off", i + 1));
+            }
             if moved > HELD_MAX {
                 self.exempt(Exemption::NoDrive);
             }
