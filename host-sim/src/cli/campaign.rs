@@ -5,8 +5,8 @@ use crate::cli::output::{json, print, write_report};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure};
 use crate::study::campaign::{Campaign, Report, Target};
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use std::path::PathBuf;
@@ -66,7 +66,9 @@ pub struct CampaignArgs {
 fn targets() -> impl TypedValueParser<Value = Target> {
     let about = |target| match target {
         Target::Desk => "the firmware's session on the desk, with injected readings, lines and frames of the host",
-        Target::Drives => "the session and the drivers of the joints, with simulated drives on CAN buses and the arm that they move",
+        Target::Drives => {
+            "the session and the drivers of the joints, with simulated drives on CAN buses and the arm that they move"
+        }
         Target::Qemu => "the firmware in an emulated STM32F405, with the desk beside it",
     };
     let all = [Target::Desk, Target::Drives, Target::Qemu];
@@ -79,14 +81,9 @@ fn targets() -> impl TypedValueParser<Value = Target> {
 fn scenes(target: Target) -> Vec<PathBuf> {
     let names: &[&str] = match target {
         Target::Desk | Target::Qemu => &["encoders", "states", "yam"],
-        Target::Drives => &[
-            "mini_cheetah_brakes",
-            "mini_cheetah",
-            "damiao_brakes",
-            "damiao",
-            "robstride_brakes",
-            "robstride",
-        ],
+        Target::Drives => {
+            &["mini_cheetah_brakes", "mini_cheetah", "damiao_brakes", "damiao", "robstride_brakes", "robstride"]
+        }
     };
     names.iter().map(|name| PathBuf::from(format!("scenes/campaign/{name}.toml"))).collect()
 }
@@ -103,8 +100,7 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         return Err(Failure::Input(miette::miette!("--runs {}: expected 1 to {RUNS_MAX}", args.runs)));
     }
     let paths = if args.scenes.is_empty() { scenes(args.target) } else { args.scenes.clone() };
-    let scenes =
-        paths.iter().map(|path| SceneFile::load(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
+    let scenes = paths.iter().map(|path| SceneFile::load(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
     let place = match args.target {
         Target::Desk => "campaign, desk",
         Target::Drives => "campaign, drives",

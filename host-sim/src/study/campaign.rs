@@ -38,16 +38,16 @@ mod report;
 mod run;
 mod script;
 
-pub use case::{Case, FaultKind, Situation};
+pub use case::{Case, FaultKind, Situation, Span};
 pub use judge::{Law, Unsafe};
 pub use machine::{Both, Desk, Machine, Said, Told, Trouble};
 pub use report::{Cell, Report, Row};
 pub use run::{Counterexample, Exemption, Finished, Motion, Number, Outcome, Stage, run};
 
-use drives::DrivesStage;
 use crate::chip::{Chip, build_firmware, hello};
 use crate::failure::Failure;
 use crate::study::parallel::try_in_parallel;
+use drives::DrivesStage;
 use indicatif::ProgressBar;
 use link::Pacing;
 use robot_compiler::{SceneFile, with_dof};
@@ -162,9 +162,11 @@ impl Campaign {
                 goes_on().and_then(|()| counted(drives::run(stage, desk, case(n), number(n), None)))
             });
         }
-        pooled(numbers, || Ok((Stage::<N>::new(scene)?, desk())), |(stage, desk), n| {
-            goes_on().and_then(|()| counted(run(stage, desk, case(n).0, number(n))))
-        })
+        pooled(
+            numbers,
+            || Ok((Stage::<N>::new(scene)?, desk())),
+            |(stage, desk), n| goes_on().and_then(|()| counted(run(stage, desk, case(n).0, number(n)))),
+        )
     }
 }
 

@@ -98,6 +98,8 @@ pub enum FaultKind {
     PowerOfAll(Span),
     /// The emergency stop is pressed and cuts the power of all drives.
     PowerCut,
+    /// A drive answers its enable frame, and stays off.
+    EnableIgnored,
     /// A drive switches itself off, and reports no error.
     Trip,
     /// A drive latches an error.
@@ -140,7 +142,7 @@ const COMMANDS: [(FaultKind, &str); 20] = commands![
     Enable "enable frame", Disable "disable frame", Clear "clear frame", Setting "timeout frame", Torque "torque frame"
 ];
 
-const ON_BUSES: [(FaultKind, &str); 18] = [
+const ON_BUSES: [(FaultKind, &str); 19] = [
     (FaultKind::Burst, "all frames lost"),
     (FaultKind::Unacknowledged, "bus without acknowledgement"),
     (FaultKind::BusOff, "bus off"),
@@ -153,6 +155,7 @@ const ON_BUSES: [(FaultKind, &str); 18] = [
     (FaultKind::PowerOfAll(Span::Short), "all drives without power, briefly"),
     (FaultKind::PowerOfAll(Span::Long), "all drives without power"),
     (FaultKind::PowerCut, "emergency stop that cuts the power"),
+    (FaultKind::EnableIgnored, "a drive ignores its enable frame"),
     (FaultKind::Trip, "a drive goes off by itself"),
     (FaultKind::Latched, "a drive latches an error"),
     (FaultKind::Zero, "a drive's zero set by a stranger"),
@@ -161,11 +164,8 @@ const ON_BUSES: [(FaultKind, &str); 18] = [
     (FaultKind::HostGone, "host gone for good"),
 ];
 
-const UNDISTURBED: [(FaultKind, &str); 3] = [
-    (FaultKind::Nothing, "nothing"),
-    (FaultKind::EmergencyStop, "emergency stop"),
-    (FaultKind::Overrun, "overrun"),
-];
+const UNDISTURBED: [(FaultKind, &str); 3] =
+    [(FaultKind::Nothing, "nothing"), (FaultKind::EmergencyStop, "emergency stop"), (FaultKind::Overrun, "overrun")];
 
 impl FaultKind {
     /// All faults with their display names.
@@ -267,9 +267,14 @@ impl FaultKind {
             Self::Underrun => (20, 80),
             Self::Runaway | Self::Stuck | Self::ToLimit => (1, 300),
             // Longer than the drives' own timeouts.
-            Self::Burst | Self::Unacknowledged | Self::BusOff | Self::PowerCut | Self::Command(..) => (1, 150),
+            Self::Burst
+            | Self::Unacknowledged
+            | Self::BusOff
+            | Self::PowerCut
+            | Self::Command(..)
+            | Self::EnableIgnored => (1, 150),
             Self::Power(Span::Short) | Self::PowerOfAll(Span::Short) => (1, 9),
-            Self::Power(Span::Long) | Self::PowerOfAll(Span::Long) => (11, 150),
+            Self::Power(Span::Long) | Self::PowerOfAll(Span::Long) => (11, 400),
             _ => (1, 60),
         }
     }
@@ -362,7 +367,8 @@ impl Case {
     /// All cases that are possible in a scene, each with the number of its first request, where it has a pair of them.
     pub(super) fn of(scene: &SceneFile, target: Target) -> Vec<(Self, u64)> {
         let faults = FaultKind::names(target).map(|(fault, _)| fault).filter(|f| f.is_possible(scene, target));
-        let situations: Vec<_> = Situation::names(target).map(|(it, _)| it).filter(|it| it.is_possible(scene)).collect();
+        let situations: Vec<_> =
+            Situation::names(target).map(|(it, _)| it).filter(|it| it.is_possible(scene)).collect();
         let mut cases = Vec::new();
         for fault in faults {
             for first in 0..if fault == FaultKind::Requests2 { REQUESTS } else { 1 } {

@@ -296,6 +296,10 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
         self.mute = true;
     }
 
+    fn homes_again(&mut self) -> bool {
+        self.random.chance(0.5)
+    }
+
     fn arming(&self) -> u32 {
         self.stage.arming
     }

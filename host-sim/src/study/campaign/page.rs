@@ -1,5 +1,6 @@
 //! A campaign as a page.
 
+use super::Target;
 use super::report::{Cell, LEGEND, Report};
 use super::run::{Counterexample, Outcome};
 use crate::run::files::shell_word;
@@ -32,10 +33,13 @@ impl Report {
             table.row(cells);
         }
         let mut lead = vec![format!("{}.", self.count().replace('`', ""))];
-        lead.extend(self.counterexamples.is_empty().then(|| "No command was unsafe.".to_owned()));
+        let drives = self.target == Target::Drives.name();
+        let safe = if drives { "No motion was unsafe." } else { "No command was unsafe." };
+        lead.extend(self.counterexamples.is_empty().then(|| safe.to_owned()));
+        lead.extend((!self.exempt.is_empty()).then(|| format!("{}.", self.exemptions())));
         let mut blocks = Vec::new();
         if !self.counterexamples.is_empty() {
-            blocks.push(Block::Heading("Unsafe commands".to_owned()));
+            blocks.push(Block::Heading(if drives { "Unsafe motions" } else { "Unsafe commands" }.to_owned()));
         }
         let mut commands =
             Table::new("Runs that failed, and the command that repeats each", &["run", "scene", "command"]);

@@ -146,9 +146,12 @@ impl Report {
     }
 
     /// What no program can prevent, and in how many runs it happened.
-    fn exemptions(&self) -> String {
+    pub(super) fn exemptions(&self) -> String {
         let one = |(words, runs): &(&str, u64)| format!("{words}: {runs} runs");
-        format!("Exempt, because no program can prevent it. {}", self.exempt.iter().map(one).collect::<Vec<_>>().join("; "))
+        format!(
+            "Exempt, because no program can prevent it. {}",
+            self.exempt.iter().map(one).collect::<Vec<_>>().join("; ")
+        )
     }
 }
 

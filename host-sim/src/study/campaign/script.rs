@@ -69,6 +69,11 @@ pub(super) trait Script<const N: usize> {
     /// The host is silent until the fault ends.
     fn lose_host(&mut self) {}
 
+    /// True if the host homes the arm anew on the way back to torque.
+    fn homes_again(&mut self) -> bool {
+        true
+    }
+
     /// Ticks of arming.
     fn arming(&self) -> u32 {
         1
@@ -178,7 +183,11 @@ pub(super) trait Script<const N: usize> {
 
     /// Ask to clear the fault and to go on to torque, whether or not the machine grants it.
     fn recover(&mut self) -> Result<(), Stop> {
+        let homes = self.homes_again();
         for request in [Request::Clear, Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold] {
+            if !homes && matches!(request, Request::Home | Request::Confirm) {
+                continue;
+            }
             self.host().ask(request)?;
             self.wait(1, 8)?;
             while self.state() == ARMING {
@@ -222,7 +231,10 @@ pub(super) fn finish(
         }
         Err(Stop::Unsafe { broken, what, inputs }) => {
             let law = broken.map(|broken| broken.law);
-            (Outcome::Unaffected, Some(Counterexample { scene: scene.clone(), seed, run, tick, case, law, what, inputs }))
+            (
+                Outcome::Unaffected,
+                Some(Counterexample { scene: scene.clone(), seed, run, tick, case, law, what, inputs }),
+            )
         }
     };
     Ok(Finished { case, outcome, ticks: tick, motion, counterexample })

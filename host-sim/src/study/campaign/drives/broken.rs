@@ -3,7 +3,7 @@
 use dynamics_core::control::Spring;
 use dynamics_core::safety::SafeAction;
 use joint_io::JointIo;
-use session::readings::{JointFaults, Readings};
+use session::readings::Readings;
 
 /// What is broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub enum Breakage {
     EnableCountsAsSent,
     /// Nothing carries the arm before the brakes open.
     NoPreload,
-    /// Nobody hears of a zero that may be lost, nor of a jump.
+    /// Nobody hears of a zero that may be lost.
     ZeroNeverLost,
     /// The brakes open when the drives are on, before they carry the arm.
     BrakesOpenEarly,
@@ -63,14 +63,9 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
         let mut readings = self.joints.measure()?;
         match self.breakage {
             Some(Breakage::EnableCountsAsSent) => readings.on = [true; N],
-            Some(Breakage::ZeroNeverLost) => {
-                readings.zero_lost = false;
-                readings.on = [true; N];
-                readings.age_ticks = [0; N];
-                readings.faults = [JointFaults::NONE; N];
-            }
+            Some(Breakage::ZeroNeverLost) => readings.zero_lost = false,
             Some(Breakage::OffUnnoticed) => {
-                if readings.on == [true; N] {
+                if readings.on == [true; N] && readings.age_ticks == [0; N] {
                     self.memory.readings = Some(readings);
                 } else if let Some(last) = self.memory.readings {
                     readings = last;
@@ -103,7 +98,7 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
         self.memory.torque = Some(torque);
         self.memory.opens = matches!(
             self.breakage,
-            Some(Breakage::EnableCountsAsSent | Breakage::OffUnnoticed | Breakage::BrakesStayOpen | Breakage::ZeroNeverLost)
+            Some(Breakage::EnableCountsAsSent | Breakage::OffUnnoticed | Breakage::BrakesStayOpen)
         );
         self.joints.drive(&torque, springs);
     }

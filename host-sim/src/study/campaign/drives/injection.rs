@@ -5,7 +5,7 @@ use super::super::host::Host;
 use super::super::random::Random;
 use crate::plant::State;
 use crate::plant::drives::Drives;
-use actuator_model::bus::{Disturbance, Fate};
+use actuator_model::bus::{CommandFate, Disturbance, Fate, Order};
 use actuator_model::mit::error::OVERLOAD;
 use link::Request;
 use link::codec::FrameTooLong;
@@ -23,9 +23,15 @@ const REQUESTS: [Request; case::REQUESTS as usize] = [
     Request::Clear,
 ];
 
-/// Requests that make a board send other frames.
-const PROVOKING: [Request; 6] =
-    [Request::Stop, Request::Disarm, Request::Hold, Request::Clear, Request::Arm, Request::Run];
+/// Requests that make a board send frames of this kind.
+const fn provoking(order: Order) -> &'static [Request] {
+    match order {
+        Order::Enable | Order::Setting => &[Request::Arm],
+        Order::Disable => &[Request::Stop, Request::Disarm],
+        Order::Clear => &[Request::Clear],
+        Order::Torque => &[Request::Stop, Request::Disarm, Request::Hold, Request::Run, Request::Arm],
+    }
+}
 
 /// A temporary fault.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +65,8 @@ impl Injection {
         let request = |number: u64| REQUESTS.get((number % count) as usize).copied();
         let asks = match kind {
             FaultKind::Requests2 => [request(pair), request(pair / count)],
-            FaultKind::Command(..) => [random.pick(&PROVOKING).filter(|_| random.chance(0.7)), None],
+            FaultKind::Command(order, _) => [random.pick(provoking(order)).filter(|_| random.chance(0.7)), None],
+            FaultKind::EnableIgnored => [Some(Request::Arm), None],
             _ => [None; 2],
         };
         Self { kind, joint, all, share, asks }
@@ -89,7 +96,7 @@ impl Injection {
                 });
             }
             FaultKind::Burst => {
-                let all = Disturbance { id: None, order: None, fate: actuator_model::bus::CommandFate::Lost };
+                let all = Disturbance { id: None, order: None, fate: CommandFate::Lost };
                 (0..3).for_each(|bus| drives.bus(bus).disturbance = Some(all));
             }
             FaultKind::Unacknowledged => drives.bus(bus).stuck = true,
@@ -101,6 +108,9 @@ impl Injection {
                 joints.for_each(|joint| {
                     drives.electronics(joint).into_iter().for_each(|it| it.powered = false);
                 });
+            }
+            FaultKind::EnableIgnored => {
+                drives.electronics(self.joint).into_iter().for_each(|it| it.ignores_enable = true)
             }
             FaultKind::Trip if k == 0 => drives.electronics(self.joint).into_iter().for_each(|it| it.trip()),
             FaultKind::Latched if k == 0 => {
@@ -127,7 +137,9 @@ impl Injection {
         }
         for joint in 0..N {
             let shaft = drives.shaft(state, joint);
-            if let Some(electronics) = drives.electronics(joint).filter(|it| !it.powered) {
+            let Some(electronics) = drives.electronics(joint) else { continue };
+            electronics.ignores_enable = false;
+            if !electronics.powered {
                 electronics.restart(&shaft);
             }
         }

@@ -33,6 +33,12 @@ const FOUND_TICKS_WITHOUT_STATE: u32 = 7;
 /// Ticks in which a drive's other zero must be found, beside those of a missing reading.
 const ZERO_TICKS: u32 = 6;
 
+/// Greatest speed of a joint that its drive damps, as a multiple of that at which the damping carries gravity, and more, rad/s, for what the other
+/// joints do to it; after so many seconds of damping.
+const SINKING: f64 = 1.2;
+const SINKING_MORE: f64 = 0.2;
+const SINKING_AFTER: f64 = 0.15;
+
 /// Share of a drive's torque range below which its torque shows nothing, where replies carry no state.
 const VISIBLE: f64 = 0.02;
 
@@ -85,6 +91,11 @@ struct Released<const N: usize> {
     speed: [f64; N],
     /// Drives that have heard a frame since.
     heard: [bool; N],
+    /// Ticks in which every drive was on and heard the board, one after the other, and the greatest torque of gravity on each joint in them.
+    damped: u32,
+    gravity: [f64; N],
+    /// Where the arm was before them.
+    all_on_from: [f64; N],
 }
 
 /// Judge of one run.
@@ -195,7 +206,8 @@ impl<'a, const N: usize> Judge<'a, N> {
         }
         let Rules { heartbeat_max, hold_max, .. } = *self.rules;
         let (first, last) = (heartbeat_max + 2, heartbeat_max.saturating_add(hold_max) + 3);
-        if (self.silent > first && matches!(state, ARMED | RUNNING | ARMING)) || (self.silent > last && state == HOLDING)
+        if (self.silent > first && matches!(state, ARMED | RUNNING | ARMING))
+            || (self.silent > last && state == HOLDING)
         {
             return broken(Law::Silence, format!("state {state} after {} ticks without the host", self.silent));
         }
@@ -354,8 +366,13 @@ impl<'a, const N: usize> Judge<'a, N> {
 
     /// No torque is to act: brakes hold the arm, or its drives damp it.
     fn released(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
-        let fresh = Released { ticks: 0, from: self.q, speed: self.qd, heard: [false; N] };
+        let (from, gravity) = (self.q, [0.0; N]);
+        let fresh =
+            Released { ticks: 0, from, speed: self.qd, heard: [false; N], damped: 0, gravity, all_on_from: from };
         let mut released = self.released.unwrap_or(fresh);
+        if !self.brakes {
+            self.sinks(truth, &mut released)?;
+        }
         for i in 0..N {
             // A frame of the tick before the safe action may come a tick late.
             released.heard[i] |= truth.heard[i] && released.ticks > 0;
@@ -376,14 +393,34 @@ impl<'a, const N: usize> Judge<'a, N> {
         Ok(())
     }
 
+    /// An arm that all of its drives damp comes down slowly, and stays where it is while it is armed.
+    fn sinks(&self, truth: &Truth<'_, N>, released: &mut Released<N>) -> Result<(), Unsafe> {
+        let arms = truth.state.0 == ARMING;
+        let damped = truth.on == [true; N] && truth.heard == [true; N] && (arms == (self.before == ARMING));
+        if !damped {
+            (released.damped, released.gravity, released.all_on_from) = (0, [0.0; N], truth.q);
+            return Ok(());
+        }
+        released.damped += 1;
+        let gravity = self.arm.terms(&truth.q, &[0.0; N]).gravity;
+        for i in 0..N {
+            released.gravity[i] = released.gravity[i].max(gravity[i].abs());
+            let most = SINKING * released.gravity[i] / self.drives[i].damping + SINKING_MORE;
+            let speed = truth.qd[i].abs();
+            if !arms && f64::from(released.damped) * self.rules.period > SINKING_AFTER && speed > most {
+                return broken(Law::Damped, format!("joint {} sinks at {speed} rad/s, at most {most}", i + 1));
+            }
+            let moved = (truth.q[i] - released.all_on_from[i]).abs();
+            let enabling = f64::from(released.damped) * self.rules.period;
+            if arms && moved > ARMED_MAX + self.rules.joints[i].rest_speed * enabling {
+                return broken(Law::Fell, format!("joint {} moves by {moved} rad while it is armed", i + 1));
+            }
+        }
+        Ok(())
+    }
+
     /// A joint that no brake holds, in the safe action.
-    fn unbraked(
-        &mut self,
-        i: usize,
-        truth: &Truth<'_, N>,
-        released: &Released<N>,
-        moved: f64,
-    ) -> Result<(), Unsafe> {
+    fn unbraked(&mut self, i: usize, truth: &Truth<'_, N>, released: &Released<N>, moved: f64) -> Result<(), Unsafe> {
         let Known { damping, torque: range } = self.drives[i];
         let (torque, speed) = (truth.torque[i], truth.qd[i]);
         if !truth.on[i] {
