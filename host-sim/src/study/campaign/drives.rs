@@ -251,7 +251,7 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
     }
 
     fn step(&mut self) -> Result<(), Stop> {
-        self.pass(Board { mute: self.mute, ..Board::default() })
+        self.pass(Board::default())
     }
 
     fn press(&mut self) -> Result<(), Stop> {
@@ -271,6 +271,9 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
         let injection = Injection::new::<N>(case.fault, self.pair, &mut self.random);
         let Stage { config, rules, .. } = &self.stage.stage;
         let silence = rules.heartbeat_max.saturating_add(rules.hold_max).min(5000);
+        if matches!(case.fault, FaultKind::HostSilent | FaultKind::HostGone) {
+            self.lose_host();
+        }
         let (least, most) = injection.ticks(config.age_max, silence, self.stage.lowering);
         self.injection = Some(injection);
         Ok(self.random.whole(least, most))
@@ -282,7 +285,7 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
         let state = *world.plant.measured();
         let Some(drives) = &mut world.drives else { return self.step() };
         let board = injection.act(k, (drives, &state), host, random)?;
-        self.pass(Board { mute: board.mute || self.mute, ..board })
+        self.pass(board)
     }
 
     fn end_fault(&mut self) {
@@ -290,10 +293,12 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
         let World { plant, drives: Some(drives), .. } = &mut self.world else { return };
         injection.end(drives, plant.measured());
         self.mute = injection.kind == FaultKind::HostGone;
+        self.host.gone &= self.mute;
     }
 
     fn lose_host(&mut self) {
         self.mute = true;
+        self.host.gone = self.breakage != Some(Breakage::HostNeverMissed);
     }
 
     fn homes_again(&mut self) -> bool {
@@ -341,14 +346,10 @@ impl<'a, const N: usize> Bench<'a, N> {
     /// Run one tick: host, board, buses, arm, judge.
     fn pass(&mut self, board: Board) -> Result<(), Stop> {
         self.tick += 1;
-        if self.state() == RUNNING {
+        if self.state() == RUNNING && !self.host.gone {
             self.feed()?;
         }
-        let mute = board.mute && self.breakage != Some(Breakage::HostNeverMissed);
-        if mute != board.mute {
-            self.host.send(&Frame::Alive)?;
-        }
-        let sent = self.host.finish(None, None, mute)?;
+        let sent = self.host.finish(None, None, false)?;
         let requests = sent.requests;
         let (supply, _) = self.stage.stage.calm;
         let lines = Lines { emergency_stop: board.emergency_stop, supply, temperature: None };
@@ -366,7 +367,7 @@ impl<'a, const N: usize> Bench<'a, N> {
             let broken = Unsafe { law: Law::RanAway, what: diverged.to_string() };
             Stop::Unsafe { what: broken.what.clone(), broken: Some(broken), inputs: format!("{status:?}") }
         })?;
-        self.judge(Seen { board, status, requests, spoke: sent.spoke && !board.mute, carried, heard, open })
+        self.judge(Seen { board, status, requests, spoke: sent.spoke && !self.mute, carried, heard, open })
     }
 
     /// Move the arm for a period.
@@ -386,12 +387,13 @@ impl<'a, const N: usize> Bench<'a, N> {
         let Seen { board, status, requests, spoke, carried, heard, open } = seen;
         let State { q, qd } = *self.world.plant.state();
         let Some(drives) = &mut self.world.drives else { return Ok(()) };
-        let mut torque = [0.0; N];
+        let (mut torque, mut told) = ([0.0; N], [0.0; N]);
         let (mut on, mut powered, mut told_off, mut zero) = ([false; N], [false; N], [false; N], [0.0; N]);
         for i in 0..N {
             torque[i] = drives.given(i);
             if let Some(it) = drives.electronics(i) {
                 (on[i], powered[i], told_off[i]) = (it.gives_torque(), it.powered, it.was_told_off());
+                told[i] = it.told().torque * self.stage.ratios[i];
                 zero[i] = it.zero() / self.stage.ratios[i];
             }
             torque[i] = if powered[i] { torque[i] } else { 0.0 };
@@ -405,6 +407,7 @@ impl<'a, const N: usize> Bench<'a, N> {
             qd,
             carried,
             torque,
+            told,
             on,
             powered,
             heard,
@@ -424,7 +427,7 @@ impl<'a, const N: usize> Bench<'a, N> {
             );
             return Err(Stop::Unsafe { broken: Some(broken), what, inputs });
         }
-        if status.state == HOMING && !board.mute {
+        if status.state == HOMING && !self.mute {
             // The operator sets the zeros of the drives that have power.
             for i in 0..N {
                 let electronics = self.world.drives.as_mut().and_then(|drives| drives.electronics(i));

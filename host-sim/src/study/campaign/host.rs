@@ -50,6 +50,8 @@ pub(super) struct Host<const N: usize> {
     sent: u32,
     /// Whether it has not sent anything yet.
     begins: bool,
+    /// It says nothing, and does not count what it would have said.
+    pub(super) gone: bool,
     /// A request that never reaches the machine, of one that is broken on purpose.
     pub(super) deaf_to: Option<Request>,
 }
@@ -71,6 +73,7 @@ impl<const N: usize> Host<N> {
             last: None,
             sent: 0,
             begins: true,
+            gone: false,
             deaf_to: None,
         };
         host.send(&Frame::Hello(hello))?;
@@ -82,7 +85,7 @@ impl<const N: usize> Host<N> {
 
     /// Send a frame in this tick, unless the tick's bytes are used up.
     pub(super) fn send(&mut self, frame: &Frame) -> Result<(), FrameTooLong> {
-        if self.packets.iter().map(|packet| packet.len()).sum::<usize>() > BYTES {
+        if self.gone || self.packets.iter().map(|packet| packet.len()).sum::<usize>() > BYTES {
             return Ok(());
         }
         self.packets.push(self.encoder.encode(frame)?);
@@ -91,6 +94,9 @@ impl<const N: usize> Host<N> {
 
     /// Send a request.
     pub(super) fn ask(&mut self, request: Request) -> Result<(), FrameTooLong> {
+        if self.gone {
+            return Ok(());
+        }
         self.requests.push(request);
         self.number = self.number.wrapping_add(1);
         if self.deaf_to == Some(request) {

@@ -52,8 +52,6 @@ pub(super) struct Board {
     pub(super) emergency_stop: bool,
     /// The tick is late: found before its outputs, or after them.
     pub(super) late: Option<bool>,
-    /// The host is silent.
-    pub(super) mute: bool,
 }
 
 impl Injection {
@@ -122,7 +120,6 @@ impl Injection {
             }
             FaultKind::EmergencyStop => board.emergency_stop = true,
             FaultKind::Overrun => board.late = (k == 0 || meets).then_some(self.all),
-            FaultKind::HostSilent | FaultKind::HostGone => board.mute = true,
             _ => {}
         }
         Ok(board)

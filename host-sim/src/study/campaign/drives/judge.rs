@@ -35,8 +35,8 @@ const ZERO_TICKS: u32 = 6;
 
 /// Greatest speed of a joint that its drive damps, as a multiple of that at which the damping carries gravity, and more, rad/s, for what the other
 /// joints do to it; after so many seconds of damping.
-const SINKING: f64 = 1.2;
-const SINKING_MORE: f64 = 0.2;
+const SINKING: f64 = 1.3;
+const SINKING_MORE: f64 = 0.3;
 const SINKING_AFTER: f64 = 0.15;
 
 /// Share of a drive's torque range below which its torque shows nothing, where replies carry no state.
@@ -66,6 +66,8 @@ pub(super) struct Truth<'a, const N: usize> {
     /// Torques on the joints at the end of the tick before, and of this one, N m.
     pub(super) carried: [f64; N],
     pub(super) torque: [f64; N],
+    /// Torques that the drives have heard last, whether they give them or not, N m.
+    pub(super) told: [f64; N],
     /// Drives that follow commands, that have power, that have heard a frame in this tick.
     pub(super) on: [bool; N],
     pub(super) powered: [bool; N],
@@ -123,7 +125,11 @@ pub(super) struct Judge<'a, const N: usize> {
     released: Option<Released<N>>,
     was_open: bool,
     was_on: [bool; N],
+    /// Ticks in which torque is to act on a drive that is off, in a row, and those in which nothing could show it.
     off_for: [u32; N],
+    unseen_for: [u32; N],
+    /// Nothing has shown such a drive for a while, since torque is to act.
+    invisible: bool,
     zero: Option<[f64; N]>,
     moved_for: [u32; N],
     silent: u32,
@@ -161,6 +167,8 @@ impl<'a, const N: usize> Judge<'a, N> {
             was_open: false,
             was_on: [false; N],
             off_for: [0; N],
+            unseen_for: [0; N],
+            invisible: false,
             zero: None,
             moved_for: [0; N],
             silent: 0,
@@ -238,6 +246,7 @@ impl<'a, const N: usize> Judge<'a, N> {
                         return broken(Law::BrakesOpen, format!("the drive of joint {} is off", i + 1));
                     }
                     self.exempt(Exemption::Invisible);
+                    self.invisible = true;
                     continue;
                 }
                 let lacks = gravity[i] - truth.carried[i];
@@ -251,21 +260,29 @@ impl<'a, const N: usize> Judge<'a, N> {
         let found = self.age_max + FOUND_TICKS + without_state;
         for i in 0..N {
             let acts = drives(state) && !truth.on[i] && (truth.open || !self.brakes);
-            self.off_for[i] = if acts { self.off_for[i] + 1 } else { 0 };
+            if !acts {
+                (self.off_for[i], self.unseen_for[i]) = (0, 0);
+            } else if self.is_visible(i, truth.told[i]) {
+                self.off_for[i] += 1;
+            } else {
+                // What its replies show has to be there in a row.
+                (self.off_for[i], self.unseen_for[i]) = (0, self.unseen_for[i] + 1);
+            }
             if self.off_for[i] > found {
-                if self.is_visible(i, gravity[i]) {
-                    let what = format!("joint {}: {} ticks in state {state}", i + 1, self.off_for[i]);
-                    return broken(Law::OffUnnoticed, what);
-                }
+                let what = format!("joint {}: {} ticks in state {state}", i + 1, self.off_for[i]);
+                return broken(Law::OffUnnoticed, what);
+            }
+            if self.unseen_for[i] > self.age_max {
                 self.exempt(Exemption::Invisible);
+                self.invisible = true;
             }
         }
         Ok(())
     }
 
     /// True if a drive that is off shows it: by its state, or by the torque that is missing.
-    fn is_visible(&self, i: usize, gravity: f64) -> bool {
-        self.tells_state || gravity.abs() > 2.0 * VISIBLE * self.drives[i].torque
+    fn is_visible(&self, i: usize, torque: f64) -> bool {
+        self.tells_state || torque.abs() > 1.1 * VISIBLE * self.drives[i].torque
     }
 
     /// Drives whose zero has moved since the homing.
@@ -346,7 +363,7 @@ impl<'a, const N: usize> Judge<'a, N> {
                 let what = format!("joint {}: {} rad from where it was armed", i + 1, q - self.armed_at[i]);
                 return broken(Law::Fell, what);
             }
-            let invisible = self.motion.exempt & Exemption::Invisible as u8 != 0;
+            let invisible = self.invisible;
             self.motion.worst = self.motion.worst.max(if invisible { 0.0 } else { away });
             let most = if invisible { 1.5 * rule.reach } else { HELD_MAX };
             if away > most {
@@ -366,6 +383,7 @@ impl<'a, const N: usize> Judge<'a, N> {
 
     /// No torque is to act: brakes hold the arm, or its drives damp it.
     fn released(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
+        self.invisible = false;
         let (from, gravity) = (self.q, [0.0; N]);
         let fresh =
             Released { ticks: 0, from, speed: self.qd, heard: [false; N], damped: 0, gravity, all_on_from: from };
