@@ -13,9 +13,10 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 const EXAMPLES: &str = "\
-Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault), waits a random number of
-ticks, and lets one fault last for a random number of ticks, with the scene's own simulated arm in the loop. After every tick a judge,
-written from docs/safety.md, looks whether the command was safe. Faults and states take turns: all of them come equally often.
+Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault; with drives also arming
+and lowering), waits a random number of ticks, and lets one fault last for a random number of ticks, with the scene's own simulated arm in
+the loop. After every tick a judge, written from docs/safety.md, looks whether the command was safe; with drives, whether the motion of the
+arm was. Faults and states take turns: all of them come equally often.
 
 Run K depends on the seed, K and the scenes alone. An unsafe command is printed with all that the machine was told and with what repeats
 it: --seed S --run K and the same scenes and target.
@@ -24,13 +25,16 @@ Examples:
   host-sim campaign
   host-sim campaign --runs 10000 --write
   host-sim campaign --runs 10000 --report out/campaign.html
+  host-sim campaign --target drives --runs 10000 --write
+  host-sim campaign scenes/yam_move.toml --target drives
   host-sim campaign --target qemu --runs 400 --write
   host-sim campaign scenes/puma560_pick.toml --seed 7 --run 4711
   host-sim campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
 
---json is an object {scenes, target, seed, runs, ticks, seconds, rows: [{fault, cells, runs, ticks, unsafe_commands}], counterexamples}.
+--json is an object {scenes, target, seed, runs, ticks, seconds, rows: [{fault, cells, runs, ticks, unsafe_commands}], counterexamples};
+with drives also {exempt}, and in each row {motion: [exempt runs, farthest distance]}.
 --write puts the table between the lines `<!-- measured: campaign, desk -->` and `<!-- end measured: campaign, desk -->` of the file,
-with --target qemu between those of `campaign, qemu`.";
+with another target between those of `campaign, drives` or `campaign, qemu`.";
 
 /// Options of `campaign`.
 #[derive(Clone, Debug, Args)]

@@ -74,7 +74,7 @@ fn a_board_that_is_broken_on_purpose_is_found() {
         ("mini_cheetah", Breakage::ZeroNeverLost, &[FaultKind::PowerOfAll(Span::Long)], Law::ZeroMoved),
         ("damiao_brakes", Breakage::BrakesOpenEarly, &[Nothing], Law::BrakesOpen),
         ("robstride_brakes", Breakage::BrakesStayOpen, &[FaultKind::EmergencyStop], Law::BrakesOpen),
-        ("damiao", Breakage::HoldLost, &[FaultKind::Requests2, Nothing], Law::Strongest),
+        ("damiao", Breakage::HoldLost, &[FaultKind::RequestPair, Nothing], Law::Strongest),
         ("robstride", Breakage::HostNeverMissed, &[HostSilent], Law::Silence),
         ("damiao_brakes", Breakage::OffUnnoticed, &[power], Law::OffUnnoticed),
         ("mini_cheetah", Breakage::OffUnnoticed, &[FaultKind::Latched], Law::OffUnnoticed),

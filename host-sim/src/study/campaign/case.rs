@@ -107,7 +107,7 @@ pub enum FaultKind {
     /// Somebody else sets the zero of a drive.
     Zero,
     /// Two requests in one tick.
-    Requests2,
+    RequestPair,
     /// The host never comes back.
     HostGone,
 }
@@ -159,7 +159,7 @@ const ON_BUSES: [(FaultKind, &str); 19] = [
     (FaultKind::Trip, "a drive goes off by itself"),
     (FaultKind::Latched, "a drive latches an error"),
     (FaultKind::Zero, "a drive's zero set by a stranger"),
-    (FaultKind::Requests2, "two requests in a tick"),
+    (FaultKind::RequestPair, "two requests in a tick"),
     (FaultKind::HostSilent, "host silent for a while"),
     (FaultKind::HostGone, "host gone for good"),
 ];
@@ -371,7 +371,7 @@ impl Case {
             Situation::names(target).map(|(it, _)| it).filter(|it| it.is_possible(scene)).collect();
         let mut cases = Vec::new();
         for fault in faults {
-            for first in 0..if fault == FaultKind::Requests2 { REQUESTS } else { 1 } {
+            for first in 0..if fault == FaultKind::RequestPair { REQUESTS } else { 1 } {
                 cases.extend(situations.iter().map(|&situation| (Self { fault, situation }, first)));
             }
         }

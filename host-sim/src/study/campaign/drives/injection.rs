@@ -62,7 +62,7 @@ impl Injection {
         let count = REQUESTS.len() as u64;
         let request = |number: u64| REQUESTS.get((number % count) as usize).copied();
         let asks = match kind {
-            FaultKind::Requests2 => [request(pair), request(pair / count)],
+            FaultKind::RequestPair => [request(pair), request(pair / count)],
             FaultKind::Command(order, _) => [random.pick(provoking(order)).filter(|_| random.chance(0.7)), None],
             FaultKind::EnableIgnored => [Some(Request::Arm), None],
             _ => [None; 2],
