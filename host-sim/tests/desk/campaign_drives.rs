@@ -77,7 +77,7 @@ fn a_board_that_is_broken_on_purpose_is_found() {
         ("damiao", Breakage::HoldLost, &[FaultKind::RequestPair, Nothing], Law::Strongest),
         ("robstride", Breakage::HostNeverMissed, &[HostSilent], Law::Silence),
         ("damiao_brakes", Breakage::OffUnnoticed, &[power], Law::OffUnnoticed),
-        ("mini_cheetah", Breakage::OffUnnoticed, &[FaultKind::Latched], Law::OffUnnoticed),
+        ("mini_cheetah_brakes", Breakage::OffUnnoticed, &[FaultKind::PowerOfAll(Span::Long)], Law::OffUnnoticed),
         ("robstride", Breakage::NoDamping, &[FaultKind::EmergencyStop], Law::Damped),
         ("mini_cheetah", Breakage::NoDamping, &[FaultKind::EmergencyStop], Law::Damped),
         ("damiao", Breakage::TorqueGoesOn, &[FaultKind::EmergencyStop], Law::Damped),
