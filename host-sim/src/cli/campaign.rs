@@ -1,21 +1,22 @@
 //! `campaign`: every fault in every state, each tick judged.
 
 use crate::cli::document;
-use crate::cli::names::Target;
 use crate::cli::output::{json, print, write_report};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure};
-use crate::study::campaign::{Campaign, Report};
+use crate::study::campaign::{Campaign, Report, Target};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 const EXAMPLES: &str = "\
-Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault), waits a random number of
-ticks, and lets one fault last for a random number of ticks, with the scene's own simulated arm in the loop. After every tick a judge,
-written from docs/safety.md, looks whether the command was safe. Faults and states take turns: all of them come equally often.
+Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault; with drives also arming
+and lowering), waits a random number of ticks, and lets one fault last for a random number of ticks, with the scene's own simulated arm in
+the loop. After every tick a judge, written from docs/safety.md, looks whether the command was safe; with drives, whether the motion of the
+arm was. Faults and states take turns: all of them come equally often.
 
 Run K depends on the seed, K and the scenes alone. An unsafe command is printed with all that the machine was told and with what repeats
 it: --seed S --run K and the same scenes and target.
@@ -24,27 +25,23 @@ Examples:
   host-sim campaign
   host-sim campaign --runs 10000 --write
   host-sim campaign --runs 10000 --report out/campaign.html
+  host-sim campaign --target drives --runs 10000 --write
+  host-sim campaign scenes/yam_move.toml --target drives
   host-sim campaign --target qemu --runs 400 --write
   host-sim campaign scenes/puma560_pick.toml --seed 7 --run 4711
   host-sim campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
 
---json is an object {scenes, target, seed, runs, ticks, seconds, rows: [{fault, cells, runs, ticks, unsafe_commands}], counterexamples}.
+--json is an object {scenes, target, seed, runs, ticks, seconds, rows: [{fault, cells, runs, ticks, unsafe_commands}], counterexamples};
+with drives also {exempt}, and in each row {motion: [exempt runs, farthest distance]}.
 --write puts the table between the lines `<!-- measured: campaign, desk -->` and `<!-- end measured: campaign, desk -->` of the file,
-with --target qemu between those of `campaign, qemu`.";
+with another target between those of `campaign, drives` or `campaign, qemu`.";
 
 /// Options of `campaign`.
 #[derive(Clone, Debug, Args)]
 #[command(after_long_help = EXAMPLES)]
 pub struct CampaignArgs {
-    /// The scene files (TOML), which take turns.
-    #[arg(
-        value_name = "SCENE",
-        default_values = [
-            "scenes/campaign/encoders.toml",
-            "scenes/campaign/states.toml",
-            "scenes/campaign/yam.toml"
-        ]
-    )]
+    /// The scene files (TOML), which take turns [default: those of the target in scenes/campaign].
+    #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// How many runs.
     #[arg(long, default_value_t = 10_000)]
@@ -55,8 +52,8 @@ pub struct CampaignArgs {
     /// Only the run with this number.
     #[arg(long, value_name = "K", conflicts_with = "runs")]
     pub run: Option<u64>,
-    /// Who is put to the test: the firmware's session on the desk, or the firmware in an emulated STM32F405 with the desk beside it.
-    #[arg(long, value_enum, default_value_t = Target::Desk)]
+    /// What is put to the test.
+    #[arg(long, value_parser = targets(), default_value = "desk")]
     pub target: Target,
     /// Put the table into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/campaign.md")]
@@ -67,6 +64,32 @@ pub struct CampaignArgs {
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
+}
+
+/// The targets by their names.
+fn targets() -> impl TypedValueParser<Value = Target> {
+    let about = |target| match target {
+        Target::Desk => "the firmware's session on the desk, with injected readings, lines and frames of the host",
+        Target::Drives => {
+            "the session and the drivers of the joints, with simulated drives on CAN buses and the arm that they move"
+        }
+        Target::Qemu => "the firmware in an emulated STM32F405, with the desk beside it",
+    };
+    let all = [Target::Desk, Target::Drives, Target::Qemu];
+    let values = all.map(|target| PossibleValue::new(target.name()).help(about(target)));
+    PossibleValuesParser::new(values)
+        .map(move |name| all.into_iter().find(|target| target.name() == name).unwrap_or(Target::Desk))
+}
+
+/// Scenes of a target.
+fn scenes(target: Target) -> Vec<PathBuf> {
+    let names: &[&str] = match target {
+        Target::Desk | Target::Qemu => &["encoders", "states", "yam"],
+        Target::Drives => {
+            &["mini_cheetah_brakes", "mini_cheetah", "damiao_brakes", "damiao", "robstride_brakes", "robstride"]
+        }
+    };
+    names.iter().map(|name| PathBuf::from(format!("scenes/campaign/{name}.toml"))).collect()
 }
 
 /// Most runs: their outcomes are kept until the end.
@@ -80,10 +103,11 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     if !(1..=RUNS_MAX).contains(&args.runs) {
         return Err(Failure::Input(miette::miette!("--runs {}: expected 1 to {RUNS_MAX}", args.runs)));
     }
-    let scenes =
-        args.scenes.iter().map(|path| SceneFile::load(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
+    let paths = if args.scenes.is_empty() { scenes(args.target) } else { args.scenes.clone() };
+    let scenes = paths.iter().map(|path| SceneFile::load(path).map_err(Failure::input)).collect::<Result<_, _>>()?;
     let place = match args.target {
         Target::Desk => "campaign, desk",
+        Target::Drives => "campaign, drives",
         Target::Qemu => "campaign, qemu",
     };
     // Better now than after the runs.
@@ -92,11 +116,11 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         scenes,
         seed: args.seed,
         runs: args.run.map_or_else(|| (0..args.runs).collect(), |run| vec![run]),
-        on_chip: args.target == Target::Qemu,
+        target: args.target,
     };
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };
     let report = campaign.report(stop, &progress)?;
-    write_report(args.report.as_deref(), || Ok(report.page(&args.scenes)))?;
+    write_report(args.report.as_deref(), || Ok(report.page(&paths)))?;
     if let Some(page) = page {
         document::fill(page, &[(place, report.markdown())])?;
     }

@@ -67,6 +67,40 @@ impl<const N: usize> Joints<N> {
     }
 }
 
+impl<const N: usize> JointIo<N> for Joints<N> {
+    fn measure(&mut self) -> Option<Readings<N>> {
+        each!(self, joints => joints.measure())
+    }
+
+    fn temperature(&self) -> Option<f32> {
+        each!(self, joints => joints.temperature())
+    }
+
+    fn enable(&mut self, action: SafeAction) {
+        each!(self, joints => joints.enable(action));
+    }
+
+    fn preload(&mut self, torque: &[f32; N]) {
+        each!(self, joints => joints.preload(torque));
+    }
+
+    fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
+        each!(self, joints => joints.drive(torque, springs));
+    }
+
+    fn safe(&mut self, action: SafeAction) {
+        each!(self, joints => joints.safe(action));
+    }
+
+    fn clear(&mut self) {
+        each!(self, joints => joints.clear());
+    }
+
+    fn interrupt(&mut self) {
+        each!(self, joints => joints.interrupt());
+    }
+}
+
 /// The drives of an arm.
 #[derive(Clone, Debug)]
 pub struct Drives<const N: usize> {
@@ -149,6 +183,18 @@ impl<const N: usize> Drives<N> {
         Some(&mut self.bus(bus).actuators.get_mut(place)?.electronics)
     }
 
+    /// Torque that a joint's drive gave last, at the joint, N m or N.
+    pub(crate) fn given(&mut self, joint: usize) -> f64 {
+        let factor = self.seats.get(joint).map_or(0.0, |seat| seat.ratio * seat.factor);
+        self.electronics(joint).map_or(0.0, |electronics| factor * electronics.torque())
+    }
+
+    /// Bus of a joint's drive, and the drive's identifier there.
+    pub(crate) fn address(&mut self, joint: usize) -> Option<(usize, u16)> {
+        let bus = self.seats.get(joint)?.bus;
+        Some((bus, self.electronics(joint)?.id))
+    }
+
     /// One of the buses, counted from 0.
     pub fn bus(&mut self, bus: usize) -> &mut Bus {
         let (first, second, third) = each!(&mut self.joints, joints => joints.buses());
@@ -182,7 +228,7 @@ impl<const N: usize> Drives<N> {
 
     /// What the replies said since the last call, and the highest temperature that they said, degrees Celsius.
     pub(crate) fn measure(&mut self) -> (Option<Readings<N>>, Option<f32>) {
-        each!(&mut self.joints, joints => (joints.measure(), joints.temperature()))
+        (self.joints.measure(), self.joints.temperature())
     }
 
     /// Enables the drives while something else holds the arm, without any time: exchanges until each has shown that it is on, or
@@ -199,23 +245,29 @@ impl<const N: usize> Drives<N> {
 
     /// Clears the drives' errors in the next safe actions.
     pub fn clear(&mut self) {
-        each!(&mut self.joints, joints => joints.clear());
+        self.joints.clear();
+    }
+
+    /// The board's way to the joints. What it sends arrives with [`Drives::serve`].
+    pub(crate) fn board(&mut self) -> &mut impl JointIo<N> {
+        &mut self.joints
     }
 
     /// Send a tick's commands. The actuators take them at once, and reply with the state that they measure.
     pub(crate) fn send(&mut self, order: &Order<N>, measured: &State<N>) {
         match order {
             Order::Torque(torque, springs) => {
-                let torque = torque.map(|torque| torque as f32);
-                each!(&mut self.joints, joints => joints.drive(&torque, springs.as_ref()));
+                self.joints.drive(&torque.map(|torque| torque as f32), springs.as_ref());
             }
-            Order::Enable(action) => each!(&mut self.joints, joints => joints.enable(*action)),
-            Order::Preload(torque) => {
-                let torque = torque.map(|torque| torque as f32);
-                each!(&mut self.joints, joints => joints.preload(&torque));
-            }
-            Order::Safe(action) => each!(&mut self.joints, joints => joints.safe(*action)),
+            Order::Enable(action) => self.joints.enable(*action),
+            Order::Preload(torque) => self.joints.preload(&torque.map(|torque| torque as f32)),
+            Order::Safe(action) => self.joints.safe(*action),
         }
+        self.serve(measured);
+    }
+
+    /// Let the commands of a tick arrive, and the actuators measure and reply.
+    pub(crate) fn serve(&mut self, measured: &State<N>) {
         for joint in 0..N {
             let Seat { bus, place, .. } = self.seats[joint];
             let shaft = self.seats[joint].shaft(measured, joint);
@@ -224,10 +276,15 @@ impl<const N: usize> Drives<N> {
             }
         }
         // Each interrupt takes what has come, and hands on the next three commands: two are all six.
-        for _ in 0..2 {
-            (0..BUSES).for_each(|bus| self.bus(bus).serve());
-            each!(&mut self.joints, joints => joints.interrupt());
-        }
+        (0..BUSES).for_each(|bus| self.bus(bus).serve());
+        self.joints.interrupt();
+        (0..BUSES).for_each(|bus| self.bus(bus).exchange());
+        self.joints.interrupt();
+    }
+
+    /// Shaft of a joint's actuator at this state of the arm.
+    pub(crate) fn shaft(&self, state: &State<N>, joint: usize) -> Shaft {
+        self.seats.get(joint).map_or(Shaft::default(), |seat| seat.shaft(state, joint))
     }
 
     /// How many times the drives renew their torque in this tick.

@@ -15,6 +15,8 @@
 //! | `machine` | the machine under test: the session on the desk, or the chip with the desk beside it |
 //! | [`judge`] | the safety check of each command, written from docs/safety.md, independent of the machine's code |
 //! | `run` | one run, from the first tick to the last |
+//! | `script` | what happens in every run, from a hello to the way back to torque |
+//! | [`drives`] | runs whose joints are drives on simulated buses, and the judge of their motion |
 //! | `report` | the results of all runs |
 //!
 //! On the desk a run uses [`link::Pacing::Live`], the path that drives real actuators: a board supplies readings and
@@ -25,6 +27,7 @@
 //! Run `k` of a campaign depends on the seed, `k` and the scenes alone, not on threads or earlier runs.
 
 mod case;
+pub mod drives;
 mod host;
 mod injection;
 pub mod judge;
@@ -33,22 +36,47 @@ mod page;
 mod random;
 mod report;
 mod run;
+mod script;
 
-pub use case::{Case, FaultKind, Situation};
+pub use case::{Case, FaultKind, Situation, Span};
 pub use judge::{Law, Unsafe};
 pub use machine::{Both, Desk, Machine, Said, Told, Trouble};
 pub use report::{Cell, Report, Row};
-pub use run::{Counterexample, Finished, Number, Outcome, Stage, run};
+pub use run::{Counterexample, Exemption, Finished, Motion, Number, Outcome, Stage, run};
 
 use crate::chip::{Chip, build_firmware, hello};
 use crate::failure::Failure;
 use crate::study::parallel::try_in_parallel;
+use drives::DrivesStage;
 use indicatif::ProgressBar;
 use link::Pacing;
 use robot_compiler::{SceneFile, with_dof};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+
+/// What is put to the test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// The session on the desk; readings and lines are injected.
+    Desk,
+    /// The session and the drivers of the joints on the desk, with simulated drives on buses.
+    Drives,
+    /// The firmware in the emulated chip, with the desk beside it.
+    Qemu,
+}
+
+impl Target {
+    /// Its name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Desk => "desk",
+            Self::Drives => "drives",
+            Self::Qemu => "qemu",
+        }
+    }
+}
 
 /// The runs of a campaign.
 #[derive(Clone, Debug)]
@@ -59,8 +87,8 @@ pub struct Campaign {
     pub seed: u64,
     /// Numbers of the runs.
     pub runs: Vec<u64>,
-    /// Run in the emulated chip with the desk beside it.
-    pub on_chip: bool,
+    /// What is put to the test.
+    pub target: Target,
 }
 
 impl Campaign {
@@ -102,42 +130,60 @@ impl Campaign {
         stop: &AtomicBool,
         progress: &ProgressBar,
     ) -> Result<Vec<Finished>, Failure> {
-        let stage = Stage::<N>::new(scene)?;
         let model = scene.robot.model::<N>().map_err(Failure::input)?;
-        let cases = Case::of(scene, self.on_chip);
+        let cases = Case::of(scene, self.target);
         let scenes = self.scenes.len() as u64;
-        let one = |stage: &Stage<N>, machine: &mut dyn Machine<N>, number: u64| {
-            if stop.load(Ordering::Relaxed) {
-                return Err(Failure::Interrupted);
-            }
-            let case = cases[((number / scenes) % cases.len() as u64) as usize];
-            let number = Number { seed: self.seed, run: number };
-            let done = run(stage, machine, case, number)?;
-            progress.inc(1);
-            Ok(done)
+        let case = |number: u64| {
+            let turn = number / scenes;
+            let (index, round) = (turn % cases.len() as u64, turn / cases.len() as u64);
+            let (case, first) = cases[index as usize];
+            // Each round and scene has another second request.
+            (case, first + case::REQUESTS * (round * scenes + number % scenes))
         };
-        if self.on_chip {
+        let counted = |done: Result<Finished, Failure>| {
+            progress.inc(1);
+            done
+        };
+        let goes_on = || if stop.load(Ordering::Relaxed) { Err(Failure::Interrupted) } else { Ok(()) };
+        let number = |run: u64| Number { seed: self.seed, run };
+        if self.target == Target::Qemu {
+            let stage = Stage::<N>::new(scene)?;
             let bench = hello(scene, &model, Pacing::LockStep);
             let target = |error| Failure::Target(miette::Report::from_err(error));
             let program = build_firmware(&scene.path).map_err(target)?;
             let mut both = Both::new(Chip::start(&program, bench).map_err(target)?, scene, &model);
-            return numbers.iter().map(|number| one(&stage, &mut both, *number)).collect();
+            let one = |&n: &u64| goes_on().and_then(|()| counted(run(&stage, &mut both, case(n).0, number(n))));
+            return numbers.iter().map(one).collect();
         }
-        // A session takes longer to create than to run: idle ones are kept for reuse.
-        let free = Mutex::new(vec![(stage, Desk::new(scene, &model, Pacing::Live))]);
-        let on_desk = |index: usize| {
-            let number = numbers[index];
-            let kept = free.lock().ok().and_then(|mut free| free.pop());
-            let (stage, mut desk) = match kept {
-                Some(kept) => kept,
-                None => (Stage::new(scene)?, Desk::new(scene, &model, Pacing::Live)),
-            };
-            let done = one(&stage, &mut desk, number);
-            if let Ok(mut free) = free.lock() {
-                free.push((stage, desk));
-            }
-            done
-        };
-        try_in_parallel(numbers.len(), on_desk)
+        let desk = || Desk::new(scene, &model, Pacing::Live);
+        if self.target == Target::Drives {
+            let new = || Ok((DrivesStage::<N>::new(scene)?, desk()));
+            return pooled(numbers, new, |(stage, desk), n| {
+                goes_on().and_then(|()| counted(drives::run(stage, desk, case(n), number(n), None)))
+            });
+        }
+        pooled(
+            numbers,
+            || Ok((Stage::<N>::new(scene)?, desk())),
+            |(stage, desk), n| goes_on().and_then(|()| counted(run(stage, desk, case(n).0, number(n)))),
+        )
     }
+}
+
+/// Runs with these numbers in parallel. A session takes longer to create than to run: idle ones are kept for reuse.
+fn pooled<T: Send>(
+    numbers: &[u64],
+    new: impl Fn() -> Result<T, Failure> + Sync,
+    one: impl Fn(&mut T, u64) -> Result<Finished, Failure> + Sync,
+) -> Result<Vec<Finished>, Failure> {
+    let free = Mutex::new(vec![new()?]);
+    try_in_parallel(numbers.len(), |index| {
+        let kept = free.lock().ok().and_then(|mut free| free.pop());
+        let mut bench = kept.map_or_else(&new, Ok)?;
+        let done = one(&mut bench, numbers[index]);
+        if let Ok(mut free) = free.lock() {
+            free.push(bench);
+        }
+        done
+    })
 }

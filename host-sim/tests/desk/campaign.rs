@@ -5,7 +5,7 @@ use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
 use host_sim::study::campaign::{
     Campaign, Case, Counterexample, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage,
-    Told, Trouble, run,
+    Target, Told, Trouble, run,
 };
 use indicatif::ProgressBar;
 use link::{Actuation, Encoder, Frame, Pacing};
@@ -346,7 +346,7 @@ const CASES: u64 = 2 * 32 * 7;
 
 pub(crate) fn report(runs: impl IntoIterator<Item = u64>) -> Report {
     let scenes = vec![scene("encoders.toml"), scene("states.toml")];
-    let campaign = Campaign { scenes, seed: 1, runs: runs.into_iter().collect(), on_chip: false };
+    let campaign = Campaign { scenes, seed: 1, runs: runs.into_iter().collect(), target: Target::Desk };
     campaign.report(&AtomicBool::new(false), &ProgressBar::hidden()).unwrap()
 }
 

@@ -6,6 +6,7 @@ mod batch;
 mod bound;
 mod browser;
 mod campaign;
+mod campaign_drives;
 mod chapter12;
 mod check;
 mod closed_loop;

@@ -69,7 +69,7 @@ impl embedded_can::Frame for Frame {
 }
 
 /// Fate of a reply.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fate {
     /// It arrives within the tick.
     Arrives,
@@ -81,6 +81,45 @@ pub enum Fate {
     Twice,
     /// Its last byte is missing.
     Short,
+}
+
+/// Kind of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Order {
+    /// Switch on.
+    Enable,
+    /// Switch off.
+    Disable,
+    /// Forget an error.
+    Clear,
+    /// Read or write a register or parameter, such as the communication timeout.
+    Setting,
+    /// Position, velocity, gains and torque.
+    Torque,
+}
+
+/// Fate of a command that does not simply arrive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CommandFate {
+    /// It is sent, and the actuator does not hear it.
+    Lost,
+    /// It arrives in the tick after, before that tick's own.
+    Late,
+    /// The transmitter has no room for it.
+    Refused,
+    /// It arrives twice.
+    Twice,
+}
+
+/// Commands that share a fate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Disturbance {
+    /// Those to this actuator; `None`: to all.
+    pub id: Option<u16>,
+    /// Those of this kind; `None`: of all kinds.
+    pub order: Option<Order>,
+    /// Their fate.
+    pub fate: CommandFate,
 }
 
 /// A bus: three mailboxes on the controller's side, served at once unless the bus is off.
@@ -96,11 +135,15 @@ pub struct Bus {
     pub fates: Vec<(u16, Fate)>,
     /// Actuators that hear nothing and say nothing, by identifier: their cable is broken.
     pub unplugged: Vec<u16>,
+    /// Fate of commands until it is changed.
+    pub disturbance: Option<Disturbance>,
     /// Every frame that a controller sent, where they are kept.
     pub sent: Vec<Frame>,
     pending: Vec<Frame>,
     arrived: VecDeque<Frame>,
     later: Vec<Frame>,
+    /// Commands that arrive in the next tick.
+    delayed: Vec<Frame>,
     keeps_sent: bool,
 }
 
@@ -124,6 +167,9 @@ impl Bus {
     /// when its identifier is lower than all of theirs.
     pub fn send(&mut self, frame: Frame) -> bool {
         if self.pending.len() >= MAILBOXES || self.pending.iter().any(|waiting| waiting.rank() <= frame.rank()) {
+            return false;
+        }
+        if self.fate(&frame) == Some(CommandFate::Refused) {
             return false;
         }
         self.pending.push(frame);
@@ -153,13 +199,34 @@ impl Bus {
         }
     }
 
-    /// Send the waiting frames, lowest identifier first; the actuators answer at once.
+    /// Begin a tick with what is late, then [`Bus::exchange`].
     pub fn serve(&mut self) {
         self.arrived.extend(self.later.drain(..));
+        for frame in std::mem::take(&mut self.delayed) {
+            self.deliver(&frame);
+        }
+        self.exchange();
+    }
+
+    /// Fate of a command.
+    fn fate(&self, frame: &Frame) -> Option<CommandFate> {
+        let Disturbance { id, order, fate } = self.disturbance?;
+        let electronics = self.actuators.iter().map(|it| &it.electronics).find(|it| it.hears(frame))?;
+        let meant = id.is_none_or(|id| id == electronics.id);
+        (meant && order.is_none_or(|order| order == electronics.order(frame))).then_some(fate)
+    }
+
+    /// Send the waiting frames, lowest identifier first; the actuators answer at once.
+    pub fn exchange(&mut self) {
         if !self.off && !self.stuck {
             self.pending.sort_by_key(Frame::rank);
             for frame in std::mem::take(&mut self.pending) {
-                self.deliver(&frame);
+                match self.fate(&frame) {
+                    None | Some(CommandFate::Refused) => self.deliver(&frame),
+                    Some(CommandFate::Lost) => {}
+                    Some(CommandFate::Late) => self.delayed.push(frame.clone()),
+                    Some(CommandFate::Twice) => (0..2).for_each(|_| self.deliver(&frame)),
+                }
                 if self.keeps_sent {
                     self.sent.push(frame);
                 }

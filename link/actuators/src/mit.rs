@@ -3,7 +3,7 @@
 //! Field layout and special frames after B. Katz, `CAN_com.cpp` of the mini-cheetah motor controller, with its arithmetic:
 //! `float_to_uint` cuts off, `uint_to_float` is `code span / (2^bits - 1) + min`.
 
-use crate::bus::Frame;
+use crate::bus::{Frame, Order};
 
 /// Identifier of a Damiao's requests about registers.
 const REGISTERS: u32 = 0x7ff;
@@ -131,7 +131,11 @@ pub struct Electronics {
     pub supply: f64,
     /// Lowest and highest supply voltage, V; beyond: [`error::UNDER_VOLTAGE`], [`error::OVER_VOLTAGE`].
     pub supply_range: (f64, f64),
+    /// It has power. Without it the drive hears nothing, says nothing and gives no torque until [`Electronics::restart`].
+    pub powered: bool,
     enabled: bool,
+    /// A frame has switched it off, and nothing else did before.
+    told_off: bool,
     silent_for: f64,
     zero: f64,
     told: Told,
@@ -159,7 +163,9 @@ impl Electronics {
             temperature_max: u8::MAX,
             supply: 24.0,
             supply_range: (0.0, f64::INFINITY),
+            powered: true,
             enabled: false,
+            told_off: false,
             silent_for: 0.0,
             zero: 0.0,
             told: Told::default(),
@@ -181,7 +187,8 @@ impl Electronics {
     /// Power comes back: it is off, without an error, with the settings of a start, and knows of its position what its memory holds.
     pub fn restart(&mut self, shaft: &Shaft) {
         (self.enabled, self.error, self.silent_for, self.timeout) = (false, 0, 0.0, self.first_timeout);
-        (self.told, self.torque) = (Told::default(), 0.0);
+        self.told_off = false;
+        (self.told, self.torque, self.powered) = (Told::default(), 0.0, true);
         let position = shaft.position - self.zero;
         let shown = match self.memory {
             Memory::Absolute => position,
@@ -189,6 +196,62 @@ impl Electronics {
             Memory::Nothing => 0.0,
         };
         self.zero = shaft.position - shown;
+    }
+
+    /// Switches itself off without a word, as after a fault that it forgets.
+    pub fn trip(&mut self) {
+        (self.enabled, self.told_off, self.told) = (false, false, Told::default());
+    }
+
+    /// A frame switches it off.
+    fn exit(&mut self) {
+        self.told_off |= self.gives_torque();
+        (self.enabled, self.told) = (false, Told::default());
+    }
+
+    /// True if it is off because a frame told it to be, while it followed commands.
+    #[must_use]
+    pub fn was_told_off(&self) -> bool {
+        self.told_off && !self.enabled
+    }
+
+    /// Makes the present position the zero, as a frame from somebody else would.
+    pub fn set_zero(&mut self, shaft: &Shaft) {
+        self.zero = shaft.position;
+    }
+
+    /// Position of the shaft at which it shows 0, rad.
+    #[must_use]
+    pub fn zero(&self) -> f64 {
+        self.zero
+    }
+
+    /// Seconds since the last frame to it.
+    #[must_use]
+    pub fn silent_for(&self) -> f64 {
+        self.silent_for
+    }
+
+    /// Kind of a frame that it hears.
+    #[must_use]
+    pub fn order(&self, frame: &Frame) -> Order {
+        match (self.language, frame.data.as_slice()) {
+            (Language::RobStride, [first, ..]) => match frame.id >> 24 {
+                3 => Order::Enable,
+                4 if *first == 1 => Order::Clear,
+                4 => Order::Disable,
+                17 | 18 => Order::Setting,
+                _ => Order::Torque,
+            },
+            (Language::Damiao, _) if frame.id == REGISTERS => Order::Setting,
+            (_, [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, last]) => match last {
+                0xfc => Order::Enable,
+                0xfd => Order::Disable,
+                0xfb => Order::Clear,
+                _ => Order::Torque,
+            },
+            _ => Order::Torque,
+        }
     }
 
     /// Whether it drives.
@@ -231,6 +294,7 @@ impl Electronics {
     /// Take a frame; the reply. It measures now.
     pub fn answer(&mut self, frame: &Frame, shaft: &Shaft) -> Option<Frame> {
         match self.language {
+            _ if !self.powered => None,
             Language::RobStride => self.answer_as_robstride(frame, shaft),
             Language::Damiao if frame.id == REGISTERS => self.answer_about_a_register(frame),
             Language::MiniCheetah | Language::Damiao => {
@@ -271,9 +335,12 @@ impl Electronics {
                     torque: to_float(frame.id >> 8 & 0xffff, r.torque, 16),
                 };
             }
-            3 => (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Told::default()),
+            3 => {
+                (self.enabled, self.told) = (self.enabled || !self.ignores_enable, Told::default());
+                self.told_off &= !self.enabled;
+            }
             4 => {
-                (self.enabled, self.told) = (false, Told::default());
+                self.exit();
                 if b0 == 1 {
                     self.error = 0;
                 }
@@ -319,12 +386,10 @@ impl Electronics {
         match ([b0, b1, b2, b3, b4, b5, b6] == [0xff; 7], b7) {
             (true, 0xfc) => {
                 self.enabled |= !self.ignores_enable;
+                self.told_off &= !self.enabled;
                 self.told = Told::default();
             }
-            (true, 0xfd) => {
-                self.enabled = false;
-                self.told = Told::default();
-            }
+            (true, 0xfd) => self.exit(),
             (true, 0xfe) => self.zero = shaft.position,
             (true, 0xfb) if self.language == Language::Damiao => (self.enabled, self.error) = (false, 0),
             _ => {
@@ -345,6 +410,9 @@ impl Electronics {
 
     /// Time goes by, s: towards the timeout, and the drive looks after itself.
     pub fn pass(&mut self, dt: f64) {
+        if !self.powered {
+            return;
+        }
         self.silent_for += dt;
         if self.error == 0 {
             self.error = self.found();
@@ -389,8 +457,10 @@ impl Electronics {
         self.torque
     }
 
-    fn gives_torque(&self) -> bool {
-        self.enabled && self.error == 0 && !self.is_silent()
+    /// True if it follows commands: it has power, is on, has no error, and hears somebody.
+    #[must_use]
+    pub fn gives_torque(&self) -> bool {
+        self.powered && self.enabled && self.error == 0 && !self.is_silent()
     }
 
     fn reply(&self, shaft: &Shaft) -> Vec<u8> {

@@ -586,10 +586,12 @@ impl Joint {
     }
 
     /// The drive may have restarted: its settings and its zero are what they are after a start.
+    ///
+    /// It is not known to be off: one that was only not heard still damps, and a frame that switches it off would let an arm without
+    /// brakes fall. One that is off takes no notice of damping.
     #[cold]
     fn restarted(&mut self, drive: &MitDrive) {
         self.forget();
-        self.powered = false;
         self.timeout = Timeout::default();
         self.zero_lost |= !drive.absolute;
     }

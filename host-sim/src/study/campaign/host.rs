@@ -35,7 +35,6 @@ pub(super) struct Sent {
 /// The simulated host.
 pub(super) struct Host<const N: usize> {
     encoder: Encoder,
-    pacing: Pacing,
     /// Packets of this tick.
     packets: Vec<Packet>,
     requests: Vec<Request>,
@@ -51,6 +50,10 @@ pub(super) struct Host<const N: usize> {
     sent: u32,
     /// Whether it has not sent anything yet.
     begins: bool,
+    /// It says nothing, and does not count what it would have said.
+    pub(super) gone: bool,
+    /// A request that never reaches the machine, of one that is broken on purpose.
+    pub(super) deaf_to: Option<Request>,
 }
 
 impl<const N: usize> Host<N> {
@@ -62,7 +65,6 @@ impl<const N: usize> Host<N> {
         }
         let mut host = Self {
             encoder,
-            pacing: hello.pacing,
             packets: Vec::new(),
             requests: Vec::new(),
             number: 0,
@@ -71,6 +73,8 @@ impl<const N: usize> Host<N> {
             last: None,
             sent: 0,
             begins: true,
+            gone: false,
+            deaf_to: None,
         };
         host.send(&Frame::Hello(hello))?;
         if hello.pacing == Pacing::Live {
@@ -81,7 +85,7 @@ impl<const N: usize> Host<N> {
 
     /// Send a frame in this tick, unless the tick's bytes are used up.
     pub(super) fn send(&mut self, frame: &Frame) -> Result<(), FrameTooLong> {
-        if self.packets.iter().map(|packet| packet.len()).sum::<usize>() > BYTES {
+        if self.gone || self.packets.iter().map(|packet| packet.len()).sum::<usize>() > BYTES {
             return Ok(());
         }
         self.packets.push(self.encoder.encode(frame)?);
@@ -90,8 +94,14 @@ impl<const N: usize> Host<N> {
 
     /// Send a request.
     pub(super) fn ask(&mut self, request: Request) -> Result<(), FrameTooLong> {
+        if self.gone {
+            return Ok(());
+        }
         self.requests.push(request);
         self.number = self.number.wrapping_add(1);
+        if self.deaf_to == Some(request) {
+            return Ok(());
+        }
         self.send(&Frame::request(self.number, request))
     }
 
@@ -118,11 +128,11 @@ impl<const N: usize> Host<N> {
 
     /// End the tick: returns its bytes after the link's faults. A mute host sends nothing.
     ///
-    /// In a drill the lines (if they changed) and the measurement come last and undamaged, because without them there
+    /// In a drill, of which it is given the readings, the lines (if they changed) and the measurement come last and undamaged, because without them there
     /// is no tick.
     pub(super) fn finish(
         &mut self,
-        told: &Told<N>,
+        drill: Option<&Told<N>>,
         wire: Option<(FaultKind, &mut Random)>,
         mute: bool,
     ) -> Result<Sent, FrameTooLong> {
@@ -147,7 +157,7 @@ impl<const N: usize> Host<N> {
             self.quiet = 0;
         }
         self.packets.clear();
-        if self.pacing == Pacing::Drill {
+        if let Some(told) = drill {
             if harmed {
                 // A zero ends a truncated packet. The frame after it may be refused if frames before it were lost.
                 bytes.push(0);
@@ -162,7 +172,7 @@ impl<const N: usize> Host<N> {
             let measurement = dynamics_core::Measurement { sensed: told.sensed, age_ticks: told.oldest() };
             bytes.extend(self.encoder.encode(&Frame::Measurement(Measurement::new(told.tick, &measurement)))?);
         }
-        Ok(Sent { bytes, requests: core::mem::take(&mut self.requests), spoke: spoke || self.pacing == Pacing::Drill })
+        Ok(Sent { bytes, requests: core::mem::take(&mut self.requests), spoke: spoke || drill.is_some() })
     }
 }
 

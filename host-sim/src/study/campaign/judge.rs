@@ -16,6 +16,7 @@ mod reference;
 mod torque;
 mod transition;
 
+pub(super) use law::broken;
 pub use law::{Law, Unsafe};
 
 use super::machine::{Said, Told};

@@ -4,6 +4,7 @@ use crate::chip::{Chip, ChipError};
 use crate::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::{Model, Sensed};
+use joint_io::{JointIo, run_tick};
 use link::seal::SealKey;
 use link::{Actuation, Decoder, Frame, Pacing, Refusal, Status};
 use robot_compiler::SceneFile;
@@ -145,6 +146,23 @@ impl<const N: usize> Desk<N> {
                 Reaction::Tick | Reaction::None => {}
             }
         }
+    }
+
+    /// Run one tick of a board that reaches the joints itself, after these bytes arrived over the link.
+    ///
+    /// # Errors
+    /// The tick was not reported.
+    pub(super) fn on_board(
+        &mut self,
+        bytes: &[u8],
+        joints: &mut impl JointIo<N>,
+        lines: Lines,
+        is_due: impl Fn() -> bool,
+    ) -> Result<Status, Trouble> {
+        self.receive(bytes);
+        run_tick(&mut self.session, joints, &self.meter, || lines, is_due);
+        self.answers.extend(core::iter::from_fn(|| self.session.say()).map(Report::frame));
+        status(core::mem::take(&mut self.answers), 0, Pacing::Live)
     }
 
     /// Runs a tick; returns all frames of the session and the command to the drives.

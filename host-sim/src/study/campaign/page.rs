@@ -1,6 +1,6 @@
 //! A campaign as a page.
 
-use super::case::Situation;
+use super::Target;
 use super::report::{Cell, LEGEND, Report};
 use super::run::{Counterexample, Outcome};
 use crate::run::files::shell_word;
@@ -26,16 +26,20 @@ impl Report {
         for row in &self.rows {
             let cells = row.texts().into_iter().map(report::Cell::from);
             let mut cells: Vec<report::Cell> = cells.collect();
-            if let Some(last) = cells.last_mut() {
+            // After the fault, its states, runs and ticks.
+            if let Some(last) = cells.get_mut(row.cells.len() + 3) {
                 last.warns = row.unsafe_commands > 0;
             }
             table.row(cells);
         }
         let mut lead = vec![format!("{}.", self.count().replace('`', ""))];
-        lead.extend(self.counterexamples.is_empty().then(|| "No command was unsafe.".to_owned()));
+        let drives = self.target == Target::Drives.name();
+        let safe = if drives { "No motion was unsafe." } else { "No command was unsafe." };
+        lead.extend(self.counterexamples.is_empty().then(|| safe.to_owned()));
+        lead.extend((!self.exempt.is_empty()).then(|| format!("{}.", self.exemptions())));
         let mut blocks = Vec::new();
         if !self.counterexamples.is_empty() {
-            blocks.push(Block::Heading("Unsafe commands".to_owned()));
+            blocks.push(Block::Heading(if drives { "Unsafe motions" } else { "Unsafe commands" }.to_owned()));
         }
         let mut commands =
             Table::new("Runs that failed, and the command that repeats each", &["run", "scene", "command"]);
@@ -56,7 +60,7 @@ impl Report {
 
     /// Runs in each state by how they ended.
     fn figure(&self) -> Figure {
-        let states = Situation::NAMES.map(|(_, name)| name.to_owned()).to_vec();
+        let states: Vec<_> = self.states.iter().map(|situation| situation.name().to_owned()).collect();
         let count = |state: usize, ends: fn(&Outcome) -> bool| -> u64 {
             let cells = self.rows.iter().filter_map(|row| row.cells.get(state));
             cells

@@ -1,8 +1,8 @@
 //! Report of a campaign: a table of faults and states.
 
-use super::Campaign;
 use super::case::{FaultKind, Situation};
-use super::run::{Counterexample, Finished, Outcome};
+use super::run::{Counterexample, Exemption, Finished, Outcome};
+use super::{Campaign, Target};
 use crate::table::table;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -29,8 +29,12 @@ pub struct Row {
     pub runs: u64,
     /// Number of judged ticks.
     pub ticks: u64,
-    /// Number of runs that ended with an unsafe command.
+    /// Number of runs that ended with an unsafe command, or an unsafe motion.
     pub unsafe_commands: u64,
+    /// With drives: runs in which something happened that no program can prevent, and the greatest distance of a joint from where torque
+    /// was to hold it, rad or m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<(u64, f64)>,
 }
 
 /// Results of a campaign.
@@ -38,7 +42,7 @@ pub struct Row {
 pub struct Report {
     /// The scenes.
     pub scenes: Vec<String>,
-    /// `desk` or `qemu`.
+    /// `desk`, `drives` or `qemu`.
     pub target: &'static str,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -48,6 +52,12 @@ pub struct Report {
     pub ticks: u64,
     /// Wall-clock time, s.
     pub seconds: f64,
+    /// Runs in which something happened that no program can prevent, in words, and how many.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub exempt: Vec<(&'static str, u64)>,
+    /// The states, as the rows have them.
+    #[serde(skip)]
+    pub(super) states: Vec<Situation>,
     /// One row per fault.
     pub rows: Vec<Row>,
     /// Every unsafe command, and every tick in which chip and desk differ.
@@ -57,10 +67,18 @@ pub struct Report {
 impl Report {
     /// Summarise finished runs.
     pub(super) fn new(scenes: Vec<String>, campaign: &Campaign, finished: Vec<Finished>, time: Duration) -> Self {
-        let rows = FaultKind::NAMES.into_iter().map(|(fault, _)| Row::of(fault, &finished));
+        let target = campaign.target;
+        let states: Vec<_> = Situation::names(target).map(|(situation, _)| situation).collect();
+        let rows = FaultKind::names(target).map(|(fault, _)| Row::of(fault, target, &finished));
+        let exempt = |exemption: Exemption| {
+            finished.iter().filter(|run| run.motion.exempt & exemption as u8 != 0).count() as u64
+        };
+        let exempt = Exemption::NAMES.map(|(exemption, words)| (words, exempt(exemption)));
         Self {
             scenes,
-            target: if campaign.on_chip { "qemu" } else { "desk" },
+            target: target.name(),
+            exempt: exempt.into_iter().filter(|(_, runs)| *runs > 0).collect(),
+            states,
             seed: campaign.seed,
             runs: finished.len() as u64,
             ticks: finished.iter().map(|run| u64::from(run.ticks)).sum(),
@@ -75,9 +93,10 @@ impl Report {
     pub fn count(&self) -> String {
         let Self { runs, ticks, seconds, seed, .. } = self;
         let found = self.counterexamples.len();
+        let what = if self.target == Target::Drives.name() { "motions" } else { "commands" };
         let parity = if self.target == "qemu" { ", each compared with the desk's to the last bit" } else { "" };
         format!(
-            "{runs} runs on `{}` (seed {seed}; {}): {ticks} ticks judged{parity}; {found} unsafe commands; {seconds:.0} s",
+            "{runs} runs on `{}` (seed {seed}; {}): {ticks} ticks judged{parity}; {found} unsafe {what}; {seconds:.0} s",
             self.target,
             self.scenes.join(", "),
         )
@@ -91,6 +110,9 @@ impl Report {
             table.add_row(row.texts());
         }
         let mut text = format!("{table}\n{}\n{LEGEND}\n", self.count());
+        if !self.exempt.is_empty() {
+            let _ = writeln!(text, "{}", self.exemptions());
+        }
         for found in &self.counterexamples {
             let Counterexample { scene, seed, run, tick, case, what, inputs, .. } = found;
             let (fault, state) = (case.fault.name(), case.situation.name());
@@ -110,12 +132,26 @@ impl Report {
         for row in &self.rows {
             let _ = writeln!(text, "| {} |", row.texts().join(" | "));
         }
+        if !self.exempt.is_empty() {
+            let _ = writeln!(text, "\n{}.", self.exemptions());
+        }
         text
     }
 
     pub(super) fn header(&self) -> Vec<&'static str> {
-        let states = Situation::NAMES.into_iter().map(|(_, name)| name);
-        core::iter::once("fault").chain(states).chain(["runs", "ticks", "unsafe"]).collect()
+        let states = self.states.iter().map(|situation| situation.name());
+        let numbers = ["runs", "ticks", "unsafe", "exempt", "farthest, mrad"];
+        let count = if self.target == Target::Drives.name() { 5 } else { 3 };
+        core::iter::once("fault").chain(states).chain(numbers.into_iter().take(count)).collect()
+    }
+
+    /// What no program can prevent, and in how many runs it happened.
+    pub(super) fn exemptions(&self) -> String {
+        let one = |(words, runs): &(&str, u64)| format!("{words}: {runs} runs");
+        format!(
+            "Exempt, because no program can prevent it. {}",
+            self.exempt.iter().map(one).collect::<Vec<_>>().join("; ")
+        )
     }
 }
 
@@ -123,22 +159,28 @@ impl Report {
 pub(super) const LEGEND: &str = "F9 50: fault 9 in 50 runs; H2: held, cause 2; asked: went where it was asked to; -: went on (docs/safety.md has the numbers)";
 
 impl Row {
-    fn of(fault: FaultKind, finished: &[Finished]) -> Self {
+    fn of(fault: FaultKind, target: Target, finished: &[Finished]) -> Self {
         let runs = || finished.iter().filter(|run| run.case.fault == fault);
         let cell = |situation| Cell::of(runs().filter(|run| run.case.situation == situation));
         Self {
             fault,
-            cells: Situation::NAMES.into_iter().map(|(situation, _)| cell(situation)).collect(),
+            cells: Situation::names(target).map(|(situation, _)| cell(situation)).collect(),
             runs: runs().count() as u64,
             ticks: runs().map(|run| u64::from(run.ticks)).sum(),
             unsafe_commands: runs().filter(|run| run.counterexample.is_some()).count() as u64,
+            motion: (target == Target::Drives).then(|| {
+                let exempt = runs().filter(|run| run.motion.exempt != 0).count() as u64;
+                (exempt, runs().map(|run| run.motion.worst).fold(0.0, f64::max))
+            }),
         }
     }
 
     pub(super) fn texts(&self) -> Vec<String> {
         let cells = self.cells.iter().map(Cell::text);
         let numbers = [self.runs, self.ticks, self.unsafe_commands].map(|number| number.to_string());
-        core::iter::once(self.fault.name().to_owned()).chain(cells).chain(numbers).collect()
+        let motion = self.motion.map(|(exempt, worst)| [exempt.to_string(), format!("{:.1}", 1e3 * worst)]);
+        let name = core::iter::once(self.fault.name().to_owned());
+        name.chain(cells).chain(numbers).chain(motion.into_iter().flatten()).collect()
     }
 }
 

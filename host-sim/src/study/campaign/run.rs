@@ -6,16 +6,16 @@ use super::injection::{Injection, JointScale};
 use super::judge::{Heard, Judge, Law, Trust, Unsafe};
 use super::machine::{Machine, Said, Told, Trouble};
 use super::random::Random;
+use super::script::{Script, Stop, finish};
 use crate::chip::hello;
 use crate::failure::Failure;
 use crate::plant::Diverged;
 use crate::run::simulate;
 use crate::run::world::{World, measurement};
-use crate::session::states::ARMING;
 use dynamics_core::safety::{Rules, SafeAction};
 use dynamics_core::{ControllerConfig, Live, Reference};
 use link::codec::FrameTooLong;
-use link::{Frame, Hello, Request, Status};
+use link::{Frame, Hello, Status};
 use robot_compiler::SceneFile;
 use robot_compiler::scene::Push;
 use serde::Serialize;
@@ -25,17 +25,17 @@ use std::path::PathBuf;
 /// Data shared by all runs of a scene.
 pub struct Stage<const N: usize> {
     /// Name of the scene, and its file.
-    scene: (String, PathBuf),
+    pub(super) scene: (String, PathBuf),
     world: World<N>,
-    hello: Hello,
-    config: ControllerConfig<f64, N>,
+    pub(super) hello: Hello,
+    pub(super) config: ControllerConfig<f64, N>,
     pub(super) rules: Rules<f64, N>,
-    live: Frame,
+    pub(super) live: Frame,
     /// The live inputs as they should be.
     pub(super) truth: Live<f32, N>,
     pub(super) scales: [JointScale; N],
     /// Normal supply voltage and temperature.
-    calm: (Option<f32>, Option<f32>),
+    pub(super) calm: (Option<f32>, Option<f32>),
 }
 
 impl<const N: usize> Stage<N> {
@@ -117,27 +117,39 @@ pub struct Finished {
     pub outcome: Outcome,
     /// Number of ticks, all of them judged.
     pub ticks: u32,
+    /// What the joints did, where drives move them.
+    pub motion: Motion,
     /// The unsafe command that ended the run.
     pub counterexample: Option<Counterexample>,
 }
 
-/// Reason why a run ended early.
-#[derive(Debug)]
-enum Stop {
-    Unsafe {
-        broken: Option<Unsafe>,
-        what: String,
-        inputs: String,
-    },
-    Trouble(Trouble),
-    /// The machine did not reach the state of the case.
-    NotReached(Box<Status>),
+/// Motion of an arm on real drives in a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Motion {
+    /// Greatest distance of a joint from where it should be while torque is to hold it, rad or m.
+    pub worst: f64,
+    /// What happened that no program can prevent: one bit for each of [`Exemption::NAMES`].
+    pub exempt: u8,
 }
 
-impl From<FrameTooLong> for Stop {
-    fn from(error: FrameTooLong) -> Self {
-        Self::Trouble(Trouble::Chip(error.into()))
-    }
+/// What no program can prevent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exemption {
+    /// An arm without brakes falls at a joint whose drive is off or has no power.
+    NoDrive = 1,
+    /// A drive that hears nothing gives its last torque until its own timeout.
+    Unheard = 2,
+    /// A drive that is off below the torque at which its replies could show it: the arm may leave its place by its `reach`.
+    Invisible = 4,
+}
+
+impl Exemption {
+    /// All of them, in words.
+    pub const NAMES: [(Self, &'static str); 3] = [
+        (Self::NoDrive, "an arm without brakes falls at a drive that is off"),
+        (Self::Unheard, "a drive that hears nothing gives its last torque until its own timeout"),
+        (Self::Invisible, "a drive is off below the torque that its replies can show"),
+    ];
 }
 
 /// Identification of a run: campaign and number.
@@ -171,31 +183,14 @@ pub fn run<const N: usize>(
         judge,
         world: stage.world.clone(),
         random: Random::new(number.seed, number.run),
+        injection: None,
         tick: 0,
         status: None,
         along: 0,
         driven: 0,
     };
-    let Number { seed, run } = number;
-    let (outcome, counterexample) = match bench.play(case) {
-        Ok(outcome) => (outcome, None),
-        Err(Stop::Trouble(trouble)) => return Err(Failure::Target(miette::Report::from_err(trouble))),
-        Err(Stop::NotReached(status)) => {
-            return Err(Failure::Input(miette::miette!(
-                help = "expected a scene whose arm stands at the start of its motion and can be driven from there",
-                "{}: with --seed {seed} --run {run} the machine does not come to the state `{}`: {status:?}",
-                stage.scene.1.display(),
-                case.situation.name()
-            )));
-        }
-        Err(Stop::Unsafe { broken, what, inputs }) => {
-            let law = broken.map(|broken| broken.law);
-            let scene = stage.scene.0.clone();
-            let found = Counterexample { scene, seed, run, tick: bench.tick, case, law, what, inputs };
-            (Outcome::Unaffected, Some(found))
-        }
-    };
-    Ok(Finished { case, outcome, ticks: bench.tick, counterexample })
+    let played = bench.play(case);
+    finish(&stage.scene, case, number, bench.tick, Motion::default(), played)
 }
 
 /// A run in progress.
@@ -206,6 +201,8 @@ struct Bench<'a, const N: usize> {
     judge: Judge<N>,
     world: World<N>,
     random: Random,
+    /// The fault of this run, while it lasts.
+    injection: Option<(FaultKind, Injection<N>)>,
     tick: u32,
     status: Option<Status>,
     /// Ticks along the trajectory.
@@ -222,121 +219,57 @@ struct Wrong<'a, const N: usize> {
     k: u32,
 }
 
-impl<const N: usize> Bench<'_, N> {
-    fn play(&mut self, case: Case) -> Result<Outcome, Stop> {
-        self.approach(case.situation)?;
-        let before = (self.state(), self.cause());
-        if before.0 != case.situation.state() {
-            return Err(self
-                .status
-                .clone()
-                .map_or(Stop::Trouble(Trouble::Unreported(0)), |s| Stop::NotReached(Box::new(s))));
-        }
-        let mut injection = Injection::new(case.fault, self.stage, &mut self.random);
-        let (least, most) = case.fault.ticks();
-        let mut ticks = self.random.whole(least, most);
-        if case.fault == FaultKind::HostSilent {
-            ticks += self.stage.rules.heartbeat_max.saturating_add(self.stage.rules.hold_max).min(5000);
-        }
-        let mut outcome = Outcome::Unaffected;
-        for k in 0..ticks {
-            // Simulate a host that clears faults without looking.
-            if case.fault != FaultKind::Nothing && self.random.chance(0.05) {
-                self.host.ask(Request::Clear)?;
-            }
-            self.pass(Some(Wrong { kind: case.fault, injection: &mut injection, k }))?;
-            outcome = self.came_of(outcome, before);
-        }
-        for _ in 0..self.random.whole(5, 40) {
-            self.pass(None)?;
-            outcome = self.came_of(outcome, before);
-        }
-        if case.fault != FaultKind::Nothing && self.random.chance(0.5) {
-            self.recover()?;
-        }
-        Ok(outcome)
+impl<const N: usize> Script<N> for Bench<'_, N> {
+    fn host(&mut self) -> &mut Host<N> {
+        &mut self.host
     }
 
-    /// Effect of the fault so far: the first fault counts, otherwise the first hold.
-    fn came_of(&self, so_far: Outcome, before: (u8, u8)) -> Outcome {
-        let now = (self.state(), self.cause());
-        match (so_far, now) {
-            (Outcome::Fault(_), _) => so_far,
-            (_, (5, code)) if before.0 != 5 => Outcome::Fault(code),
-            (Outcome::Held(_), _) => so_far,
-            (_, (4, cause)) if before.0 != 4 => Outcome::Held(cause),
-            _ if now != before => Outcome::Asked,
-            _ => so_far,
-        }
+    fn random(&mut self) -> &mut Random {
+        &mut self.random
     }
 
-    /// Bring the machine to a state and wait there.
-    fn approach(&mut self, situation: Situation) -> Result<(), Stop> {
-        let live = self.stage.live.clone();
-        self.host.send(&live)?;
-        self.wait(3, 10)?;
-        let requests: &[Request] = match situation {
-            Situation::Idle => &[],
-            Situation::Homing => &[Request::Home],
-            Situation::Homed => &[Request::Home, Request::Confirm],
-            Situation::Armed | Situation::Running | Situation::Holding | Situation::Fault => {
-                &[Request::Home, Request::Confirm, Request::Arm]
-            }
-        };
-        for request in requests {
-            self.host.ask(*request)?;
-            self.pass(None)?;
-            while self.state() == ARMING {
-                self.pass(None)?;
-            }
-        }
-        match situation {
-            Situation::Running | Situation::Holding => {
-                self.wait(30, 60)?;
-                let start = self.motion(0);
-                self.host.start(&start)?;
-                self.along = 0;
-                self.feed()?;
-                self.host.ask(Request::Run)?;
-                self.wait(1, 400)?;
-            }
-            Situation::Fault => {
-                self.wait(0, 40)?;
-                self.stop()?;
-            }
-            _ => {}
-        }
-        if situation == Situation::Holding {
-            self.host.ask(Request::Hold)?;
-        }
-        self.wait(1, 60)
+    fn status(&self) -> Option<&Status> {
+        self.status.as_ref()
     }
 
-    /// Ask to clear the fault and to go on to torque, whether or not the machine grants it.
-    fn recover(&mut self) -> Result<(), Stop> {
-        for request in [Request::Clear, Request::Home, Request::Confirm, Request::Arm, Request::Run, Request::Hold] {
-            self.host.ask(request)?;
-            self.wait(1, 8)?;
-            while self.state() == ARMING {
-                self.pass(None)?;
-            }
-        }
-        Ok(())
+    fn live(&self) -> Frame {
+        self.stage.live.clone()
     }
 
-    fn wait(&mut self, least: u32, most: u32) -> Result<(), Stop> {
-        for _ in 0..self.random.whole(least, most) {
-            self.pass(None)?;
-        }
-        Ok(())
+    fn step(&mut self) -> Result<(), Stop> {
+        self.pass(None)
     }
 
-    /// Run a tick with the emergency stop pressed.
-    fn stop(&mut self) -> Result<(), Stop> {
+    fn press(&mut self) -> Result<(), Stop> {
         let mut press = Injection::new(FaultKind::EmergencyStop, self.stage, &mut self.random);
         self.pass(Some(Wrong { kind: FaultKind::EmergencyStop, injection: &mut press, k: 0 }))
     }
 
+    fn begin_motion(&mut self) -> Result<(), Stop> {
+        let start = self.motion(0);
+        self.host.start(&start)?;
+        self.along = 0;
+        Ok(self.feed()?)
+    }
+
+    fn begin_fault(&mut self, case: Case) -> Result<u32, Stop> {
+        self.injection = Some((case.fault, Injection::new(case.fault, self.stage, &mut self.random)));
+        let (least, most) = case.fault.ticks();
+        let ticks = self.random.whole(least, most);
+        let rules = &self.stage.rules;
+        let silence = rules.heartbeat_max.saturating_add(rules.hold_max).min(5000);
+        Ok(if case.fault == FaultKind::HostSilent { ticks + silence } else { ticks })
+    }
+
+    fn disturbed(&mut self, k: u32) -> Result<(), Stop> {
+        let Some((kind, mut injection)) = self.injection.take() else { return self.pass(None) };
+        let passed = self.pass(Some(Wrong { kind, injection: &mut injection, k }));
+        self.injection = Some((kind, injection));
+        passed
+    }
+}
+
+impl<const N: usize> Bench<'_, N> {
     /// Run one tick: sensors, host, machine, judge, arm.
     fn pass(&mut self, wrong: Option<Wrong<'_, N>>) -> Result<(), Stop> {
         self.tick += 1;
@@ -359,7 +292,8 @@ impl<const N: usize> Bench<'_, N> {
         if feeds {
             self.feed()?;
         }
-        let sent = self.host.finish(&told, wire.map(|kind| (kind, &mut self.random)), mute)?;
+        let drill = self.machine.pacing() == link::Pacing::Drill;
+        let sent = self.host.finish(drill.then_some(&told), wire.map(|kind| (kind, &mut self.random)), mute)?;
         let said = match self.machine.tick(&sent.bytes, &told) {
             Ok(said) => said,
             Err(Trouble::Differs(what)) => {
@@ -433,13 +367,5 @@ impl<const N: usize> Bench<'_, N> {
         };
         self.driven += 1;
         plant.drive(&torque)
-    }
-
-    fn state(&self) -> u8 {
-        self.status.as_ref().map_or(0, |status| status.state)
-    }
-
-    fn cause(&self) -> u8 {
-        self.status.as_ref().map_or(0, |status| status.cause)
     }
 }

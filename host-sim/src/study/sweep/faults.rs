@@ -1,7 +1,7 @@
 //! Runs of a fault-injection campaign.
 
 use crate::failure::Failure;
-use crate::study::campaign::{Campaign, Finished, Outcome};
+use crate::study::campaign::{Campaign, Finished, Outcome, Target};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use std::ops::Range;
@@ -40,7 +40,7 @@ impl CampaignRuns {
     /// As [`Campaign::report`].
     pub(super) fn rows(&self, indices: Range<u64>, stop: &AtomicBool) -> Result<Vec<Vec<String>>, Failure> {
         let campaign =
-            Campaign { scenes: self.scenes.clone(), seed: self.seed, runs: indices.collect(), on_chip: false };
+            Campaign { scenes: self.scenes.clone(), seed: self.seed, runs: indices.collect(), target: Target::Desk };
         let mut finished = campaign.finished(stop, &ProgressBar::hidden())?;
         finished.sort_by_key(|(number, _)| *number);
         Ok(finished.iter().map(|(number, finished)| self.row(*number, finished)).collect())

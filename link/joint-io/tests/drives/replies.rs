@@ -1,7 +1,7 @@
 //! Replies that do not fit what was sent.
 
 use crate::rig::Rig;
-use actuator_model::bus::Frame;
+use actuator_model::bus::{Fate, Frame};
 use actuator_model::mit::Language;
 use dynamics_core::control::Sensed;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
@@ -66,4 +66,30 @@ fn a_drive_of_another_kind_never_counts_as_on() {
     strange::<Damiao>(Language::Damiao, Language::RobStride, 8);
     strange::<RobStride>(Language::RobStride, Language::MiniCheetah, 6);
     strange::<RobStride>(Language::RobStride, Language::Damiao, 8);
+}
+
+/// An arm without brakes whose drive hears the board, and whose replies are lost for so many ticks: the drive goes on damping.
+fn damps_unheard<F: Frames>(language: Language, ticks: u32) {
+    // Until it is armed something holds the arm.
+    let mut rig = Rig::<F>::new(language, SafeAction::DampedStop).armed();
+    rig.brakeless = true;
+    for tick in 0..ticks + 30 {
+        if tick < ticks {
+            rig.wire.bus.borrow_mut().fates = vec![(1, Fate::Lost)];
+        }
+        rig.tick();
+        assert!(rig.electronics(|it| it.gives_torque()), "{language:?}: off in tick {tick} of {ticks} without a reply");
+    }
+    assert!(rig.fault().is_some() && rig.qd < 0.0);
+    let torque = rig.electronics(|it| it.torque());
+    assert!((torque + 4.0 * rig.qd).abs() < 0.3, "{language:?}: {torque} N m at {} rad/s", rig.qd);
+}
+
+#[test]
+fn a_drive_that_is_not_heard_goes_on_damping_an_arm_without_brakes() {
+    for ticks in [5, 10, 11, 12, 20, 100] {
+        damps_unheard::<MiniCheetah>(Language::MiniCheetah, ticks);
+        damps_unheard::<Damiao>(Language::Damiao, ticks);
+        damps_unheard::<RobStride>(Language::RobStride, ticks);
+    }
 }

@@ -41,6 +41,26 @@ pub enum Law {
     Reported,
     /// The arm can be simulated to the end.
     RanAway,
+    /// While torque is to hold it, no joint leaves its place or its path. Of drives on a bus.
+    Fell,
+    /// Brakes stop every joint within their time, and hold it. Of drives on a bus.
+    Stopped,
+    /// Without brakes every drive that hears the board damps its joint in the safe action. Of drives on a bus.
+    Damped,
+    /// No torque of before acts after the safe action was due. Of drives on a bus.
+    OldTorque,
+    /// Brakes open only in states with torque, on drives that are on. Of drives on a bus.
+    BrakesOpen,
+    /// A drive that goes off while torque is to act is found in time. Of drives on a bus.
+    OffUnnoticed,
+    /// When brakes open, every drive carries its joint. Of drives on a bus.
+    Carried,
+    /// A stop or a hold that was sent in time acts in its tick. Of drives on a bus.
+    Strongest,
+    /// No torque acts for long on a drive whose zero has moved since the homing. Of drives on a bus.
+    ZeroMoved,
+    /// Without its host an arm with a rest pose is lowered, slowly, and not dropped. Of drives on a bus.
+    Lowered,
 }
 
 /// An unsafe command.
@@ -53,6 +73,6 @@ pub struct Unsafe {
 }
 
 /// Returns a violation of a law.
-pub(super) fn broken(law: Law, what: impl Into<String>) -> Result<(), Unsafe> {
+pub(in crate::study::campaign) fn broken(law: Law, what: impl Into<String>) -> Result<(), Unsafe> {
     Err(Unsafe { law, what: what.into() })
 }

@@ -3,7 +3,7 @@
 use super::law::{Law, Unsafe, broken};
 use super::torque::torque;
 use super::{Heard, Judge, Said, Told};
-use crate::session::states::{self, ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, RUNNING};
+use crate::session::states::{self, ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use dynamics_core::safety::Rules;
 use link::{Request, Status};
 
@@ -66,7 +66,9 @@ impl<const N: usize> Judge<N> {
         if silent > heartbeat_max && matches!(state, ARMED | RUNNING) {
             return broken(Law::Silence, format!("state {state} after {silent} ticks without the host"));
         }
-        if silent > heartbeat_max.saturating_add(hold_max) && torque(&said.drives).is_some() {
+        // An arm with a rest pose is lowered instead of being let go.
+        let lowered = self.rules.rest.is_some() && state == LOWERING;
+        if silent > heartbeat_max.saturating_add(hold_max) && torque(&said.drives).is_some() && !lowered {
             return broken(Law::Silence, format!("torque after {silent} ticks without the host"));
         }
         let lost = self.before.0 != FAULT && state == FAULT && said.status.cause == 10;
