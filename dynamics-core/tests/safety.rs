@@ -5,6 +5,7 @@
 
 mod braking;
 mod controlled;
+mod limited;
 mod ordinary;
 mod sequences;
 mod support;

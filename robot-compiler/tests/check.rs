@@ -447,10 +447,10 @@ fn a_named_actuators_ratings_go_through_the_gear_and_give_way_to_the_file() {
     };
     let heat = robot("", 2.0).unwrap();
     assert_eq!((heat.rated, heat.peak, heat.time_constant), (Some(22.0), Some(72.0), None));
-    assert_eq!(heat.rules(36.0, 0.1), None, "no time constant is made up");
+    assert_eq!(heat.rules(0.1), None, "no time constant is made up");
     let heat = robot("heat = { rated = 8.0, time_constant = 50 }", 1.0).unwrap();
     assert_eq!((heat.rated, heat.peak, heat.time_constant), (Some(8.0), Some(36.0), Some(50.0)));
-    assert_eq!(heat.rules(36.0, 0.1).unwrap().per_rated.to_bits(), (1.0_f64 / 8.0).to_bits());
+    assert_eq!(heat.rules(0.1).unwrap().per_rated.to_bits(), (1.0_f64 / 8.0).to_bits());
     let problem = robot("heat = { rated = 40.0 }", 1.0).unwrap_err();
     assert!(problem.problem().contains("exchanged?"), "{problem}");
 }

@@ -22,14 +22,17 @@ impl LimitFlags {
     pub const TORQUE_RATE: Self = Self(8);
     /// The reference was not followed, because this joint has felt a collision.
     pub const COLLISION: Self = Self(16);
+    /// The joint's motor is warm: less torque than its limit may act beyond the weight.
+    pub const HEAT: Self = Self(32);
 
     /// Each single flag with its name.
-    pub const NAMES: [(Self, &'static str); 5] = [
+    pub const NAMES: [(Self, &'static str); 6] = [
         (Self::POSITION, "position"),
         (Self::VELOCITY, "velocity"),
         (Self::TORQUE, "torque"),
         (Self::TORQUE_RATE, "torque rate"),
         (Self::COLLISION, "collision"),
+        (Self::HEAT, "heat"),
     ];
 
     /// The bits.
@@ -47,7 +50,7 @@ impl LimitFlags {
     /// From bits; unknown bits are dropped.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Self {
-        Self(bits & 0x1f)
+        Self(bits & 0x3f)
     }
 
     /// Whether every flag of `other` is set.
@@ -64,7 +67,7 @@ impl LimitFlags {
     }
 
     #[inline]
-    fn when(self, condition: bool) -> Self {
+    pub(crate) fn when(self, condition: bool) -> Self {
         if condition { self } else { Self::NONE }
     }
 }

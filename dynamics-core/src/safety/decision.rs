@@ -3,6 +3,7 @@
 //! A tick that is not [ordinary](super::ordinary) comes here, and is decided from the beginning.
 
 use super::arming::Arming;
+use super::heat::{FAULT, Heats};
 use super::lowering::lowered;
 use super::measured::{Judgement, Seen, Sensors};
 use super::stop::{can_stop, slowed};
@@ -41,6 +42,8 @@ pub(super) struct Memory<S, const N: usize> {
     pace: S,
     /// Ticks that the reference has been at the rest pose.
     settled: u32,
+    /// Heat of the motors.
+    pub(super) heats: Heats<S, N>,
 }
 
 /// Inputs of one decision.
@@ -140,6 +143,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             arming: Arming::START,
             pace: S::zero(),
             settled: 0,
+            heats: Heats::cold(),
         }
     }
 
@@ -217,6 +221,27 @@ impl<S: Real, const N: usize> Memory<S, N> {
         rules.first_motion.filter(|_| !self.full_range)
     }
 
+    /// True if some motor is warm.
+    #[inline]
+    pub(super) fn is_warm(&self, rules: &Rules<S, N>) -> bool {
+        rules.heat.is_some() && self.heats.warm != 0
+    }
+
+    /// Share of the torque limit that may act beyond the weight; `None` for all of it.
+    #[inline]
+    pub(super) fn beyond_weight(&self, rules: &Rules<S, N>) -> Option<S> {
+        let first = self.first_motion(rules);
+        if self.is_warm(rules) { Some(self.heats.left(first.unwrap_or(S::one()))) } else { first }
+    }
+
+    /// Flags the joints whose motors are warm.
+    #[cold]
+    pub(super) fn flag_warm(&self, limits: &mut [LimitFlags; N]) {
+        for i in 0..N {
+            limits[i] |= LimitFlags::HEAT.when(self.heats.warm & (1 << i) != 0);
+        }
+    }
+
     /// The first joint that is too fast for the first motion.
     fn hasty(&self, seen: &Seen<'_, S, N>, config: &ControllerConfig<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
         let share = self.first_motion(rules)?;
@@ -240,7 +265,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
         match inputs.on.iter().position(|on| !*on) {
             Some(joint) if self.state != State::Arming => Some(Fault::DriveOff { joint: joint as u8 }),
-            _ => None,
+            _ => self.heats.above(FAULT).map(|joint| Fault::Overheated { joint }),
         }
     }
 
@@ -308,6 +333,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
                     return Err(Refusal::NotHomed);
                 }
                 standing(seen, judged, rules)?;
+                if let Some(joint) = self.heats.above(1.0) {
+                    return Err(Refusal::Fault(Fault::Overheated { joint }));
+                }
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }

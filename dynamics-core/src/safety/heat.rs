@@ -15,8 +15,8 @@
 //!
 //! ```
 //! # use dynamics_core::safety::heat::HeatRules;
-//! // 11 N m for ever, 36 N m for a while, time constant 60 s; an update every 64 ms.
-//! let rules = HeatRules::new(11.0_f64, 36.0, 60.0, 0.064);
+//! // 11 N m for ever, time constant 60 s; an update every 64 ms.
+//! let rules = HeatRules::new(11.0_f64, 60.0, 0.064);
 //! let x = (0..1000).fold(0.0, |x, _| rules.step(x, 15.4));
 //! // 15.4 N m heat to 1.96, and 64 s have passed: 1.96 (1 - exp(-64 / 60)).
 //! assert!((x - 1.285).abs() < 1e-3);
@@ -36,8 +36,6 @@ record! {
     pub struct HeatRules<S> {
         /// One over the torque that it can give for ever, 1/(N m) or 1/N.
         pub per_rated: S,
-        /// Square of the greatest torque over the rated one.
-        pub peak_square: S,
         /// Share of the way to the final heat that one update goes, `1 - exp(-dt / T)`.
         pub share: S,
     }
@@ -55,13 +53,13 @@ pub enum HeatLevel {
 }
 
 impl HeatRules<f64> {
-    /// From the torques that the motor can give for ever and at most, N m or N, its time constant, s, and the time between two updates, s.
-    ///
-    /// A greatest torque below the rated one counts as the rated one.
+    /// A motor of which nothing is known: it never heats.
+    pub const UNKNOWN: Self = Self { per_rated: 0.0, share: 0.0 };
+
+    /// From the torque that the motor can give for ever, N m or N, its time constant, s, and the time between two updates, s.
     #[must_use]
-    pub fn new(rated: f64, peak: f64, time_constant: f64, update: f64) -> Self {
-        let peak = if peak > rated { peak / rated } else { 1.0 };
-        Self { per_rated: 1.0 / rated, peak_square: peak * peak, share: -libm::expm1(-update / time_constant) }
+    pub fn new(rated: f64, time_constant: f64, update: f64) -> Self {
+        Self { per_rated: 1.0 / rated, share: -libm::expm1(-update / time_constant) }
     }
 }
 
@@ -76,20 +74,67 @@ impl<S: Real> HeatRules<S> {
         let load = torque * self.per_rated;
         heat + self.share * (load * load - heat)
     }
+}
 
-    /// Square of the greatest torque that may act at this heat, over the rated torque: the whole `peak_square` up to the warning, from there
-    /// down a line to 1 at the continuous limit, where the heat no longer grows.
-    ///
-    /// A motor that obeys it stays at or below a heat of 1 if an update is short: `share (1 + 5 (peak_square - 1)) <= 1`.
-    /// **An arm without brakes that needs more than this to hold itself sinks**: reduce motions by it, not what carries the weight.
+/// Heat of all motors. One is updated in each tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Heats<S, const N: usize> {
+    /// Heat of each motor, 1 at its continuous limit.
+    pub(super) heat: [S; N],
+    /// A bit for each motor that is warm.
+    pub(super) warm: u32,
+    /// The motor of the next update.
+    next: usize,
+}
+
+impl<S: Real, const N: usize> Heats<S, N> {
+    /// Motors that have rested for long.
+    pub(super) fn cold() -> Self {
+        Self { heat: [S::zero(); N], warm: 0, next: 0 }
+    }
+
+    /// One motor's update, with the torque that acts.
     #[inline]
-    #[must_use]
-    pub fn derated_square(&self, heat: S) -> S {
-        let warning = S::literal(WARNING);
-        let left = ((S::one() - heat) / (S::one() - warning)).clamp_to(S::zero(), S::one());
-        S::one() + (self.peak_square - S::one()) * left
+    pub(super) fn update(&mut self, rules: &[HeatRules<S>; N], torque: &[S; N]) {
+        let i = self.next;
+        self.next = if i + 1 < N { i + 1 } else { 0 };
+        let (Some(heat), Some(rules), Some(torque)) = (self.heat.get_mut(i), rules.get(i), torque.get(i)) else {
+            return;
+        };
+        *heat = rules.step(*heat, *torque);
+        let bit = 1 << i;
+        self.warm = if HeatLevel::of(*heat) == HeatLevel::Cool { self.warm & !bit } else { self.warm | bit };
+    }
+
+    /// The first motor that is not below this heat, or not a number.
+    pub(super) fn above(&self, heat: f64) -> Option<u8> {
+        let below = |x: &S| *x <= S::literal(heat);
+        self.heat.iter().position(|x| !below(x)).map(|joint| joint as u8)
+    }
+
+    /// The share of the torque limit that may act beyond the weight, at most `most`, by the hottest motor.
+    #[cold]
+    pub(super) fn left(&self, most: S) -> S {
+        self.heat.iter().fold(most, |most, heat| {
+            let own = left(*heat);
+            if own < most { own } else { most }
+        })
     }
 }
+
+/// Share of the torque limit that may act beyond the weight at this heat: all of it up to [`WARNING`], from there down a line to a tenth at the
+/// continuous limit and beyond.
+///
+/// The weight is always carried: an arm without brakes whose torque is cut sinks. So a motor that heats by the weight alone goes on to
+/// [`FAULT`].
+pub(super) fn left<S: Real>(heat: S) -> S {
+    let warning = S::literal(WARNING);
+    let left = (S::one() - heat) / (S::one() - warning);
+    left.clamp_to(S::literal(LEAST), S::one())
+}
+
+/// What is left of it at the continuous limit.
+const LEAST: f64 = 0.1;
 
 impl HeatLevel {
     /// The level of a heat.

@@ -42,6 +42,19 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         self.memory.along
     }
 
+    /// Back to the start, in everything but the heat of the motors: no host can cool them.
+    pub fn reset(&mut self, config: C) {
+        let heats = self.memory.heats;
+        *self = Self::new(config);
+        self.memory.heats = heats;
+    }
+
+    /// Heat of each motor, 1 at its continuous limit; 0 where it is not known ([`super::heat`]).
+    #[must_use]
+    pub fn heat(&self) -> &[S; N] {
+        &self.memory.heats.heat
+    }
+
     /// Whether the joints' zeros have been confirmed.
     #[must_use]
     pub fn homed(&self) -> bool {
@@ -113,7 +126,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 if memory.state == State::Running
                     && memory.sensors.fresh
                     && fresh
-                    && memory.first_motion(rules).is_none()
+                    && memory.beyond_weight(rules).is_none()
                     && is_quiet(inputs, rules) =>
             {
                 let goes_on = goes_on(&seen, &memory.sensors.last, reference, config, rules);
@@ -141,6 +154,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 at_once: decision.action == Action::DriveAtOnce,
                 reference,
                 ordinary,
+                beyond_weight: memory.beyond_weight(rules),
                 runs: memory.state == State::Running,
                 q,
                 qd,
@@ -156,6 +170,9 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                     }
                     (memory.torque, memory.limits) = (torque, limits);
                     memory.gave_way = LimitFlags::any(&limits) && gives_way(&limits);
+                    if memory.is_warm(rules) {
+                        memory.flag_warm(&mut limits);
+                    }
                     output.actuation = Actuation::Drive { torque, limits };
                 }
                 Ok(()) if decision.action == Action::Preload => {
@@ -171,6 +188,9 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                 Action::Safe => Actuation::Safe(rules.safe_action),
                 _ => Actuation::Enable(rules.safe_action),
             };
+        }
+        if let Some(heat) = &rules.heat {
+            memory.heats.update(heat, &memory.torque);
         }
         output.refused = decision.refused;
         (output.state, output.homed) = (memory.state, memory.homed);

@@ -1,6 +1,7 @@
 //! Numbers of the safety rules.
 
 use super::SafeAction;
+use super::heat::HeatRules;
 use crate::control::{Configuration as ControlConfiguration, ControllerConfig};
 use crate::fields::record;
 use crate::inertia::InertiaBounds;
@@ -103,9 +104,12 @@ record! {
         pub live_max: u32,
         /// Pose to which the arm moves, after `hold_max`, when the host stays away, rad or m; `None` for the safe action instead.
         pub rest: Option<[S; N]>,
-        /// Share of the torque limit around the gravity torque, and of the velocity limit, that an arm may use after homing until
+        /// Share of the velocity limit, and of the torque limit beyond the weight, that an arm may use after homing until
         /// [`FullRange`](super::Request::FullRange); `None` for no such limit.
         pub first_motion: Option<S>,
+        /// Motors whose heat is followed, one of them in each tick; `None` where it is known of no motor. An update of one follows
+        /// `N` ticks after its last.
+        pub heat: Option<[HeatRules<S>; N]>,
         /// Bounds on a payload that is set at run time, about the last link's origin.
         pub payload: InertiaBounds<S>,
         /// Numbers of each joint.

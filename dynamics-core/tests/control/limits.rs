@@ -127,12 +127,13 @@ fn flag_bits_are_stable_and_named() {
         (LimitFlags::TORQUE, 4),
         (LimitFlags::TORQUE_RATE, 8),
         (LimitFlags::COLLISION, 16),
+        (LimitFlags::HEAT, 32),
     ];
     for ((flag, bits), (named, _)) in pinned.into_iter().zip(LimitFlags::NAMES) {
         assert_eq!((flag.bits(), flag), (bits, named));
     }
     for bits in 0..=u8::MAX {
-        assert_eq!(LimitFlags::from_bits(bits).bits(), bits & 0x1f);
+        assert_eq!(LimitFlags::from_bits(bits).bits(), bits & 0x3f);
         for (flag, value) in pinned {
             assert_eq!(LimitFlags::from_bits(bits).contains(flag), bits & value != 0);
         }

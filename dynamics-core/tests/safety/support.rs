@@ -68,6 +68,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
         live_max: 0,
         rest: None,
         first_motion: None,
+        heat: None,
         payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint; 2],
     };

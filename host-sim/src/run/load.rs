@@ -86,7 +86,7 @@ pub(super) fn motor_loads(record: &Record, driven: usize, robot: &Robot, period:
     let of = |(index, joint): (usize, &RobotJoint)| {
         let rated = joint.heat.rated?;
         let torques = record.joint(index).take(driven).map(|sample| sample.torque);
-        let heat = joint.heat.rules(joint.spec.limits.torque, period).map(|rules| {
+        let heat = joint.heat.rules(period).map(|rules| {
             let step = |(heat, most): (f64, f64), torque| {
                 let heat = rules.step(heat, torque);
                 (heat, most.max(heat))

@@ -153,6 +153,7 @@ fn rules<const N: usize>(setup: &Setup) -> Rules<f32, N> {
         live_max: 0,
         rest: (setup.rest && setup.mutant != Some(Mutant::NoRestPose)).then_some([0.0; N]),
         first_motion: None,
+        heat: None,
         payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint; N],
     }

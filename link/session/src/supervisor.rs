@@ -33,7 +33,8 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
 
     /// Back to idle. The inputs are as before any measurement and any sign of the host behind [`Supervisor::forget`].
     pub fn reset(&mut self, config: K) {
-        (self.safety, self.before, self.along) = (Safety::new(config), State::Idle, false);
+        self.safety.reset(config);
+        (self.before, self.along) = (State::Idle, false);
     }
 
     /// Forget the inputs.

@@ -63,11 +63,9 @@ pub struct JointHeat {
 
 impl JointHeat {
     /// The model of the winding's heat with this time between two updates, s; `None` where a number of it is not known.
-    ///
-    /// A greatest torque that is not known counts as `limit`, the joint's torque limit.
     #[must_use]
-    pub fn rules(&self, limit: f64, update: f64) -> Option<HeatRules<f64>> {
-        Some(HeatRules::new(self.rated?, self.peak.unwrap_or(limit), self.time_constant?, update))
+    pub fn rules(&self, update: f64) -> Option<HeatRules<f64>> {
+        Some(HeatRules::new(self.rated?, self.time_constant?, update))
     }
 }
 

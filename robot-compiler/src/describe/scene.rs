@@ -6,6 +6,7 @@ use dynamics_core::control::{
     TrackingObserver,
 };
 use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::safety::heat::HeatRules;
 use dynamics_core::safety::{JointRules, Rules};
 use dynamics_core::trig::Libm;
 use dynamics_core::{ControllerConfig, Dynamics, Inertia, Limits, Live, Model, Real, Scene, Trig, Wrench};
@@ -211,9 +212,10 @@ impl SceneFile {
             latency: safety.latency,
             arming_max: ticks(ARMING),
             live: self.model.live_inputs(),
-            live_max: 0,
+            live_max: safety.live_age.map_or(0, ticks),
             rest: safety.rest.as_deref().map(joints),
-            first_motion: None,
+            first_motion: safety.first_motion,
+            heat: self.heat(),
             payload: safety.payload,
             joints: std::array::from_fn(|i| JointRules {
                 rest_speed: rest_speed[i],
@@ -227,6 +229,14 @@ impl SceneFile {
                 lowering_speed: lowering_speed[i],
             }),
         }
+    }
+
+    /// The motors whose heat the board follows: those whose rated torque and time constant are known. `None` where there is none.
+    fn heat<const N: usize>(&self) -> Option<[HeatRules<f64>; N]> {
+        // One motor in each tick.
+        let update = N as f64 * self.period();
+        let of = |i: usize| self.robot.joints.get(i).and_then(|joint| joint.heat.rules(update));
+        (0..N).any(|i| of(i).is_some()).then(|| std::array::from_fn(|i| of(i).unwrap_or(HeatRules::UNKNOWN)))
     }
 
     /// Number of steps of the plant in one control period.

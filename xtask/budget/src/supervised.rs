@@ -11,7 +11,7 @@ use link::{Actuation, Cost, Frame, Lines, Point, Request, Status, TickCost};
 use robot_compiler::SceneFile;
 
 /// Ticks before the arm runs: home, confirm, arm, and the time in which torque rises on engaged brakes.
-pub const TICKS_BEFORE: usize = 3 + ARMING;
+pub const TICKS_BEFORE: usize = 4 + ARMING;
 
 /// Ticks after the request to arm, after which the arm is armed.
 const ARMING: usize = 100;
@@ -68,7 +68,8 @@ pub fn drive<const N: usize>(
             }
         }
     };
-    for (number, request) in [Request::Home, Request::Confirm, Request::Arm].into_iter().enumerate() {
+    for (number, request) in [Request::Home, Request::Confirm, Request::FullRange, Request::Arm].into_iter().enumerate()
+    {
         target.send(&Frame::request(number as u8, request))?;
         tick(target, first)?;
     }

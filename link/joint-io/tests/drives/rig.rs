@@ -161,6 +161,7 @@ fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
         live_max: 0,
         rest: None,
         first_motion: None,
+        heat: None,
         payload: InertiaBounds { mass: 5.0, radius: 0.5 },
         joints: [joint],
     }

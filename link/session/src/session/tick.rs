@@ -82,6 +82,10 @@ where
                 if let Some(then) = then {
                     jumps = jump(ask, controller.config(), answer.map(|()| (*torque, *limits)), then);
                 }
+                let answer = match ask.beyond_weight {
+                    Some(share) => answer.and_then(|()| ask.near_weight(share, controller, torque, limits)),
+                    None => answer,
+                };
                 if ask.start { answer.and_then(|()| bearable(torque, controller.config())) } else { answer }
             });
         });

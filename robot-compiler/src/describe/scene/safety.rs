@@ -41,6 +41,11 @@ pub struct SafetySpec {
     pub rest: Option<Vec<f64>>,
     /// Greatest speed of the tip while the arm is lowered to its rest pose, m/s.
     pub lowering_tip_speed: f64,
+    /// Share of the velocity limits, and of the torque limits beyond the weight, that the arm may use after homing until a person lifts the
+    /// limit; `None` for all of them.
+    pub first_motion: Option<f64>,
+    /// Greatest age of the live inputs while the arm runs, s; `None` for no limit.
+    pub live_age: Option<f64>,
     /// True for a scene whose firmware is built without drives, so that it can never move an arm: bounds on lateness are lifted.
     pub bench_only: bool,
 }
@@ -58,6 +63,8 @@ impl SafetySpec {
     /// | damping | the whole torque at the velocity limit; none where either has no limit |
     /// | rest | the robot file's |
     /// | speed of the tip while lowering | 0.05 m/s |
+    /// | first motion | no limit |
+    /// | age of live inputs | no limit |
     pub(crate) fn default_for(robot: &Robot, control: &ControlSpec) -> Self {
         const STOP_TIME: f64 = 0.25;
         let or = |x: f64, otherwise: f64| if x.is_finite() { x } else { otherwise };
@@ -86,6 +93,8 @@ impl SafetySpec {
             }),
             rest: robot.rest.clone(),
             lowering_tip_speed: 0.05,
+            first_motion: None,
+            live_age: None,
             bench_only: false,
         }
     }

@@ -30,6 +30,8 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
         "damping",
         "rest",
         "lowering_tip_speed",
+        "first_motion",
+        "live_age_ms",
         "bench_only",
     ])?;
     let mut safety = SafetySpec::default_for(robot, control);
@@ -81,6 +83,22 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
         if safety.rest.is_none() {
             return Err(value.error("given without `rest`", "`rest` beside it, or in the robot file"));
         }
+    }
+    if let Some(value) = table.get("first_motion") {
+        const EXPECTED: &str = "a share of the limits, above zero and at most 1; 1 for no limit of the first motion";
+        let share = value.positive_up_to(1.0, EXPECTED)?;
+        safety.first_motion = (share < 1.0).then_some(share);
+    }
+    if let Some(value) = table.get("live_age_ms") {
+        let age = 1e-3 * value.positive_up_to(TIME_MAX, "a time in ms, above zero and at most 60,000")?;
+        // A round number of ticks, and a few lost frames, lie between two messages.
+        if age < 4.0 / control.rate {
+            let least = 4000.0 / control.rate;
+            return Err(
+                value.error(format!("{:.3} ms", 1e3 * age), format!("at least four control periods, {least:.3} ms"))
+            );
+        }
+        safety.live_age = Some(age);
     }
     if let Some(value) = table.get("bench_only") {
         safety.bench_only = value.boolean()?;

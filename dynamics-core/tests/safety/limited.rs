@@ -1,0 +1,212 @@
+//! Limits that a person or a motor's heat puts on an arm: the first motion after homing, and motors that are warm.
+
+use crate::safety::support::*;
+use dynamics_core::control::{Controller, Fault, LimitFlags};
+use dynamics_core::newton_euler::InverseDynamics;
+use dynamics_core::safety::heat::{FAULT, HeatRules, WARNING};
+use dynamics_core::safety::{Actuation, HoldCause, Inputs, Protected, Refusal, Request, SafeAction, State};
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{Live, Reference, Sensed, SinCos};
+
+/// Share of the limits in the first motion, and what it leaves, N m and rad/s.
+const SHARE: f32 = 0.2;
+const BEYOND: f32 = SHARE * TORQUE;
+const SPEED: f32 = SHARE * 3.0;
+
+/// Torque of the weight, N m.
+const WEIGHT: f32 = 6.0;
+
+/// Unit masses under a weight each: `tau = qdd + 6`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Weights;
+
+impl InverseDynamics<f32, 2> for Weights {
+    fn inverse_dynamics(
+        &self,
+        _turn: &[SinCos<f32>; 2],
+        _q: &[f32; 2],
+        _qd: &[f32; 2],
+        qdd: &[f32; 2],
+        _live: &Live<f32, 2>,
+    ) -> [f32; 2] {
+        qdd.map(|x| x + WEIGHT)
+    }
+}
+
+struct Arm {
+    machine: Machine,
+    controller: Controller<f32, 2, Weights, Polynomial, Protected<f32, 2>>,
+}
+
+impl Arm {
+    fn of(protected: Protected<f32, 2>) -> Self {
+        Self { machine: Machine::new(protected), controller: Controller::new(protected, Weights, Polynomial) }
+    }
+
+    fn tick(&mut self, inputs: &Told) -> Said {
+        self.machine.tick(inputs, |ask| ask.of(&mut self.controller))
+    }
+
+    fn ask(&mut self, requests: &[Request]) {
+        for request in requests {
+            assert_eq!(self.tick(&asked(*request, &calm([0.0; 2]))).refused, None, "{request:?}");
+            while self.machine.state() == State::Arming {
+                self.tick(&calm([0.0; 2]));
+            }
+        }
+    }
+}
+
+/// One that limits the first motion.
+fn limited() -> Protected<f32, 2> {
+    let mut protected = config();
+    protected.rules.first_motion = Some(SHARE);
+    protected
+}
+
+fn moving(speed: f32) -> Told {
+    let reference = Reference { q: [0.0; 2], qd: [speed; 2], qdd: [0.0; 2] };
+    Inputs { reference: Some(reference), sensed: Sensed::State { q: [0.0; 2], qd: [speed; 2] }, ..calm([0.0; 2]) }
+}
+
+/// Standing, with a reference this far away.
+fn drawn(distance: f32) -> Told {
+    Inputs { reference: Some(Reference::at_rest([distance; 2])), ..calm([0.0; 2]) }
+}
+
+fn limits(output: &Said) -> [LimitFlags; 2] {
+    match output.actuation {
+        Actuation::Drive { limits, .. } => limits,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_first_motion_that_is_too_fast_is_refused_or_held_until_the_limit_is_lifted() {
+    let mut arm = Arm::of(limited());
+    arm.ask(&TO_ARMED);
+    let refused = arm.tick(&asked(Request::Run, &moving(1.01 * SPEED)));
+    assert_eq!(refused.refused, Some(Refusal::FirstMotion { joint: 0 }));
+    arm.ask(&[Request::Run]);
+    assert_eq!(arm.tick(&moving(0.99 * SPEED)).state, State::Running);
+    assert_eq!(arm.tick(&moving(1.01 * SPEED)).state, State::Holding(HoldCause::FirstMotion { joint: 0 }));
+    for _ in 0..200 {
+        arm.tick(&calm([0.0; 2]));
+    }
+    arm.ask(&[Request::FullRange, Request::Run]);
+    assert_eq!(arm.tick(&moving(1.01 * SPEED)).state, State::Running);
+    // Every homing limits anew.
+    arm.ask(&[Request::Hold]);
+    for _ in 0..200 {
+        arm.tick(&calm([0.0; 2]));
+    }
+    arm.ask(&[Request::Disarm, Request::Home, Request::Confirm, Request::Arm, Request::Run]);
+    assert_eq!(arm.tick(&moving(1.01 * SPEED)).state, State::Holding(HoldCause::FirstMotion { joint: 0 }));
+}
+
+#[test]
+fn an_arm_that_is_itself_too_fast_in_its_first_motion_is_a_fault() {
+    let share = |velocity_max: f32| SHARE * velocity_max;
+    let run = |speed: f32| {
+        let mut arm = Arm::of(limited());
+        arm.ask(&TO_RUNNING);
+        arm.tick(&Inputs { sensed: Sensed::State { q: [0.0; 2], qd: [speed; 2] }, ..calm([0.0; 2]) }).state
+    };
+    assert_eq!(run(0.99 * share(6.0)), State::Running);
+    assert_eq!(run(1.01 * share(6.0)), State::Fault(Fault::VelocityOutOfBounds { joint: 0 }));
+}
+
+#[test]
+fn torque_beyond_the_weight_is_limited_in_the_first_motion_and_then_not() {
+    let mut arm = Arm::of(limited());
+    arm.ask(&TO_RUNNING);
+    // 400 N m/rad: half of what may act, all of it, and more.
+    for (wanted, acts) in [(0.5 * BEYOND, 0.5 * BEYOND), (2.0 * BEYOND, BEYOND), (-2.0 * BEYOND, -BEYOND)] {
+        for _ in 0..5 {
+            arm.tick(&drawn(wanted / 400.0));
+        }
+        let output = arm.tick(&drawn(wanted / 400.0));
+        let torque = torque(&output).unwrap()[0];
+        assert!((torque - (WEIGHT + acts)).abs() < 1e-4, "{torque} for {wanted}");
+        assert_eq!(limits(&output)[0].contains(LimitFlags::TORQUE), wanted != acts);
+    }
+    arm.ask(&[Request::FullRange]);
+    for _ in 0..5 {
+        arm.tick(&drawn(-2.0 * BEYOND / 400.0));
+    }
+    let free = torque(&arm.tick(&drawn(-2.0 * BEYOND / 400.0))).unwrap()[0];
+    assert!((free - (WEIGHT - 2.0 * BEYOND)).abs() < 1e-4, "{free}");
+}
+
+/// Motors that carry the weight for ever (`1.44 = (6 / 5)^2`, without it 0), with a time constant of two thousand ticks.
+fn warming() -> Protected<f32, 2> {
+    let mut protected = config();
+    // The second motor is stronger.
+    let rules = [5.0, 50.0].map(|rated| HeatRules::new(rated, 2.0, 2.0 * 1e-3).cast());
+    protected.rules.heat = Some(rules);
+    protected
+}
+
+#[test]
+fn a_warm_motor_gives_less_beyond_the_weight_and_an_overheated_one_is_a_fault_that_lasts_until_it_has_cooled() {
+    let mut arm = Arm::of(warming());
+    arm.ask(&TO_RUNNING);
+    let distance = 4.0 / 400.0;
+    let (mut warnings, mut least, mut ticks) = (0, f32::MAX, 0);
+    let fault = loop {
+        let before = *arm.machine.heat();
+        let output = arm.tick(&drawn(distance));
+        ticks += 1;
+        assert!(ticks < 10_000, "it never overheats: {before:?}");
+        if let State::Fault(fault) = output.state {
+            assert!(f64::from(before[0]) >= FAULT, "{before:?}");
+            break fault;
+        }
+        let warm = f64::from(before[0]) >= WARNING;
+        assert_eq!(limits(&output).map(|flags| flags.contains(LimitFlags::HEAT)), [warm, false], "{before:?}");
+        let torque = torque(&output).unwrap()[0];
+        assert!(torque >= WEIGHT - 1e-4, "the weight is carried: {torque} N m at {before:?}");
+        if warm {
+            warnings += 1;
+            least = least.min(torque);
+        }
+    };
+    assert_eq!(fault, Fault::Overheated { joint: 0 });
+    // 1 N m is a tenth of the limit. The weight alone heats on.
+    assert!(warnings > 100 && (least - (WEIGHT + 1.0)).abs() < 1e-3, "{warnings} warnings, at least {least} N m");
+
+    // A host that begins anew finds the motors as hot as they are.
+    arm.machine.reset(warming());
+    assert!(f64::from(arm.machine.heat()[0]) > 1.0);
+    arm.ask(&[Request::Home, Request::Confirm]);
+    let refused = arm.tick(&asked(Request::Arm, &calm([0.0; 2])));
+    assert_eq!(refused.refused, Some(Refusal::Fault(Fault::Overheated { joint: 0 })));
+    let hot = arm.machine.heat()[0];
+    for _ in 0..200 {
+        arm.tick(&calm([0.0; 2]));
+    }
+    // It cools by its time constant.
+    let expected = hot * (-0.2_f32 / 2.0).exp();
+    assert!((arm.machine.heat()[0] - expected).abs() < 5e-3, "{:?}, not {expected}", arm.machine.heat());
+    arm.ask(&[Request::Arm]);
+}
+
+#[test]
+fn a_machine_that_knows_no_motor_s_heat_follows_none() {
+    let mut arm = Arm::of(config());
+    arm.ask(&TO_RUNNING);
+    for _ in 0..1000 {
+        assert_eq!(limits(&arm.tick(&drawn(0.009)))[0], LimitFlags::NONE);
+    }
+    assert_eq!(arm.machine.heat(), &[0.0; 2]);
+}
+
+#[test]
+fn an_arm_without_brakes_is_limited_from_its_first_torque_on() {
+    let mut protected = limited();
+    protected.rules.safe_action = SafeAction::DampedStop;
+    let mut arm = Arm::of(protected);
+    arm.ask(&TO_ARMED);
+    let torque = torque(&arm.tick(&calm([0.0; 2]))).unwrap();
+    assert_eq!(torque, [WEIGHT; 2]);
+}
