@@ -19,7 +19,7 @@ fn scene(lines: &str) -> Result<SceneFile, FileError> {
 }
 
 /// Lines that are accepted, and lines just beyond with a part of the answer.
-const EDGES: [(&str, &str, &str); 17] = [
+const EDGES: [(&str, &str, &str); 19] = [
     // 0.2 rad / (1.5 x 2 rad/s x 1 ms) = 66.7 ticks.
     (
         "[control]\nage_max = 66",
@@ -53,6 +53,8 @@ const EDGES: [(&str, &str, &str); 17] = [
     ("[safety]\nresolution = 0.2", "[safety]\nresolution = 0.201", "at most `reach`, 0.2"),
     ("[safety]\nreach_speed = 2", "[safety]\nreach_speed = 2.01", "at most the velocity limit, 2"),
     ("[safety]\nrest_speed = 0.2", "[safety]\nrest_speed = 0.201", "at most 0.2"),
+    ("[safety]\nfirst_motion = 1", "[safety]\nfirst_motion = 1.01", "above zero and at most 1"),
+    ("[safety]\nlive_age_ms = 4", "[safety]\nlive_age_ms = 3.9", "at least four control periods, 4.000 ms"),
     ("[safety]\ndamping = 600", "[safety]\ndamping = 601", "at most 600.000, the torque limit at `rest_speed`"),
 ];
 

@@ -3,12 +3,13 @@
 #![allow(clippy::float_cmp, reason = "numbers from a file must come through unchanged")]
 
 use dynamics_core::control::Law;
+use dynamics_core::safety::heat::HeatRules;
 use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Method;
 use dynamics_core::{Live, Term};
 use nalgebra::Vector3;
 use robot_compiler::scene::{MotionSpec, ScalarChoice, SensorSpec};
-use robot_compiler::{FileError, SceneFile};
+use robot_compiler::{FileError, JointHeat, SceneFile};
 use std::path::Path;
 
 /// A scene that stands still, with these lines added; paths are relative to `tests/data`.
@@ -119,6 +120,25 @@ fn the_plant_can_rub_and_ripple_otherwise_than_the_model_believes() {
 }
 
 #[test]
+fn limits_of_the_first_motion_and_of_live_inputs_are_taken_over_and_a_motor_s_heat_where_it_is_known() {
+    let rules = |lines: &str| {
+        let puma = scene("../../../robots/puma560.toml", lines).unwrap();
+        puma.safety_rules(&puma.robot.model::<6>().unwrap())
+    };
+    let lines = "[model]\npayload = \"live\"\n[safety]\nfirst_motion = 0.2\nlive_age_ms = 50.5";
+    let Rules { first_motion, live_max, .. } = rules(lines);
+    assert_eq!((first_motion, live_max), (Some(0.2), 51));
+    assert_eq!(rules("[safety]\nfirst_motion = 1").first_motion, None);
+
+    let mut puma = scene("../../../robots/puma560.toml", "").unwrap();
+    puma.robot.joints[1].heat = JointHeat { rated: Some(50.0), peak: None, time_constant: Some(60.0) };
+    let heat = puma.safety_rules(&puma.robot.model::<6>().unwrap()).heat.unwrap();
+    // One motor in each of the six ticks of 1 ms.
+    assert_eq!(heat[1], HeatRules::new(50.0, 60.0, 0.006));
+    assert_eq!(heat[0], HeatRules::UNKNOWN);
+}
+
+#[test]
 fn a_scene_without_safety_gets_rules_from_the_limits() {
     let puma = scene("../../../robots/puma560.toml", "").unwrap();
     let Rules {
@@ -135,10 +155,11 @@ fn a_scene_without_safety_gets_rules_from_the_limits() {
         live_max,
         rest,
         first_motion,
+        heat,
         payload,
         joints,
     } = puma.safety_rules(&puma.robot.model::<6>().unwrap());
-    assert_eq!((arming_max, live, live_max, rest, first_motion), (1000, 0, 0, None, None));
+    assert_eq!((arming_max, live, live_max, rest, first_motion, heat), (1000, 0, 0, None, None, None));
     assert_eq!((safe_action, heartbeat_max, hold_max), (SafeAction::Brake, 100, 500));
     assert_eq!((supply.0, supply.1), (f64::NEG_INFINITY, f64::INFINITY));
     assert_eq!(supply, temperature);

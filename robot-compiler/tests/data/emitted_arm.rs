@@ -178,6 +178,7 @@ pub const fn rules() -> Rules<f32, N> {
         live_max: 0,
         rest: None,
         first_motion: None,
+        heat: None,
         payload: InertiaBounds { mass: 12.0, radius: 1.0 },
         joints: [
             JointRules {
