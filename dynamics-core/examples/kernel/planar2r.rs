@@ -4,7 +4,7 @@
 //!
 //! | source hash | mul | add | sub | neg | live inputs | values alive at most |
 //! |---|---|---|---|---|---|---|
-//! | 2844c149101a638a | 15 | 8 | 2 | 0 | 0 | 5 |
+//! | ff9f23954b0479fa | 15 | 8 | 2 | 0 | 0 | 5 |
 //!
 //! | gravity | payload | tip wrench | rotors | velocity terms |
 //! |---|---|---|---|---|

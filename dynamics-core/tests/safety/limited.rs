@@ -4,7 +4,7 @@ use crate::safety::support::*;
 use dynamics_core::control::{Controller, Fault, LimitFlags};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::heat::{FAULT, HeatRules, WARNING};
-use dynamics_core::safety::{Actuation, HoldCause, Inputs, Protected, Refusal, Request, SafeAction, State};
+use dynamics_core::safety::{Actuation, HoldCause, Inputs, LiveInput, Protected, Refusal, Request, SafeAction, State};
 use dynamics_core::trig::Polynomial;
 use dynamics_core::{Live, Reference, Sensed, SinCos};
 
@@ -209,4 +209,27 @@ fn an_arm_without_brakes_is_limited_from_its_first_torque_on() {
     arm.ask(&TO_ARMED);
     let torque = torque(&arm.tick(&calm([0.0; 2]))).unwrap();
     assert_eq!(torque, [WEIGHT; 2]);
+}
+
+#[test]
+fn live_inputs_that_get_too_old_hold_a_running_arm_and_no_arm_starts_with_them() {
+    let mut protected = config();
+    (protected.rules.live, protected.rules.live_max) = (LiveInput::Payload.bit(), 50);
+    let at = |age: u32| Inputs { live_age: age, ..calm([0.0; 2]) };
+    let mut arm = Arm::of(protected);
+    arm.ask(&[Request::Home, Request::Confirm]);
+    let missing = arm.tick(&asked(Request::Arm, &at(u32::MAX)));
+    assert_eq!(missing.refused, Some(Refusal::MissingInput(LiveInput::Payload)));
+    let old = Some(Refusal::StaleInput(LiveInput::Payload));
+    assert_eq!(arm.tick(&asked(Request::Arm, &at(51))).refused, old);
+    arm.ask(&[Request::Arm]);
+    assert_eq!(arm.tick(&asked(Request::Run, &at(51))).refused, old);
+    arm.ask(&[Request::Run]);
+    assert_eq!(arm.tick(&at(50)).state, State::Running);
+    assert_eq!(arm.tick(&at(51)).state, State::Holding(HoldCause::StaleInput));
+    // Without a limit of age they may be of any age.
+    protected.rules.live_max = 0;
+    let mut arm = Arm::of(protected);
+    arm.ask(&TO_RUNNING);
+    assert_eq!(arm.tick(&at(1_000_000)).state, State::Running);
 }

@@ -4,6 +4,7 @@ use super::expression::{Float, literal};
 use super::fields::item;
 use super::items::{model_item, scene_item};
 use crate::describe::scene::{ScalarChoice, SceneFile};
+use dynamics_core::safety::Rules;
 use dynamics_core::trig::Method;
 use dynamics_core::{ControllerConfig, Model, Scene, Term};
 
@@ -50,7 +51,7 @@ fn arm_text<S: Float, const N: usize>(file: &SceneFile, model: &Model<f64, N>) -
     let rules = file.safety_rules(model).cast::<S>();
     let mut text =
         String::from("//! Generated from a robot and a scene file. Do not edit: change the files instead.\n\n");
-    text += &imports(&scene, &config, trig);
+    text += &imports(&scene, &config, &rules, trig);
     text += &format!("\n/// The type of [`TRIG`].\npub type Trig = {trig};\n");
     let constants = [
         ("Which sine and cosine.", "TRIG", "Trig", trig.to_owned()),
@@ -82,7 +83,13 @@ fn hexadecimal(hash: u64) -> String {
 }
 
 /// Imports of the items in use, in rustfmt's order.
-fn imports<S: Float, const N: usize>(scene: &Scene<S, N>, config: &ControllerConfig<S, N>, trig: &str) -> String {
+fn imports<S: Float, const N: usize>(
+    scene: &Scene<S, N>,
+    config: &ControllerConfig<S, N>,
+    rules: &Rules<S, N>,
+    trig: &str,
+) -> String {
+    let heat = if rules.heat.is_some() { "use dynamics_core::safety::heat::HeatRules;\n" } else { "" };
     let friction = if config.friction.is_some() { "Friction, " } else { "" };
     let integral = if config.integral.is_some() { "Integral, " } else { "" };
     let teach = if config.teach.is_some() { ", Teach" } else { "" };
@@ -90,7 +97,7 @@ fn imports<S: Float, const N: usize>(scene: &Scene<S, N>, config: &ControllerCon
     format!(
         "use dynamics_core::control::{{Encoder, {friction}Gains, Guard, {integral}Law{teach}, TrackingObserver}};\n\
          use dynamics_core::model::{{Link, Placement}};\n\
-         use dynamics_core::safety::{{JointRules, Rules, SafeAction}};\n\
+         {heat}use dynamics_core::safety::{{JointRules, Rules, SafeAction}};\n\
          use dynamics_core::trig::{trig};\n\
          use dynamics_core::{{ControllerConfig, Inertia, InertiaBounds, JointKind, Limits, Model, Scene, Term{wrench}}};\n\
          use nalgebra::{{Matrix3, Vector3}};\n"

@@ -23,7 +23,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0x0bf2_7520_8298_9b12;
+pub const HASH: u64 = 0x9dd0_d559_444c_c1e2;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
