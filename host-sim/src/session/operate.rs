@@ -123,6 +123,8 @@ pub struct Operator {
     deaf: bool,
     /// The last stop, and true if a stop came since the last motion began.
     stopped_at: Option<stop::Moment>,
+    /// Text to be shown once the request has been sent.
+    announcement: Option<&'static str>,
     stopped: bool,
     status: Option<Status>,
     /// Time of the last status, on the device's clock.
@@ -199,6 +201,7 @@ impl Operator {
             stops_seen: 0,
             deaf: false,
             stopped_at: None,
+            announcement: None,
             stopped: false,
             presses,
             status: None,

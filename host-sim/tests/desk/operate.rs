@@ -225,6 +225,39 @@ fn the_end_of_the_input_stops_and_disarms() {
     assert_eq!(replay(&log).0, 0);
 }
 
+#[cfg(unix)]
+#[test]
+fn ctrl_c_while_a_script_s_arm_parks_stops_it_and_another_disarms_it() {
+    use std::io::{BufRead as _, BufReader};
+    use std::process::{Command, Stdio};
+    let script = file("park.txt");
+    std::fs::write(&script, "home\nconfirm\narm\n").unwrap();
+    let mut child = at_the_top()
+        .args(["connect", "scenes/yam_move.toml", "--target", "desk", "--simulate-link", "--script"])
+        .arg(&script)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let press = |id: u32| assert!(Command::new("kill").args(["-INT", &id.to_string()]).status().unwrap().success());
+    let id = child.id();
+    let mut said = Vec::new();
+    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+        let line = line.unwrap();
+        if line.starts_with("park: running") || line.starts_with("the arm stays held") {
+            press(id);
+        }
+        said.push(line);
+    }
+    let code = child.wait().unwrap().code();
+    let end: Vec<&str> = said.iter().rev().take(4).rev().map(String::as_str).collect();
+    let [sent, confirmed, held, disarmed] = end[..] else { panic!("{said:?}") };
+    assert_eq!((sent, disarmed), ("stop: sent", "disarm: idle, homed"), "{said:?}");
+    assert!(confirmed.starts_with("stop: confirmed: holding"), "{said:?}");
+    assert!(held.starts_with("the arm stays held"), "{said:?}");
+    assert_eq!(code, Some(0));
+}
+
 #[test]
 fn what_cannot_be_is_bad_input_with_its_line_and_the_arm_is_disarmed_first() {
     let ready = "home\nconfirm\narm\n";

@@ -1,7 +1,7 @@
 //! Sources of commands: a file, a pipe, or a user at a terminal.
 //!
 //! At a terminal a thread reads every key at once, whatever the operator's loop waits for: Esc, space on an empty line, and the lines
-//! `stop` and `s` are counted as presses of the stop key, and need no place in the queue of lines.
+//! `stop` and `s` are counted as presses of the stop key, and need no place in the queue of lines. Ctrl-D is the line `quit`.
 
 use super::Presses;
 use super::keys::{Editor, Event, Keyboard};
@@ -181,7 +181,8 @@ fn read_keys(lines: &Sender<String>, stops: &AtomicU32) {
                     io::stderr().flush().ok();
                 }
                 Event::Line(line) => pass_on(line, lines, stops),
-                Event::End => return,
+                // The keys go on working until the program is through: an arm may be moving.
+                Event::End => pass_on("quit".into(), lines, stops),
             }
         }
     }

@@ -15,6 +15,9 @@ use std::sync::atomic::Ordering;
 /// Smallest distance that a joint sinks and that is worth a question, rad or m.
 const SINK_MIN: f64 = 0.02;
 
+/// Distance from a limit at which a joint that gravity presses against it counts as lying on its stop, rad and m; `check` uses the same.
+const ON_STOP: (f64, f64) = (0.05, 0.005);
+
 /// Step of the estimate of how far a joint sinks, rad or m, and the most steps.
 const STEP: f64 = 0.005;
 const STEPS: usize = 4000;
@@ -103,7 +106,15 @@ impl Operator {
         let (Some(q), false, true) = (&self.q, self.arm.has_brakes, self.drives()) else { return Vec::new() };
         let still = vec![0.0; q.len()];
         let friction: Vec<f64> = self.arm.friction.iter().map(|(_, coulomb)| *coulomb).collect();
-        sinking(q, &self.arm.range, &friction, |q| self.arm.limbs.inverse_dynamics(q, &still, &still, self.arm.payload))
+        let mut all = sinking(q, &self.arm.range, &friction, |q| {
+            self.arm.limbs.inverse_dynamics(q, &still, &still, self.arm.payload)
+        });
+        // A joint that lies on its stop, as in most rest poses, falls no farther.
+        all.retain(|sinking| {
+            let slides = self.arm.joints.get(sinking.joint).is_some_and(|(_, place, _)| *place == "m");
+            !sinking.to_limit || sinking.distance > if slides { ON_STOP.1 } else { ON_STOP.0 }
+        });
+        all
     }
 
     fn sinking_in_words(&self, all: &[Sinking]) -> String {
@@ -218,17 +229,22 @@ impl Operator {
         }
     }
 
-    /// Ends a session by the rule for scripts, at the end of the input or after an error.
+    /// Ends a session by the rule for scripts, at the end of the input or after an error. Ctrl-C or the stop key while the arm parks stops it,
+    /// and it stays held.
     ///
     /// # Errors
-    /// The board can no longer be used; another Ctrl-C.
+    /// The board can no longer be used.
     pub fn end(&mut self) -> Result<(), Stop> {
         self.interrupted();
         match self.release(Consent::Rule, true) {
             Ok(Released::Done) => Ok(()),
             Ok(Released::Held | Released::Asked) => self.keep_holding(),
-            Err(Stop::Pressed) => {
+            // Whoever presses a key while the arm parks wants it to stand still.
+            Err(Stop::Pressed | Stop::Interrupted) => {
+                self.interrupted();
                 self.stop()?;
+                // Impatient presses during the stop do not let the arm fall.
+                self.interrupted();
                 self.keep_holding()
             }
             Err(stop) => Err(stop),

@@ -88,12 +88,14 @@ pub(super) struct Keyboard(rustix::termios::Termios);
 impl Keyboard {
     /// Lets keys be read one by one; `None` if the terminal does not allow it.
     pub(super) fn take() -> Option<Self> {
-        use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
+        use rustix::termios::{InputModes, LocalModes, OptionalActions, tcgetattr, tcsetattr};
         let input = std::io::stdin();
         let before = tcgetattr(&input).ok()?;
         let mut raw = before.clone();
         // Ctrl-C stays a signal, and output stays as it is.
         raw.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
+        // Ctrl-S would stop the output, and with it the heartbeat.
+        raw.input_modes.remove(InputModes::IXON);
         tcsetattr(&input, OptionalActions::Now, &raw).ok()?;
         Some(Self(before))
     }

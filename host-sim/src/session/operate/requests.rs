@@ -82,6 +82,11 @@ impl Operator {
             if sent.is_none_or(|sent| self.silent_for(sent) >= REPEAT) {
                 sent = Some(self.device.now());
                 self.send(&Frame::request(number, request))?;
+                // Behind the frame: a terminal that takes no text must not keep a stop waiting.
+                if let Some(text) = self.announcement.take() {
+                    self.report.still();
+                    self.say(name, text)?;
+                }
             }
             if waited >= UNCONFIRMED && !reported {
                 reported = true;

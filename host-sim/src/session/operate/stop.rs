@@ -57,7 +57,6 @@ impl Operator {
     /// # Errors
     /// The board can no longer be used.
     pub(crate) fn stop(&mut self) -> Result<(), Stop> {
-        self.report.still();
         let presses = self.presses_of_stop().wrapping_sub(self.stops_seen);
         self.stops_seen = self.presses_of_stop();
         let again = presses > 1 || self.stopped_at.is_some_and(|moment| self.since(moment) <= TWICE);
@@ -74,7 +73,7 @@ impl Operator {
     }
 
     fn stop_along_the_path(&mut self) -> Result<(), Stop> {
-        self.say("stop", "stop: sent")?;
+        self.announcement = Some("stop: sent");
         self.deaf = false;
         let rejection = self.request(Request::Hold)?;
         let text = match rejection {
@@ -90,7 +89,7 @@ impl Operator {
     }
 
     fn stop_at_once(&mut self) -> Result<(), Stop> {
-        self.say("stop", "emergency stop: sent")?;
+        self.announcement = Some("emergency stop: sent");
         let rejection = self.request(Request::Stop)?;
         self.answer("emergency stop", rejection, "")
     }
