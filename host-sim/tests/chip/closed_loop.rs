@@ -69,8 +69,9 @@ fn a_law_and_trig_chosen_on_the_command_line_reach_the_chip() {
     let summary = run("scara_pick", &["--duration", "0.2", "--law", "pd", "--trig", "libm"]);
     assert_parity(&summary, 200);
     assert_eq!((summary["law"].as_str(), summary["trig"].as_str()), (Some("pd"), Some("libm")));
-    // A loop without a model pays for no sine and no kernel.
-    assert!(summary["instructions_per_tick"]["max"].as_u64().unwrap() < 550);
+    // A loop without a model pays for no sine and no kernel; where a reading is late, for its prediction.
+    let [least, most] = ["min", "max"].map(|which| summary["instructions_per_tick"][which].as_u64().unwrap());
+    assert!(least < 450 && most < 650, "{least} to {most}");
 }
 
 #[test]
