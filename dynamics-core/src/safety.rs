@@ -21,7 +21,7 @@
 //! # use dynamics_core::control::Controller;
 //! # use dynamics_core::safety::{Inputs, Output, Safety, Configuration};
 //! # use dynamics_core::{InverseDynamics, Trig};
-//! # fn tick<D: InverseDynamics<f32, 6>, T: Trig<f32>, C: Configuration<f32, 6>>(
+//! # fn tick<D: InverseDynamics<f32, 6> + Clone, T: Trig<f32> + Clone, C: Configuration<f32, 6> + Clone>(
 //! #     safety: &mut Safety<f32, 6, C>, controller: &mut Controller<f32, 6, D, T, C>, inputs: &Inputs<f32, 6>,
 //! # ) -> Output<f32, 6> {
 //! safety.tick(inputs, |ask| ask.of(controller))
