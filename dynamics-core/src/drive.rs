@@ -156,7 +156,7 @@ pub struct Damiao;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RobStride;
 
-/// What is left of a drive's position after its power was off.
+/// The part of a drive's position that survives a loss of power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PositionMemory {
     /// All of it.
@@ -171,7 +171,7 @@ pub enum PositionMemory {
 
 /// Properties of a kind of drive, whatever its frames.
 pub trait DriveKind {
-    /// What is left of its position after its power was off.
+    /// The part of its position that survives a loss of power.
     const MEMORY: PositionMemory;
 
     /// Shortest time in which it restarts, us: a drive that was silent for longer may have restarted.

@@ -45,7 +45,7 @@ fn taken_within(tick: u64) -> u64 {
 /// The board's hardware and its wire. Time goes on when the task spends it.
 struct World {
     bytes: &'static [AtomicU8; BUFFER],
-    /// What comes, a byte each byte's time; `None` is an idle line.
+    /// Received bytes, one per byte time; `None` is an idle line.
     coming: RefCell<VecDeque<Option<u8>>>,
     /// Time in bytes, and the cycles of the byte on the wire that are spent.
     now: Cell<u64>,
@@ -279,7 +279,7 @@ impl Rig {
         self.wire.extend(bytes.iter().copied().map(Some));
     }
 
-    /// A request to hold, behind a zero that ends whatever came before.
+    /// A request to hold, after a zero that ends whatever came before.
     fn hold(&mut self) {
         let packet = self.host.encode(&Frame::request(1, Request::Hold)).unwrap();
         self.put(&[0]);
@@ -369,7 +369,7 @@ fn noise(seed: u32) -> impl Iterator<Item = u8> {
     })
 }
 
-/// What floods the wire: so many bytes of it, or idle times.
+/// Bytes that flood the wire, or idle times.
 type Flood = fn(&mut Rig, u32);
 
 fn without_zeros(rig: &mut Rig, seed: u32) {
@@ -391,7 +391,7 @@ fn zeros(rig: &mut Rig, _: u32) {
     rig.put(&[0; 911]);
 }
 
-/// The line falls idle behind each byte, and each time asks for the task.
+/// The line falls idle after each byte, and each time requests the task.
 fn single_bytes(rig: &mut Rig, _: u32) {
     for _ in 0..160 {
         rig.wire.extend([Some(1), None, Some(0), None]);
@@ -429,7 +429,7 @@ fn wrong_seals(rig: &mut Rig, seed: u32) {
     }
 }
 
-/// The host itself asks far more than it can be told.
+/// The host itself sends far more requests than there is capacity for answers.
 fn questions(rig: &mut Rig, _: u32) {
     for index in 0..60 {
         let packet = rig.host.encode(&Frame::Get(index)).unwrap();
@@ -487,7 +487,7 @@ fn a_flood_keeps_few_reports_from_the_host() {
     }
 }
 
-/// What the rules of the task are for: without them the shortest packets keep the task waiting for the line, while the buffer runs over.
+/// Shows why the task's rules are needed: without them the shortest packets keep the task waiting for the line, while the buffer overflows.
 #[test]
 fn an_answer_to_each_packet_loses_bytes_of_a_flood() {
     let rig = flooded(shortest_packets, TICK, with_an_answer_to_each);

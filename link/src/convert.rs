@@ -191,6 +191,19 @@ impl frame::Frame {
 }
 
 impl frame::Request {
+    /// Requests that the safety state machine judges: all but [`Request::Release`], which is the session's own.
+    pub const OF_THE_MACHINE: [Self; 9] = [
+        Self::Stop,
+        Self::FullRange,
+        Self::Home,
+        Self::Confirm,
+        Self::Arm,
+        Self::Disarm,
+        Self::Run,
+        Self::Hold,
+        Self::Clear,
+    ];
+
     /// Each request with its word.
     pub const NAMES: [(Self, &'static str); 10] = [
         (Self::Home, "home"),

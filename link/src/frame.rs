@@ -367,7 +367,7 @@ pub struct Answer {
     pub verdict: Verdict,
 }
 
-/// What became of a request.
+/// Verdict on a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "host", derive(Deserialize))]
 pub enum Verdict {

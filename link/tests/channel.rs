@@ -323,7 +323,7 @@ fn the_key_page_is_where_the_linker_s_map_has_it() {
     assert!(map.contains("_key_page = ORIGIN(KEY);"));
 }
 
-/// Noise without a zero in it joins the packet behind it, and a request must not go with it.
+/// Noise without a zero joins the following packet, and a request must not be lost with it.
 #[test]
 fn a_request_behind_noise_is_taken() {
     let (mut board, mut host) = session();

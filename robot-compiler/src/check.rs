@@ -21,6 +21,16 @@ mod load;
 use crate::describe::diagnostics::FileError;
 pub use crate::describe::draft::Draft;
 use crate::describe::draft::{FileKind, Place};
+use dynamics_core::JointKind;
+
+/// Distance from a limit, rad or m, within which a joint that gravity presses against it counts as lying on its stop: it falls no farther.
+#[must_use]
+pub const fn on_stop_distance(kind: JointKind) -> f64 {
+    match kind {
+        JointKind::Revolute => 0.05,
+        JointKind::Prismatic => 0.005,
+    }
+}
 
 /// How bad a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

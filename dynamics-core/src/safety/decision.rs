@@ -359,7 +359,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if silent {
                     return Err(Refusal::HeartbeatLost);
                 }
-                // What is left of the path goes on at its own pace only after a new start.
+                // The rest of the path is followed at its own pace only after a new start.
                 if self.along {
                     return Err(Refusal::NotAtRest);
                 }
@@ -532,7 +532,7 @@ fn inputs_are_old<S, const N: usize>(inputs: &Inputs<S, N>, rules: &Rules<S, N>)
 const ARMED_REACH: f64 = 1.0;
 const HOLDING_REACH: f64 = 1.5;
 
-/// How near the rest pose the arm has to be before it is let go, as a multiple of the joint's reach.
+/// Greatest distance from the rest pose at which the torque is removed, as a multiple of the joint's reach.
 const REST_REACH: f64 = 0.05;
 
 /// The first joint that is farther from the reference than this multiple of its reach.

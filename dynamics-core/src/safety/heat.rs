@@ -41,7 +41,7 @@ record! {
     }
 }
 
-/// How hot a motor is.
+/// Level of a motor's heat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum HeatLevel {
     /// Below the warning.
@@ -133,7 +133,7 @@ pub(super) fn left<S: Real>(heat: S) -> S {
     left.clamp_to(S::literal(LEAST), S::one())
 }
 
-/// What is left of it at the continuous limit.
+/// The share at the continuous limit.
 const LEAST: f64 = 0.1;
 
 impl HeatLevel {
@@ -145,7 +145,7 @@ impl HeatLevel {
         } else if heat <= S::literal(FAULT) {
             Self::Warm
         } else {
-            // NaN too: what cannot be told from hot is hot.
+            // NaN too: an unknown heat counts as too hot.
             Self::Overheated
         }
     }

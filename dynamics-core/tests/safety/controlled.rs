@@ -2,27 +2,9 @@
 
 use crate::safety::support::*;
 use dynamics_core::control::{Controller, Fault, Law, LimitFlags, Teach};
-use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, Request, State};
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{Command, Live, Reference, Sensed, SinCos};
-
-/// Unit masses under a weight each: `tau = qdd + 6`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Weights;
-
-impl InverseDynamics<f32, 2> for Weights {
-    fn inverse_dynamics(
-        &self,
-        _turn: &[SinCos<f32>; 2],
-        _q: &[f32; 2],
-        _qd: &[f32; 2],
-        qdd: &[f32; 2],
-        _live: &Live<f32, 2>,
-    ) -> [f32; 2] {
-        qdd.map(|x| x + 6.0)
-    }
-}
+use dynamics_core::{Command, Reference, Sensed};
 
 fn preload(output: &Said) -> Option<[f32; 2]> {
     match output.actuation {

@@ -2,36 +2,15 @@
 
 use crate::safety::support::*;
 use dynamics_core::control::{Controller, Fault, LimitFlags};
-use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::heat::{FAULT, HeatRules, WARNING};
 use dynamics_core::safety::{Actuation, HoldCause, Inputs, LiveInput, Protected, Refusal, Request, SafeAction, State};
 use dynamics_core::trig::Polynomial;
-use dynamics_core::{Live, Reference, Sensed, SinCos};
+use dynamics_core::{Reference, Sensed};
 
 /// Share of the limits in the first motion, and what it leaves, N m and rad/s.
 const SHARE: f32 = 0.2;
 const BEYOND: f32 = SHARE * TORQUE;
 const SPEED: f32 = SHARE * 3.0;
-
-/// Torque of the weight, N m.
-const WEIGHT: f32 = 6.0;
-
-/// Unit masses under a weight each: `tau = qdd + 6`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Weights;
-
-impl InverseDynamics<f32, 2> for Weights {
-    fn inverse_dynamics(
-        &self,
-        _turn: &[SinCos<f32>; 2],
-        _q: &[f32; 2],
-        _qd: &[f32; 2],
-        qdd: &[f32; 2],
-        _live: &Live<f32, 2>,
-    ) -> [f32; 2] {
-        qdd.map(|x| x + WEIGHT)
-    }
-}
 
 struct Arm {
     machine: Machine,

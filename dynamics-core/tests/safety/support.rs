@@ -1,10 +1,11 @@
 //! A machine for two joints, and inputs for it.
 
 use dynamics_core::control::{Encoder, Gains, Guard, Law, LimitFlags, TrackingObserver};
+use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{
     Actuation, Ask, Inputs, JointRules, Output, Protected, Request, Rules, SafeAction, Safety, State,
 };
-use dynamics_core::{Command, ControllerConfig, InertiaBounds, Limits, Reference, Sensed};
+use dynamics_core::{Command, ControllerConfig, InertiaBounds, Limits, Live, Reference, Sensed, SinCos};
 
 pub(crate) const LIMIT: f32 = 2.0;
 pub(crate) const MARGIN: f32 = 0.5;
@@ -126,6 +127,26 @@ pub(crate) fn after(requests: &[Request], q: [f32; 2]) -> Machine {
 pub(crate) fn arm(machine: &mut Machine, q: [f32; 2]) {
     while machine.state() == State::Arming {
         granted(machine, &calm(q));
+    }
+}
+
+/// Torque of each weight, N m.
+pub(crate) const WEIGHT: f32 = 6.0;
+
+/// Unit masses under a weight each: `tau = qdd + 6`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Weights;
+
+impl InverseDynamics<f32, 2> for Weights {
+    fn inverse_dynamics(
+        &self,
+        _turn: &[SinCos<f32>; 2],
+        _q: &[f32; 2],
+        _qd: &[f32; 2],
+        qdd: &[f32; 2],
+        _live: &Live<f32, 2>,
+    ) -> [f32; 2] {
+        qdd.map(|x| x + WEIGHT)
     }
 }
 

@@ -91,7 +91,7 @@ impl LiveChip {
     }
 }
 
-/// What a stranger puts on the wire, some 100 bytes: as much as a board's wire carries in a tick.
+/// Bytes of a stranger, some 100: as many as a board's wire carries in a tick.
 type Flood = fn(&LiveChip, u32) -> Vec<u8>;
 
 /// No byte of it ends a packet.
@@ -158,7 +158,7 @@ fn a_flood_does_not_pass_for_a_host() {
     }
 }
 
-/// The tick behind the taking of a request to hold is the first of the stop, whatever came before the request and comes after it.
+/// The tick after a request to hold is taken is the first of the stop, whatever precedes or follows the request.
 #[test]
 fn a_hold_in_a_flood_is_honoured_in_the_tick_after_it_is_taken() {
     for (name, flood) in FLOODS {
@@ -220,7 +220,7 @@ fn a_hello_that_ends_a_live_session_is_followed_by_a_status_and_a_reset() {
 /// The chip arms by its own timer and joints. Its host says nothing more: it holds, and at last stops, each in its tick.
 #[test]
 fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks() {
-    // That tick was told by the last thing that the host said.
+    // The host's last frame caused that tick.
     let (mut live, armed) = LiveChip::armed();
     let holds = until(&mut live.chip, |status| status.state == HOLDING);
     assert_eq!((holds.tick - armed.tick, holds.cause), (live.rules.heartbeat_max + 1, 2));

@@ -27,7 +27,7 @@ Examples:
   host-sim campaign --runs 10000 --report out/campaign.html
   host-sim campaign --target drives --runs 10000 --write
   host-sim campaign scenes/yam_move.toml --target drives
-  host-sim campaign --target qemu --runs 400 --write
+  host-sim campaign --target qemu --runs 500 --write
   host-sim campaign scenes/puma560_pick.toml --seed 7 --run 4711
   host-sim campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
 
@@ -52,7 +52,7 @@ pub struct CampaignArgs {
     /// Only the run with this number.
     #[arg(long, value_name = "K", conflicts_with = "runs")]
     pub run: Option<u64>,
-    /// What is put to the test.
+    /// The target under test.
     #[arg(long, value_parser = targets(), default_value = "desk")]
     pub target: Target,
     /// Put the table into this file.

@@ -29,10 +29,11 @@ Examples:
   host-sim connect scenes/puma560_pick.toml --target qemu --record session.mcap
   printf 'home\\nconfirm\\narm\\nrun\\nwait\\n' | host-sim connect scenes/planar2r_swing.toml --target desk
 
-Commands, one a line: status, home, confirm, arm, disarm, run, hold, clear, jog, goto, wait, watch, dump, record, help, quit; `help` says what
-each takes. With --target the scene's simulated arm stands in the place of the joints, and time is its own: it passes while a command
-or a motion needs it. Ctrl-C holds the arm, waits until it rests, and disarms; a second one ends the program. The end of the input does
-the same and ends the program too.
+Commands, one a line: status, home, confirm, arm, stop, park, disarm, run, hold, clear, jog, goto, wait, watch, dump, quit and more; `help`
+lists all of them with their arguments. With --target the scene's simulated arm replaces the joints, and its time passes only while a
+command or a motion needs it. Ctrl-C holds the arm, waits until it rests, and disarms; a second one ends the program. While a script's arm
+parks, Ctrl-C stops and holds it instead, and another one disarms it. The end of a script or a pipe parks or disarms the arm and ends the
+program; Ctrl-D at a terminal is `quit`.
 
 A script or a pipe ends with 3 if anything was refused or a fault stands.";
 

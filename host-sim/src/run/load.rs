@@ -70,7 +70,7 @@ pub(super) fn work(record: &Record, driven: usize) -> Work {
     Work { given, taken_back }
 }
 
-/// How a run loads the motor of a joint, of one whose continuous torque is known.
+/// Load of a joint's motor in a run, for a motor whose continuous torque is known.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MotorLoad {
     /// Continuous torque of the motor, N m or N.

@@ -55,7 +55,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// What is put to the test.
+/// The target under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// The session on the desk; readings and lines are injected.
@@ -87,7 +87,7 @@ pub struct Campaign {
     pub seed: u64,
     /// Numbers of the runs.
     pub runs: Vec<u64>,
-    /// What is put to the test.
+    /// The target under test.
     pub target: Target,
 }
 

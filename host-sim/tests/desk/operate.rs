@@ -255,7 +255,7 @@ fn ctrl_c_while_a_script_s_arm_parks_stops_it_and_another_disarms_it() {
     assert_eq!((sent, disarmed), ("stop: sent", "disarm: idle, homed"), "{said:?}");
     assert!(confirmed.starts_with("stop: confirmed: holding"), "{said:?}");
     assert!(held.starts_with("the arm stays held"), "{said:?}");
-    assert_eq!(code, Some(0));
+    assert_eq!(code, Some(130));
 }
 
 #[test]

@@ -50,7 +50,7 @@ pub struct Shaft {
     pub velocity: f64,
 }
 
-/// What is left of a position after the power was off.
+/// The part of a position that survives a loss of power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Memory {
     /// All of it.
@@ -119,7 +119,7 @@ pub struct Electronics {
     pub has_no_settings: bool,
     /// The frame that enables it does nothing.
     pub ignores_enable: bool,
-    /// What is left of its position after its power was off.
+    /// The part of its position that survives a loss of power.
     pub memory: Memory,
     /// Its own error; not zero: it gives no torque.
     pub error: u8,
@@ -209,7 +209,7 @@ impl Electronics {
         (self.enabled, self.told) = (false, Told::default());
     }
 
-    /// True if it is off because a frame told it to be, while it followed commands.
+    /// True if a disable frame switched it off while it followed commands.
     #[must_use]
     pub fn was_told_off(&self) -> bool {
         self.told_off && !self.enabled

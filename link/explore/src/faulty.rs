@@ -5,7 +5,7 @@ use dynamics_core::safety::SafeAction;
 use joint_io::JointIo;
 use session::readings::Readings;
 
-/// What is broken.
+/// The deliberate fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mutant {
     /// A drive counts as on without having shown it, also while it is silent, and the brakes open with the first torque.
@@ -31,7 +31,7 @@ pub enum Mutant {
 pub struct Faulty<'a, J> {
     /// The joints.
     pub joints: &'a mut J,
-    /// What is broken.
+    /// The deliberate fault.
     pub mutant: Option<Mutant>,
 }
 

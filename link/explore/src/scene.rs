@@ -44,7 +44,7 @@ pub const TIMEOUT: u32 = 2000;
 /// Shift of a drive's zero after a restart, rad: one turn of the motor at a gear of 30.
 pub const TURN: f64 = core::f64::consts::TAU / 30.0;
 
-/// What is explored.
+/// The explored configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
     /// Frames of the drives.
@@ -59,7 +59,7 @@ pub struct Setup {
     pub budget: u8,
     /// Kinds of events.
     pub events: Kinds,
-    /// What is broken on purpose, to show that the search finds it.
+    /// A deliberate fault that the search must find.
     pub mutant: Option<Mutant>,
 }
 

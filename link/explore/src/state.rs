@@ -63,7 +63,7 @@ pub enum Event {
     Trip(u8),
     /// The drive finds an error of its own, which stays until it is cleared.
     DriveError(u8),
-    /// A request beside the operator's, after it.
+    /// An additional request, after the operator's.
     Ask(Request),
     /// The last request once more.
     Repeat,
@@ -77,7 +77,7 @@ pub enum Event {
     Hello,
 }
 
-/// What happens next.
+/// The next transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// One control period.
@@ -93,19 +93,6 @@ pub const TAIL: u32 = 8;
 
 /// Periods that a drive is dark: its shortest restart, within which missing replies are tolerated, and more than the check for jumps sees.
 pub const DARK: [u8; 2] = [scene::RESTART as u8, 8];
-
-/// Requests beside the operator's.
-const REQUESTS: [Request; 9] = [
-    Request::Stop,
-    Request::FullRange,
-    Request::Home,
-    Request::Confirm,
-    Request::Arm,
-    Request::Disarm,
-    Request::Run,
-    Request::Hold,
-    Request::Clear,
-];
 
 /// The session's buffers. The black box is telemetry, and no part of the text that is hashed.
 #[derive(Clone)]
@@ -205,7 +192,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         self.digest = digest::of(&[session, joints, world, host, judge, left, withheld, old]);
     }
 
-    /// What decides the future, as text.
+    /// The state that decides all later transitions, as text.
     #[must_use]
     pub fn text(&self) -> String {
         let Self { session, joints, world, host, judge, left, .. } = self;
@@ -310,7 +297,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             }
         }
         if kinds.requests && self.host.presence == Presence::Here {
-            REQUESTS.into_iter().for_each(|request| add(Event::Ask(request)));
+            Request::OF_THE_MACHINE.into_iter().for_each(|request| add(Event::Ask(request)));
             if self.host.last.is_some() {
                 add(Event::Repeat);
             }

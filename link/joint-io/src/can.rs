@@ -201,7 +201,7 @@ pub struct BusCounts {
 /// State of a joint.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
-    /// The drive has shown that it is on, since it was last told to be off.
+    /// The drive has shown that it is on, since it was last commanded off.
     on: bool,
     /// It takes damping: the last reply shows that it is on, or nothing shows that it is off.
     powered: bool,
@@ -317,7 +317,7 @@ pub struct CanJoints<F, A, B, C, P, const N: usize> {
     joints: [Joint; N],
     buses: [BusCounts; BUSES],
     brake_failed: bool,
-    /// The brakes were last told to open.
+    /// The last command to the brakes was to open.
     released: bool,
     /// Ticks in which errors are still to be cleared.
     clearing: u8,
@@ -325,7 +325,7 @@ pub struct CanJoints<F, A, B, C, P, const N: usize> {
     next_setting: usize,
 }
 
-/// What tells two of one build apart: without constants.
+/// Prints the fields in which two drivers of one build may differ, without constants.
 impl<F, A: Debug, B: Debug, C: Debug, P: Debug, const N: usize> Debug for CanJoints<F, A, B, C, P, N> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self {
@@ -579,7 +579,7 @@ impl Joint {
         if writes { F::write_timeout(drive) } else { F::read_timeout(drive) }
     }
 
-    /// Forget that the drive is on: it will be told to be off, to damp, or cannot be told anything.
+    /// Forgets that the drive is on: it is commanded off or to damp, or it cannot be reached.
     fn forget(&mut self) {
         (self.on, self.asked, self.shown, self.weak) = (false, 0, 0, 0);
         self.told = [Setpoint::torque(0.0); 2];
@@ -649,7 +649,7 @@ impl Joint {
         }
     }
 
-    /// What the state in a reply shows. `first` of this tick.
+    /// Takes the state in a reply. `first`: the first reply of this tick.
     fn take_state(&mut self, reply: &Reply, drive: &MitDrive, first: bool) {
         let was_on = self.on;
         self.powered = !reply.off && reply.error == 0;
@@ -663,14 +663,14 @@ impl Joint {
                 self.on = self.shown >= SHOWN && self.timeout.is_settled(drive);
             }
         } else if self.on && reply.error == 0 {
-            // It was not told to.
+            // It was not commanded to.
             self.restarted(drive);
         } else {
             (self.on, self.shown) = (false, 0);
         }
     }
 
-    /// What the torque in a reply shows, where nothing else does.
+    /// Takes the torque in a reply of a protocol whose replies carry no state.
     fn take_torque(&mut self, reply: &Reply, drive: &MitDrive) {
         let floor = probe(drive);
         if reply.error != 0 {

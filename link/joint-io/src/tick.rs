@@ -16,7 +16,7 @@ use session::{Buffers, Drives, Session};
 /// - after the session, before the outputs: a tick that is late then does the safe action, because its torque is old;
 /// - after the last output, wherever the time went: the next tick reports the overrun, and is the safe action.
 ///
-/// What follows from a tick in time, such as feeding a watchdog, comes after it.
+/// Actions that need a tick in time, such as feeding a watchdog, come after it.
 #[inline]
 pub fn run_tick<const N: usize, D, T, K, C, P, B, M: Counter>(
     session: &mut Session<N, D, T, K, C, P, B>,

@@ -258,7 +258,7 @@ impl<const N: usize> BlackBox<N> {
         self.ring.get_mut(self.now)
     }
 
-    /// True if the ring is frozen, in a tick behind one that failed or not: counts the ticks after a fault.
+    /// Counts the ticks after a fault. True if the ring is frozen. `fails`: the tick before ended in a fault.
     #[cold]
     #[inline(never)]
     fn holds(&mut self, fails: bool) -> bool {

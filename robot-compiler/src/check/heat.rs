@@ -1,13 +1,9 @@
 //! Continuous torque of the motors, and the pose in which the arm carries itself.
 
 use super::amount::{Units, amount, names, percent};
-use super::{Finding, JointLoad, Rule, Severity};
+use super::{Finding, JointLoad, Rule, Severity, on_stop_distance};
 use crate::describe::draft::{Draft, JointPlaces};
 use crate::describe::robot::RobotJoint;
-use dynamics_core::JointKind;
-
-/// Distance from a limit at which a joint that gravity presses against it counts as lying on its stop, rad and m: it then falls no farther.
-const ON_STOP: (f64, f64) = (0.05, 0.005);
 
 pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
     let mut found: Vec<Finding> = [no_rating(draft), no_time_constant(draft)].into_iter().flatten().collect();
@@ -77,7 +73,7 @@ fn sinks(draft: &Draft, index: usize, joint: &RobotJoint, places: &JointPlaces, 
     let (held, q) = (load.rest?, *draft.robot.rest.as_ref()?.get(index)?);
     let friction = joint.friction.map_or(0.0, |friction| friction.coulomb);
     let (lo, hi) = joint.spec.limits.position;
-    let near = if joint.spec.kind == JointKind::Revolute { ON_STOP.0 } else { ON_STOP.1 };
+    let near = on_stop_distance(joint.spec.kind);
     // A torque above zero holds a joint that gravity moves down.
     let on_stop = if held > 0.0 { q - lo <= near } else { hi - q <= near };
     (held.abs() > friction && !on_stop).then(|| {

@@ -84,7 +84,7 @@ impl Protocol {
         }
     }
 
-    /// What is left of its position after its power was off.
+    /// The part of its position that survives a loss of power.
     #[must_use]
     pub const fn memory(self) -> PositionMemory {
         match self {

@@ -46,11 +46,11 @@ pub struct RobotJoint {
     pub encoder: Option<JointEncoder>,
     /// The drive, where the file gives one: either every joint of an arm has one, or none has.
     pub drive: Option<JointDrive>,
-    /// What its motor can give for how long.
+    /// Continuous and peak torque of its motor.
     pub heat: JointHeat,
 }
 
-/// What a joint's motor can give for how long, on the joint's side of the gear. `None`: not known.
+/// Continuous and peak torque of a joint's motor, at the joint, and its thermal time constant. `None`: unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointHeat {
     /// Torque or force that it can give for ever, N m or N.

@@ -136,7 +136,7 @@ impl Console {
     }
 }
 
-/// True if the line asks for a stop, which must not wait behind other lines.
+/// True if the line requests a stop, which must not wait for other lines.
 fn is_stop(line: &str) -> bool {
     matches!(line.trim(), "stop" | "s")
 }

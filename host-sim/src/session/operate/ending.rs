@@ -10,13 +10,11 @@
 use super::{Operator, Stop};
 use crate::session::states::{ARMED, HOLDING, HOMING, LOWERING, RUNNING};
 use link::Request;
+use robot_compiler::check::on_stop_distance;
 use std::sync::atomic::Ordering;
 
 /// Smallest distance that a joint sinks and that is worth a question, rad or m.
 const SINK_MIN: f64 = 0.02;
-
-/// Distance from a limit at which a joint that gravity presses against it counts as lying on its stop, rad and m; `check` uses the same.
-const ON_STOP: (f64, f64) = (0.05, 0.005);
 
 /// Step of the estimate of how far a joint sinks, rad or m, and the most steps.
 const STEP: f64 = 0.005;
@@ -50,7 +48,7 @@ pub(super) struct Sinking {
     joint: usize,
     /// Distance, rad or m.
     distance: f64,
-    /// True if only its position limit, or the stop behind it, ends the motion.
+    /// True if only its position limit, or the mechanical stop after it, ends the motion.
     to_limit: bool,
     /// Torque that gravity needs now, and friction of the joint, N m or N.
     gravity: f64,
@@ -111,8 +109,9 @@ impl Operator {
         });
         // A joint that lies on its stop, as in most rest poses, falls no farther.
         all.retain(|sinking| {
-            let slides = self.arm.joints.get(sinking.joint).is_some_and(|(_, place, _)| *place == "m");
-            !sinking.to_limit || sinking.distance > if slides { ON_STOP.1 } else { ON_STOP.0 }
+            let joint = self.arm.recorded.robot.joints.get(sinking.joint);
+            let near = joint.map_or(0.0, |joint| on_stop_distance(joint.spec.kind));
+            !sinking.to_limit || sinking.distance > near
         });
         all
     }
@@ -233,19 +232,23 @@ impl Operator {
     /// and it stays held.
     ///
     /// # Errors
-    /// The board can no longer be used.
+    /// The board can no longer be used; [`Stop::Interrupted`] after a Ctrl-C.
     pub fn end(&mut self) -> Result<(), Stop> {
         self.interrupted();
         match self.release(Consent::Rule, true) {
             Ok(Released::Done) => Ok(()),
             Ok(Released::Held | Released::Asked) => self.keep_holding(),
-            // Whoever presses a key while the arm parks wants it to stand still.
-            Err(Stop::Pressed | Stop::Interrupted) => {
+            Err(Stop::Pressed) => {
+                self.stop()?;
+                self.keep_holding()
+            }
+            // A Ctrl-C while the arm parks stops it, as the stop key does.
+            Err(Stop::Interrupted) => {
                 self.interrupted();
                 self.stop()?;
-                // Impatient presses during the stop do not let the arm fall.
+                // Further presses during the stop do not disarm the arm.
                 self.interrupted();
-                self.keep_holding()
+                self.keep_holding().and(Err(Stop::Interrupted))
             }
             Err(stop) => Err(stop),
         }

@@ -166,7 +166,7 @@ pub(super) struct GravityError {
     pub(super) joint: usize,
     /// Torque by the model less commanded torque, N m or N.
     pub(super) error: f64,
-    /// What friction and noise explain of it, N m or N.
+    /// The part of it that friction and noise explain, N m or N.
     pub(super) friction: f64,
 }
 

@@ -345,14 +345,14 @@ impl Situation {
         }
     }
 
-    /// Whether an arm can come to it: without a host one with brakes is held by them.
+    /// True if an arm can reach it: without a host, an arm with brakes is held by them.
     fn is_possible(self, scene: &SceneFile) -> bool {
         self != Self::Lowering || (scene.safety.rest.is_some() && scene.safety.safe_action != SafeAction::Brake)
     }
 }
 
 /// Requests of a pair.
-pub(super) const REQUESTS: u64 = 9;
+pub(super) const REQUESTS: u64 = link::Request::OF_THE_MACHINE.len() as u64;
 
 /// A fault in a state of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -145,7 +145,7 @@ impl Report {
         core::iter::once("fault").chain(states).chain(numbers.into_iter().take(count)).collect()
     }
 
-    /// What no program can prevent, and in how many runs it happened.
+    /// Exemptions, and the number of runs in which each occurred.
     pub(super) fn exemptions(&self) -> String {
         let one = |(words, runs): &(&str, u64)| format!("{words}: {runs} runs");
         format!(

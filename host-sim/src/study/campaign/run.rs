@@ -117,7 +117,7 @@ pub struct Finished {
     pub outcome: Outcome,
     /// Number of ticks, all of them judged.
     pub ticks: u32,
-    /// What the joints did, where drives move them.
+    /// Motion of the joints, for runs with drives.
     pub motion: Motion,
     /// The unsafe command that ended the run.
     pub counterexample: Option<Counterexample>,
@@ -128,11 +128,11 @@ pub struct Finished {
 pub struct Motion {
     /// Greatest distance of a joint from where it should be while torque is to hold it, rad or m.
     pub worst: f64,
-    /// What happened that no program can prevent: one bit for each of [`Exemption::NAMES`].
+    /// Exemptions that occurred: one bit for each of [`Exemption::NAMES`].
     pub exempt: u8,
 }
 
-/// What no program can prevent.
+/// Motion that no program can prevent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exemption {
     /// An arm without brakes falls at a joint whose drive is off or has no power.

@@ -18,7 +18,7 @@ use serde::Serialize;
 /// robot or safety functions**. As in "New Standards for Industrial Robots", Dit, Inail, ESREL 2025, paper P3635.
 pub const CLASS_I: (f64, f64, f64) = (10.0, 50.0, 0.25);
 
-/// What matters to a person near the arm. `None`: nothing bounds it, because a joint lacks the limit.
+/// Quantities that matter to a person near the arm. `None`: unbounded, because a joint lacks the limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hazard {
     /// The scene's name; `None` for the default scene.

@@ -9,7 +9,7 @@ use dynamics_core::safety::SafeAction;
 use joint_io::frames::Frames;
 use link::Request;
 
-/// What happens to the frames of so many ticks after arming.
+/// Fate of the frames in the given number of ticks after arming.
 #[derive(Clone, Copy, Debug)]
 enum Loss {
     Nothing,
@@ -186,7 +186,7 @@ fn a_drive_that_did_not_hear_that_it_has_to_be_off_is_told_in_every_tick() {
 
 fn clears<F: Frames>(language: Language, action: SafeAction) -> u32 {
     let mut rig = Rig::<F>::new(language, action).armed();
-    // The drive latches it until it is told to forget it.
+    // The drive latches it until it is cleared.
     rig.electronics(|it| it.error = 0xc);
     for _ in 0..20 {
         rig.tick();

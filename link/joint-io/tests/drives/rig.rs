@@ -403,7 +403,7 @@ impl<F: Frames> Rig<F> {
         self.powered = true;
     }
 
-    /// What the joint's readings were in the last tick.
+    /// The joint's readings in the last tick.
     pub(crate) fn readings(&self) -> Readings<1> {
         self.joints.readings.unwrap()
     }

@@ -28,7 +28,7 @@ pub(super) struct Requests {
     unsent: bool,
 }
 
-/// What to do with a request that has come.
+/// Reaction to a received request.
 pub(super) enum Arrived {
     /// Send this answer.
     Answered(Answer),

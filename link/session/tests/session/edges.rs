@@ -3,9 +3,9 @@
 #![allow(clippy::float_cmp, reason = "a torque that does not act is zero to the bit")]
 
 use super::supervised::{Arm, answers, set};
-use super::{Looks, OWN, UnitMasses, config, protected};
+use super::{Looks, OWN, UnitMasses, config, protected, soft};
 use dynamics_core::control::{
-    Controller, ControllerConfig, Encoder, Law, Measurement, Reference, Sensed, Teach, TrackingObserver,
+    Controller, ControllerConfig, Encoder, Law, Measurement, Reference, Sensed, TrackingObserver,
 };
 use dynamics_core::safety::{self, HoldCause, Protected};
 use dynamics_core::trig::Polynomial;
@@ -17,17 +17,7 @@ use session::readings::{JointFaults, Lines, Readings};
 use session::{Drives, Reaction, Session};
 use std::cell::Cell;
 
-const ALL: [Request; 9] = [
-    Request::Home,
-    Request::Confirm,
-    Request::Arm,
-    Request::Disarm,
-    Request::Run,
-    Request::Hold,
-    Request::Clear,
-    Request::Stop,
-    Request::FullRange,
-];
+const ALL: [Request; 9] = Request::OF_THE_MACHINE;
 
 const fn rank(request: Request) -> u8 {
     match request {
@@ -154,23 +144,6 @@ fn a_request_that_is_sent_again_acts_once_and_gets_the_same_answer() {
     assert_eq!(arm.state(), safety::State::Running);
 }
 
-fn soft() -> ControllerConfig<f32, 2> {
-    let teach = Teach {
-        friction: 0.0,
-        per_still_speed: 100.0,
-        breakaway: 1.0,
-        slip: 0.01,
-        drag: 0.1,
-        speed: 1.0,
-        wall: (-3.0, 3.0),
-        per_wall: 0.0,
-        stiffness: 100.0,
-        damping: 20.0,
-        slowing: 0.0,
-    };
-    ControllerConfig { torque_step: [f32::INFINITY; 2], teach: Some([teach; 2]), ..config() }
-}
-
 fn torque(drives: Drives<2>) -> [f32; 2] {
     match drives {
         Drives::Drive(torque) => torque,
@@ -203,7 +176,7 @@ fn a_change_of_law_and_a_request_in_one_tick_never_make_torque_jump() {
             }
         }
     }
-    // Only what takes torque away is judged together with a change; the rest is asked for again.
+    // Only requests that remove torque are judged together with a change; the host repeats the others.
     let mut arm = Arm::with(soft(), true).arm();
     arm.point(0, arm.q);
     arm.receive(set(0, 110.0));
@@ -454,7 +427,7 @@ fn an_arm_that_is_armed_beyond_its_limit_stays_where_it_is_and_may_be_moved_inwa
     assert!((arm.q[0] - 2.9).abs() < 0.01, "{:?}", arm.q);
 }
 
-/// The scene's payload is live: the arm is not armed before it was told.
+/// The scene's payload is live: the arm is not armed before the payload has been sent.
 #[test]
 fn an_arm_with_live_inputs_is_not_armed_before_they_came() {
     let mut session_rules = protected();

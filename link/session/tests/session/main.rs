@@ -6,7 +6,7 @@ mod edges;
 mod supervised;
 mod trajectory;
 
-use dynamics_core::control::{ControllerConfig, Encoder, Gains, Guard, Law, TrackingObserver};
+use dynamics_core::control::{ControllerConfig, Encoder, Gains, Guard, Law, Teach, TrackingObserver};
 use dynamics_core::newton_euler::InverseDynamics;
 use dynamics_core::safety::{JointRules, Protected, Rules, SafeAction};
 use dynamics_core::scene::Live;
@@ -70,6 +70,24 @@ fn config() -> ControllerConfig<f32, 2> {
 }
 
 /// The safety state machine's numbers: heard within 3 ticks, 4 more on its own, a joint as quick to stop as it likes.
+/// With hand guiding, and torques that may jump.
+fn soft() -> ControllerConfig<f32, 2> {
+    let teach = Teach {
+        friction: 0.0,
+        per_still_speed: 100.0,
+        breakaway: 1.0,
+        slip: 0.01,
+        drag: 0.1,
+        speed: 1.0,
+        wall: (-3.0, 3.0),
+        per_wall: 0.0,
+        stiffness: 100.0,
+        damping: 20.0,
+        slowing: 0.0,
+    };
+    ControllerConfig { torque_step: [f32::INFINITY; 2], teach: Some([teach; 2]), ..config() }
+}
+
 fn protected() -> Protected<f32, 2> {
     let joint = JointRules {
         rest_speed: 0.01,

@@ -1,6 +1,6 @@
 //! The session under supervision: requests of a host, actions of the drives, and reports.
 
-use super::{Looks, OWN, UnitMasses, config, protected};
+use super::{Looks, OWN, UnitMasses, config, protected, soft};
 use dynamics_core::Inertia;
 use dynamics_core::control::{Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
 use dynamics_core::safety::{self, HoldCause, Protected, SafeAction};
@@ -477,22 +477,9 @@ fn a_change_is_made_while_torque_acts_only_where_no_torque_jumps() {
 
 #[test]
 fn another_law_is_taken_where_no_torque_jumps_the_arm_stands_and_the_scene_has_all_of_it() {
-    use dynamics_core::control::{Gains, Law, Teach};
+    use dynamics_core::control::{Gains, Law};
     let number = |law: Law| f32::from(law.code());
-    let teach = Teach {
-        friction: 0.0,
-        per_still_speed: 100.0,
-        breakaway: 1.0,
-        slip: 0.01,
-        drag: 0.1,
-        speed: 1.0,
-        wall: (-3.0, 3.0),
-        per_wall: 0.0,
-        stiffness: 100.0,
-        damping: 20.0,
-        slowing: 0.0,
-    };
-    let soft = ControllerConfig { torque_step: [f32::INFINITY; 2], teach: Some([teach; 2]), ..config() };
+    let soft = soft();
     let mut arm = Arm::with(soft, true).arm();
     assert!(arm.session.springs().is_none());
     for law in [Law::Impedance, Law::PdGravity, Law::Teach, Law::ComputedTorque] {

@@ -1,4 +1,4 @@
-//! What a joint's motor can give for how long: the table `[joint.heat]`, or the named actuator's.
+//! Continuous and peak torque of a joint's motor: the table `[joint.heat]`, or the named actuator's.
 
 use super::actuators;
 use crate::describe::diagnostics::FileError;

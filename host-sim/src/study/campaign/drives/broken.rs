@@ -5,10 +5,10 @@ use dynamics_core::safety::SafeAction;
 use joint_io::JointIo;
 use session::readings::Readings;
 
-/// What is broken.
+/// The deliberate fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Breakage {
-    /// A drive counts as on because it was told to be, and the brakes open with the first torque.
+    /// A drive counts as on once its enable frame is packed, and the brakes open with the first torque.
     EnableCountsAsSent,
     /// Nothing carries the arm before the brakes open.
     NoPreload,
@@ -36,13 +36,13 @@ pub enum Breakage {
 pub(super) struct Faulty<'a, J, const N: usize> {
     /// The joints.
     pub(super) joints: &'a mut J,
-    /// What is broken.
+    /// The deliberate fault.
     pub(super) breakage: Option<Breakage>,
-    /// What it remembers from tick to tick.
+    /// Its memory from tick to tick.
     pub(super) memory: &'a mut Memory<N>,
 }
 
-/// What a broken board remembers.
+/// Memory of a board with a deliberate fault.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Memory<const N: usize> {
     /// The last torque, N m or N.

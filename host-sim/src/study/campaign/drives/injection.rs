@@ -1,6 +1,6 @@
 //! One fault of drives, buses or host, with its random parameters.
 
-use super::super::case::{self, FaultKind, Span};
+use super::super::case::{FaultKind, Span};
 use super::super::host::Host;
 use super::super::random::Random;
 use crate::plant::State;
@@ -9,19 +9,6 @@ use actuator_model::bus::{CommandFate, Disturbance, Fate, Order};
 use actuator_model::mit::error::OVERLOAD;
 use link::Request;
 use link::codec::FrameTooLong;
-
-/// Requests of pairs, each as the first and as the second.
-const REQUESTS: [Request; case::REQUESTS as usize] = [
-    Request::Stop,
-    Request::FullRange,
-    Request::Home,
-    Request::Confirm,
-    Request::Arm,
-    Request::Disarm,
-    Request::Run,
-    Request::Hold,
-    Request::Clear,
-];
 
 /// Requests that make a board send frames of this kind.
 const fn provoking(order: Order) -> &'static [Request] {
@@ -59,8 +46,8 @@ impl Injection {
     pub(super) fn new<const N: usize>(kind: FaultKind, pair: u64, random: &mut Random) -> Self {
         let (joint, all) = (random.index(N), random.chance(0.3));
         let share = if random.chance(0.5) { 1.0 } else { 0.1 + 0.8 * random.unit() };
-        let count = REQUESTS.len() as u64;
-        let request = |number: u64| REQUESTS.get((number % count) as usize).copied();
+        let count = Request::OF_THE_MACHINE.len() as u64;
+        let request = |number: u64| Request::OF_THE_MACHINE.get((number % count) as usize).copied();
         let asks = match kind {
             FaultKind::RequestPair => [request(pair), request(pair / count)],
             FaultKind::Command(order, _) => [random.pick(provoking(order)).filter(|_| random.chance(0.7)), None],

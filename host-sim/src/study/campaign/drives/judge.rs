@@ -55,7 +55,7 @@ pub(super) struct Known {
     pub(super) torque: f64,
 }
 
-/// What is true after a tick.
+/// True state of the arm and its drives after a tick.
 pub(super) struct Truth<'a, const N: usize> {
     /// State, cause and homing that the board has announced.
     pub(super) state: (u8, u8),
@@ -72,7 +72,7 @@ pub(super) struct Truth<'a, const N: usize> {
     pub(super) on: [bool; N],
     pub(super) powered: [bool; N],
     pub(super) heard: [bool; N],
-    /// Drives that are off because a frame told them to be.
+    /// Drives that are off because of a disable frame.
     pub(super) told_off: [bool; N],
     /// Joint positions at which drives show zero, rad.
     pub(super) zero: [f64; N],
@@ -133,7 +133,7 @@ pub(super) struct Judge<'a, const N: usize> {
     zero: Option<[f64; N]>,
     moved_for: [u32; N],
     silent: u32,
-    /// What the joints did so far.
+    /// Motion of the joints so far.
     pub(super) motion: Motion,
 }
 
