@@ -191,7 +191,7 @@ impl frame::Frame {
 }
 
 impl frame::Request {
-    /// Requests that the safety state machine judges: all but [`Request::Release`], which is the session's own.
+    /// Requests that the safety state machine judges: all but the release of the black box, which is the session's own.
     pub const OF_THE_MACHINE: [Self; 9] = [
         Self::Stop,
         Self::FullRange,
