@@ -1,6 +1,6 @@
 //! Searches with two and three events, each for a stated time: `cargo run --release -p explore --example search -- [NAME] [SECONDS]`.
 //!
-//! A search that is cut off has looked at every state up to its depth less one. Exit code 1 if a rule is broken.
+//! They go depth first, so that the states that wait fit into memory. Exit code 1 if a rule is broken.
 
 use actuator_model::mit::Language::{self, Damiao, MiniCheetah, RobStride};
 use dynamics_core::drive;
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     {
         let absolute = language != MiniCheetah;
         let setup = Setup { language, action, absolute, rest: action != Brake, budget, events, mutant: None };
-        let bounds = Bounds { depth: 0, seconds, threads: 1 };
+        let bounds = Bounds { depth: 0, seconds, threads: 1, depth_first: true };
         let explored = match (language, joints) {
             (MiniCheetah, 1) => explore::<drive::MiniCheetah, 1>(setup, bounds),
             (MiniCheetah, _) => explore::<drive::MiniCheetah, 2>(setup, bounds),

@@ -6,7 +6,7 @@ use crate::state::{State, Step, TAIL, Uncounted};
 use core::fmt::{Debug, Write as _};
 use joint_io::frames::Frames;
 use session::meter::Meter;
-use stateright::{Checker as _, Model, Property};
+use stateright::{Checker, Model, Property};
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -170,7 +170,7 @@ pub struct Explored {
     pub seconds: f64,
     /// The search has ended by itself: there are no more states within the budget of events, at any depth.
     pub complete: bool,
-    /// Broken rules, each with a shortest path.
+    /// Broken rules, each with a path: a shortest one if the search was breadth first.
     pub broken: Vec<(&'static str, String)>,
 }
 
@@ -195,9 +195,12 @@ pub struct Bounds {
     pub seconds: u64,
     /// Threads.
     pub threads: usize,
+    /// Depth first: the states that wait fit into memory, but a counterexample is not a shortest one. A search that is cut off has then looked
+    /// at all continuations of some states, and at none of others.
+    pub depth_first: bool,
 }
 
-/// Search a setup breadth first.
+/// Searches a setup, breadth first unless the bounds say otherwise.
 #[must_use]
 pub fn explore<F: Frames + Clone + Debug + Send + Sync + 'static, const N: usize>(
     setup: Setup,
@@ -209,7 +212,20 @@ pub fn explore<F: Frames + Clone + Debug + Send + Sync + 'static, const N: usize
     if bounds.depth > 0 {
         builder = builder.target_max_depth(bounds.depth);
     }
-    let checker = builder.spawn_bfs().join();
+    if bounds.depth_first {
+        explored::<F, N>(setup, bounds, begun, &builder.spawn_dfs().join())
+    } else {
+        explored::<F, N>(setup, bounds, begun, &builder.spawn_bfs().join())
+    }
+}
+
+/// Result of a search that has ended.
+fn explored<F: Frames + Clone + Debug + Send + Sync + 'static, const N: usize>(
+    setup: Setup,
+    bounds: Bounds,
+    begun: Instant,
+    checker: &impl Checker<Explorer<F, N>>,
+) -> Explored {
     let seconds = begun.elapsed().as_secs_f64();
     let explorer = Explorer::<F, N>::new(setup);
     let mut broken: Vec<_> = checker
