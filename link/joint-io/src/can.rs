@@ -802,8 +802,10 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
-        // They open only on replies of this tick, none of which lacks its torque; then they stay open while every drive is on.
-        if self.all_on() && (self.released || self.joints.iter().all(|joint| joint.age_ticks == 0 && joint.weak == 0)) {
+        // They open only on replies of this tick, none of which lacks its torque; then they stay open while every drive is on. While a second
+        // reply is outstanding, the one that came may be late: it shows the drive as it was a tick ago.
+        let shown = |joint: &Joint| joint.age_ticks == 0 && !joint.overdue && joint.weak == 0;
+        if self.all_on() && (self.released || self.joints.iter().all(shown)) {
             self.release_brakes();
         } else {
             self.engage_brakes();

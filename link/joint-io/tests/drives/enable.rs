@@ -96,6 +96,40 @@ fn brakes_open_only_on_a_drive_that_has_shown_that_it_is_on() {
     assert!(worst.0 < 0.005, "{}", worst.1);
 }
 
+/// The reply to the command of this tick after arming comes a tick late, and the drive loses its power in the next tick. Returns true if the brakes
+/// open after that.
+fn late_and_dark<F: Frames>(language: Language, at: u32) -> bool {
+    let mut rig = Rig::<F>::new(language, SafeAction::Brake);
+    for _ in 0..ARMING {
+        rig.tick();
+    }
+    rig.home();
+    rig.ask(Request::Arm);
+    for _ in 0..at {
+        rig.tick();
+    }
+    rig.wire.bus.borrow_mut().fates.push((1, Fate::Late));
+    rig.tick();
+    rig.powered = false;
+    rig.tick();
+    let was_open = rig.brake.0.get();
+    rig.tick();
+    !was_open && rig.brake.0.get()
+}
+
+#[test]
+fn a_late_reply_does_not_open_the_brakes_on_a_drive_that_has_lost_its_power() {
+    for at in 0..80 {
+        for (language, opened) in [
+            (Language::MiniCheetah, late_and_dark::<MiniCheetah>(Language::MiniCheetah, at)),
+            (Language::Damiao, late_and_dark::<Damiao>(Language::Damiao, at)),
+            (Language::RobStride, late_and_dark::<RobStride>(Language::RobStride, at)),
+        ] {
+            assert!(!opened, "{language:?}, reply {at} ticks after arming late");
+        }
+    }
+}
+
 /// A drive that hears nothing while it is armed, or whose replies never show it on. Returns the fault and its tick.
 fn never<F: Frames>(language: Language) -> (Option<Fault>, u32) {
     let mut rig = Rig::<F>::new(language, SafeAction::Brake);
