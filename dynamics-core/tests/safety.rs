@@ -6,6 +6,7 @@
 mod braking;
 mod controlled;
 mod limited;
+mod lowering;
 mod ordinary;
 mod sequences;
 mod support;

@@ -80,7 +80,8 @@ pub enum Fault {
         /// Joint, counted from 0.
         joint: u8,
     },
-    /// This joint is farther than its reach from where it should stand, or from the way of its stop.
+    /// This joint is farther than its reach from where it should stand, or from the way of its stop; or it lagged for too long while the arm was
+    /// lowered without a host.
     FollowingError {
         /// Joint, counted from 0.
         joint: u8,

@@ -4,7 +4,7 @@
 
 use super::arming::Arming;
 use super::heat::{FAULT, Heats};
-use super::lowering::lowered;
+use super::lowering::{WAITS, followed, lowered};
 use super::measured::{Judgement, Seen, Sensors};
 use super::stop::{can_stop, slowed};
 use super::{HoldCause, Inputs, LiveInput, Refusal, Request, Rules, State};
@@ -42,6 +42,8 @@ pub(super) struct Memory<S, const N: usize> {
     pace: S,
     /// Ticks that the reference has been at the rest pose.
     settled: u32,
+    /// Ticks of lowering in which the reference has waited for a joint.
+    waited: u32,
     /// Heat of the motors.
     pub(super) heats: Heats<S, N>,
 }
@@ -143,6 +145,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             arming: Arming::START,
             pace: S::zero(),
             settled: 0,
+            waited: 0,
             heats: Heats::cold(),
         }
     }
@@ -192,7 +195,8 @@ impl<S: Real, const N: usize> Memory<S, N> {
             return self.fail(fault, inputs.request);
         }
         if alone {
-            (self.state, self.pace, self.settled, self.along) = (State::Lowering, S::zero(), 0, false);
+            (self.state, self.pace, self.along) = (State::Lowering, S::zero(), false);
+            (self.settled, self.waited) = (0, 0);
         }
 
         let refused = self.grant(now, judged, config, rules).err();
@@ -492,7 +496,8 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
     }
 
-    /// The next reference on the way to the rest pose. [`Fault::HeartbeatLost`] once the arm is there.
+    /// The next reference on the way to the rest pose. [`Fault::HeartbeatLost`] once the arm is there, [`Fault::FollowingError`] when a
+    /// joint has been waited for too long, in all: something stands in the way, or the arm is too weak for what it carries.
     fn lower(
         &mut self,
         seen: &Seen<'_, S, N>,
@@ -500,7 +505,14 @@ impl<S: Real, const N: usize> Memory<S, N> {
         rules: &Rules<S, N>,
     ) -> Result<(), Fault> {
         let Some(rest) = &rules.rest else { return Err(Fault::HeartbeatLost) };
-        match lowered(&self.reference, &mut self.pace, rest, rules, &config.limits) {
+        let (share, joint) = followed(&self.reference, seen, rules);
+        if share < S::literal(WAITS) {
+            self.waited = self.waited.saturating_add(1);
+            if self.waited > rules.hold_max {
+                return Err(Fault::FollowingError { joint });
+            }
+        }
+        match lowered(&self.reference, &mut self.pace, share, rest, rules, &config.limits) {
             Some(next) => {
                 self.reference = next;
                 Ok(())

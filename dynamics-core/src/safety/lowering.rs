@@ -1,30 +1,59 @@
 //! Lowering: without a host the arm moves to its rest pose instead of being let go.
 
 use super::Rules;
+use super::measured::Seen;
 use super::stop::slowed;
 use crate::control::Reference;
 use crate::joint::Limits;
 use crate::scalar::Real;
 
+/// Share of the full pace below which the reference waits for a joint: half, at a lag of half of its reach.
+pub(super) const WAITS: f64 = 0.5;
+
+/// Share of the full pace at which the arm can be lowered, and the joint that lags most.
+///
+/// ```text
+/// f = clamp(2 - 3 max_i(|reference_i - q_i| / reach_i), 0, 1)
+/// ```
+///
+/// Full up to a third of the reach, none from two thirds on. So an obstacle is pushed with the torque of a lag of two thirds at most, and the
+/// way in which the reference comes to rest: `v_i^2 / deceleration_i`. A joint that is ahead counts too: something carries it away.
+pub(super) fn followed<S: Real, const N: usize>(
+    reference: &Reference<S, N>,
+    seen: &Seen<'_, S, N>,
+    rules: &Rules<S, N>,
+) -> (S, u8) {
+    let (mut share, mut joint) = (S::one(), 0);
+    for i in 0..N {
+        let lag = (reference.q[i] - seen.q[i]).abs() / rules.joints[i].reach;
+        let its = S::literal(2.0) - S::literal(3.0) * lag;
+        if its < share {
+            (share, joint) = (its, i as u8);
+        }
+    }
+    (larger(share, S::zero()), joint)
+}
+
 /// The reference one tick on, on a straight line to the rest pose, and its new pace.
 ///
 /// ```text
 /// d = rest - q,   T = max_i |d_i| / v_i                    time left at full pace
-/// p' = min(p + a h, 1, a T),   a = min_i(deceleration_i / v_i) / 2
+/// p' = min(clamp(f, p - a h, p + a h), a T),   a = min_i(deceleration_i / v_i) / 2
 /// q' = q + d p' h / T,   qd' = d p' / T
 /// ```
 ///
-/// The pace `p` rises linearly, and falls with the time left, so that no joint exceeds its speed `v_i` or its deceleration. All joints
-/// arrive together. A reference that still moves from an earlier motion is stopped first, joint by joint. `None` for the reference: it is
-/// at the rest pose.
+/// The pace `p` changes linearly, towards the share `f` at which the arm [follows](followed), and falls with the time left, so that no joint
+/// exceeds its speed `v_i` or its deceleration. All joints arrive together. A reference that still moves from an earlier motion is stopped
+/// first, joint by joint. `None` for the reference: it is at the rest pose.
 pub(super) fn lowered<S: Real, const N: usize>(
     reference: &Reference<S, N>,
     pace: &mut S,
+    share: S,
     rest: &[S; N],
     rules: &Rules<S, N>,
     limits: &[Limits<S>; N],
 ) -> Option<Reference<S, N>> {
-    let (zero, one) = (S::zero(), S::one());
+    let zero = S::zero();
     let moves = (0..N).any(|i| reference.qd[i] != zero);
     if *pace <= zero && moves {
         return Some(slowed(reference, rules, limits));
@@ -43,7 +72,9 @@ pub(super) fn lowered<S: Real, const N: usize>(
         *pace = zero;
         return Some(Reference::at_rest(*rest));
     }
-    *pace = smaller(smaller(*pace + quickness * rules.period, one), quickness * left);
+    let step = quickness * rules.period;
+    let last = quickness * left;
+    *pace = smaller(share.clamp_to(*pace - step, *pace + step), last);
     let rate = *pace / left;
     let mut next = *reference;
     for i in 0..N {
@@ -52,8 +83,8 @@ pub(super) fn lowered<S: Real, const N: usize>(
         next.qd[i] = speed;
         next.qdd[i] = (speed - reference.qd[i]) * rules.rate;
     }
-    // In single precision the last steps may be too small to be one.
-    if (0..N).all(|i| next.q[i] == reference.q[i]) && *pace < one {
+    // In single precision the last steps may be too small to be one. So may be the first ones, and those of an arm that is waited for.
+    if *pace >= last && (0..N).all(|i| next.q[i] == reference.q[i]) {
         *pace = zero;
         return Some(Reference::at_rest(*rest));
     }

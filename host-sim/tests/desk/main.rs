@@ -34,6 +34,7 @@ mod plant_integrators;
 mod plant_rotor_coupling;
 #[path = "../program/mod.rs"]
 mod program;
+mod push;
 mod rates;
 mod reference;
 mod report_page;

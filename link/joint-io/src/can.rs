@@ -36,7 +36,8 @@
 //!
 //! Two ticks, because a reply that comes a tick late answers the frame before. The brakes open only if every drive is on, has replied in this
 //! tick, and gives the torque that it was told. Every safe action, a
-//! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows the drive off, in its own tick. Where
+//! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows the drive off, in its own tick. A drive
+//! that has shown that it is on, also while it damps, and then shows that it is off, without an error and without having been commanded off, has restarted. Where
 //! replies carry no state, a drive counts as off when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
 //! replies that follow each other ([`JointFaults::TORQUE`]); below a fiftieth of the frame's range nothing is seen.
 //!
@@ -209,6 +210,9 @@ struct Joint {
     asked: u8,
     /// Replies that have shown it on, each of another tick.
     shown: u8,
+    /// Replies, each of another tick, that may still be followed by one that shows it off because it was commanded off. 0: it was commanded on
+    /// since, or did not hear the command.
+    off_due: u8,
     /// Setting of its communication timeout.
     timeout: Timeout,
     /// Its zero may be lost since the last [`JointIo::measure`].
@@ -269,6 +273,7 @@ impl Joint {
         powered: false,
         asked: 0,
         shown: 0,
+        off_due: 0,
         timeout: Timeout { value: None, written: false, tries: 0, due: 0 },
         zero_lost: false,
         told: [Setpoint::torque(0.0); 2],
@@ -526,7 +531,7 @@ impl Joint {
             // A drive that a board before its reset has left on is damped too: nothing is known of it yet.
             Order::Damp if self.powered || first => Setpoint::damped(drive.damping),
             Order::Damp | Order::Off => {
-                self.powered = false;
+                (self.powered, self.off_due) = (false, OWED_MAX);
                 if clears
                     && self.error != 0
                     && let Some(clear) = F::clear(drive)
@@ -552,6 +557,7 @@ impl Joint {
         if self.error != 0
             && let Some(clear) = F::clear(drive)
         {
+            self.off_due = OWED_MAX;
             return clear;
         }
         let answered = self.age_ticks == 0 && self.asked > 0;
@@ -563,7 +569,8 @@ impl Joint {
             self.asked += 1;
             return self.command::<F>(drive, &Setpoint { torque: probe(drive), ..held });
         }
-        (self.asked, self.shown) = (1, 0);
+        // Replies keep the order of the frames: at most one is still due that answers a frame from before this one.
+        (self.asked, self.shown, self.off_due) = (1, 0, self.off_due.min(1));
         self.told = [Setpoint::torque(0.0); 2];
         F::enter(drive)
     }
@@ -651,19 +658,21 @@ impl Joint {
 
     /// Takes the state in a reply. `first`: the first reply of this tick.
     fn take_state(&mut self, reply: &Reply, drive: &MitDrive, first: bool) {
-        let was_on = self.on;
-        self.powered = !reply.off && reply.error == 0;
-        if self.powered {
-            if was_on {
+        let shows_on = !reply.off && reply.error == 0;
+        let was_powered = core::mem::replace(&mut self.powered, shows_on);
+        if shows_on {
+            if self.on {
                 // Its torque keeps the brakes engaged as long as it is missing.
                 self.weigh(reply, drive);
+            } else if first {
+                self.off_due = self.off_due.saturating_sub(1);
+                if self.asked > 0 {
+                    self.shown = self.shown.saturating_add(1);
+                    self.on = self.shown >= SHOWN && self.timeout.is_settled(drive);
+                }
             }
-            if !self.on && self.asked > 0 && first {
-                self.shown = self.shown.saturating_add(1);
-                self.on = self.shown >= SHOWN && self.timeout.is_settled(drive);
-            }
-        } else if self.on && reply.error == 0 {
-            // It was not commanded to.
+        } else if reply.error == 0 && (self.on || (was_powered && self.off_due == 0)) {
+            // It was not commanded off, whether it gave torque, damped, or was about to.
             self.restarted(drive);
         } else {
             (self.on, self.shown) = (false, 0);

@@ -194,14 +194,19 @@ impl<const N: usize> BlackBox<N> {
         while self.ring.push(Record::NONE).is_ok() {}
     }
 
-    /// A new session: forget everything, but for a fault that is held.
-    pub fn restart(&mut self) {
+    /// A new session: forget everything, but for a fault that is held, or will be: that of the last tick, which the next would have found,
+    /// and one that the next tick raises though it comes from before, which is `pending`.
+    pub fn restart(&mut self, pending: bool) {
         self.reads = false;
+        let failed = self.length > 0 && !self.known && matches!(self.now().output.state, State::Fault(_));
         match &mut self.left {
-            None => (self.now, self.length, self.known) = (0, 0, false),
             // The last tick before the hello stays; one more is written after it.
             Some(left) => *left = (*left).min(2),
+            None if failed => self.left = Some(2),
+            None if pending => {}
+            None => (self.now, self.length) = (0, 0),
         }
+        self.known = false;
     }
 
     /// True if a fault is held: no new ticks are remembered until [`BlackBox::release`].

@@ -320,11 +320,16 @@ where
         (self.answer, self.unsaid, self.past, self.until, self.change) = (None, false, None, 0, None);
         (self.requests, self.foreign, self.trouble) = (Requests::NONE, 0, None);
         self.changed.clear();
+        // No tick has judged yet that the last one of a live session was late.
+        let late = self.left_live && self.supervisor.inputs().overrun;
         self.supervisor.forget();
+        if late {
+            self.supervisor.overrun();
+        }
         let Buffers { trajectory, black_box } = self.buffers.borrow_mut();
         trajectory.clear();
         // One that holds a fault stays: whoever comes to look wants to read it.
-        black_box.restart();
+        black_box.restart(late);
         let agreed = Hello { pacing: self.own.pacing, ..*theirs } == self.own;
         self.pacing = agreed.then_some(theirs.pacing);
         if core::mem::take(&mut self.left_live) && !self.is_live() {

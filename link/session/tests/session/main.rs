@@ -3,6 +3,7 @@
 
 mod bench;
 mod edges;
+mod hello;
 mod supervised;
 mod trajectory;
 

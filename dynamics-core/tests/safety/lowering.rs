@@ -1,0 +1,284 @@
+//! Lowering without a host, on simulated joints: one that hits a stop, one that a hand holds, one that carries what nobody declared.
+
+use crate::safety::support::*;
+use dynamics_core::control::{Controller, Fault, Law};
+use dynamics_core::safety::{Actuation, Inputs, Protected, SafeAction, State};
+use dynamics_core::trig::Polynomial;
+use dynamics_core::{Reference, Sensed};
+
+/// Torque limit, N m: far above what any bound here allows.
+const STRONG: f32 = 200.0;
+/// Longest hold without a host, ticks: the longest wait too.
+const HOLD: u32 = 300;
+/// Where the arm is left, and the pose to which it is lowered, rad.
+const FROM: [f32; 2] = [1.0, 0.5];
+const TO: [f32; 2] = [-0.5, 0.0];
+/// Speed of lowering, rad/s, and the time that it takes with nothing in the way, ticks.
+const SPEED: f32 = 0.2;
+const NOMINAL: u32 = 7_540;
+/// Stiffness of the control law on unit masses, N m/rad, and its damping, N m s/rad.
+const STIFFNESS: f32 = 400.0;
+const DAMPING: f32 = 40.0;
+
+/// Two unit masses, each under its weight, and all that acts on the first of them.
+struct World {
+    machine: Machine,
+    inside: Controller<f32, 2, Weights, Polynomial, Protected<f32, 2>>,
+    q: [f64; 2],
+    qd: [f64; 2],
+    /// Torque of a payload that nobody declared, with the arm horizontal, N m.
+    payload: f64,
+    /// The first joint comes no lower, rad.
+    stop: f64,
+    /// A hand holds the first joint where it is.
+    held: bool,
+    reference: Reference<f32, 2>,
+    /// Greatest torque with which the first joint has pushed against a stop or a hand, N m.
+    push: f64,
+    /// Greatest speed upwards, rad/s.
+    up: f64,
+    tick: u32,
+}
+
+impl World {
+    /// An armed arm, whose host has just been heard for the last time.
+    fn left_alone(change: impl FnOnce(&mut Protected<f32, 2>)) -> Self {
+        let mut config = config();
+        assert_eq!(config.control.law, Law::ComputedTorque);
+        for limits in &mut config.control.limits {
+            limits.torque = STRONG;
+        }
+        config.rules.rest = Some(TO);
+        config.rules.hold_max = HOLD;
+        config.rules.safe_action = SafeAction::DampedStop;
+        change(&mut config);
+        let mut world = Self {
+            machine: Machine::new(config),
+            inside: Controller::new(config, Weights, Polynomial),
+            q: FROM.map(f64::from),
+            qd: [0.0; 2],
+            payload: 0.0,
+            stop: f64::NEG_INFINITY,
+            held: true,
+            reference: Reference::at_rest(FROM),
+            push: 0.0,
+            up: 0.0,
+            tick: 0,
+        };
+        // Until it is armed something holds the arm.
+        for request in TO_ARMED {
+            world.step(Some(request), true);
+        }
+        while world.machine.state() == State::Arming {
+            world.step(None, true);
+        }
+        assert_eq!(world.machine.state(), State::Armed);
+        (world.held, world.push, world.up) = (false, 0.0, 0.0);
+        world
+    }
+
+    fn step(&mut self, request: Option<dynamics_core::safety::Request>, host: bool) {
+        self.tick += 1;
+        let heartbeat_age = if host { 0 } else { HEARTBEAT_MAX + 1 };
+        let (q, qd) = (self.q.map(|x| x as f32), self.qd.map(|x| x as f32));
+        let told = Inputs { request, heartbeat_age, sensed: Sensed::State { q, qd }, ..calm(q) };
+        let Self { machine, inside, reference, .. } = self;
+        let output = machine.tick(&told, |ask| {
+            *reference = *ask.reference;
+            ask.of(inside)
+        });
+        let torque = match output.actuation {
+            Actuation::Drive { torque, .. } => Some(torque),
+            _ => None,
+        };
+        for i in 0..2 {
+            for _ in 0..10 {
+                let given = torque.map_or(-DAMPING as f64 * self.qd[i], |torque| f64::from(torque[i]));
+                let carried = if i == 0 { self.payload * self.q[i].cos() } else { 0.0 };
+                let net = given - f64::from(WEIGHT) - carried;
+                self.qd[i] += net * 1e-4;
+                self.q[i] += self.qd[i] * 1e-4;
+                if i == 0 && self.held {
+                    (self.q[i], self.qd[i]) = (self.q[i] - self.qd[i] * 1e-4, 0.0);
+                    self.push = self.push.max(net.abs());
+                } else if i == 0 && self.q[i] <= self.stop {
+                    (self.q[i], self.qd[i]) = (self.stop, self.qd[i].max(0.0));
+                    self.push = self.push.max(-net);
+                }
+                if i == 0 {
+                    self.up = self.up.max(self.qd[i]);
+                }
+            }
+        }
+    }
+
+    /// Ticks without a host until the arm is let go, and the fault that does it.
+    fn until_let_go(&mut self) -> (u32, Fault) {
+        let began = self.tick;
+        loop {
+            self.step(None, false);
+            if let State::Fault(fault) = self.machine.state() {
+                return (self.tick - began, fault);
+            }
+            assert!(self.tick - began < 60_000, "it never ends");
+        }
+    }
+}
+
+/// Ticks of holding before the arm is lowered.
+const BEFORE: u32 = HOLD + 2;
+
+#[test]
+fn an_arm_with_nothing_in_its_way_is_lowered_in_the_nominal_time() {
+    let mut world = World::left_alone(|_| {});
+    let (ticks, fault) = world.until_let_go();
+    assert_eq!(fault, Fault::HeartbeatLost);
+    assert!((NOMINAL - 20..NOMINAL + 200).contains(&(ticks - BEFORE)), "{ticks}");
+    assert!((world.q[0] - f64::from(TO[0])).abs() < 0.01 && world.up < 1e-3, "{:?}, {}", world.q, world.up);
+}
+
+/// The torque against an obstacle is that of a lag of two thirds of `reach`, of the way in which the reference comes to rest, and of the
+/// speed that the stop took from the joint.
+#[test]
+fn an_obstacle_is_pushed_with_a_bounded_torque_for_a_bounded_time() {
+    for stop in [0.95, 0.5, 0.0, -0.3] {
+        let mut world = World::left_alone(|_| {});
+        world.stop = stop;
+        let (ticks, fault) = world.until_let_go();
+        let (way, slowing) = (2.0 / 3.0 * REACH, SPEED * SPEED / DECELERATION);
+        let bound = f64::from(STIFFNESS * (way + slowing) + DAMPING * SPEED);
+        println!("stop at {stop}: {:.1} of {bound:.1} N m, {} ticks", world.push, ticks - BEFORE);
+        assert_eq!(fault, Fault::FollowingError { joint: 0 }, "{stop}");
+        assert!(world.push <= bound && world.push > 0.5 * bound, "{stop}: {} N m of {bound}", world.push);
+        // The way to the stop, half a reach at a pace of half and more, and the wait.
+        let path = (f64::from(FROM[0]) - stop + f64::from(REACH)) / f64::from(SPEED);
+        let most = (path * 1000.0) as u32 + HOLD + 100;
+        assert!(ticks - BEFORE <= most, "{stop}: {ticks} of {most}");
+        // Let go, the joint lies on the stop.
+        for _ in 0..500 {
+            world.step(None, false);
+        }
+        assert!((world.q[0] - stop).abs() < 1e-6, "{stop}: {}", world.q[0]);
+    }
+}
+
+#[test]
+fn an_arm_that_a_hand_holds_waits_and_goes_on_when_it_lets_go() {
+    for (from, ticks, goes_on) in [(2_000, 500, true), (5_000, 700, true), (2_000, 2_000, false)] {
+        let mut world = World::left_alone(|_| {});
+        let mut fastest = 0.0_f32;
+        let mut last = world.reference.q[0];
+        let end = loop {
+            let since = world.tick;
+            world.held = (from..from + ticks).contains(&since);
+            world.step(None, false);
+            // The last two ticks' way is one step.
+            if world.machine.state() == State::Lowering && world.reference.q[0] != TO[0] {
+                fastest = fastest.max((world.reference.q[0] - last).abs() / PERIOD);
+                last = world.reference.q[0];
+            }
+            if let State::Fault(fault) = world.machine.state() {
+                break fault;
+            }
+            assert!(world.tick < 60_000);
+        };
+        // The joint comes back to its reference, which goes no faster than ever.
+        assert!(fastest <= SPEED * 1.01, "{fastest} rad/s");
+        if goes_on {
+            assert_eq!(end, Fault::HeartbeatLost, "{from}, {ticks}");
+            let most = 2 * NOMINAL + HOLD;
+            assert!((world.q[0] - f64::from(TO[0])).abs() < 0.01 && world.tick < most, "{:?}, {}", world.q, world.tick);
+        } else {
+            assert_eq!(end, Fault::FollowingError { joint: 0 });
+        }
+    }
+}
+
+/// Waits add up: who holds the arm again and again does not keep it in the air.
+#[test]
+fn all_waits_together_have_an_end() {
+    let mut world = World::left_alone(|_| {});
+    let end = loop {
+        world.held = world.tick % 1_000 > 300 && world.tick > 1_000;
+        world.step(None, false);
+        if let State::Fault(fault) = world.machine.state() {
+            break fault;
+        }
+    };
+    assert_eq!(end, Fault::FollowingError { joint: 0 });
+    assert!(world.tick < 2 * NOMINAL + HOLD, "{}", world.tick);
+}
+
+/// A payload that nobody declared makes the joint lag by its torque over the stiffness. Up to half of `reach` the arm reaches its rest pose.
+#[test]
+fn an_undeclared_payload_is_lowered_or_let_go_in_time_without_a_bounce() {
+    for (payload, end) in [
+        // 1 kg at 0.5 m.
+        (5.0, Fault::HeartbeatLost),
+        (30.0, Fault::HeartbeatLost),
+        // A lag of 0.15 rad where the arm is horizontal.
+        (60.0, Fault::FollowingError { joint: 0 }),
+        (110.0, Fault::FollowingError { joint: 0 }),
+    ] {
+        let mut world = World::left_alone(|_| {});
+        // Taken up slowly, while the arm holds.
+        while world.machine.state() != State::Lowering {
+            world.payload = payload * f64::from(world.tick.min(200)) / 200.0;
+            world.step(None, false);
+        }
+        world.up = 0.0;
+        let (ticks, fault) = world.until_let_go();
+        println!("{payload} N m: {fault:?} after {ticks} ticks at {:.3} rad, up at {:.4} rad/s", world.q[0], world.up);
+        assert_eq!(fault, end, "{payload}");
+        assert!(ticks <= 2 * NOMINAL + 2 * HOLD, "{payload}: {ticks}");
+        assert!(world.up < 0.02, "{payload}: up at {} rad/s", world.up);
+    }
+}
+
+/// What the torque limit cannot carry gets ahead of the reference: the arm is let go, and damped, before the joint is fast.
+#[test]
+fn a_payload_that_is_too_heavy_ends_in_the_safe_action_without_a_bounce() {
+    let mut world = World::left_alone(|config| {
+        for limits in &mut config.control.limits {
+            limits.torque = 20.0;
+        }
+    });
+    // At 1 rad it takes 17.3 N m, at 0.9 rad more than 20.
+    while world.machine.state() != State::Lowering {
+        world.payload = 21.0 * f64::from(world.tick.min(200)) / 200.0;
+        world.step(None, false);
+    }
+    (world.up, world.qd) = (0.0, [0.0; 2]);
+    let (ticks, fault) = world.until_let_go();
+    println!(
+        "{fault:?} after {ticks} ticks at {:.3} rad and {:.3} rad/s, up at {:.4} rad/s",
+        world.q[0], world.qd[0], world.up
+    );
+    assert_eq!(fault, Fault::FollowingError { joint: 0 });
+    // It falls by one and a half times its reach under the 7 N m at most that the limit lacks.
+    let fall = (2.0 * 7.0 * 1.5 * f64::from(REACH)).sqrt();
+    assert!(ticks < 2 * NOMINAL + HOLD && world.up < 0.02 && world.qd[0] > -fall);
+    let fastest = world.qd[0];
+    for _ in 0..300 {
+        world.step(None, false);
+        assert!(world.qd[0] <= 0.0 && world.qd[0] >= fastest - 0.1, "{}", world.qd[0]);
+    }
+}
+
+/// The first step of a joint that can hardly be slowed down is less than a rounding at a high rate. It is no reason to be at the rest pose at once.
+#[test]
+fn a_first_step_that_is_too_small_does_not_end_in_a_jump_to_the_rest_pose() {
+    let mut world = World::left_alone(|config| {
+        for joint in &mut config.rules.joints {
+            (joint.deceleration, joint.lowering_speed) = (0.05, 0.2);
+        }
+    });
+    let mut last = FROM[0];
+    for _ in 0..2_000 {
+        world.step(None, false);
+        let now = world.reference.q[0];
+        assert!((now - last).abs() <= SPEED * PERIOD * 1.01, "from {last} to {now}");
+        last = now;
+    }
+    assert_eq!(world.machine.state(), State::Lowering);
+}

@@ -1,0 +1,181 @@
+//! A hello and a fault that meet: in every order the black box keeps the fault, and the ticks around it.
+
+use super::OWN;
+use super::supervised::Arm;
+use dynamics_core::control::Fault;
+use dynamics_core::safety;
+use link::{Frame, Hello, Pacing, Request, Status};
+use session::black_box::{TICKS, TICKS_AFTER};
+use session::readings::JointFaults;
+
+/// An arm that has run for longer than the black box remembers.
+fn long_running() -> Arm {
+    let mut arm = Arm::running();
+    for _ in 0..60 {
+        arm.follow();
+    }
+    assert_eq!(arm.state(), safety::State::Running);
+    arm
+}
+
+fn hello(arm: &mut Arm, pacing: Pacing) {
+    arm.receive(Frame::Hello(Hello { pacing, ..OWN }));
+}
+
+/// A hello of a host that has another robot's files: the session ends.
+fn stranger(arm: &mut Arm) {
+    arm.receive(Frame::Hello(Hello { robot: 8, ..OWN }));
+}
+
+fn ticks(arm: &mut Arm, ticks: u32) {
+    for _ in 0..ticks {
+        arm.tick();
+    }
+}
+
+/// The black box, read completely.
+fn past(arm: &mut Arm) -> Vec<Status> {
+    arm.receive(Frame::Dump);
+    let past = arm.said().into_iter().filter_map(|frame| match frame {
+        Frame::Past(status) => status,
+        _ => None,
+    });
+    past.collect()
+}
+
+/// Something happens that is a fault in the next tick, and is gone after it.
+type Happens = (&'static str, Fault, fn(&mut Arm), fn(&mut Arm));
+
+const FAULTS: [Happens; 4] = [
+    (
+        "emergency stop",
+        Fault::EmergencyStop,
+        |arm| arm.lines.emergency_stop = true,
+        |arm| arm.lines.emergency_stop = false,
+    ),
+    (
+        "a drive's error",
+        Fault::DriveFault { joint: 1 },
+        |arm| arm.faults[1] = JointFaults::DRIVE,
+        |arm| arm.faults[1] = JointFaults::NONE,
+    ),
+    ("a drive that goes off", Fault::DriveOff { joint: 0 }, |arm| arm.on[0] = false, |arm| arm.on[0] = true),
+    ("an overrun", Fault::Overrun, |arm| arm.session.overrun(), |_| {}),
+];
+
+/// The fault is kept, with so many ticks after it, and with ticks in motion up to it. Read, it is released.
+fn keeps(arm: &mut Arm, fault: Fault, after: u32, name: &str) {
+    let status = arm.watched();
+    assert!(status.kept, "{name}: it is not kept");
+    let past = past(arm);
+    assert_eq!(past.len(), TICKS, "{name}");
+    let first = past.iter().position(|status| status.state == 5).unwrap_or_else(|| panic!("{name}: no fault"));
+    assert_eq!((past[first].cause, past[first].joint), (fault.code(), fault.joint()), "{name}");
+    assert_eq!(past.len() - 1 - first, after as usize, "{name}: ticks after it");
+    assert!(past[..first].iter().all(|status| status.state == 3), "{name}: ticks before it");
+    arm.asked(Request::Release);
+    assert!(!arm.watched().kept, "{name}: released");
+}
+
+#[test]
+fn a_hello_in_the_tick_of_a_fault_or_in_those_after_it_keeps_the_fault_and_its_ticks() {
+    for (name, fault, happens, passes) in FAULTS {
+        for after in 0..=12 {
+            // One hello; two in a row; a second one some ticks later, which may be before the black box has stopped.
+            for second in [None, Some(0), Some(1), Some(2), Some(7)] {
+                let mut arm = long_running();
+                happens(&mut arm);
+                arm.tick();
+                assert_eq!(arm.state(), safety::State::Fault(fault), "{name}");
+                passes(&mut arm);
+                ticks(&mut arm, after);
+                hello(&mut arm, Pacing::Live);
+                if let Some(later) = second {
+                    ticks(&mut arm, later);
+                    hello(&mut arm, Pacing::Live);
+                }
+                ticks(&mut arm, 60);
+                let kept = after.min(u32::from(TICKS_AFTER));
+                keeps(&mut arm, fault, kept, &format!("{name}, hello after {after} ticks, again after {second:?}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_fault_is_kept_through_a_session_without_the_machine_and_through_a_stranger_s_hello() {
+    for between in [|arm: &mut Arm| hello(arm, Pacing::LockStep), |arm: &mut Arm| hello(arm, Pacing::Drill), stranger] {
+        for after in [0, 3, 20] {
+            let mut arm = long_running();
+            arm.lines.emergency_stop = true;
+            ticks(&mut arm, 1 + after);
+            arm.lines.emergency_stop = false;
+            between(&mut arm);
+            hello(&mut arm, Pacing::Live);
+            ticks(&mut arm, 60);
+            keeps(&mut arm, Fault::EmergencyStop, after.min(u32::from(TICKS_AFTER)), "");
+        }
+    }
+}
+
+/// A hello ends the session before the tick that would have judged this. The new session judges it, and its black box begins with it.
+#[test]
+fn a_hello_before_the_tick_of_a_fault_leaves_it_to_the_new_session() {
+    for hellos in 1..=2 {
+        let mut arm = long_running();
+        arm.lines.emergency_stop = true;
+        for _ in 0..hellos {
+            hello(&mut arm, Pacing::Live);
+        }
+        ticks(&mut arm, 60);
+        assert_eq!(arm.state(), safety::State::Fault(Fault::EmergencyStop));
+        assert!(arm.watched().kept);
+        let past = past(&mut arm);
+        assert_eq!(past.len(), 1 + usize::from(TICKS_AFTER));
+        assert!(past.iter().all(|status| (status.state, status.cause) == (5, 9)));
+    }
+}
+
+/// The last tick of a live session was late, and a hello comes before the tick that would have said so.
+#[test]
+fn a_late_tick_before_a_hello_is_a_fault_of_the_new_session_with_the_ticks_before_it() {
+    for hellos in 1..=2 {
+        let mut arm = long_running();
+        arm.session.overrun();
+        for _ in 0..hellos {
+            hello(&mut arm, Pacing::Live);
+        }
+        arm.tick();
+        assert_eq!(arm.state(), safety::State::Fault(Fault::Overrun));
+        ticks(&mut arm, 60);
+        keeps(&mut arm, Fault::Overrun, u32::from(TICKS_AFTER), "late");
+    }
+    // On the bench the controller has said it already.
+    let mut arm = Arm::live();
+    hello(&mut arm, Pacing::Timer);
+    arm.session.overrun();
+    hello(&mut arm, Pacing::Live);
+    arm.tick();
+    assert_eq!(arm.state(), safety::State::Idle);
+}
+
+/// A fault that a host has read and released is not kept again, though the places of the ring still hold it.
+#[test]
+fn a_hello_does_not_bring_back_a_fault_that_was_released() {
+    for hellos in 1..=2 {
+        let mut arm = long_running();
+        arm.lines.emergency_stop = true;
+        ticks(&mut arm, 20);
+        assert_eq!(past(&mut arm).len(), TICKS);
+        arm.asked(Request::Release);
+        ticks(&mut arm, 60);
+        assert_eq!(arm.state(), safety::State::Fault(Fault::EmergencyStop));
+        arm.lines.emergency_stop = false;
+        for _ in 0..hellos {
+            hello(&mut arm, Pacing::Live);
+        }
+        ticks(&mut arm, 3);
+        assert!(!arm.watched().kept);
+        assert!(past(&mut arm).iter().all(|status| status.state == 0));
+    }
+}
