@@ -7,7 +7,9 @@
 
 use super::{Chip, build_firmware, hello};
 use dynamics_core::safety::Rules;
-use link::{Actuation, Encoder, Frame, Hello, Pacing, Parts, Point, Reference, Refusal, Request, Status, Watch};
+use link::{
+    Actuation, Encoder, Frame, Hello, Pacing, Parts, Point, Reference, Refusal, Request, Status, Verdict, Watch,
+};
 use robot_compiler::SceneFile;
 use std::path::Path;
 
@@ -226,4 +228,53 @@ fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks()
     assert_eq!((holds.tick - armed.tick, holds.cause), (live.rules.heartbeat_max + 1, 2));
     let stops = until(&mut live.chip, |status| status.state == FAULT);
     assert_eq!((stops.tick - holds.tick, stops.cause), (live.rules.hold_max, 10));
+}
+
+/// Requests that come together: whichever ticks they fall into, the stop acts, and each request is answered once.
+#[test]
+fn of_requests_that_come_together_the_stop_acts_and_each_is_answered_once() {
+    let mut live = LiveChip::running();
+    let asked = [Request::Run, Request::Disarm, Request::Hold, Request::Stop, Request::Run, Request::Hold];
+    for (number, request) in (100..).zip(asked) {
+        live.chip.send(&Frame::request(number, request)).unwrap();
+    }
+    let (mut answers, mut stopped) = (Vec::new(), 0);
+    // Some ticks more: an answer must not come again.
+    while answers.len() < asked.len() || stopped < 50 {
+        match live.chip.receive("answers").unwrap() {
+            Frame::Answer(answer) => answers.push((answer.number, answer.verdict)),
+            Frame::Status(status) if stopped > 0 || status.state == FAULT => {
+                assert_eq!((status.state, status.cause), (FAULT, 9));
+                assert!(!matches!(status.actuation, Some(Actuation::Drive { .. })), "{status:?}");
+                stopped += 1;
+            }
+            Frame::Status(_) => {}
+            other => panic!("{other:?}"),
+        }
+        assert!(stopped < 1000, "{answers:?}");
+    }
+    answers.sort_by_key(|(number, _)| *number);
+    let numbers: Vec<u8> = answers.iter().map(|(number, _)| *number).collect();
+    assert_eq!(numbers, [100, 101, 102, 103, 104, 105], "{answers:?}");
+    assert_eq!(answers[3].1, Verdict::Accepted, "the stop");
+    assert!(answers[4..].iter().all(|(_, verdict)| *verdict != Verdict::Accepted), "{answers:?}");
+}
+
+/// The last point is in motion, and no other comes: the arm holds in the tick after it.
+#[test]
+fn a_live_arm_whose_points_run_out_in_motion_holds() {
+    let (mut live, _) = LiveChip::armed();
+    let point = |ticks, q: f32, qd: f32| {
+        let reference = Reference::new(&dynamics_core::Reference { q: [q, 0.0], qd: [qd, 0.0], qdd: [0.0; 2] });
+        Frame::Point(Point { ticks, reference })
+    };
+    let (ticks, speed) = (20_u16, 0.02);
+    let way = 0.5 * speed * f32::from(ticks) / live.bench.rate_hz;
+    live.chip.send(&point(0, 0.0, 0.0)).unwrap();
+    live.chip.send(&point(ticks, way, speed)).unwrap();
+    let running = live.ask(Request::Run, |status| status.state == RUNNING);
+    let holds = until(&mut live.chip, |status| status.state != RUNNING);
+    assert_eq!((holds.state, holds.cause), (HOLDING, 3));
+    // The first tick of the run is at the first point, `ticks` later one is at the last.
+    assert_eq!(holds.tick - running.tick, u32::from(ticks) + 1, "{holds:?}");
 }

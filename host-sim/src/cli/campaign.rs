@@ -27,7 +27,7 @@ Examples:
   host-sim campaign --runs 10000 --report out/campaign.html
   host-sim campaign --target drives --runs 10000 --write
   host-sim campaign scenes/yam_move.toml --target drives
-  host-sim campaign --target qemu --runs 500 --write
+  host-sim campaign --target qemu --runs 700 --write
   host-sim campaign scenes/puma560_pick.toml --seed 7 --run 4711
   host-sim campaign --json | jq '.rows[] | select(.unsafe_commands > 0)'
 

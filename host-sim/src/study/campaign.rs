@@ -13,6 +13,7 @@
 //! | `injection` | one fault with its random parameters: its effect on readings, lines, frames and the arm |
 //! | `host` | the host's frames, and the link's faults on them |
 //! | `machine` | the machine under test: the session on the desk, or the chip with the desk beside it |
+//! | `frames` | the comparison of the frames of chip and desk in one tick |
 //! | [`judge`] | the safety check of each command, written from docs/safety.md, independent of the machine's code |
 //! | `run` | one run, from the first tick to the last |
 //! | `script` | what happens in every run, from a hello to the way back to torque |
@@ -28,6 +29,7 @@
 
 mod case;
 pub mod drives;
+mod frames;
 mod host;
 mod injection;
 pub mod judge;

@@ -29,6 +29,7 @@ use super::machine::Desk;
 use super::random::Random;
 use super::run::{Finished, Number, Outcome, Stage};
 use super::script::{Script, Stop, finish};
+use crate::chip::hello;
 use crate::failure::Failure;
 use crate::plant::solver::{AtOnce, now};
 use crate::plant::{Arm, Diverged, State};
@@ -36,7 +37,7 @@ use crate::run::simulate;
 use crate::run::world::World;
 use crate::session::states::{ARMING, HOMING, RUNNING};
 use actuator_model::mit::Shaft;
-use broken::{Faulty, Memory};
+use broken::{Faulty, Memory, without_timeouts};
 use dynamics_core::Reference;
 use dynamics_core::safety::SafeAction;
 use injection::{Board, Injection};
@@ -52,6 +53,9 @@ const STOP_DEPTH: f64 = 0.02;
 
 /// Time in which the host leads the arm from where it stands to the scene's motion, s.
 const BLEND: f64 = 0.2;
+
+/// Time, s, by which an undisturbed hold may last longer than other faults: any stop, the time to settle, and some rest.
+const RESTS: f64 = 1.0;
 
 /// Longest time in which an arm without brakes comes to rest on its stops before a run, s, and the speed of rest, rad/s.
 const SETTLING: f64 = 10.0;
@@ -157,6 +161,16 @@ impl<const N: usize> DrivesStage<N> {
         };
         stage.arming = stage.arming_ticks(scene)?;
         Ok(stage)
+    }
+
+    /// The same runs with a board that was built from another scene. The host greets that board; the judge knows this scene.
+    ///
+    /// # Errors
+    /// The other scene cannot be run.
+    pub fn with_board_of(mut self, other: &SceneFile) -> Result<Self, Failure> {
+        let model = other.robot.model::<N>().map_err(Failure::input)?;
+        self.stage.hello = hello(other, &model, Pacing::LockStep);
+        Ok(self)
     }
 
     /// Fewest ticks of an undisturbed arming, among some.
@@ -276,7 +290,10 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
         }
         let (least, most) = injection.ticks(config.age_max, silence, self.stage.lowering);
         self.injection = Some(injection);
-        Ok(self.random.whole(least, most))
+        // An undisturbed hold lasts until the arm is to rest, and longer.
+        let undisturbed = (case.fault, case.situation) == (FaultKind::Nothing, Situation::Holding);
+        let more = if undisturbed { (RESTS / self.world.period) as u32 } else { 0 };
+        Ok(self.random.whole(least, most + more))
     }
 
     fn disturbed(&mut self, k: u32) -> Result<(), Stop> {
@@ -353,8 +370,10 @@ impl<'a, const N: usize> Bench<'a, N> {
         let requests = sent.requests;
         let (supply, _) = self.stage.stage.calm;
         let lines = Lines { emergency_stop: board.emergency_stop, supply, temperature: None };
+        let state = self.state();
         let Self { world, desk, memory, breakage, .. } = &mut *self;
         let Some(drives) = &mut world.drives else { return Ok(()) };
+        memory.begin(state);
         let carried = core::array::from_fn(|i| drives.given(i));
         let late = core::cell::Cell::new(board.late == Some(true));
         let is_due = || late.replace(board.late.is_some());
@@ -362,8 +381,12 @@ impl<'a, const N: usize> Bench<'a, N> {
         let status = desk.on_board(&sent.bytes, &mut joints, lines, is_due).map_err(Stop::Trouble)?;
         drives.serve(&world.sensors.disturbed(world.plant.measured()));
         let heard = core::array::from_fn(|i| drives.electronics(i).is_some_and(|it| it.silent_for() == 0.0));
+        if *breakage == Some(Breakage::TimeoutNeverActs) {
+            without_timeouts(drives);
+        }
         let open = !drives.brakes_hold() || memory.opens;
-        self.move_arm(open).map_err(|diverged| {
+        let slips = memory.slips(*breakage, open, world.period);
+        self.move_arm(open || slips).map_err(|diverged| {
             let broken = Unsafe { law: Law::RanAway, what: diverged.to_string() };
             Stop::Unsafe { what: broken.what.clone(), broken: Some(broken), inputs: format!("{status:?}") }
         })?;

@@ -1,5 +1,6 @@
 //! Machine under test: the firmware's session on the desk, or the emulated chip with the desk beside it.
 
+use super::frames::difference;
 use crate::chip::{Chip, ChipError};
 use crate::session::drill::{DeskSession, Uncounted, desk_session, without_cost};
 use dynamics_core::safety::SafeAction;
@@ -234,10 +235,8 @@ impl<const N: usize> Machine<N> for Both<N> {
                 break;
             }
         }
-        // NaN differs from itself, so compare the printed text, which has every digit.
-        let (chip_says, desk_says) = (format!("{chip:?}"), format!("{desk:?}"));
-        if chip_says != desk_says {
-            return Err(Trouble::Differs(format!("tick {}\n  chip {chip_says}\n  desk {desk_says}", told.tick)));
+        if let Some(what) = difference(&chip, &desk) {
+            return Err(Trouble::Differs(format!("tick {}: {what}", told.tick)));
         }
         let status = status(chip, told.tick, Pacing::Drill)?;
         Ok(Said { drives: played(&status), status })

@@ -1,5 +1,8 @@
 //! A board that is broken on purpose, to show that the judge finds what then happens.
 
+use crate::plant::drives::Drives;
+use crate::session::states::HOLDING;
+use dynamics_core::Sensed;
 use dynamics_core::control::Spring;
 use dynamics_core::safety::SafeAction;
 use joint_io::JointIo;
@@ -30,7 +33,22 @@ pub enum Breakage {
     TorqueGoesOn,
     /// Torque is half of what it should be.
     HalfTorque,
+    /// Brakes that are engaged slip under any load.
+    BrakesSlip,
+    /// Brakes engage [`LATE`] after their line says so.
+    BrakesLate,
+    /// A drive that hears nothing never ends its torque by itself.
+    TimeoutNeverActs,
+    /// The readings of a holding arm drift, so that the arm follows them away.
+    HoldCreeps,
 }
+
+/// Time by which late brakes are late, s.
+const LATE: f64 = 1.0;
+
+/// Drift of a reading in a tick, rad, and the tick of a hold in which it begins.
+const CREEP: f32 = 1.2e-4;
+const CREEP_FROM: u32 = 300;
 
 /// The board's joints, broken or not.
 pub(super) struct Faulty<'a, J, const N: usize> {
@@ -51,11 +69,39 @@ pub(super) struct Memory<const N: usize> {
     readings: Option<Readings<N>>,
     /// It holds the brakes open, whatever the board's line says.
     pub(super) opens: bool,
+    /// Ticks since the brakes were open.
+    closed: u32,
+    /// Ticks of the hold.
+    held: u32,
 }
 
 impl<const N: usize> Memory<N> {
     /// Nothing.
-    pub(super) const NONE: Self = Self { torque: None, readings: None, opens: false };
+    pub(super) const NONE: Self = Self { torque: None, readings: None, opens: false, closed: u32::MAX, held: 0 };
+
+    /// A tick begins in this state of the machine.
+    pub(super) fn begin(&mut self, state: u8) {
+        self.held = if state == HOLDING { self.held.saturating_add(1) } else { 0 };
+    }
+
+    /// True if brakes whose line says that they are engaged do not hold the arm. Call it once in a tick of `period` (s).
+    pub(super) fn slips(&mut self, breakage: Option<Breakage>, open: bool, period: f64) -> bool {
+        self.closed = if open { 0 } else { self.closed.saturating_add(1) };
+        match breakage {
+            Some(Breakage::BrakesSlip) => true,
+            Some(Breakage::BrakesLate) => f64::from(self.closed) * period < LATE,
+            _ => false,
+        }
+    }
+}
+
+/// Take the timeout from every drive that has heard nothing in this tick. What the board set and read back was right.
+pub(super) fn without_timeouts<const N: usize>(drives: &mut Drives<N>) {
+    for joint in 0..N {
+        if let Some(it) = drives.electronics(joint).filter(|it| it.silent_for() > 0.0) {
+            it.timeout = f64::INFINITY;
+        }
+    }
 }
 
 impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
@@ -64,6 +110,12 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
         match self.breakage {
             Some(Breakage::EnableCountsAsSent) => readings.on = [true; N],
             Some(Breakage::ZeroNeverLost) => readings.zero_lost = false,
+            Some(Breakage::HoldCreeps) => {
+                if let Sensed::State { q, .. } = &mut readings.sensed {
+                    let drift = CREEP * self.memory.held.saturating_sub(CREEP_FROM) as f32;
+                    q.iter_mut().for_each(|q| *q += drift);
+                }
+            }
             Some(Breakage::OffUnnoticed) => {
                 if readings.on == [true; N] && readings.age_ticks == [0; N] {
                     self.memory.readings = Some(readings);
