@@ -21,6 +21,7 @@ mod energy;
 mod explain_command;
 mod extremes;
 mod feel;
+mod first_motion;
 mod identify;
 mod judge;
 mod kernel_command;
