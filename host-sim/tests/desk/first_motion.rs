@@ -9,7 +9,7 @@ fn connect(name: &str, (robot, pose): (&str, &str), safety: &str, script: &str) 
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots").join(robot);
     let scene = format!(
         "name = \"{name}\"\nrobot = \"{}\"\n[control]\nrate = 1000\nnatural_frequency = 20.0\ntunable = true\nteach = {{}}\n\
-         [motion]\nkind = \"quintic\"\npoints = [{{ q = {pose} }}, {{ q = {pose} }}]\n[safety]\n{safety}\n",
+         [motion]\nkind = \"hold\"\nq = {pose}\nduration = 1.0\n[safety]\n{safety}\n",
         robot.display()
     );
     let (path, lines) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}_first.txt")));

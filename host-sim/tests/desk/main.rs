@@ -22,6 +22,7 @@ mod explain_command;
 mod extremes;
 mod feel;
 mod first_motion;
+mod heat;
 mod identify;
 mod judge;
 mod kernel_command;

@@ -261,6 +261,8 @@ pub(super) struct Arm {
     pub(super) friction: Vec<(f64, f64)>,
     /// Numbers of each joint's drive that a wrong torque can show.
     pub(super) drives: Vec<DriveNumbers>,
+    /// For each joint, true if the board follows its motor's heat; empty for an arm without drives.
+    pub(super) has_heat: Vec<bool>,
     /// The drives' own words for their errors.
     pub(super) words: Option<fn(u8) -> &'static str>,
 }
@@ -328,9 +330,16 @@ impl Arm {
             hidden: scene.robot.joints.iter().map(of_friction).collect(),
             friction: scene.robot.joints.iter().map(rubs).collect(),
             drives: scene.robot.joints.iter().map(DriveNumbers::of).collect(),
+            has_heat: has_heat(scene),
             words: scene.protocol().map(words_of),
         })
     }
+}
+
+/// For each joint with a drive, true if the robot file knows the numbers of its motor's heat.
+fn has_heat(scene: &SceneFile) -> Vec<bool> {
+    let driven = scene.robot.joints.iter().filter(|joint| joint.drive.is_some());
+    driven.map(|joint| joint.heat.rules(scene.period()).is_some()).collect()
 }
 
 /// The words of a kind of drive for its errors.

@@ -75,6 +75,7 @@ impl Operator {
     fn greet(&mut self) -> Result<(), Stop> {
         self.feed.clear();
         self.under_way.clear();
+        self.heat.forget();
         (self.status, self.goal, self.past, self.heard) = (None, None, None, self.device.now());
         // A drill's target has agreed before, and a session on the desk needs no agreement.
         self.agreed = !self.is_live();
