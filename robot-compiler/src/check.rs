@@ -10,6 +10,7 @@
 //! | `load` | torque that holds the arm |
 //! | `drives` | rotors, friction, steps of torque and position |
 //! | `heat` | continuous torque of the motors, and the pose in which the arm carries itself |
+//! | `scene` | settings of a scene: the first motion, and the age of live inputs |
 
 mod amount;
 mod body;
@@ -17,11 +18,13 @@ mod drives;
 mod heat;
 mod limits;
 mod load;
+mod scene;
 
 use crate::describe::diagnostics::FileError;
 pub use crate::describe::draft::Draft;
 use crate::describe::draft::{FileKind, Place};
 use dynamics_core::JointKind;
+pub use scene::scene_findings;
 
 /// Distance from a limit, rad or m, within which a joint that gravity presses against it counts as lying on its stop: it falls no farther.
 #[must_use]
@@ -90,11 +93,15 @@ pub enum Rule {
     Heat,
     /// A rest pose from which a joint sinks.
     Rest,
+    /// A scene of an arm with drives that does not limit the first motion after homing.
+    FirstMotion,
+    /// Live inputs of an arm with drives that may be of any age.
+    LiveAge,
 }
 
 impl Rule {
     /// All rules.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::ImpossibleBody,
         Self::Mass,
         Self::Gyration,
@@ -111,6 +118,8 @@ impl Rule {
         Self::PositionStep,
         Self::Heat,
         Self::Rest,
+        Self::FirstMotion,
+        Self::LiveAge,
     ];
 
     /// The name.
@@ -133,6 +142,8 @@ impl Rule {
             Self::PositionStep => "position-step",
             Self::Heat => "heat",
             Self::Rest => "rest",
+            Self::FirstMotion => "first-motion",
+            Self::LiveAge => "live-age",
         }
     }
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test file that cannot be handled should stop the test")]
 #![allow(clippy::panic, reason = "a test names the case that fails")]
 
-use robot_compiler::check::{Draft, Finding, JointLoad, Rule, Severity, findings};
+use robot_compiler::check::{Draft, Finding, JointLoad, Rule, Severity, findings, scene_findings};
 use robot_compiler::{Ends, Robot};
 use std::collections::BTreeSet;
 
@@ -238,8 +238,8 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
         (&[("zz = 0.008 }", "zz = 0.008, xy = 0.01 }")], (ImpossibleBody, Wrong), &[]),
     ];
     let known: BTreeSet<_> = urdf.iter().chain(&toml).map(|(_, (rule, _), _)| *rule).collect();
-    // The rest pose has tests of its own, because it needs a load of its own.
-    let known: BTreeSet<_> = known.into_iter().chain([Rest]).collect();
+    // The rest pose and the rules about scenes have tests of their own, because they need a load, or a scene.
+    let known: BTreeSet<_> = known.into_iter().chain([Rest, FirstMotion, LiveAge]).collect();
     assert_eq!(known, BTreeSet::from(Rule::ALL), "a rule without a case");
     for (broken, said, sound) in urdf {
         let said = (said.0.name(), said.1.name());
@@ -270,6 +270,26 @@ fn every_rule_has_its_row_in_the_documentation() {
     let section = page.split("## Would a physicist believe it?").nth(1).unwrap();
     let rows: Vec<&str> = section.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next()).collect();
     assert_eq!(rows, Rule::ALL.map(Rule::name));
+}
+
+#[test]
+fn a_scene_of_an_arm_with_drives_is_asked_about_its_first_motion_and_the_age_of_live_inputs() {
+    let rules = |robot: &str, lines: &str| {
+        let scene = crate::common::standing(robot, lines);
+        let found = scene_findings(&scene);
+        assert!(found.iter().all(|finding| finding.severity == Severity::Note && finding.quote.is_none()));
+        found.iter().map(|finding| finding.rule.name()).collect::<Vec<_>>()
+    };
+    let live = "[model]\npayload = \"live\"\n";
+    for driven in ["yam", "examples/pwm2"] {
+        assert_eq!(rules(driven, ""), [""; 0], "{driven}");
+        assert_eq!(rules(driven, "[safety]\nfirst_motion = 1"), ["first-motion"], "{driven}");
+        assert_eq!(rules(driven, "[safety]\nfirst_motion = 0.99"), [""; 0], "{driven}");
+        assert_eq!(rules(driven, live), ["live-age"], "{driven}");
+        assert_eq!(rules(driven, &format!("{live}[safety]\nlive_age_ms = 100")), [""; 0], "{driven}");
+    }
+    // Nothing real moves.
+    assert_eq!(rules("planar2r", &format!("{live}[safety]\nfirst_motion = 1")), [""; 0]);
 }
 
 fn without_drives(text: &str) -> String {

@@ -46,7 +46,7 @@ fn every_shipped_motion_runs_to_its_end_under_the_rules_of_its_scene() {
             let mut machine = Safety::new(Protected { control, rules: scene.safety_rules(&model).cast() });
             let start = motion.start().cast();
             tick(&mut machine, None, start);
-            for request in [Request::Home, Request::Confirm, Request::Arm, Request::Run] {
+            for request in [Request::Home, Request::Confirm, Request::FullRange, Request::Arm, Request::Run] {
                 assert_eq!(tick(&mut machine, Some(request), start).refused, None, "{}: {request:?}", scene.name);
                 // Torque rises on engaged brakes.
                 while machine.state() == State::Arming {

@@ -8,9 +8,11 @@ use dynamics_core::safety::{JointRules, Rules, SafeAction};
 use dynamics_core::trig::Method;
 use dynamics_core::{Live, Term};
 use nalgebra::Vector3;
-use robot_compiler::scene::{MotionSpec, ScalarChoice, SensorSpec};
-use robot_compiler::{FileError, JointHeat, SceneFile};
+use robot_compiler::scene::{FIRST_MOTION, MotionSpec, ScalarChoice, SensorSpec};
+use robot_compiler::{FileError, JointHeat, SceneFile, with_dof};
 use std::path::Path;
+
+use crate::common::standing;
 
 /// A scene that stands still, with these lines added; paths are relative to `tests/data`.
 fn scene(robot: &str, lines: &str) -> Result<SceneFile, FileError> {
@@ -129,6 +131,7 @@ fn limits_of_the_first_motion_and_of_live_inputs_are_taken_over_and_a_motor_s_he
     let Rules { first_motion, live_max, .. } = rules(lines);
     assert_eq!((first_motion, live_max), (Some(0.2), 51));
     assert_eq!(rules("[safety]\nfirst_motion = 1").first_motion, None);
+    assert_eq!(rules("[safety]\nfirst_motion = 0.99").first_motion, Some(0.99));
 
     let mut puma = scene("../../../robots/puma560.toml", "").unwrap();
     puma.robot.joints[1].heat = JointHeat { rated: Some(50.0), peak: None, time_constant: Some(60.0) };
@@ -136,6 +139,34 @@ fn limits_of_the_first_motion_and_of_live_inputs_are_taken_over_and_a_motor_s_he
     // One motor in each of the six ticks of 1 ms.
     assert_eq!(heat[1], HeatRules::new(50.0, 60.0, 0.006));
     assert_eq!(heat[0], HeatRules::UNKNOWN);
+}
+
+/// An arm with drives is limited unless its scene says otherwise; one that is only simulated is not.
+#[test]
+fn the_first_motion_of_an_arm_with_drives_is_limited_by_default() {
+    let first = |robot: &str, lines: &str| {
+        let scene = standing(robot, lines);
+        let share = with_dof!(scene.robot.dof(), N => {
+            let model = scene.robot.model::<N>().unwrap();
+            let rules = scene.safety_rules(&model);
+            // Lowering must not be a fault of the first motion itself.
+            let limits = model.links().map(|link| link.limits.velocity);
+            let slow = (0..N).all(|i| rules.joints[i].lowering_speed <= rules.first_motion.unwrap_or(1.0) * limits[i]);
+            assert!(slow, "{robot}: {rules:?}");
+            rules.first_motion
+        });
+        assert_eq!(share, scene.safety.first_motion);
+        share
+    };
+    for driven in ["yam", "rebot_b601_rs", "examples/mit6", "examples/mit6_fd", "examples/pwm2"] {
+        assert_eq!(first(driven, ""), Some(FIRST_MOTION), "{driven}");
+        assert_eq!(first(driven, "[safety]\nfirst_motion = 1"), None, "{driven}");
+        assert_eq!(first(driven, "[safety]\nfirst_motion = 0.001"), Some(0.001), "{driven}");
+    }
+    for simulated in ["planar2r", "puma560", "ur5", "scara"] {
+        assert_eq!(first(simulated, ""), None, "{simulated}");
+        assert_eq!(first(simulated, "[safety]\nfirst_motion = 0.3"), Some(0.3), "{simulated}");
+    }
 }
 
 #[test]

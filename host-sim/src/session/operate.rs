@@ -24,6 +24,7 @@
 //! | [`motion_queue`] | motions as points, waiting to be sent |
 //! | [`parameters`] | parameters by name: reading and changing them |
 //! | `first_motion` | limits of the first motion after homing, and what was seen so far |
+//! | `motor_heat` | heat of the motors, asked for in the background |
 //! | `feel` | law, stiffness and payload of an armed arm, changed without a jump of torque |
 //! | `torque_check` | comparison of the drives' torque with the commanded torque |
 //! | `torque_cause` | the likely cause of a difference |
@@ -50,6 +51,7 @@ mod ending;
 mod feel;
 mod first_motion;
 mod keys;
+mod motor_heat;
 mod moves;
 mod requests;
 mod session;
@@ -172,6 +174,7 @@ pub struct Operator {
     /// The torques of this arming have been judged.
     judged: bool,
     first_motion: first_motion::FirstMotion,
+    heat: motor_heat::MotorHeat,
 }
 
 impl Operator {
@@ -228,6 +231,7 @@ impl Operator {
             samples: Samples::default(),
             judged: false,
             first_motion: first_motion::FirstMotion::default(),
+            heat: motor_heat::MotorHeat::default(),
         })
     }
 
@@ -282,6 +286,7 @@ impl Operator {
         }
         self.fill()?;
         self.renew_live()?;
+        self.ask_for_heat()?;
         for frame in self.device.pass()? {
             self.take(frame)?;
         }
@@ -322,6 +327,7 @@ impl Operator {
             joints: &self.arm.joints,
             period: self.arm.period,
             words: self.arm.words,
+            heat: self.arm.has_heat.iter().enumerate().map(|(joint, _)| self.heat_of(joint)).collect(),
         })
     }
 
@@ -337,6 +343,9 @@ impl Operator {
             Frame::Past(Some(status)) => self.past.get_or_insert_default().push(status),
             Frame::Past(None) => self.past_is_whole(),
             Frame::Value(value) => {
+                if self.takes_heat(&value) {
+                    return Ok(());
+                }
                 // The answer to a question that was repeated may come twice.
                 let again = |answer: &Result<Value, Refusal>| answer.is_ok_and(|before| before.index == value.index);
                 if let Some(answers) = &mut self.expected
@@ -349,6 +358,8 @@ impl Operator {
                 self.verdict = self.verdict.or(Some((verdict, self.statuses)));
             }
             Frame::Refusal(Refusal::Lost { .. } | Refusal::Undecodable(_)) => self.frames_were_lost()?,
+            // Only an older firmware does not know a parameter of this program: the heat of motors.
+            Frame::Refusal(Refusal::NoParameter) if !self.heat.is_expected() => self.heat.unsupported(),
             Frame::Refusal(refusal) => {
                 if let Some(answers) = &mut self.expected {
                     answers.push(Err(refusal));

@@ -38,6 +38,8 @@ points = [
 ]
 [safety]
 safe_action = "damped-stop"
+# The first motion has tests of its own.
+first_motion = 1
 {more}
 "#,
         robot.display()

@@ -21,6 +21,8 @@ mod energy;
 mod explain_command;
 mod extremes;
 mod feel;
+mod first_motion;
+mod heat;
 mod identify;
 mod judge;
 mod kernel_command;

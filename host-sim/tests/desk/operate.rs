@@ -188,7 +188,7 @@ fn parameters_are_read_back_and_changed_where_no_torque_jumps_and_its_record_has
     assert!(lines[12].starts_with("payload: 3 kg at 0.000 0.000 0.000 m in the tip frame (0 to 3.5 kg); "), "{out}");
     assert_eq!(lines[13], "get: payload mass 3 kg (0 to 3.5)");
     assert_eq!(lines[14], "set: shoulder velocity gain 50 1/s (20 to 80)");
-    assert_eq!(lines[15], "get: 34 parameters");
+    assert_eq!(lines[15], "get: 36 parameters");
     for line in [
         "  shoulder torque limit 120 N m (fixed)",
         "  elbow lower limit -6.2831855 rad (fixed)",

@@ -13,6 +13,7 @@
 //! | 6 | velocity limit | rad/s, m/s | fixed |
 //! | 7, 8 | lower and upper position limit | rad, m | fixed |
 //! | 9 | position per encoder count | rad, m | fixed |
+//! | 10, [`HEAT`] | heat of the motor, 1 at its continuous limit ([`dynamics_core::safety::heat`]); NaN where it is unknown | | read only |
 //!
 //! and for the whole arm, from 96 on: payload mass (kg), its first moment (kg m, x y z), its inertia about the last
 //! link's origin (kg m^2: xx yy zz xy xz yz), gravity (m/s^2, x y z). These are live inputs and are set together, by a
@@ -30,6 +31,9 @@ use link::{Refusal, Setting, Value};
 /// The first number of the whole arm.
 pub const ARM: u8 = 96;
 
+/// Number of a joint's heat, plus 16 times the joint. It is no setting: the state machine computes it.
+pub const HEAT: u8 = 10;
+
 /// Number of the control law.
 pub const LAW: u8 = ARM + 13;
 
@@ -37,7 +41,7 @@ pub const LAW: u8 = ARM + 13;
 pub const GRAVITY_MAX: f32 = 20.0;
 
 /// The parameters of a joint, by number.
-pub const JOINT_NAMES: [&str; 10] = [
+pub const JOINT_NAMES: [&str; 11] = [
     "position gain",
     "velocity gain",
     "viscous friction",
@@ -48,6 +52,7 @@ pub const JOINT_NAMES: [&str; 10] = [
     "lower limit",
     "upper limit",
     "position per count",
+    "heat",
 ];
 
 /// The parameters of the whole arm, by number less [`ARM`].
@@ -92,7 +97,8 @@ fn changeable<const N: usize>(config: &mut ControllerConfig<f32, N>, index: u8) 
 /// Lower and upper bounds of the changeable parameters, as multiples of the built-in values.
 const BOUNDS: [(f32, f32); 4] = [(0.25, 4.0), (0.5, 2.0), (0.0, 2.0), (0.0, 2.0)];
 
-/// Value of a parameter, and its bounds where it can be changed. The payload's mass has its own, though it is set by another frame.
+/// Value of a parameter, and its bounds where it can be changed. The payload's mass has its own, though it is set by another frame. A joint's
+/// heat is not in a configuration: it is NaN here.
 ///
 /// # Errors
 /// [`Refusal::NoParameter`].
@@ -156,6 +162,7 @@ fn value<const N: usize>(index: u8, config: &ControllerConfig<f32, N>, live: &Li
         7 => limits.position.0,
         8 => limits.position.1,
         9 => config.encoder.get(joint)?.per_count,
+        HEAT => f32::NAN,
         _ => return None,
     })
 }

@@ -57,6 +57,15 @@ impl<const N: usize, K: Configuration<f32, N>> Supervisor<N, K> {
         self.safety.homed()
     }
 
+    /// Heat of a joint's motor, 1 at its continuous limit; NaN where its numbers are not known.
+    #[cold]
+    #[inline(never)]
+    pub fn heat(&self, joint: usize) -> f32 {
+        let known =
+            self.safety.rules().heat.as_ref().and_then(|all| all.get(joint)).is_some_and(|rules| rules.share > 0.0);
+        self.safety.heat().get(joint).copied().filter(|_| known).unwrap_or(f32::NAN)
+    }
+
     /// Inputs of the next tick; those of this tick in [`Supervisor::tick`]'s callback and until [`Supervisor::age`].
     pub fn inputs(&self) -> &Inputs<f32, N> {
         &self.inputs

@@ -36,7 +36,7 @@ pub use plant::{
     ActuatorSpec, BreakawaySpec, DriveFailure, ElasticitySpec, FailureKind, FrictionSpec, Integrator, PlantSpec, Push,
     Ripple, SensorSpec, Side,
 };
-pub use safety::{SafetySpec, axis_to_tip};
+pub use safety::{FIRST_MOTION, SafetySpec, axis_to_tip};
 
 /// A scene: an arm, the loads on it, its controller, its motion, and the simulated world.
 ///

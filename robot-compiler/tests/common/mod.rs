@@ -4,6 +4,7 @@
 pub mod rooms;
 pub mod skipping;
 
+use robot_compiler::{Robot, SceneFile};
 pub use skipping::skipped;
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,17 @@ pub fn rustfmt<'a>(options: &[&str], files: impl IntoIterator<Item = &'a PathBuf
         skipped("there is no rustfmt on this machine");
     }
     status.ok()
+}
+
+/// A scene in which a robot of `robots/` stands still in the middle of its range, with these lines added.
+#[allow(clippy::unwrap_used, reason = "a file of the project that cannot be read should stop the test")]
+pub fn standing(robot: &str, lines: &str) -> SceneFile {
+    let loaded = Robot::load(&top("robots").join(format!("{robot}.toml"))).unwrap();
+    let middle = |(low, high): (f64, f64)| if low.is_finite() && high.is_finite() { 0.5 * (low + high) } else { 0.0 };
+    let q: Vec<f64> = loaded.joints.iter().map(|joint| middle(joint.spec.limits.position)).collect();
+    let motion = format!("[motion]\nkind = \"hold\"\nq = {q:?}\nduration = 1.0\n");
+    let text = format!("name = \"test\"\nrobot = \"../robots/{robot}.toml\"\n{lines}\n{motion}");
+    SceneFile::from_toml_str(&text, &top("scenes").join("test.toml")).unwrap()
 }
 
 /// A folder at the top of the project.

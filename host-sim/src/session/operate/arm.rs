@@ -11,7 +11,7 @@ use crate::run::wrench::tip_wrench;
 use crate::session::frame_log::Head;
 use crate::session::frame_log::recorder::Recorded;
 use dynamics_core::control::trajectory::{Bounds, Motion, MotionError};
-use dynamics_core::control::{ControllerConfig, Encoder};
+use dynamics_core::control::{ControllerConfig, Encoder, Law};
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
 use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Libm;
@@ -50,8 +50,12 @@ pub trait Course: fmt::Debug {
     /// Positions at the start and at the end, rad or m.
     fn ends(&self) -> [Vec<f64>; 2];
 
-    /// The same path, so slowly that no joint is faster than this, rad/s or m/s; `None` if it is not faster.
-    fn slowed(&self, velocity: &[f64]) -> Option<Rc<dyn Course>>;
+    /// Greatest speed of each joint, rad/s or m/s.
+    fn peak_velocity(&self) -> Vec<f64>;
+
+    /// The same path, so many times as slow: speeds go with `1 / factor`, accelerations with its square. `None` for a factor that is not
+    /// above 1 and finite.
+    fn slowed(&self, factor: f64) -> Option<Rc<dyn Course>>;
 }
 
 impl<const N: usize> Course for Motion<f64, N> {
@@ -71,9 +75,11 @@ impl<const N: usize> Course for Motion<f64, N> {
         [self.start().q.to_vec(), Motion::end(self).q.to_vec()]
     }
 
-    fn slowed(&self, velocity: &[f64]) -> Option<Rc<dyn Course>> {
-        let peaks = self.peaks().velocity;
-        let factor = peaks.iter().zip(velocity).map(|(peak, velocity)| peak / velocity).fold(0.0, f64::max);
+    fn peak_velocity(&self) -> Vec<f64> {
+        self.peaks().velocity.to_vec()
+    }
+
+    fn slowed(&self, factor: f64) -> Option<Rc<dyn Course>> {
         let slower = (factor > 1.0).then(|| self.stretched(factor * (1.0 + Bounds::<f64, N>::MARGIN)))?;
         slower.ok().map(|motion| Rc::new(motion) as Rc<dyn Course>)
     }
@@ -241,6 +247,8 @@ pub(super) struct Arm {
     pub(super) rest: Option<Vec<f64>>,
     /// Share of velocity and torque limits that the board allows between homing and `full-range`, if it limits the first motion.
     pub(super) first_motion: Option<f64>,
+    /// The control law, as last set by this operator.
+    pub(super) law: Law,
     /// Velocity limit of each joint, rad/s or m/s.
     pub(super) velocity: Vec<f64>,
     /// Torque limit of each joint, N m or N.
@@ -253,6 +261,8 @@ pub(super) struct Arm {
     pub(super) friction: Vec<(f64, f64)>,
     /// Numbers of each joint's drive that a wrong torque can show.
     pub(super) drives: Vec<DriveNumbers>,
+    /// For each joint, true if the board follows its motor's heat; empty for an arm without drives.
+    pub(super) has_heat: Vec<bool>,
     /// The drives' own words for their errors.
     pub(super) words: Option<fn(u8) -> &'static str>,
 }
@@ -313,15 +323,23 @@ impl Arm {
             has_brakes: matches!(scene.safety.safe_action, SafeAction::Brake),
             rest: rules.rest.map(|rest| rest.to_vec()),
             first_motion: rules.first_motion,
+            law: scene.control.law,
             velocity: limits.map(|limits| limits.velocity).to_vec(),
             torque: limits.map(|limits| limits.torque).to_vec(),
             range: limits.map(|limits| limits.position).to_vec(),
             hidden: scene.robot.joints.iter().map(of_friction).collect(),
             friction: scene.robot.joints.iter().map(rubs).collect(),
             drives: scene.robot.joints.iter().map(DriveNumbers::of).collect(),
+            has_heat: has_heat(scene),
             words: scene.protocol().map(words_of),
         })
     }
+}
+
+/// For each joint with a drive, true if the robot file knows the numbers of its motor's heat.
+fn has_heat(scene: &SceneFile) -> Vec<bool> {
+    let driven = scene.robot.joints.iter().filter(|joint| joint.drive.is_some());
+    driven.map(|joint| joint.heat.rules(scene.period()).is_some()).collect()
 }
 
 /// The words of a kind of drive for its errors.

@@ -104,7 +104,7 @@ pub const HELP: [(&str, &str); 37] = [
     ("weigh", "what the arm holds, from slow motions there and back; the board is told"),
     ("dump [FILE]", "the ticks that the board remembers: a table, or a CSV file"),
     ("erase", "release the black box of an earlier fault, so that it records again"),
-    ("full-range", "lift the limits of the first motion after homing; shows what was seen so far"),
+    ("full-range", "show what was seen in the first motion after homing, and lift its limits"),
     ("record FILE", "keep every frame from here on, for `host-sim replay`; begins a new session"),
     ("record off", "end the record"),
     ("press, release", "the emergency stop, in a drill"),

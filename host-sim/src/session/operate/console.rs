@@ -85,6 +85,14 @@ impl Console {
         (Self { stops: Some(stops), _keyboard: keyboard, ..self }, lines)
     }
 
+    /// Lines that a user at a terminal has typed already.
+    #[cfg(test)]
+    pub(crate) fn typed(lines: &[&str]) -> Self {
+        let (sender, typed) = channel();
+        lines.iter().for_each(|line| sender.send((*line).to_owned()).unwrap_or_default());
+        Self::new(Source::Terminal(typed), "terminal".into())
+    }
+
     fn new(source: Source, name: String) -> Self {
         Self { source, name, number: 0, prompted: false, stops: None, _keyboard: None }
     }

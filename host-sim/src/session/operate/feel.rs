@@ -36,7 +36,7 @@ impl Operator {
             self.answer("hold", denial, "")?;
             self.until_at_rest()?;
         }
-        if law == Law::Teach && self.drives() && !self.gravity_is_good_enough()? {
+        if law == Law::Teach && self.drives() && !(self.is_guidable("teach")? && self.gravity_is_good_enough()?) {
             return Ok(());
         }
         let setting = Setting { index: LAW, value: f32::from(law.code()) };
@@ -45,7 +45,10 @@ impl Operator {
                 let text = self.refusal_of("law", &refusal);
                 return self.say("law", &text);
             }
-            Some(Ok(_)) | None => self.say("law", &format!("law: {}", name(law)))?,
+            Some(Ok(_)) | None => {
+                self.arm.law = law;
+                self.say("law", &format!("law: {}", name(law)))?;
+            }
         }
         if law == Law::Teach && self.drives() { self.lead() } else { Ok(()) }
     }

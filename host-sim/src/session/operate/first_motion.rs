@@ -2,22 +2,36 @@
 
 use super::arm::Course;
 use super::{Operator, Stop};
+use dynamics_core::control::Law;
 use link::{Request, Status};
 use std::rc::Rc;
 
-/// Share of the board's speed limit that the operator's motions use while it is in force: the arm itself is a little faster than its
-/// reference now and then.
+/// Share of the board's limits that the operator's motions use while these are in force: the arm itself is a little faster than its
+/// reference now and then, and a wrong model takes torque too.
 const SHARE: f64 = 0.9;
+
+/// Least share of the torque limit that is counted on for accelerating: friction may leave nothing, and then a slower motion does not help.
+const SHARE_MIN: f64 = 0.02;
+
+/// Number of positions along a motion at which its torque is computed.
+const SAMPLES: u32 = 200;
+
+/// Time over which a speed is averaged, s: a step of an encoder must not look like a fast joint.
+const AVERAGED: f64 = 0.05;
 
 /// Observations of one joint since homing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Range {
     /// Lowest and highest position, rad or m.
     position: (f64, f64),
+    /// Largest speed, averaged over [`AVERAGED`], rad/s or m/s.
+    speed: f64,
     /// Largest difference of the commanded torque from the model's gravity torque, N m or N.
     beyond_gravity: f64,
     /// Largest commanded torque, N m or N.
     torque: f64,
+    /// Largest distance of the joint from the trajectory, rad or m; `None` if no status held a reference.
+    error: Option<f64>,
 }
 
 /// Observations since homing, and the limit of the first motion.
@@ -28,28 +42,24 @@ pub(super) struct FirstMotion {
     joints: Vec<Range>,
     /// Ticks in which torque acted, as far as they were reported.
     ticks: u64,
+    /// Tick and positions from which the speed is averaged.
+    from: Option<(u32, Vec<f64>)>,
 }
 
 impl Operator {
-    /// Takes note of accepted requests: homing begins the observations anew.
+    /// True if the limits of the first motion are in force.
+    pub(crate) fn is_limited(&self) -> bool {
+        self.first_motion.limited
+    }
+
+    /// Takes note of accepted requests: homing begins the observations anew, and a person who homes or arms is reminded of the limits.
     pub(super) fn note_accepted(&mut self, request: Request) -> Result<(), Stop> {
         match (request, self.arm.first_motion) {
-            (Request::Confirm, Some(share)) => {
-                self.first_motion = FirstMotion { limited: true, ..FirstMotion::default() };
-                let percent = 100.0 * share;
-                self.say(
-                    "first-motion",
-                    &format!(
-                        "first motion: until `full-range` the board allows {percent:.0} % of each velocity limit, and {percent:.0} % of \
-                         each torque limit above gravity; motions are slowed accordingly. Move every joint a little, watch it, then lift \
-                         the limit"
-                    ),
-                )
+            (Request::Confirm, share) => {
+                self.first_motion = FirstMotion { limited: share.is_some(), ..FirstMotion::default() };
+                self.remind("; motions are slowed to fit. Move every joint a little and watch it first")
             }
-            (Request::Confirm, None) => {
-                self.first_motion = FirstMotion::default();
-                Ok(())
-            }
+            (Request::Arm, _) => self.remind(""),
             (Request::FullRange, _) => {
                 self.first_motion.limited = false;
                 Ok(())
@@ -58,19 +68,94 @@ impl Operator {
         }
     }
 
-    /// The motion, slowed to the limits of the first motion if these are in force.
-    pub(super) fn at_first_speed(&self, motion: Rc<dyn Course>) -> Rc<dyn Course> {
-        let Some(share) = self.arm.first_motion.filter(|_| self.first_motion.limited) else { return motion };
-        let velocity: Vec<f64> = self.arm.velocity.iter().map(|limit| SHARE * share * limit).collect();
-        motion.slowed(&velocity).unwrap_or(motion)
+    fn remind(&self, more: &str) -> Result<(), Stop> {
+        let Some(share) = self.limit() else { return Ok(()) };
+        let percent = 100.0 * share;
+        self.say(
+            "first-motion",
+            &format!(
+                "first motion: speed and torque beyond the weight are limited to {percent:.0} % until you enter `full-range`{more}"
+            ),
+        )
+    }
+
+    /// Share of the limits that the first motion may use, if it is limited now.
+    fn limit(&self) -> Option<f64> {
+        self.arm.first_motion.filter(|_| self.first_motion.limited)
+    }
+
+    /// The motion, slowed to the limits of the first motion if these are in force; and that in words.
+    pub(super) fn at_first_speed(&self, motion: Rc<dyn Course>) -> (Rc<dyn Course>, String) {
+        let slower = self.limit().and_then(|share| motion.slowed(self.first_factor(motion.as_ref(), SHARE * share)));
+        match slower {
+            Some(slower) => {
+                let text = format!(
+                    ", slowed from {:.2} s to fit the first motion (`first_motion` in [safety]; `full-range` lifts it)",
+                    motion.duration()
+                );
+                (slower, text)
+            }
+            None => (motion, String::new()),
+        }
+    }
+
+    /// Factor by which a motion has to be slowed so that speed and torque beyond the weight stay within this share of the limits; up to 1 if it
+    /// fits. Torque beyond the weight goes with the square of the speed, apart from friction.
+    fn first_factor(&self, motion: &dyn Course, share: f64) -> f64 {
+        let speed = |(peak, limit): (&f64, &f64)| peak / (share * limit);
+        let mut factor = motion.peak_velocity().iter().zip(&self.arm.velocity).map(speed).fold(0.0, f64::max);
+        for k in 0..=SAMPLES {
+            let link::Reference { q, qd, qdd } = motion.at(motion.duration() * f64::from(k) / f64::from(SAMPLES));
+            let [q, qd, qdd] = [q, qd, qdd].map(|list| list.iter().copied().map(f64::from).collect::<Vec<f64>>());
+            let still = vec![0.0; q.len()];
+            let of = |qd: &[f64], qdd: &[f64]| self.arm.limbs.inverse_dynamics(&q, qd, qdd, self.arm.payload);
+            let (moving, weight) = (of(&qd, &qdd), of(&still, &still));
+            let joints = self.arm.torque.iter().zip(&self.arm.friction).zip(&self.arm.velocity);
+            for ((torque, weight), ((limit, (viscous, coulomb)), velocity)) in moving.iter().zip(weight).zip(joints) {
+                let drag = if velocity.is_finite() { viscous * share * velocity } else { 0.0 };
+                let left = (share * limit - coulomb - drag).max(SHARE_MIN * limit);
+                factor = factor.max(((torque - weight).abs() / left).sqrt());
+            }
+        }
+        factor
+    }
+
+    /// Whether a hand may lead the arm now: the board takes a joint that is led too fast in the first motion for a fault, and an arm without brakes
+    /// then sinks.
+    pub(super) fn is_guidable(&mut self, name: &str) -> Result<bool, Stop> {
+        let Some(share) = self.limit() else { return Ok(true) };
+        self.refused = true;
+        let percent = 100.0 * share;
+        self.say(
+            name,
+            &format!(
+                "{name}: rejected: in the first motion after homing (`first_motion` in [safety]) a hand that leads a joint faster than {percent:.0} % \
+                 of its velocity bound causes fault 5; `jog` every joint a little, then lift the limits with `full-range`"
+            ),
+        )?;
+        Ok(false)
+    }
+
+    /// The same before a motion: only the law `teach` gives way to a hand.
+    pub(super) fn may_be_guided(&mut self, name: &str) -> Result<bool, Stop> {
+        if self.arm.law == Law::Teach { self.is_guidable(name) } else { Ok(true) }
     }
 
     /// Observes a status in which torque acts.
     pub(super) fn observe(&mut self, status: &Status) {
-        let (Some(link::Actuation::Drive { torque, .. }), Some(q)) = (&status.actuation, &self.q) else { return };
+        let (Some(link::Actuation::Drive { torque, .. }), Some(q)) = (&status.actuation, &self.q) else {
+            self.first_motion.from = None;
+            return;
+        };
         let still = vec![0.0; q.len()];
         let gravity = self.arm.limbs.inverse_dynamics(q, &still, &still, self.arm.payload);
-        let first = Range { position: (f64::INFINITY, f64::NEG_INFINITY), beyond_gravity: 0.0, torque: 0.0 };
+        let first = Range {
+            position: (f64::INFINITY, f64::NEG_INFINITY),
+            speed: 0.0,
+            beyond_gravity: 0.0,
+            torque: 0.0,
+            error: None,
+        };
         self.first_motion.joints.resize(q.len(), first);
         self.first_motion.ticks += 1;
         for (((range, q), torque), gravity) in self.first_motion.joints.iter_mut().zip(q).zip(torque).zip(gravity) {
@@ -79,31 +164,71 @@ impl Operator {
             range.beyond_gravity = range.beyond_gravity.max((torque - gravity).abs());
             range.torque = range.torque.max(torque.abs());
         }
+        // The reference is where the arm is sent only while it runs.
+        if let Some(reference) = status.reference().filter(|_| status.state == crate::session::states::RUNNING) {
+            for ((range, q), reference) in self.first_motion.joints.iter_mut().zip(q).zip(&reference.q) {
+                let error = (q - f64::from(*reference)).abs();
+                range.error = Some(range.error.map_or(error, |before| before.max(error)));
+            }
+        }
+        let from = self.first_motion.from.get_or_insert_with(|| (status.tick, q.clone()));
+        let time = f64::from(status.tick.wrapping_sub(from.0)) * self.arm.period;
+        if time >= AVERAGED {
+            for ((range, q), before) in self.first_motion.joints.iter_mut().zip(q).zip(&from.1) {
+                range.speed = range.speed.max((q - before).abs() / time);
+            }
+            *from = (status.tick, q.clone());
+        }
     }
 
-    /// Shows what was seen since homing, and lifts the limits of the first motion.
-    pub(super) fn full_range(&mut self) -> Result<(), Stop> {
-        let of = |(((name, place, force), range), limit): (((&String, &str, &str), &Range), &f64)| {
-            let Range { position: (low, high), beyond_gravity, torque } = *range;
-            let share = if limit.is_finite() {
-                format!(" ({:.0} % of its limit)", 100.0 * torque / limit)
-            } else {
-                String::new()
-            };
+    /// The observations since homing, a line for each joint.
+    fn observed_in_words(&self) -> String {
+        let share = |value: f64, limit: f64| match limit.is_finite() {
+            true => format!(" ({:.0} % of its limit)", 100.0 * value / limit),
+            false => String::new(),
+        };
+        let limits = self.arm.velocity.iter().zip(&self.arm.torque);
+        let joints = self.arm.joints.iter().zip(&self.first_motion.joints).zip(limits);
+        let of = |(((name, place, force), range), (velocity, torque)): (
+            (&(String, &str, &str), &Range),
+            (&f64, &f64),
+        )| {
+            let (low, high) = range.position;
+            let error = range.error.map_or_else(|| "unknown".to_owned(), |error| format!("{error:.4} {place}"));
             format!(
-                "\n  {name:<12} {low:.3} to {high:.3} {place}; torque at most {torque:.2} {force}{share}, {beyond_gravity:.2} {force} \
-                 beyond gravity"
+                "\n  {name:<12} {low:.3} to {high:.3} {place}; speed at most {:.3} {place}/s{}; torque beyond the weight at most {:.2} {force}{}, \
+                 in all {:.2} {force}{}; following error at most {error}",
+                range.speed,
+                share(range.speed, *velocity),
+                range.beyond_gravity,
+                share(range.beyond_gravity, *torque),
+                range.torque,
+                share(range.torque, *torque),
             )
         };
-        let joints = self.arm.joints.iter().map(|(name, place, force)| (name, *place, *force));
-        let seen: String = joints.zip(&self.first_motion.joints).zip(&self.arm.torque).map(of).collect();
-        let seen = match self.first_motion.ticks {
-            0 => "; the arm has not been armed since homing: nothing was seen of it".to_owned(),
-            ticks => format!("; seen in {ticks} statuses since homing:{seen}"),
-        };
+        match self.first_motion.ticks {
+            0 => "the arm has not been armed since homing: nothing was seen of it".to_owned(),
+            ticks => format!("seen in {ticks} statuses since homing:{}", joints.map(of).collect::<String>()),
+        }
+    }
+
+    /// Shows a person at a terminal what was seen since homing, and asks whether to lift the limits of the first motion.
+    pub(crate) fn ask_for_full_range(&self) -> Result<(), Stop> {
+        let seen = self.observed_in_words();
+        self.say(
+            "full-range",
+            &format!(
+                "{seen}\nlift the limits of the first motion, so that the arm may use its full speed and torque? y: yes, n: no"
+            ),
+        )
+    }
+
+    /// Lifts the limits of the first motion, and shows what was seen since homing.
+    pub(crate) fn full_range(&mut self) -> Result<(), Stop> {
+        let seen = self.observed_in_words();
         let rejection = self.request(Request::FullRange)?;
         let accepted = rejection.is_none();
-        self.answer("full-range", rejection, &seen)?;
+        self.answer("full-range", rejection, &format!("; {seen}"))?;
         if accepted { self.note_accepted(Request::FullRange) } else { Ok(()) }
     }
 }

@@ -18,7 +18,7 @@ pub const HOLDS: [&str; 7] = [
     "the stopping distance reaches a position limit",
     "the reference is out of reach",
     "the live inputs are too old",
-    "the reference was faster than the first motion after homing may be",
+    "the reference was faster than the first motion after homing may be (`first_motion` in [safety]); `full-range` lifts the limits",
 ];
 
 /// Reason why a request is denied, by [`dynamics_core::safety::Refusal::code`], 1 and up, with advice.
@@ -47,8 +47,8 @@ pub const REFUSALS: [(&str, &str); 15] = [
     ("a live input is too old", "check the link; the operator sends live inputs again while it runs"),
     ("the black box holds a fault that has not been read", "`dump` reads it, then `erase`"),
     (
-        "this is faster than the first motion after homing may be",
-        "move more slowly, or lift the limits by `full-range`",
+        "this is faster than the first motion after homing may be (`first_motion` in [safety])",
+        "move more slowly, or lift the limits with `full-range`",
     ),
 ];
 

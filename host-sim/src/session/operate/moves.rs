@@ -35,10 +35,10 @@ impl Operator {
 
     /// Run the scene's motion, after a motion to its start.
     pub(super) fn run(&mut self) -> Result<(), Stop> {
-        let (motion, times) = (self.at_first_speed(Rc::clone(&self.arm.motion)), self.arm.times);
+        let ((motion, slowed), times) = (self.at_first_speed(Rc::clone(&self.arm.motion)), self.arm.times);
         let (here, [start, goal]) = (self.here()?, motion.ends());
-        let lead = if same(&here, &start) { None } else { Some(self.way("run", &here, &start, None)?) };
-        let motions = format!("{:.2} s of motion", f64::from(times) * motion.duration());
+        let lead = if same(&here, &start) { None } else { Some(self.way("run", &here, &start, None)?.0) };
+        let motions = format!("{:.2} s of motion{slowed}", f64::from(times) * motion.duration());
         let text = match lead.as_ref().map_or(0.0, |lead| lead.duration()) {
             // So short a motion only makes up for a measurement error.
             way if way < self.arm.period => format!("; {motions}"),
@@ -74,12 +74,19 @@ impl Operator {
         if same(here, &goal) {
             return self.say(name, &format!("{name}: the arm is there"));
         }
-        let motion = self.way(name, here, &goal, time)?;
-        let text = format!("; {:.2} s", motion.duration());
+        let (motion, slowed) = self.way(name, here, &goal, time)?;
+        let text = format!("; {:.2} s{slowed}", motion.duration());
         self.go(name, vec![motion], here, goal, &text)
     }
 
-    pub(super) fn way(&self, name: &str, from: &[f64], to: &[f64], time: Option<f64>) -> Result<Rc<dyn Course>, Stop> {
+    /// Motion from rest to rest, in this time (s) or as fast as the bounds allow, slowed to fit the first motion; and that in words.
+    pub(super) fn way(
+        &self,
+        name: &str,
+        from: &[f64],
+        to: &[f64],
+        time: Option<f64>,
+    ) -> Result<(Rc<dyn Course>, String), Stop> {
         let motion = self.arm.limbs.way(from, to, time).map_err(|error| {
             let what_to_do = match (error, time) {
                 (MotionError::TooFast { .. } | MotionError::TooSteep { .. }, Some(_)) => {
@@ -102,7 +109,7 @@ impl Operator {
         goal: Vec<f64>,
         text: &str,
     ) -> Result<(), Stop> {
-        if !self.torque_is_believed()? {
+        if !self.may_be_guided(name)? || !self.torque_is_believed()? {
             return Ok(());
         }
         let denial = self.set_out(legs, here, goal)?;
@@ -148,7 +155,7 @@ impl Operator {
     ) -> Result<Option<Rejection>, Stop> {
         for goal in [there, here] {
             let from = self.here()?;
-            let motion = self.way(name, &from, &goal, Some(time))?;
+            let (motion, _) = self.way(name, &from, &goal, Some(time))?;
             if let Some(denial) = self.set_out(vec![motion], &from, goal)? {
                 return Ok(Some(denial));
             }

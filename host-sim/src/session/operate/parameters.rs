@@ -1,5 +1,6 @@
 //! Parameters of a board by name: reading and changing them.
 
+use super::motor_heat::Heat;
 use super::{Operator, SILENCE, Stop};
 use crate::chip::refusal_in_words;
 use crate::session::operate::device::DeviceError;
@@ -8,7 +9,7 @@ use dynamics_core::control::Law;
 use link::{Frame, Refusal, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names;
-use session::parameters::{ARM, ARM_NAMES, JOINT_NAMES, LAW, name};
+use session::parameters::{ARM, ARM_NAMES, HEAT, JOINT_NAMES, LAW, name};
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
@@ -143,7 +144,9 @@ impl Operator {
     /// Send frames and wait for an answer to each: a value or a refusal.
     pub(super) fn answers(&mut self, frames: &[Frame]) -> Result<Vec<Result<Value, Refusal>>, Stop> {
         self.expected = Some(Vec::new());
+        self.heat.expect(frames);
         let waited = self.until_answered(frames);
+        self.heat.expect(&[]);
         let answers = self.expected.take().unwrap_or_default();
         waited.map(|()| answers)
     }
@@ -200,6 +203,9 @@ impl Operator {
             let law = Law::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == value.to_bits());
             return format!("law {}", law.map_or("unknown", names::name));
         }
+        if index < ARM && index % 16 == HEAT {
+            return format!("{joint}{name} {}", super::report::heat_in_words(&Heat::of(value)));
+        }
         let bounds = match low.is_nan() {
             false => format!("{low} to {high}"),
             true if index < ARM => "fixed".into(),
@@ -224,7 +230,7 @@ mod tests {
         let all = read(&[]).unwrap_or_default();
         assert_eq!(all.len(), 2 * JOINT_NAMES.len() + ARM_NAMES.len());
         assert!(all.iter().all(|number| session::parameters::name(*number).is_some()));
-        assert_eq!((read(&["elbow"]), read(&["2"])), (Ok((16..26).collect()), Ok((16..26).collect())));
+        assert_eq!((read(&["elbow"]), read(&["2"])), (Ok((16..27).collect()), Ok((16..27).collect())));
         assert_eq!(read(&["elbow", "velocity", "gain"]), Ok(vec![17]));
         assert_eq!(read(&["payload", "mass"]), Ok(vec![ARM]));
         assert_eq!(read(&["gravity", "z"]), Ok(vec![ARM + 12]));

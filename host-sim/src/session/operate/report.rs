@@ -1,6 +1,9 @@
 //! Output for the operator: lines of text, or one JSON object a line.
 
 use super::messages;
+use super::motor_heat::Heat;
+use console::style;
+use dynamics_core::safety::heat::HeatLevel;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use link::{Actuation, Status, Trouble};
 use serde_json::{Value, json};
@@ -23,6 +26,23 @@ pub struct Seen<'a> {
     pub trouble: Option<Trouble>,
     /// The drives' own words for their errors.
     pub words: Option<fn(u8) -> &'static str>,
+    /// Heat of each joint's motor; empty for an arm without drives.
+    pub heat: Vec<Heat>,
+}
+
+/// A heat in per cent of the motor's continuous limit, highlighted from the warning on.
+#[must_use]
+pub(super) fn heat_in_words(heat: &Heat) -> String {
+    let Heat::Known(heat) = *heat else {
+        return if *heat == Heat::Pending { "not reported yet" } else { "unknown" }.to_owned();
+    };
+    // Down, so that the limit is not shown before it is reached.
+    let percent = (100.0 * heat).floor();
+    match HeatLevel::of(heat) {
+        HeatLevel::Cool => format!("{percent:.0} %"),
+        HeatLevel::Warm => style(format!("{percent:.0} % WARM")).red().bold().to_string(),
+        HeatLevel::Overheated => style(format!("{percent:.0} % OVERHEATED")).red().bold().to_string(),
+    }
 }
 
 impl Seen<'_> {
@@ -57,6 +77,14 @@ impl Seen<'_> {
             line += "  external";
             external.iter().for_each(|torque| line += &format!(" {torque:.2}"));
         }
+        let known = |(heat, (name, ..)): (&Heat, &'_ (String, &'static str, &'static str))| match heat {
+            Heat::Known(value) => Some((*value, heat_in_words(heat), name.clone())),
+            Heat::Unknown | Heat::Pending => None,
+        };
+        let hottest = self.heat.iter().zip(self.joints).filter_map(known).max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, heat, name)) = hottest {
+            line += &format!("  heat of {name} {heat}");
+        }
         line + &format!("  room {room}")
     }
 
@@ -80,7 +108,8 @@ impl Seen<'_> {
             let acted = if acted.is_empty() { acted } else { format!("  limited: {acted}") };
             let external = self.status.external().and_then(|external| external.get(i));
             let external = external.map_or_else(String::new, |torque| format!("  from outside {torque:.3} {force}"));
-            text += &format!("\n  {name:<12} {q}  {torque}{external}{acted}");
+            let heat = self.heat.get(i).map_or_else(String::new, |heat| format!("  heat {}", heat_in_words(heat)));
+            text += &format!("\n  {name:<12} {q}  {torque}{heat}{external}{acted}");
         }
         if let Some([x, y, z, a, b, c]) = self.wrench {
             text += &format!(
@@ -99,10 +128,15 @@ impl Seen<'_> {
             Some(Actuation::Drive { limits, .. }) => json!(limits.as_slice()),
             _ => Value::Null,
         };
+        let heat = |heat: &Heat| match heat {
+            Heat::Known(heat) => json!(heat),
+            Heat::Unknown | Heat::Pending => Value::Null,
+        };
         json!({
             "tick": tick, "state": messages::state(*state), "cause": cause, "joint": joint, "homed": homed,
             "room": room, "refused": refused, "q": self.q, "torque": self.torque(), "limits": limits,
             "external": self.status.external(), "wrench": self.wrench,
+            "heat": self.heat.iter().map(heat).collect::<Vec<_>>(),
         })
     }
 }
@@ -156,5 +190,63 @@ impl Report {
     pub fn still(&self) {
         self.bar.finish_and_clear();
         self.bar.reset();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Heat, Seen};
+    use console::strip_ansi_codes;
+    use link::{Actuation, Aside, Status, convert::joints};
+
+    #[test]
+    fn the_screen_shows_the_heat_of_each_motor_that_is_known_and_marks_a_warm_one() {
+        let status = Status {
+            tick: 7,
+            taken: 0,
+            state: 2,
+            cause: 0,
+            joint: None,
+            homed: true,
+            refused: None,
+            kept: false,
+            room: 16,
+            actuation: Some(Actuation::Drive { torque: joints(&[1.0; 5]), limits: joints(&[0; 5]) }),
+            sensed: None,
+            aside: Aside::Nothing,
+            cost: None,
+        };
+        let names = ["a", "b", "c", "d", "e"].map(|name| (name.to_owned(), "rad", "N m"));
+        let heat = vec![Heat::Unknown, Heat::Pending, Heat::Known(0.799), Heat::Known(0.8), Heat::Known(1.06)];
+        let q = [0.0; 5];
+        let driven = Seen {
+            status: &status,
+            q: Some(&q),
+            joints: &names,
+            period: 0.001,
+            wrench: None,
+            trouble: None,
+            words: None,
+            heat,
+        };
+        let text = driven.text();
+        let ends: Vec<_> = strip_ansi_codes(&text)
+            .lines()
+            .skip(2)
+            .map(|line| line.split("N m").nth(1))
+            .map(|end| end.map(str::to_owned))
+            .collect();
+        let expected =
+            ["heat unknown", "heat not reported yet", "heat 79 %", "heat 80 % WARM", "heat 106 % OVERHEATED"];
+        assert_eq!(ends, expected.map(|end| Some(format!("  {end}"))), "{text}");
+        let line = driven.line();
+        assert!(strip_ansi_codes(&line).contains("  heat of e 106 % OVERHEATED  "), "{line}");
+        assert_eq!(
+            driven.json()["heat"].to_string(),
+            "[null,null,0.799000024795532,0.800000011920929,1.05999994277954]"
+        );
+        // An arm without drives has no motors to speak of.
+        let simulated = Seen { heat: Vec::new(), ..driven };
+        assert!(!simulated.text().contains("heat") && !simulated.line().contains("heat"));
     }
 }

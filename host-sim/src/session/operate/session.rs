@@ -75,6 +75,7 @@ impl Operator {
     fn greet(&mut self) -> Result<(), Stop> {
         self.feed.clear();
         self.under_way.clear();
+        self.heat.forget();
         (self.status, self.goal, self.past, self.heard) = (None, None, None, self.device.now());
         // A drill's target has agreed before, and a session on the desk needs no agreement.
         self.agreed = !self.is_live();
@@ -82,7 +83,8 @@ impl Operator {
         if self.is_live() {
             // Send this right after the hello, so that the board reports its first tick too.
             self.watched = self.needed();
-            self.send(&Frame::Watch(Watch { every: self.watched, parts: PARTS }))?;
+            let parts = self.parts(self.watched);
+            self.send(&Frame::Watch(Watch { every: self.watched, parts }))?;
         } else {
             self.send(&Frame::Lines(self.lines))?;
             if self.arm.estimates {
@@ -126,7 +128,15 @@ impl Operator {
             return Ok(());
         }
         self.watched = every;
-        self.send(&Frame::Watch(Watch { every, parts: PARTS }))
+        let parts = self.parts(every);
+        self.send(&Frame::Watch(Watch { every, parts }))
+    }
+
+    /// Contents of the reports at this interval. They hold the reference if the board estimates no external torques, which would be in its
+    /// place, and if the wire has time for it.
+    fn parts(&mut self, every: u16) -> Parts {
+        let has_time = every > 1 && !self.device.tap().is_recording();
+        if has_time && !self.arm.estimates { PARTS.and(Parts::REFERENCE) } else { PARTS }
     }
 
     /// Let time pass until the board has taken the last frame sent.
@@ -262,14 +272,13 @@ impl Operator {
         self.say("input", problem)
     }
 
-    /// Executes a command. `disarm` and `quit` are executed by the main loop, because they may need an answer of the user.
+    /// Executes a command. `disarm`, `quit` and `full-range` are executed by the main loop, because they may need an answer of the user.
     ///
     /// # Errors
     /// See [`Stop`]. A request that the board rejects is no error.
     pub(crate) fn obey(&mut self, command: Command) -> Result<(), Stop> {
         match command {
-            Command::Nothing | Command::Disarm(_) | Command::Quit(_) => {}
-            Command::FullRange => self.full_range()?,
+            Command::Nothing | Command::Disarm(_) | Command::Quit(_) | Command::FullRange => {}
             Command::Erase => {
                 let rejection = self.request(Request::Release)?;
                 self.answer("erase", rejection, "; the black box records again")?;

@@ -272,7 +272,7 @@ impl Operator {
         if let Some(q) = there.get_mut(joint) {
             *q += step;
         }
-        let time = self.way("check-torque", &here, &there, None)?.duration();
+        let time = self.way("check-torque", &here, &there, None)?.0.duration();
         self.samples.keep((4.0 * time / self.arm.period) as usize + SAMPLES_MIN);
         self.watch(1)?;
         let denial = self.there_and_back("check-torque", here, there, time)?;

@@ -44,7 +44,7 @@ impl Operator {
         let mut samples: Vec<Sample> = Vec::new();
         for way in WAYS {
             let there = self.beside(&here, way);
-            let time = SLOWER * self.way("weigh", &here, &there, None)?.duration();
+            let time = SLOWER * self.way("weigh", &here, &there, None)?.0.duration();
             self.samples.keep((2.5 * time / self.arm.period) as usize);
             if let Some(denial) = self.there_and_back("weigh", here.clone(), there, time)? {
                 self.watch_as_before()?;

@@ -102,7 +102,11 @@ where
         let tunable = self.is_tunable();
         let (built_in, payload) = (self.safety.get(), &self.safety.rules().payload);
         let (config, live) = (self.controller.config(), self.controller.live());
-        parameters::read(index, config, built_in, live, payload, tunable)
+        let mut value = parameters::read(index, config, built_in, live, payload, tunable)?;
+        if index < parameters::ARM && index % 16 == parameters::HEAT {
+            value.value = self.supervisor.heat(usize::from(index / 16));
+        }
+        Ok(value)
     }
 
     pub(super) fn set(&mut self, setting: Setting) -> Result<Outcome, Refusal> {

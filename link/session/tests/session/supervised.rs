@@ -3,6 +3,7 @@
 use super::{Looks, OWN, UnitMasses, config, protected, soft};
 use dynamics_core::Inertia;
 use dynamics_core::control::{Controller, ControllerConfig, Fault, Measurement, Reference, Sensed};
+use dynamics_core::safety::heat::HeatRules;
 use dynamics_core::safety::{self, HoldCause, Protected, SafeAction};
 use dynamics_core::trig::Polynomial;
 use link::codec::Received;
@@ -11,7 +12,7 @@ use link::{
 };
 use session::black_box::{Report, TICKS, TICKS_AFTER};
 use session::meter::Meter;
-use session::parameters::LAW;
+use session::parameters::{HEAT, LAW};
 use session::readings::Lines;
 use session::readings::{JointFaults, Readings};
 use session::{Drives, Reaction, Session, State};
@@ -42,8 +43,12 @@ impl Arm {
     }
 
     pub(super) fn with(config: ControllerConfig<f32, 2>, tunable: bool) -> Self {
+        Self::with_rules(config, tunable, protected())
+    }
+
+    fn with_rules(config: ControllerConfig<f32, 2>, tunable: bool, protected: Protected<f32, 2>) -> Self {
         let controller = Controller::new(config, UnitMasses, Polynomial);
-        let protected = Protected { control: config, ..protected() };
+        let protected = Protected { control: config, ..protected };
         let mut arm = Self {
             session: Session::new(OWN, controller, protected).with_tuning(tunable),
             meter: Meter::new(Looks(Cell::new(0))),
@@ -432,6 +437,44 @@ fn every_parameter_is_read_back_with_its_bounds_and_nothing_else_is() {
         let named = session::parameters::name(index).filter(|(_, joint)| joint.is_none_or(|joint| joint < 2));
         assert_eq!(value(&mut arm, index).is_some(), named.is_some(), "{index}: {named:?}");
     }
+}
+
+#[test]
+fn the_heat_of_a_motor_is_read_where_its_numbers_are_known_and_cannot_be_set() {
+    let mut protected = protected();
+    // The second motor reaches 1 - exp(-1) of its final heat in a time constant, which is 50 of its updates: 100 ticks.
+    let known = HeatRules::new(2.0, 0.2, 0.004);
+    let known = HeatRules { per_rated: known.per_rated as f32, share: known.share as f32 };
+    protected.rules.heat = Some([HeatRules { per_rated: 0.0, share: 0.0 }, known]);
+    let mut arm = Arm::with_rules(soft(), true, protected).arm();
+    let heat = |arm: &mut Arm, joint: u8| match answers(arm, Frame::Get(16 * joint + HEAT)).as_slice() {
+        [Frame::Value(Value { value, low, high, .. })] => {
+            assert!(low.is_nan() && high.is_nan());
+            *value
+        }
+        other => panic!("{other:?}"),
+    };
+    assert!(heat(&mut arm, 0).is_nan(), "a motor of unknown numbers has no heat");
+    assert!(heat(&mut arm, 1) < 1e-3, "it begins cold");
+    // 0.02 rad off its place, 100 1/s^2: 2 N m, the rated torque.
+    arm.q[1] += 0.02;
+    arm.tick();
+    let Drives::Drive([_, torque]) = arm.tick() else { panic!("a torque") };
+    assert!((torque + 2.0).abs() < 1e-3, "{torque}");
+    (0..98).for_each(|_| {
+        arm.tick();
+    });
+    let after = heat(&mut arm, 1);
+    assert!((after - 0.632).abs() < 0.02, "{after}");
+    // No host cools a motor: neither a setting nor a hello.
+    assert_eq!(answers(&mut arm, set(16 + HEAT, 0.0)), [Frame::Refusal(Refusal::Fixed)]);
+    arm.receive(Frame::Hello(Hello { pacing: Pacing::Live, ..OWN }));
+    arm.q[1] -= 0.02;
+    arm.tick();
+    assert!(heat(&mut arm, 1) > 0.6 && heat(&mut arm, 0).is_nan());
+    // Without any numbers all are unknown.
+    let mut bare = Arm::live();
+    assert!((0..2).all(|joint| heat(&mut bare, joint).is_nan()));
 }
 
 #[test]

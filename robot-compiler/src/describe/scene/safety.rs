@@ -42,13 +42,16 @@ pub struct SafetySpec {
     /// Greatest speed of the tip while the arm is lowered to its rest pose, m/s.
     pub lowering_tip_speed: f64,
     /// Share of the velocity limits, and of the torque limits beyond the weight, that the arm may use after homing until a person lifts the
-    /// limit; `None` for all of them.
+    /// limit; `None` for no such limit.
     pub first_motion: Option<f64>,
     /// Greatest age of the live inputs while the arm runs, s; `None` for no limit.
     pub live_age: Option<f64>,
     /// True for a scene whose firmware is built without drives, so that it can never move an arm: bounds on lateness are lifted.
     pub bench_only: bool,
 }
+
+/// Share of the limits in the first motion after homing, for an arm with drives whose scene gives none.
+pub const FIRST_MOTION: f64 = 0.2;
 
 impl SafetySpec {
     /// Defaults from the joints' limits.
@@ -63,7 +66,7 @@ impl SafetySpec {
     /// | damping | the whole torque at the velocity limit; none where either has no limit |
     /// | rest | the robot file's |
     /// | speed of the tip while lowering | 0.05 m/s |
-    /// | first motion | no limit |
+    /// | first motion | a fifth of the limits if a joint has a drive; no limit for an arm that is only simulated |
     /// | age of live inputs | no limit |
     pub(crate) fn default_for(robot: &Robot, control: &ControlSpec) -> Self {
         const STOP_TIME: f64 = 0.25;
@@ -93,7 +96,7 @@ impl SafetySpec {
             }),
             rest: robot.rest.clone(),
             lowering_tip_speed: 0.05,
-            first_motion: None,
+            first_motion: robot.joints.iter().any(|joint| joint.drive.is_some()).then_some(FIRST_MOTION),
             live_age: None,
             bench_only: false,
         }
@@ -108,11 +111,13 @@ impl SceneFile {
     /// [`SafetySpec::lowering_tip_speed`] in every posture.
     ///
     /// The tip's speed is at most the sum of `r_i |qd_i|`, `r_i` being the greatest distance between the axis of joint `i` and the tip
-    /// ([`axis_to_tip`]), 1 for a slide. All joints get one speed, `v / sum r_i`, at most their velocity limit and 0.5.
+    /// ([`axis_to_tip`]), 1 for a slide. All joints get one speed, `v / sum r_i`, at most 0.5 and their velocity limit, or the share of it
+    /// that the first motion may use: a host may be lost before a person has lifted that limit.
     #[must_use]
     pub fn lowering_speed<const N: usize>(&self, model: &Model<f64, N>) -> [f64; N] {
         let speed = self.safety.lowering_tip_speed / axis_to_tip(model).iter().sum::<f64>();
-        model.links().map(|link| speed.min(link.limits.velocity).min(LOWERING_MAX))
+        let share = self.safety.first_motion.unwrap_or(1.0);
+        model.links().map(|link| speed.min(share * link.limits.velocity).min(LOWERING_MAX))
     }
 }
 

@@ -1,0 +1,86 @@
+//! The first motion after homing, as a person at `connect` meets it.
+
+use crate::program::{at_the_top, told};
+use std::path::{Path, PathBuf};
+
+/// A script with an arm, whose scene has these lines in `[safety]`. Returns the exit code and the output.
+fn connect(name: &str, (robot, pose): (&str, &str), safety: &str, script: &str) -> (i32, String) {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots").join(robot);
+    let scene = format!(
+        "name = \"{name}\"\nrobot = \"{}\"\n[control]\nrate = 1000\nnatural_frequency = 20.0\ntunable = true\nteach = {{}}\n\
+         [motion]\nkind = \"hold\"\nq = {pose}\nduration = 1.0\n[safety]\n{safety}\n",
+        robot.display()
+    );
+    let (path, lines) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}_first.txt")));
+    std::fs::write(&path, scene).unwrap();
+    std::fs::write(&lines, format!("home\nconfirm\narm\n{script}quit!\n")).unwrap();
+    let mut program = at_the_top();
+    program.arg("connect").arg(&path).args(["--target", "desk", "--script"]).arg(&lines);
+    let (code, out, error) = told(program.output().unwrap());
+    assert_eq!(error, "", "{out}");
+    (code, out)
+}
+
+const YAM: (&str, &str) = ("yam.toml", "[0.0, 0.6, 0.8, 0.0, 0.0, 0.0]");
+const PLANAR: (&str, &str) = ("planar2r.toml", "[0.0, 0.5]");
+const LIMITED: &str =
+    "first motion: speed and torque beyond the weight are limited to 20 % until you enter `full-range`";
+
+/// Largest share of a limit in the table of `full-range`, per cent, behind these words, and the number of joints in it.
+fn largest(out: &str, words: &str) -> (f64, usize) {
+    let of = |line: &str| line.split(words).nth(1)?.split('(').nth(1)?.split(' ').next()?.parse::<f64>().ok();
+    let all: Vec<f64> = out.lines().filter_map(of).collect();
+    (all.iter().copied().fold(0.0, f64::max), all.len())
+}
+
+#[test]
+fn who_homes_and_arms_is_told_of_the_limits_and_motions_are_slowed_until_they_are_lifted() {
+    let script = "jog shoulder 0.4 0.5\nwait\nfull-range\njog shoulder -0.4 0.5\nwait\n";
+    let (code, out) = connect("first", YAM, "safe_action = \"damped-stop\"", script);
+    assert_eq!(code, 0, "{out}");
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!(lines[..2], ["home: homing", "confirm: idle, homed"]);
+    assert!(lines[2].starts_with(&format!("{LIMITED}; motions are slowed to fit")), "{out}");
+    assert_eq!(lines[3..5], ["arm: armed", LIMITED]);
+    assert!(
+        lines[5].starts_with("jog: running; ")
+            && lines[5].contains(
+                ", slowed from 0.50 s to fit the first motion (`first_motion` in [safety]; `full-range` lifts it)"
+            ),
+        "{out}"
+    );
+    assert!(lines[6].starts_with("wait: arrived"), "{out}");
+    // What was seen: something, and no more than the first motion allows.
+    assert!(lines[7].starts_with("full-range: armed") || lines[7].starts_with("full-range: running"), "{out}");
+    for words in ["speed at most", "torque beyond the weight at most"] {
+        let (share, joints) = largest(&out, words);
+        assert!(joints == 6 && share > 0.0 && share <= 20.5, "{words} {share}: {out}");
+    }
+    assert_eq!(out.matches("following error at most 0.0").count(), 6, "{out}");
+    assert!(lines.contains(&"jog: running; 0.50 s"), "{out}");
+}
+
+#[test]
+fn an_arm_without_the_limit_is_moved_as_asked_and_nobody_is_told_of_one() {
+    for (name, arm, safety) in [
+        ("lifted", YAM, "safe_action = \"damped-stop\"\nfirst_motion = 1"),
+        // Only simulated.
+        ("simulated", PLANAR, ""),
+    ] {
+        let (code, out) = connect(name, arm, safety, "jog 2 0.4 0.5\nwait\n");
+        assert_eq!(code, 0, "{out}");
+        assert!(out.contains("\njog: running; 0.50 s\nwait: arrived"), "{out}");
+        assert!(!out.contains("first motion") && !out.contains("slowed"), "{out}");
+    }
+}
+
+#[test]
+fn no_hand_leads_an_arm_in_its_first_motion() {
+    let (code, out) =
+        connect("guided", YAM, "safe_action = \"damped-stop\"", "teach\nfull-range\nteach\nwait 0.1\nhold\n");
+    assert_eq!(code, 3, "{out}");
+    let rejected = out.find("teach: rejected: in the first motion after homing (`first_motion` in [safety])").unwrap();
+    assert!(out.find("teach: running; guide it by hand").is_some_and(|led| led > rejected), "{out}");
+    assert_eq!(out.matches("law: teach").count(), 1, "{out}");
+}
