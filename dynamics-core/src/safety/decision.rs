@@ -42,6 +42,8 @@ pub(super) struct Memory<S, const N: usize> {
     pace: S,
     /// Ticks that the reference has been at the rest pose.
     settled: u32,
+    /// Disarming ends in [`Fault::HeartbeatLost`].
+    pub(super) lost: bool,
     /// Heat of the motors.
     pub(super) heats: Heats<S, N>,
 }
@@ -66,7 +68,7 @@ pub(super) enum Action {
     Drive,
     /// The same, without a limit on its rate.
     DriveAtOnce,
-    /// Torque with engaged brakes, for the weight of an arm at rest at the memory's reference.
+    /// Torque with engaged brakes: for the weight of an arm at rest at the memory's reference, or along it while the arm is disarmed.
     Preload,
     /// Switch the drives on, if the arm can be held at all.
     EnableFirst,
@@ -143,6 +145,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             arming: Arming::START,
             pace: S::zero(),
             settled: 0,
+            lost: false,
             heats: Heats::cold(),
         }
     }
@@ -180,19 +183,21 @@ impl<S: Real, const N: usize> Memory<S, N> {
             });
         }
         let stop = (inputs.request == Some(Request::Stop)).then_some(Fault::EmergencyStop);
-        let drove = self.state.drives();
+        let drove = self.state.has_torque();
         self.alone = if drove && silent { self.alone.saturating_add(1) } else { 0 };
-        let alone = self.alone > rules.hold_max && self.state != State::Lowering;
-        let fault = external
-            .or(stop)
-            .or(self.of_drives(inputs))
-            .or(if drove { judged.or(self.hasty(seen, config, rules)) } else { None })
-            .or(if alone && rules.rest.is_none() { Some(Fault::HeartbeatLost) } else { None });
+        let alone = self.alone > rules.hold_max && !matches!(self.state, State::Lowering | State::Disarming);
+        let fault = external.or(stop).or(self.of_drives(inputs)).or(if drove {
+            judged.or(self.hasty(seen, config, rules))
+        } else {
+            None
+        });
         if let Some(fault) = fault {
             return self.fail(fault, inputs.request);
         }
-        if alone {
+        if alone && rules.rest.is_some() {
             (self.state, self.pace, self.settled, self.along) = (State::Lowering, S::zero(), 0, false);
+        } else if alone && self.let_go(rules) {
+            return self.fail(Fault::HeartbeatLost, inputs.request);
         }
 
         let refused = self.grant(now, judged, config, rules).err();
@@ -201,11 +206,13 @@ impl<S: Real, const N: usize> Memory<S, N> {
             self.hold_beyond_limits(config);
             return decision.refusing(refused);
         }
-        if !self.state.drives() {
+        if !self.state.has_torque() {
             return Decision::safe(refused);
         }
         match self.follow(now, config, rules) {
-            Ok(()) => Decision { action: Action::Drive, refused },
+            Ok(()) if self.state.drives() => Decision { action: Action::Drive, refused },
+            Ok(()) if self.state == State::Disarming => Decision { action: Action::Preload, refused },
+            Ok(()) => Decision::safe(refused),
             Err(fault) => self.fail(fault, inputs.request),
         }
     }
@@ -257,7 +264,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
 
     /// Fault of drives on which torque acts, or is about to.
     fn of_drives(&self, inputs: &Inputs<S, N>) -> Option<Fault> {
-        if !self.state.drives() && self.state != State::Arming {
+        if !self.state.has_torque() && self.state != State::Arming {
             return None;
         }
         if inputs.zero_lost {
@@ -353,7 +360,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if !seen.at_rest(rules) {
                     return Err(Refusal::NotAtRest);
                 }
-                self.state = State::Idle;
+                self.disarm(rules);
             }
             (State::Armed | State::Holding(_), Request::Run) => {
                 if silent {
@@ -461,6 +468,14 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 self.lower(seen, config, rules)?;
                 S::literal(HOLDING_REACH)
             }
+            State::Disarming => {
+                if self.arming.ticks >= rules.brake_delay {
+                    self.state = State::Idle;
+                    return if self.lost { Err(Fault::HeartbeatLost) } else { Ok(()) };
+                }
+                self.reference = slowed(&self.reference, rules, &config.limits);
+                S::literal(HOLDING_REACH)
+            }
             _ => return Ok(()),
         };
         self.hold_beyond_limits(config);
@@ -499,6 +514,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Result<(), Fault> {
+        // Without a rest pose there is no lowering.
         let Some(rest) = &rules.rest else { return Err(Fault::HeartbeatLost) };
         match lowered(&self.reference, &mut self.pace, rest, rules, &config.limits) {
             Some(next) => {
@@ -511,7 +527,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 let there = astray(&self.reference, seen, rules, S::literal(REST_REACH)).is_none();
                 let over = (there && seen.at_rest(rules)) || self.settled > rules.hold_max;
                 self.reference = Reference::at_rest(*rest);
-                if over { Err(Fault::HeartbeatLost) } else { Ok(()) }
+                if over && self.let_go(rules) { Err(Fault::HeartbeatLost) } else { Ok(()) }
             }
         }
     }

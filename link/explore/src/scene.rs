@@ -149,6 +149,7 @@ fn rules<const N: usize>(setup: &Setup) -> Rules<f32, N> {
         rate: 1.0 / PERIOD as f32,
         latency: 0.02,
         arming_max: ARMING_MAX,
+        brake_delay: 0,
         live: 0,
         live_max: 0,
         rest: (setup.rest && setup.mutant != Some(Mutant::NoRestPose)).then_some([0.0; N]),

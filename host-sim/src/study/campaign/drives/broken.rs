@@ -30,6 +30,8 @@ pub enum Breakage {
     TorqueGoesOn,
     /// Torque is half of what it should be.
     HalfTorque,
+    /// Torque ends in the tick in which the brakes lose their power.
+    NoBrakeDelay,
 }
 
 /// The board's joints, broken or not.
@@ -47,6 +49,8 @@ pub(super) struct Faulty<'a, J, const N: usize> {
 pub(super) struct Memory<const N: usize> {
     /// The last torque, N m or N.
     torque: Option<[f32; N]>,
+    /// The brakes have been open since the last safe action.
+    drove: bool,
     /// The last good readings.
     readings: Option<Readings<N>>,
     /// It holds the brakes open, whatever the board's line says.
@@ -55,7 +59,7 @@ pub(super) struct Memory<const N: usize> {
 
 impl<const N: usize> Memory<N> {
     /// Nothing.
-    pub(super) const NONE: Self = Self { torque: None, readings: None, opens: false };
+    pub(super) const NONE: Self = Self { torque: None, drove: false, readings: None, opens: false };
 }
 
 impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
@@ -85,17 +89,18 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
         self.joints.enable(action);
     }
 
-    fn preload(&mut self, torque: &[f32; N]) {
+    fn preload(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         self.memory.opens = self.breakage == Some(Breakage::BrakesOpenEarly);
         match self.breakage {
-            Some(Breakage::NoPreload) => self.joints.preload(&[0.0; N]),
-            _ => self.joints.preload(torque),
+            Some(Breakage::NoPreload) => self.joints.preload(&[0.0; N], None),
+            Some(Breakage::NoBrakeDelay) if self.memory.drove => self.joints.preload(&[0.0; N], None),
+            _ => self.joints.preload(torque, springs),
         }
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         let torque = if self.breakage == Some(Breakage::HalfTorque) { torque.map(|it| 0.5 * it) } else { *torque };
-        self.memory.torque = Some(torque);
+        (self.memory.torque, self.memory.drove) = (Some(torque), true);
         self.memory.opens = matches!(
             self.breakage,
             Some(Breakage::EnableCountsAsSent | Breakage::OffUnnoticed | Breakage::BrakesStayOpen)
@@ -105,7 +110,7 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
 
     fn safe(&mut self, action: SafeAction) {
         self.memory.opens &= self.breakage == Some(Breakage::BrakesStayOpen);
-        self.memory.readings = None;
+        (self.memory.readings, self.memory.drove) = (None, false);
         match (self.breakage, self.memory.torque) {
             (Some(Breakage::NoDamping), _) => self.joints.safe(SafeAction::Off),
             (Some(Breakage::TorqueGoesOn), Some(torque)) => self.joints.drive(&torque, None),
