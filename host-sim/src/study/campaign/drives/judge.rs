@@ -472,7 +472,8 @@ impl<'a, const N: usize> Judge<'a, N> {
             let (from, speed) = (released.from[i], released.speed[i]);
             let moved = (truth.q[i] - from).abs();
             if self.brakes {
-                let most = released.way[i] + speed * (0.5 * BRAKING_TIME + self.rules.period) + 1e-4;
+                let way = released.way[i] + speed * (0.5 * BRAKING_TIME + self.rules.period);
+                let most = 1.01 * way + 1e-4;
                 if moved > most {
                     let what = format!("joint {}: {moved} rad since the safe action, at most {most}", i + 1);
                     return broken(Law::Stopped, what);
