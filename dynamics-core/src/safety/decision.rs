@@ -286,7 +286,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
         (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
-        self.along = false;
+        (self.along, self.lost) = (false, false);
     }
 
     /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.

@@ -264,11 +264,15 @@ impl<F: Frames> Rig<F> {
 
     /// The same, with another drive than the board believes.
     pub(crate) fn with(language: Language, action: SafeAction, change: impl FnOnce(&mut MitDrive)) -> Self {
-        Self::with_rules(language, rules(action), change)
+        Self::with_rules(language, (Law::ComputedTorque, rules(action)), change)
     }
 
-    /// The same, with these rules of the safety machine.
-    pub(crate) fn with_rules(language: Language, rules: Rules<f32, 1>, change: impl FnOnce(&mut MitDrive)) -> Self {
+    /// The same, with this law and these rules of the safety machine.
+    pub(crate) fn with_rules(
+        language: Language,
+        (law, rules): (Law, Rules<f32, 1>),
+        change: impl FnOnce(&mut MitDrive),
+    ) -> Self {
         let (reply_id, reply_bytes, timeout) = match language {
             Language::MiniCheetah => (0, 6, 0),
             Language::Damiao | Language::RobStride => (0x11, 8, 1000),
@@ -303,7 +307,7 @@ impl<F: Frames> Rig<F> {
         actuator.electronics.reply_bytes = usize::from(reply_bytes);
         let wire = Wire { bus: Rc::new(RefCell::new(Bus::new(vec![actuator]))), ..Wire::default() };
         let brake = Brake::default();
-        let control = config(2000.0);
+        let control = ControllerConfig { law, ..config(2000.0) };
         let inner = CanJoints::new((wire.clone(), NoBus, NoBus), brake.clone(), [drive]);
         let mut rig = Self {
             joints: Recorded { inner, readings: None, torque: None },
