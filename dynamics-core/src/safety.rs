@@ -12,8 +12,11 @@
 //!   +------------------ at the rest pose ------------------ Lowering <--- no host for too long, where there is a rest pose
 //! ```
 //!
-//! Torque acts in `Armed`, `Running`, `Holding` and `Lowering`, and with engaged brakes in the second part of `Arming`. In all other
-//! states, and in the very tick in which a fault is raised, the drives do the robot's [`SafeAction`]. There is no hardware in here: the readings of a board
+//! An arm whose brakes need time to engage ([`Rules::brake_delay`]) passes through `Disarming` before it is idle, and before the fault of a host
+//! that is gone.
+//!
+//! Torque acts in `Armed`, `Running`, `Holding` and `Lowering`, and with engaged brakes in `Disarming` and the second part of `Arming`. In
+//! all other states, and in the very tick in which a fault is raised, the drives do the robot's [`SafeAction`]. There is no hardware in here: the readings of a board
 //! or a simulator come in as [`Inputs`], and the commands to the drives go out as [`Output`]. The law in between is a
 //! function: [`Safety::tick`] calls it at most once, when torque may act.
 //!
@@ -74,7 +77,7 @@ pub enum Request {
     Confirm,
     /// `Idle -> Arming -> Armed`: switch the drives on, then hold the arm by torque where it is.
     Arm,
-    /// `Armed, Holding, Lowering -> Idle`, at rest only; `Homing, Arming -> Idle`.
+    /// `Armed, Holding -> Idle`, at rest only, with [`Rules::brake_delay`] by way of `Disarming`; `Homing, Arming -> Idle`.
     Disarm,
     /// `Armed, Holding -> Running`: follow the reference, which must be where the arm is.
     Run,
@@ -119,10 +122,12 @@ pub enum State {
     Arming,
     /// Without a host the arm moves to its rest pose, slowly.
     Lowering,
+    /// The brakes engage, and torque holds the arm until they have.
+    Disarming,
 }
 
 impl State {
-    /// The stable number: idle 0, homing 1, armed 2, running 3, holding 4, fault 5, arming 6, lowering 7.
+    /// The stable number: idle 0, homing 1, armed 2, running 3, holding 4, fault 5, arming 6, lowering 7, disarming 8.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {
@@ -134,6 +139,7 @@ impl State {
             Self::Fault(_) => 5,
             Self::Arming => 6,
             Self::Lowering => 7,
+            Self::Disarming => 8,
         }
     }
 
@@ -141,6 +147,12 @@ impl State {
     #[must_use]
     pub const fn drives(self) -> bool {
         matches!(self, Self::Armed | Self::Running | Self::Holding(_) | Self::Lowering)
+    }
+
+    /// True if torque acts from the first tick of this state to the last, on open or on engaged brakes.
+    #[must_use]
+    pub const fn has_torque(self) -> bool {
+        self.drives() || matches!(self, Self::Disarming)
     }
 }
 

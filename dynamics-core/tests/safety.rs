@@ -5,6 +5,7 @@
 
 mod braking;
 mod controlled;
+mod disarming;
 mod limited;
 mod lowering;
 mod ordinary;

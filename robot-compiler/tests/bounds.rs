@@ -19,7 +19,7 @@ fn scene(lines: &str) -> Result<SceneFile, FileError> {
 }
 
 /// Lines that are accepted, and lines just beyond with a part of the answer.
-const EDGES: [(&str, &str, &str); 19] = [
+const EDGES: [(&str, &str, &str); 22] = [
     // 0.2 rad / (1.5 x 2 rad/s x 1 ms) = 66.7 ticks.
     (
         "[control]\nage_max = 66",
@@ -37,6 +37,13 @@ const EDGES: [(&str, &str, &str); 19] = [
     ("[safety]\nheartbeat_ms = 1000", "[safety]\nheartbeat_ms = 1001", "at most 1,000 ms"),
     ("[safety]\nlatency_ms = 1", "[safety]\nlatency_ms = 0.99", "at least 1 ms at 1000 Hz"),
     ("[safety]\nhold_ms = 60000", "[safety]\nhold_ms = 60001", "0 to 60,000"),
+    ("[safety]\nbrake_delay_ms = 1000", "[safety]\nbrake_delay_ms = 1001", "a time in ms, 0 to 1,000"),
+    ("[safety]\nbrake_delay_ms = 0", "[safety]\nbrake_delay_ms = -1", "a time in ms, 0 to 1,000"),
+    (
+        "[safety]\nbrake_delay_ms = 50\nsafe_action = \"brake\"",
+        "[safety]\nbrake_delay_ms = 50\nsafe_action = \"damped-stop\"",
+        "only with `safe_action = \"brake\"`",
+    ),
     (
         "[safety]\npayload_mass = 30",
         "[safety]\npayload_mass = 30.1",

@@ -182,6 +182,7 @@ fn a_scene_without_safety_gets_rules_from_the_limits() {
         rate,
         latency,
         arming_max,
+        brake_delay,
         live,
         live_max,
         rest,
@@ -191,6 +192,7 @@ fn a_scene_without_safety_gets_rules_from_the_limits() {
         joints,
     } = puma.safety_rules(&puma.robot.model::<6>().unwrap());
     assert_eq!((arming_max, live, live_max, rest, first_motion, heat), (1000, 0, 0, None, None, None));
+    assert_eq!(brake_delay, 100);
     assert_eq!((safe_action, heartbeat_max, hold_max), (SafeAction::Brake, 100, 500));
     assert_eq!((supply.0, supply.1), (f64::NEG_INFINITY, f64::INFINITY));
     assert_eq!(supply, temperature);
@@ -225,6 +227,7 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
     assert_eq!((rules.safe_action, rules.heartbeat_max, rules.hold_max), (SafeAction::DampedStop, 21, 0));
     assert_eq!((rules.supply, rules.temperature, rules.latency), ((20.0, 30.0), (-10.5, 80.0), 0.003));
     assert_eq!((rules.payload.mass, rules.payload.radius), (2.5, 0.3));
+    assert_eq!(rules.brake_delay, 0);
     for (i, (deceleration, reach)) in [(7.0, 0.1), (8.0, 0.3)].into_iter().enumerate() {
         let jump_step = 3.0 * model.links()[i].limits.velocity * 0.002;
         let joint = JointRules {
@@ -241,6 +244,10 @@ fn what_a_scene_says_of_safety_is_what_the_rules_hold() {
         };
         assert_eq!(rules.joints[i], joint);
     }
+    // 41 ms are 20.5 ticks: torque goes on until the brakes have surely engaged.
+    let braked =
+        scene("../../../robots/planar2r.toml", "[control]\nrate = 500\n[safety]\nbrake_delay_ms = 41").unwrap();
+    assert_eq!(braked.safety_rules(&braked.robot.model::<2>().unwrap()).brake_delay, 21);
     // A number of the rules affects the tick, so the hash changes.
     let other = scene("../../../robots/planar2r.toml", &lines.replace("hold_ms = 0", "hold_ms = 2")).unwrap();
     assert_ne!(planar.hash(&model), other.hash(&model));

@@ -1,15 +1,21 @@
+//! Arming and disarming.
+//!
 //! Arming: the drives come on, then carry the arm's weight, and only then the brakes open.
 //!
 //! 1. Every drive is switched on, with engaged brakes, until each has shown that it is on ([`Inputs::on`](super::Inputs::on)).
 //! 2. An arm with brakes: torque rises at its rate, with engaged brakes, to the torque that gravity needs. Then the brakes open.
 //! 3. An arm without brakes: nothing carries it while torque rises. Its first torque is the whole torque that gravity needs, at once.
+//!
+//! Disarming an arm with brakes: the brakes lose their power, and torque goes on until they have engaged ([`Rules::brake_delay`]). A machine
+//! that ends torque because the host is gone does the same, and then raises its fault. Any other fault removes the torque at once: what
+//! the torque is made of, or the drive that gives it, is not to be trusted.
 
 use super::decision::{Action, Decision, Memory, Now, astray};
 use super::{Request, Rules, SafeAction, State};
 use crate::control::{Fault, Reference};
 use crate::scalar::Real;
 
-/// Progress of [`State::Arming`].
+/// Progress of [`State::Arming`], and of [`State::Disarming`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Arming {
     /// Ticks in this state.
@@ -93,6 +99,23 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 Decision::of(Action::DriveAtOnce)
             }
         }
+    }
+
+    /// Begin to disarm an arm at rest. One whose brakes engage at once, or that has none, is idle.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn disarm(&mut self, rules: &Rules<S, N>) {
+        (self.state, self.along, self.lost) = (State::Idle, false, false);
+        if rules.brake_delay != 0 {
+            (self.state, self.arming) = (State::Disarming, Arming::START);
+        }
+    }
+
+    /// End torque because the host is gone. True if it ends in this tick.
+    pub(super) fn let_go(&mut self, rules: &Rules<S, N>) -> bool {
+        self.disarm(rules);
+        self.lost = true;
+        self.state == State::Idle
     }
 
     /// Begin to arm.

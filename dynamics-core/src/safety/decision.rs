@@ -44,6 +44,8 @@ pub(super) struct Memory<S, const N: usize> {
     settled: u32,
     /// Ticks of lowering in which the reference has waited for a joint.
     waited: u32,
+    /// Disarming ends in [`Fault::HeartbeatLost`].
+    pub(super) lost: bool,
     /// Heat of the motors.
     pub(super) heats: Heats<S, N>,
 }
@@ -68,7 +70,7 @@ pub(super) enum Action {
     Drive,
     /// The same, without a limit on its rate.
     DriveAtOnce,
-    /// Torque with engaged brakes, for the weight of an arm at rest at the memory's reference.
+    /// Torque with engaged brakes: for the weight of an arm at rest at the memory's reference, or along it while the arm is disarmed.
     Preload,
     /// Switch the drives on, if the arm can be held at all.
     EnableFirst,
@@ -146,6 +148,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             pace: S::zero(),
             settled: 0,
             waited: 0,
+            lost: false,
             heats: Heats::cold(),
         }
     }
@@ -183,20 +186,22 @@ impl<S: Real, const N: usize> Memory<S, N> {
             });
         }
         let stop = (inputs.request == Some(Request::Stop)).then_some(Fault::EmergencyStop);
-        let drove = self.state.drives();
+        let drove = self.state.has_torque();
         self.alone = if drove && silent { self.alone.saturating_add(1) } else { 0 };
-        let alone = self.alone > rules.hold_max && self.state != State::Lowering;
-        let fault = external
-            .or(stop)
-            .or(self.of_drives(inputs))
-            .or(if drove { judged.or(self.hasty(seen, config, rules)) } else { None })
-            .or(if alone && rules.rest.is_none() { Some(Fault::HeartbeatLost) } else { None });
+        let alone = self.alone > rules.hold_max && !matches!(self.state, State::Lowering | State::Disarming);
+        let fault = external.or(stop).or(self.of_drives(inputs)).or(if drove {
+            judged.or(self.hasty(seen, config, rules))
+        } else {
+            None
+        });
         if let Some(fault) = fault {
             return self.fail(fault, inputs.request);
         }
-        if alone {
+        if alone && rules.rest.is_some() {
             (self.state, self.pace, self.along) = (State::Lowering, S::zero(), false);
             (self.settled, self.waited) = (0, 0);
+        } else if alone && self.let_go(rules) {
+            return self.fail(Fault::HeartbeatLost, inputs.request);
         }
 
         let refused = self.grant(now, judged, config, rules).err();
@@ -205,11 +210,13 @@ impl<S: Real, const N: usize> Memory<S, N> {
             self.hold_beyond_limits(config);
             return decision.refusing(refused);
         }
-        if !self.state.drives() {
+        if !self.state.has_torque() {
             return Decision::safe(refused);
         }
         match self.follow(now, config, rules) {
-            Ok(()) => Decision { action: Action::Drive, refused },
+            Ok(()) if self.state.drives() => Decision { action: Action::Drive, refused },
+            Ok(()) if self.state == State::Disarming => Decision { action: Action::Preload, refused },
+            Ok(()) => Decision::safe(refused),
             Err(fault) => self.fail(fault, inputs.request),
         }
     }
@@ -261,7 +268,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
 
     /// Fault of drives on which torque acts, or is about to.
     fn of_drives(&self, inputs: &Inputs<S, N>) -> Option<Fault> {
-        if !self.state.drives() && self.state != State::Arming {
+        if !self.state.has_torque() && self.state != State::Arming {
             return None;
         }
         if inputs.zero_lost {
@@ -283,7 +290,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
         (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
-        self.along = false;
+        (self.along, self.lost) = (false, false);
     }
 
     /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
@@ -357,7 +364,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 if !seen.at_rest(rules) {
                     return Err(Refusal::NotAtRest);
                 }
-                self.state = State::Idle;
+                self.disarm(rules);
             }
             (State::Armed | State::Holding(_), Request::Run) => {
                 if silent {
@@ -465,6 +472,14 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 self.lower(seen, config, rules)?;
                 S::literal(HOLDING_REACH)
             }
+            State::Disarming => {
+                if self.arming.ticks >= rules.brake_delay {
+                    self.state = State::Idle;
+                    return if self.lost { Err(Fault::HeartbeatLost) } else { Ok(()) };
+                }
+                self.reference = slowed(&self.reference, rules, &config.limits);
+                S::literal(HOLDING_REACH)
+            }
             _ => return Ok(()),
         };
         self.hold_beyond_limits(config);
@@ -504,6 +519,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         config: &ControllerConfig<S, N>,
         rules: &Rules<S, N>,
     ) -> Result<(), Fault> {
+        // Without a rest pose there is no lowering.
         let Some(rest) = &rules.rest else { return Err(Fault::HeartbeatLost) };
         let (share, joint) = followed(&self.reference, seen, rules);
         if share < S::literal(WAITS) {
@@ -523,7 +539,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 let there = astray(&self.reference, seen, rules, S::literal(REST_REACH)).is_none();
                 let over = (there && seen.at_rest(rules)) || self.settled > rules.hold_max;
                 self.reference = Reference::at_rest(*rest);
-                if over { Err(Fault::HeartbeatLost) } else { Ok(()) }
+                if over && self.let_go(rules) { Err(Fault::HeartbeatLost) } else { Ok(()) }
             }
         }
     }

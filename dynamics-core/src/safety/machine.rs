@@ -110,7 +110,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
         let (read, q, qd) = observed.update(config, acceleration, &inputs.sensed, aged, &mut read);
         let seen = Seen { read, q, qd };
         let silent = inputs.heartbeat_age > rules.heartbeat_max;
-        let drove = memory.state.drives();
+        let drove = memory.state.has_torque();
 
         let here;
         let reference = match &inputs.reference {
@@ -148,7 +148,9 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
             let Memory { reference, torque: last, limits: acted, .. } = &*memory;
             // On engaged brakes: the torque of the weight, at rest at the memory's reference. No noise of a sensor is in it, so it comes to
             // its end. In the first tick it is not driven: an arm that cannot be held is not switched on.
-            let (q, qd) = if drives { (q, qd) } else { (&reference.q, &still) };
+            // An arm that is disarmed is held as before until its brakes have engaged.
+            let measured = drives || memory.state == State::Disarming;
+            let (q, qd) = if measured { (q, qd) } else { (&reference.q, &still) };
             let ask = Ask {
                 start: !drove,
                 at_once: decision.action == Action::DriveAtOnce,
@@ -176,7 +178,7 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
                     output.actuation = Actuation::Drive { torque, limits };
                 }
                 Ok(()) if decision.action == Action::Preload => {
-                    memory.carry(&torque, &limits);
+                    memory.carry(&torque, &mut limits, rules);
                     output.actuation = Actuation::Preload { torque, limits };
                 }
                 Ok(()) => {}
@@ -198,10 +200,20 @@ impl<S: Real, const N: usize, C: Configuration<S, N>> Safety<S, N, C> {
 }
 
 impl<S: Real, const N: usize> Memory<S, N> {
-    /// Torque acts on engaged brakes: counts the ticks in which it is the whole weight.
+    /// Torque acts on engaged brakes: counts the ticks in which it is the whole weight, or those of disarming.
     #[cold]
-    fn carry(&mut self, torque: &[S; N], limits: &[LimitFlags; N]) {
+    fn carry(&mut self, torque: &[S; N], limits: &mut [LimitFlags; N], rules: &Rules<S, N>) {
         (self.torque, self.limits) = (*torque, *limits);
+        if self.state == State::Disarming {
+            self.arming.ticks += 1;
+            self.gave_way = gives_way(limits);
+        }
+        if let Some(held) = &self.held {
+            flag(limits, held);
+        }
+        if self.is_warm(rules) {
+            self.flag_warm(limits);
+        }
         let rises = limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE_RATE));
         self.arming.carried = if rises { 0 } else { self.arming.carried.saturating_add(1) };
     }

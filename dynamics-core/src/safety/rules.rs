@@ -98,6 +98,9 @@ record! {
         pub latency: S,
         /// Longest time to switch the drives on, ticks.
         pub arming_max: u32,
+        /// Longest time that the brakes need to engage after they lose power, ticks: for so long torque goes on when the arm is disarmed.
+        /// 0 for an arm without brakes.
+        pub brake_delay: u32,
         /// Live inputs that the scene needs: bits of [`LiveInput::bit`].
         pub live: u32,
         /// Greatest age of the live inputs while the arm runs, ticks; 0 for no limit.

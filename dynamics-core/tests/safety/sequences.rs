@@ -193,7 +193,7 @@ impl World {
             State::Idle => Some(Request::Home),
             State::Homing => Some(Request::Confirm),
             State::Armed | State::Holding(_) => Some(Request::Run),
-            State::Running | State::Arming | State::Lowering => None,
+            State::Running | State::Arming | State::Lowering | State::Disarming => None,
             State::Fault(_) => Some(Request::Clear),
         }
     }

@@ -65,6 +65,7 @@ pub(crate) fn config() -> Protected<f32, 2> {
         rate: 1000.0,
         latency: LATENCY,
         arming_max: ARMING_MAX,
+        brake_delay: 0,
         live: 0,
         live_max: 0,
         rest: None,

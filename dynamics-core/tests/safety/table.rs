@@ -45,6 +45,10 @@ struct Case {
     from: State,
     homed: bool,
     alone: u32,
+    /// The brakes of this machine need time to engage.
+    slow_brakes: bool,
+    /// State in which disarming ends in this tick.
+    ends_in: Option<State>,
     request: Option<Request>,
     emergency_stop: bool,
     overrun: bool,
@@ -66,6 +70,9 @@ impl Case {
     }
     fn driving(&self) -> bool {
         self.from.drives()
+    }
+    fn disarming(&self) -> bool {
+        self.from == State::Disarming
     }
     fn arming(&self) -> bool {
         self.from == State::Arming
@@ -140,6 +147,7 @@ const ARMED: u8 = 2;
 const RUNNING: u8 = 3;
 const HOLDING: u8 = 4;
 const ARMING: u8 = 6;
+const DISARMING: u8 = 8;
 
 const fn row(from: &'static [u8], request: Request, when: Holds, to: Result<State, u8>) -> Row {
     Row { from, request, when, to }
@@ -156,7 +164,7 @@ const NO_ROOM: u8 = 9;
 const OUT_OF_REACH: u8 = 10;
 
 /// Requests, where no fault is in force. A request that is not here is refused as meaningless.
-const REQUESTS: [Row; 27] = [
+const REQUESTS: [Row; 28] = [
     row(&[IDLE], Request::Home, |_| true, Ok(State::Homing)),
     row(&[HOMING], Request::Confirm, |c| !c.zeroed, Err(NOT_ZEROED)),
     row(&[HOMING], Request::Confirm, |c| c.implausible().is_some(), Err(IMPLAUSIBLE)),
@@ -171,6 +179,7 @@ const REQUESTS: [Row; 27] = [
     row(&[ARMING], Request::Disarm, |_| true, Ok(State::Idle)),
     row(&[ARMING], Request::Hold, |_| true, Ok(State::Idle)),
     row(&[ARMED, HOLDING], Request::Disarm, |c| !c.resting(), Err(NOT_AT_REST)),
+    row(&[ARMED, HOLDING], Request::Disarm, |c| c.slow_brakes, Ok(State::Disarming)),
     row(&[ARMED, HOLDING], Request::Disarm, |_| true, Ok(State::Idle)),
     row(&[ARMED, HOLDING], Request::Run, Case::silent, Err(SILENT)),
     row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::Nothing, Err(NO_REFERENCE)),
@@ -179,7 +188,12 @@ const REQUESTS: [Row; 27] = [
     row(&[ARMED, HOLDING], Request::Run, Case::far, Err(OUT_OF_REACH)),
     row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::OtherSpeed, Err(OUT_OF_REACH)),
     row(&[ARMED, HOLDING], Request::Run, |_| true, Ok(State::Running)),
-    row(&[IDLE, HOMING, ARMING, ARMED, RUNNING, HOLDING], Request::FullRange, |c| !c.still_homed(), Err(NOT_HOMED)),
+    row(
+        &[IDLE, HOMING, ARMING, ARMED, RUNNING, HOLDING, DISARMING],
+        Request::FullRange,
+        |c| !c.still_homed(),
+        Err(NOT_HOMED),
+    ),
     row(&[RUNNING], Request::Hold, |_| true, Ok(State::Holding(HoldCause::Requested))),
     row(&[RUNNING], Request::Disarm, |_| true, Err(NO_STATE)),
     row(&[IDLE, HOMING, ARMED, RUNNING, HOLDING], Request::Clear, |_| true, Err(NO_STATE)),
@@ -213,15 +227,17 @@ fn expected(c: &Case) -> Expected {
         };
     }
     // Faults before requests: from outside in every state, of the sensors and of the host where torque acts.
-    let sensed = if c.driving() { c.implausible() } else { None };
-    let alone = c.too_long_alone().then_some(Fault::HeartbeatLost);
+    let sensed = if c.driving() || c.disarming() { c.implausible() } else { None };
+    let alone = (c.too_long_alone() && !c.slow_brakes).then_some(Fault::HeartbeatLost);
     if let Some(fault) = c.external().or(sensed).or(alone) {
         return Expected { state: State::Fault(fault), homed, refused: refused_by_fault };
     }
-    let (mut state, mut refused) = (c.from, None);
+    // Without the host the brakes engage first.
+    let from = if c.too_long_alone() { State::Disarming } else { c.from };
+    let (mut state, mut refused) = (from, None);
     if let Some(request) = c.request {
-        let applies = |row: &&Row| row.request == request && row.from.contains(&c.from.code()) && (row.when)(c);
-        let as_it_is = if request == Request::FullRange { Ok(c.from) } else { Err(NO_STATE) };
+        let applies = |row: &&Row| row.request == request && row.from.contains(&from.code()) && (row.when)(c);
+        let as_it_is = if request == Request::FullRange { Ok(from) } else { Err(NO_STATE) };
         match REQUESTS.iter().find(applies).map_or(as_it_is, |row| row.to) {
             Ok(to) => state = to,
             Err(code) => refused = Some(code),
@@ -242,16 +258,19 @@ fn expected(c: &Case) -> Expected {
     if let Some((_, _, to)) = EVENTS.iter().find(|(from, when, _)| *from == state.code() && when(c)) {
         state = *to;
     }
+    if c.disarming() {
+        state = c.ends_in.unwrap_or(state);
+    }
     // An arm that should stand, and is out of reach of where it should.
-    let stands = matches!(state, State::Armed | State::Holding(_));
+    let stands = matches!(state, State::Armed | State::Holding(_) | State::Disarming);
     // A stop along the path goes on from the path's reference, where the arm can follow it.
     let along = c.from == State::Running
         && matches!(state, State::Holding(HoldCause::Requested | HoldCause::HeartbeatLost))
         && c.wanted == Wanted::Far;
-    if c.driving() && stands && !along && c.measured == Measured::Pushed {
+    if (c.driving() || c.disarming()) && stands && !along && c.measured == Measured::Pushed {
         state = State::Fault(Fault::FollowingError { joint: 1 });
     }
-    if state.drives() || state == State::Arming {
+    if state.has_torque() || state == State::Arming {
         match c.answer {
             Answer::Torque => {}
             Answer::Brake => state = State::Fault(Fault::NonFiniteTorque { joint: 0 }),
@@ -304,10 +323,42 @@ fn inputs(c: &Case) -> Told {
     }
 }
 
+/// Machines whose brakes engage within three ticks: about to be disarmed, being disarmed by a request and for want of a host, at the beginning
+/// and in the tick in which it ends.
+fn starts_with_slow_brakes() -> Vec<Start> {
+    let mut protected = config();
+    protected.rules.brake_delay = 3;
+    let mut armed = Machine::new(protected);
+    granted(&mut armed, &calm(AT));
+    for request in TO_ARMED {
+        granted(&mut armed, &asked(request, &calm(AT)));
+        arm(&mut armed, AT);
+    }
+    let mut alone = armed;
+    for _ in 0..HOLD_MAX {
+        granted(&mut alone, &Inputs { heartbeat_age: HEARTBEAT_MAX + 1, ..calm(AT) });
+    }
+    let mut starts = vec![(armed, 0, None), (alone, HOLD_MAX, None)];
+    let (mut disarmed, mut lost) = (armed, alone);
+    granted(&mut disarmed, &asked(Request::Disarm, &calm(AT)));
+    granted(&mut lost, &Inputs { heartbeat_age: HEARTBEAT_MAX + 1, ..calm(AT) });
+    for (machine, end) in [(disarmed, State::Idle), (lost, State::Fault(Fault::HeartbeatLost))] {
+        let mut last = machine;
+        granted(&mut last, &calm(AT));
+        granted(&mut last, &calm(AT));
+        assert_eq!((machine.state(), last.state()), (State::Disarming, State::Disarming));
+        starts.extend([(machine, 0, None), (last, 0, Some(end))]);
+    }
+    starts
+}
+
+/// A machine, the ticks that it has held alone, and the state in which its disarming ends in the next tick.
+type Start = (Machine, u32, Option<State>);
+
 /// Every state, with every value that the machine's own counter can have there.
-fn starts() -> Vec<(Machine, u32)> {
+fn starts() -> Vec<Start> {
     let homed = [Request::Home, Request::Confirm];
-    let mut starts = vec![
+    let mut starts: Vec<(Machine, u32)> = vec![
         (after(&[], AT), 0),
         (after(&homed, AT), 0),
         (after(&[Request::Home], AT), 0),
@@ -341,7 +392,8 @@ fn starts() -> Vec<(Machine, u32)> {
     jumped.tick(&calm(AT), |_| wanting(0.0));
     jumped.tick(&calm(AT), |_| wanting(0.0));
     starts.push((jumped, 0));
-    starts
+    let starts = starts.into_iter().map(|(machine, alone)| (machine, alone, None));
+    starts.chain(starts_with_slow_brakes()).collect()
 }
 
 #[test]
@@ -373,7 +425,7 @@ fn every_transition_is_the_table_s_and_breaks_no_rule() {
     let wanted = [Wanted::Nothing, Wanted::Near, Wanted::OtherSpeed, Wanted::Far, Wanted::NotANumber, Wanted::NoRoom];
     let edges = |limit: u32| [0, limit - 1, limit, limit + 1, u32::MAX];
     let (mut cases, mut reached, mut refusals) = (0_u64, BTreeSet::new(), BTreeSet::new());
-    for (start, alone) in starts() {
+    for (start, alone, ends_in) in starts() {
         for bits in 0..64_u32 {
             let bit = |i: u32| BOTH[(bits >> i & 1) as usize];
             for request in &requests {
@@ -386,6 +438,8 @@ fn every_transition_is_the_table_s_and_breaks_no_rule() {
                                         from: start.state(),
                                         homed: start.homed(),
                                         alone,
+                                        slow_brakes: start.rules().brake_delay > 0,
+                                        ends_in,
                                         request: *request,
                                         emergency_stop: bit(0),
                                         overrun: bit(1),
@@ -410,15 +464,16 @@ fn every_transition_is_the_table_s_and_breaks_no_rule() {
             }
         }
     }
-    // 13 starts, 64 combinations, 10 requests, 7 measurements, 5 ages, 5 silences, 6 references, 3 answers.
-    assert_eq!(cases, 13 * 64 * 10 * 7 * 5 * 5 * 6 * 3);
+    // 13 starts and 6 with slow brakes, 64 combinations, 10 requests, 7 measurements, 5 ages, 5 silences, 6 references, 3 answers.
+    assert_eq!(cases, (13 + 6) * 64 * 10 * 7 * 5 * 5 * 6 * 3);
     let from = |state: u8| reached.iter().filter(|(from, _)| *from == state).map(|(_, to)| *to).collect::<Vec<_>>();
     assert_eq!(from(IDLE), [0, 1, 5, 6]);
     assert_eq!(from(ARMING), [0, 2, 5, 6]);
     assert_eq!(from(HOMING), [0, 1, 5]);
-    assert_eq!(from(ARMED), [0, 2, 3, 4, 5]);
+    assert_eq!(from(ARMED), [0, 2, 3, 4, 5, 8]);
     assert_eq!(from(RUNNING), [3, 4, 5]);
-    assert_eq!(from(HOLDING), [0, 3, 4, 5]);
+    assert_eq!(from(HOLDING), [0, 3, 4, 5, 8]);
+    assert_eq!(from(DISARMING), [0, 5, 8]);
     assert_eq!(from(5), [0, 5]);
     assert_eq!(refusals.into_iter().collect::<Vec<_>>(), (1..=10).collect::<Vec<_>>());
 }
@@ -440,9 +495,9 @@ fn check(start: &Machine, case: &Case, refusals: &mut BTreeSet<u8>) -> State {
     assert_eq!(found, expected(case), "{case:?}");
     assert_eq!((machine.state(), machine.homed()), (output.state, output.homed));
     // Asked once where torque may act, and not otherwise.
-    let may = case.answer == Answer::Torque && (output.state.drives() || output.state == State::Arming);
+    let may = case.answer == Answer::Torque && (output.state.has_torque() || output.state == State::Arming);
     assert!(calls <= 1 && (!may || calls == 1), "{case:?}: asked {calls} times");
-    let acts = start.state().drives() || start.state() == State::Arming;
+    let acts = start.state().has_torque() || start.state() == State::Arming;
     let acted = if acts { [1.0; 2] } else { [0.0; 2] };
     let mut watch = Watch::from(start, AT, acted, case.alone);
     assert_eq!(watch.broken(&inputs, &output), None, "{case:?}: {output:?}");

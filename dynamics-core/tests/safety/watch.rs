@@ -69,9 +69,12 @@ impl Watch {
         self.silent = if silent && before.drives() { self.silent + 1 } else { 0 };
         let last = core::mem::replace(&mut self.torque, torque.unwrap_or([0.0; 2]));
 
-        // 16: torque on open brakes in four states and no other, on engaged ones while arming, and the robot's own safe action else.
+        // 16: torque on open brakes in four states and no other, on engaged ones while arming and disarming, and the robot's own safe action else.
         let safe = matches!(output.actuation, Actuation::Safe(_));
-        if drives != output.state.drives() || (!drives && safe == (output.state == State::Arming)) {
+        if drives != output.state.drives()
+            || (!drives && safe == matches!(output.state, State::Arming | State::Disarming))
+            || (output.state == State::Disarming && !acts)
+        {
             return Some("16");
         }
         if matches!(output.actuation, Actuation::Safe(action) if action != config().rules.safe_action) {
@@ -105,7 +108,7 @@ impl Watch {
         if jumped && (acts || output.homed) {
             return Some("3");
         }
-        if drives && !(0..2).all(believed) {
+        if (drives || output.state == State::Disarming) && !(0..2).all(believed) {
             return Some("2");
         }
         if acts && !(self.confirmed && output.homed) {

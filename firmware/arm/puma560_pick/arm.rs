@@ -235,6 +235,7 @@ pub const fn rules() -> Rules<f32, N> {
         rate: 1000.0,
         latency: 0.002,
         arming_max: 1000,
+        brake_delay: 100,
         live: 0,
         live_max: 0,
         rest: None,

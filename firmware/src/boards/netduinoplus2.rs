@@ -214,7 +214,7 @@ impl JointIo<{ arm::N }> for RestingJoints {
 
     fn enable(&mut self, _action: SafeAction) {}
 
-    fn preload(&mut self, _torque: &[f32; arm::N]) {}
+    fn preload(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {}
 
     fn drive(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {}
 

@@ -81,7 +81,9 @@ impl JointIo<{ arm::N }> for Lines {
 
     fn enable(&mut self, _action: SafeAction) {}
 
-    fn preload(&mut self, _torque: &[f32; arm::N]) {}
+    fn preload(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {
+        self.brake.set_low();
+    }
 
     fn drive(&mut self, _torque: &[f32; arm::N], _: Option<&[Spring<f32>; arm::N]>) {
         self.brake.set_high();

@@ -80,8 +80,8 @@ impl<const N: usize> JointIo<N> for Joints<N> {
         each!(self, joints => joints.enable(action));
     }
 
-    fn preload(&mut self, torque: &[f32; N]) {
-        each!(self, joints => joints.preload(torque));
+    fn preload(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
+        each!(self, joints => joints.preload(torque, springs));
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
@@ -260,7 +260,7 @@ impl<const N: usize> Drives<N> {
                 self.joints.drive(&torque.map(|torque| torque as f32), springs.as_ref());
             }
             Order::Enable(action) => self.joints.enable(*action),
-            Order::Preload(torque) => self.joints.preload(&torque.map(|torque| torque as f32)),
+            Order::Preload(torque) => self.joints.preload(&torque.map(|torque| torque as f32), None),
             Order::Safe(action) => self.joints.safe(*action),
         }
         self.serve(measured);

@@ -62,7 +62,7 @@ mod weigh;
 
 use crate::chip::ChipError;
 use crate::session::frame_log::Head;
-use crate::session::states::{ARMED, FAULT, HOLDING, LOWERING, RUNNING};
+use crate::session::states::{ARMED, DISARMING, FAULT, HOLDING, LOWERING, RUNNING};
 use ::session::trajectory::WAYS;
 use arm::Arm;
 use device::{Device, DeviceError};
@@ -267,7 +267,7 @@ impl Operator {
 
     /// Whether the drives apply torque.
     fn drives(&self) -> bool {
-        matches!(self.state(), Some(ARMED | RUNNING | HOLDING | LOWERING))
+        matches!(self.state(), Some(ARMED | RUNNING | HOLDING | LOWERING | DISARMING))
     }
 
     /// Let time pass: send points, and receive frames of the board.

@@ -19,6 +19,8 @@ pub const FAULT: u8 = 5;
 pub const ARMING: u8 = 6;
 /// Without a host the arm moves to its rest pose.
 pub const LOWERING: u8 = 7;
+/// Torque holds the arm until its brakes have engaged.
+pub const DISARMING: u8 = 8;
 
 /// Whether one tick may lead from a state and its cause to the state of a status; `asked` tells whether a request was
 /// made.
@@ -38,9 +40,12 @@ pub fn may_lead((before, cause): (u8, u8), status: &Status, asked: impl Fn(Reque
         (ARMING, ARMED | IDLE) => true,
         (ARMED | RUNNING | HOLDING, LOWERING) => true,
         (LOWERING, HOLDING) => asked(Request::Hold),
-        (LOWERING, IDLE) => asked(Request::Disarm),
         (ARMED | HOLDING, RUNNING) => asked(Request::Run),
+        // Without brakes, or with such that engage at once.
         (ARMED | HOLDING, IDLE) => asked(Request::Disarm),
+        // Disarmed, or the host fell silent.
+        (ARMED | RUNNING | HOLDING | LOWERING, DISARMING) => true,
+        (DISARMING, IDLE) => true,
         // The machine stops by itself for every cause but the first, which needs a request.
         (RUNNING, HOLDING) => status.cause != 1 || asked(Request::Hold),
         // The host fell silent.
@@ -51,7 +56,7 @@ pub fn may_lead((before, cause): (u8, u8), status: &Status, asked: impl Fn(Reque
 
 #[cfg(test)]
 mod tests {
-    use super::{ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
+    use super::{ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
     use dynamics_core::control::Fault;
     use dynamics_core::safety::{HoldCause, State};
 
@@ -66,8 +71,10 @@ mod tests {
             State::Fault(Fault::Overrun),
             State::Arming,
             State::Lowering,
+            State::Disarming,
         ];
-        assert_eq!(states.map(State::code), [IDLE, HOMING, ARMED, RUNNING, HOLDING, FAULT, ARMING, LOWERING]);
+        let numbers = [IDLE, HOMING, ARMED, RUNNING, HOLDING, FAULT, ARMING, LOWERING, DISARMING];
+        assert_eq!(states.map(State::code), numbers);
         assert_eq!((HoldCause::Requested.code(), HoldCause::HeartbeatLost.code()), (1, 2));
     }
 }

@@ -273,6 +273,37 @@ fn an_arm_that_holds_and_creeps_is_found() {
     assert_eq!(law, Law::Rest);
 }
 
+/// Without a host: the torque of disarming ends before the brakes have engaged, is left out, or goes on.
+#[test]
+fn torque_that_ends_before_the_brakes_have_engaged_or_goes_on_after_is_found() {
+    let fault = |said: &mut Said<N>| {
+        brake(said);
+        (said.status.state, said.status.cause) = (5, 10);
+    };
+    for ticks in [0, 1, 50] {
+        let mut disarms = 0;
+        let law = found("states.toml", FaultKind::HostSilent, Situation::Holding, |moment| {
+            if let Moment::Said(said, before) = moment {
+                disarms = if before.is_none() { 0 } else { disarms + u32::from(said.status.state == 8) };
+                if disarms > ticks && matches!(said.status.state, 5 | 8) {
+                    fault(said);
+                }
+            }
+        });
+        assert_eq!(law, Law::Disarmed, "{ticks}");
+    }
+    let law = found("states.toml", FaultKind::HostSilent, Situation::Holding, |moment| {
+        if let Moment::Said(said, Some(before)) = moment
+            && before.status.state == 8
+        {
+            let tick = said.status.tick;
+            *said = before.clone();
+            said.status.tick = tick;
+        }
+    });
+    assert_eq!(law, Law::Disarmed);
+}
+
 #[test]
 fn a_state_without_a_request_a_homing_that_never_was_and_a_false_report_are_found() {
     let jump_to = |state: u8| {

@@ -31,10 +31,10 @@ fn no_joint_moves_unsafely_whatever_happens_to_drives_and_buses() {
     let report = report((0..700).map(|k| 7 * k));
     assert!(report.counterexamples.is_empty(), "{}", report.table());
     assert_eq!(report.rows.len(), FaultKind::names(Target::Drives).count());
-    // The machine is not overcautious: without a fault nothing happens but that an arm comes to be armed, or to be lowered.
+    // The machine is not overcautious: without a fault nothing happens but that an arm comes to be armed, lowered or disarmed.
     let nothing = report.rows.iter().find(|row| row.fault == FaultKind::Nothing).unwrap();
     for ((situation, _), cell) in Situation::names(Target::Drives).zip(&nothing.cells) {
-        let goes_on = matches!(situation, Situation::Arming | Situation::Lowering);
+        let goes_on = matches!(situation, Situation::Arming | Situation::Lowering | Situation::Disarming);
         let expected = if goes_on { Outcome::Asked } else { Outcome::Unaffected };
         let well = |outcome: &Outcome| *outcome == Outcome::Unaffected || *outcome == expected;
         assert!(cell.outcomes.iter().all(|(outcome, _)| well(outcome)), "{situation:?} {cell:?}");
@@ -108,7 +108,7 @@ fn all_found(cases: &[(&str, Broken, &[FaultKind], Law)]) {
 fn a_board_that_is_broken_on_purpose_is_found() {
     use FaultKind::{EnableIgnored, HostSilent, Nothing};
     let power = FaultKind::Power(Span::Long);
-    let cases: [(&str, Breakage, &[FaultKind], Law); 17] = [
+    let cases: [(&str, Breakage, &[FaultKind], Law); 19] = [
         ("mini_cheetah_brakes", Breakage::EnableCountsAsSent, &[EnableIgnored], Law::BrakesOpen),
         ("damiao_brakes", Breakage::EnableCountsAsSent, &[EnableIgnored], Law::BrakesOpen),
         ("robstride_brakes", Breakage::NoPreload, &[Nothing], Law::Carried),
@@ -126,6 +126,8 @@ fn a_board_that_is_broken_on_purpose_is_found() {
         ("damiao", Breakage::TorqueGoesOn, &[FaultKind::EmergencyStop], Law::Damped),
         ("damiao_brakes", Breakage::HalfTorque, &[Nothing], Law::Fell),
         ("robstride", Breakage::HalfTorque, &[Nothing], Law::Fell),
+        ("damiao_brakes", Breakage::NoBrakeDelay, &[Nothing], Law::Fell),
+        ("robstride_brakes", Breakage::NoBrakeDelay, &[Nothing], Law::Fell),
     ];
     all_found(&cases.map(|(name, breakage, faults, law)| (name, Broken::Joints(breakage), faults, law)));
 }
@@ -146,4 +148,24 @@ fn brakes_timeouts_holds_and_lowering_that_are_broken_on_purpose_are_found() {
         ("mini_cheetah", Broken::LoweredFast(3.0), &[HostGone], Law::Lowered),
         ("damiao", Broken::LetGoAbove(0.1), &[HostGone], Law::Lowered),
     ]);
+}
+
+/// The simulated brakes need 80 ms. A board that takes them for quicker lets the arm sag when it is disarmed.
+#[test]
+fn a_scene_that_gives_its_brakes_too_little_time_is_found() {
+    for (delay, sags) in [(0.0, true), (0.06, true), (0.08, false)] {
+        let mut scene = scene("damiao_brakes");
+        scene.safety.brake_delay = delay;
+        let stage = DrivesStage::<N>::new(&scene).unwrap();
+        let mut desk = Desk::new(&scene, &scene.robot.model::<N>().unwrap(), Pacing::Live);
+        let case = Case { fault: FaultKind::RequestPair, situation: Situation::Armed };
+        let mut laws = BTreeSet::new();
+        for pair in 0..81 {
+            let number = Number { seed: 1, run: pair };
+            let done = run(&stage, &mut desk, (case, pair), number, None).unwrap();
+            laws.extend(done.counterexample.and_then(|found| found.law));
+        }
+        let expected = if sags { BTreeSet::from([Law::Stopped]) } else { BTreeSet::new() };
+        assert_eq!(laws, expected, "{delay}");
+    }
 }

@@ -148,6 +148,34 @@ fn what_matters_to_a_person_is_what_the_limits_allow() {
     near(hazard.stopping_distance.unwrap(), speed * (0.005 + 0.125));
 }
 
+/// The same rods in a vertical plane: each joint's greatest acceleration by the weight, from a grid of postures.
+#[test]
+fn an_arm_with_brakes_falls_until_they_have_engaged_and_check_says_how_far() {
+    let looked = looked_at(Path::new("../robots/planar2r.toml"), [0.0, -9.81, 0.0]);
+    let hazard = looked.hazard.unwrap();
+    let range = |i: usize| looked.draft.robot.joints[i].spec.limits.position;
+    let at = |i: usize, k: u32| range(i).0 + f64::from(k) / 400.0 * (range(i).1 - range(i).0);
+    let mut worst = [0.0_f64; 2];
+    for (q1, q2) in (0..=400).flat_map(|i| (0..=400).map(move |k| (at(0, i), at(1, k)))) {
+        let (elbow, coupling) = (0.08 + 1.5 * 0.16, 1.5 * 0.4 * q2.cos());
+        let (a, b, d) = (0.5 / 3.0 + 2.0 * 0.25 + 1.5 + elbow + 2.0 * coupling, elbow + coupling, elbow);
+        let g2 = 9.81 * 1.5 * 0.4 * (q1 + q2).cos();
+        let g1 = 9.81 * (2.0 * 0.5 + 1.5) * q1.cos() + g2;
+        let determinant = a * d - b * b;
+        worst[0] = worst[0].max(((d * g1 - b * g2) / determinant).abs());
+        worst[1] = worst[1].max(((a * g2 - b * g1) / determinant).abs());
+    }
+    assert_eq!(hazard.brake_delay, 0.1);
+    for (sag, worst) in hazard.sag.iter().zip(worst) {
+        let known = 0.5 * worst * 0.01;
+        assert!((sag / known - 1.0).abs() < 0.01, "{sag} {known}");
+    }
+    assert!(hazard.text().contains("falls until its brakes have engaged (100 ms)"), "{}", hazard.text());
+    // No brakes, no such line.
+    let (_, out, _) = check(&["../robots/yam.toml", "--scene", "../scenes/yam_move.toml"]);
+    assert!(!out.contains("its brakes have engaged"), "{out}");
+}
+
 #[test]
 fn figures_come_from_the_scene_and_stand_beside_those_of_the_standard() {
     let (code, out, error) = check(&["../robots/yam.toml", "--scene", "../scenes/yam_move.toml", "--json"]);

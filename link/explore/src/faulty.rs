@@ -54,10 +54,10 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J> {
         self.joints.enable(action);
     }
 
-    fn preload(&mut self, torque: &[f32; N]) {
+    fn preload(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         match self.mutant {
-            Some(Mutant::NoPreload) => self.joints.preload(&[0.0; N]),
-            _ => self.joints.preload(torque),
+            Some(Mutant::NoPreload) => self.joints.preload(&[0.0; N], None),
+            _ => self.joints.preload(torque, springs),
         }
     }
 

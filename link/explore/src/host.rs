@@ -60,7 +60,7 @@ impl<const N: usize> Host<N> {
     /// | homing | `Confirm` |
     /// | armed, or holding above the table | a new trajectory, and `Run` |
     /// | running | `Hold` when the trajectory has ended |
-    /// | arming, lowering | nothing but signs of life; `Hold` |
+    /// | arming, disarming; lowering | nothing but signs of life; `Hold` |
     /// | holding at the table | `Disarm` |
     /// | fault | `Clear` |
     pub fn frames(&mut self, state: State, homed: bool) -> Vec<Frame> {
@@ -82,7 +82,7 @@ impl<const N: usize> Host<N> {
             State::Idle if homed => Request::Arm,
             State::Idle => Request::Home,
             State::Homing => Request::Confirm,
-            State::Arming => return vec![Frame::Alive],
+            State::Arming | State::Disarming => return vec![Frame::Alive],
             State::Holding(_) if !up => Request::Disarm,
             State::Armed | State::Holding(_) => {
                 self.pause = MOTION_TICKS as u8 + 3;

@@ -273,7 +273,7 @@ impl<const N: usize> Judge<N> {
             self.demand(Rule::TorqueCarriesTheArmWhenBrakesOpen, carried || !all_on);
         }
         self.judge_requests(after);
-        let falls = before.drives() && after == State::Fault(Fault::HeartbeatLost) && !self.disturbed;
+        let falls = before.has_torque() && after == State::Fault(Fault::HeartbeatLost) && !self.disturbed;
         let caught = if brakes { !open } else { !setup.rest || world.axes.iter().all(|axis| axis.q <= REST_MAX) };
         self.demand(Rule::NobodyFallsWithoutAHost, here || !falls || caught);
         let lowers = after == State::Lowering && !self.disturbed;

@@ -35,6 +35,8 @@ pub const HEARTBEAT_MAX: u32 = 3;
 pub const HOLD_MAX: u32 = 4;
 /// Longest time to enable the drives, periods.
 pub const ARMING_MAX: u32 = 12;
+/// Longest time that the brakes need to engage, periods. Those of the model engage at once.
+pub const BRAKE_DELAY: u32 = 2;
 /// Greatest speed of lowering, rad/s.
 pub const LOWERING_SPEED: f32 = 0.1;
 /// Shortest restart of a drive, periods: it misses as many commands.
@@ -149,6 +151,7 @@ fn rules<const N: usize>(setup: &Setup) -> Rules<f32, N> {
         rate: 1.0 / PERIOD as f32,
         latency: 0.02,
         arming_max: ARMING_MAX,
+        brake_delay: if matches!(setup.action, SafeAction::Brake) { BRAKE_DELAY } else { 0 },
         live: 0,
         live_max: 0,
         rest: (setup.rest && setup.mutant != Some(Mutant::NoRestPose)).then_some([0.0; N]),

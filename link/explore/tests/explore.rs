@@ -45,6 +45,8 @@ fn the_undisturbed_session_goes_round_and_breaks_no_rule() {
         for wanted in [State::Idle, State::Homing, State::Arming, State::Armed, State::Running] {
             assert!(states.iter().any(|state| state.machine() == wanted), "{wanted:?}");
         }
+        let disarms = states.iter().any(|state| state.machine() == State::Disarming);
+        assert_eq!(disarms, action == SafeAction::Brake);
         let (mut known, mut now) = (states.clone(), states.last().unwrap().clone());
         let again = (0..100).any(|_| {
             now = explorer.step(&now, explore::state::Step::Tick);

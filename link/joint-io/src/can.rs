@@ -445,6 +445,11 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> C
         Some(found)
     }
 
+    fn send_torque(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
+        let spring = |i: usize| springs.and_then(|springs| springs.get(i).copied());
+        self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque, spring(i))));
+    }
+
     fn send_all(&mut self, order: impl Fn(usize) -> Order) {
         self.first.abandon();
         self.second.abandon();
@@ -805,9 +810,9 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
         self.send_all(|_| Order::Enable { damped: action == SafeAction::DampedStop });
     }
 
-    fn preload(&mut self, torque: &[f32; N]) {
+    fn preload(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         self.engage_brakes();
-        self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque, None)));
+        self.send_torque(torque, springs);
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
@@ -819,8 +824,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
         } else {
             self.engage_brakes();
         }
-        let spring = |i: usize| springs.and_then(|springs| springs.get(i).copied());
-        self.send_all(|i| torque.get(i).map_or(Order::Off, |&torque| Order::Torque(torque, spring(i))));
+        self.send_torque(torque, springs);
     }
 
     fn safe(&mut self, action: SafeAction) {

@@ -56,8 +56,9 @@ pub trait JointIo<const N: usize> {
     /// ([`Readings::on`]). A drive that is on gives no torque; where `action` is a damped stop it damps.
     fn enable(&mut self, action: SafeAction);
 
-    /// Gives these torques or forces, N m or N, with engaged brakes: the arm's weight is carried before the brakes open.
-    fn preload(&mut self, torque: &[f32; N]);
+    /// Engages the brakes, and gives these torques or forces, N m or N, with `springs` as [`JointIo::drive`] does: the arm's weight is carried
+    /// before the brakes open, and until they have engaged. Called on open brakes too.
+    fn preload(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>);
 
     /// Drives these torques or forces, N m or N. The brakes are open only if every drive has shown that it is on. A drive that has not is
     /// enabled, as by [`JointIo::enable`], and gives no torque until then.

@@ -181,6 +181,13 @@ where
     pub fn given(&self) -> [Drive; N] {
         core::array::from_fn(|i| self.joints.get(i).map_or(Drive::NONE, |joint| joint.given))
     }
+
+    /// Torques or forces, N m or N; the brake is left as it is.
+    fn give(&mut self, torque: &[f32; N]) {
+        for ((joint, drive), &torque) in self.joints.iter_mut().zip(&self.drives).zip(torque) {
+            joint.torque(torque, drive);
+        }
+    }
 }
 
 impl<W: SetDutyCycle, D: OutputPin, E: OutputPin, S: SpiDevice, C: CurrentSensor> Joint<W, D, E, S, C> {
@@ -280,14 +287,14 @@ where
         self.safe(action);
     }
 
-    fn preload(&mut self, torque: &[f32; N]) {
-        for ((joint, drive), &torque) in self.joints.iter_mut().zip(&self.drives).zip(torque) {
-            joint.torque(torque, drive);
-        }
+    fn preload(&mut self, torque: &[f32; N], _: Option<&[Spring<f32>; N]>) {
+        // Before the torque: they need time to engage.
+        self.brake_failed = self.brake.set_low().is_err();
+        self.give(torque);
     }
 
     fn drive(&mut self, torque: &[f32; N], _: Option<&[Spring<f32>; N]>) {
-        self.preload(torque);
+        self.give(torque);
         // The motors hold before the brakes release.
         self.brake_failed = self.brake.set_high().is_err();
     }

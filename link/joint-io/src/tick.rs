@@ -45,7 +45,7 @@ where
         _ if is_due() => joints.safe(session.safe_action()),
         Drives::Drive(torque) => joints.drive(&torque, session.springs().as_ref()),
         Drives::Enable(action) => joints.enable(action),
-        Drives::Preload(torque) => joints.preload(&torque),
+        Drives::Preload(torque) => joints.preload(&torque, session.springs().as_ref()),
     }
     let late = is_due();
     if late {

@@ -96,7 +96,13 @@ fn cause(state: State) -> (u8, Option<u8>) {
                 (cause.code(), None)
             }
         },
-        State::Idle | State::Homing | State::Armed | State::Running | State::Arming | State::Lowering => (0, None),
+        State::Idle
+        | State::Homing
+        | State::Armed
+        | State::Running
+        | State::Arming
+        | State::Lowering
+        | State::Disarming => (0, None),
     }
 }
 

@@ -211,6 +211,7 @@ impl SceneFile {
             rate: self.control.rate,
             latency: safety.latency,
             arming_max: ticks(ARMING),
+            brake_delay: ticks(safety.brake_delay),
             live: self.model.live_inputs(),
             live_max: safety.live_age.map_or(0, ticks),
             rest: safety.rest.as_deref().map(joints),

@@ -23,7 +23,7 @@ pub const NAME: &str = "scara_pick";
 pub const ROBOT: &str = "generic SCARA";
 
 /// Hash of everything that decides the bits of a tick.
-pub const HASH: u64 = 0x9dd0_d559_444c_c1e2;
+pub const HASH: u64 = 0xd3b3_11b4_cf62_c43e;
 
 /// Control rate, Hz.
 pub const RATE_HZ: f32 = 1000.0;
@@ -174,6 +174,7 @@ pub const fn rules() -> Rules<f32, N> {
         rate: 1000.0,
         latency: 0.002,
         arming_max: 1000,
+        brake_delay: 100,
         live: 0,
         live_max: 0,
         rest: None,

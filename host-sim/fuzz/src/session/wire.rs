@@ -68,7 +68,7 @@ impl<const N: usize> Bench<N> {
             self.tell(pacing, &frame, &reaction);
             let taken = reaction == Reaction::None && matches!(frame, Frame::Live(_) | Frame::Set(_));
             assert!(!(taken && self.changes), "two changes wait for one tick: {frame:?}");
-            self.changes |= taken && matches!(before, State::Supervised(_, state) if state.drives());
+            self.changes |= taken && matches!(before, State::Supervised(_, state) if state.has_torque());
         }
         match (&reaction, before.pacing()) {
             (Reaction::Tick, Some(Pacing::LockStep | Pacing::Drill)) => self.tick(),

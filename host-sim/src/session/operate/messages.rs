@@ -8,7 +8,8 @@ use dynamics_core::control::{Fault, LimitFlags};
 use link::{Denial, Refusal, Status, Trouble};
 
 /// State of the machine, by [`dynamics_core::safety::State::code`].
-pub const STATES: [&str; 8] = ["idle", "homing", "armed", "running", "holding", "fault", "arming", "lowering"];
+pub const STATES: [&str; 9] =
+    ["idle", "homing", "armed", "running", "holding", "fault", "arming", "lowering", "disarming"];
 
 /// Reason for holding, by [`dynamics_core::safety::HoldCause::code`]: 1 and up.
 pub const HOLDS: [&str; 7] = [
@@ -193,7 +194,7 @@ mod tests {
     fn every_number_of_the_core_has_its_words() {
         let faults = (1..).map_while(|code| Fault::from_code(code, 0)).count();
         assert_eq!(faults, LOOK_AT.len());
-        assert_eq!(usize::from(State::Lowering.code()), STATES.len() - 1);
+        assert_eq!(usize::from(State::Disarming.code()), STATES.len() - 1);
         assert_eq!(usize::from(HoldCause::FirstMotion { joint: 0 }.code()), HOLDS.len());
         assert_eq!(usize::from(Refusal::FirstMotion { joint: 0 }.code()), REFUSALS.len());
     }

@@ -5,7 +5,7 @@
 
 use super::device::DeviceError;
 use super::{Operator, SILENCE, Stop, messages};
-use crate::session::states::{ARMING, RUNNING};
+use crate::session::states::{ARMING, DISARMING, RUNNING};
 use link::{Denial, Frame, Request, Verdict};
 use std::time::Duration;
 
@@ -22,7 +22,7 @@ pub(super) const PATIENCE: Duration = Duration::from_millis(500);
 /// [`dynamics_core::safety::Refusal::ChangePending`].
 const CHANGE_PENDING: u8 = 11;
 
-/// Longest time in which an arm is armed.
+/// Longest time in which an arm is armed or disarmed.
 const ARMING_TIME: Duration = Duration::from_secs(10);
 
 /// Reason why a request had no effect.
@@ -52,7 +52,7 @@ impl Operator {
             (self.awaited, self.verdict) = (self.next_number(), None);
             judged = self.until_judged(self.awaited, request);
         }
-        let judged = judged.and_then(|rejection| self.until_armed().map(|()| rejection));
+        let judged = judged.and_then(|rejection| self.until_settled().map(|()| rejection));
         self.asking = false;
         let rejection = judged?;
         let needed = self.needed();
@@ -109,10 +109,10 @@ impl Operator {
         })
     }
 
-    /// Lets time pass while the drives come on and take up the arm's weight.
-    fn until_armed(&mut self) -> Result<(), Stop> {
+    /// Lets time pass while the drives come on and take up the arm's weight, or until the brakes have engaged.
+    fn until_settled(&mut self) -> Result<(), Stop> {
         let end = self.device.now() + ARMING_TIME;
-        while self.state() == Some(ARMING) && self.device.now() < end {
+        while matches!(self.state(), Some(ARMING | DISARMING)) && self.device.now() < end {
             self.pass()?;
         }
         Ok(())

@@ -300,13 +300,15 @@ pub enum Situation {
     Holding,
     /// On the way to the rest pose, without a host. With real drives only, of an arm that has such a pose.
     Lowering,
+    /// Held by torque until the brakes have engaged. With real drives only, of an arm with brakes.
+    Disarming,
     /// In the fault state; the cause has gone.
     Fault,
 }
 
 impl Situation {
     /// All situations with their display names.
-    pub const NAMES: [(Self, &'static str); 9] = [
+    pub const NAMES: [(Self, &'static str); 10] = [
         (Self::Idle, "idle"),
         (Self::Homing, "homing"),
         (Self::Homed, "homed"),
@@ -315,12 +317,15 @@ impl Situation {
         (Self::Running, "running"),
         (Self::Holding, "holding"),
         (Self::Lowering, "lowering"),
+        (Self::Disarming, "disarming"),
         (Self::Fault, "fault"),
     ];
 
     /// The situations of a target with their display names.
     pub fn names(target: Target) -> impl Iterator<Item = (Self, &'static str)> {
-        let of = move |situation| target == Target::Drives || !matches!(situation, Self::Arming | Self::Lowering);
+        let of = move |situation| {
+            target == Target::Drives || !matches!(situation, Self::Arming | Self::Lowering | Self::Disarming)
+        };
         Self::NAMES.into_iter().filter(move |(situation, _)| of(*situation))
     }
 
@@ -341,13 +346,19 @@ impl Situation {
             Self::Running => states::RUNNING,
             Self::Holding => states::HOLDING,
             Self::Lowering => states::LOWERING,
+            Self::Disarming => states::DISARMING,
             Self::Fault => states::FAULT,
         }
     }
 
     /// True if an arm can reach it: without a host, an arm with brakes is held by them.
     fn is_possible(self, scene: &SceneFile) -> bool {
-        self != Self::Lowering || (scene.safety.rest.is_some() && scene.safety.safe_action != SafeAction::Brake)
+        let brakes = scene.safety.safe_action == SafeAction::Brake;
+        match self {
+            Self::Lowering => scene.safety.rest.is_some() && !brakes,
+            Self::Disarming => brakes && scene.safety.brake_delay > 0.0,
+            _ => true,
+        }
     }
 }
 

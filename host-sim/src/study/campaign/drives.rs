@@ -51,6 +51,9 @@ use session::readings::Lines;
 /// Depth, rad, to which a joint's greatest torque presses it into its stop.
 const STOP_DEPTH: f64 = 0.02;
 
+/// Time that the simulated brakes need to engage after they lose power, s; they open at once.
+pub const BRAKES_ENGAGE: f64 = 0.08;
+
 /// Time in which the host leads the arm from where it stands to the scene's motion, s.
 const BLEND: f64 = 0.2;
 
@@ -234,6 +237,8 @@ struct Bench<'a, const N: usize> {
     world: World<N>,
     random: Random,
     pair: u64,
+    /// Ticks for which the brakes are still open after their line closes.
+    engaging: u32,
     /// The fault of this run, while it lasts.
     injection: Option<Injection>,
     /// The host is silent until the fault ends, or for good.
@@ -325,6 +330,10 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
     fn arming(&self) -> u32 {
         self.stage.arming
     }
+
+    fn disarming(&self) -> u32 {
+        self.stage.stage.rules.brake_delay
+    }
 }
 
 impl<'a, const N: usize> Bench<'a, N> {
@@ -350,6 +359,7 @@ impl<'a, const N: usize> Bench<'a, N> {
             world: stage.world.clone(),
             random: Random::new(seed, run),
             pair: 0,
+            engaging: 0,
             injection: None,
             mute: false,
             tick: 0,
@@ -371,7 +381,7 @@ impl<'a, const N: usize> Bench<'a, N> {
         let (supply, _) = self.stage.stage.calm;
         let lines = Lines { emergency_stop: board.emergency_stop, supply, temperature: None };
         let state = self.state();
-        let Self { world, desk, memory, breakage, .. } = &mut *self;
+        let Self { world, desk, memory, breakage, engaging, .. } = &mut *self;
         let Some(drives) = &mut world.drives else { return Ok(()) };
         memory.begin(state);
         let carried = core::array::from_fn(|i| drives.given(i));
@@ -384,13 +394,15 @@ impl<'a, const N: usize> Bench<'a, N> {
         if *breakage == Some(Breakage::TimeoutNeverActs) {
             without_timeouts(drives);
         }
-        let open = !drives.brakes_hold() || memory.opens;
+        let released = !drives.brakes_hold() || memory.opens;
+        let open = released || *engaging > 0;
+        *engaging = if released { (BRAKES_ENGAGE / world.period).ceil() as u32 } else { engaging.saturating_sub(1) };
         let slips = memory.slips(*breakage, open, world.period);
         self.move_arm(open || slips).map_err(|diverged| {
             let broken = Unsafe { law: Law::RanAway, what: diverged.to_string() };
             Stop::Unsafe { what: broken.what.clone(), broken: Some(broken), inputs: format!("{status:?}") }
         })?;
-        self.judge(Seen { board, status, requests, spoke: sent.spoke && !self.mute, carried, heard, open })
+        self.judge(Seen { board, status, requests, spoke: sent.spoke && !self.mute, carried, heard, released, open })
     }
 
     /// Move the arm for a period.
@@ -407,7 +419,7 @@ impl<'a, const N: usize> Bench<'a, N> {
 
     /// Give the judge the truth of this tick.
     fn judge(&mut self, seen: Seen<N>) -> Result<(), Stop> {
-        let Seen { board, status, requests, spoke, carried, heard, open } = seen;
+        let Seen { board, status, requests, spoke, carried, heard, released, open } = seen;
         let State { q, qd } = *self.world.plant.state();
         let Some(drives) = &mut self.world.drives else { return Ok(()) };
         let (mut torque, mut told) = ([0.0; N], [0.0; N]);
@@ -436,6 +448,7 @@ impl<'a, const N: usize> Bench<'a, N> {
             heard,
             told_off,
             zero,
+            released,
             open,
             motion: &motion,
             requests: &requests,
@@ -485,6 +498,7 @@ struct Seen<const N: usize> {
     spoke: bool,
     carried: [f64; N],
     heard: [bool; N],
+    released: bool,
     open: bool,
 }
 

@@ -67,8 +67,11 @@ pub struct Judge<const N: usize> {
     silent: u32,
     /// Where the arm was armed.
     armed: [f64; N],
-    /// Number of consecutive ticks of holding.
+    /// Number of consecutive ticks of holding, and of disarming.
     held: u32,
+    disarms: u32,
+    /// The disarming was not asked for: the host is gone.
+    lost: bool,
     /// Ticks of holding after which the arm must be at rest.
     rest_after: u32,
     trust: Trust,
@@ -97,6 +100,8 @@ impl<const N: usize> Judge<N> {
             silent: u32::MAX,
             armed: [0.0; N],
             held: 0,
+            disarms: 0,
+            lost: false,
             rest_after: (rest / rules.period).ceil() as u32,
             trust,
         }
@@ -124,6 +129,7 @@ impl<const N: usize> Judge<N> {
 
         self.reported(said)?;
         self.moved(told, heard, status)?;
+        self.disarmed(heard, status)?;
         self.torque(said)?;
         self.faults(&board, &seen, heard, said)?;
         self.silence(heard, said)?;

@@ -79,6 +79,11 @@ pub(super) trait Script<const N: usize> {
         1
     }
 
+    /// Ticks of disarming.
+    fn disarming(&self) -> u32 {
+        0
+    }
+
     /// State of the machine.
     fn state(&self) -> u8 {
         self.status().map_or(IDLE, |status| status.state)
@@ -168,6 +173,13 @@ pub(super) trait Script<const N: usize> {
         }
         if situation == Situation::Holding {
             self.host().ask(Request::Hold)?;
+        }
+        if situation == Situation::Disarming {
+            self.wait(0, 60)?;
+            self.host().ask(Request::Disarm)?;
+            self.step()?;
+            let most = self.disarming().saturating_sub(3);
+            return self.wait(0, most);
         }
         if situation == Situation::Lowering {
             self.lose_host();

@@ -40,6 +40,10 @@ pub struct Hazard {
     pub stopping_time: Option<f64>,
     /// Upper bound of the tip's path from an event to rest, m.
     pub stopping_distance: Option<f64>,
+    /// Time that the brakes need to engage, s; 0 without brakes.
+    pub brake_delay: f64,
+    /// Way of each joint, rad or m, that gravity alone moves it in that time from rest, in its worst posture found.
+    pub sag: Vec<f64>,
 }
 
 /// The figures of a scene's arm under this gravity; `None` for an arm that makes no model.
@@ -90,6 +94,19 @@ pub(super) fn hazard<const N: usize>(
         directions.map(|u| force(&u)).filter(|force| force.is_finite()).fold(0.0, f64::max)
     });
     let reaction_time = reaction_time(file);
+    let brake_delay = file.safety.brake_delay;
+    let sag = if brake_delay > 0.0 {
+        let (dynamics, live) = (Dynamics::new(model, file.scene(&model)), file.live(&model));
+        let acceleration = |q: &[f64; N], i: usize| {
+            let mass = mass_matrix(&dynamics, &Libm.sin_cos_all(q), q, &live);
+            let weight = SVector::<f64, N>::from(holding_torque(&posture(q), gravity, &Wrench::zero()));
+            mass.cholesky().map_or(0.0, |mass| mass.solve(&weight)[i].abs())
+        };
+        let worst = |i: usize| -minimise_to(ROUGH, &bounds, &middle, |q| -acceleration(q, i)).value;
+        (0..N).map(|i| 0.5 * worst(i) * brake_delay * brake_delay).collect()
+    } else {
+        Vec::new()
+    };
     let deceleration: [f64; N] = joints(&file.safety.deceleration);
     let stopping = velocity.map(|velocity| {
         let way = |i: usize| velocity[i] * reaction_time + 0.5 * velocity[i] * velocity[i] / deceleration[i];
@@ -106,6 +123,8 @@ pub(super) fn hazard<const N: usize>(
         reaction_time,
         stopping_time: stopping.map(|(time, _)| time),
         stopping_distance: stopping.filter(|_| bounded).map(|(_, way)| way),
+        brake_delay,
+        sag,
     })
 }
 
@@ -202,6 +221,16 @@ impl Hazard {
             format!("\nnear a person ({scene}): what the limits allow, beside class I of ISO 10218-1:2025\n\n");
         for (name, value, class, formula) in rows {
             text += &format!("  {name:<18}{value:>12}{class:>11}   {formula}\n");
+        }
+        if !self.sag.is_empty() {
+            let of = |(i, way): (usize, &f64)| format!("{} {}", i + 1, digits(*way));
+            let joints: Vec<String> = self.sag.iter().enumerate().map(of).collect();
+            text += &format!(
+                "\n  After a fault the arm falls until its brakes have engaged ({} ms). From rest, by joint, rad or m: {}.\n  \
+                 s_i = t^2 / 2 max |(M^-1 G)_i| over postures; a joint that moves goes |qd_i| t farther.\n",
+                digits(1e3 * self.brake_delay),
+                joints.join(", ")
+            );
         }
         text + "\n  Limits are software. Class I counts what the arm can do without them, so that no setting here makes a class I robot.\n"
     }

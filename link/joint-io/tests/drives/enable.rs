@@ -5,7 +5,7 @@ use actuator_model::bus::Fate;
 use actuator_model::mit::Language;
 use dynamics_core::control::Fault;
 use dynamics_core::drive::{Damiao, MiniCheetah, RobStride};
-use dynamics_core::safety::SafeAction;
+use dynamics_core::safety::{self, SafeAction};
 use joint_io::frames::Frames;
 use link::Request;
 
@@ -174,6 +174,9 @@ fn again<F: Frames>(language: Language, action: SafeAction) -> bool {
         for request in [Request::Disarm, Request::Clear, Request::Home, Request::Confirm, Request::Arm] {
             (rig.q, rig.qd) = (0.0, 0.0);
             rig.ask(request);
+            while rig.state() == safety::State::Disarming {
+                rig.tick();
+            }
         }
         for _ in 0..20 {
             (rig.q, rig.qd) = (0.0, 0.0);

@@ -4,6 +4,7 @@
 #![allow(clippy::disallowed_types, reason = "the models and the bounds are in double precision")]
 #![allow(clippy::struct_excessive_bools, reason = "switches of a test")]
 
+mod brakes;
 mod enable;
 mod overrun;
 mod power;

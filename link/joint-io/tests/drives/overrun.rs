@@ -26,7 +26,7 @@ impl JointIo<1> for Slow<'_> {
         Some(Readings { sensed, torque: [0.0], age_ticks: [0], faults, errors: [0], on: [true], zero_lost: false })
     }
     fn enable(&mut self, _: SafeAction) {}
-    fn preload(&mut self, _: &[f32; 1]) {}
+    fn preload(&mut self, _: &[f32; 1], _: Option<&[Spring<f32>; 1]>) {}
     fn drive(&mut self, _: &[f32; 1], _: Option<&[Spring<f32>; 1]>) {
         self.now.set(self.now.get() + self.drive);
         self.drove = true;

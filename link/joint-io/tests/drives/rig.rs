@@ -35,6 +35,13 @@ pub(crate) const INERTIA: f64 = 0.55;
 /// Torque of its weight, N m: 2 kg at half a metre, level at `q = 0`.
 pub(crate) const WEIGHT: f64 = 9.81;
 
+/// Ticks that the brake needs to engage after its line closes, and those that the board believes; it opens at once.
+pub(crate) const ENGAGES: u32 = 80;
+pub(crate) const BRAKE_DELAY: u32 = 100;
+
+/// Way, rad, that the joint falls at most until the brake has engaged, from rest and without torque.
+pub(crate) const FALL: f64 = 0.5 * WEIGHT / INERTIA * (ENGAGES as f64 * H) * (ENGAGES as f64 * H);
+
 /// Ticks that the drives' timeouts and their enabling take.
 pub(crate) const ARMING: u32 = 20;
 
@@ -135,7 +142,7 @@ fn config(torque_rate: f32) -> ControllerConfig<f32, 1> {
     }
 }
 
-fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
+pub(crate) fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
     let joint = JointRules {
         rest_speed: 0.05,
         jump_step: 0.006,
@@ -157,6 +164,7 @@ fn rules(safe_action: SafeAction) -> Rules<f32, 1> {
         rate: 1000.0,
         latency: 0.002,
         arming_max: 300,
+        brake_delay: if safe_action == SafeAction::Brake { BRAKE_DELAY } else { 0 },
         live: 0,
         live_max: 0,
         rest: None,
@@ -189,9 +197,9 @@ impl<F: Frames> JointIo<1> for Recorded<F> {
         self.torque = None;
         self.inner.enable(action);
     }
-    fn preload(&mut self, torque: &[f32; 1]) {
+    fn preload(&mut self, torque: &[f32; 1], springs: Option<&[Spring<f32>; 1]>) {
         self.torque = Some(torque[0]);
-        self.inner.preload(torque);
+        self.inner.preload(torque, springs);
     }
     fn drive(&mut self, torque: &[f32; 1], springs: Option<&[Spring<f32>; 1]>) {
         self.torque = Some(torque[0]);
@@ -228,6 +236,10 @@ pub(crate) struct Rig<F> {
     pub(crate) ticking: bool,
     /// The brake does not act, as of an arm that has none.
     pub(crate) brakeless: bool,
+    /// The host says nothing.
+    pub(crate) host_gone: bool,
+    /// Ticks for which the brake is still open after its line closes.
+    engaging: u32,
     /// Number of the last request.
     number: u8,
 }
@@ -252,6 +264,15 @@ impl<F: Frames> Rig<F> {
 
     /// The same, with another drive than the board believes.
     pub(crate) fn with(language: Language, action: SafeAction, change: impl FnOnce(&mut MitDrive)) -> Self {
+        Self::with_rules(language, (Law::ComputedTorque, rules(action)), change)
+    }
+
+    /// The same, with this law and these rules of the safety machine.
+    pub(crate) fn with_rules(
+        language: Language,
+        (law, rules): (Law, Rules<f32, 1>),
+        change: impl FnOnce(&mut MitDrive),
+    ) -> Self {
         let (reply_id, reply_bytes, timeout) = match language {
             Language::MiniCheetah => (0, 6, 0),
             Language::Damiao | Language::RobStride => (0x11, 8, 1000),
@@ -286,17 +307,13 @@ impl<F: Frames> Rig<F> {
         actuator.electronics.reply_bytes = usize::from(reply_bytes);
         let wire = Wire { bus: Rc::new(RefCell::new(Bus::new(vec![actuator]))), ..Wire::default() };
         let brake = Brake::default();
-        let control = config(2000.0);
+        let control = ControllerConfig { law, ..config(2000.0) };
         let inner = CanJoints::new((wire.clone(), NoBus, NoBus), brake.clone(), [drive]);
         let mut rig = Self {
             joints: Recorded { inner, readings: None, torque: None },
             wire,
             brake,
-            session: Session::new(
-                OWN,
-                Controller::new(control, Pendulum, Polynomial),
-                Protected { control, rules: rules(action) },
-            ),
+            session: Session::new(OWN, Controller::new(control, Pendulum, Polynomial), Protected { control, rules }),
             meter: Meter::new(Uncounted),
             q: 0.0,
             qd: 0.0,
@@ -304,6 +321,8 @@ impl<F: Frames> Rig<F> {
             powered: true,
             ticking: true,
             brakeless: false,
+            host_gone: false,
+            engaging: 0,
             number: 0,
         };
         let hello = Hello { pacing: Pacing::Live, ..OWN };
@@ -366,7 +385,9 @@ impl<F: Frames> Rig<F> {
     /// One tick of the board, then 1 ms of the world.
     pub(crate) fn tick(&mut self) {
         if self.ticking {
-            self.receive(Frame::Alive);
+            if !self.host_gone {
+                self.receive(Frame::Alive);
+            }
             let lines = Lines { emergency_stop: self.stop, ..Lines::NONE };
             run_tick(&mut self.session, &mut self.joints, &self.meter, || lines, || false);
         }
@@ -379,6 +400,8 @@ impl<F: Frames> Rig<F> {
             }
         }
         self.wire.refuse.set(self.wire.refuse.get().saturating_sub(1));
+        let open = self.is_open();
+        self.engaging = if self.brake.0.get() { ENGAGES } else { self.engaging.saturating_sub(1) };
         for _ in 0..10 {
             let dt = H / 10.0;
             let powered = self.powered;
@@ -387,13 +410,18 @@ impl<F: Frames> Rig<F> {
                 it.pass(dt);
                 if powered { it.drive(&shaft) } else { 0.0 }
             });
-            if self.brake.0.get() || self.brakeless {
+            if open {
                 self.qd += dt * (torque - WEIGHT * self.q.cos()) / INERTIA;
                 self.q += dt * self.qd;
             } else {
                 self.qd = 0.0;
             }
         }
+    }
+
+    /// True if no brake holds the joint: its line is open, or was so until a moment ago.
+    pub(crate) fn is_open(&self) -> bool {
+        self.brake.0.get() || self.engaging > 0 || self.brakeless
     }
 
     /// Power comes back after it was off.

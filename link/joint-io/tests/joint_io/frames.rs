@@ -245,12 +245,12 @@ fn a_drive_that_goes_off_by_itself_is_seen_in_its_tick_and_one_that_never_goes_o
         assert_eq!(readings.on, [tick > 0, false], "{tick}");
     }
     for state in [2, 2, 0] {
-        joints.preload(&[0.0; 2]);
+        joints.preload(&[0.0; 2], None);
         reply(&tape, [2, state]);
         joints.measure();
     }
     reply(&tape, [0, 0]);
-    joints.preload(&[0.0; 2]);
+    joints.preload(&[0.0; 2], None);
     let readings = joints.measure().unwrap();
     // In the same tick.
     assert_eq!((readings.on, readings.zero_lost), ([false; 2], true));

@@ -195,6 +195,19 @@ fn the_motor_holds_before_the_brake_lets_go() {
     assert_eq!(bench.log.take(), wanted);
 }
 
+/// A joint that is disarmed: the brake loses its power while the motor still holds.
+#[test]
+fn the_brake_engages_under_torque_before_the_motor_lets_go() {
+    let mut bench = Bench::ready();
+    bench.joints.drive(&[1.8], None);
+    bench.log.take();
+    bench.joints.preload(&[1.8], None);
+    let steps = duty_steps(0.48 / 24.0, 4200);
+    assert_eq!(bench.log.take(), [Event::Brake(false), Event::Duty(steps), Event::Enable(true)]);
+    bench.joints.safe(SafeAction::Brake);
+    assert_eq!(bench.log.take(), [Event::Brake(false), Event::Duty(0), Event::Enable(false)]);
+}
+
 #[test]
 fn no_voltage_is_on_while_the_direction_changes() {
     let mut bench = Bench::ready();

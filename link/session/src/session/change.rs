@@ -80,7 +80,7 @@ where
     fn change(&mut self, change: Change<N>) -> Result<bool, Refusal> {
         // While arming, torque may act on engaged brakes, and the brakes are about to open.
         let state = self.supervisor.state();
-        if !state.drives() && state != safety::State::Arming {
+        if !state.has_torque() && state != safety::State::Arming {
             self.make(&change);
             return Ok(true);
         }

@@ -111,6 +111,7 @@ fn protected() -> Protected<f32, 2> {
         rate: 500.0,
         latency: 0.002,
         arming_max: 20,
+        brake_delay: 0,
         live: 0,
         live_max: 0,
         rest: None,

@@ -15,6 +15,8 @@ pub struct SafetySpec {
     pub heartbeat: f64,
     /// Time for which the arm holds without the host before the safe action, s.
     pub hold: f64,
+    /// Longest time that the brakes need to engage after they lose power, s; 0 where the safe action is not the brakes.
+    pub brake_delay: f64,
     /// Time from a measurement to the resulting torque, s.
     pub latency: f64,
     /// Bounds for a payload that is set at run time.
@@ -58,6 +60,7 @@ impl SafetySpec {
     ///
     /// | what | default |
     /// |---|---|
+    /// | delay of the brakes | 100 ms; none for another safe action |
     /// | deceleration | the velocity limit in a quarter of a second; 5 where there is none |
     /// | payload | as heavy as the arm's links together, within 1 m of the last link's origin |
     /// | resolution | two counts of the encoder; 1e-3 where there is none |
@@ -77,6 +80,7 @@ impl SafetySpec {
             safe_action: SafeAction::Brake,
             heartbeat: 0.1,
             hold: 0.5,
+            brake_delay: BRAKE_DELAY,
             latency: 2.0 / control.rate,
             payload: InertiaBounds { mass: robot.joints.iter().map(|joint| joint.spec.body.mass).sum(), radius: 1.0 },
             supply: (f64::NEG_INFINITY, f64::INFINITY),
@@ -102,6 +106,9 @@ impl SafetySpec {
         }
     }
 }
+
+/// Time that holding brakes need to engage where the scene gives none, s. Makers of holding brakes state 20 to 100 ms.
+const BRAKE_DELAY: f64 = 0.1;
 
 /// Greatest speed of a joint while the arm is lowered, rad/s or m/s: without it a joint whose axis goes through the tip would have none.
 const LOWERING_MAX: f64 = 0.5;

@@ -11,11 +11,15 @@ use dynamics_core::safety::SafeAction;
 /// Longest time that a file may set, ms.
 const TIME_MAX: f64 = 60_000.0;
 
+/// Longest time that brakes may need to engage, ms: ten times that of slow ones.
+const BRAKE_DELAY_MAX: f64 = 1000.0;
+
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<SafetySpec, FileError> {
     table.only(&[
         "safe_action",
         "heartbeat_ms",
         "hold_ms",
+        "brake_delay_ms",
         "latency_ms",
         "payload_mass",
         "payload_radius",
@@ -47,6 +51,14 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
     }
     if let Some(value) = table.get("hold_ms") {
         safety.hold = 1e-3 * value.within(0.0, TIME_MAX, "a time in ms, 0 to 60,000")?;
+    }
+    match table.get("brake_delay_ms") {
+        Some(value) if safety.safe_action != SafeAction::Brake => {
+            return Err(value.error("given without brakes", "it only with `safe_action = \"brake\"`"));
+        }
+        Some(value) => safety.brake_delay = 1e-3 * value.within(0.0, BRAKE_DELAY_MAX, "a time in ms, 0 to 1,000")?,
+        None if safety.safe_action != SafeAction::Brake => safety.brake_delay = 0.0,
+        None => {}
     }
     if let Some(value) = table.get("latency_ms") {
         safety.latency = 1e-3 * value.within(0.0, TIME_MAX, "a time in ms, 0 to 60,000")?;

@@ -41,6 +41,8 @@ pub enum Breakage {
     TimeoutNeverActs,
     /// The readings of a holding arm drift, so that the arm follows them away.
     HoldCreeps,
+    /// Torque ends in the tick in which the brakes lose their power.
+    NoBrakeDelay,
 }
 
 /// Time by which late brakes are late, s.
@@ -65,6 +67,8 @@ pub(super) struct Faulty<'a, J, const N: usize> {
 pub(super) struct Memory<const N: usize> {
     /// The last torque, N m or N.
     torque: Option<[f32; N]>,
+    /// The brakes have been open since the last safe action.
+    drove: bool,
     /// The last good readings.
     readings: Option<Readings<N>>,
     /// It holds the brakes open, whatever the board's line says.
@@ -77,7 +81,8 @@ pub(super) struct Memory<const N: usize> {
 
 impl<const N: usize> Memory<N> {
     /// Nothing.
-    pub(super) const NONE: Self = Self { torque: None, readings: None, opens: false, closed: u32::MAX, held: 0 };
+    pub(super) const NONE: Self =
+        Self { torque: None, drove: false, readings: None, opens: false, closed: u32::MAX, held: 0 };
 
     /// A tick begins in this state of the machine.
     pub(super) fn begin(&mut self, state: u8) {
@@ -137,17 +142,18 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
         self.joints.enable(action);
     }
 
-    fn preload(&mut self, torque: &[f32; N]) {
+    fn preload(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         self.memory.opens = self.breakage == Some(Breakage::BrakesOpenEarly);
         match self.breakage {
-            Some(Breakage::NoPreload) => self.joints.preload(&[0.0; N]),
-            _ => self.joints.preload(torque),
+            Some(Breakage::NoPreload) => self.joints.preload(&[0.0; N], None),
+            Some(Breakage::NoBrakeDelay) if self.memory.drove => self.joints.preload(&[0.0; N], None),
+            _ => self.joints.preload(torque, springs),
         }
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
         let torque = if self.breakage == Some(Breakage::HalfTorque) { torque.map(|it| 0.5 * it) } else { *torque };
-        self.memory.torque = Some(torque);
+        (self.memory.torque, self.memory.drove) = (Some(torque), true);
         self.memory.opens = matches!(
             self.breakage,
             Some(Breakage::EnableCountsAsSent | Breakage::OffUnnoticed | Breakage::BrakesStayOpen)
@@ -157,7 +163,7 @@ impl<const N: usize, J: JointIo<N>> JointIo<N> for Faulty<'_, J, N> {
 
     fn safe(&mut self, action: SafeAction) {
         self.memory.opens &= self.breakage == Some(Breakage::BrakesStayOpen);
-        self.memory.readings = None;
+        (self.memory.readings, self.memory.drove) = (None, false);
         match (self.breakage, self.memory.torque) {
             (Some(Breakage::NoDamping), _) => self.joints.safe(SafeAction::Off),
             (Some(Breakage::TorqueGoesOn), Some(torque)) => self.joints.drive(&torque, None),

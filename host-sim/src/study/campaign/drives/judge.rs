@@ -6,7 +6,7 @@
 use super::super::judge::{Law, Unsafe, broken};
 use super::super::run::{Exemption, Motion};
 use crate::plant::{Arm, BRAKING_TIME};
-use crate::session::states::{ARMED, ARMING, FAULT, HOLDING, HOMING, LOWERING, RUNNING};
+use crate::session::states::{ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use dynamics_core::Reference;
 use dynamics_core::safety::Rules;
 use link::Request;
@@ -17,6 +17,9 @@ pub(super) const HELD_MAX: f64 = 0.03;
 
 /// Motion of a joint from the beginning of arming on, while brakes hold it or have just opened, rad.
 const ARMED_MAX: f64 = 0.02;
+
+/// Sag of a joint at rest while the arm is disarmed, rad.
+const DISARMED_MAX: f64 = 0.001;
 
 /// Distance from the rest pose at which an arm that is let go lies on its stops, rad.
 const REST_MAX: f64 = 0.05;
@@ -38,6 +41,9 @@ const ZERO_TICKS: u32 = 6;
 const SINKING: f64 = 1.3;
 const SINKING_MORE: f64 = 0.3;
 const SINKING_AFTER: f64 = 0.15;
+
+/// The weight's acceleration is taken from a tick's two ends; it may be larger between them.
+const FALL: f64 = 1.05;
 
 /// Share of a drive's torque range below which its torque shows nothing, where replies carry no state.
 const VISIBLE: f64 = 0.02;
@@ -76,7 +82,8 @@ pub(super) struct Truth<'a, const N: usize> {
     pub(super) told_off: [bool; N],
     /// Joint positions at which drives show zero, rad.
     pub(super) zero: [f64; N],
-    /// The brakes are open.
+    /// The line to the brakes opens them, and they are open: they engage later.
+    pub(super) released: bool,
     pub(super) open: bool,
     /// The host's motion, so many ticks from now.
     pub(super) motion: &'a dyn Fn(u32) -> Reference<f64, N>,
@@ -90,7 +97,10 @@ pub(super) struct Truth<'a, const N: usize> {
 struct Released<const N: usize> {
     ticks: u32,
     from: [f64; N],
+    /// Greatest speed and way of each joint until the brakes engage, and the ticks in which they may yet do so.
     speed: [f64; N],
+    way: [f64; N],
+    engaging: u32,
     /// Drives that have heard a frame since.
     heard: [bool; N],
     /// Ticks in which every drive was on and heard the board, one after the other, and the greatest torque of gravity on each joint in them.
@@ -122,6 +132,8 @@ pub(super) struct Judge<'a, const N: usize> {
     settled: u32,
     /// Where the arm was when it was to be armed.
     armed_at: [f64; N],
+    /// Where and how fast the arm was when it was disarmed, while every drive is on and hears the board.
+    disarmed: Option<([f64; N], [f64; N])>,
     released: Option<Released<N>>,
     was_open: bool,
     was_on: [bool; N],
@@ -163,6 +175,7 @@ impl<'a, const N: usize> Judge<'a, N> {
             ticks: 0,
             settled: 0,
             armed_at: q,
+            disarmed: None,
             released: None,
             was_open: false,
             was_on: [false; N],
@@ -188,14 +201,15 @@ impl<'a, const N: usize> Judge<'a, N> {
         self.brake_line(truth)?;
         self.zeros(truth)?;
         self.place(truth);
-        if drives(state) || (state == ARMING && self.brakes) {
+        if drives(state) || state == DISARMING || (state == ARMING && self.brakes) {
             self.released = None;
             self.held(truth)?;
+            self.disarms(truth)?;
         } else {
             self.released(truth)?;
         }
         (self.before, self.q, self.qd) = (state, truth.q, truth.qd);
-        (self.was_open, self.was_on) = (truth.open, truth.on);
+        (self.was_open, self.was_on) = (truth.released, truth.on);
         Ok(())
     }
 
@@ -220,7 +234,7 @@ impl<'a, const N: usize> Judge<'a, N> {
             return broken(Law::Silence, format!("state {state} after {} ticks without the host", self.silent));
         }
         if let Some(rest) = &self.rules.rest
-            && drives(self.before)
+            && (drives(self.before) || self.before == DISARMING)
             && (state, cause) == (FAULT, 10)
         {
             let far = (0..N).find(|&i| (truth.q[i] - rest[i]).abs() > REST_MAX);
@@ -235,11 +249,11 @@ impl<'a, const N: usize> Judge<'a, N> {
     /// When brakes open, and what they open on.
     fn brake_line(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         let (state, _) = truth.state;
-        if self.brakes && truth.open && !drives(state) {
-            return broken(Law::BrakesOpen, format!("they are open in state {state}"));
+        if self.brakes && truth.released && !drives(state) {
+            return broken(Law::BrakesOpen, format!("they are opened in state {state}"));
         }
         let gravity = self.arm.terms(&truth.q, &[0.0; N]).gravity;
-        if self.brakes && truth.open && !self.was_open {
+        if self.brakes && truth.released && !self.was_open {
             for i in 0..N {
                 if !self.was_on[i] {
                     if self.is_visible(i, gravity[i]) {
@@ -259,7 +273,7 @@ impl<'a, const N: usize> Judge<'a, N> {
         let without_state = if self.tells_state { 0 } else { FOUND_TICKS_WITHOUT_STATE };
         let found = self.age_max + FOUND_TICKS + without_state;
         for i in 0..N {
-            let acts = drives(state) && !truth.on[i] && (truth.open || !self.brakes);
+            let acts = (drives(state) || state == DISARMING) && !truth.on[i] && (truth.open || !self.brakes);
             if !acts {
                 (self.off_for[i], self.unseen_for[i]) = (0, 0);
             } else if self.is_visible(i, truth.told[i]) {
@@ -381,23 +395,85 @@ impl<'a, const N: usize> Judge<'a, N> {
         Ok(())
     }
 
+    /// While the arm is disarmed torque holds it, for as long as its brakes may need and no longer.
+    fn disarms(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
+        if truth.state.0 != DISARMING {
+            self.disarmed = None;
+            return Ok(());
+        }
+        if self.ticks >= self.rules.brake_delay {
+            return broken(Law::Disarmed, format!("torque for more than {} ticks", self.rules.brake_delay));
+        }
+        if self.before != DISARMING {
+            self.disarmed = Some((self.q, self.qd));
+        }
+        // A drive that goes off, or is not heard, lets its joint fall: it is found as in every other state.
+        self.disarmed = self.disarmed.filter(|_| truth.on == [true; N] && truth.heard == [true; N]);
+        let Some((from, speed)) = self.disarmed else { return Ok(()) };
+        let time = f64::from(self.rules.brake_delay) * self.rules.period + BRAKING_TIME;
+        for i in 0..N {
+            let (moved, most) = ((truth.q[i] - from[i]).abs(), DISARMED_MAX + speed[i].abs() * time);
+            if moved > most {
+                let what = format!("joint {} sags by {moved} rad while it is disarmed, at most {most}", i + 1);
+                return broken(Law::Fell, what);
+            }
+        }
+        Ok(())
+    }
+
+    /// The way that the weight, and drives that do not hear the board, can make until the brakes engage.
+    fn falls(&mut self, truth: &Truth<'_, N>, released: &mut Released<N>) {
+        if !truth.open || released.ticks >= released.engaging {
+            return;
+        }
+        let timeout = if self.tells_state { TIMEOUT } else { TIMEOUT_WITHOUT_SETTING };
+        let timeout = timeout.max(10.0 * self.rules.period) / self.rules.period + 3.0;
+        let deaf = |i: usize| !released.heard[i] && f64::from(released.ticks) <= timeout;
+        let torque: [f64; N] = core::array::from_fn(|i| if deaf(i) { truth.torque[i] } else { 0.0 });
+        let before: [f64; N] = core::array::from_fn(|i| if deaf(i) { truth.carried[i] } else { 0.0 });
+        if released.ticks > 1 && (0..N).any(|i| deaf(i) && truth.on[i]) {
+            self.exempt(Exemption::Unheard);
+        }
+        let still = [0.0; N];
+        let now = self.arm.acceleration(&truth.q, &truth.qd, &torque).unwrap_or(still);
+        let then = self.arm.acceleration(&self.q, &self.qd, &before).unwrap_or(still);
+        for i in 0..N {
+            released.speed[i] += FALL * now[i].abs().max(then[i].abs()) * self.rules.period;
+            released.way[i] += released.speed[i] * self.rules.period;
+        }
+    }
+
     /// No torque is to act: brakes hold the arm, or its drives damp it.
     fn released(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         self.invisible = false;
         let (from, gravity) = (self.q, [0.0; N]);
-        let fresh =
-            Released { ticks: 0, from, speed: self.qd, heard: [false; N], damped: 0, gravity, all_on_from: from };
+        // After an orderly end the brakes have engaged already.
+        let orderly = truth.state.0 == IDLE || truth.state == (FAULT, 10);
+        let fresh = Released {
+            ticks: 0,
+            from,
+            speed: self.qd.map(f64::abs),
+            way: [0.0; N],
+            engaging: if orderly { 0 } else { self.rules.brake_delay },
+            heard: [false; N],
+            damped: 0,
+            gravity,
+            all_on_from: from,
+        };
         let mut released = self.released.unwrap_or(fresh);
         if !self.brakes {
             self.sinks(truth, &mut released)?;
+        } else {
+            self.falls(truth, &mut released);
         }
         for i in 0..N {
             // A frame of the tick before the safe action may come a tick late.
             released.heard[i] |= truth.heard[i] && released.ticks > 0;
-            let (from, speed) = (released.from[i], released.speed[i].abs());
+            let (from, speed) = (released.from[i], released.speed[i]);
             let moved = (truth.q[i] - from).abs();
             if self.brakes {
-                let most = speed * (0.5 * BRAKING_TIME + self.rules.period) + 1e-4;
+                let way = released.way[i] + speed * (0.5 * BRAKING_TIME + self.rules.period);
+                let most = 1.01 * way + 1e-4;
                 if moved > most {
                     let what = format!("joint {}: {moved} rad since the safe action, at most {most}", i + 1);
                     return broken(Law::Stopped, what);

@@ -4,7 +4,7 @@ use super::law::{Law, Unsafe, broken};
 use super::observation::Seen;
 use super::torque::torque;
 use super::{Heard, Judge, Said, Told};
-use crate::session::states::{ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
+use crate::session::states::{ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use link::Request;
 
 /// Faults that a board raises in every state, in order of priority.
@@ -32,7 +32,7 @@ impl<const N: usize> Judge<N> {
     pub(super) fn faults(&self, board: &[u8], seen: &Seen<N>, heard: &Heard<'_>, said: &Said<N>) -> Result<(), Unsafe> {
         let status = &said.status;
         let (before, now) = (self.before.0, status.state);
-        let drove = matches!(before, ARMED | RUNNING | HOLDING | LOWERING);
+        let drove = matches!(before, ARMED | RUNNING | HOLDING | LOWERING | DISARMING);
         let all = || board.iter().chain(&seen.faults);
         if let Some(code) = all().next()
             && (torque(&said.drives).is_some() || (drove && now != FAULT))
@@ -68,7 +68,9 @@ impl<const N: usize> Judge<N> {
         {
             return broken(Law::Latched, format!("state {before} to {now} while fault {code} stands"));
         }
-        if seen.moves && (cleared || starts || (drove && now == IDLE)) {
+        let disarmed = heard.requests.contains(&Request::Disarm) && matches!(before, ARMED | HOLDING);
+        let ends = disarmed && matches!(now, IDLE | DISARMING);
+        if seen.moves && (cleared || starts || ends) {
             return broken(Law::Transition, format!("state {before} to {now} in motion"));
         }
         Ok(())

@@ -59,6 +59,8 @@ pub enum Law {
     Strongest,
     /// No torque acts for long on a drive whose zero has moved since the homing. Of drives on a bus.
     ZeroMoved,
+    /// Torque on engaging brakes holds a disarmed arm for exactly the time that they need, and ends an arm whose host is gone likewise.
+    Disarmed,
     /// Without its host an arm with a rest pose is lowered, slowly, and not dropped. Of drives on a bus.
     Lowered,
 }

@@ -3,7 +3,7 @@
 use super::law::{Law, Unsafe, broken};
 use super::observation::beyond;
 use super::{Judge, Said};
-use crate::session::states::{ARMED, ARMING, HOLDING, LOWERING, RUNNING};
+use crate::session::states::{ARMED, ARMING, DISARMING, HOLDING, LOWERING, RUNNING};
 use crate::study::campaign::machine::played;
 use dynamics_core::safety::SafeAction;
 use link::{Actuation, Pacing, Status};
@@ -46,7 +46,7 @@ impl<const N: usize> Judge<N> {
     pub(super) fn torque(&self, said: &Said<N>) -> Result<(), Unsafe> {
         let state = said.status.state;
         let Some(torque) = torque(&said.drives) else {
-            if matches!(state, ARMED | RUNNING | HOLDING | LOWERING) {
+            if matches!(state, ARMED | RUNNING | HOLDING | LOWERING | DISARMING) {
                 return broken(Law::SafeAction, format!("no torque in state {state}"));
             }
             if matches!(said.drives, Drives::Enable(_)) != (state == ARMING) {
@@ -60,7 +60,8 @@ impl<const N: usize> Judge<N> {
             };
         };
         let preloads = matches!(said.drives, Drives::Preload(_));
-        if preloads != (state == ARMING) || !matches!(state, ARMED | RUNNING | HOLDING | ARMING | LOWERING) {
+        let engaged = matches!(state, ARMING | DISARMING);
+        if preloads != engaged || !(engaged || matches!(state, ARMED | RUNNING | HOLDING | LOWERING)) {
             return broken(Law::SafeAction, format!("torque in state {state}"));
         }
         if !self.homed {

@@ -3,7 +3,7 @@
 use super::law::{Law, Unsafe, broken};
 use super::torque::torque;
 use super::{Heard, Judge, Said, Told};
-use crate::session::states::{self, ARMED, ARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
+use crate::session::states::{self, ARMED, ARMING, DISARMING, FAULT, HOLDING, HOMING, IDLE, LOWERING, RUNNING};
 use dynamics_core::safety::Rules;
 use link::{Request, Status};
 
@@ -52,11 +52,42 @@ impl<const N: usize> Judge<N> {
             (Some(request), None) if before == now && !settles(request) => {
                 broken(Law::Answered, format!("{request:?} in state {before} did nothing"))
             }
-            (Some(request), Some(_)) if now != before && now != FAULT && now != HOLDING && before != ARMING => {
+            (Some(request), Some(_))
+                if now != before && now != FAULT && now != HOLDING && !matches!(before, ARMING | DISARMING) =>
+            {
                 broken(Law::Answered, format!("{request:?} was refused, and led from {before} to {now}"))
             }
             _ => Ok(()),
         }
+    }
+
+    /// Check that torque goes on for exactly as long as the brakes need, after a request and for want of a host.
+    pub(super) fn disarmed(&mut self, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
+        let (before, now, delay) = (self.before.0, status.state, self.rules.brake_delay);
+        let drove = matches!(before, ARMED | RUNNING | HOLDING | LOWERING);
+        let lost = now == FAULT && status.cause == 10;
+        let asked = matches!(before, ARMED | HOLDING) && heard.requests.contains(&Request::Disarm);
+        if drove && (now == IDLE || lost) && delay > 0 {
+            return broken(Law::Disarmed, format!("state {before} to {now}: the brakes need {delay} ticks to engage"));
+        }
+        if drove && now == DISARMING {
+            (self.disarms, self.lost) = (0, !asked);
+            if !asked && heard.exact && self.silent <= self.rules.heartbeat_max {
+                return broken(Law::Disarmed, format!("after {} ticks without the host", self.silent));
+            }
+        }
+        if now == DISARMING {
+            self.disarms += 1;
+        }
+        if self.disarms > delay && now == DISARMING {
+            return broken(Law::Disarmed, format!("torque for {} ticks, the brakes need {delay}", self.disarms));
+        }
+        if before == DISARMING && (now == IDLE || lost) && (self.disarms != delay || (lost != self.lost && heard.exact))
+        {
+            let what = format!("state {now} after {} ticks of {delay}, host lost: {}", self.disarms, self.lost);
+            return broken(Law::Disarmed, what);
+        }
+        Ok(())
     }
 
     /// Check the reaction to a silent host.
@@ -67,12 +98,13 @@ impl<const N: usize> Judge<N> {
             return broken(Law::Silence, format!("state {state} after {silent} ticks without the host"));
         }
         // An arm with a rest pose is lowered instead of being let go.
-        let lowered = self.rules.rest.is_some() && state == LOWERING;
+        // The torque of disarming has its own law.
+        let lowered = (self.rules.rest.is_some() && state == LOWERING) || state == DISARMING;
         if silent > heartbeat_max.saturating_add(hold_max) && torque(&said.drives).is_some() && !lowered {
             return broken(Law::Silence, format!("torque after {silent} ticks without the host"));
         }
         let lost = self.before.0 != FAULT && state == FAULT && said.status.cause == 10;
-        if heard.exact && lost && silent <= heartbeat_max {
+        if heard.exact && lost && self.before.0 != DISARMING && silent <= heartbeat_max {
             return broken(Law::Silence, format!("fault 10 after {silent} ticks without the host"));
         }
         Ok(())
