@@ -222,7 +222,7 @@ fn is_commanded_off<F: Frames>(
     for again in 0..3 {
         let name = format!("{language:?}, {action:?}, {command:?}, {reply:?} for {ticks} ticks, {again}");
         // The first tick is the last one that drives: its reply may come after the exit frame was sent.
-        for tick in 0..20 {
+        for tick in 0..20 + ENGAGES {
             rig.stop = tick > 0;
             let disturbed = tick <= ticks;
             {
