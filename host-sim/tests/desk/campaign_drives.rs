@@ -43,6 +43,18 @@ fn no_joint_moves_unsafely_whatever_happens_to_drives_and_buses() {
     assert!(page.contains("No motion was unsafe.") && page.contains("Exempt"), "{}", report.table());
 }
 
+/// A shipped scene of an arm with drives, as its person runs it, can be judged too.
+#[test]
+fn the_limits_of_a_first_motion_are_lifted_before_faults_are_judged() {
+    let mut limited = scene("damiao");
+    assert_eq!(limited.safety.first_motion, None);
+    limited.safety.first_motion = Some(0.2);
+    let campaign =
+        Campaign { scenes: vec![limited], seed: 1, runs: (0..70).map(|k| 7 * k).collect(), target: Target::Drives };
+    let report = campaign.report(&AtomicBool::new(false), &ProgressBar::hidden()).unwrap();
+    assert!(report.counterexamples.is_empty(), "{}", report.table());
+}
+
 /// What is broken on purpose: the board's joints, or the board as a whole, which was built from another scene than its owner's.
 #[derive(Clone, Copy, Debug)]
 enum Broken {

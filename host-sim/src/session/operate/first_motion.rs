@@ -189,13 +189,11 @@ impl Operator {
         };
         let limits = self.arm.velocity.iter().zip(&self.arm.torque);
         let joints = self.arm.joints.iter().zip(&self.first_motion.joints).zip(limits);
-        let of = |(((name, place, force), range), (velocity, torque)): (
-            (&(String, &str, &str), &Range),
-            (&f64, &f64),
-        )| {
+        let mut lines = String::new();
+        for (((name, place, force), range), (velocity, torque)) in joints {
             let (low, high) = range.position;
             let error = range.error.map_or_else(|| "unknown".to_owned(), |error| format!("{error:.4} {place}"));
-            format!(
+            lines += &format!(
                 "\n  {name:<12} {low:.3} to {high:.3} {place}; speed at most {:.3} {place}/s{}; torque beyond the weight at most {:.2} {force}{}, \
                  in all {:.2} {force}{}; following error at most {error}",
                 range.speed,
@@ -204,11 +202,11 @@ impl Operator {
                 share(range.beyond_gravity, *torque),
                 range.torque,
                 share(range.torque, *torque),
-            )
-        };
+            );
+        }
         match self.first_motion.ticks {
             0 => "the arm has not been armed since homing: nothing was seen of it".to_owned(),
-            ticks => format!("seen in {ticks} statuses since homing:{}", joints.map(of).collect::<String>()),
+            ticks => format!("seen in {ticks} statuses since homing:{lines}"),
         }
     }
 

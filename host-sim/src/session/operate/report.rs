@@ -195,7 +195,7 @@ impl Report {
 
 #[cfg(test)]
 mod tests {
-    use super::{Heat, Seen};
+    use super::{Heat, Seen, heat_in_words};
     use console::strip_ansi_codes;
     use link::{Actuation, Aside, Status, convert::joints};
 
@@ -217,7 +217,7 @@ mod tests {
             cost: None,
         };
         let names = ["a", "b", "c", "d", "e"].map(|name| (name.to_owned(), "rad", "N m"));
-        let heat = vec![Heat::Unknown, Heat::Pending, Heat::Known(0.799), Heat::Known(0.8), Heat::Known(1.06)];
+        let heat = vec![Heat::Unknown, Heat::Pending, Heat::Known(0.75), Heat::Known(0.8125), Heat::Known(1.0625)];
         let q = [0.0; 5];
         let driven = Seen {
             status: &status,
@@ -237,14 +237,14 @@ mod tests {
             .map(|end| end.map(str::to_owned))
             .collect();
         let expected =
-            ["heat unknown", "heat not reported yet", "heat 79 %", "heat 80 % WARM", "heat 106 % OVERHEATED"];
+            ["heat unknown", "heat not reported yet", "heat 75 %", "heat 81 % WARM", "heat 106 % OVERHEATED"];
         assert_eq!(ends, expected.map(|end| Some(format!("  {end}"))), "{text}");
         let line = driven.line();
         assert!(strip_ansi_codes(&line).contains("  heat of e 106 % OVERHEATED  "), "{line}");
-        assert_eq!(
-            driven.json()["heat"].to_string(),
-            "[null,null,0.799000024795532,0.800000011920929,1.05999994277954]"
-        );
+        assert_eq!(driven.json()["heat"].to_string(), "[null,null,0.75,0.8125,1.0625]");
+        // From the warning on, to the bit.
+        let words = [0.799_999, 0.8].map(|heat| strip_ansi_codes(&heat_in_words(&Heat::Known(heat))).into_owned());
+        assert_eq!(words, ["79 %", "80 % WARM"]);
         // An arm without drives has no motors to speak of.
         let simulated = Seen { heat: Vec::new(), ..driven };
         assert!(!simulated.text().contains("heat") && !simulated.line().contains("heat"));

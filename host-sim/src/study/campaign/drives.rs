@@ -269,6 +269,10 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
         self.stage.stage.live.clone()
     }
 
+    fn limits_first_motion(&self) -> bool {
+        self.stage.stage.rules.first_motion.is_some()
+    }
+
     fn step(&mut self) -> Result<(), Stop> {
         self.pass(Board::default())
     }

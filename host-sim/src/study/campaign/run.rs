@@ -236,6 +236,10 @@ impl<const N: usize> Script<N> for Bench<'_, N> {
         self.stage.live.clone()
     }
 
+    fn limits_first_motion(&self) -> bool {
+        self.stage.rules.first_motion.is_some()
+    }
+
     fn step(&mut self) -> Result<(), Stop> {
         self.pass(None)
     }

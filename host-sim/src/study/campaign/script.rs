@@ -48,6 +48,9 @@ pub(super) trait Script<const N: usize> {
     /// The live inputs as they should be.
     fn live(&self) -> Frame;
 
+    /// True if the scene limits the first motion after homing.
+    fn limits_first_motion(&self) -> bool;
+
     /// Run a tick without a fault.
     fn step(&mut self) -> Result<(), Stop>;
 
@@ -150,6 +153,7 @@ pub(super) trait Script<const N: usize> {
         for request in requests {
             self.host().ask(*request)?;
             self.step()?;
+            self.lift_limits_after(*request)?;
             if situation == Situation::Arming && *request == Request::Arm {
                 let most = self.arming().saturating_sub(3);
                 return self.wait(0, most);
@@ -202,9 +206,19 @@ pub(super) trait Script<const N: usize> {
             }
             self.host().ask(request)?;
             self.wait(1, 8)?;
+            self.lift_limits_after(request)?;
             while self.state() == ARMING {
                 self.step()?;
             }
+        }
+        Ok(())
+    }
+
+    /// After homing, lifts the limits of the first motion: faults are judged at full speed and torque.
+    fn lift_limits_after(&mut self, request: Request) -> Result<(), Stop> {
+        if request == Request::Confirm && self.limits_first_motion() {
+            self.host().ask(Request::FullRange)?;
+            self.step()?;
         }
         Ok(())
     }
