@@ -101,6 +101,8 @@ struct Released<const N: usize> {
     speed: [f64; N],
     way: [f64; N],
     engaging: u32,
+    /// Some drive has not heard that its torque is to end: what the drives then give counts until the brakes engage.
+    unheard: bool,
     /// Drives that have heard a frame since.
     heard: [bool; N],
     /// Ticks in which every drive was on and heard the board, one after the other, and the greatest torque of gravity on each joint in them.
@@ -429,11 +431,13 @@ impl<'a, const N: usize> Judge<'a, N> {
         let timeout = if self.tells_state { TIMEOUT } else { TIMEOUT_WITHOUT_SETTING };
         let timeout = timeout.max(10.0 * self.rules.period) / self.rules.period + 3.0;
         let deaf = |i: usize| !released.heard[i] && f64::from(released.ticks) <= timeout;
-        let torque: [f64; N] = core::array::from_fn(|i| if deaf(i) { truth.torque[i] } else { 0.0 });
-        let before: [f64; N] = core::array::from_fn(|i| if deaf(i) { truth.carried[i] } else { 0.0 });
         if released.ticks > 1 && (0..N).any(|i| deaf(i) && truth.on[i]) {
             self.exempt(Exemption::Unheard);
+            released.unheard = true;
         }
+        let counts = |i: usize| deaf(i) || released.unheard;
+        let torque: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.torque[i] } else { 0.0 });
+        let before: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.carried[i] } else { 0.0 });
         let still = [0.0; N];
         let now = self.arm.acceleration(&truth.q, &truth.qd, &torque).unwrap_or(still);
         let then = self.arm.acceleration(&self.q, &self.qd, &before).unwrap_or(still);
@@ -455,6 +459,7 @@ impl<'a, const N: usize> Judge<'a, N> {
             speed: self.qd.map(f64::abs),
             way: [0.0; N],
             engaging: if orderly { 0 } else { self.rules.brake_delay },
+            unheard: false,
             heard: [false; N],
             damped: 0,
             gravity,
