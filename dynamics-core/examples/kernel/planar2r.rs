@@ -4,7 +4,7 @@
 //!
 //! | source hash | mul | add | sub | neg | live inputs | values alive at most |
 //! |---|---|---|---|---|---|---|
-//! | ff9f23954b0479fa | 15 | 8 | 2 | 0 | 0 | 5 |
+//! | d5b2db3e5d1f5dee | 15 | 8 | 2 | 0 | 0 | 5 |
 //!
 //! | gravity | payload | tip wrench | rotors | velocity terms |
 //! |---|---|---|---|---|

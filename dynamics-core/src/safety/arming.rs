@@ -24,8 +24,6 @@ pub(super) struct Arming {
     pub(super) preloads: bool,
     /// Ticks in which the drives were to carry the whole weight of the arm.
     pub(super) carried: u32,
-    /// Every joint had a reading in the tick before.
-    pub(super) complete: bool,
 }
 
 /// Ticks for which the drives carry the whole weight before the brakes open. A drive that shows only by its torque that it is on has
@@ -36,7 +34,7 @@ pub(super) const CARRIED_MIN: u32 = 8;
 const PRELOAD_TIMES: u32 = 4;
 
 impl Arming {
-    pub(super) const START: Self = Self { ticks: 0, preloads: false, carried: 0, complete: false };
+    pub(super) const START: Self = Self { ticks: 0, preloads: false, carried: 0 };
 }
 
 impl<S: Real, const N: usize> Memory<S, N> {
@@ -67,13 +65,11 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 let restless = seen.fast(rules).map(|joint| Fault::FollowingError { joint });
                 return self.fail(restless.unwrap_or(Fault::StaleMeasurement), inputs.request);
             }
-            // A reading that is missing may be that of a drive that has just gone off, and one that comes after a missing one may be late: brakes
-            // open where none is missing in two ticks.
+            // A reading that is missing may be that of a drive that has just gone off: brakes open where none is.
             let complete = inputs.age_ticks.iter().all(|age| *age == 0);
-            let were_complete = core::mem::replace(&mut self.arming.complete, complete);
             if !seen.at_rest(rules) {
                 self.arming.carried = 0;
-            } else if complete && were_complete && self.arming.carried >= CARRIED_MIN {
+            } else if complete && self.arming.carried >= CARRIED_MIN {
                 self.state = State::Armed;
                 return Decision::of(Action::Drive);
             }

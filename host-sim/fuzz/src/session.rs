@@ -81,7 +81,7 @@ pub fn check(bytes: &[u8]) {
 
 /// As [`check`]; returns the number of ticks that ended in each state of the safety state machine, indexed by the
 /// state's number.
-pub fn ticks_of_states(mut bytes: &[u8]) -> [u32; 8] {
+pub fn ticks_of_states(mut bytes: &[u8]) -> [u32; 9] {
     let arm = bytes.split_off_first().copied().unwrap_or_default();
     let scene = &ARMS[usize::from(arm) % ARMS.len()];
     match scene.robot.dof() {
@@ -122,7 +122,7 @@ struct Bench<const N: usize> {
     /// Whether a change waits for its tick.
     changes: bool,
     /// Number of ticks under supervision, by the state at their end.
-    states: [u32; 8],
+    states: [u32; 9],
 
     /// Position of the arm; encoders may measure it.
     q: [f32; N],
@@ -166,7 +166,7 @@ impl<const N: usize> Bench<N> {
             taken: 0,
             ticks: 0,
             changes: false,
-            states: [0; 8],
+            states: [0; 9],
             q,
             qd: [0.0; N],
             counted: scene.sensors.encoder,
@@ -177,7 +177,7 @@ impl<const N: usize> Bench<N> {
         }
     }
 
-    fn run(mut self, mut bytes: &[u8]) -> [u32; 8] {
+    fn run(mut self, mut bytes: &[u8]) -> [u32; 9] {
         while let Some(kind) = bytes.split_off_first()
             && self.ticks < TICKS_MAX
             && self.results.len() < PACKETS_MAX

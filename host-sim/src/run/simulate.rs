@@ -350,7 +350,7 @@ fn can_swing(scene: &SceneFile, step: f64, fastest: f64) -> Result<(), Failure> 
 }
 
 /// Friction of the simulated joints: the plant's own, or the robot file's.
-fn friction_laws<const N: usize>(scene: &SceneFile) -> [FrictionLaw; N] {
+pub(crate) fn friction_laws<const N: usize>(scene: &SceneFile) -> [FrictionLaw; N] {
     let at = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
     core::array::from_fn(|i| match &scene.plant.friction_law {
         Some(law) => FrictionLaw {

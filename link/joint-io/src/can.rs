@@ -732,6 +732,12 @@ impl Joint {
         asked
     }
 
+    /// Greatest age of the reading, ticks. While a second reply is outstanding, the one that came may be late: it shows the drive as it was a tick
+    /// ago, and brakes must not open on it. Once they are open a late reading counts as fresh.
+    fn age(&self, released: bool) -> u32 {
+        self.age_ticks.max(u32::from(self.overdue && !released))
+    }
+
     /// Begin a tick: count the replies that came, and age the measurements without one.
     fn begin_tick(&mut self, drive: &MitDrive) {
         let dark = self.age_ticks;
@@ -793,7 +799,7 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
         Some(Readings {
             sensed: Sensed::State { q, qd },
             torque: self.joints.map(|joint| joint.torque),
-            age_ticks: self.joints.map(|joint| joint.age_ticks),
+            age_ticks: self.joints.map(|joint| joint.age(self.released)),
             faults,
             errors: self.drive_errors(),
             on: self.joints.map(|joint| joint.on),
@@ -816,9 +822,8 @@ impl<F: Frames, A: CanBus, B: CanBus, C: CanBus, P: OutputPin, const N: usize> J
     }
 
     fn drive(&mut self, torque: &[f32; N], springs: Option<&[Spring<f32>; N]>) {
-        // They open only on replies of this tick, none of which lacks its torque; then they stay open while every drive is on. While a second
-        // reply is outstanding, the one that came may be late: it shows the drive as it was a tick ago.
-        let shown = |joint: &Joint| joint.age_ticks == 0 && !joint.overdue && joint.weak == 0;
+        // They open only on replies of this tick, none of which lacks its torque; then they stay open while every drive is on.
+        let shown = |joint: &Joint| joint.age(false) == 0 && joint.weak == 0;
         if self.all_on() && (self.released || self.joints.iter().all(shown)) {
             self.release_brakes();
         } else {

@@ -121,9 +121,11 @@ impl<const N: usize> DrivesStage<N> {
                 scene.path.display()
             )));
         };
+        let frictions = if scene.plant.friction { Some(simulate::friction_laws::<N>(scene)) } else { None };
         let known = |i: usize| {
             let ratio = specs[i].ratio.abs();
-            Known { damping: ratio * ratio * f64::from(wires[i].damping), torque: ratio * specs[i].torque.1 }
+            let friction = frictions.map_or((0.0, 0.0), |frictions| (frictions[i].viscous, frictions[i].coulomb));
+            Known { damping: ratio * ratio * f64::from(wires[i].damping), torque: ratio * specs[i].torque.1, friction }
         };
         let stop = |i: usize| {
             let limits = &stage.config.limits[i];

@@ -59,6 +59,16 @@ pub(super) struct Known {
     pub(super) damping: f64,
     /// Highest torque of its frames at the joint, N m.
     pub(super) torque: f64,
+    /// Viscous, N m s/rad, and Coulomb friction of the joint, N m.
+    pub(super) friction: (f64, f64),
+}
+
+impl Known {
+    /// Torque of the friction against this speed, N m.
+    fn rubs(&self, qd: f64) -> f64 {
+        let (viscous, coulomb) = self.friction;
+        viscous * qd + coulomb * qd.signum()
+    }
 }
 
 /// True state of the arm and its drives after a tick.
@@ -438,11 +448,19 @@ impl<'a, const N: usize> Judge<'a, N> {
         let counts = |i: usize| deaf(i) || released.unheard;
         let torque: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.torque[i] } else { 0.0 });
         let before: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.carried[i] } else { 0.0 });
-        let still = [0.0; N];
-        let now = self.arm.acceleration(&truth.q, &truth.qd, &torque).unwrap_or(still);
-        let then = self.arm.acceleration(&self.q, &self.qd, &before).unwrap_or(still);
+        // Friction of one joint can move another one faster, so the arm with it counts, and the arm without.
+        let rubbed =
+            |torque: &[f64; N], qd: &[f64; N]| core::array::from_fn(|i| torque[i] - self.drives[i].rubs(qd[i]));
+        let ways = [
+            (truth.q, truth.qd, torque),
+            (self.q, self.qd, before),
+            (truth.q, truth.qd, rubbed(&torque, &truth.qd)),
+            (self.q, self.qd, rubbed(&before, &self.qd)),
+        ];
+        let accelerations = ways.map(|(q, qd, torque)| self.arm.acceleration(&q, &qd, &torque).unwrap_or([0.0; N]));
         for i in 0..N {
-            released.speed[i] += FALL * now[i].abs().max(then[i].abs()) * self.rules.period;
+            let fastest = accelerations.iter().fold(0.0, |most: f64, qdd| most.max(qdd[i].abs()));
+            released.speed[i] += FALL * fastest * self.rules.period;
             released.way[i] += released.speed[i] * self.rules.period;
         }
     }
@@ -520,7 +538,7 @@ impl<'a, const N: usize> Judge<'a, N> {
 
     /// A joint that no brake holds, in the safe action.
     fn unbraked(&mut self, i: usize, truth: &Truth<'_, N>, released: &Released<N>, moved: f64) -> Result<(), Unsafe> {
-        let Known { damping, torque: range } = self.drives[i];
+        let Known { damping, torque: range, .. } = self.drives[i];
         let (torque, speed) = (truth.torque[i], truth.qd[i]);
         if !truth.on[i] {
             if truth.told_off[i] && truth.powered[i] {
