@@ -4,7 +4,7 @@
 
 use super::arming::Arming;
 use super::heat::{FAULT, Heats};
-use super::lowering::{WAITS, followed, lowered};
+use super::lowering::{drawn_back, followed, lowered};
 use super::measured::{Judgement, Seen, Sensors};
 use super::stop::{can_stop, slowed};
 use super::{HoldCause, Inputs, LiveInput, Refusal, Request, Rules, State};
@@ -44,6 +44,8 @@ pub(super) struct Memory<S, const N: usize> {
     settled: u32,
     /// Ticks of lowering in which the reference has waited for a joint.
     waited: u32,
+    /// It waits now.
+    waits: bool,
     /// Disarming ends in [`Fault::HeartbeatLost`].
     pub(super) lost: bool,
     /// Heat of the motors.
@@ -148,6 +150,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             pace: S::zero(),
             settled: 0,
             waited: 0,
+            waits: false,
             lost: false,
             heats: Heats::cold(),
         }
@@ -199,7 +202,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
         if alone && rules.rest.is_some() {
             (self.state, self.pace, self.along) = (State::Lowering, S::zero(), false);
-            (self.settled, self.waited) = (0, 0);
+            (self.settled, self.waited, self.waits) = (0, 0, false);
         } else if alone && self.let_go(rules) {
             return self.fail(Fault::HeartbeatLost, inputs.request);
         }
@@ -253,9 +256,13 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
     }
 
-    /// The first joint that is too fast for the first motion.
+    /// The first joint that is too fast for the first motion. In lowering and disarming the machine itself leads the arm, slowly, and nobody is
+    /// surprised by its direction: a joint that an obstacle lets go is quick for a moment, and an arm without brakes would be dropped for it.
     fn hasty(&self, seen: &Seen<'_, S, N>, config: &ControllerConfig<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
         let share = self.first_motion(rules)?;
+        if matches!(self.state, State::Lowering | State::Disarming) {
+            return None;
+        }
         for i in 0..N {
             let (_, _, velocity_max) = believed(config, i);
             let slow = seen.qd[i].abs() <= share * velocity_max;
@@ -521,11 +528,16 @@ impl<S: Real, const N: usize> Memory<S, N> {
     ) -> Result<(), Fault> {
         // Without a rest pose there is no lowering.
         let Some(rest) = &rules.rest else { return Err(Fault::HeartbeatLost) };
-        let (share, joint) = followed(&self.reference, seen, rules);
-        if share < S::literal(WAITS) {
+        let (share, joint) = followed(&mut self.waits, &self.reference, seen, rules);
+        if self.waits {
             self.waited = self.waited.saturating_add(1);
             if self.waited > rules.hold_max {
                 return Err(Fault::FollowingError { joint });
+            }
+            if stands(&self.reference) {
+                self.pace = S::zero();
+                drawn_back(&mut self.reference, seen, rules);
+                return Ok(());
             }
         }
         match lowered(&self.reference, &mut self.pace, share, rest, rules, &config.limits) {
@@ -543,6 +555,11 @@ impl<S: Real, const N: usize> Memory<S, N> {
             }
         }
     }
+}
+
+/// True if a reference has no speed.
+fn stands<S: Real, const N: usize>(reference: &Reference<S, N>) -> bool {
+    (0..N).all(|i| reference.qd[i] == S::zero())
 }
 
 /// True if a reference does not move.

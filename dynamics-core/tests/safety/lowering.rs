@@ -137,7 +137,7 @@ fn an_arm_with_nothing_in_its_way_is_lowered_in_the_nominal_time() {
     assert!((world.q[0] - f64::from(TO[0])).abs() < 0.01 && world.up < 1e-3, "{:?}, {}", world.q, world.up);
 }
 
-/// The torque against an obstacle is that of a lag of two thirds of `reach`, of the way in which the reference comes to rest, and of the
+/// The torque against an obstacle is that of a lag of half of `reach`, of the way in which the reference comes to rest, and of the
 /// speed that the stop took from the joint.
 #[test]
 fn an_obstacle_is_pushed_with_a_bounded_torque_for_a_bounded_time() {
@@ -145,7 +145,7 @@ fn an_obstacle_is_pushed_with_a_bounded_torque_for_a_bounded_time() {
         let mut world = World::left_alone(|_| {});
         world.stop = stop;
         let (ticks, fault) = world.until_let_go();
-        let (way, slowing) = (2.0 / 3.0 * REACH, SPEED * SPEED / DECELERATION);
+        let (way, slowing) = (0.5 * REACH, SPEED * SPEED / DECELERATION);
         let bound = f64::from(STIFFNESS * (way + slowing) + DAMPING * SPEED);
         println!("stop at {stop}: {:.1} of {bound:.1} N m, {} ticks", world.push, ticks - BEFORE);
         assert_eq!(fault, Fault::FollowingError { joint: 0 }, "{stop}");
@@ -191,6 +191,59 @@ fn an_arm_that_a_hand_holds_waits_and_goes_on_when_it_lets_go() {
         } else {
             assert_eq!(end, Fault::FollowingError { joint: 0 });
         }
+    }
+}
+
+/// A hand that holds the arm for so long, and lets go. Returns the greatest speed after that, rad/s, the torque against
+/// the hand when it lets go, and the end.
+fn let_go_after(ticks: u32, change: impl FnOnce(&mut Protected<f32, 2>)) -> (f64, f64, Fault) {
+    let mut world = World::left_alone(change);
+    let (mut fastest, mut push) = (0.0_f64, 0.0);
+    loop {
+        world.held = (2_000..2_000 + ticks).contains(&world.tick);
+        if world.held {
+            world.push = 0.0;
+        }
+        world.step(None, false);
+        if world.held {
+            push = world.push;
+        } else if world.tick > 2_000 {
+            fastest = fastest.max(world.qd[0].abs());
+        }
+        if let State::Fault(fault) = world.machine.state() {
+            return (fastest, push, fault);
+        }
+    }
+}
+
+/// The reference is drawn back to a third of `reach`: the arm follows with the speed of a critically damped joint from there, `lag w / e`.
+#[test]
+fn an_arm_that_waited_does_not_lurch_when_the_obstacle_goes() {
+    let (frequency, third) = (f64::from(STIFFNESS).sqrt(), f64::from(REACH) / 3.0);
+    let bound = third * frequency / core::f64::consts::E + f64::from(SPEED);
+    for ticks in [760, 800] {
+        let (fastest, push, end) = let_go_after(ticks, |_| {});
+        println!("{ticks}: {fastest:.3} of {bound:.3} rad/s, {push:.1} N m");
+        assert_eq!(end, Fault::HeartbeatLost, "{ticks}");
+        assert!(fastest < bound, "{ticks}: {fastest} of {bound} rad/s");
+        assert!(push < 1.02 * f64::from(STIFFNESS) * third, "{ticks}: {push} N m");
+    }
+}
+
+/// The speed limit of the first motion does not drop an arm that is lowered: it follows its own slow reference.
+#[test]
+fn an_arm_in_its_first_motion_is_lowered_after_an_obstacle_too() {
+    // Below what the arm needs to come back to its reference.
+    let first = |config: &mut Protected<f32, 2>| {
+        config.rules.first_motion = Some(0.2);
+        for guard in &mut config.control.guard {
+            guard.velocity_max = 1.5;
+        }
+    };
+    for ticks in [500, 780] {
+        let (fastest, _, end) = let_go_after(ticks, first);
+        assert!(fastest > 0.2 * 1.5, "{ticks}: {fastest} rad/s is no case");
+        assert_eq!(end, Fault::HeartbeatLost, "{ticks}");
     }
 }
 
