@@ -297,7 +297,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
         (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
-        (self.along, self.lost) = (false, false);
+        (self.along, self.lost, self.waits) = (false, false, false);
     }
 
     /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
@@ -397,7 +397,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                         return Err(Refusal::OutOfReach { joint: i as u8 });
                     }
                 }
-                self.state = State::Running;
+                (self.state, self.waits) = (State::Running, false);
             }
             (_, Request::FullRange) => {
                 if !self.homed {
@@ -411,7 +411,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
             }
             // Asked again, an arm that stops along its path stops joint by joint.
             (State::Holding(_), Request::Hold) if self.along => self.along = false,
-            (State::Lowering, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
+            (State::Lowering, Request::Hold) => {
+                (self.state, self.waits) = (State::Holding(HoldCause::Requested), true);
+            }
             _ => return Err(Refusal::WrongState),
         }
         Ok(())
@@ -473,6 +475,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
                         slowed(&self.reference, rules, &config.limits)
                     }
                 };
+                if self.waits && stands(&self.reference) {
+                    self.relieve(seen, rules);
+                }
                 S::literal(HOLDING_REACH)
             }
             State::Lowering => {
@@ -518,6 +523,16 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
     }
 
+    /// An arm that is held while it was lowered: what is in its way is not pushed for ever. For a bounded time: a joint that sinks under its
+    /// load must not take the reference with it to the ground.
+    #[cold]
+    #[inline(never)]
+    fn relieve(&mut self, seen: &Seen<'_, S, N>, rules: &Rules<S, N>) {
+        self.waited = self.waited.saturating_add(1);
+        self.waits = !too_long(self.waited, rules);
+        drawn_back(&mut self.reference, seen, rules);
+    }
+
     /// The next reference on the way to the rest pose. [`Fault::HeartbeatLost`] once the arm is there, [`Fault::FollowingError`] when a
     /// joint has been waited for too long, in all: something stands in the way, or the arm is too weak for what it carries.
     fn lower(
@@ -531,7 +546,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let (share, joint) = followed(&mut self.waits, &self.reference, seen, rules);
         if self.waits {
             self.waited = self.waited.saturating_add(1);
-            if self.waited > rules.hold_max {
+            if too_long(self.waited, rules) {
                 return Err(Fault::FollowingError { joint });
             }
             if stands(&self.reference) {
@@ -549,12 +564,22 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 self.settled = self.settled.saturating_add(1);
                 // The arm follows a little later. One that does not come to rest there is let go after the time that it may hold alone.
                 let there = astray(&self.reference, seen, rules, S::literal(REST_REACH)).is_none();
-                let over = (there && seen.at_rest(rules)) || self.settled > rules.hold_max;
+                let over = (there && seen.at_rest(rules)) || too_long(self.settled, rules);
                 self.reference = Reference::at_rest(*rest);
                 if over && self.let_go(rules) { Err(Fault::HeartbeatLost) } else { Ok(()) }
             }
         }
     }
+}
+
+/// Longest time in which lowering waits for joints, and that it gives the arm to come to rest at its end, s, where
+/// [`Rules::hold_max`] is longer: an arm without a host presses for no longer.
+const WAIT_MAX: f64 = 0.5;
+
+/// True if so many ticks are more than an arm without a host may press against something.
+fn too_long<S: Real, const N: usize>(ticks: u32, rules: &Rules<S, N>) -> bool {
+    let few = S::from_i32(ticks.min(i32::MAX as u32) as i32);
+    ticks > rules.hold_max || few * rules.period > S::literal(WAIT_MAX)
 }
 
 /// True if a reference has no speed.

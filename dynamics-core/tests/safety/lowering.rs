@@ -335,3 +335,73 @@ fn a_first_step_that_is_too_small_does_not_end_in_a_jump_to_the_rest_pose() {
     }
     assert_eq!(world.machine.state(), State::Lowering);
 }
+
+/// However long the arm may hold without a host, it presses for half a second.
+#[test]
+fn an_arm_without_a_host_presses_for_half_a_second_at_most() {
+    for hold in [100, 499, 5_000, 60_000] {
+        let mut world = World::left_alone(|config| config.rules.hold_max = hold);
+        while world.machine.state() != State::Lowering {
+            world.step(None, false);
+            world.tick = 0;
+        }
+        world.stop = 0.5;
+        let mut pressed = 0;
+        let end = loop {
+            world.push = 0.0;
+            world.step(None, false);
+            pressed += u32::from(world.push > f64::from(STIFFNESS * REACH) / 3.2);
+            if let State::Fault(fault) = world.machine.state() {
+                break fault;
+            }
+            assert!(world.tick < 20_000, "{hold}");
+        };
+        assert_eq!(end, Fault::FollowingError { joint: 0 }, "{hold}");
+        // And while the reference goes to half of the reach, at a falling pace.
+        assert!(pressed <= hold.min(500) + 400 && pressed > 100, "{hold}: {pressed}");
+    }
+}
+
+/// An arm that something holds just above its rest pose does not settle there.
+#[test]
+fn an_arm_that_does_not_settle_at_its_rest_pose_is_let_go_after_half_a_second() {
+    let mut world = World::left_alone(|config| config.rules.hold_max = 5_000);
+    world.stop = f64::from(TO[0]) + 0.2 * f64::from(REACH);
+    let (ticks, fault) = world.until_let_go();
+    assert_eq!(fault, Fault::HeartbeatLost);
+    assert!(ticks < 5_000 + NOMINAL + 600, "{ticks}");
+}
+
+/// A hold takes over where lowering waits. Returns the torque against the stop some time after it, N m, and how far the reference moved then, rad.
+fn held_on_a_stop(payload: f64) -> (f64, f32) {
+    let mut world = World::left_alone(|_| {});
+    while world.machine.state() != State::Lowering {
+        world.payload = payload * f64::from(world.tick.min(200)) / 200.0;
+        world.step(None, false);
+    }
+    world.stop = if payload > 0.0 { f64::NEG_INFINITY } else { 0.5 };
+    let lags = |world: &World| (f64::from(world.reference.q[0]) - world.q[0]).abs() > 0.48 * f64::from(REACH);
+    while !lags(&world) {
+        world.step(None, false);
+    }
+    assert_eq!(world.machine.state(), State::Lowering);
+    world.step(Some(dynamics_core::safety::Request::Hold), true);
+    let from = world.reference.q[0];
+    for _ in 0..20_000 {
+        world.push = 0.0;
+        world.step(None, true);
+    }
+    assert!(matches!(world.machine.state(), State::Holding(_)), "{:?}", world.machine.state());
+    (world.push, world.reference.q[0] - from)
+}
+
+#[test]
+fn a_hold_while_lowering_waits_relieves_the_obstacle_and_does_not_creep() {
+    let (push, moved) = held_on_a_stop(0.0);
+    println!("{push:.1} N m, {moved:.3} rad");
+    assert!(push < 1.02 * f64::from(STIFFNESS * REACH) / 3.0 && moved > 0.0, "{push} N m, {moved} rad");
+    // A joint that sags under its payload by more than a third: it sinks for as long as lowering waits, and no farther.
+    let (_, moved) = held_on_a_stop(65.0);
+    println!("{moved:.3} rad");
+    assert!(moved.abs() <= SPEED * PERIOD * HOLD as f32 * 1.1, "{moved} rad");
+}
