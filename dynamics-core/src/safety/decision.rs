@@ -399,9 +399,15 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 }
                 (self.state, self.waits) = (State::Running, false);
             }
-            (_, Request::FullRange) => {
+            (State::Idle | State::Armed | State::Holding(_), Request::FullRange) => {
                 if !self.homed {
                     return Err(Refusal::NotHomed);
+                }
+                // Torque that was held back would come at once.
+                let held_back = self.limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE));
+                let free = stands(&self.reference) && seen.at_rest(rules) && !held_back;
+                if self.state != State::Idle && !free {
+                    return Err(Refusal::NotAtRest);
                 }
                 self.full_range = true;
             }
