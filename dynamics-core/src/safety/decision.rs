@@ -46,8 +46,8 @@ pub(super) struct Memory<S, const N: usize> {
     waited: u32,
     /// It waits now.
     waits: bool,
-    /// Disarming ends in [`Fault::HeartbeatLost`].
-    pub(super) lost: bool,
+    /// Fault in which disarming ends.
+    pub(super) ends_in: Option<Fault>,
     /// Heat of the motors.
     pub(super) heats: Heats<S, N>,
 }
@@ -151,7 +151,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             settled: 0,
             waited: 0,
             waits: false,
-            lost: false,
+            ends_in: None,
             heats: Heats::cold(),
         }
     }
@@ -191,7 +191,6 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let stop = (inputs.request == Some(Request::Stop)).then_some(Fault::EmergencyStop);
         let drove = self.state.has_torque();
         self.alone = if drove && silent { self.alone.saturating_add(1) } else { 0 };
-        let alone = self.alone > rules.hold_max && !matches!(self.state, State::Lowering | State::Disarming);
         let fault = external.or(stop).or(self.of_drives(inputs)).or(if drove {
             judged.or(self.hasty(seen, config, rules))
         } else {
@@ -200,10 +199,16 @@ impl<S: Real, const N: usize> Memory<S, N> {
         if let Some(fault) = fault {
             return self.fail(fault, inputs.request);
         }
+        if let Some(fault) = self.overheated()
+            && self.let_go(fault, rules)
+        {
+            return self.fail(fault, inputs.request);
+        }
+        let alone = self.alone > rules.hold_max && !matches!(self.state, State::Lowering | State::Disarming);
         if alone && rules.rest.is_some() {
             (self.state, self.pace, self.along) = (State::Lowering, S::zero(), false);
             (self.settled, self.waited, self.waits) = (0, 0, false);
-        } else if alone && self.let_go(rules) {
+        } else if alone && self.let_go(Fault::HeartbeatLost, rules) {
             return self.fail(Fault::HeartbeatLost, inputs.request);
         }
 
@@ -283,8 +288,14 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
         match inputs.on.iter().position(|on| !*on) {
             Some(joint) if self.state != State::Arming => Some(Fault::DriveOff { joint: joint as u8 }),
-            _ => self.heats.above(FAULT).map(|joint| Fault::Overheated { joint }),
+            _ => None,
         }
+    }
+
+    /// A motor that is too hot while torque acts or is about to. One that is being disarmed cools soon.
+    fn overheated(&self) -> Option<Fault> {
+        let acts = self.state.drives() || self.state == State::Arming;
+        if acts { self.heats.above(FAULT).map(|joint| Fault::Overheated { joint }) } else { None }
     }
 
     /// The fault is in force, and the request is rejected because of it, unless it asked for the stop.
@@ -297,7 +308,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
         (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
-        (self.along, self.lost, self.waits) = (false, false, false);
+        (self.along, self.ends_in, self.waits) = (false, None, false);
     }
 
     /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
@@ -493,7 +504,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             State::Disarming => {
                 if self.arming.ticks >= rules.brake_delay {
                     self.state = State::Idle;
-                    return if self.lost { Err(Fault::HeartbeatLost) } else { Ok(()) };
+                    return self.ends_in.map_or(Ok(()), Err);
                 }
                 self.reference = slowed(&self.reference, rules, &config.limits);
                 S::literal(HOLDING_REACH)
@@ -529,6 +540,11 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
     }
 
+    /// Lets go in an orderly way; the fault if it ends in this tick.
+    fn end(&mut self, fault: Fault, rules: &Rules<S, N>) -> Result<(), Fault> {
+        if self.let_go(fault, rules) { Err(fault) } else { Ok(()) }
+    }
+
     /// An arm that is held while it was lowered: what is in its way is not pushed for ever. For a bounded time: a joint that sinks under its
     /// load must not take the reference with it to the ground.
     #[cold]
@@ -553,7 +569,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
         if self.waits {
             self.waited = self.waited.saturating_add(1);
             if too_long(self.waited, rules) {
-                return Err(Fault::FollowingError { joint });
+                return self.end(Fault::FollowingError { joint }, rules);
             }
             if stands(&self.reference) {
                 self.pace = S::zero();
@@ -572,7 +588,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
                 let there = astray(&self.reference, seen, rules, S::literal(REST_REACH)).is_none();
                 let over = (there && seen.at_rest(rules)) || too_long(self.settled, rules);
                 self.reference = Reference::at_rest(*rest);
-                if over && self.let_go(rules) { Err(Fault::HeartbeatLost) } else { Ok(()) }
+                if over { self.end(Fault::HeartbeatLost, rules) } else { Ok(()) }
             }
         }
     }

@@ -182,6 +182,49 @@ fn warming() -> Protected<f32, 2> {
     protected
 }
 
+/// The heat of a motor says nothing against the torque that holds the arm until its brakes have engaged.
+#[test]
+fn an_overheated_arm_with_brakes_is_held_until_they_have_engaged() {
+    let still = calm([0.0; 2]);
+    let hot = |brake_delay: u32, until: f64| {
+        let mut protected = warming();
+        protected.rules.brake_delay = brake_delay;
+        let mut arm = Arm::of(protected);
+        arm.ask(&TO_ARMED);
+        while f64::from(arm.machine.heat()[0]) < until && arm.machine.state() == State::Armed {
+            arm.tick(&still);
+        }
+        arm
+    };
+    // An emergency stop still acts at once.
+    for stop_after in [None, Some(3)] {
+        let mut arm = hot(7, 2.0);
+        assert_eq!(arm.machine.state(), State::Disarming);
+        for tick in 1..7 {
+            let stop = stop_after == Some(tick);
+            let output = arm.tick(&Inputs { emergency_stop: stop, ..still });
+            if stop {
+                assert_eq!(output.state, State::Fault(Fault::EmergencyStop));
+                break;
+            }
+            assert!(matches!(output.actuation, Actuation::Preload { .. }), "{tick}: {output:?}");
+        }
+        let fault = if stop_after.is_some() { Fault::EmergencyStop } else { Fault::Overheated { joint: 0 } };
+        let output = arm.tick(&still);
+        assert_eq!((output.state, output.actuation), (State::Fault(fault), Actuation::Safe(SafeAction::Brake)));
+    }
+    // Without brakes, or with such that engage at once, it ends in the tick.
+    assert_eq!(hot(0, 2.0).machine.state(), State::Fault(Fault::Overheated { joint: 0 }));
+    // An arm that is disarmed already cools soon, and ends as it was asked to.
+    let mut arm = hot(400, 1.03);
+    arm.ask(&[Request::Disarm]);
+    while arm.machine.state() == State::Disarming {
+        arm.tick(&still);
+    }
+    assert_eq!(arm.machine.state(), State::Idle);
+    assert!(f64::from(arm.machine.heat()[0]) > FAULT, "{:?}", arm.machine.heat());
+}
+
 #[test]
 fn a_warm_motor_gives_less_beyond_the_weight_and_an_overheated_one_is_a_fault_that_lasts_until_it_has_cooled() {
     let mut arm = Arm::of(warming());

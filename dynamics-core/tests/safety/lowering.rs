@@ -91,6 +91,14 @@ impl World {
             Actuation::Drive { torque, .. } => Some(torque),
             _ => None,
         };
+        let engaged = matches!(
+            output.actuation,
+            Actuation::Preload { .. } | Actuation::Enable(SafeAction::Brake) | Actuation::Safe(SafeAction::Brake)
+        );
+        if engaged {
+            self.qd = [0.0; 2];
+            return;
+        }
         for i in 0..2 {
             for _ in 0..10 {
                 let given = torque.map_or(-DAMPING as f64 * self.qd[i], |torque| f64::from(torque[i]));
@@ -404,4 +412,26 @@ fn a_hold_while_lowering_waits_relieves_the_obstacle_and_does_not_creep() {
     let (_, moved) = held_on_a_stop(65.0);
     println!("{moved:.3} rad");
     assert!(moved.abs() <= SPEED * PERIOD * HOLD as f32 * 1.1, "{moved} rad");
+}
+
+/// What is in the way of a lowered arm with brakes says nothing against its torque either.
+#[test]
+fn an_arm_with_brakes_that_waited_for_too_long_is_held_until_they_have_engaged() {
+    let mut world = World::left_alone(|config| {
+        config.rules.safe_action = SafeAction::Brake;
+        config.rules.brake_delay = 100;
+    });
+    world.stop = 0.5;
+    let mut states: Vec<(State, u32)> = Vec::new();
+    while !matches!(states.last(), Some((State::Fault(_), _))) {
+        world.step(None, false);
+        let state = world.machine.state();
+        if states.last().is_none_or(|(last, _)| *last != state) {
+            states.push((state, 0));
+        }
+        states.last_mut().unwrap().1 += 1;
+        assert!(world.tick < 20_000, "{states:?}");
+    }
+    assert_eq!(states[1].0, State::Lowering, "{states:?}");
+    assert_eq!(states[2..], [(State::Disarming, 100), (State::Fault(Fault::FollowingError { joint: 0 }), 1)]);
 }
