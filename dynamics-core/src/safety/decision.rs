@@ -40,7 +40,7 @@ pub(super) struct Memory<S, const N: usize> {
     pub(super) arming: Arming,
     /// Pace of lowering, 0 to 1.
     pace: S,
-    /// Ticks that the reference has been at the rest pose.
+    /// Ticks that the reference has been at the rest pose, or could not move.
     settled: u32,
     /// Ticks of lowering in which the reference has waited for a joint.
     waited: u32,
@@ -579,8 +579,11 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
         match lowered(&self.reference, &mut self.pace, share, rest, rules, &config.limits) {
             Some(next) => {
+                // A speed too low for single precision: the arm would never arrive.
+                let stuck = !self.waits && self.pace >= share && next.q == self.reference.q;
                 self.reference = next;
-                Ok(())
+                self.settled = self.settled.saturating_add(u32::from(stuck));
+                if stuck && too_long(self.settled, rules) { self.end(Fault::HeartbeatLost, rules) } else { Ok(()) }
             }
             None => {
                 self.settled = self.settled.saturating_add(1);
