@@ -59,7 +59,7 @@ pub(super) fn drawn_back<S: Real, const N: usize>(
         let (lag, near) = (reference.q[i] - seen.q[i], S::literal(DRAWN) * reach);
         // What is beyond a third, at most one tick's way.
         let beyond = lag - lag.clamp_symmetric(near);
-        reference.q[i] = reference.q[i] - beyond.clamp_symmetric(lowering_speed * rules.period);
+        reference.q[i] -= beyond.clamp_symmetric(lowering_speed * rules.period);
         reference.qdd[i] = S::zero();
     }
 }
