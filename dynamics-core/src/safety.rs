@@ -85,7 +85,8 @@ pub enum Request {
     Hold,
     /// `Fault -> Idle`, when the cause of the fault is gone.
     Clear,
-    /// Lifts the limits of the first motion after homing ([`Rules::first_motion`]). In every state but `Fault`, once homed.
+    /// Lifts the limits of the first motion after homing ([`Rules::first_motion`]). In `Idle`, once homed; in
+    /// `Armed` and `Holding`, at rest and while no joint's torque is at its limit.
     FullRange,
 }
 

@@ -7,8 +7,8 @@
 //! 3. An arm without brakes: nothing carries it while torque rises. Its first torque is the whole torque that gravity needs, at once.
 //!
 //! Disarming an arm with brakes: the brakes lose their power, and torque goes on until they have engaged ([`Rules::brake_delay`]). A machine
-//! that ends torque because the host is gone does the same, and then raises its fault. Any other fault removes the torque at once: what
-//! the torque is made of, or the drive that gives it, is not to be trusted.
+//! that ends torque because the host is gone, a motor is too hot, or lowering has waited for too long, does the same, and then raises its
+//! fault. Any other fault removes the torque at once: what the torque is made of, or the drive that gives it, is not to be trusted.
 
 use super::decision::{Action, Decision, Memory, Now, astray};
 use super::{Request, Rules, SafeAction, State};
@@ -101,17 +101,19 @@ impl<S: Real, const N: usize> Memory<S, N> {
     #[cold]
     #[inline(never)]
     pub(super) fn disarm(&mut self, rules: &Rules<S, N>) {
-        (self.state, self.along, self.lost) = (State::Idle, false, false);
+        (self.state, self.along, self.ends_in) = (State::Idle, false, None);
         if rules.brake_delay != 0 {
             (self.state, self.arming) = (State::Disarming, Arming::START);
         }
     }
 
-    /// End torque because the host is gone. True if it ends in this tick.
-    pub(super) fn let_go(&mut self, rules: &Rules<S, N>) -> bool {
+    /// End torque because of a fault that leaves readings and drives as good as before. True if it ends in this tick: the brakes engage at
+    /// once, are engaged, or are not there.
+    pub(super) fn let_go(&mut self, fault: Fault, rules: &Rules<S, N>) -> bool {
+        let arms = self.state == State::Arming;
         self.disarm(rules);
-        self.lost = true;
-        self.state == State::Idle
+        self.ends_in = Some(fault);
+        arms || self.state == State::Idle
     }
 
     /// Begin to arm.

@@ -4,7 +4,7 @@
 
 use super::arming::Arming;
 use super::heat::{FAULT, Heats};
-use super::lowering::{WAITS, followed, lowered};
+use super::lowering::{drawn_back, followed, lowered};
 use super::measured::{Judgement, Seen, Sensors};
 use super::stop::{can_stop, slowed};
 use super::{HoldCause, Inputs, LiveInput, Refusal, Request, Rules, State};
@@ -40,12 +40,14 @@ pub(super) struct Memory<S, const N: usize> {
     pub(super) arming: Arming,
     /// Pace of lowering, 0 to 1.
     pace: S,
-    /// Ticks that the reference has been at the rest pose.
+    /// Ticks that the reference has been at the rest pose, or could not move.
     settled: u32,
     /// Ticks of lowering in which the reference has waited for a joint.
     waited: u32,
-    /// Disarming ends in [`Fault::HeartbeatLost`].
-    pub(super) lost: bool,
+    /// It waits now.
+    waits: bool,
+    /// Fault in which disarming ends.
+    pub(super) ends_in: Option<Fault>,
     /// Heat of the motors.
     pub(super) heats: Heats<S, N>,
 }
@@ -148,7 +150,8 @@ impl<S: Real, const N: usize> Memory<S, N> {
             pace: S::zero(),
             settled: 0,
             waited: 0,
-            lost: false,
+            waits: false,
+            ends_in: None,
             heats: Heats::cold(),
         }
     }
@@ -188,7 +191,6 @@ impl<S: Real, const N: usize> Memory<S, N> {
         let stop = (inputs.request == Some(Request::Stop)).then_some(Fault::EmergencyStop);
         let drove = self.state.has_torque();
         self.alone = if drove && silent { self.alone.saturating_add(1) } else { 0 };
-        let alone = self.alone > rules.hold_max && !matches!(self.state, State::Lowering | State::Disarming);
         let fault = external.or(stop).or(self.of_drives(inputs)).or(if drove {
             judged.or(self.hasty(seen, config, rules))
         } else {
@@ -197,10 +199,16 @@ impl<S: Real, const N: usize> Memory<S, N> {
         if let Some(fault) = fault {
             return self.fail(fault, inputs.request);
         }
+        if let Some(fault) = self.overheated()
+            && self.let_go(fault, rules)
+        {
+            return self.fail(fault, inputs.request);
+        }
+        let alone = self.alone > rules.hold_max && !matches!(self.state, State::Lowering | State::Disarming);
         if alone && rules.rest.is_some() {
             (self.state, self.pace, self.along) = (State::Lowering, S::zero(), false);
-            (self.settled, self.waited) = (0, 0);
-        } else if alone && self.let_go(rules) {
+            (self.settled, self.waited, self.waits) = (0, 0, false);
+        } else if alone && self.let_go(Fault::HeartbeatLost, rules) {
             return self.fail(Fault::HeartbeatLost, inputs.request);
         }
 
@@ -253,9 +261,13 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
     }
 
-    /// The first joint that is too fast for the first motion.
+    /// The first joint that is too fast for the first motion. In lowering and disarming the machine itself leads the arm, slowly, and nobody is
+    /// surprised by its direction: a joint that an obstacle lets go is quick for a moment, and an arm without brakes would be dropped for it.
     fn hasty(&self, seen: &Seen<'_, S, N>, config: &ControllerConfig<S, N>, rules: &Rules<S, N>) -> Option<Fault> {
         let share = self.first_motion(rules)?;
+        if matches!(self.state, State::Lowering | State::Disarming) {
+            return None;
+        }
         for i in 0..N {
             let (_, _, velocity_max) = believed(config, i);
             let slow = seen.qd[i].abs() <= share * velocity_max;
@@ -276,8 +288,14 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
         match inputs.on.iter().position(|on| !*on) {
             Some(joint) if self.state != State::Arming => Some(Fault::DriveOff { joint: joint as u8 }),
-            _ => self.heats.above(FAULT).map(|joint| Fault::Overheated { joint }),
+            _ => None,
         }
+    }
+
+    /// A motor that is too hot while torque acts or is about to. One that is being disarmed cools soon.
+    fn overheated(&self) -> Option<Fault> {
+        let acts = self.state.drives() || self.state == State::Arming;
+        if acts { self.heats.above(FAULT).map(|joint| Fault::Overheated { joint }) } else { None }
     }
 
     /// The fault is in force, and the request is rejected because of it, unless it asked for the stop.
@@ -290,7 +308,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
     pub(super) fn rest(&mut self) {
         let zero = [S::zero(); N];
         (self.torque, self.reference.qdd, self.alone, self.gave_way, self.held) = (zero, zero, 0, false, None);
-        (self.along, self.lost) = (false, false);
+        (self.along, self.ends_in, self.waits) = (false, None, false);
     }
 
     /// Leave the fault when its cause is gone, and nothing would raise a fault again at once.
@@ -390,11 +408,17 @@ impl<S: Real, const N: usize> Memory<S, N> {
                         return Err(Refusal::OutOfReach { joint: i as u8 });
                     }
                 }
-                self.state = State::Running;
+                (self.state, self.waits) = (State::Running, false);
             }
-            (_, Request::FullRange) => {
+            (State::Idle | State::Armed | State::Holding(_), Request::FullRange) => {
                 if !self.homed {
                     return Err(Refusal::NotHomed);
+                }
+                // Torque that was held back would come at once.
+                let held_back = self.limits.iter().any(|flags| flags.contains(LimitFlags::TORQUE));
+                let free = stands(&self.reference) && seen.at_rest(rules) && !held_back;
+                if self.state != State::Idle && !free {
+                    return Err(Refusal::NotAtRest);
                 }
                 self.full_range = true;
             }
@@ -404,7 +428,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
             }
             // Asked again, an arm that stops along its path stops joint by joint.
             (State::Holding(_), Request::Hold) if self.along => self.along = false,
-            (State::Lowering, Request::Hold) => self.state = State::Holding(HoldCause::Requested),
+            (State::Lowering, Request::Hold) => {
+                (self.state, self.waits) = (State::Holding(HoldCause::Requested), true);
+            }
             _ => return Err(Refusal::WrongState),
         }
         Ok(())
@@ -466,6 +492,9 @@ impl<S: Real, const N: usize> Memory<S, N> {
                         slowed(&self.reference, rules, &config.limits)
                     }
                 };
+                if self.waits && stands(&self.reference) {
+                    self.relieve(seen, rules);
+                }
                 S::literal(HOLDING_REACH)
             }
             State::Lowering => {
@@ -475,7 +504,7 @@ impl<S: Real, const N: usize> Memory<S, N> {
             State::Disarming => {
                 if self.arming.ticks >= rules.brake_delay {
                     self.state = State::Idle;
-                    return if self.lost { Err(Fault::HeartbeatLost) } else { Ok(()) };
+                    return self.ends_in.map_or(Ok(()), Err);
                 }
                 self.reference = slowed(&self.reference, rules, &config.limits);
                 S::literal(HOLDING_REACH)
@@ -511,6 +540,21 @@ impl<S: Real, const N: usize> Memory<S, N> {
         }
     }
 
+    /// Lets go in an orderly way; the fault if it ends in this tick.
+    fn end(&mut self, fault: Fault, rules: &Rules<S, N>) -> Result<(), Fault> {
+        if self.let_go(fault, rules) { Err(fault) } else { Ok(()) }
+    }
+
+    /// An arm that is held while it was lowered: what is in its way is not pushed for ever. For a bounded time: a joint that sinks under its
+    /// load must not take the reference with it to the ground.
+    #[cold]
+    #[inline(never)]
+    fn relieve(&mut self, seen: &Seen<'_, S, N>, rules: &Rules<S, N>) {
+        self.waited = self.waited.saturating_add(1);
+        self.waits = !too_long(self.waited, rules);
+        drawn_back(&mut self.reference, seen, rules);
+    }
+
     /// The next reference on the way to the rest pose. [`Fault::HeartbeatLost`] once the arm is there, [`Fault::FollowingError`] when a
     /// joint has been waited for too long, in all: something stands in the way, or the arm is too weak for what it carries.
     fn lower(
@@ -521,28 +565,51 @@ impl<S: Real, const N: usize> Memory<S, N> {
     ) -> Result<(), Fault> {
         // Without a rest pose there is no lowering.
         let Some(rest) = &rules.rest else { return Err(Fault::HeartbeatLost) };
-        let (share, joint) = followed(&self.reference, seen, rules);
-        if share < S::literal(WAITS) {
+        let (share, joint) = followed(&mut self.waits, &self.reference, seen, rules);
+        if self.waits {
             self.waited = self.waited.saturating_add(1);
-            if self.waited > rules.hold_max {
-                return Err(Fault::FollowingError { joint });
+            if too_long(self.waited, rules) {
+                return self.end(Fault::FollowingError { joint }, rules);
+            }
+            if stands(&self.reference) {
+                self.pace = S::zero();
+                drawn_back(&mut self.reference, seen, rules);
+                return Ok(());
             }
         }
         match lowered(&self.reference, &mut self.pace, share, rest, rules, &config.limits) {
             Some(next) => {
+                // A speed too low for single precision: the arm would never arrive.
+                let stuck = !self.waits && self.pace >= share && next.q == self.reference.q;
                 self.reference = next;
-                Ok(())
+                self.settled = self.settled.saturating_add(u32::from(stuck));
+                if stuck && too_long(self.settled, rules) { self.end(Fault::HeartbeatLost, rules) } else { Ok(()) }
             }
             None => {
                 self.settled = self.settled.saturating_add(1);
                 // The arm follows a little later. One that does not come to rest there is let go after the time that it may hold alone.
                 let there = astray(&self.reference, seen, rules, S::literal(REST_REACH)).is_none();
-                let over = (there && seen.at_rest(rules)) || self.settled > rules.hold_max;
+                let over = (there && seen.at_rest(rules)) || too_long(self.settled, rules);
                 self.reference = Reference::at_rest(*rest);
-                if over && self.let_go(rules) { Err(Fault::HeartbeatLost) } else { Ok(()) }
+                if over { self.end(Fault::HeartbeatLost, rules) } else { Ok(()) }
             }
         }
     }
+}
+
+/// Longest time in which lowering waits for joints, and that it gives the arm to come to rest at its end, s, where
+/// [`Rules::hold_max`] is longer: an arm without a host presses for no longer.
+const WAIT_MAX: f64 = 0.5;
+
+/// True if so many ticks are more than an arm without a host may press against something.
+fn too_long<S: Real, const N: usize>(ticks: u32, rules: &Rules<S, N>) -> bool {
+    let few = S::from_i32(ticks.min(i32::MAX as u32) as i32);
+    ticks > rules.hold_max || few * rules.period > S::literal(WAIT_MAX)
+}
+
+/// True if a reference has no speed.
+fn stands<S: Real, const N: usize>(reference: &Reference<S, N>) -> bool {
+    (0..N).all(|i| reference.qd[i] == S::zero())
 }
 
 /// True if a reference does not move.

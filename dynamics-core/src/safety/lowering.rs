@@ -1,37 +1,67 @@
 //! Lowering: without a host the arm moves to its rest pose instead of being let go.
 
-use super::Rules;
 use super::measured::Seen;
 use super::stop::slowed;
+use super::{JointRules, Rules};
 use crate::control::Reference;
 use crate::joint::Limits;
 use crate::scalar::Real;
 
-/// Share of the full pace below which the reference waits for a joint: half, at a lag of half of its reach.
-pub(super) const WAITS: f64 = 0.5;
+/// Lag from which on the reference waits for a joint, the lag to which it is then drawn back, and the lag from which on it goes on, as shares
+/// of the joint's reach. An arm that cannot move lags as far as the reference was drawn back, one that is free again by less.
+const WAITS: f64 = 0.5;
+const DRAWN: f64 = 1.0 / 3.0;
+const GOES_ON: f64 = 0.3;
 
-/// Share of the full pace at which the arm can be lowered, and the joint that lags most.
+/// The greatest lag, as a share of the joint's reach, and the joint that has it.
+///
+/// A joint that is ahead counts too: something carries it away.
+fn lag<S: Real, const N: usize>(reference: &Reference<S, N>, seen: &Seen<'_, S, N>, rules: &Rules<S, N>) -> (S, u8) {
+    let (mut most, mut joint) = (S::zero(), 0);
+    for i in 0..N {
+        let its = (reference.q[i] - seen.q[i]).abs() / rules.joints[i].reach;
+        if its > most {
+            (most, joint) = (its, i as u8);
+        }
+    }
+    (most, joint)
+}
+
+/// Share of the full pace at which the arm can be lowered, with the joint that lags most; `waits` is true while the reference waits for it.
 ///
 /// ```text
-/// f = clamp(2 - 3 max_i(|reference_i - q_i| / reach_i), 0, 1)
+/// f = clamp(2 - 3 max_i(|reference_i - q_i| / reach_i), 0, 1),   0 while it waits
 /// ```
 ///
-/// Full up to a third of the reach, none from two thirds on. So an obstacle is pushed with the torque of a lag of two thirds at most, and the
-/// way in which the reference comes to rest: `v_i^2 / deceleration_i`. A joint that is ahead counts too: something carries it away.
+/// Full up to a third of the reach, half at half of it, where waiting begins. So an obstacle is pushed with the torque of a lag of half of
+/// the reach at most, and the way in which the reference comes to rest: `v_i^2 / deceleration_i`.
 pub(super) fn followed<S: Real, const N: usize>(
+    waits: &mut bool,
     reference: &Reference<S, N>,
     seen: &Seen<'_, S, N>,
     rules: &Rules<S, N>,
 ) -> (S, u8) {
-    let (mut share, mut joint) = (S::one(), 0);
+    let (lag, joint) = lag(reference, seen, rules);
+    *waits = lag > S::literal(if *waits { GOES_ON } else { WAITS });
+    let share = S::literal(2.0) - S::literal(3.0) * lag;
+    (if *waits { S::zero() } else { smaller(share, S::one()) }, joint)
+}
+
+/// Draws a reference at rest one tick back, at the joints' lowering speeds, towards joints that lag by more than a third of their reach. So
+/// the torque against an obstacle falls, and the arm starts slowly when the obstacle goes.
+pub(super) fn drawn_back<S: Real, const N: usize>(
+    reference: &mut Reference<S, N>,
+    seen: &Seen<'_, S, N>,
+    rules: &Rules<S, N>,
+) {
     for i in 0..N {
-        let lag = (reference.q[i] - seen.q[i]).abs() / rules.joints[i].reach;
-        let its = S::literal(2.0) - S::literal(3.0) * lag;
-        if its < share {
-            (share, joint) = (its, i as u8);
-        }
+        let JointRules { reach, lowering_speed, .. } = rules.joints[i];
+        let (lag, near) = (reference.q[i] - seen.q[i], S::literal(DRAWN) * reach);
+        // What is beyond a third, at most one tick's way.
+        let beyond = lag - lag.clamp_symmetric(near);
+        reference.q[i] -= beyond.clamp_symmetric(lowering_speed * rules.period);
+        reference.qdd[i] = S::zero();
     }
-    (larger(share, S::zero()), joint)
 }
 
 /// The reference one tick on, on a straight line to the rest pose, and its new pace.

@@ -69,10 +69,13 @@ fn a_first_motion_that_is_too_fast_is_refused_or_held_until_the_limit_is_lifted(
     arm.ask(&[Request::Run]);
     assert_eq!(arm.tick(&moving(0.99 * SPEED)).state, State::Running);
     assert_eq!(arm.tick(&moving(1.01 * SPEED)).state, State::Holding(HoldCause::FirstMotion { joint: 0 }));
+    // It comes to rest where its reference does.
+    let stop = (0.99 * SPEED).powi(2) / (2.0 * DECELERATION);
     for _ in 0..200 {
-        arm.tick(&calm([0.0; 2]));
+        arm.tick(&calm([stop; 2]));
     }
-    arm.ask(&[Request::FullRange, Request::Run]);
+    assert_eq!(arm.tick(&asked(Request::FullRange, &calm([stop; 2]))).refused, None);
+    arm.ask(&[Request::Run]);
     assert_eq!(arm.tick(&moving(1.01 * SPEED)).state, State::Running);
     // Every homing limits anew.
     arm.ask(&[Request::Hold]);
@@ -95,6 +98,41 @@ fn an_arm_that_is_itself_too_fast_in_its_first_motion_is_a_fault() {
     assert_eq!(run(1.01 * share(6.0)), State::Fault(Fault::VelocityOutOfBounds { joint: 0 }));
 }
 
+/// Neither while the drives come on, nor while they are about to go off, nor in motion.
+#[test]
+fn the_limits_of_the_first_motion_are_lifted_only_without_torque_or_at_rest() {
+    let mut protected = limited();
+    protected.rules.brake_delay = 5;
+    protected.rules.rest = Some([-0.5, 0.0]);
+    let mut arm = Arm::of(protected);
+    let refused = |arm: &mut Arm, inputs: &Told| arm.tick(&asked(Request::FullRange, inputs)).refused;
+    let still = calm([0.0; 2]);
+    assert_eq!(refused(&mut arm, &still), Some(Refusal::NotHomed));
+    arm.tick(&asked(Request::Home, &still));
+    assert_eq!(refused(&mut arm, &still), Some(Refusal::WrongState));
+    arm.tick(&asked(Request::Confirm, &still));
+    let idle = |arm: &mut Arm| arm.ask(&[Request::Home, Request::Confirm]);
+    arm.tick(&asked(Request::Arm, &still));
+    assert_eq!((arm.machine.state(), refused(&mut arm, &still)), (State::Arming, Some(Refusal::WrongState)));
+    while arm.machine.state() == State::Arming {
+        arm.tick(&still);
+    }
+    let moves = Inputs { sensed: Sensed::State { q: [0.0; 2], qd: [0.5 * SPEED; 2] }, ..still };
+    assert_eq!(refused(&mut arm, &moves), Some(Refusal::NotAtRest));
+    let silent = Inputs { heartbeat_age: HEARTBEAT_MAX + 1, ..still };
+    while arm.machine.state() != State::Lowering {
+        arm.tick(&silent);
+    }
+    assert_eq!(refused(&mut arm, &silent), Some(Refusal::WrongState));
+    arm.ask(&[Request::Hold, Request::Disarm]);
+    assert_eq!((arm.machine.state(), refused(&mut arm, &still)), (State::Disarming, Some(Refusal::WrongState)));
+    while arm.machine.state() == State::Disarming {
+        arm.tick(&still);
+    }
+    idle(&mut arm);
+    assert_eq!(refused(&mut arm, &still), None);
+}
+
 #[test]
 fn torque_beyond_the_weight_is_limited_in_the_first_motion_and_then_not() {
     let mut arm = Arm::of(limited());
@@ -109,11 +147,29 @@ fn torque_beyond_the_weight_is_limited_in_the_first_motion_and_then_not() {
         assert!((torque - (WEIGHT + acts)).abs() < 1e-4, "{torque} for {wanted}");
         assert_eq!(limits(&output)[0].contains(LimitFlags::TORQUE), wanted != acts);
     }
-    arm.ask(&[Request::FullRange]);
+    // What was held back would come at once.
+    let refused = |arm: &mut Arm, inputs: &Told| arm.tick(&asked(Request::FullRange, inputs)).refused;
+    assert_eq!(refused(&mut arm, &drawn(-2.0 * BEYOND / 400.0)), Some(Refusal::WrongState));
+    arm.tick(&asked(Request::Hold, &drawn(-2.0 * BEYOND / 400.0)));
+    assert_eq!(arm.machine.state(), State::Holding(HoldCause::Requested));
     for _ in 0..5 {
-        arm.tick(&drawn(-2.0 * BEYOND / 400.0));
+        assert_eq!(refused(&mut arm, &calm([0.0; 2])), Some(Refusal::NotAtRest));
+        let torque = torque(&arm.tick(&calm([0.0; 2]))).unwrap()[0];
+        assert!((torque - (WEIGHT - BEYOND)).abs() < 1e-4, "{torque}");
     }
-    let free = torque(&arm.tick(&drawn(-2.0 * BEYOND / 400.0))).unwrap()[0];
+    // The arm has come to its reference.
+    let there = calm([-2.0 * BEYOND / 400.0; 2]);
+    for _ in 0..5 {
+        arm.tick(&there);
+    }
+    assert_eq!(refused(&mut arm, &there), None);
+    let free = |arm: &mut Arm| {
+        for _ in 0..5 {
+            arm.tick(&calm([0.0; 2]));
+        }
+        torque(&arm.tick(&calm([0.0; 2]))).unwrap()[0]
+    };
+    let free = free(&mut arm);
     assert!((free - (WEIGHT - 2.0 * BEYOND)).abs() < 1e-4, "{free}");
 }
 
@@ -124,6 +180,49 @@ fn warming() -> Protected<f32, 2> {
     let rules = [5.0, 50.0].map(|rated| HeatRules::new(rated, 2.0, 2.0 * 1e-3).cast());
     protected.rules.heat = Some(rules);
     protected
+}
+
+/// The heat of a motor says nothing against the torque that holds the arm until its brakes have engaged.
+#[test]
+fn an_overheated_arm_with_brakes_is_held_until_they_have_engaged() {
+    let still = calm([0.0; 2]);
+    let hot = |brake_delay: u32, until: f64| {
+        let mut protected = warming();
+        protected.rules.brake_delay = brake_delay;
+        let mut arm = Arm::of(protected);
+        arm.ask(&TO_ARMED);
+        while f64::from(arm.machine.heat()[0]) < until && arm.machine.state() == State::Armed {
+            arm.tick(&still);
+        }
+        arm
+    };
+    // An emergency stop still acts at once.
+    for stop_after in [None, Some(3)] {
+        let mut arm = hot(7, 2.0);
+        assert_eq!(arm.machine.state(), State::Disarming);
+        for tick in 1..7 {
+            let stop = stop_after == Some(tick);
+            let output = arm.tick(&Inputs { emergency_stop: stop, ..still });
+            if stop {
+                assert_eq!(output.state, State::Fault(Fault::EmergencyStop));
+                break;
+            }
+            assert!(matches!(output.actuation, Actuation::Preload { .. }), "{tick}: {output:?}");
+        }
+        let fault = if stop_after.is_some() { Fault::EmergencyStop } else { Fault::Overheated { joint: 0 } };
+        let output = arm.tick(&still);
+        assert_eq!((output.state, output.actuation), (State::Fault(fault), Actuation::Safe(SafeAction::Brake)));
+    }
+    // Without brakes, or with such that engage at once, it ends in the tick.
+    assert_eq!(hot(0, 2.0).machine.state(), State::Fault(Fault::Overheated { joint: 0 }));
+    // An arm that is disarmed already cools soon, and ends as it was asked to.
+    let mut arm = hot(400, 1.03);
+    arm.ask(&[Request::Disarm]);
+    while arm.machine.state() == State::Disarming {
+        arm.tick(&still);
+    }
+    assert_eq!(arm.machine.state(), State::Idle);
+    assert!(f64::from(arm.machine.heat()[0]) > FAULT, "{:?}", arm.machine.heat());
 }
 
 #[test]

@@ -164,7 +164,7 @@ const NO_ROOM: u8 = 9;
 const OUT_OF_REACH: u8 = 10;
 
 /// Requests, where no fault is in force. A request that is not here is refused as meaningless.
-const REQUESTS: [Row; 28] = [
+const REQUESTS: [Row; 30] = [
     row(&[IDLE], Request::Home, |_| true, Ok(State::Homing)),
     row(&[HOMING], Request::Confirm, |c| !c.zeroed, Err(NOT_ZEROED)),
     row(&[HOMING], Request::Confirm, |c| c.implausible().is_some(), Err(IMPLAUSIBLE)),
@@ -188,12 +188,9 @@ const REQUESTS: [Row; 28] = [
     row(&[ARMED, HOLDING], Request::Run, Case::far, Err(OUT_OF_REACH)),
     row(&[ARMED, HOLDING], Request::Run, |c| c.wanted == Wanted::OtherSpeed, Err(OUT_OF_REACH)),
     row(&[ARMED, HOLDING], Request::Run, |_| true, Ok(State::Running)),
-    row(
-        &[IDLE, HOMING, ARMING, ARMED, RUNNING, HOLDING, DISARMING],
-        Request::FullRange,
-        |c| !c.still_homed(),
-        Err(NOT_HOMED),
-    ),
+    row(&[IDLE, ARMED, HOLDING], Request::FullRange, |c| !c.still_homed(), Err(NOT_HOMED)),
+    row(&[ARMED, HOLDING], Request::FullRange, |c| !c.resting(), Err(NOT_AT_REST)),
+    row(&[HOMING, ARMING, RUNNING, DISARMING], Request::FullRange, |_| true, Err(NO_STATE)),
     row(&[RUNNING], Request::Hold, |_| true, Ok(State::Holding(HoldCause::Requested))),
     row(&[RUNNING], Request::Disarm, |_| true, Err(NO_STATE)),
     row(&[IDLE, HOMING, ARMED, RUNNING, HOLDING], Request::Clear, |_| true, Err(NO_STATE)),

@@ -37,8 +37,8 @@
 //! Two ticks, because a reply that comes a tick late answers the frame before. The brakes open only if every drive is on, has replied in this
 //! tick, and gives the torque that it was told. Every safe action, a
 //! bus that is off and a silence in which the drive may have restarted ([`MitDrive::restart_ticks`]) forget it, and so does a reply that shows the drive off, in its own tick. A drive
-//! that has shown that it is on, also while it damps, and then shows that it is off, without an error and without having been commanded off, has restarted. Where
-//! replies carry no state, a drive counts as off when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
+//! that has shown that it is on, also while it damps, and then shows that it is off, without an error and without having been commanded off, has restarted. A drive
+//! of any kind no longer counts as on when its torque was less than half of what it was told to give, in more than [`WEAK_MAX`]
 //! replies that follow each other ([`JointFaults::TORQUE`]); below a fiftieth of the frame's range nothing is seen.
 //!
 //! Before a drive is enabled, its own communication timeout is read and set where the protocol has one. It is a fault of the joint if the drive
@@ -74,7 +74,7 @@ const TRANSMIT_POLLS: u32 = 16;
 /// Most outstanding replies: this tick's and the one before.
 const OWED_MAX: u8 = 2;
 
-/// Replies in which a drive whose replies carry no state may give less than half of the torque that it was told, one after the other.
+/// Replies in which a drive may give less than half of the torque that it was told, one after the other.
 pub const WEAK_MAX: u8 = 5;
 
 /// Torque below which nothing is concluded from a drive's torque, as a share of the range of its frames. Also the torque of a probe.
@@ -667,7 +667,7 @@ impl Joint {
         let was_powered = core::mem::replace(&mut self.powered, shows_on);
         if shows_on {
             if self.on {
-                // Its torque keeps the brakes engaged as long as it is missing.
+                // One that is on and gives no torque has not restarted.
                 self.weigh(reply, drive);
             } else if first {
                 self.off_due = self.off_due.saturating_sub(1);
@@ -695,16 +695,15 @@ impl Joint {
                 self.on = true;
             }
         } else {
-            self.weigh(reply, drive);
-            if self.weak > WEAK_MAX {
+            if self.weigh(reply, drive) {
                 self.restarted(drive);
-                self.torque_lost = true;
             }
         }
     }
 
-    /// Counts the replies, one after the other, in which the drive gives less than half of its torque.
-    fn weigh(&mut self, reply: &Reply, drive: &MitDrive) {
+    /// Counts the replies, one after the other, in which the drive gives less than half of its torque. After too many of them it no longer
+    /// counts as on, whatever state it reports: true then.
+    fn weigh(&mut self, reply: &Reply, drive: &MitDrive) -> bool {
         let floor = probe(drive);
         // It answers the last command or, as a drive measures before it acts, the one before.
         let [new, old] = self.told.map(|told| {
@@ -716,6 +715,12 @@ impl Joint {
         let weak = (low > floor && reply.torque < 0.5 * if low < max { low } else { max })
             || (high < -floor && reply.torque > 0.5 * if high > min { high } else { min });
         self.weak = if weak { self.weak.saturating_add(1) } else { 0 };
+        let lost = self.weak > WEAK_MAX;
+        if lost {
+            self.forget();
+            self.torque_lost = true;
+        }
+        lost
     }
 
     /// Takes a drive's answer about a setting; false when none was asked for.

@@ -27,7 +27,7 @@ impl JointFaults {
     pub const NON_FINITE: Self = Self(64);
     /// A pin or a PWM channel refused.
     pub const OUTPUT: Self = Self(128);
-    /// The drive gives less torque than commanded, as its replies show: it may be off. Only if replies carry no state.
+    /// The drive gives less torque than commanded, as its replies show. Where they carry no state, it may be off.
     pub const TORQUE: Self = Self(256);
     /// The drive has not confirmed its own communication timeout.
     pub const TIMEOUT: Self = Self(512);

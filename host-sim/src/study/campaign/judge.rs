@@ -70,7 +70,7 @@ pub struct Judge<const N: usize> {
     /// Number of consecutive ticks of holding, and of disarming.
     held: u32,
     disarms: u32,
-    /// The disarming was not asked for: the host is gone.
+    /// The disarming was not asked for: the host is gone, or a motor is too hot.
     lost: bool,
     /// Ticks of holding after which the arm must be at rest.
     rest_after: u32,

@@ -11,3 +11,4 @@ mod power;
 mod replies;
 mod rig;
 mod timeout;
+mod weak;

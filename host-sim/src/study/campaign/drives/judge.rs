@@ -469,8 +469,8 @@ impl<'a, const N: usize> Judge<'a, N> {
     fn released(&mut self, truth: &Truth<'_, N>) -> Result<(), Unsafe> {
         self.invisible = false;
         let (from, gravity) = (self.q, [0.0; N]);
-        // After an orderly end the brakes have engaged already.
-        let orderly = truth.state.0 == IDLE || truth.state == (FAULT, 10);
+        // After an orderly end the brakes have engaged already. So they have where lowering waited for too long, but fault 15 may come at once too.
+        let orderly = truth.state.0 == IDLE || matches!(truth.state, (FAULT, 10 | 20));
         let fresh = Released {
             ticks: 0,
             from,

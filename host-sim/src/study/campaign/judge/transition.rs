@@ -65,14 +65,16 @@ impl<const N: usize> Judge<N> {
     pub(super) fn disarmed(&mut self, heard: &Heard<'_>, status: &Status) -> Result<(), Unsafe> {
         let (before, now, delay) = (self.before.0, status.state, self.rules.brake_delay);
         let drove = matches!(before, ARMED | RUNNING | HOLDING | LOWERING);
-        let lost = now == FAULT && status.cause == 10;
+        let lost = now == FAULT && matches!(status.cause, 10 | 20);
         let asked = matches!(before, ARMED | HOLDING) && heard.requests.contains(&Request::Disarm);
         if drove && (now == IDLE || lost) && delay > 0 {
             return broken(Law::Disarmed, format!("state {before} to {now}: the brakes need {delay} ticks to engage"));
         }
         if drove && now == DISARMING {
             (self.disarms, self.lost) = (0, !asked);
-            if !asked && heard.exact && self.silent <= self.rules.heartbeat_max {
+            // An overheated motor too.
+            let cool = self.rules.heat.is_none();
+            if !asked && heard.exact && cool && self.silent <= self.rules.heartbeat_max {
                 return broken(Law::Disarmed, format!("after {} ticks without the host", self.silent));
             }
         }
@@ -84,7 +86,7 @@ impl<const N: usize> Judge<N> {
         }
         if before == DISARMING && (now == IDLE || lost) && (self.disarms != delay || (lost != self.lost && heard.exact))
         {
-            let what = format!("state {now} after {} ticks of {delay}, host lost: {}", self.disarms, self.lost);
+            let what = format!("state {now} after {} ticks of {delay}, asked for: {}", self.disarms, !self.lost);
             return broken(Law::Disarmed, what);
         }
         Ok(())
