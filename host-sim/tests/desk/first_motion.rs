@@ -84,3 +84,36 @@ fn no_hand_leads_an_arm_in_its_first_motion() {
     assert!(out.find("teach: running; guide it by hand").is_some_and(|led| led > rejected), "{out}");
     assert_eq!(out.matches("law: teach").count(), 1, "{out}");
 }
+
+/// A change of the parameter is a change of the law: `set` is no way around the checks of `teach`.
+#[test]
+fn set_law_is_checked_as_law_is() {
+    let (code, out) =
+        connect("set_law", YAM, "safe_action = \"damped-stop\"", "set law 6\nset law 0\njog 2 0.05\nwait\n");
+    assert_eq!(code, 3, "{out}");
+    assert!(out.contains("\nteach: rejected: in the first motion after homing"), "{out}");
+    assert!(!out.contains("law teach") && !out.contains("law: teach"), "{out}");
+    assert!(out.contains("\nlaw: ") && out.contains("\njog: running; "), "{out}");
+}
+
+/// Under the law `teach` no command moves the arm before `full-range`: the message says what to do instead.
+#[test]
+fn a_scene_whose_law_is_teach_names_another_scene_for_its_first_motion() {
+    let lines = Path::new(env!("CARGO_TARGET_TMPDIR")).join("law_teach_first.txt");
+    std::fs::write(
+        &lines,
+        "home\nconfirm\narm\njog shoulder 0.1\nrun\nteach\nfull-range\nteach\nwait 0.1\nhold\ndisarm!\n",
+    )
+    .unwrap();
+    let mut program = at_the_top();
+    program.args(["connect", "scenes/yam_teach.toml", "--target", "desk", "--script"]).arg(&lines);
+    let (code, out, error) = told(program.output().unwrap());
+    assert_eq!((code, error.as_str()), (3, ""), "{out}");
+    for name in ["jog", "run", "teach"] {
+        let line =
+            out.lines().find(|line| line.starts_with(&format!("{name}: rejected: in the first motion"))).unwrap();
+        assert!(line.contains("scenes/yam_move.toml") && line.contains("`full-range`"), "{line}");
+        assert!(!line.contains("`jog`"), "`jog` was rejected too: {line}");
+    }
+    assert!(out.contains("\nfull-range: armed"), "{out}");
+}

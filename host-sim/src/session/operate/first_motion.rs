@@ -126,11 +126,22 @@ impl Operator {
         let Some(share) = self.limit() else { return Ok(true) };
         self.refused = true;
         let percent = 100.0 * share;
+        let what_to_do = match (self.arm.law == Law::Teach, self.arm.tunable) {
+            (false, _) => "`jog` every joint a little, then lift the limits with `full-range`",
+            (true, true) => {
+                "choose a law that follows a reference (`law computed-torque`), `jog` every joint a little, then lift the limits with `full-range`"
+            }
+            // Nothing moves under the law of this scene before the limits are lifted.
+            (true, false) => {
+                "make the first motion with another scene of this robot, whose law follows a reference (for the YAM \
+                 scenes/yam_move.toml); `full-range` lifts the limits here although nothing was seen of the arm"
+            }
+        };
         self.say(
             name,
             &format!(
                 "{name}: rejected: in the first motion after homing (`first_motion` in [safety]) a hand that leads a joint faster than {percent:.0} % \
-                 of its velocity bound causes fault 5; `jog` every joint a little, then lift the limits with `full-range`"
+                 of its velocity bound causes fault 5; {what_to_do}"
             ),
         )?;
         Ok(false)
