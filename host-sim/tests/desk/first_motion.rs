@@ -36,7 +36,7 @@ fn largest(out: &str, words: &str) -> (f64, usize) {
 
 #[test]
 fn who_homes_and_arms_is_told_of_the_limits_and_motions_are_slowed_until_they_are_lifted() {
-    let script = "jog shoulder 0.4 0.5\nwait\nfull-range\njog shoulder -0.4 0.5\nwait\n";
+    let script = "jog shoulder 0.4 0.5\nwait\nhold\nfull-range\njog shoulder -0.4 0.5\nwait\n";
     let (code, out) = connect("first", YAM, "safe_action = \"damped-stop\"", script);
     assert_eq!(code, 0, "{out}");
     let lines: Vec<&str> = out.lines().collect();
@@ -51,8 +51,13 @@ fn who_homes_and_arms_is_told_of_the_limits_and_motions_are_slowed_until_they_ar
         "{out}"
     );
     assert!(lines[6].starts_with("wait: arrived"), "{out}");
+    assert!(
+        out.contains("since homing, so that nothing is known of them: base, elbow"),
+        "joints that have not moved: {out}"
+    );
     // What was seen: something, and no more than the first motion allows.
-    assert!(lines[7].starts_with("full-range: armed") || lines[7].starts_with("full-range: running"), "{out}");
+    assert_eq!(lines[7], "hold: holding: as requested");
+    assert!(lines[8].starts_with("full-range: holding"), "{out}");
     for words in ["speed at most", "torque beyond the weight at most"] {
         let (share, joints) = largest(&out, words);
         assert!(joints == 6 && share > 0.0 && share <= 20.5, "{words} {share}: {out}");
