@@ -97,11 +97,13 @@ pub enum Rule {
     FirstMotion,
     /// Live inputs of an arm with drives that may be of any age.
     LiveAge,
+    /// Brakes of an arm with drives whose time is zero, or is not given.
+    BrakeDelay,
 }
 
 impl Rule {
     /// All rules.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::ImpossibleBody,
         Self::Mass,
         Self::Gyration,
@@ -120,7 +122,14 @@ impl Rule {
         Self::Rest,
         Self::FirstMotion,
         Self::LiveAge,
+        Self::BrakeDelay,
     ];
+
+    /// True for a rule about the scene, not about the robot file.
+    #[must_use]
+    pub const fn is_of_scene(self) -> bool {
+        matches!(self, Self::FirstMotion | Self::LiveAge | Self::BrakeDelay)
+    }
 
     /// The name.
     #[must_use]
@@ -144,6 +153,7 @@ impl Rule {
             Self::Rest => "rest",
             Self::FirstMotion => "first-motion",
             Self::LiveAge => "live-age",
+            Self::BrakeDelay => "brake-delay",
         }
     }
 }

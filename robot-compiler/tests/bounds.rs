@@ -19,7 +19,7 @@ fn scene(lines: &str) -> Result<SceneFile, FileError> {
 }
 
 /// Lines that are accepted, and lines just beyond with a part of the answer.
-const EDGES: [(&str, &str, &str); 22] = [
+const EDGES: [(&str, &str, &str); 25] = [
     // 0.2 rad / (1.5 x 2 rad/s x 1 ms) = 66.7 ticks.
     (
         "[control]\nage_max = 66",
@@ -37,12 +37,14 @@ const EDGES: [(&str, &str, &str); 22] = [
     ("[safety]\nheartbeat_ms = 1000", "[safety]\nheartbeat_ms = 1001", "at most 1,000 ms"),
     ("[safety]\nlatency_ms = 1", "[safety]\nlatency_ms = 0.99", "at least 1 ms at 1000 Hz"),
     ("[safety]\nhold_ms = 60000", "[safety]\nhold_ms = 60001", "0 to 60,000"),
-    ("[safety]\nbrake_delay_ms = 1000", "[safety]\nbrake_delay_ms = 1001", "a time in ms, 0 to 1,000"),
-    ("[safety]\nbrake_delay_ms = 0", "[safety]\nbrake_delay_ms = -1", "a time in ms, 0 to 1,000"),
+    ("[safety]\nbrake_delay_ms = 1000", "[safety]\nbrake_delay_ms = 1001", "a time in ms, 5 to 1,000"),
+    ("[safety]\nbrake_delay_ms = 0", "[safety]\nbrake_delay_ms = -1", "a time in ms, 5 to 1,000"),
+    ("[safety]\nbrake_delay_ms = 5", "[safety]\nbrake_delay_ms = 4.9", "Is this number in seconds?"),
+    ("[safety]\nbrake_delay_ms = 0", "[safety]\nbrake_delay_ms = 0.08", "Is this number in seconds?"),
     (
         "[safety]\nbrake_delay_ms = 50\nsafe_action = \"brake\"",
         "[safety]\nbrake_delay_ms = 50\nsafe_action = \"damped-stop\"",
-        "only with `safe_action = \"brake\"`",
+        "only with `safe_action = \"brake\"`: remove it",
     ),
     (
         "[safety]\npayload_mass = 30",
@@ -60,7 +62,8 @@ const EDGES: [(&str, &str, &str); 22] = [
     ("[safety]\nresolution = 0.2", "[safety]\nresolution = 0.201", "at most `reach`, 0.2"),
     ("[safety]\nreach_speed = 2", "[safety]\nreach_speed = 2.01", "at most the velocity limit, 2"),
     ("[safety]\nrest_speed = 0.2", "[safety]\nrest_speed = 0.201", "at most 0.2"),
-    ("[safety]\nfirst_motion = 1", "[safety]\nfirst_motion = 1.01", "above zero and at most 1"),
+    ("[safety]\nfirst_motion = 1", "[safety]\nfirst_motion = 1.01", "0.05 to 1"),
+    ("[safety]\nfirst_motion = 0.05", "[safety]\nfirst_motion = 0.049", "friction"),
     ("[safety]\nlive_age_ms = 4", "[safety]\nlive_age_ms = 3.9", "at least four control periods, 4.000 ms"),
     ("[safety]\ndamping = 600", "[safety]\ndamping = 601", "at most 600.000, the torque limit at `rest_speed`"),
 ];

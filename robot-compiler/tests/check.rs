@@ -239,7 +239,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
     ];
     let known: BTreeSet<_> = urdf.iter().chain(&toml).map(|(_, (rule, _), _)| *rule).collect();
     // The rest pose and the rules about scenes have tests of their own, because they need a load, or a scene.
-    let known: BTreeSet<_> = known.into_iter().chain([Rest, FirstMotion, LiveAge]).collect();
+    let known: BTreeSet<_> = known.into_iter().chain([Rest, FirstMotion, LiveAge, Rule::BrakeDelay]).collect();
     assert_eq!(known, BTreeSet::from(Rule::ALL), "a rule without a case");
     for (broken, said, sound) in urdf {
         let said = (said.0.name(), said.1.name());
@@ -275,21 +275,38 @@ fn every_rule_has_its_row_in_the_documentation() {
 #[test]
 fn a_scene_of_an_arm_with_drives_is_asked_about_its_first_motion_and_the_age_of_live_inputs() {
     let rules = |robot: &str, lines: &str| {
-        let scene = crate::common::standing(robot, lines);
+        let scene =
+            crate::common::standing(robot, &lines.replace("[safety]", "[safety]\nsafe_action = \"damped-stop\""));
         let found = scene_findings(&scene);
         assert!(found.iter().all(|finding| finding.severity == Severity::Note && finding.quote.is_none()));
         found.iter().map(|finding| finding.rule.name()).collect::<Vec<_>>()
     };
     let live = "[model]\npayload = \"live\"\n";
     for driven in ["yam", "examples/pwm2"] {
-        assert_eq!(rules(driven, ""), [""; 0], "{driven}");
+        assert_eq!(rules(driven, "[safety]\n"), [""; 0], "{driven}");
         assert_eq!(rules(driven, "[safety]\nfirst_motion = 1"), ["first-motion"], "{driven}");
         assert_eq!(rules(driven, "[safety]\nfirst_motion = 0.99"), [""; 0], "{driven}");
-        assert_eq!(rules(driven, live), ["live-age"], "{driven}");
+        assert_eq!(rules(driven, &format!("{live}[safety]\n")), ["live-age"], "{driven}");
         assert_eq!(rules(driven, &format!("{live}[safety]\nlive_age_ms = 100")), [""; 0], "{driven}");
     }
     // Nothing real moves.
     assert_eq!(rules("planar2r", &format!("{live}[safety]\nfirst_motion = 1")), [""; 0]);
+}
+
+#[test]
+fn a_scene_of_an_arm_with_drives_is_asked_about_the_time_of_its_brakes() {
+    let problems = |robot: &str, lines: &str| {
+        let found = scene_findings(&crate::common::standing(robot, &format!("[safety]\n{lines}")));
+        found.iter().map(|it| format!("{}: {}", it.rule.name(), it.place.problem())).collect::<Vec<_>>()
+    };
+    let [zero] = problems("yam", "brake_delay_ms = 0").try_into().unwrap();
+    assert!(zero.starts_with("brake-delay: is 0: torque ends with the brakes' power"), "{zero}");
+    let [missing] = problems("yam", "safe_action = \"brake\"").try_into().unwrap();
+    assert!(missing.starts_with("brake-delay: is not given: 100 ms is assumed"), "{missing}");
+    for quiet in ["brake_delay_ms = 100", "brake_delay_ms = 5", "safe_action = \"damped-stop\""] {
+        assert_eq!(problems("yam", quiet), [""; 0], "{quiet}");
+    }
+    assert_eq!(problems("planar2r", "brake_delay_ms = 0"), [""; 0]);
 }
 
 fn without_drives(text: &str) -> String {

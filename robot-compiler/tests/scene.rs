@@ -161,7 +161,7 @@ fn the_first_motion_of_an_arm_with_drives_is_limited_by_default() {
     for driven in ["yam", "rebot_b601_rs", "examples/mit6", "examples/mit6_fd", "examples/pwm2"] {
         assert_eq!(first(driven, ""), Some(FIRST_MOTION), "{driven}");
         assert_eq!(first(driven, "[safety]\nfirst_motion = 1"), None, "{driven}");
-        assert_eq!(first(driven, "[safety]\nfirst_motion = 0.001"), Some(0.001), "{driven}");
+        assert_eq!(first(driven, "[safety]\nfirst_motion = 0.05"), Some(0.05), "{driven}");
     }
     for simulated in ["planar2r", "puma560", "ur5", "scara"] {
         assert_eq!(first(simulated, ""), None, "{simulated}");

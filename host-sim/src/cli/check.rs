@@ -21,7 +21,7 @@ Examples:
 Every finding has its place in the file, what is wrong with the number, and what to measure or write instead:
   wrong   no physics allows it, or the arm cannot hold itself
   doubt   a physicist would ask
-  note    missing: measure it
+  note    missing: measure it; or a setting of the scene to think about
 The rules, with their thresholds, stand in robots/README.md.
 
 Loads are those of the worst posture: for each joint, the search of `statics --minimise` looks inside the position limits (one turn

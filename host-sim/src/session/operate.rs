@@ -327,6 +327,7 @@ impl Operator {
             joints: &self.arm.joints,
             period: self.arm.period,
             words: self.arm.words,
+            first_motion: self.limit(),
             heat: self.arm.has_heat.iter().enumerate().map(|(joint, _)| self.heat_of(joint)).collect(),
         })
     }

@@ -165,15 +165,73 @@ fn an_arm_with_brakes_falls_until_they_have_engaged_and_check_says_how_far() {
         worst[0] = worst[0].max(((d * g1 - b * g2) / determinant).abs());
         worst[1] = worst[1].max(((a * g2 - b * g1) / determinant).abs());
     }
-    assert_eq!(hazard.brake_delay, 0.1);
+    assert!((hazard.brake_delay - 0.1).abs() < 1e-12);
     for (sag, worst) in hazard.sag.iter().zip(worst) {
         let known = 0.5 * worst * 0.01;
         assert!((sag / known - 1.0).abs() < 0.01, "{sag} {known}");
     }
-    assert!(hazard.text().contains("falls until its brakes have engaged (100 ms)"), "{}", hazard.text());
+    assert!(
+        hazard
+            .text()
+            .contains("If the arm has brakes, it falls after a fault until they have engaged (100 ms, assumed)"),
+        "{}",
+        hazard.text()
+    );
     // No brakes, no such line.
     let (_, out, _) = check(&["../robots/yam.toml", "--scene", "../scenes/yam_move.toml"]);
     assert!(!out.contains("its brakes have engaged"), "{out}");
+    // No scene says so, but an arm with a rest pose most likely has none.
+    let (_, out, _) = check(&["../robots/yam.toml"]);
+    assert!(!out.contains("have engaged") && !out.contains("undeclared"), "{out}");
+}
+
+/// A scene with a time of zero, which no brake needs, does not hide how far the arm falls.
+#[test]
+fn a_scene_whose_brakes_need_no_time_shows_the_fall_of_slow_ones() {
+    let scene = |name: &str, lines: &str| {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.toml"));
+        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/yam.toml");
+        let text = format!(
+            "name = \"{name}\"\nrobot = \"{}\"\n[control]\nrate = 1000\nnatural_frequency = 20.0\n[motion]\nkind = \"hold\"\n\
+             q = [0.0, 0.6, 0.8, 0.0, 0.0, 0.0]\nduration = 1.0\n[safety]\nsafe_action = \"brake\"\n{lines}\n",
+            robot.display()
+        );
+        std::fs::write(&path, text).unwrap();
+        check(&["../robots/yam.toml", "--scene", path.to_str().unwrap()]).1
+    };
+    let falls = |out: &str| out.lines().find(|line| line.contains("its brakes have engaged")).unwrap().to_owned();
+    let (zero, given) = (scene("brakes_of_zero", "brake_delay_ms = 0"), scene("brakes_given", "brake_delay_ms = 100"));
+    assert!(falls(&zero).contains("(100 ms, assumed)"), "{zero}");
+    assert_eq!(falls(&zero).replace(", assumed", ""), falls(&given));
+    let heading = "settings of the scene: think about them before the arm is armed";
+    assert!(zero.contains(heading) && !given.contains(heading), "{zero}");
+}
+
+/// The mass that `check` prints is the weakest joint's, from a grid of postures: no posture of the grid holds less.
+#[test]
+fn an_undeclared_mass_that_the_first_motion_holds_is_printed() {
+    let mass = |lines: &str| {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("undeclared.toml");
+        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/planar2r.toml");
+        let text = format!(
+            "name = \"undeclared\"\nrobot = \"{}\"\n[control]\nrate = 1000\n[model]\ngravity = [0.0, -9.81, 0.0]\n[motion]\nkind = \"hold\"\n\
+             q = [0.0, 0.5]\nduration = 1.0\n[safety]\n{lines}\n",
+            robot.display()
+        );
+        std::fs::write(&path, text).unwrap();
+        let arguments =
+            ["../robots/planar2r.toml", "--gravity", "0,-9.81,0", "--scene", path.to_str().unwrap(), "--json"];
+        let json: Value = serde_json::from_str(&check(&arguments).1).unwrap();
+        json["hazard"]["undeclared"].clone()
+    };
+    // Stretched and level, the arms are longest: the shoulder carries 9.81 x 3.1 N m of its 120, the elbow 9.81 x 0.6 of its 50.
+    let shoulder = (0.2 * 120.0_f64).min(120.0 - 9.81 * 3.1) / (9.81 * 1.8);
+    let elbow = (0.2 * 50.0_f64).min(50.0 - 9.81 * 0.6) / (9.81 * 0.8);
+    let found = mass("first_motion = 0.2");
+    let (joint, weakest) = if shoulder < elbow { (0, shoulder) } else { (1, elbow) };
+    assert_eq!(found[0], joint, "{found}");
+    assert!((found[1].as_f64().unwrap() / weakest - 1.0).abs() < 0.01, "{found} {weakest}");
+    assert!(mass("first_motion = 1").is_null());
 }
 
 #[test]

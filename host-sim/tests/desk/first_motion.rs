@@ -51,8 +51,13 @@ fn who_homes_and_arms_is_told_of_the_limits_and_motions_are_slowed_until_they_ar
         "{out}"
     );
     assert!(lines[6].starts_with("wait: arrived"), "{out}");
+    assert!(
+        out.contains("since homing, so that nothing is known of them: base, elbow"),
+        "joints that have not moved: {out}"
+    );
     // What was seen: something, and no more than the first motion allows.
-    assert!(lines.iter().any(|line| line.starts_with("full-range: holding")), "{out}");
+    assert_eq!(lines[7], "hold: holding: as requested");
+    assert!(lines[8].starts_with("full-range: holding"), "{out}");
     for words in ["speed at most", "torque beyond the weight at most"] {
         let (share, joints) = largest(&out, words);
         assert!(joints == 6 && share > 0.0 && share <= 20.5, "{words} {share}: {out}");
@@ -83,4 +88,37 @@ fn no_hand_leads_an_arm_in_its_first_motion() {
     let rejected = out.find("teach: rejected: in the first motion after homing (`first_motion` in [safety])").unwrap();
     assert!(out.find("teach: running; guide it by hand").is_some_and(|led| led > rejected), "{out}");
     assert_eq!(out.matches("law: teach").count(), 1, "{out}");
+}
+
+/// A change of the parameter is a change of the law: `set` is no way around the checks of `teach`.
+#[test]
+fn set_law_is_checked_as_law_is() {
+    let (code, out) =
+        connect("set_law", YAM, "safe_action = \"damped-stop\"", "set law 6\nset law 0\njog 2 0.05\nwait\n");
+    assert_eq!(code, 3, "{out}");
+    assert!(out.contains("\nteach: rejected: in the first motion after homing"), "{out}");
+    assert!(!out.contains("law teach") && !out.contains("law: teach"), "{out}");
+    assert!(out.contains("\nlaw: ") && out.contains("\njog: running; "), "{out}");
+}
+
+/// Under the law `teach` no command moves the arm before `full-range`: the message says what to do instead.
+#[test]
+fn a_scene_whose_law_is_teach_names_another_scene_for_its_first_motion() {
+    let lines = Path::new(env!("CARGO_TARGET_TMPDIR")).join("law_teach_first.txt");
+    std::fs::write(
+        &lines,
+        "home\nconfirm\narm\njog shoulder 0.1\nrun\nteach\nfull-range\nteach\nwait 0.1\nhold\ndisarm!\n",
+    )
+    .unwrap();
+    let mut program = at_the_top();
+    program.args(["connect", "scenes/yam_teach.toml", "--target", "desk", "--script"]).arg(&lines);
+    let (code, out, error) = told(program.output().unwrap());
+    assert_eq!((code, error.as_str()), (3, ""), "{out}");
+    for name in ["jog", "run", "teach"] {
+        let line =
+            out.lines().find(|line| line.starts_with(&format!("{name}: rejected: in the first motion"))).unwrap();
+        assert!(line.contains("scenes/yam_move.toml") && line.contains("`full-range`"), "{line}");
+        assert!(!line.contains("`jog`"), "`jog` was rejected too: {line}");
+    }
+    assert!(out.contains("\nfull-range: armed"), "{out}");
 }

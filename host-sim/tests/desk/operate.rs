@@ -378,3 +378,23 @@ fn a_status_that_can_be_replayed_takes_as_many_bytes_as_the_docs_say() {
     let state = link::Sensed::State { q: joints(&[1.0; 6]), qd: joints(&[1.0; 6]) };
     assert_eq!((bytes(state), bytes(link::Sensed::Counts(joints(&[1_000_000; 6])))), (129, 98));
 }
+
+/// A script that leaves an arm with a `rest` pose armed and away from it ends with the arm parked and without torque.
+#[test]
+fn a_script_parks_an_arm_without_brakes_and_disarms_it() {
+    for (name, script) in [
+        ("rest_disarm", "disarm\n"),
+        ("rest_quit", "quit\n"),
+        ("rest_end", ""),
+        ("rest_park", "park\ndisarm\n"),
+        ("rest_moved", "jog shoulder 0.1\nwait\nhold\ndisarm\n"),
+    ] {
+        let script = format!("home\nconfirm\narm\n{script}");
+        let (code, out, error) = connect_to("scenes/yam_move.toml", name, &script, &["--target", "desk"]);
+        assert_eq!((code, error.as_str()), (0, ""), "{name}: {out}");
+        let (parked, after) = out.split_once("park: running; ").unwrap_or_else(|| panic!("{name}: {out}"));
+        assert!(!parked.contains("disarm: "), "{name}: {out}");
+        let after: Vec<&str> = after.lines().skip(1).collect();
+        assert_eq!(after, ["hold: holding: as requested", "disarm: idle, homed"], "{name}: {out}");
+    }
+}

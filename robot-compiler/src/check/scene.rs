@@ -3,7 +3,7 @@
 use super::{Finding, Rule, Severity};
 use crate::describe::diagnostics::FileError;
 use crate::describe::scene::{FIRST_MOTION, SceneFile};
-use dynamics_core::safety::LiveInput;
+use dynamics_core::safety::{LiveInput, SafeAction};
 
 /// Notes on the safety settings of a scene: a first motion without limits, and live inputs without an age limit. None for an arm without
 /// drives, which moves nothing real.
@@ -40,7 +40,34 @@ pub fn scene_findings(scene: &SceneFile) -> Vec<Finding> {
             "write the longest time in ms between two frames of live inputs; `connect` sends four in that time".into(),
         )
     });
-    unlimited.into_iter().chain(ageless).collect()
+    unlimited
+        .into_iter()
+        .chain(ageless)
+        .chain(
+            brake_delay(scene)
+                .map(|(problem, advice)| note(Rule::BrakeDelay, "safety.brake_delay_ms", problem, advice.into())),
+        )
+        .collect()
+}
+
+/// Problem and advice of the time that the brakes of a scene need.
+fn brake_delay(scene: &SceneFile) -> Option<(String, &'static str)> {
+    let safety = &scene.safety;
+    match (safety.safe_action, safety.brake_delay_given) {
+        (SafeAction::Brake, true) if safety.brake_delay == 0.0 => Some((
+            "is 0: torque ends with the brakes' power, and the arm sags until they have engaged, at each `disarm` too"
+                .into(),
+            "write the longest time in ms that the brakes and their relay need, from the data sheet",
+        )),
+        (SafeAction::Brake, false) => Some((
+            format!(
+                "is not given: {:.0} ms is assumed; slower brakes let the arm sag at each `disarm`",
+                1e3 * safety.brake_delay
+            ),
+            "write the longest time in ms that the brakes and their relay need, from the data sheet; without brakes choose another `safe_action`",
+        )),
+        _ => None,
+    }
 }
 
 const fn live_input_name(input: LiveInput) -> &'static str {

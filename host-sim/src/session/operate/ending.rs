@@ -137,7 +137,7 @@ impl Operator {
         self.arm.rest.is_some()
     }
 
-    /// Moves to the rest pose and waits for the end of the motion.
+    /// Moves to the rest pose, waits for the end of the motion, and holds the arm there.
     ///
     /// # Errors
     /// No rest pose; the board can no longer be used; Ctrl-C or the stop key.
@@ -147,15 +147,23 @@ impl Operator {
                 "park: the scene and its robot file give no rest pose; add `rest = [..]` to one of them".into(),
             ));
         };
-        if self.state() == Some(RUNNING) {
-            let denial = self.request(Request::Hold)?;
-            self.answer("hold", denial, "")?;
-            self.until_at_rest()?;
-        }
+        self.hold_if_running()?;
         self.go_to_named("park", &rest, None)?;
         while self.is_moving() {
             self.step()?;
         }
+        // After its motion the arm still runs, and the board disarms no arm that runs.
+        self.hold_if_running()?;
+        self.until_at_rest()
+    }
+
+    /// Stops an arm that runs, and waits until it rests.
+    pub(super) fn hold_if_running(&mut self) -> Result<(), Stop> {
+        if self.state() != Some(RUNNING) {
+            return Ok(());
+        }
+        let denial = self.request(Request::Hold)?;
+        self.answer("hold", denial, "")?;
         self.until_at_rest()
     }
 

@@ -3,10 +3,9 @@
 use super::torque_check::GravityError;
 use super::{Operator, Stop};
 use crate::chip::ChipError;
-use crate::session::states::RUNNING;
 use dynamics_core::control::Law;
 use dynamics_core::{Inertia, InertiaBounds};
-use link::{Frame, Refusal, Request, Setting, Value};
+use link::{Frame, Refusal, Setting, Value};
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::names::name;
 use session::parameters::{ARM, LAW};
@@ -31,11 +30,7 @@ const VELOCITY_GAIN: u8 = 1;
 impl Operator {
     /// Another control law. A moving arm is stopped first; an arm whose law is `teach` is led from then on.
     pub(super) fn law(&mut self, law: Law) -> Result<(), Stop> {
-        if self.state() == Some(RUNNING) {
-            let denial = self.request(Request::Hold)?;
-            self.answer("hold", denial, "")?;
-            self.until_at_rest()?;
-        }
+        self.hold_if_running()?;
         if law == Law::Teach && self.drives() && !(self.is_guidable("teach")? && self.gravity_is_good_enough()?) {
             return Ok(());
         }

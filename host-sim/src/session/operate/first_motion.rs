@@ -1,7 +1,8 @@
 //! The first motion after homing: the board limits speed and torque until `full-range`, and the operator shows what was seen so far.
 
 use super::arm::Course;
-use super::{Operator, Stop};
+use super::requests::Rejection;
+use super::{Operator, Stop, messages};
 use dynamics_core::control::Law;
 use link::{Request, Status};
 use std::rc::Rc;
@@ -15,6 +16,15 @@ const SHARE_MIN: f64 = 0.02;
 
 /// Number of positions along a motion at which its torque is computed.
 const SAMPLES: u32 = 200;
+
+/// [`dynamics_core::safety::Refusal::NotHomed`].
+const NOT_HOMED: u8 = 3;
+
+/// Advice where the board does not lift the limits: a moving arm, or one that presses against its limited torque, would jump.
+const HOLD_FIRST: &str = "`hold` first, and wait until the arm is at rest; an arm that its limited torque does not hold needs a support, or its payload declared";
+
+/// Range, rad or m, below which a joint counts as not moved.
+const MOVED: f64 = 0.02;
 
 /// Time over which a speed is averaged, s: a step of an encoder must not look like a fast joint.
 const AVERAGED: f64 = 0.05;
@@ -80,7 +90,7 @@ impl Operator {
     }
 
     /// Share of the limits that the first motion may use, if it is limited now.
-    fn limit(&self) -> Option<f64> {
+    pub(super) fn limit(&self) -> Option<f64> {
         self.arm.first_motion.filter(|_| self.first_motion.limited)
     }
 
@@ -126,11 +136,22 @@ impl Operator {
         let Some(share) = self.limit() else { return Ok(true) };
         self.refused = true;
         let percent = 100.0 * share;
+        let what_to_do = match (self.arm.law == Law::Teach, self.arm.tunable) {
+            (false, _) => "`jog` every joint a little, then lift the limits with `full-range`",
+            (true, true) => {
+                "choose a law that follows a reference (`law computed-torque`), `jog` every joint a little, then lift the limits with `full-range`"
+            }
+            // Nothing moves under the law of this scene before the limits are lifted.
+            (true, false) => {
+                "make the first motion with another scene of this robot, whose law follows a reference (for the YAM \
+                 scenes/yam_move.toml); `full-range` lifts the limits here although nothing was seen of the arm"
+            }
+        };
         self.say(
             name,
             &format!(
                 "{name}: rejected: in the first motion after homing (`first_motion` in [safety]) a hand that leads a joint faster than {percent:.0} % \
-                 of its velocity bound causes fault 5; `jog` every joint a little, then lift the limits with `full-range`"
+                 of its velocity bound causes fault 5; {what_to_do}"
             ),
         )?;
         Ok(false)
@@ -206,7 +227,21 @@ impl Operator {
         }
         match self.first_motion.ticks {
             0 => "the arm has not been armed since homing: nothing was seen of it".to_owned(),
-            ticks => format!("seen in {ticks} statuses since homing:{lines}"),
+            ticks => format!("seen in {ticks} statuses since homing:{lines}{}", self.unmoved_in_words()),
+        }
+    }
+
+    /// Joints that have not moved since homing: their sign, zero and torque constant have not been seen.
+    fn unmoved_in_words(&self) -> String {
+        let ranges = self.arm.joints.iter().zip(&self.first_motion.joints);
+        let unmoved = ranges.filter(|(_, range)| range.position.1 - range.position.0 < MOVED);
+        let names: Vec<&str> = unmoved.map(|((name, ..), _)| name.as_str()).collect();
+        match names.as_slice() {
+            [] => String::new(),
+            names => format!(
+                "\nnot moved by {MOVED} rad or m since homing, so that nothing is known of them: {}",
+                names.join(", ")
+            ),
         }
     }
 
@@ -225,6 +260,13 @@ impl Operator {
     pub(crate) fn full_range(&mut self) -> Result<(), Stop> {
         let seen = self.observed_in_words();
         let rejection = self.request(Request::FullRange)?;
+        if let Some(Rejection::Denied(denial)) = rejection
+            && denial.code != NOT_HOMED
+        {
+            self.refused = true;
+            let text = messages::denial(&denial);
+            return self.say("full-range", &format!("full-range: {text}; {HOLD_FIRST}"));
+        }
         let accepted = rejection.is_none();
         self.answer("full-range", rejection, &format!("; {seen}"))?;
         if accepted { self.note_accepted(Request::FullRange) } else { Ok(()) }

@@ -121,6 +121,24 @@ pub fn doing(status: &Status) -> String {
     }
 }
 
+/// Advice for a fault that the limits of the first motion after homing explain: a joint that was too fast for its share of the velocity limit,
+/// or that sank because too little torque is left beyond its weight. Empty for any other state.
+#[must_use]
+pub fn in_first_motion(status: &Status, share: f64) -> String {
+    let percent = 100.0 * share;
+    match (status.state, status.cause) {
+        (5, 5) => format!(
+            "; in the first motion after homing the bound is {percent:.0} % of the velocity guard, and torque beyond the weight is limited to {percent:.0} %: a \
+             hand or a fall of an arm that is heavier than its model exceeds it; support the arm, and declare what it holds"
+        ),
+        (5, 15) => format!(
+            "; in the first motion after homing torque beyond the weight is limited to {percent:.0} %: an arm that is heavier than its model sinks; support it, \
+             and declare what it holds"
+        ),
+        _ => String::new(),
+    }
+}
+
 /// What a joint's drive or sensor reports, with the drive's own words for its error.
 #[must_use]
 pub fn trouble(trouble: &Trouble, words: Option<fn(u8) -> &'static str>) -> String {

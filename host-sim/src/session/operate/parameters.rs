@@ -61,6 +61,11 @@ pub(super) fn joint(word: &str, joints: &[String]) -> Option<usize> {
     joints.iter().position(|name| name == word).or_else(|| by_number().map(|number| number - 1))
 }
 
+/// Control law of a parameter's value.
+fn law_of(value: f32) -> Option<Law> {
+    Law::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == value.to_bits())
+}
+
 /// Unit of a parameter, for a joint with these units of position and torque.
 fn unit(index: u8, place: &str, force: &str) -> String {
     let per_speed = || format!("{force} s/{place}");
@@ -110,6 +115,19 @@ impl Operator {
         self.say("get", &text)
     }
 
+    /// Asks a board for its control law: after a new connection it may differ from the scene's, if the scene is tunable.
+    pub(super) fn learn_law(&mut self) -> Result<(), Stop> {
+        if !self.arm.tunable || !self.is_live() {
+            return Ok(());
+        }
+        if let Some(Ok(value)) = self.answers(&[Frame::Get(LAW)])?.pop()
+            && let Some(law) = law_of(value.value)
+        {
+            self.arm.law = law;
+        }
+        Ok(())
+    }
+
     /// The ten parameters of the board's payload in the tip frame, in their order; `None` if the board rejects one.
     fn payload_at_tip(&mut self) -> Result<Option<[f64; 10]>, Stop> {
         let mut found = Vec::new();
@@ -131,8 +149,11 @@ impl Operator {
         Ok(Some([mass, h.x, h.y, h.z, i.m11, i.m22, i.m33, i.m12, i.m13, i.m23].map(shown)))
     }
 
-    /// Change a parameter and print its new value.
+    /// Change a parameter and print its new value. The control law changes as by the command `law`, with its checks.
     pub(super) fn set(&mut self, setting: Setting) -> Result<(), Stop> {
+        if let Some(law) = law_of(setting.value).filter(|_| setting.index == LAW) {
+            return self.law(law);
+        }
         let text = match self.answers(&[Frame::Set(setting)])?.pop() {
             Some(Ok(value)) => format!("set: {}", self.value_in_words(&value)),
             Some(Err(refusal)) => self.refusal_of("set", &refusal),
@@ -200,8 +221,7 @@ impl Operator {
             None => (String::new(), "", ""),
         };
         if index == LAW {
-            let law = Law::ALL.into_iter().find(|law| f32::from(law.code()).to_bits() == value.to_bits());
-            return format!("law {}", law.map_or("unknown", names::name));
+            return format!("law {}", law_of(value).map_or("unknown", names::name));
         }
         if index < ARM && index % 16 == HEAT {
             return format!("{joint}{name} {}", super::report::heat_in_words(&Heat::of(value)));

@@ -28,6 +28,8 @@ pub struct Seen<'a> {
     pub words: Option<fn(u8) -> &'static str>,
     /// Heat of each joint's motor; empty for an arm without drives.
     pub heat: Vec<Heat>,
+    /// Share of the limits of the first motion after homing, if these are in force.
+    pub first_motion: Option<f64>,
 }
 
 /// A heat in per cent of the motor's continuous limit, highlighted from the warning on.
@@ -57,7 +59,8 @@ impl Seen<'_> {
     #[must_use]
     pub fn doing(&self) -> String {
         let said = self.trouble.map_or(String::new(), |said| format!("; {}", messages::trouble(&said, self.words)));
-        format!("{}{said}", messages::doing(self.status))
+        let limited = self.first_motion.map_or(String::new(), |share| messages::in_first_motion(self.status, share));
+        format!("{}{limited}{said}", messages::doing(self.status))
     }
 
     /// The status in one line.
@@ -228,6 +231,7 @@ mod tests {
             trouble: None,
             words: None,
             heat,
+            first_motion: None,
         };
         let text = driven.text();
         let ends: Vec<_> = strip_ansi_codes(&text)
@@ -245,6 +249,19 @@ mod tests {
         // From the warning on, to the bit.
         let words = [0.799_999, 0.8].map(|heat| strip_ansi_codes(&heat_in_words(&Heat::Known(heat))).into_owned());
         assert_eq!(words, ["79 %", "80 % WARM"]);
+        // A fault that the limits of the first motion explain.
+        let fault = |cause: u8, first_motion| {
+            let status = Status { state: 5, cause, ..status.clone() };
+            Seen { status: &status, first_motion, ..driven.clone() }.doing()
+        };
+        for cause in [5, 15] {
+            assert!(fault(cause, Some(0.2)).contains("; in the first motion after homing"), "{cause}");
+            assert!(
+                fault(cause, Some(0.2)).contains("20 %") && !fault(cause, None).contains("first motion"),
+                "{cause}"
+            );
+        }
+        assert_eq!(fault(9, Some(0.2)), fault(9, None));
         // An arm without drives has no motors to speak of.
         let simulated = Seen { heat: Vec::new(), ..driven };
         assert!(!simulated.text().contains("heat") && !simulated.line().contains("heat"));

@@ -39,6 +39,7 @@ impl Operator {
     /// A board that is silent, or was built for another robot or scene.
     pub fn begin(&mut self) -> Result<(), Stop> {
         self.agree()?;
+        self.learn_law()?;
         if self.status.as_ref().is_some_and(|status| status.kept) {
             self.say(
                 "black-box",

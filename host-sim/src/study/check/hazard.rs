@@ -7,6 +7,7 @@ use crate::study::posture_search::{ROUGH, minimise_to, positions};
 use dynamics_core::chapter::posture::{Chain, Posture};
 use dynamics_core::chapter::statics::holding_torque;
 use dynamics_core::mass_matrix::mass_matrix;
+use dynamics_core::safety::SafeAction;
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, JointKind, Trig, Wrench};
 use nalgebra::{SVector, Vector3};
@@ -40,11 +41,19 @@ pub struct Hazard {
     pub stopping_time: Option<f64>,
     /// Upper bound of the tip's path from an event to rest, m.
     pub stopping_distance: Option<f64>,
-    /// Time that the brakes need to engage, s; 0 without brakes.
+    /// Time that the brakes need to engage, s; 0 without brakes. Where the scene says 0, which no brake is, that of slow ones.
     pub brake_delay: f64,
+    /// True if this time is assumed.
+    pub brake_delay_assumed: bool,
     /// Way of each joint, rad or m, that gravity alone moves it in that time from rest, in its worst posture found.
     pub sag: Vec<f64>,
+    /// Index of the joint that holds the least undeclared mass at the tip in the first motion after homing, and that mass, kg; `None` without
+    /// a scene, or without limits of the first motion.
+    pub undeclared: Option<(usize, f64)>,
 }
+
+/// Time that unknown brakes are assumed to need, s.
+const BRAKE_DELAY: f64 = 0.1;
 
 /// The figures of a scene's arm under this gravity; `None` for an arm that makes no model.
 pub(super) fn hazard<const N: usize>(
@@ -94,7 +103,14 @@ pub(super) fn hazard<const N: usize>(
         directions.map(|u| force(&u)).filter(|force| force.is_finite()).fold(0.0, f64::max)
     });
     let reaction_time = reaction_time(file);
-    let brake_delay = file.safety.brake_delay;
+    // The default scene knows nothing of brakes; an arm with a rest pose most likely has none.
+    let has_brakes = file.safety.safe_action == SafeAction::Brake && (scene.is_some() || file.safety.rest.is_none());
+    let brake_delay_assumed = !file.safety.brake_delay_given || file.safety.brake_delay == 0.0;
+    let brake_delay = match (has_brakes, file.safety.brake_delay) {
+        (false, _) => 0.0,
+        (true, 0.0) => BRAKE_DELAY,
+        (true, delay) => delay,
+    };
     let sag = if brake_delay > 0.0 {
         let (dynamics, live) = (Dynamics::new(model, file.scene(&model)), file.live(&model));
         let acceleration = |q: &[f64; N], i: usize| {
@@ -107,6 +123,18 @@ pub(super) fn hazard<const N: usize>(
     } else {
         Vec::new()
     };
+    let undeclared = file.safety.first_motion.filter(|_| scene.is_some()).and_then(|share| {
+        let torque = finite(limits.map(|limits| limits.torque))?;
+        // Weight of a kilogram at the tip, as a share of the torque that is left for it.
+        let load = |q: &[f64; N], i: usize| {
+            let posture = posture(q);
+            let weight = holding_torque(&posture, gravity, &Wrench::zero())[i].abs();
+            let left = (share * torque[i]).min(torque[i] - weight).max(f64::MIN_POSITIVE);
+            columns(&posture)[i].dot(gravity).abs() / left
+        };
+        let masses = (0..N).map(|i| (i, -1.0 / minimise_to(ROUGH, &bounds, &middle, |q| -load(q, i)).value));
+        masses.filter(|(_, mass)| mass.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
+    });
     let deceleration: [f64; N] = joints(&file.safety.deceleration);
     let stopping = velocity.map(|velocity| {
         let way = |i: usize| velocity[i] * reaction_time + 0.5 * velocity[i] * velocity[i] / deceleration[i];
@@ -124,7 +152,9 @@ pub(super) fn hazard<const N: usize>(
         stopping_time: stopping.map(|(time, _)| time),
         stopping_distance: stopping.filter(|_| bounded).map(|(_, way)| way),
         brake_delay,
+        brake_delay_assumed,
         sag,
+        undeclared,
     })
 }
 
@@ -225,11 +255,24 @@ impl Hazard {
         if !self.sag.is_empty() {
             let of = |(i, way): (usize, &f64)| format!("{} {}", i + 1, digits(*way));
             let joints: Vec<String> = self.sag.iter().enumerate().map(of).collect();
+            let assumed = if self.brake_delay_assumed { ", assumed" } else { "" };
+            let falls = match self.scene {
+                Some(_) => "After a fault the arm falls until its brakes have engaged",
+                None => "If the arm has brakes, it falls after a fault until they have engaged",
+            };
             text += &format!(
-                "\n  After a fault the arm falls until its brakes have engaged ({} ms). From rest, by joint, rad or m: {}.\n  \
+                "\n  {falls} ({} ms{assumed}). From rest, by joint, rad or m: {}.\n  \
                  s_i = t^2 / 2 max |(M^-1 G)_i| over postures; a joint that moves goes |qd_i| t farther.\n",
                 digits(1e3 * self.brake_delay),
                 joints.join(", ")
+            );
+        }
+        if let Some((joint, mass)) = self.undeclared {
+            text += &format!(
+                "\n  In the first motion after homing an undeclared mass of {} kg at the tip is held in every posture; with more, joint {} may sink.\n  \
+                 m = min over postures of min(first_motion tau_i, tau_i - |G_i|) / |J_i . g|; friction is not counted.\n",
+                digits(mass),
+                joint + 1
             );
         }
         text + "\n  Limits are software. Class I counts what the arm can do without them, so that no setting here makes a class I robot.\n"

@@ -4,11 +4,12 @@ use super::{Answer, CLASS_I, Hazard};
 use robot_compiler::check::{Finding, Severity};
 use serde::Serialize;
 
-/// Severities, the worst first, with their meaning.
-const MEANINGS: [(Severity, &str); 3] = [
-    (Severity::Wrong, "no physics allows it, or the arm cannot hold itself"),
-    (Severity::Doubt, "a physicist would ask"),
-    (Severity::Note, "missing: measure it"),
+/// Severities, the worst first, of the robot or of the scene, with their meaning.
+const MEANINGS: [(Severity, bool, &str); 4] = [
+    (Severity::Wrong, false, "no physics allows it, or the arm cannot hold itself"),
+    (Severity::Doubt, false, "a physicist would ask"),
+    (Severity::Note, false, "missing: measure it"),
+    (Severity::Note, true, "settings of the scene: think about them before the arm is armed"),
 ];
 
 /// The findings as JSON.
@@ -63,8 +64,9 @@ impl Answer {
         if self.loads.is_none() {
             text += "not put into postures, so that no load is compared: correct the masses first\n";
         }
-        for (severity, meaning) in MEANINGS {
-            let found: Vec<&Finding> = self.findings.iter().filter(|finding| finding.severity == severity).collect();
+        for (severity, of_scene, meaning) in MEANINGS {
+            let belongs = |finding: &&Finding| finding.severity == severity && finding.rule.is_of_scene() == of_scene;
+            let found: Vec<&Finding> = self.findings.iter().filter(belongs).collect();
             if !found.is_empty() {
                 text += &format!("\n{}: {meaning}\n", severity.name());
             }

@@ -17,6 +17,8 @@ pub struct SafetySpec {
     pub hold: f64,
     /// Longest time that the brakes need to engage after they lose power, s; 0 where the safe action is not the brakes.
     pub brake_delay: f64,
+    /// True if the file gives the brakes' time itself; the default is a guess about unknown brakes.
+    pub brake_delay_given: bool,
     /// Time from a measurement to the resulting torque, s.
     pub latency: f64,
     /// Bounds for a payload that is set at run time.
@@ -81,6 +83,7 @@ impl SafetySpec {
             heartbeat: 0.1,
             hold: 0.5,
             brake_delay: BRAKE_DELAY,
+            brake_delay_given: false,
             latency: 2.0 / control.rate,
             payload: InertiaBounds { mass: robot.joints.iter().map(|joint| joint.spec.body.mass).sum(), radius: 1.0 },
             supply: (f64::NEG_INFINITY, f64::INFINITY),

@@ -14,6 +14,13 @@ const TIME_MAX: f64 = 60_000.0;
 /// Longest time that brakes may need to engage, ms: ten times that of slow ones.
 const BRAKE_DELAY_MAX: f64 = 1000.0;
 
+/// Shortest such time, ms: no brake is so fast, so a smaller number is one in seconds.
+const BRAKE_DELAY_MIN: f64 = 5.0;
+
+/// Smallest share of the first motion. Friction alone takes a few per cent of a joint's torque limit, so with less the arm would not move,
+/// and would sink under a small error of its model.
+const FIRST_MOTION_MIN: f64 = 0.05;
+
 pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> Result<SafetySpec, FileError> {
     table.only(&[
         "safe_action",
@@ -54,9 +61,19 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
     }
     match table.get("brake_delay_ms") {
         Some(value) if safety.safe_action != SafeAction::Brake => {
-            return Err(value.error("given without brakes", "it only with `safe_action = \"brake\"`"));
+            return Err(value.error(
+                "given without brakes",
+                "it only with `safe_action = \"brake\"`: remove it, or set `safe_action = \"brake\"` if the arm has brakes",
+            ));
         }
-        Some(value) => safety.brake_delay = 1e-3 * value.within(0.0, BRAKE_DELAY_MAX, "a time in ms, 0 to 1,000")?,
+        Some(value) => {
+            let delay = value.within(0.0, BRAKE_DELAY_MAX, "a time in ms, 5 to 1,000, or 0")?;
+            if delay > 0.0 && delay < BRAKE_DELAY_MIN {
+                let expected = "a time in ms, 5 to 1,000, or 0: brakes need 20 to 100 ms. Is this number in seconds?";
+                return Err(value.error(format!("{delay} ms"), expected));
+            }
+            (safety.brake_delay, safety.brake_delay_given) = (1e-3 * delay, true);
+        }
         None if safety.safe_action != SafeAction::Brake => safety.brake_delay = 0.0,
         None => {}
     }
@@ -97,8 +114,9 @@ pub(super) fn read(table: &Table<'_>, robot: &Robot, control: &ControlSpec) -> R
         }
     }
     if let Some(value) = table.get("first_motion") {
-        const EXPECTED: &str = "a share of the limits, above zero and at most 1; 1 for no limit of the first motion";
-        let share = value.positive_up_to(1.0, EXPECTED)?;
+        const EXPECTED: &str = "a share of the limits, 0.05 to 1; 1 for no limit of the first motion. With less than 0.05, friction and a small \
+                                error of the model use up all torque beyond the weight: the arm stands still or sinks";
+        let share = value.within(FIRST_MOTION_MIN, 1.0, EXPECTED)?;
         safety.first_motion = (share < 1.0).then_some(share);
     }
     if let Some(value) = table.get("live_age_ms") {
