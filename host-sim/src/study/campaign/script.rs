@@ -7,7 +7,7 @@ use super::machine::Trouble;
 use super::random::Random;
 use super::run::{Counterexample, Finished, Motion, Number, Outcome};
 use crate::failure::Failure;
-use crate::session::states::{ARMING, FAULT, HOLDING, IDLE, LOWERING};
+use crate::session::states::{ARMING, DISARMING, FAULT, HOLDING, IDLE, LOWERING};
 use link::codec::FrameTooLong;
 use link::{Frame, Request, Status};
 use std::path::PathBuf;
@@ -167,7 +167,8 @@ pub(super) trait Script<const N: usize> {
                 self.wait(30, 60)?;
                 self.begin_motion()?;
                 self.host().ask(Request::Run)?;
-                self.wait(1, 400)?;
+                // An arm that has hardly left its rest pose is back at once.
+                self.wait(if situation == Situation::Lowering { 100 } else { 1 }, 400)?;
             }
             Situation::Fault => {
                 self.wait(0, 40)?;
@@ -180,8 +181,14 @@ pub(super) trait Script<const N: usize> {
         }
         if situation == Situation::Disarming {
             self.wait(0, 60)?;
-            self.host().ask(Request::Disarm)?;
-            self.step()?;
+            // A drive's coarse speed may look like motion for a tick; then the machine rejects it.
+            for _ in 0..PATIENCE {
+                self.host().ask(Request::Disarm)?;
+                self.step()?;
+                if self.state() == DISARMING {
+                    break;
+                }
+            }
             let most = self.disarming().saturating_sub(3);
             return self.wait(0, most);
         }

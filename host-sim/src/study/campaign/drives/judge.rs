@@ -20,6 +20,8 @@ const ARMED_MAX: f64 = 0.02;
 
 /// Sag of a joint at rest while the arm is disarmed, rad.
 const DISARMED_MAX: f64 = 0.001;
+/// Speed below which a joint stands, rad/s. One that is disarmed while it still settles on its reference is held as in every other state.
+const STANDING: f64 = 0.005;
 
 /// Distance from the rest pose at which an arm that is let go lies on its stops, rad.
 const REST_MAX: f64 = 0.05;
@@ -424,7 +426,9 @@ impl<'a, const N: usize> Judge<'a, N> {
         let Some((from, speed)) = self.disarmed else { return Ok(()) };
         let time = f64::from(self.rules.brake_delay) * self.rules.period + BRAKING_TIME;
         for i in 0..N {
-            let (moved, most) = ((truth.q[i] - from[i]).abs(), DISARMED_MAX + speed[i].abs() * time);
+            let stood = speed.iter().all(|speed| speed.abs() <= STANDING);
+            let most = if stood { DISARMED_MAX + speed[i].abs() * time } else { HELD_MAX };
+            let moved = (truth.q[i] - from[i]).abs();
             if moved > most {
                 let what = format!("joint {} sags by {moved} rad while it is disarmed, at most {most}", i + 1);
                 return broken(Law::Fell, what);
