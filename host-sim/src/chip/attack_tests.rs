@@ -18,6 +18,7 @@ const ARMED: u8 = 2;
 const ARMING: u8 = 6;
 const RUNNING: u8 = 3;
 const HOLDING: u8 = 4;
+const DISARMING: u8 = 8;
 
 fn scene() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/planar2r_swing.toml")
@@ -176,6 +177,12 @@ fn packets_of_the_session_itself_replayed_or_out_of_order_do_nothing_more() {
     let armed = drill.0.sent.clone();
     drill.ask(Request::Disarm);
     assert!(!drives(&drill.tick().0));
+    // The brakes engage.
+    let mut ticks = 0;
+    while drill.tick().0.state == DISARMING {
+        ticks += 1;
+        assert!(ticks < 1000);
+    }
     // All that once led to torque, and the same backwards.
     let packets: Vec<&[u8]> = armed.split_inclusive(|&byte| byte == 0).filter(|packet| packet.len() > 1).collect();
     let refused_before = drill.tick().1;

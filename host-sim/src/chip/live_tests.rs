@@ -17,6 +17,7 @@ const ARMED: u8 = 2;
 const ARMING: u8 = 6;
 const RUNNING: u8 = 3;
 const HOLDING: u8 = 4;
+const DISARMING: u8 = 8;
 const FAULT: u8 = 5;
 
 /// The next status in one of these states; the others on the way are left out.
@@ -143,13 +144,13 @@ fn a_flood_does_not_pass_for_a_host() {
                 continue;
             }
             match (status.state, holds) {
-                (ARMED, None) | (HOLDING, Some(_)) => {}
+                (ARMED, None) | (HOLDING | DISARMING, Some(_)) => {}
                 (HOLDING, None) => {
                     assert_eq!((status.tick - last.tick, status.cause), (rules.heartbeat_max + 1, 2), "{name}");
                     holds = Some(status.tick);
                 }
                 (FAULT, Some(tick)) => {
-                    assert_eq!((status.tick - tick, status.cause), (rules.hold_max, 10), "{name}");
+                    assert_eq!((status.tick - tick, status.cause), (rules.hold_max + rules.brake_delay, 10), "{name}");
                     break;
                 }
                 _ => panic!("{name}: {status:?}"),
@@ -227,7 +228,9 @@ fn a_live_arm_whose_host_falls_silent_holds_and_then_stops_in_the_stated_ticks()
     let holds = until(&mut live.chip, |status| status.state == HOLDING);
     assert_eq!((holds.tick - armed.tick, holds.cause), (live.rules.heartbeat_max + 1, 2));
     let stops = until(&mut live.chip, |status| status.state == FAULT);
-    assert_eq!((stops.tick - holds.tick, stops.cause), (live.rules.hold_max, 10));
+    // The brakes engage before the torque ends.
+    assert!(live.rules.brake_delay > 0);
+    assert_eq!((stops.tick - holds.tick, stops.cause), (live.rules.hold_max + live.rules.brake_delay, 10));
 }
 
 /// Requests that come together: whichever ticks they fall into, the stop acts, and each request is answered once.
