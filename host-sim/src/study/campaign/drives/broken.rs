@@ -35,7 +35,7 @@ pub enum Breakage {
     HalfTorque,
     /// Brakes that are engaged slip under any load.
     BrakesSlip,
-    /// Brakes engage [`LATE`] after their line says so.
+    /// Brakes engage a second after their line says so.
     BrakesLate,
     /// A drive that hears nothing never ends its torque by itself.
     TimeoutNeverActs,
