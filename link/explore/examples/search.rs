@@ -1,6 +1,7 @@
-//! Searches with two and three events, each for a stated time: `cargo run --release -p explore --example search -- [NAME] [SECONDS]`.
+//! Searches with two and three events, each for a stated time: `cargo run --release -p explore --example search -- [NAME] [SECONDS] [DEPTH]`.
 //!
-//! They go depth first, so that the states that wait fit into memory. Exit code 1 if a rule is broken.
+//! They go depth first, so that the states that wait fit into memory. With a depth they go breadth first to paths of so many states, and look at all of
+//! them: that takes memory. Exit code 1 if a rule is broken.
 
 use actuator_model::mit::Language::{self, Damiao, MiniCheetah, RobStride};
 use dynamics_core::drive;
@@ -14,7 +15,7 @@ const LINK: Kinds = Kinds { requests: true, host: true, ..Kinds::NONE };
 const BUS: Kinds = Kinds { frames: true, drives: true, ..Kinds::NONE };
 
 /// Name, joints, protocol, safe action, events at most, kinds of events.
-const SEARCHES: [(&str, usize, Language, SafeAction, u8, Kinds); 13] = [
+const SEARCHES: [(&str, usize, Language, SafeAction, u8, Kinds); 15] = [
     ("two_mini_cheetah_brake", 1, MiniCheetah, Brake, 2, Kinds::ALL),
     ("two_mini_cheetah_damped_stop", 1, MiniCheetah, DampedStop, 2, Kinds::ALL),
     ("two_damiao_brake", 1, Damiao, Brake, 2, Kinds::ALL),
@@ -28,16 +29,20 @@ const SEARCHES: [(&str, usize, Language, SafeAction, u8, Kinds); 13] = [
     ("three_of_the_bus_mini_cheetah_brake", 1, MiniCheetah, Brake, 3, BUS),
     ("three_of_the_bus_damiao_brake", 1, Damiao, Brake, 3, BUS),
     ("three_damiao_brake", 1, Damiao, Brake, 3, Kinds::ALL),
+    ("three_mini_cheetah_brake", 1, MiniCheetah, Brake, 3, Kinds::ALL),
+    ("three_damiao_damped_stop", 1, Damiao, DampedStop, 3, Kinds::ALL),
 ];
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_default();
-    let seconds = match arguments.next().map(|seconds| seconds.parse()) {
-        None => 600,
-        Some(Ok(seconds)) => seconds,
-        Some(Err(error)) => {
-            eprintln!("error: the second argument is a time in s: {error}");
+    let numbers: Result<Vec<u64>, _> = arguments.map(|number| number.parse()).collect();
+    let (seconds, depth) = match numbers.as_deref() {
+        Ok([]) => (600, 0),
+        Ok([seconds]) => (*seconds, 0),
+        Ok([seconds, depth]) => (*seconds, *depth as usize),
+        _ => {
+            eprintln!("error: expected a name, a time in s and a depth, such as `three_damiao 600 5`");
             return ExitCode::from(2);
         }
     };
@@ -46,7 +51,7 @@ fn main() -> ExitCode {
     {
         let absolute = language != MiniCheetah;
         let setup = Setup { language, action, absolute, rest: action != Brake, budget, events, mutant: None };
-        let bounds = Bounds { depth: 0, seconds, threads: 1, depth_first: true };
+        let bounds = Bounds { depth, seconds, threads: 1, depth_first: depth == 0 };
         let explored = match (language, joints) {
             (MiniCheetah, 1) => explore::<drive::MiniCheetah, 1>(setup, bounds),
             (MiniCheetah, _) => explore::<drive::MiniCheetah, 2>(setup, bounds),
