@@ -1,7 +1,7 @@
-//! Searches with two and three events, each for a stated time: `cargo run --release -p explore --example search -- [NAME] [SECONDS] [DEPTH]`.
+//! Searches with two and three events, each for a stated time: `cargo run --release -p explore --example search -- [NAME] [SECONDS] [PERIODS]`.
 //!
-//! They go depth first, so that the states that wait fit into memory. With a depth they go breadth first to paths of so many states, and look at all of
-//! them: that takes memory. Exit code 1 if a rule is broken.
+//! They go depth first, so that the states that wait fit into memory. With PERIODS, all events of a path happen within so many periods after its first
+//! one: all paths of that kind are looked at, from every moment of the session on. Exit code 1 if a rule is broken.
 
 use actuator_model::mit::Language::{self, Damiao, MiniCheetah, RobStride};
 use dynamics_core::drive;
@@ -37,12 +37,12 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_default();
     let numbers: Result<Vec<u64>, _> = arguments.map(|number| number.parse()).collect();
-    let (seconds, depth) = match numbers.as_deref() {
-        Ok([]) => (600, 0),
-        Ok([seconds]) => (*seconds, 0),
-        Ok([seconds, depth]) => (*seconds, *depth as usize),
+    let (seconds, within) = match numbers.as_deref() {
+        Ok([]) => (600, None),
+        Ok([seconds]) => (*seconds, None),
+        Ok([seconds, within]) => (*seconds, u8::try_from(*within).ok()),
         _ => {
-            eprintln!("error: expected a name, a time in s and a depth, such as `three_damiao 600 5`");
+            eprintln!("error: expected a name, a time in s and a number of periods, such as `three_damiao 600 1`");
             return ExitCode::from(2);
         }
     };
@@ -50,8 +50,8 @@ fn main() -> ExitCode {
     for (_, joints, language, action, budget, events) in SEARCHES.into_iter().filter(|search| search.0.contains(&name))
     {
         let absolute = language != MiniCheetah;
-        let setup = Setup { language, action, absolute, rest: action != Brake, budget, events, mutant: None };
-        let bounds = Bounds { depth, seconds, threads: 1, depth_first: depth == 0 };
+        let setup = Setup { language, action, absolute, rest: action != Brake, budget, within, events, mutant: None };
+        let bounds = Bounds { depth: 0, seconds, threads: 1, depth_first: true };
         let explored = match (language, joints) {
             (MiniCheetah, 1) => explore::<drive::MiniCheetah, 1>(setup, bounds),
             (MiniCheetah, _) => explore::<drive::MiniCheetah, 2>(setup, bounds),

@@ -59,6 +59,8 @@ pub struct Setup {
     pub rest: bool,
     /// Disturbing events on one path.
     pub budget: u8,
+    /// Periods after the first event in which the others may happen; `None` for any number.
+    pub within: Option<u8>,
     /// Kinds of events.
     pub events: Kinds,
     /// A deliberate fault that the search must find.

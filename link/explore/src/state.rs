@@ -149,6 +149,8 @@ pub struct State<F, const N: usize> {
     pub judge: Judge<N>,
     /// Events that may still come.
     pub left: u8,
+    /// Periods in which they may still happen, once the first has happened.
+    pub within: u8,
     /// Of a broken board: the last request before this period, and the last beginning of a trajectory.
     withheld: Option<Frame>,
     old: Option<Point>,
@@ -170,6 +172,7 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
             host: Host::new(),
             judge: Judge::new(),
             left: setup.budget,
+            within: setup.within.unwrap_or(u8::MAX),
             withheld: None,
             old: None,
             digest: 0,
@@ -188,8 +191,8 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
     }
 
     fn digest(&mut self) {
-        let Self { session, joints, world, host, judge, left, withheld, old, digest: _ } = &*self;
-        self.digest = digest::of(&[session, joints, world, host, judge, left, withheld, old]);
+        let Self { session, joints, world, host, judge, left, within, withheld, old, digest: _ } = &*self;
+        self.digest = digest::of(&[session, joints, world, host, judge, left, within, withheld, old]);
     }
 
     /// The state that decides all later transitions, as text.
@@ -319,7 +322,10 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
     pub fn next(&self, setup: &Setup, meter: &Meter<Uncounted>, step: Step) -> Self {
         let mut next = self.clone();
         match step {
-            Step::Tick => next.tick(setup, meter),
+            Step::Tick => {
+                next.tick(setup, meter);
+                next.pass(setup);
+            }
             Step::Tail => {
                 for _ in 0..TAIL {
                     next.tick(setup, meter);
@@ -335,6 +341,21 @@ impl<F: Frames + Clone + Debug, const N: usize> State<F, N> {
         }
         next.digest();
         next
+    }
+
+    /// After the first event the others have only so many periods.
+    fn pass(&mut self, setup: &Setup) {
+        if setup.within.is_none() || self.left == setup.budget {
+            return;
+        }
+        match self.within.checked_sub(1) {
+            Some(within) => self.within = within,
+            None => self.left = 0,
+        }
+        if self.left == 0 {
+            // Nothing depends on it any more.
+            self.within = 0;
+        }
     }
 
     fn happen(&mut self, setup: &Setup, event: Event) {

@@ -12,7 +12,16 @@ use explore::state::Kinds;
 
 fn setup(language: Language, action: SafeAction) -> Setup {
     let absolute = language != Language::MiniCheetah;
-    Setup { language, action, absolute, rest: action != SafeAction::Brake, budget: 1, events: Kinds::ALL, mutant: None }
+    Setup {
+        language,
+        action,
+        absolute,
+        rest: action != SafeAction::Brake,
+        budget: 1,
+        within: None,
+        events: Kinds::ALL,
+        mutant: None,
+    }
 }
 
 fn run<const N: usize>(setup: Setup) -> Explored {
