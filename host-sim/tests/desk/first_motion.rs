@@ -3,16 +3,11 @@
 use crate::program::{at_the_top, told};
 use std::path::{Path, PathBuf};
 
-/// A script with an arm, whose scene has these lines in `[safety]`. Returns the exit code and the output.
-fn connect(name: &str, (robot, pose): (&str, &str), safety: &str, script: &str) -> (i32, String) {
+/// A script of `connect` on the desk with this text as the scene, in which the arm is homed and armed before, and disarmed after it. `name` is that of its
+/// files. Returns the exit code and the output.
+pub(crate) fn with_an_armed_arm(name: &str, scene: &str, script: &str) -> (i32, String) {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots").join(robot);
-    let scene = format!(
-        "name = \"{name}\"\nrobot = \"{}\"\n[control]\nrate = 1000\nnatural_frequency = 20.0\ntunable = true\nteach = {{}}\n\
-         [motion]\nkind = \"hold\"\nq = {pose}\nduration = 1.0\n[safety]\n{safety}\n",
-        robot.display()
-    );
-    let (path, lines) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}_first.txt")));
+    let (path, lines) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}_script.txt")));
     std::fs::write(&path, scene).unwrap();
     std::fs::write(&lines, format!("home\nconfirm\narm\n{script}quit!\n")).unwrap();
     let mut program = at_the_top();
@@ -20,6 +15,17 @@ fn connect(name: &str, (robot, pose): (&str, &str), safety: &str, script: &str) 
     let (code, out, error) = told(program.output().unwrap());
     assert_eq!(error, "", "{out}");
     (code, out)
+}
+
+/// A script with an arm, whose scene has these lines in `[safety]`. Returns the exit code and the output.
+fn connect(name: &str, (robot, pose): (&str, &str), safety: &str, script: &str) -> (i32, String) {
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots").join(robot);
+    let scene = format!(
+        "name = \"{name}\"\nrobot = \"{}\"\n[control]\nrate = 1000\nnatural_frequency = 20.0\ntunable = true\nteach = {{}}\n\
+         [motion]\nkind = \"hold\"\nq = {pose}\nduration = 1.0\n[safety]\n{safety}\n",
+        robot.display()
+    );
+    with_an_armed_arm(name, &scene, script)
 }
 
 const YAM: (&str, &str) = ("yam.toml", "[0.0, 0.6, 0.8, 0.0, 0.0, 0.0]");

@@ -1,5 +1,6 @@
 //! The heat of motors on the operator's screen.
 
+use crate::first_motion::with_an_armed_arm;
 use crate::program::{at_the_top, told};
 use console::strip_ansi_codes;
 use std::path::{Path, PathBuf};
@@ -16,13 +17,7 @@ fn connect(name: &str, heat: &str, script: &str) -> (i32, String) {
          q = [0.0, 0.6, 0.8, 0.0, 0.0, 0.0]\nduration = 1.0\n[safety]\nsafe_action = \"damped-stop\"\n",
         robot.display()
     );
-    let (path, lines) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}_heat.txt")));
-    std::fs::write(&path, scene).unwrap();
-    std::fs::write(&lines, format!("home\nconfirm\narm\n{script}quit!\n")).unwrap();
-    let mut program = at_the_top();
-    program.arg("connect").arg(&path).args(["--target", "desk", "--script"]).arg(&lines);
-    let (code, out, error) = told(program.output().unwrap());
-    assert_eq!(error, "", "{out}");
+    let (code, out) = with_an_armed_arm(name, &scene, script);
     (code, strip_ansi_codes(&out).into_owned())
 }
 

@@ -51,7 +51,7 @@ fn main() -> ExitCode {
     {
         let absolute = language != MiniCheetah;
         let setup = Setup { language, action, absolute, rest: action != Brake, budget, within, events, mutant: None };
-        let bounds = Bounds { depth: 0, seconds, threads: 1, depth_first: true };
+        let bounds = Bounds { seconds, threads: 1, depth_first: true };
         let explored = match (language, joints) {
             (MiniCheetah, 1) => explore::<drive::MiniCheetah, 1>(setup, bounds),
             (MiniCheetah, _) => explore::<drive::MiniCheetah, 2>(setup, bounds),

@@ -8,7 +8,7 @@ use joint_io::frames::Frames;
 use session::meter::Meter;
 use stateright::{Checker, Model, Property};
 use std::marker::PhantomData;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// Control periods of the undisturbed session whose states the search begins with.
@@ -21,6 +21,10 @@ pub struct Explorer<F, const N: usize> {
     meter: Meter<Uncounted>,
     /// Rules whose first violation was reported, as bits. The checker would keep the last of all counterexamples, which is a longest one.
     found: AtomicU32,
+    /// No state is continued after this moment. The checker's own timeout does not end a depth-first search.
+    deadline: Option<Instant>,
+    /// The search has ended, and the checker repeats paths to print them: the deadline no longer counts.
+    ended: AtomicBool,
     frames: PhantomData<fn() -> F>,
 }
 
@@ -33,6 +37,8 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
             numbers: Numbers::new(&setup),
             meter: Meter::new(Uncounted),
             found: AtomicU32::new(0),
+            deadline: None,
+            ended: AtomicBool::new(false),
             frames: PhantomData,
         }
     }
@@ -41,6 +47,11 @@ impl<F: Frames + Clone + Debug, const N: usize> Explorer<F, N> {
     fn holds(&self, rule: Rule, state: &State<F, N>) -> bool {
         let bit = 1 << rule as u32;
         state.judge.holds(rule) || self.found.fetch_or(bit, Ordering::Relaxed) & bit != 0
+    }
+
+    /// True if the time of the search is over.
+    fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| !self.ended.load(Ordering::Relaxed) && Instant::now() >= deadline)
     }
 
     /// The states of an undisturbed session, each once.
@@ -121,7 +132,7 @@ impl<F: Frames + Clone + Debug, const N: usize> Model for Explorer<F, N> {
     }
 
     fn actions(&self, state: &Self::State, actions: &mut Vec<Step>) {
-        if !state.judge.all_hold() {
+        if !state.judge.all_hold() || self.is_over() {
             return;
         }
         if state.left > 0 {
@@ -189,8 +200,6 @@ impl core::fmt::Display for Explored {
 /// Bounds of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// Longest path; 0 for any.
-    pub depth: usize,
     /// Most time, s.
     pub seconds: u64,
     /// Threads.
@@ -207,11 +216,8 @@ pub fn explore<F: Frames + Clone + Debug + Send + Sync + 'static, const N: usize
     bounds: Bounds,
 ) -> Explored {
     let begun = Instant::now();
-    let mut builder =
-        Explorer::<F, N>::new(setup).checker().threads(bounds.threads).timeout(Duration::from_secs(bounds.seconds));
-    if bounds.depth > 0 {
-        builder = builder.target_max_depth(bounds.depth);
-    }
+    let deadline = Some(begun + Duration::from_secs(bounds.seconds));
+    let builder = Explorer::<F, N> { deadline, ..Explorer::new(setup) }.checker().threads(bounds.threads);
     if bounds.depth_first {
         explored::<F, N>(setup, bounds, begun, &builder.spawn_dfs().join())
     } else {
@@ -227,6 +233,7 @@ fn explored<F: Frames + Clone + Debug + Send + Sync + 'static, const N: usize>(
     checker: &impl Checker<Explorer<F, N>>,
 ) -> Explored {
     let seconds = begun.elapsed().as_secs_f64();
+    checker.model().ended.store(true, Ordering::Relaxed);
     let explorer = Explorer::<F, N>::new(setup);
     let mut broken: Vec<_> = checker
         .discoveries()

@@ -25,7 +25,7 @@ fn setup(language: Language, action: SafeAction) -> Setup {
 }
 
 fn run<const N: usize>(setup: Setup) -> Explored {
-    let bounds = Bounds { depth: 0, seconds: 120, threads: 1, depth_first: false };
+    let bounds = Bounds { seconds: 120, threads: 1, depth_first: false };
     let explored = match setup.language {
         Language::MiniCheetah => explore::<MiniCheetah, N>(setup, bounds),
         Language::Damiao => explore::<Damiao, N>(setup, bounds),

@@ -66,8 +66,8 @@ pub(super) struct Known {
 }
 
 impl Known {
-    /// Torque of the friction against this speed, N m.
-    fn rubs(&self, qd: f64) -> f64 {
+    /// Friction torque at this speed, N m.
+    fn friction_torque(&self, qd: f64) -> f64 {
         let (viscous, coulomb) = self.friction;
         viscous * qd + coulomb * qd.signum()
     }
@@ -453,15 +453,16 @@ impl<'a, const N: usize> Judge<'a, N> {
         let torque: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.torque[i] } else { 0.0 });
         let before: [f64; N] = core::array::from_fn(|i| if counts(i) { truth.carried[i] } else { 0.0 });
         // Friction of one joint can move another one faster, so the arm with it counts, and the arm without.
-        let rubbed =
-            |torque: &[f64; N], qd: &[f64; N]| core::array::from_fn(|i| torque[i] - self.drives[i].rubs(qd[i]));
-        let ways = [
+        let less_friction = |torque: &[f64; N], qd: &[f64; N]| {
+            core::array::from_fn(|i| torque[i] - self.drives[i].friction_torque(qd[i]))
+        };
+        let states = [
             (truth.q, truth.qd, torque),
             (self.q, self.qd, before),
-            (truth.q, truth.qd, rubbed(&torque, &truth.qd)),
-            (self.q, self.qd, rubbed(&before, &self.qd)),
+            (truth.q, truth.qd, less_friction(&torque, &truth.qd)),
+            (self.q, self.qd, less_friction(&before, &self.qd)),
         ];
-        let accelerations = ways.map(|(q, qd, torque)| self.arm.acceleration(&q, &qd, &torque).unwrap_or([0.0; N]));
+        let accelerations = states.map(|(q, qd, torque)| self.arm.acceleration(&q, &qd, &torque).unwrap_or([0.0; N]));
         for i in 0..N {
             let fastest = accelerations.iter().fold(0.0, |most: f64, qdd| most.max(qdd[i].abs()));
             released.speed[i] += FALL * fastest * self.rules.period;
