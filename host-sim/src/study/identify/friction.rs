@@ -11,6 +11,9 @@ use serde_json::{Map, Value as Json, json};
 /// Lowest Stribeck velocity that a robot file can hold, rad/s or m/s.
 const STRIBECK_SPEED_MIN: f64 = 5e-3;
 
+/// An offset of so many standard deviations is written. On a joint that carries weight, a shorter log cannot tell one from the other.
+const SURE: f64 = 3.0;
+
 /// Friction of one joint.
 pub struct Written {
     /// The numbers.
@@ -71,7 +74,9 @@ fn itself(found: &Identified, joint: usize) -> Option<Written> {
     let (law, coefficients) = (&found.laws[joint], &found.friction[joint]);
     let by = law.by_joint(coefficients)?;
     let tried = found.tried.iter().find(|tried| tried.what == WITHOUT_OFFSET);
-    let earned = tried.is_some_and(|tried| !tried.kept[joint]);
+    let sure = law.terms.iter().zip(&found.friction_deviations[joint]).find(|(term, _)| **term == Term::Offset);
+    let sure = sure.is_some_and(|(_, deviation)| by.offset.abs() > SURE * deviation);
+    let earned = sure && tried.is_some_and(|tried| !tried.kept[joint]);
     // More than the Coulomb torque would move the joint by itself: an error of the torque's zero, and not the joint's.
     let offset = if earned && by.offset.abs() <= by.coulomb { by.offset } else { 0.0 };
     let breakaway = (by.stribeck_speed > 0.0).then(|| Breakaway {
