@@ -12,4 +12,4 @@ mod terms;
 
 pub use dynamics::{ArmDynamics, Ready};
 pub use loop_gain::LoopGain;
-pub use terms::{Along, FewestTerms, TorqueError};
+pub use terms::{Along, FewestTerms, TorqueError, operations_of};

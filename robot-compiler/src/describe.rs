@@ -7,6 +7,7 @@ pub(crate) mod diagnostics;
 mod dof;
 pub(crate) mod draft;
 pub mod drive;
+pub(crate) mod friction;
 mod hash;
 pub(crate) mod linkage;
 pub(crate) mod robot;

@@ -56,7 +56,7 @@ fn a_continuous_joint_has_no_position_limits_even_with_a_limit_element() {
 #[test]
 fn friction_is_read_from_dynamics_and_absent_when_zero() {
     let friction = |robot: Robot| robot.joints[0].friction;
-    assert_eq!(friction(load(TWO)), Some(JointFriction { viscous: 0.1, coulomb: 0.2 }));
+    assert_eq!(friction(load(TWO)), Some(JointFriction { viscous: 0.1, coulomb: 0.2, ..JointFriction::default() }));
     assert_eq!(friction(changed("damping=\"0.1\" friction=\"0.2\"", "damping=\"0\"")), None);
 }
 

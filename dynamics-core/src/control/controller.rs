@@ -262,7 +262,7 @@ where
         acceleration: Option<&mut [S; N]>,
     ) -> Result<(), Fault> {
         let Self { config, dynamics, trig, live, memory, protection } = self;
-        let config = config.get();
+        let (config, friction_terms) = (config.get(), config.friction_terms());
         let Given { reference, inside, runs, q, qd } = *given;
         *limits = [LimitFlags::NONE; N];
         let held;
@@ -284,7 +284,7 @@ where
             protection.forget();
         } else if P::WATCHES {
             // A constant at build time: a controller without protection has not one instruction of this.
-            let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
+            let seen = Seen { q, qd, live, friction: config.friction.as_ref(), friction_terms };
             let verdict;
             (verdict, turn) = protection.look(&seen, || trig.sin_cos_all(q));
             match verdict {
@@ -313,7 +313,10 @@ where
         let gives = complies || led;
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {
-                torque[i] += friction[i].torque(reference.qd[i]);
+                torque[i] += match friction_terms {
+                    None => friction[i].torque(reference.qd[i]),
+                    Some(terms) => friction[i].torque_with(&terms[i], reference.qd[i], torque[i]),
+                };
             }
             if let Some(integral) = &config.integral {
                 // An arm that gives way must not be pushed on by what it was held with.

@@ -135,7 +135,7 @@ impl Problem<'_> {
         let mut sigma: Vec<f64> = rows.iter().map(|rows| deviation(rows.target.as_slice())).collect();
         let mut weights: Vec<Vec<f64>> = rows.iter().map(|rows| vec![1.0; rows.target.len()]).collect();
         let mut x = DVector::zeros(self.unknowns());
-        let uses_loads = self.laws.iter().any(|law| law.terms.contains(&crate::friction::Term::Load));
+        let uses_loads = self.laws.iter().any(|law| law.terms.iter().any(|term| term.uses_load()));
         for round in 0..ROUNDS {
             let normal = self.normal(&rows, &sigma, &weights);
             x = solve(&normal.matrix, &normal.right);

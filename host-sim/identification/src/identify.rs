@@ -191,19 +191,21 @@ impl Identified {
         Prediction { time: prepared.time, measured: prepared.tau, model, qd: prepared.qd }
     }
 
-    /// Torque along a log by other parameters and a law `friction(joint, qd)` of one's own, N m or N: what a robot file says.
+    /// Torque along a log by other parameters and a law `friction(joint, qd, load)` of one's own, N m or N: what a robot file says. The
+    /// load is the torque of the bodies.
     #[must_use]
     pub fn predict_by(
         &self,
         arm: &dyn Arm,
         log: &Log,
         parameters: &[f64],
-        friction: &dyn Fn(usize, f64) -> f64,
+        friction: &dyn Fn(usize, f64, f64) -> f64,
     ) -> Series {
         let prepared = Prepared::new(log, arm, &self.base, self.filters);
         let mut model = prepared.of_bodies(self.base.of_parameters(parameters).as_slice());
         for (joint, model) in model.iter_mut().enumerate() {
-            let rub: Vec<f64> = prepared.qd[joint].iter().map(|qd| friction(joint, *qd)).collect();
+            let rub: Vec<f64> =
+                prepared.qd[joint].iter().zip(&*model).map(|(qd, load)| friction(joint, *qd, *load)).collect();
             model.iter_mut().zip(prepared.low_pass.apply(&rub)).for_each(|(sum, x)| *sum += x);
         }
         model

@@ -11,3 +11,4 @@ mod logs;
 mod made;
 mod motions;
 mod seeds;
+mod terms;

@@ -218,7 +218,7 @@ struct Frictions<const N: usize> {
     sign_speed: Joints<N>,
     /// As each lane's arm has it; `None` without friction.
     whole: [Option<[JointFriction; N]>; LANES],
-    /// Joints of which some arm has Coulomb friction, and of which some has a breakaway.
+    /// Joints of which some arm has Coulomb friction, and of which some has more than viscous and Coulomb friction.
     rough: [bool; N],
     special: [bool; N],
 }
@@ -243,9 +243,8 @@ impl<const N: usize> Frictions<N> {
             self.viscous[joint][lane] = own.map_or(0.0, |own| own.viscous);
             self.coulomb[joint][lane] = own.map_or(0.0, |own| own.coulomb);
             self.sign_speed[joint][lane] = own.map_or(1.0, |own| own.sign_speed);
-            let rises =
-                |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| it[joint].breakaway.is_some());
-            self.special[joint] = self.whole.iter().any(rises);
+            let special = |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| !it[joint].is_plain());
+            self.special[joint] = self.whole.iter().any(special);
             self.rough[joint] = self.coulomb[joint].iter().any(|coulomb| *coulomb > 0.0);
         }
     }

@@ -14,6 +14,8 @@ use nalgebra::SMatrix;
 /// With a [`Breakaway`], Stribeck's rise towards rest replaces `c`: `c + (s - c) exp(-(qd / v_s)^2)`, where
 /// `s = s_0 + l |tau|` is the breakaway level under the actuator's torque `tau`.
 ///
+/// A load may raise the Coulomb torque too, `c + l_c |tau|`; an asymmetry `a` adds `a tanh(qd / v)^2`, and an offset a constant.
+///
 /// `v` is 1 mrad/s (1 mm/s), or more if Runge-Kutta's fourth-order step `h` cannot follow so steep a slope: its
 /// stability ends at a decay rate of `2.78 / h`, and the steepest decay is `c (D^-1)_ii / v`. `v` keeps this decay
 /// below `0.5 / h` at the start. This leaves room for the inertia to change fivefold on the way.
@@ -27,6 +29,12 @@ pub struct JointFriction {
     pub sign_speed: f64,
     /// Breakaway level, if it is more than `c`.
     pub breakaway: Option<Breakaway>,
+    /// Gain `l_c` of the Coulomb torque per unit of the actuator's torque.
+    pub coulomb_load: f64,
+    /// Half the difference of the Coulomb torques of both directions, N m or N.
+    pub asymmetry: f64,
+    /// Constant torque, N m or N.
+    pub offset: f64,
 }
 
 /// Friction's rise towards rest.
@@ -42,7 +50,7 @@ pub struct Breakaway {
 }
 
 /// A joint's friction as a scene gives it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrictionLaw {
     /// Viscous coefficient, N m s/rad or N s/m.
     pub viscous: f64,
@@ -50,6 +58,12 @@ pub struct FrictionLaw {
     pub coulomb: f64,
     /// Breakaway level, if there is one.
     pub breakaway: Option<Breakaway>,
+    /// Gain of the Coulomb torque per unit of the actuator's torque.
+    pub coulomb_load: f64,
+    /// Half the difference of the Coulomb torques of both directions, N m or N.
+    pub asymmetry: f64,
+    /// Constant torque, N m or N.
+    pub offset: f64,
 }
 
 /// Smallest speed scale, rad/s or m/s.
@@ -77,22 +91,33 @@ impl JointFriction {
     fn torque_with(&self, sign: f64, drive: f64, qd: f64) -> f64 {
         #[cfg(test)]
         super::calls::count(super::calls::Effect::Friction);
+        let coulomb = self.coulomb + self.coulomb_load * drive.abs();
         let level = match &self.breakaway {
-            None => self.coulomb,
+            None => coulomb,
             Some(Breakaway { torque, speed, load }) => {
                 #[cfg(test)]
                 super::calls::count(super::calls::Effect::Breakaway);
-                let rise = torque + load * drive.abs() - self.coulomb;
-                self.coulomb + rise * libm::exp(-(qd / speed) * (qd / speed))
+                let rise = torque + load * drive.abs() - coulomb;
+                coulomb + rise * libm::exp(-(qd / speed) * (qd / speed))
             }
         };
-        self.viscous * qd + level * if level > 0.0 { sign } else { 0.0 }
+        let even = self.viscous * qd + level * if level > 0.0 { sign } else { 0.0 };
+        if self.asymmetry == 0.0 && self.offset == 0.0 {
+            even
+        } else {
+            even + self.asymmetry * sign * sign + self.offset
+        }
+    }
+
+    /// Whether viscous and Coulomb friction are all.
+    pub(super) fn is_plain(&self) -> bool {
+        self.breakaway.is_none() && [self.coulomb_load, self.asymmetry, self.offset] == [0.0; 3]
     }
 
     /// Friction of every joint from its `(viscous, coulomb)`, with a speed scale suited to the step `h` (s) at `q`.
     #[must_use]
     pub fn all<const N: usize>(coefficients: &[(f64, f64); N], arm: &Arm<N>, q: &[f64; N], h: f64) -> [Self; N] {
-        let laws = coefficients.map(|(viscous, coulomb)| FrictionLaw { viscous, coulomb, breakaway: None });
+        let laws = coefficients.map(|(viscous, coulomb)| FrictionLaw { viscous, coulomb, ..FrictionLaw::default() });
         Self::of_laws(&laws, arm, q, h)
     }
 
@@ -117,13 +142,14 @@ impl JointFriction {
         mobility: impl Fn(usize) -> f64,
     ) -> [Self; N] {
         core::array::from_fn(|i| {
-            let FrictionLaw { viscous, coulomb, breakaway } = laws[i];
+            let FrictionLaw { viscous, coulomb, breakaway, coulomb_load, asymmetry, offset } = laws[i];
             let limit = arm.joints[i].limits.torque;
-            let most = breakaway.map_or(coulomb, |Breakaway { torque, load, .. }| {
-                torque + if limit.is_finite() { load * limit } else { 0.0 }
-            });
-            let steepest = most * mobility(i) * h / DECAY_PER_STEP;
-            Self { viscous, coulomb, sign_speed: steepest.max(SIGN_SPEED_MIN), breakaway }
+            let loaded = |level: f64, load: f64| level + if limit.is_finite() { load * limit } else { 0.0 };
+            let most =
+                breakaway.map_or(loaded(coulomb, coulomb_load), |Breakaway { torque, load, .. }| loaded(torque, load));
+            let steepest = (most + asymmetry.abs()) * mobility(i) * h / DECAY_PER_STEP;
+            let sign_speed = steepest.max(SIGN_SPEED_MIN);
+            Self { viscous, coulomb, sign_speed, breakaway, coulomb_load, asymmetry, offset }
         })
     }
 }

@@ -22,6 +22,7 @@ mod explain_command;
 mod extremes;
 mod feel;
 mod first_motion;
+mod friction;
 mod heat;
 mod identify;
 mod judge;

@@ -280,8 +280,8 @@ fn coulomb_friction_holds_what_it_can_and_opposes_motion() {
 /// Friction of the planar arm's first joint: 4 N m when sliding, 12 N m at breakaway.
 fn sticky(load: f64) -> [FrictionLaw; 2] {
     let breakaway = Some(Breakaway { torque: 12.0, speed: 0.05, load });
-    let first = FrictionLaw { viscous: 0.2, coulomb: 4.0, breakaway };
-    [first, FrictionLaw { viscous: 0.0, coulomb: 0.5, breakaway: None }]
+    let first = FrictionLaw { viscous: 0.2, coulomb: 4.0, breakaway, ..FrictionLaw::default() };
+    [first, FrictionLaw { coulomb: 0.5, ..FrictionLaw::default() }]
 }
 
 #[test]

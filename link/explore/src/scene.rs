@@ -128,6 +128,7 @@ fn control<const N: usize>() -> ControllerConfig<f32, N> {
         integral: None,
         teach: None,
         posture_damping: None,
+        friction_terms: None,
     }
 }
 

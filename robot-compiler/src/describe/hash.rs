@@ -55,7 +55,7 @@ impl Fnv1a {
 }
 
 /// Optional fields that came after hashes were first taken.
-const LATER: [&str; 3] = ["integral", "teach", "posture_damping"];
+const LATER: [&str; 4] = ["integral", "teach", "posture_damping", "friction_terms"];
 
 /// Every number of a configuration, in the order in which its fields are declared.
 impl Visitor<f32> for Fnv1a {

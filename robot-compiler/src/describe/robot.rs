@@ -2,6 +2,7 @@
 
 use crate::describe::diagnostics::FileError;
 use crate::describe::drive::JointDrive;
+use crate::describe::friction::JointFriction;
 use crate::with_dof;
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::safety::heat::HeatRules;
@@ -84,15 +85,6 @@ impl RobotJoint {
             JointKind::Prismatic => 1.0 / counts,
         })
     }
-}
-
-/// Friction of a joint, on the joint's side of the gear.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointFriction {
-    /// Viscous coefficient, N m s/rad or N s/m.
-    pub viscous: f64,
-    /// Coulomb torque or force, N m or N, the same in both directions.
-    pub coulomb: f64,
 }
 
 /// Encoder of a joint, on the joint's side of the gear.

@@ -5,7 +5,8 @@
 use crate::describe::cut::{Ends, NAMESPACE, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
-use crate::describe::robot::{BuildError, DOF, JointFriction, JointHeat, Robot, RobotJoint};
+use crate::describe::friction::JointFriction;
+use crate::describe::robot::{BuildError, DOF, JointHeat, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Tool};
 use std::path::PathBuf;
@@ -190,7 +191,7 @@ fn friction(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Optio
         }
     }
     let given = joint.damping > 0.0 || joint.friction > 0.0;
-    Ok(given.then_some(JointFriction { viscous: joint.damping, coulomb: joint.friction }))
+    Ok(given.then_some(JointFriction { viscous: joint.damping, coulomb: joint.friction, ..JointFriction::default() }))
 }
 
 /// The core's refusal, reported at the element that caused it.

@@ -1,7 +1,7 @@
 //! Errors of torque on logs, before and after; JSON and text.
 
 use super::robot_file::Numbers;
-use super::subject::{Subject, law};
+use super::subject::{Subject, torque};
 use crate::table::table;
 use comfy_table::Cell;
 use identification::Series;
@@ -29,7 +29,7 @@ pub struct Judged {
     pub prediction: Prediction,
     /// By the numbers that the robot file had.
     pub before: Series,
-    /// By the numbers that the new robot file has: viscous and Coulomb friction only.
+    /// By the numbers that the new robot file has.
     pub file_model: Series,
 }
 
@@ -56,16 +56,14 @@ impl Outcome {
         let judged = if held_out { validation } else { logs };
         let judge = |log: &Log| {
             let arm = subject.arm.as_ref();
-            let by = |parameters: &[f64], friction: &dyn Fn(usize, f64) -> f64| {
+            let by = |parameters: &[f64], friction: &dyn Fn(usize, f64, f64) -> f64| {
                 found.predict_by(arm, log, parameters, friction)
             };
-            let rub = |joint: usize, qd: f64| {
-                law(numbers.friction[joint].viscous, numbers.friction[joint].coulomb).torque(qd)
-            };
+            let rub = |joint: usize, qd: f64, load: f64| torque(&numbers.friction[joint].law, qd, load);
             Judged {
                 file: log.file.clone(),
                 prediction: found.predict(arm, log),
-                before: by(&subject.parameters, &|joint, qd| subject.friction(joint, qd)),
+                before: by(&subject.parameters, &|joint, qd, load| subject.friction(joint, qd, load)),
                 file_model: by(&numbers.parameters(subject), &rub),
             }
         };

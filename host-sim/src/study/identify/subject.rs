@@ -3,7 +3,6 @@
 use super::record;
 use crate::failure::Failure;
 use crate::session::frame_log::is_record;
-use dynamics_core::control::Friction;
 use dynamics_core::{Inertia, JointKind};
 use identification::arm::{Arm, Chain};
 use identification::consistent::Maker;
@@ -11,7 +10,7 @@ use identification::exchanged::{Exchanged, exchanged};
 use identification::log::{Log, Reading};
 use nalgebra::Vector3;
 use robot_compiler::drive::JointDrive;
-use robot_compiler::{Ends, Robot, with_dof};
+use robot_compiler::{Ends, JointFriction, Robot, with_dof};
 use std::path::Path;
 
 /// Speed at which the controller's friction acts in full, rad/s: the default of a scene.
@@ -125,15 +124,16 @@ impl Subject {
 
     /// The robot file's own friction, as a controller makes up for it, N m or N.
     #[must_use]
-    pub fn friction(&self, joint: usize, qd: f64) -> f64 {
-        self.robot.joints[joint].friction.map_or(0.0, |friction| law(friction.viscous, friction.coulomb).torque(qd))
+    pub fn friction(&self, joint: usize, qd: f64, load: f64) -> f64 {
+        self.robot.joints[joint].friction.map_or(0.0, |friction| torque(&friction, qd, load))
     }
 }
 
-/// The controller's law of friction.
+/// Friction as a controller makes up for it at the velocity `qd` under the torque `load`, N m or N.
 #[must_use]
-pub fn law(viscous: f64, coulomb: f64) -> Friction<f64> {
-    Friction { viscous, coulomb, per_smoothing_speed: SMOOTHING_SPEED.recip() }
+pub fn torque(friction: &JointFriction, qd: f64, load: f64) -> f64 {
+    let plain = friction.feedforward(SMOOTHING_SPEED);
+    if friction.has_terms() { plain.torque_with(&friction.terms(f64::INFINITY), qd, load) } else { plain.torque(qd) }
 }
 
 fn per_ampere(drive: &JointDrive) -> Option<f64> {

@@ -139,6 +139,7 @@ fn config(torque_rate: f32) -> ControllerConfig<f32, 1> {
         integral: None,
         teach: None,
         posture_damping: None,
+        friction_terms: None,
     }
 }
 

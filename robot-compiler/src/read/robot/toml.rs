@@ -3,8 +3,9 @@
 use super::{drive, heat, places};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
-use crate::describe::robot::{BuildError, DOF, JointEncoder, JointFriction, Robot, RobotJoint};
+use crate::describe::robot::{BuildError, DOF, JointEncoder, Robot, RobotJoint};
 use crate::read::fields::{body, origin, placement, text};
+use crate::read::friction;
 use crate::read::linkage::refuse;
 use crate::read::rest;
 use crate::read::table::{Table, Value, counted, parse};
@@ -135,7 +136,7 @@ fn joint(table: &Table<'_>) -> Result<RobotJoint, FileError> {
     Ok(RobotJoint {
         name,
         spec,
-        friction: table.table("friction")?.as_ref().map(friction).transpose()?,
+        friction: table.table("friction")?.as_ref().map(friction::of_joint).transpose()?,
         encoder,
         drive,
         heat,
@@ -185,15 +186,6 @@ fn rotor(table: &Table<'_>) -> Result<Rotor, FileError> {
     let gear = table.require("gear", GEAR)?;
     let ratio = gear.finite(GEAR)?;
     if ratio == 0.0 { Err(gear.error("found 0", GEAR)) } else { Ok(Rotor { inertia, gear: ratio }) }
-}
-
-fn friction(table: &Table<'_>) -> Result<JointFriction, FileError> {
-    table.only(&["viscous", "coulomb"])?;
-    let part = |key, expected| table.get(key).map_or(Ok(0.0), |value| value.not_negative(expected));
-    Ok(JointFriction {
-        viscous: part("viscous", "a coefficient of zero or more, N m s/rad or N s/m")?,
-        coulomb: part("coulomb", "a torque or force of zero or more, N m or N")?,
-    })
 }
 
 fn limits(table: &Table<'_>) -> Result<Limits<f64>, FileError> {
