@@ -92,6 +92,8 @@ pub(crate) struct DraftBody {
 #[derive(Clone, Debug)]
 pub(crate) struct JointPlaces {
     pub(crate) position: Place,
+    /// True for a joint whose type says that it turns without an end.
+    pub(crate) turns_on: bool,
     pub(crate) velocity: Place,
     pub(crate) torque: Place,
     pub(crate) rotor: Place,

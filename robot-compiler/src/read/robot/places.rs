@@ -38,6 +38,7 @@ pub(super) fn joint(table: &Table<'_>, root: &Table<'_>) -> JointPlaces {
     let torque = either(["torque", "actuator"]).unwrap_or_else(|| drive("current_max"));
     JointPlaces {
         position: limit("position"),
+        turns_on: false,
         velocity: limit("velocity"),
         torque: limit("torque"),
         rotor: table.place("rotor"),
