@@ -9,6 +9,7 @@ mod drives;
 mod emitted;
 mod emitted_scalars;
 mod huge_files;
+mod import;
 mod kernel;
 mod kernel_error;
 mod kernel_interpreter;

@@ -194,7 +194,8 @@ fn limits_may_be_left_out_from_version_1_2_on() {
     let limits = limited("1.2", "<limit lower=\"-2\"/>").unwrap().joints[0].spec.limits;
     assert_eq!((limits.position, limits.torque), ((-2.0, f64::INFINITY), f64::INFINITY));
     assert_eq!(limits.velocity, f64::INFINITY);
-    assert_eq!(limited("1.1", "<limit lower=\"-2\"/>").unwrap_err().problem(), "missing");
+    // Before, speed and torque are gaps.
+    assert_eq!(limited("1.1", "<limit lower=\"-2\"/>").unwrap().joints[0].spec.limits.torque, f64::INFINITY);
     // In version 1.0 a missing travel limit is zero.
     let limits = limited("1.0", "<limit lower=\"-2\" effort=\"50\" velocity=\"3\"/>").unwrap().joints[0].spec.limits;
     assert_eq!(limits.position, (-2.0, 0.0));

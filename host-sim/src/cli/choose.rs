@@ -35,13 +35,13 @@ pub struct ChooseArgs {
     #[arg(long, value_name = "SHARE")]
     pub max_torque_error: Option<Share>,
     /// Greatest tracking error of any joint on any course, rad or m.
-    #[arg(long, value_name = "RAD")]
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     pub max_tracking_error: Option<f64>,
     /// Share of the processor that the whole interrupt may take at a control rate: 20%@4kHz.
     #[arg(long, value_name = "SHARE@RATE")]
     pub budget: Option<Budget>,
     /// Clock of the processor, MHz.
-    #[arg(long, value_name = "MHZ", default_value_t = 168.0)]
+    #[arg(long, value_name = "MHZ", default_value_t = 168.0, allow_negative_numbers = true)]
     pub clock: f64,
     /// What is combined.
     #[command(flatten)]

@@ -106,13 +106,13 @@ pub struct ConnectArgs {
     #[arg(long, requires = "target")]
     pub simulate_link: bool,
     /// Probability that a frame is lost, 0 to 1.
-    #[arg(long, value_name = "P", requires = "target", value_parser = probability)]
+    #[arg(long, value_name = "P", requires = "target", value_parser = probability, allow_negative_numbers = true)]
     pub drop_chance: Option<f64>,
     /// Probability that a frame is damaged and discarded, 0 to 1.
-    #[arg(long, value_name = "P", requires = "target", value_parser = probability)]
+    #[arg(long, value_name = "P", requires = "target", value_parser = probability, allow_negative_numbers = true)]
     pub corrupt_chance: Option<f64>,
     /// Delay of the host link in each direction, ms.
-    #[arg(long, value_name = "MS", requires = "target", value_parser = delay)]
+    #[arg(long, value_name = "MS", requires = "target", value_parser = delay, allow_negative_numbers = true)]
     pub delay: Option<f64>,
     /// Seed of the random losses.
     #[arg(long, value_name = "N", requires = "target")]

@@ -49,7 +49,7 @@ pub struct EnergyArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "out"])]
     pub path: Option<PathBuf>,
     /// Simulated time, s; the scene's otherwise.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Folder for the files; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]

@@ -39,22 +39,22 @@ pub struct ExciteArgs {
     #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true)]
     pub centre: Option<Vec<f64>>,
     /// Widest swing to either side of a joint, rad or m.
-    #[arg(long, value_name = "SWING", default_value_t = 1.5)]
+    #[arg(long, value_name = "SWING", default_value_t = 1.5, allow_negative_numbers = true)]
     pub swing: f64,
     /// Share of the speed limits.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.6)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.6, allow_negative_numbers = true)]
     pub speed: f64,
     /// Greatest acceleration of every joint, rad/s^2 or m/s^2; the speed limit in 0.4 s otherwise.
-    #[arg(long, value_name = "ACCELERATION")]
+    #[arg(long, value_name = "ACCELERATION", allow_negative_numbers = true)]
     pub acceleration: Option<f64>,
     /// Share of the torque limits.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.7)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.7, allow_negative_numbers = true)]
     pub torque: f64,
     /// Lowest height of the outer links' origins and of the tip, against gravity, m.
     #[arg(long, value_name = "HEIGHT", allow_hyphen_values = true)]
     pub above: Option<f64>,
     /// Period of the first harmonic, s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true)]
     pub period: f64,
     /// Periods to record.
     #[arg(long, value_name = "NUMBER", default_value_t = 3)]
@@ -63,7 +63,7 @@ pub struct ExciteArgs {
     #[arg(long, value_name = "NUMBER", default_value_t = 5)]
     pub harmonics: usize,
     /// Expected deviation of the measured torque, as a share of each torque limit.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.005)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.005, allow_negative_numbers = true)]
     pub noise: f64,
     /// Motions to try.
     #[arg(long, value_name = "NUMBER", default_value_t = 1500)]

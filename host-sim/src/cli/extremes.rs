@@ -38,7 +38,7 @@ extremes_region.svg, extremes_stability.svg and extremes_stability_puma.svg besi
 #[command(after_long_help = EXAMPLES)]
 pub struct ExtremesArgs {
     /// Also run what takes minutes: a million ticks of a microsecond, and so many simulated hours at 1 kHz.
-    #[arg(long, value_name = "HOURS", num_args = 0..=1, default_missing_value = "24")]
+    #[arg(long, value_name = "HOURS", num_args = 0..=1, default_missing_value = "24", allow_negative_numbers = true)]
     pub long: Option<f64>,
     /// Put the tables into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/extremes.md")]

@@ -1,7 +1,7 @@
 //! `identify`: the model of an arm from logs of its motion.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::GravityArgs;
+use crate::cli::gravity::{GravityArgs, say_mounting};
 use crate::cli::output::{json, print};
 use crate::failure::{Failure, in_file};
 use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report};
@@ -9,6 +9,7 @@ use clap::Args;
 use identification::identify::Settings;
 use identification::log::Log;
 use nalgebra::Vector3;
+use robot_compiler::Robot;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -41,7 +42,7 @@ pub struct IdentifyArgs {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub payload: Vec<PathBuf>,
     /// How far the scale of measured torque is trusted, as a share; 0.1 for currents, 0.02 otherwise.
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub torque_deviation: Option<f64>,
     /// A file for the robot with its new numbers.
     #[arg(long, value_name = "FILE")]
@@ -59,19 +60,19 @@ pub struct IdentifyArgs {
     #[arg(long)]
     pub degrees: bool,
     /// Ticks a second, for a log that counts time in ticks.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub tick_rate: Option<f64>,
     /// Cut-off of the filter of torques, Hz; 8, or a fifth of the log's rate where that is less.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub cutoff: Option<f64>,
     /// Cut-off of the filter of motions, Hz; chosen by held-out error otherwise.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub motion_cutoff: Option<f64>,
     /// Offset, viscous and Coulomb friction only.
     #[arg(long)]
     pub plain_friction: bool,
     /// How far the robot file's masses and second moments are trusted, as a share.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.3)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.3, allow_negative_numbers = true)]
     pub trust: f64,
     /// The chain of a URDF robot.
     #[command(flatten)]
@@ -105,7 +106,9 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
             return wrong("a number above zero", format!("{name} {}", value.unwrap_or(f64::NAN)));
         }
     }
-    let gravity: Vector3<f64> = match args.gravity.gravity.as_slice() {
+    let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    say_mounting(&robot);
+    let gravity: Vector3<f64> = match args.gravity.of(&robot).as_slice() {
         [x, y, z] if [x, y, z].iter().all(|g| g.is_finite()) => Vector3::new(*x, *y, *z),
         other => return wrong("three finite numbers gx,gy,gz", format!("--gravity {other:?}")),
     };

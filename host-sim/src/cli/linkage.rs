@@ -54,10 +54,10 @@ pub struct LinkageArgs {
     #[arg(long, value_name = "MOMENT", allow_negative_numbers = true)]
     pub simulate: Option<f64>,
     /// Simulated time, s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, requires = "simulate")]
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, requires = "simulate", allow_negative_numbers = true)]
     pub duration: f64,
     /// Time step of the simulation, s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 1e-4, requires = "simulate")]
+    #[arg(long, value_name = "SECONDS", default_value_t = 1e-4, requires = "simulate", allow_negative_numbers = true)]
     pub time_step: f64,
     /// Crank angle at which the simulation starts, rad; the middle of its range if nothing is said, 0 if that is a whole turn.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true, requires = "simulate")]

@@ -27,7 +27,7 @@ pub struct MotionArgs {
     #[arg(long, value_name = "FILE")]
     pub scene: PathBuf,
     /// Largest distance of a joint from the path, rad or m.
-    #[arg(long, value_name = "DISTANCE", default_value_t = 0.01)]
+    #[arg(long, value_name = "DISTANCE", default_value_t = 0.01, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// File for the motion; standard output otherwise.
     #[arg(long, value_name = "FILE")]

@@ -1,5 +1,6 @@
 //! `run`: close the loop of a scene, show and write what came of it.
 
+use crate::cli::gravity::say_mounting;
 use crate::cli::names::{Target, named};
 use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
@@ -12,6 +13,7 @@ use clap::Args;
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
+use robot_compiler::check::{Severity, scene_findings};
 use robot_compiler::names::name;
 use robot_compiler::scene::{ScalarChoice, TeachSpec};
 use robot_compiler::{SceneFile, with_dof};
@@ -68,7 +70,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "FILE")]
     pub motion: Option<PathBuf>,
     /// Simulated time, s; the scene's otherwise.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Folder for log and plots; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
@@ -135,6 +137,10 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
         )));
     }
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    say_mounting(&scene.robot);
+    for doubt in scene_findings(&scene).iter().filter(|finding| finding.severity == Severity::Doubt) {
+        eprintln!("doubt: {}; {}", doubt.place, doubt.place.expected());
+    }
     if let Some(motion) = &args.motion {
         scene.take_motion(motion).map_err(Failure::input)?;
     }

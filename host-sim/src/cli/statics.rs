@@ -1,7 +1,7 @@
 //! `statics`: what holds an arm at rest, and the posture that takes least.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::GravityArgs;
+use crate::cli::gravity::{GravityArgs, say_mounting};
 use crate::cli::output::{files, json, print};
 use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
@@ -89,9 +89,10 @@ pub struct StaticsArgs {
 /// [`Failure::Input`] for a robot or an option that is wrong.
 pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    say_mounting(&robot);
     let question = Question {
         q: args.q.clone(),
-        gravity: args.gravity.gravity.clone(),
+        gravity: args.gravity.of(&robot),
         load: args.load.clone(),
         tip_wrench: args.tip_wrench.clone(),
         minimise: args.minimise.clone(),

@@ -1,7 +1,7 @@
 //! The simulated world: the tables `[plant]`, `[sensors]` and `[actuators]`.
 
 use super::control::ControlSpec;
-use super::model::{FLOOR, ModelSpec};
+use super::model::ModelSpec;
 use crate::describe::friction::JointFriction;
 use crate::describe::robot::Robot;
 use dynamics_core::{Body, Term, Wrench};
@@ -191,7 +191,7 @@ impl PlantSpec {
     pub(crate) fn default_for(robot: &Robot, model: &ModelSpec, control: &ControlSpec, start: &[f64]) -> Self {
         let constant = |gravity: Term<Vector3<f64>>| match gravity {
             Term::Constant(gravity) => gravity,
-            Term::Absent | Term::Live => FLOOR,
+            Term::Absent | Term::Live => robot.gravity(),
         };
         Self {
             integrator: Integrator::RungeKutta,
