@@ -1,7 +1,8 @@
 //! `motion`: a motion from the path that an arm was led along by hand.
 
+use crate::cli::force::ForceArgs;
 use crate::cli::output::print;
-use crate::failure::{Failure, in_file};
+use crate::failure::Failure;
 use crate::study::taught::{Path as Led, taught};
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
@@ -32,6 +33,9 @@ pub struct MotionArgs {
     /// File for the motion; standard output otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
 }
 
 /// Write the motion.
@@ -60,7 +64,7 @@ pub fn run(args: &MotionArgs) -> Result<(), Failure> {
     match &args.out {
         None => print(&text),
         Some(path) => {
-            std::fs::write(path, &text).map_err(|error| in_file(path, &error))?;
+            args.force.output().reads(&args.log).reads(&args.scene).write(path, &text)?;
             print(text.lines().next().map_or("", |line| line.trim_start_matches("# ")))?;
             print(&format!("\nwritten to {}\n", path.display()))
         }

@@ -337,6 +337,9 @@ fn bad_options_and_files_are_named() {
 fn a_log_that_cannot_be_written_is_an_outside_failure() {
     // A file occupies the path of the folder.
     let output = run(SCENE, &Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("Cargo.toml: is a file"));
+    let output = run(SCENE, &Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml/out"), &[]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8(output.stderr).unwrap().contains("cannot be written"));
 }

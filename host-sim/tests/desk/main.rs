@@ -29,6 +29,7 @@ mod kernel_command;
 mod linkage;
 mod live_board;
 mod operate;
+mod outputs;
 mod pages;
 mod plant;
 mod plant_elasticity;

@@ -46,18 +46,9 @@ impl Table<'_> {
     pub(super) fn checked(&self, columns: Vec<Vec<f64>>, reading: &Reading) -> Result<Log, BadLog> {
         let n = reading.joints.len();
         let mut columns = columns.into_iter();
-        let ticks = if self.places.ticks { reading.tick_rate.unwrap_or(1.0) } else { 1.0 };
-        let time: Vec<f64> = columns.next().unwrap_or_default().iter().map(|t| t / ticks).collect();
-        let scaled = |series: Series| -> Series {
-            let unit = |turns: bool| if reading.degrees && turns { 1f64.to_radians() } else { 1.0 };
-            series
-                .into_iter()
-                .zip(&reading.turns)
-                .map(|(x, turns)| x.iter().map(|x| x * unit(*turns)).collect())
-                .collect()
-        };
-        let q = scaled(columns.by_ref().take(n).collect());
-        let qd = self.places.velocities.then(|| scaled(columns.by_ref().take(n).collect()));
+        let time = columns.next().unwrap_or_default();
+        let q: Series = columns.by_ref().take(n).collect();
+        let qd: Option<Series> = self.places.velocities.then(|| columns.by_ref().take(n).collect());
         let qd = qd.filter(|qd| qd.iter().flatten().all(|x| x.is_finite()));
         let mut tau: Series = columns.collect();
         self.time(&time)?;

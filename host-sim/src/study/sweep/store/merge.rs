@@ -37,12 +37,18 @@ pub(in crate::study::sweep) fn below(folder: &Path) -> Result<Vec<PathBuf>, Fail
     Ok(found)
 }
 
-/// Merges shards into a folder; byte for byte what one process writes. One shard is open at a time, and none is in memory.
+/// Merges shards into a folder; byte for byte what one process writes. One shard is open at a time, and none is in memory. `claim` makes
+/// the folder, after the shards have been checked.
 ///
 /// # Errors
 /// [`Failure::Input`]: a folder without a manifest or with an incomplete one, shards of different studies, versions or builds, a hole or an
 /// overlap between them, a table that is not what its manifest says.
-pub fn merge(folders: &[PathBuf], out: &Path, after_shard: &dyn Fn(u64)) -> Result<(Prepared, Manifest), Failure> {
+pub fn merge(
+    folders: &[PathBuf],
+    out: &Path,
+    claim: &mut dyn FnMut() -> Result<(), Failure>,
+    after_shard: &dyn Fn(u64),
+) -> Result<(Prepared, Manifest), Failure> {
     let shards = in_order(folders)?;
     let Some((first_folder, first)) = shards.first() else {
         return Err(Failure::Input(miette::miette!("no folder to merge: expected those of all shards")));
@@ -59,7 +65,8 @@ pub fn merge(folders: &[PathBuf], out: &Path, after_shard: &dyn Fn(u64)) -> Resu
     if out.join(MANIFEST).exists() {
         return Err(refused(out, "holds runs already".to_owned(), "expected a new folder"));
     }
-    fs::create_dir_all(out).map_err(|error| in_file(out, &error))?;
+    prepared.may_lie_in(out)?;
+    claim()?;
     let beside = out.join("runs.new");
     if let Err(error) = put_together(&shards, &mut whole, &beside, after_shard) {
         // What led to the failure is told; a file that stays is no worse than that.
