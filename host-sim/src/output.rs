@@ -1,6 +1,6 @@
 //! Files that commands write. Nothing that exists is overwritten, unless this program wrote it and nobody changed it since, or `--force` is given.
 //!
-//! A folder that this program made holds [`MARKER`]: names and SHA-256 of the files that it wrote there. A folder that has other files and
+//! A folder that this program made holds `.host-sim-output.json`: names and SHA-256 of the files that it wrote there. A folder that has other files and
 //! no such marker is left alone. An input of a command is never overwritten by it, with `--force` neither.
 
 use crate::failure::{Failure, in_file};
@@ -32,6 +32,12 @@ impl Output {
     pub fn reads(mut self, path: &Path) -> Self {
         self.inputs.push(path.to_owned());
         self
+    }
+
+    /// True if existing files may be overwritten.
+    #[must_use]
+    pub fn is_forced(&self) -> bool {
+        self.force
     }
 
     /// Claims a file, and makes the folders above it.
@@ -88,7 +94,11 @@ impl Output {
         Marker::adopt(folder)
     }
 
-    fn may_write(&self, path: &Path) -> Result<(), Failure> {
+    /// Refuses an input of the command.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the file is one.
+    pub fn spares(&self, path: &Path) -> Result<(), Failure> {
         if self.inputs.iter().any(|input| is_same(input, path)) {
             return Err(refused(
                 path,
@@ -96,6 +106,11 @@ impl Output {
                 "expected another name for the output",
             ));
         }
+        Ok(())
+    }
+
+    fn may_write(&self, path: &Path) -> Result<(), Failure> {
+        self.spares(path)?;
         let Ok(data) = fs::metadata(path) else { return Ok(()) };
         if data.is_dir() {
             return Err(refused(path, "is a folder", "expected a file"));

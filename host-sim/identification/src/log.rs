@@ -9,20 +9,26 @@
 //! | `name` | the meaning of a column's name |
 //! | `sets` | columns of one quantity, of all joints |
 //! | `spec` | columns named by hand |
-//! | `header` | the columns that are read, and their factors |
+//! | `vocabulary` | words of columns' names |
+//! | `header` | the columns that are read |
+//! | `factor` | their units |
+//! | `time_column` | the column of time |
 //! | `clock` | time |
 //! | `check` | rules about the numbers |
 
 mod check;
 mod clock;
 mod decode;
+mod factor;
 mod foreign;
 mod grid;
 mod header;
 mod name;
 mod sets;
 mod spec;
+mod time_column;
 mod unit;
+mod vocabulary;
 
 pub use spec::ColumnNames;
 

@@ -199,6 +199,14 @@ fn files() -> Vec<(&'static str, File)> {
             ),
         ),
         ("by name", File::new("timestamp", [&by_name("{}_pos"), &by_name("{}_torque")], [1.0, 1.0])),
+        ("names only", File::new("time", [&by_name("{}"), &by_name("tau_{}")], [1.0, 1.0])),
+        ("units inside", File::numbered("time", "q_deg_{}", "tau_mNm_{}", 0).scaled(deg, 1e3)),
+        ("a column of row numbers", {
+            let mut file = usual();
+            let rows = (0..log.time.len()).map(|k| k.to_string()).collect();
+            file.columns.insert(0, (String::new(), rows));
+            file
+        }),
         ("name in brackets", File::new("timestamp", [&by_name("position[{}]"), &by_name("effort[{}]")], [1.0, 1.0])),
         (
             "rostopic",
@@ -386,6 +394,7 @@ fn what_was_assumed_is_said() {
     );
     said(&files["Universal Robots, targets beside actual values"], "target_moment_0 .. target_moment_5 are commanded");
     said(&files["PlotJuggler by index and name"], "/joint_states/position[5] is base_yaw");
+    said(&files["names only"], "base_yaw .. wrist_roll have no word for their quantity");
     said(&files["two times that agree"], "time: time, not timestamp");
     assert_eq!(files["ours"].read().unwrap().1, Vec::<String>::new());
 }
@@ -440,6 +449,16 @@ fn what_could_mean_two_things_is_refused_with_both() {
                 .text(),
             "counts from 0",
             "--columns",
+        ),
+        (
+            "a joint less of those from 0",
+            {
+                let mut file = File::numbered("t", "q_{}", "tau_{}", 0);
+                file.columns.retain(|(name, _)| name != "q_4");
+                file.text()
+            },
+            "the columns t, q_0",
+            "`q_4` for joint 5 (wrist_yaw)",
         ),
         ("a joint less", fewer.text(), "the columns time, q_1", "`q_4` for joint 4 (wrist_pitch)"),
         ("a unit that nobody knows", renamed("q_1", "q_1 [furlong]").text(), "furlong", "rad"),

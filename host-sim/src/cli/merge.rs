@@ -2,7 +2,7 @@
 
 use crate::cli::force::ForceArgs;
 use crate::cli::progress::progress_bar;
-use crate::cli::sweep::{RESULTS, Shown, code, show};
+use crate::cli::sweep::{Shown, code, show};
 use crate::failure::Failure;
 use crate::study::sweep::results::Results;
 use crate::study::sweep::store;
@@ -48,9 +48,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let shards = store::shards(&args.shards)?;
     bar.set_length(shards.len() as u64);
     let mut output = shards.iter().fold(args.force.output(), |output, shard| output.reads(&shard.join(store::RUNS)));
-    let names = [RESULTS, &[store::RUNS, store::MANIFEST]].concat();
-    let mut claim = || output.folder(&args.out, &names);
-    let merged = store::merge(&shards, &args.out, &mut claim, &|shards| bar.set_position(shards));
+    let merged = store::merge(&shards, &args.out, &mut output, &|shards| bar.set_position(shards));
     bar.finish_and_clear();
     let (prepared, _) = merged?;
     let results = Results::of(&prepared, &args.out)?;

@@ -12,7 +12,7 @@ use crate::study::parallel::Jobs;
 use crate::study::sweep::Prepared;
 use crate::study::sweep::repeat::Repeat;
 use crate::study::sweep::replay::{Replayed, replay};
-use crate::study::sweep::results::Results;
+use crate::study::sweep::results::{FILES, Results};
 use crate::study::sweep::store::{self, Done, Progress, Shard};
 use crate::study::sweep::submit::{self, Engine, Submission};
 use clap::Args;
@@ -108,13 +108,13 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     }
     // Better now than after the runs.
     let page = document::page(args.write.as_deref(), &[&prepared.study.name])?;
-    let mut output = outputs(args);
+    let mut output = outputs(args, &prepared);
     if folder.join(store::MANIFEST).exists() {
         // Runs that are there are continued; the store checks whose they are.
-        output.known_folder(&folder, RESULTS)?;
+        output.known_folder(&folder, FILES)?;
     } else {
         prepared.may_lie_in(&folder)?;
-        output.folder(&folder, &[RESULTS, &[store::RUNS]].concat())?;
+        output.folder(&folder, &[FILES, &[store::RUNS]].concat())?;
     }
     let Some(done) = write(args, &prepared, &folder, stop)? else { return Ok(failure::INTERRUPTED) };
     if !args.shard.is_whole() {
@@ -131,12 +131,13 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     Ok(code(&prepared, &results))
 }
 
-/// Files of a study's results.
-pub(super) const RESULTS: &[&str] = &["results.json", "results.md", "report.html"];
-
-/// Outputs of the command: the study is never overwritten.
-fn outputs(args: &SweepArgs) -> Output {
-    args.force.output().reads(&args.study)
+/// Outputs of the command: the study and its scenes are never overwritten.
+fn outputs(args: &SweepArgs, prepared: &Prepared) -> Output {
+    let scenes = match &prepared.study.subject {
+        Subject::Scene(experiment) => std::slice::from_ref(&experiment.scene),
+        Subject::Campaign(scenes) => scenes.as_slice(),
+    };
+    scenes.iter().fold(args.force.output().reads(&args.study), |output, scene| output.reads(scene))
 }
 
 /// Do the runs; `None` where they were interrupted.
@@ -183,7 +184,7 @@ pub(super) fn show(
     output: &Output,
 ) -> Result<(), Failure> {
     let written = results.write(folder, prepared)?;
-    output.written(&RESULTS.iter().map(|name| folder.join(name)).collect::<Vec<_>>())?;
+    output.written(&FILES.iter().map(|name| folder.join(name)).collect::<Vec<_>>())?;
     if shown.json {
         return print(&format!("{}\n", json(results)?));
     }
@@ -211,7 +212,7 @@ fn submitted(args: &SweepArgs, prepared: &Prepared, folder: &Path, engine: Engin
         },
         image: args.image.clone(),
     };
-    let written = submit::write(prepared, &submission, folder, &mut outputs(args))?;
+    let written = submit::write(prepared, &submission, folder, &mut outputs(args, prepared))?;
     if !args.quiet {
         print(&files(&written))?;
     }
@@ -227,7 +228,7 @@ fn replayed(
     stop: &AtomicBool,
 ) -> Result<u8, Failure> {
     let bar = if args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
-    let Replayed { run, files: written } = replay(prepared, index, folder, &mut outputs(args), stop, &bar)?;
+    let Replayed { run, files: written } = replay(prepared, index, folder, &mut outputs(args, prepared), stop, &bar)?;
     if !args.quiet {
         print(&format!("{}\n{}", run.summary.table(), files(&written)))?;
     }

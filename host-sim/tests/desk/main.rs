@@ -24,6 +24,7 @@ mod feel;
 mod first_motion;
 mod heat;
 mod identify;
+mod identify_logs;
 mod judge;
 mod kernel_command;
 mod linkage;

@@ -45,7 +45,9 @@ fn connect(name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
 fn connect_to(scene: &str, name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
     let path = file(&format!("{name}.txt"));
     std::fs::write(&path, script).unwrap();
-    more.windows(2).filter(|pair| pair[0] == "--record").for_each(|pair| drop(new(Path::new(pair[1]))));
+    for pair in more.windows(2).filter(|pair| pair[0] == "--record") {
+        new(Path::new(pair[1]));
+    }
     told(at_the_top().args(["connect", scene, "--script"]).arg(&path).args(more).output().unwrap())
 }
 

@@ -177,6 +177,29 @@ fn an_input_is_never_overwritten_with_force_neither() {
 }
 
 #[test]
+fn shards_are_merged_again_with_force_only() {
+    let folder = work("merged");
+    let merge = "merge shards --quiet --out whole";
+    assert_eq!(sim(&folder, "sweep @host-sim/tests/fixtures/study.toml --quiet --out shards/1").0, 0);
+    assert_eq!(sim(&folder, merge).0, 0);
+    let table = fs::read(folder.join("whole/runs.csv")).unwrap();
+    let (code, said) = sim(&folder, merge);
+    assert!(code == 2 && said.contains("holds runs already") && said.contains("--force"), "{said}");
+    fs::write(folder.join("whole/results.md"), "notes").unwrap();
+    let (code, said) = sim(&folder, &format!("{merge} --force"));
+    assert_eq!(code, 0, "{said}");
+    assert!(fs::read(folder.join("whole/runs.csv")).unwrap() == table);
+    assert_ne!(fs::read_to_string(folder.join("whole/results.md")).unwrap(), "notes");
+    // A sweep goes on in its folder, and keeps a page that somebody has edited.
+    let sweep = "sweep @host-sim/tests/fixtures/study.toml --quiet --out shards/1";
+    assert_eq!(sim(&folder, sweep).0, 0);
+    fs::write(folder.join("shards/1/results.md"), "notes").unwrap();
+    let (code, said) = sim(&folder, sweep);
+    assert!(code == 2 && said.contains("results.md: the file was changed"), "{said}");
+    assert_eq!(sim(&folder, &format!("{sweep} --force")).0, 0);
+}
+
+#[test]
 fn two_outputs_in_one_file_are_refused() {
     let folder = work("one");
     let (code, said) = sim(&folder, "identify arm.toml --log log.csv --out x --predict x");

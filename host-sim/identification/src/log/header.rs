@@ -6,7 +6,6 @@ use super::grid::{Grid, Problem};
 use super::name::{Quantity, Role};
 use super::sets::{Picked, Set, Sets};
 use super::spec::{ColumnNames, Given, Key, listed};
-use super::unit::{self, Kind, Unit};
 
 /// Places of columns in a file.
 pub(super) struct Places {
@@ -74,21 +73,21 @@ impl Places {
     }
 }
 
-struct Finder<'a> {
-    grid: &'a Grid,
-    reading: &'a Reading,
-    sets: Sets<'a>,
-    notes: Vec<String>,
+pub(super) struct Finder<'a> {
+    pub(super) grid: &'a Grid,
+    pub(super) reading: &'a Reading,
+    pub(super) sets: Sets<'a>,
+    pub(super) notes: Vec<String>,
     /// First number, and number of columns of no joint, of the quantities whose joints have numbers.
     bases: Vec<(String, u32, usize)>,
 }
 
 impl Finder<'_> {
-    fn given(&self, key: Key) -> Option<&Given> {
+    pub(super) fn given(&self, key: Key) -> Option<&Given> {
         self.reading.columns.as_ref().and_then(|columns: &ColumnNames| columns.given(key))
     }
 
-    fn by_hand(&self, key: Key) -> Result<Option<Vec<usize>>, Problem> {
+    pub(super) fn by_hand(&self, key: Key) -> Result<Option<Vec<usize>>, Problem> {
         self.given(key).map(|given| given.places(&self.grid.head, &self.reading.joints)).transpose()
     }
 
@@ -117,6 +116,9 @@ impl Finder<'_> {
             let of = if set.role == Role::Actual { "measured" } else { "filtered" };
             self.notes.push(format!("{what}: {names} ({of}), not {}", self.names(passed)));
         }
+        if set.bare {
+            self.notes.push(format!("{what}: {names} have no word for their quantity and are taken as {what}"));
+        }
         if set.ordered {
             let order: Vec<String> =
                 places.iter().zip(joints).map(|(k, joint)| format!("{} is {joint}", self.grid.head[*k])).collect();
@@ -139,8 +141,9 @@ impl Finder<'_> {
     fn missing(&self, quantity: Quantity, name: &str, unit: &str) -> Problem {
         let partial = self.sets.partial(quantity);
         let joint = partial.as_ref().and_then(|set| set.joints.iter().position(Option::is_none)).unwrap_or(0);
-        let (number, joints) = (joint + 1, &self.reading.joints);
-        let expected = format!("a column `{name}_{number}` for joint {number} ({}), {unit}", joints[joint]);
+        let base = partial.and_then(|set| set.base).unwrap_or(1) as usize;
+        let (joints, column) = (&self.reading.joints, joint + base);
+        let expected = format!("a column `{name}_{column}` for joint {} ({}), {unit}", joint + 1, joints[joint]);
         (listed(&self.grid.head), format!("{expected}; other names: --columns '{name}=NAME_{{}}'"))
     }
 
@@ -249,200 +252,4 @@ impl Finder<'_> {
             )),
         }
     }
-
-    /// Unit of a column: in its heading or in the row below.
-    fn unit(&self, place: usize, given: Option<&Given>) -> Result<Option<Unit>, Problem> {
-        let column = self.sets.columns.iter().find(|column| column.place == place);
-        let name = &self.grid.head[place];
-        if let Some(unknown) = column.and_then(|column| column.meaning.unknown_unit.as_ref()) {
-            return Err((format!("the unit {unknown:?} of {name:?}"), format!("one of {}", unit::listed(ALL))));
-        }
-        let heading = column.and_then(|column| column.meaning.unit).or_else(|| {
-            // A column by hand may have a name that means nothing.
-            let open = name.rfind(['[', '('])?;
-            Unit::parse(&name[open..])
-        });
-        let text = self.grid.units.get(place).map_or("", |text| text.trim_matches(['[', ']', '{', '}']));
-        let row = Unit::parse(text);
-        let mut unit = heading.or(row);
-        for other in [row, given.and_then(|given| given.unit)].into_iter().flatten() {
-            if let Some(known) = unit.filter(|known| *known != other) {
-                return Err((
-                    format!("two units of {name:?}: {} and {}", known.name, other.name),
-                    "one unit".to_owned(),
-                ));
-            }
-            unit = Some(other);
-        }
-        Ok(unit)
-    }
-
-    fn factor(&self, quantity: Quantity, joint: usize, place: usize, key: Key) -> Result<f64, Problem> {
-        let turns = self.reading.turns[joint];
-        let degrees = self.reading.degrees && turns && matches!(quantity, Quantity::Position | Quantity::Velocity);
-        let name = &self.grid.head[place];
-        let kinds: &[Kind] = match (quantity, turns) {
-            (Quantity::Position, true) => &[Kind::Angle],
-            (Quantity::Position, false) => &[Kind::Length],
-            // "qd [deg]" is loose, and clear.
-            (Quantity::Velocity, true) => &[Kind::AngularSpeed, Kind::Angle],
-            (Quantity::Velocity, false) => &[Kind::Speed, Kind::Length],
-            (Quantity::Current, _) => &[Kind::Current],
-            (_, true) => &[Kind::Torque],
-            (_, false) => &[Kind::Force],
-        };
-        let Some(unit) = self.unit(place, self.given(key))? else {
-            let follows = quantity == Quantity::Velocity && turns && self.angles_in_degrees(joint);
-            return Ok(if degrees || follows { 1f64.to_radians() } else { 1.0 });
-        };
-        if !kinds.contains(&unit.kind) {
-            let kind = if turns { "revolute" } else { "prismatic" };
-            let found = format!(
-                "{name:?} in {}, and joint {} ({}) is {kind}",
-                unit.name,
-                joint + 1,
-                self.reading.joints[joint]
-            );
-            return Err((found, format!("one of {}", unit::listed(kinds))));
-        }
-        if degrees && !unit.name.contains("deg") {
-            return Err((format!("{name:?} in {}, and --degrees", unit.name), "one of both".to_owned()));
-        }
-        Ok(unit.factor)
-    }
-
-    /// True if the position of a joint is in degrees by its heading: its velocity without a unit is then in degrees too.
-    fn angles_in_degrees(&self, joint: usize) -> bool {
-        let place = match self.by_hand(Key::Position) {
-            Ok(Some(places)) => places.get(joint).copied(),
-            _ => self.sets.pick(Quantity::Position, "q").ok().flatten().and_then(|picked| picked.set.joints[joint]),
-        };
-        let unit = place.and_then(|place| self.unit(place, self.given(Key::Position)).ok().flatten());
-        unit.is_some_and(|unit| unit.name == "deg")
-    }
-
-    /// Names the units that were converted.
-    fn note_units(&mut self, places: &[usize]) {
-        let mut said: Vec<(&str, Vec<usize>)> = Vec::new();
-        for place in places {
-            let unit = [
-                None,
-                self.given(Key::Position),
-                self.given(Key::Velocity),
-                self.given(Key::Torque),
-                self.given(Key::Current),
-            ]
-            .into_iter()
-            .find_map(|given| self.unit(*place, given.filter(|given| self.is_given(given, *place))).ok().flatten());
-            let Some(unit) = unit.filter(|unit| (unit.factor - 1.0).abs() > 1e-12) else { continue };
-            match said.iter_mut().find(|(name, _)| *name == unit.name) {
-                Some((_, places)) => places.push(*place),
-                None => said.push((unit.name, vec![*place])),
-            }
-        }
-        for (name, places) in said {
-            self.notes.push(format!("{} converted from {name}", self.sets.span(&places)));
-        }
-    }
-
-    fn is_given(&self, given: &Given, place: usize) -> bool {
-        given.places(&self.grid.head, &self.reading.joints).is_ok_and(|places| places.contains(&place))
-    }
-
-    fn time(&mut self, positions: &[usize]) -> Result<(usize, Clock), Problem> {
-        let mut candidates: Vec<(usize, Clock)> = Vec::new();
-        if let Some(places) = self.by_hand(Key::Time)? {
-            let place = places[0];
-            return Ok((place, self.clock(place)?));
-        }
-        let group_of = |place: usize| {
-            self.sets.columns.iter().find(|column| column.place == place).map(|column| column.meaning.group.as_str())
-        };
-        let group = positions.first().and_then(|place| group_of(*place)).unwrap_or("");
-        let of =
-            |quantity: Quantity| self.sets.columns.iter().filter(move |column| column.meaning.quantity == quantity);
-        for seconds in of(Quantity::StampSeconds) {
-            let beside = |other: &&super::sets::Column| other.meaning.group == seconds.meaning.group;
-            if let Some(nanos) = of(Quantity::StampNanoseconds).find(beside) {
-                candidates.push((seconds.place, Clock::Stamp(nanos.place)));
-            }
-        }
-        // `sec` and `nanosec` by themselves.
-        let nanos = of(Quantity::StampNanoseconds).next().map(|column| column.place);
-        for column in of(Quantity::Time) {
-            let whole = matches!(column.meaning.word.as_str(), "sec" | "secs" | "seconds");
-            match nanos.filter(|_| whole && candidates.is_empty()) {
-                Some(nanos) => candidates.push((column.place, Clock::Stamp(nanos))),
-                None => candidates.push((column.place, self.clock(column.place)?)),
-            }
-        }
-        let stamp = |(place, _): &&(usize, Clock)| {
-            let name = self.grid.head[*place].to_lowercase();
-            name.contains("stamp") && name.contains("header") && name.contains(&group.to_lowercase())
-        };
-        let stamps: Vec<&(usize, Clock)> = candidates.iter().filter(stamp).collect();
-        let chosen = match (candidates.as_slice(), stamps.as_slice()) {
-            ([], _) => None,
-            ([one], _) => Some(*one),
-            // The time of the measurement, not that at which it was recorded.
-            (_, [stamp]) => Some(**stamp),
-            (many, _) => {
-                if !self.alike(many) {
-                    let names: Vec<String> =
-                        many.iter().map(|(place, _)| format!("`{}`", self.grid.head[*place])).collect();
-                    let found = format!("{} columns of time that differ: {}", many.len(), names.join(", "));
-                    return Err((found, "one: --columns 't=NAME'".to_owned()));
-                }
-                Some(many[0])
-            }
-        };
-        if let Some((place, clock)) = chosen {
-            if candidates.len() > 1 {
-                let others: Vec<&str> =
-                    candidates.iter().filter(|(k, _)| *k != place).map(|(k, _)| self.grid.head[*k].as_str()).collect();
-                self.notes.push(format!("time: {}, not {}", self.grid.head[place], others.join(", ")));
-            }
-            return Ok((place, clock));
-        }
-        match (of(Quantity::Tick).next(), self.reading.tick_rate) {
-            (Some(tick), Some(rate)) => Ok((tick.place, Clock::Factor(1.0 / rate))),
-            (Some(_), None) => Err(("time in ticks".to_owned(), "a column `time` in s, or --tick-rate HZ".to_owned())),
-            (None, _) => Err((
-                listed(&self.grid.head),
-                "a column `time` (or `t`), s; another name: --columns 't=NAME'".to_owned(),
-            )),
-        }
-    }
-
-    /// True if columns of time differ by less than half a step, from their first rows on.
-    fn alike(&self, candidates: &[(usize, Clock)]) -> bool {
-        let all: Option<Vec<Vec<f64>>> = candidates.iter().map(|(place, clock)| self.seconds(*place, *clock)).collect();
-        let Some(all) = all else { return false };
-        let from_start = |time: &[f64], k: usize| time[k] - time[0];
-        all.iter().skip(1).all(|other| {
-            let half = 0.5 * from_start(&all[0], all[0].len() - 1) / all[0].len() as f64;
-            (0..other.len()).all(|k| (from_start(other, k) - from_start(&all[0], k)).abs() < half)
-        })
-    }
-
-    fn seconds(&self, place: usize, clock: Clock) -> Option<Vec<f64>> {
-        let beside = if let Clock::Stamp(nanos) = clock { nanos } else { place };
-        let rows = self.grid.rows.iter().map(|(_, row)| row);
-        let fields: Vec<(&str, &str)> =
-            rows.map(|row| (row.get(place).unwrap_or(""), row.get(beside).unwrap_or(""))).collect();
-        clock.seconds(&fields).ok().map(|(time, _)| time).filter(|time| !time.is_empty())
-    }
-
-    fn clock(&self, place: usize) -> Result<Clock, Problem> {
-        match self.unit(place, self.given(Key::Time))? {
-            Some(unit) if unit.kind == Kind::Time => Ok(Clock::Factor(unit.factor)),
-            Some(unit) => {
-                Err((format!("{:?} in {}", self.grid.head[place], unit.name), "time in s, ms, us or ns".to_owned()))
-            }
-            None => Ok(Clock::Judge),
-        }
-    }
 }
-
-const ALL: &[Kind] =
-    &[Kind::Time, Kind::Angle, Kind::Length, Kind::AngularSpeed, Kind::Speed, Kind::Torque, Kind::Force, Kind::Current];

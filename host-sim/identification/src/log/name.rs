@@ -1,6 +1,9 @@
 //! What the name of a column means.
 
 use super::unit::{Kind, Unit};
+use super::vocabulary::{
+    ACTUAL, COMMANDED, DERIVED, FILLERS, MOTOR, OTHER, STAMP_NANOSECONDS, STAMP_SECONDS, TIME, WORDS,
+};
 
 /// Quantity of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,6 +58,8 @@ pub(super) struct Meaning {
     /// What precedes: topic, device.
     pub(super) group: String,
     pub(super) unit: Option<Unit>,
+    /// The unit is a word of the name, not in brackets: `q_1_m` may mean something else.
+    pub(super) loose: bool,
     /// Brackets with a word that is no unit.
     pub(super) unknown_unit: Option<String>,
 }
@@ -62,128 +67,19 @@ pub(super) struct Meaning {
 impl Meaning {
     fn plain(quantity: Quantity, word: String) -> Self {
         let group = String::new();
-        Self { quantity, word, role: Role::Plain, motor: false, id: Id::None, group, unit: None, unknown_unit: None }
+        Self {
+            quantity,
+            word,
+            role: Role::Plain,
+            motor: false,
+            id: Id::None,
+            group,
+            unit: None,
+            loose: false,
+            unknown_unit: None,
+        }
     }
 }
-
-const ACTUAL: &[&str] =
-    &["actual", "act", "measured", "meas", "msr", "sensed", "feedback", "fbk", "fb", "sensor", "present"];
-const DERIVED: &[&str] = &["filtered", "filt", "estimated", "est", "smoothed", "smooth", "raw"];
-const COMMANDED: &[&str] = &[
-    "target",
-    "desired",
-    "des",
-    "d",
-    "commanded",
-    "command",
-    "commands",
-    "cmd",
-    "ref",
-    "reference",
-    "set",
-    "setpoint",
-    "goal",
-    "demand",
-    "demanded",
-    "planned",
-    "nominal",
-    "request",
-    "requested",
-];
-/// Words that say nothing about the quantity.
-const FILLERS: &[&str] = &[
-    "joint", "joints", "jnt", "j", "axis", "axes", "state", "states", "data", "field", "msg", "value", "val", "link",
-    "arm", "robot",
-];
-const MOTOR: &[&str] = &["motor", "motors", "drive", "drives", "actuator", "servo", "rotor"];
-/// Topics with these words hold something else.
-const OTHER: &[&str] =
-    &["error", "errors", "wrench", "temperature", "voltage", "acceleration", "accelerations", "limit", "limits"];
-
-const WORDS: &[(Quantity, &[&str])] = &[
-    (
-        Quantity::Position,
-        &["q", "position", "positions", "pos", "angle", "angles", "theta", "qpos", "angular position"],
-    ),
-    (
-        Quantity::Velocity,
-        &[
-            "qd",
-            "dq",
-            "qdot",
-            "q dot",
-            "velocity",
-            "velocities",
-            "vel",
-            "speed",
-            "speeds",
-            "v",
-            "omega",
-            "dtheta",
-            "theta dot",
-            "qvel",
-            "angular velocity",
-        ],
-    ),
-    (
-        Quantity::Torque,
-        &[
-            "tau",
-            "torque",
-            "torques",
-            "effort",
-            "efforts",
-            "force",
-            "forces",
-            "moment",
-            "moments",
-            "trq",
-            "tq",
-            "current as torque",
-        ],
-    ),
-    (Quantity::Current, &["current", "currents", "i", "cur", "curr", "amps", "amp", "iq", "i q"]),
-    (Quantity::Name, &["name", "names"]),
-];
-
-const TIME: &[&str] = &[
-    "time",
-    "t",
-    "times",
-    "timestamp",
-    "timestamps",
-    "time stamp",
-    "stamp",
-    "seconds",
-    "secs",
-    "sec",
-    "elapsed",
-    "elapsed time",
-    "header stamp",
-    "rosbag timestamp",
-    "bag time",
-    "ros time",
-    "sim time",
-    "time elapsed",
-    "clock",
-];
-const STAMP_SECONDS: &[&str] =
-    &["stamp sec", "stamp secs", "header stamp sec", "header stamp secs", "tv sec", "time sec", "time secs"];
-const STAMP_NANOSECONDS: &[&str] = &[
-    "stamp nsec",
-    "stamp nsecs",
-    "stamp nanosec",
-    "header stamp nsec",
-    "header stamp nsecs",
-    "header stamp nanosec",
-    "tv nsec",
-    "nsec",
-    "nsecs",
-    "nanosec",
-    "time nsec",
-    "time nsecs",
-    "time nanosec",
-];
 
 /// Words of a name: parts of it between other characters, digits and letters, and at the humps of camel case. In lower case.
 pub(super) fn words(text: &str) -> Vec<String> {
@@ -281,16 +177,33 @@ impl Names {
                 .of_name(&format!("{name}{rest}"), None)
                 .map(|meaning| Meaning { unknown_unit: Some(inner.to_owned()), ..meaning });
         }
-        self.of_name(heading, None).or_else(|| {
-            let ends = heading.char_indices().filter(|(_, c)| matches!(c, '/' | '_' | ' ' | '.' | '-'));
-            let splits = ends.map(|(k, c)| (&heading[..k], &heading[k + c.len_utf8()..]));
-            splits.filter(|(name, _)| !name.trim().is_empty()).find_map(|(name, end)| {
-                let end = end.trim();
-                let unit = Unit::parse(end.strip_prefix("in ").unwrap_or(end))?;
-                let name = name.trim_end_matches([' ', '/', '_', ',']);
-                self.of_name(name.strip_suffix(" in").unwrap_or(name), Some(unit))
-                    .map(|meaning| Meaning { unit: Some(unit), ..meaning })
-            })
+        self.of_name(heading, None)
+            .or_else(|| self.with_unit_at_end(heading))
+            .or_else(|| self.with_unit_inside(heading))
+    }
+
+    /// `q1_deg`, `q1 / rad`, `time in ms`.
+    fn with_unit_at_end(&self, heading: &str) -> Option<Meaning> {
+        let ends = heading.char_indices().filter(|(_, c)| matches!(c, '/' | '_' | ' ' | '.' | '-'));
+        let splits = ends.map(|(k, c)| (&heading[..k], &heading[k + c.len_utf8()..]));
+        splits.filter(|(name, _)| !name.trim().is_empty()).find_map(|(name, end)| {
+            let end = end.trim();
+            let unit = Unit::parse(end.strip_prefix("in ").unwrap_or(end))?;
+            let name = name.trim_end_matches([' ', '/', '_', ',']);
+            let meaning = self.of_name(name.strip_suffix(" in").unwrap_or(name), Some(unit))?;
+            Some(Meaning { unit: Some(unit), loose: true, ..meaning })
+        })
+    }
+
+    /// `q_deg_1`, `speed_rad_s_2`.
+    fn with_unit_inside(&self, heading: &str) -> Option<Meaning> {
+        let parts: Vec<&str> = heading.split(['_', ' ']).collect();
+        let spans = (1..parts.len()).flat_map(|begin| [2, 1].map(|length| (begin, begin + length)));
+        spans.filter(|(_, end)| *end < parts.len()).find_map(|(begin, end)| {
+            let unit = Unit::parse(&parts[begin..end].join("_"))?;
+            let name = [&parts[..begin], &parts[end..]].concat().join("_");
+            let meaning = self.of_name(&name, Some(unit))?;
+            Some(Meaning { unit: Some(unit), loose: true, ..meaning })
         })
     }
 
@@ -418,6 +331,8 @@ mod tests {
             ("q1 [deg]", Position, Plain, n(1)),
             ("q1_deg", Position, Plain, n(1)),
             ("q1/rad", Position, Plain, n(1)),
+            ("q_deg_1", Position, Plain, n(1)),
+            ("speed_rad_s_2", Velocity, Plain, n(2)),
             ("q1_reference", Position, Commanded, n(1)),
             ("position[0]", Position, Plain, n(0)),
             ("position[0] (rad)", Position, Plain, n(0)),
@@ -491,6 +406,10 @@ mod tests {
             ("q1 [deg]", "deg"),
             ("q1(deg)", "deg"),
             ("q1_deg", "deg"),
+            ("q_deg_1", "deg"),
+            ("tau_Nm_2", "N m"),
+            ("speed_deg_s_2", "deg/s"),
+            ("qd_1_rad_s", "rad/s"),
             ("tau_1 [mN m]", "mN m"),
             ("tau_1 [N cm]", "N cm"),
             ("tau1_Nm", "N m"),

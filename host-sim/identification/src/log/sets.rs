@@ -17,7 +17,8 @@ pub(super) struct Column {
 pub(super) struct Set {
     pub(super) role: Role,
     motor: bool,
-    bare: bool,
+    /// Columns have the joints' names only.
+    pub(super) bare: bool,
     /// Column of each joint.
     pub(super) joints: Vec<Option<usize>>,
     /// Columns of no joint of the robot.

@@ -90,8 +90,15 @@ const UNITS: &[(Kind, f64, &str, &[&str])] = &[
 impl Unit {
     /// The unit of this text, if it is one.
     pub(super) fn parse(text: &str) -> Option<Self> {
+        // "rad_s": a slash cannot be part of a variable's name.
+        let text = text.trim();
+        let per_second = ["_s", "_sec"]
+            .iter()
+            .find_map(|end| text.strip_suffix(end))
+            .filter(|rest| ["rad", "deg", "m", "mm", "rev", "mrad"].contains(&rest.to_lowercase().as_str()));
+        let text = per_second.map_or_else(|| text.to_owned(), |rest| format!("{rest}/s"));
         let mut plain = String::new();
-        for c in text.trim().chars() {
+        for c in text.chars() {
             match c {
                 ' ' | '\u{a0}' | '.' | '*' | '·' | '⋅' | '×' | '-' | '−' | '^' | '_' | '(' | ')' => {}
                 'µ' | 'μ' => plain.push('u'),

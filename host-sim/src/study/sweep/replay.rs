@@ -52,7 +52,14 @@ pub fn replay(
     let (scene, robot) = runs.texts(index);
     // The copies of the study name each other; the run's own texts stand in their place.
     let alone = prepared.stand_alone(&scene, robot.as_deref())?;
-    replace_nothing(&alone, folder, "expected another folder by --out, or one that the same run wrote")?;
+    alone.iter().try_for_each(|(name, _)| output.spares(&folder.join(name)))?;
+    if !output.is_forced() {
+        replace_nothing(
+            &alone,
+            folder,
+            "expected another folder by --out, or one that the same run wrote; or --force",
+        )?;
+    }
     output.folder(folder, &["log.csv", "summary.json", "report.html", "*.svg"])?;
     let mut files = Vec::new();
     for (name, text) in alone {
