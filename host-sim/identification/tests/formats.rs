@@ -236,6 +236,9 @@ fn files() -> Vec<(&'static str, File)> {
                 2.0,
             ),
         ),
+        ("velocities that follow degrees", {
+            File::numbered("t", "q{} [deg]", "tau{}", 1).scaled(deg, 1.0).and("qd{}", 1, &qd, deg)
+        }),
         ("velocities in rpm", usual().and("qd_{} [rpm]", 1, &qd, 60.0 / std::f64::consts::TAU)),
         ("lists", listed),
         ("milliseconds in the header", usual().timed(|t| format!("{:.3}", 1e3 * t)).renamed("time_ms")),
@@ -368,6 +371,23 @@ fn columns_by_hand_are_read_whatever_their_names_are() {
             Log::read(file.text().as_bytes(), "a.csv", &with).unwrap_or_else(|error| panic!("{columns}: {error:?}"));
         assert!(differs(&log, factor) < 1e-6, "{columns}");
     }
+    // Units of headings that mean nothing else.
+    let deg = 180.0 / std::f64::consts::PI;
+    for (name, columns) in [
+        ("Winkel {} [deg]", "t=stamp_x,q=Winkel {} [deg],tau=beta{}"),
+        ("winkel{}_deg", "t=stamp_x,q=winkel{}_deg,tau=beta{}"),
+        ("Winkel {} [Grad]", "t=stamp_x,q[deg]=Winkel {} [Grad],tau=beta{}"),
+    ] {
+        let file = File::numbered("stamp_x", name, "beta{}", 1).scaled(deg, 1.0);
+        let with = Reading { columns: Some(ColumnNames::parse(columns).unwrap()), ..reading() };
+        let log =
+            Log::read(file.text().as_bytes(), "a.csv", &with).unwrap_or_else(|error| panic!("{columns}: {error:?}"));
+        assert!(differs(&log, 1.0) < 1e-6, "{columns}");
+    }
+    let german = File::numbered("stamp_x", "Winkel {} [Grad]", "beta{}", 1);
+    let by_hand = Some(ColumnNames::parse("t=stamp_x,q=Winkel {} [Grad],tau=beta{}").unwrap());
+    let refused = Log::read(german.text().as_bytes(), "a.csv", &Reading { columns: by_hand, ..reading() }).unwrap_err();
+    assert!(refused.found.contains("Grad") && refused.expected.contains("'q[deg]=..'"), "{refused:?}");
     // Rows without a header.
     let text = file.text();
     let rows = &text[text.find('\n').unwrap() + 1..];
@@ -394,6 +414,7 @@ fn what_was_assumed_is_said() {
     );
     said(&files["Universal Robots, targets beside actual values"], "target_moment_0 .. target_moment_5 are commanded");
     said(&files["PlotJuggler by index and name"], "/joint_states/position[5] is base_yaw");
+    said(&files["velocities that follow degrees"], "qd1 .. qd6 taken in deg/s");
     said(&files["names only"], "base_yaw .. wrist_roll have no word for their quantity");
     said(&files["two times that agree"], "time: time, not timestamp");
     assert_eq!(files["ours"].read().unwrap().1, Vec::<String>::new());

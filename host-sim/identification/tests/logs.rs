@@ -117,6 +117,7 @@ fn exchanged_velocities_and_other_units_of_velocity_are_named() {
     assert!(exchanged.place.contains("qd_") && exchanged.expected.contains("exchanged"), "{exchanged:?}");
     let degrees = read(&with(57.3, false)).unwrap_err();
     assert!(degrees.found.contains("times the position's change"), "{degrees:?}");
+    assert!(degrees.expected.contains("velocity in deg/s and position in rad?"), "{degrees:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::cli::force::ForceArgs;
 use crate::cli::output::print;
-use crate::failure::Failure;
+use crate::failure::{Failure, in_file};
 use crate::study::taught::{Path as Led, taught};
 use clap::Args;
 use robot_compiler::{SceneFile, with_dof};
@@ -50,6 +50,8 @@ pub fn run(args: &MotionArgs) -> Result<(), Failure> {
         )));
     }
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    let mut output = args.force.output().reads(&args.log).reads(&args.scene);
+    args.out.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let motion = with_dof!(scene.robot.dof(), N => {
         taught::<N>(&scene, &Led::load::<N>(&args.log, &scene)?, args.tolerance)?
     });
@@ -64,7 +66,8 @@ pub fn run(args: &MotionArgs) -> Result<(), Failure> {
     match &args.out {
         None => print(&text),
         Some(path) => {
-            args.force.output().reads(&args.log).reads(&args.scene).write(path, &text)?;
+            std::fs::write(path, &text).map_err(|error| in_file(path, &error))?;
+            output.finish()?;
             print(text.lines().next().map_or("", |line| line.trim_start_matches("# ")))?;
             print(&format!("\nwritten to {}\n", path.display()))
         }

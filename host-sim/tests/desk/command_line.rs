@@ -99,7 +99,7 @@ fn pictures_and_summary_show_limits_waypoints_and_the_lost_reference() {
     .unwrap();
     std::fs::write(out.join("weak.toml"), format!("{text}\n[actuators]\nsaturation = true\n")).unwrap();
     let scene = out.join("weak.toml");
-    let output = run(scene.to_str().unwrap(), &out, &["--json"]);
+    let output = run(scene.to_str().unwrap(), &out, &["--json", "--force"]);
     let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
     let far = &summary["supervision"]["out_of_reach"];
     assert_eq!(summary["supervision"]["state_machine"], false);

@@ -22,6 +22,16 @@ const TOO_MUCH: f64 = 20.0;
 /// Samples in a row at the very same extreme that count as clipped, and how many in all.
 const CLIPPED: (usize, usize) = (8, 24);
 
+/// Velocity over the position's change per second, and what it suggests.
+const UNITS: [(f64, &str); 6] = [
+    (57.295_78, "velocity in deg/s and position in rad"),
+    (0.017_453_29, "velocity in rad/s and position in deg"),
+    (9.549_297, "velocity in rpm and position in rad"),
+    (0.159_154_9, "velocity in rev/s and position in rad"),
+    (1e-3, "time in ms"),
+    (1e3, "velocity in mm/s, or in 1/ms"),
+];
+
 pub(super) struct Table<'a> {
     pub(super) file: &'a str,
     pub(super) head: &'a [String],
@@ -145,11 +155,10 @@ impl Table<'_> {
             let ratio = dot(&change[i], &qd[i]) / dot(&change[i], &change[i]);
             if own > 0.7 && !(0.5..2.0).contains(&ratio) {
                 let found = format!("{ratio:.4} times the position's change per second");
-                return Err(self.wrong(
-                    self.at(0, 1 + n + i),
-                    found,
-                    "position, velocity and time in one set of units",
-                ));
+                let cause = UNITS.iter().find(|(factor, _)| (ratio / factor - 1.0).abs() < 0.1);
+                let cause = cause.map_or(String::new(), |(_, unit)| format!(": {unit}?"));
+                let expected = format!("position, velocity and time in one set of units{cause}");
+                return Err(self.wrong(self.at(0, 1 + n + i), found, &expected));
             }
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::grid::Problem;
 use super::header::Finder;
-use super::name::Quantity;
+use super::name::{Quantity, bracket};
 use super::spec::{Given, Key};
 use super::unit::{self, Kind, Unit};
 
@@ -10,25 +10,28 @@ const ALL: &[Kind] =
     &[Kind::Time, Kind::Angle, Kind::Length, Kind::AngularSpeed, Kind::Speed, Kind::Torque, Kind::Force, Kind::Current];
 
 impl Finder<'_> {
-    /// Unit of a column: in its heading or in the row below.
+    /// Unit of a column: in its heading, in the row below, or by hand.
     pub(super) fn unit(&self, place: usize, given: Option<&Given>) -> Result<Option<Unit>, Problem> {
-        let column = self.sets.columns.iter().find(|column| column.place == place);
         let name = &self.grid.head[place];
-        if let Some(unknown) = column.and_then(|column| column.meaning.unknown_unit.as_ref()) {
-            return Err((format!("the unit {unknown:?} of {name:?}"), format!("one of {}", unit::listed(ALL))));
-        }
-        let heading = column.and_then(|column| column.meaning.unit).or_else(|| {
-            // A column by hand may have a name that means nothing.
-            let open = name.rfind(['[', '('])?;
-            Unit::parse(&name[open..])
-        });
-        let text = self.grid.units.get(place).map_or("", |text| text.trim_matches(['[', ']', '{', '}']));
-        let row = Unit::parse(text);
         let by_hand = given.and_then(|given| given.unit);
-        let loose = column.is_some_and(|column| column.meaning.loose);
+        let (heading, loose, unknown) = match self.sets.columns.iter().find(|column| column.place == place) {
+            Some(column) => (column.meaning.unit, column.meaning.loose, column.meaning.unknown_unit.clone()),
+            // A column by hand may have a name that means nothing.
+            None => match bracket(name) {
+                Some((_, inner, _)) => {
+                    let unit = Unit::parse(inner);
+                    (unit, false, unit.is_none().then(|| inner.to_owned()))
+                }
+                None => (name.rsplit_once(['_', ' ']).and_then(|(_, end)| Unit::parse(end)), true, None),
+            },
+        };
+        if let Some(unknown) = unknown.filter(|_| by_hand.is_none()) {
+            let expected = format!("one of {}; or by hand, --columns 'q[deg]=..'", unit::listed(ALL));
+            return Err((format!("the unit {unknown:?} of {name:?}"), expected));
+        }
+        let row = Unit::parse(self.grid.units.get(place).map_or("", |text| text.trim_matches(['[', ']', '{', '}'])));
         // A word of the name that looks like a unit gives way to a unit by hand.
-        let heading = heading.filter(|_| !(loose && by_hand.is_some()));
-        let mut unit = heading.or(row);
+        let mut unit = heading.filter(|_| !(loose && by_hand.is_some())).or(row);
         for other in [row, by_hand].into_iter().flatten() {
             if let Some(known) = unit.filter(|known| *known != other) {
                 return Err((
@@ -106,6 +109,15 @@ impl Finder<'_> {
         }
         for (name, places) in said {
             self.notes.push(format!("{} converted from {name}", self.sets.span(&places)));
+        }
+        let joints = self.reading.joints.len();
+        let follows = |k: usize, place: usize| {
+            let unit = self.unit(place, self.given(Key::Velocity));
+            self.reading.turns[k] && !self.reading.degrees && unit == Ok(None) && self.angles_in_degrees(k)
+        };
+        if places.len() == 3 * joints && (0..joints).any(|k| follows(k, places[joints + k])) {
+            let names = self.sets.span(&places[joints..2 * joints]);
+            self.notes.push(format!("{names} taken in deg/s, as the positions are in deg"));
         }
     }
 

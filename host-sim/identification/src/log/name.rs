@@ -303,7 +303,7 @@ fn of_unit(unit: Option<Unit>) -> Quantity {
 }
 
 /// The last bracket that holds more than a number: what is before, in and after it.
-fn bracket(heading: &str) -> Option<(&str, &str, &str)> {
+pub(super) fn bracket(heading: &str) -> Option<(&str, &str, &str)> {
     let open = heading.rfind(['[', '(', '{'])?;
     let close = open + heading[open..].find([']', ')', '}'])?;
     // "qd / (rad/s)" and "[N m]" are units; "[0]" and "[1, 2]" are indices.

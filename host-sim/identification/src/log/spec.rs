@@ -1,7 +1,7 @@
 //! Columns named by hand.
 
 use super::grid::Problem;
-use super::name::words;
+use super::name::{bracket, words};
 use super::unit::Unit;
 
 /// Columns of a log by name, as `--columns` gives them: `q=pos_{},tau=effort_{},t=stamp`.
@@ -130,7 +130,7 @@ fn place(name: &str, head: &[String]) -> Option<usize> {
         // Two of one name are none.
         found.next().filter(|_| found.next().is_none())
     };
-    let bare = |text: &str| text.split([' ', '(', '{']).next().unwrap_or("").to_lowercase();
+    let bare = |text: &str| bracket(text).map_or(text, |(name, ..)| name).trim().to_lowercase();
     same(str::to_owned).or_else(|| same(str::to_lowercase)).or_else(|| same(bare)).or_else(|| index(name))
 }
 
@@ -183,6 +183,7 @@ mod tests {
         assert_eq!(places(all, Key::Position), Ok(vec![1, 2]));
         assert_eq!(places(all, Key::Torque), Ok(vec![3, 4]));
         assert_eq!(places(all, Key::Velocity), Ok(vec![6, 5]));
+        assert_eq!(places("tau=eff 1,Eff 2", Key::Torque), Ok(vec![3, 4]));
         assert_eq!(places("q=#2-#3", Key::Position), Ok(vec![1, 2]));
         assert_eq!(places("q=#3,#2", Key::Position), Ok(vec![2, 1]));
     }
@@ -199,6 +200,7 @@ mod tests {
             ("q=joint_{}", Key::Position, "no columns"),
             ("q=pos_0", Key::Position, "1 columns; 2 columns"),
             ("q=pos_0,pos_7", Key::Position, "no column \"pos_7\""),
+            ("tau=Eff 1,Eff 9", Key::Torque, "no column \"Eff 9\""),
             ("q=#1-#9", Key::Position, "#8 of 7"),
             ("t=pos_0,pos_1", Key::Time, "one column"),
         ] {
