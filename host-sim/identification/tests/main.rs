@@ -5,6 +5,7 @@ mod arms;
 mod base;
 mod bodies;
 mod filters;
+mod formats;
 mod friction;
 mod held;
 mod logs;

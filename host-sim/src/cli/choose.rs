@@ -1,6 +1,7 @@
 //! `choose`: the cheapest choice that meets a request, as a scene.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::force::ForceArgs;
 use crate::cli::output::{json, print};
 use crate::cli::trade::{AxisArgs, folder, measured};
 use crate::failure::{Failure, in_file};
@@ -49,6 +50,9 @@ pub struct ChooseArgs {
     /// Where the scene goes; out/trade/NAME/chosen.toml otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Measure again what is known.
     #[arg(long)]
     pub fresh: bool,
@@ -68,7 +72,11 @@ pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), 
         )));
     }
     let base = Baseline::load(&args.scene, args.chain.ends())?;
-    let work = folder(None, &base)?;
+    let mut output = args.force.output().reads(&args.scene);
+    let work = folder(None, &base, &mut output)?;
+    let path = args.out.clone().unwrap_or_else(|| work.join("chosen.toml"));
+    // Better now than after the measurements.
+    output.file(&path)?;
     let rate = args.budget.map(|budget| budget.rate);
     let trade = measured(&base, &args.scene, &choices(&args.axes.axes(), &base, rate)?, chip, &work, args.fresh, stop)?;
     let request = Request {
@@ -85,11 +93,10 @@ pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), 
             trade.points.len()
         )));
     };
-    let path = args.out.clone().unwrap_or_else(|| work.join("chosen.toml"));
     let home = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(home).map_err(|error| in_file(home, &error))?;
     let name = path.file_stem().map_or_else(|| base.file.name.clone(), |stem| stem.to_string_lossy().into_owned());
     fs::write(&path, base.with_in(&chosen.chosen, &name, home)).map_err(|error| in_file(&path, &error))?;
+    output.written(std::slice::from_ref(&path))?;
     if args.json {
         let text = serde_json::json!({ "scene": path, "point": chosen, "cpu_share": request.share_of(chosen) });
         return print(&(json(&text)? + "\n"));

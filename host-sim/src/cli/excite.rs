@@ -1,6 +1,7 @@
 //! `excite`: a motion worth recording.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::force::ForceArgs;
 use crate::cli::output::{json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{Failure, in_file};
@@ -74,6 +75,9 @@ pub struct ExciteArgs {
     /// File for the motion; standard output otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
@@ -111,6 +115,9 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
         );
     }
     let given = RobotOrScene::load(&args.file, args.chain.ends())?;
+    // Better now than after the search.
+    let mut output = args.force.output().reads(&args.file);
+    args.out.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let kind = match (args.friction, args.r#static) {
         (true, _) => Kind::Friction,
         (_, true) => Kind::Static,
@@ -135,10 +142,8 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
     let designed = with_dof!(given.file.robot.dof(), N => design::<N>(&given.file, &wishes, &|| bar.inc(1)))?;
     bar.finish_and_clear();
     if let Some(path) = &args.out {
-        if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
-        }
         std::fs::write(path, &designed.toml).map_err(|error| in_file(path, &error))?;
+        output.written(std::slice::from_ref(path))?;
     }
     match (args.json, &args.out) {
         (true, _) => print(&(json(&designed.json)? + "\n")),

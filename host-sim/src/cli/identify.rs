@@ -1,13 +1,14 @@
 //! `identify`: the model of an arm from logs of its motion.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::force::ForceArgs;
 use crate::cli::gravity::{GravityArgs, say_mounting};
 use crate::cli::output::{json, print};
 use crate::failure::{Failure, in_file};
 use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report};
 use clap::Args;
 use identification::identify::Settings;
-use identification::log::Log;
+use identification::log::{ColumnNames, Log};
 use nalgebra::Vector3;
 use robot_compiler::Robot;
 use std::path::PathBuf;
@@ -18,9 +19,20 @@ Examples:
   host-sim identify arm.urdf --log a.csv --validate b.csv --torque-per-ampere 14.9,13.3,11.1,10.6,11,11.5 --report out/arm
   host-sim identify arm.toml --log empty.csv --payload loaded.csv
 
-A log is CSV with a header: `time` (s, uneven steps are fine), `q_1` .. (rad or m, or degrees with --degrees), optionally `qd_1` ..,
-and `tau_1` .. (N m or N) or `current_1` .. (A, with --torque-per-ampere, or with a torque constant in the robot file). `t`, `q1`,
-`position_1`, `effort_1`, `i_1` and names of joints in place of numbers are understood; log.csv of `run` is such a file. A record of `connect` is one too: the longest stretch in which torque acted.
+A log is a text file with a header: `time`, per joint a position (`q_1`) and a torque (`tau_1`) or current (`current_1`, with
+--torque-per-ampere or a torque constant in the robot file), optionally a velocity (`qd_1`). SI units unless the header names others.
+  separators  comma, semicolon, tab, blanks; decimal point or decimal comma; UTF-8, UTF-16; comment lines begin with #, % or //
+  names       q, position, pos, angle | qd, dq, velocity, vel | tau, torque, effort, moment | current, i; also actual_q_0 (UR),
+              position[0], /joint_states/shoulder/position, joint_1.position, shoulder_effort
+  joints      by number, from 0 where column 0 exists, otherwise from 1; or by name. ROS `name[0]` ..: their order is used
+  units       q1 [deg], q1_deg, tau_1 [mN m], [N cm], [mA], qd_1 [rpm], time [ms], or in a row below the header. --degrees: angles
+              without a unit
+  time        s, ms, us, ns, of the header, or judged by the steps where one fits; `sec` and `nanosec`; ticks with --tick-rate
+  others      --columns 'q=pos_{},tau=effort_{},t=stamp': {} is a joint's number or name. A list: 'q=a,b,c'. A unit: 'tau[mNm]=..'.
+              #3 is the third column, #2-#7 the second to the seventh
+Measured values (actual_q) are preferred to commanded ones (target_q). If two columns could be meant, an error names both. What was
+converted or assumed is reported as `note`. log.csv of `run` is a log; so are records of `connect` (the longest stretch in which
+torque acted) and MCAP files of `run --mcap`.
 
 Torque is linear in the base parameters of the bodies, in rotor inertias and in friction: weighted least squares with robust weights.
 Each term of friction, and the cut-off of the filter of motions, must earn its place by the error in blocks held out. The bodies written
@@ -53,12 +65,18 @@ pub struct IdentifyArgs {
     /// A file for measured and predicted torque (behind the same filter) of the first judged log, CSV.
     #[arg(long, value_name = "FILE")]
     pub predict: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Torque per ampere of each joint, or one for all, N m/A.
     #[arg(long, value_name = "K1,K2,..", value_delimiter = ',')]
     pub torque_per_ampere: Option<Vec<f64>>,
     /// Angles and their velocities are in degrees.
     #[arg(long)]
     pub degrees: bool,
+    /// Columns of the logs by name: t, q, qd, tau or i (currents), each with a pattern, in which {} is a joint's number or name, or a list.
+    #[arg(long, value_name = "KEY=NAME,..", value_parser = ColumnNames::parse)]
+    pub columns: Option<ColumnNames>,
     /// Ticks a second, for a log that counts time in ticks.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub tick_rate: Option<f64>,
@@ -112,6 +130,11 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
         [x, y, z] if [x, y, z].iter().all(|g| g.is_finite()) => Vector3::new(*x, *y, *z),
         other => return wrong("three finite numbers gx,gy,gz", format!("--gravity {other:?}")),
     };
+    // Better now than after the work.
+    let inputs = args.log.iter().chain(&args.validate).chain(&args.payload).chain([&args.robot]);
+    let mut output = inputs.fold(args.force.output(), |output, path| output.reads(path));
+    [&args.out, &args.predict].into_iter().flatten().try_for_each(|path| output.file(path))?;
+    args.report.as_deref().map_or(Ok(()), |folder| output.folder(folder, &["index.html"]))?;
     // Masses scale with the square of what the coordinates scale: half the deviation.
     let subject = Subject::load(&args.robot, args.chain.ends(), gravity, 0.5 * args.trust)?;
     let options = LogOptions {
@@ -119,19 +142,27 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
         per_ampere: args.torque_per_ampere.clone(),
         tick_rate: args.tick_rate,
         may_rest: false,
+        columns: args.columns.clone(),
     };
-    let logs = args.log.iter().map(|path| subject.log(path, &options)).collect::<Result<Vec<Log>, _>>()?;
+    let mut notes = Vec::new();
+    let mut read = |paths: &[PathBuf], options: &LogOptions| {
+        paths.iter().map(|path| subject.log(path, options, &mut notes)).collect::<Result<Vec<Log>, _>>()
+    };
+    let logs = read(&args.log, &options)?;
     let resting = LogOptions { may_rest: true, ..options };
-    let validation = args.validate.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
-    let loaded = args.payload.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
+    let validation = read(&args.validate, &resting)?;
+    let loaded = read(&args.payload, &resting)?;
+    let validation = held_out(&logs, validation, &mut notes);
     let settings =
         Settings { torque_cutoff: args.cutoff, motion_cutoff: args.motion_cutoff, plain_friction: args.plain_friction };
     if logs.is_empty() {
         let held = held::against_file(&subject, &loaded, &settings, args.torque_deviation);
         return print(&if args.json {
-            json(&held::json(&held, &subject))? + "\n"
+            let mut all = held::json(&held, &subject);
+            all["notes"] = notes.into();
+            json(&all)? + "\n"
         } else {
-            held::text(&held, &subject)
+            held::text(&held, &subject) + &noted(&notes)
         });
     }
     let outcome = Outcome::of(&subject, &logs, &validation, &settings);
@@ -147,12 +178,36 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
         let text = held.as_ref().map(|held| held::text(held, &subject));
         report::write(&outcome, &subject, text.as_deref(), folder)?;
     }
+    let report = args.report.iter().map(|folder| folder.join("index.html"));
+    let written: Vec<PathBuf> = [&args.out, &args.predict].into_iter().flatten().cloned().chain(report).collect();
+    output.written(&written)?;
     if args.json {
         let mut all = outcome.json(&subject);
         if let Some(held) = &held {
             all["payload"] = held::json(held, &subject)["payload"].clone();
         }
+        all["notes"] = notes.into();
         return print(&(json(&all)? + "\n"));
     }
-    print(&(outcome.text(&subject) + &held.map_or_else(String::new, |held| held::text(&held, &subject))))
+    let held = held.map_or_else(String::new, |held| held::text(&held, &subject));
+    print(&(outcome.text(&subject) + &held + &noted(&notes)))
+}
+
+/// Logs for validation that are not among those to identify from; a remark for each that is.
+fn held_out(logs: &[Log], validation: Vec<Log>, notes: &mut Vec<String>) -> Vec<Log> {
+    let twin = |log: &Log| logs.iter().find(|other| other.is_same(log)).map(|other| other.file.clone());
+    let (same, other): (Vec<Log>, Vec<Log>) = validation.into_iter().partition(|log| twin(log).is_some());
+    notes.extend(same.iter().map(|log| {
+        let twin = twin(log).unwrap_or_default();
+        format!(
+            "{}: --validate has the samples of --log {twin}: it is not held out and not used for validation",
+            log.file
+        )
+    }));
+    other
+}
+
+/// Remarks on how the logs were understood, a line each.
+fn noted(notes: &[String]) -> String {
+    notes.iter().map(|note| format!("{:<20}{note}\n", "note")).collect()
 }

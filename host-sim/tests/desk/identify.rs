@@ -1,6 +1,6 @@
 //! From a motion worth recording to a better robot file, on a simulated YAM whose masses, friction and drives are not what its file says.
 
-use crate::program::{at_the_top, told};
+use crate::program::{at_the_top, new, told};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
 use nalgebra::Vector3;
@@ -12,9 +12,10 @@ use std::process::Command;
 const SCENE: &str = "scenes/examples/yam_identify.toml";
 const ROBOT: &str = "robots/yam.toml";
 
-fn folder() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("identify");
-    std::fs::create_dir_all(&folder).unwrap();
+/// An empty folder of this test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("identify").join(test);
+    std::fs::create_dir_all(new(&folder)).unwrap();
     folder
 }
 
@@ -31,8 +32,8 @@ fn done(arguments: &[&str]) -> String {
 }
 
 /// A log of the simulated arm on an excitation of this seed, and its file.
-fn recorded(seed: &str, periods: &str) -> String {
-    let folder = folder().join(seed);
+fn recorded(folder: &Path, seed: &str, periods: &str) -> String {
+    let folder = folder.join(seed);
     let (motion, run) = (folder.with_extension("toml"), folder.to_str().unwrap().to_owned());
     let motion = motion.to_str().unwrap();
     done(&["excite", SCENE, "--seed", seed, "--periods", periods, "--period", "8", "--tries", "150", "--out", motion]);
@@ -63,9 +64,10 @@ fn missed(model: &Robot, truth: &Robot) -> [f64; 6] {
 
 #[test]
 fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
-    let (log, other) = (recorded("1", "2"), recorded("2", "1"));
-    let out = folder().join("yam.toml");
-    let (report, predicted) = (folder().join("report"), folder().join("predicted.csv"));
+    let folder = folder("yam");
+    let (log, other) = (recorded(&folder, "1", "2"), recorded(&folder, "2", "1"));
+    let out = folder.join("yam.toml");
+    let (report, predicted) = (folder.join("report"), folder.join("predicted.csv"));
     let found = done(&[
         "identify",
         ROBOT,
@@ -111,17 +113,18 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
 
 #[test]
 fn slow_sweeps_and_rests_can_be_played() {
+    let folder = folder("slow");
     for kind in ["--friction", "--static"] {
-        let motion = folder().join(format!("{kind}.toml"));
+        let motion = folder.join(format!("{kind}.toml"));
         done(&["excite", SCENE, kind, "--out", motion.to_str().unwrap()]);
-        let run = folder().join(kind);
+        let run = folder.join(kind);
         done(&["run", SCENE, "--motion", motion.to_str().unwrap(), "--out", run.to_str().unwrap(), "--quiet"]);
     }
 }
 
 #[test]
 fn what_identify_cannot_use_is_refused_with_what_is_expected() {
-    let bad = folder().join("bad.csv");
+    let bad = folder("bad").join("bad.csv");
     std::fs::write(&bad, "time,q_1\n0,0\n").unwrap();
     let bad = bad.to_str().unwrap();
     let cases: [(&[&str], &str); 6] = [

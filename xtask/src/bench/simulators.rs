@@ -116,7 +116,7 @@ fn mujoco(folder: &Path) -> Result<Value> {
     let settings = [METHODS[1].1, &[("plant.friction", "false")]].concat();
     let scene = scene("log", &settings)?;
     let out = folder.join("log");
-    let done = cargo_run("host-sim").arg("run").arg(&scene).args(["--quiet", "--out"]).arg(&out).status()?;
+    let done = cargo_run("host-sim").arg("run").arg(&scene).args(["--quiet", "--force", "--out"]).arg(&out).status()?;
     ensure!(done.success(), "{}: the run failed", scene.display());
     let output = Command::new(python)
         .arg(tools.join("mujoco_steps.py"))
@@ -141,7 +141,8 @@ fn alone(scene: &Path, folder: &Path) -> Result<f64> {
     let mut best = 0.0_f64;
     for _ in 0..5 {
         let mut command = cargo_run("host-sim");
-        let done = command.arg("run").arg(scene).arg("--json").arg("--out").arg(folder.join("alone")).output()?;
+        let done =
+            command.arg("run").arg(scene).args(["--json", "--force", "--out"]).arg(folder.join("alone")).output()?;
         ensure!(done.status.success(), "{}: {}", scene.display(), String::from_utf8_lossy(&done.stderr));
         let summary: Value = serde_json::from_slice(&done.stdout)?;
         best = best.max(summary.get("realtime_factor").and_then(Value::as_f64).context("no `realtime_factor`")?);

@@ -2,6 +2,7 @@
 
 use super::{ChipSaving, Explanation, OnChip, friction};
 use crate::failure::{Failure, in_file};
+use crate::output::Output;
 use crate::run::files::file_name;
 use crate::study::trade::baseline::Baseline;
 use crate::study::trade::chip::{Chip, Cost, Surroundings};
@@ -16,7 +17,7 @@ impl Explanation {
     pub(crate) fn measure(&mut self, scene: &Path, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
         let base = Baseline::load(scene, Ends::default())?;
         let folder = Path::new("out/explain").join(file_name(&self.scene));
-        fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+        Output::new(false).folder(&folder, &[])?;
         let term = |name: &str| ModelTerm::ALL.into_iter().find(|term| term.name() == name);
         let mut sets: Vec<Vec<ModelTerm>> = vec![Vec::new()];
         sets.extend(

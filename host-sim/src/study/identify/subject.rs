@@ -7,7 +7,7 @@ use dynamics_core::{Inertia, JointKind};
 use identification::arm::{Arm, Chain};
 use identification::consistent::Maker;
 use identification::exchanged::{Exchanged, exchanged};
-use identification::log::{Log, Reading};
+use identification::log::{ColumnNames, Log, Reading};
 use nalgebra::Vector3;
 use robot_compiler::drive::JointDrive;
 use robot_compiler::{Ends, JointFriction, Robot, with_dof};
@@ -39,6 +39,8 @@ pub struct LogOptions {
     pub tick_rate: Option<f64>,
     /// A joint that never moves is no reason to refuse the log.
     pub may_rest: bool,
+    /// Columns named by hand.
+    pub columns: Option<ColumnNames>,
 }
 
 impl Subject {
@@ -70,11 +72,11 @@ impl Subject {
         Ok(Self { robot, arm, parameters, maker })
     }
 
-    /// Read and check a log of this arm.
+    /// Read and check a log of this arm; adds remarks on how it was understood.
     ///
     /// # Errors
     /// [`Failure::Input`] with file, line and column.
-    pub fn log(&self, path: &Path, options: &LogOptions) -> Result<Log, Failure> {
+    pub fn log(&self, path: &Path, options: &LogOptions, notes: &mut Vec<String>) -> Result<Log, Failure> {
         let joints = &self.robot.joints;
         let n = joints.len();
         let per_ampere = match &options.per_ampere {
@@ -98,13 +100,17 @@ impl Subject {
             per_ampere,
             tick_rate: options.tick_rate,
             may_rest: options.may_rest,
+            currents_meant: options.per_ampere.is_some(),
+            columns: options.columns.clone(),
         };
         let text =
             std::fs::read(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
         let text = if is_record(&text) { record::text(text, path)? } else { text };
-        let log = Log::read(&text, &path.display().to_string(), &reading).map_err(|error| {
+        let file = path.display().to_string();
+        let (log, said) = Log::read_noted(&text, &file, &reading).map_err(|error| {
             Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}"))
         })?;
+        notes.extend(said.into_iter().map(|note| format!("{file}: {note}")));
         let (what, a, b) = match exchanged(self.arm.as_ref(), &log) {
             None => return Ok(log),
             Some(Exchanged::Torques(a, b)) => ("torque", a, b),
