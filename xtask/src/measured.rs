@@ -28,7 +28,8 @@ const EXAMPLES: &str = "\
 Examples:
   cargo xtask measured                     each block: current, or which artefact has changed, and the command that renews it
   cargo xtask measured --renew             run the commands of all blocks that are not current
-  cargo xtask measured --renew --page cycles --page arms
+  cargo xtask measured --renew --page cycles --page 'campaign, desk'
+  cargo xtask measured --mark              say on the pages which blocks are not current
   cargo xtask measured --of e5b5086 --page calibration
                                            after a measurement by hand at this commit: stamp the page, with the hashes of its sources";
 
@@ -36,7 +37,7 @@ Examples:
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
 pub(crate) struct Options {
-    /// Only these pages, by their names in docs/measured; with --renew also those that are current
+    /// Only these pages of docs/measured, or blocks of pages, by their names; with --renew also those that are current
     #[arg(long = "page", value_name = "NAME")]
     pages: Vec<String>,
     /// Measure again what is not current
@@ -45,18 +46,21 @@ pub(crate) struct Options {
     /// Stamp these pages as measured at this commit
     #[arg(long, value_name = "COMMIT", requires = "pages")]
     of: Option<String>,
+    /// Say on every page that is not current that it is not, for measurements that take too long now
+    #[arg(long, conflicts_with_all = ["of", "renew"])]
+    mark: bool,
 }
 
 /// Shows, renews or stamps. An error if a block is not current.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    for page in &options.pages {
-        if !BLOCKS.iter().any(|block| block.page == page) {
+    for name in &options.pages {
+        if !BLOCKS.iter().any(|block| block.is_called(name)) {
             let mut known: Vec<_> = BLOCKS.iter().map(|block| block.page).collect();
             known.dedup();
-            return Err(BadInput(format!("--page {page}: expected one of {}", known.join(", "))).into());
+            return Err(BadInput(format!("--page {name}: expected a block, or one of {}", known.join(", "))).into());
         }
     }
-    let asked = |block: &&Block| options.pages.is_empty() || options.pages.iter().any(|page| page == block.page);
+    let asked = |block: &&Block| options.pages.is_empty() || options.pages.iter().any(|name| block.is_called(name));
     let blocks: Vec<&Block> = BLOCKS.iter().filter(asked).collect();
     if let Some(commit) = &options.of {
         return stamp_past(&blocks, commit);
@@ -72,13 +76,20 @@ pub(crate) fn run(options: &Options) -> Result<()> {
                 renew(block)?;
                 done.push(block.command);
             }
-            if stamped(block)?.is_none() {
-                put(block, &Stamp::now(block, &mut hashes)?)?;
+            if stamped(block)?.0.is_none() {
+                put(block, &Stamp::now(block, &mut hashes)?.to_string())?;
             }
             continue;
         }
-        println!("{}: {}", block.place(), found.as_deref().unwrap_or("current"));
-        stale += usize::from(found.is_some());
+        match &found {
+            None => println!("{}: current", block.place()),
+            Some(why) => println!("{}: {why}; measure it again: {}", block.place(), block.command),
+        }
+        if options.mark {
+            mark(block, found.as_deref())?;
+        } else {
+            stale += usize::from(found.is_some());
+        }
     }
     if stale > 0 { bail!("{stale} measured blocks are not of the present state") } else { Ok(()) }
 }
@@ -109,41 +120,51 @@ fn spread(word: &str) -> Vec<String> {
 
 /// Why a block is not current; `None` if it is.
 fn state(block: &Block, hashes: &mut Hashes) -> Result<Option<String>> {
-    let Some(stamp) = stamped(block)? else {
-        return Ok(Some(format!("has no line `{}`; renew it: {}", stamp::BEGIN, block.command)));
+    let (Some(stamp), _) = stamped(block)? else {
+        return Ok(Some("it does not say what was measured".to_owned()));
     };
     let mut changed = Vec::new();
     for artefact in block.artefacts {
-        let now = hashes.of(*artefact)?;
-        match stamp.hash(&artefact.name()) {
-            None => changed.push(format!("{} is not among its artefacts", artefact.name())),
-            Some(then) if then != now => changed.push(format!("{} is {now}, measured was {then}", artefact.name())),
-            Some(_) => {}
+        if stamp.hash(&artefact.name()) != Some(&hashes.of(*artefact)?) {
+            changed.push(artefact.name());
         }
     }
-    Ok((!changed.is_empty()).then(|| format!("{}; renew it: {}", changed.join(", "), block.command)))
+    Ok((!changed.is_empty()).then(|| format!("changed since it was measured: {}", changed.join("; "))))
 }
 
-/// The stamp of a block; `None` without one.
-fn stamped(block: &Block) -> Result<Option<Stamp>> {
+/// How the line of a block begins that says that the block is not current.
+const MARK: &str = "**Not of the present state**: ";
+
+/// The text of a block.
+fn text_of(block: &Block) -> Result<String> {
     let path = root().join(block.path());
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let (begin, end) = (format!("<!-- measured: {} -->", block.name), format!("<!-- end measured: {} -->", block.name));
-    let inside = text.split_once(&begin).and_then(|(_, rest)| rest.split_once(&end)).map(|(inside, _)| inside);
-    let inside = inside.with_context(|| format!("{}: no lines `{begin}` and `{end}`", block.path()))?;
-    inside.lines().find_map(Stamp::parse).transpose().with_context(|| block.place())
+    let inside =
+        text.split_once(&begin).and_then(|(_, rest)| rest.split_once(&end)).map(|(inside, _)| inside.to_owned());
+    inside.with_context(|| format!("{}: no lines `{begin}` and `{end}`", block.path()))
 }
 
-/// Gives a block this stamp in place of its own.
-fn put(block: &Block, stamp: &Stamp) -> Result<()> {
-    let path = root().join(block.path());
-    let text = std::fs::read_to_string(&path)?;
-    let begin = format!("<!-- measured: {} -->", block.name);
-    let inside =
-        text.split_once(&begin).and_then(|(_, rest)| rest.split_once("<!-- end measured")).map(|(inside, _)| inside);
-    let kept = inside.unwrap_or_default().lines().filter(|line| !line.starts_with(stamp::BEGIN)).collect::<Vec<_>>();
-    let mut page = Page::read(&path, &[])?;
-    page.put(block.name, &format!("{}\n\n{stamp}", kept.join("\n").trim()))?;
+/// The stamp of a block, and whether it says that it is not current.
+fn stamped(block: &Block) -> Result<(Option<Stamp>, bool)> {
+    let text = text_of(block)?;
+    let stamp = text.lines().find_map(Stamp::parse).transpose().with_context(|| block.place())?;
+    Ok((stamp, text.lines().any(|line| line.starts_with(MARK))))
+}
+
+/// Says on a page that a block is not current, or no longer that.
+fn mark(block: &Block, why: Option<&str>) -> Result<()> {
+    let stamp = stamped(block)?.0.map(|stamp| stamp.to_string());
+    let mark = why.map(|why| format!("{MARK}{why}. Measure it again: `{}`.", block.command));
+    put(block, &mark.into_iter().chain(stamp).collect::<Vec<_>>().join("\n\n"))
+}
+
+/// Gives a block these last lines in the place of its stamp and its mark.
+fn put(block: &Block, last: &str) -> Result<()> {
+    let own = |line: &&str| !line.starts_with(stamp::BEGIN) && !line.starts_with(MARK);
+    let kept = text_of(block)?.lines().filter(own).collect::<Vec<_>>().join("\n");
+    let mut page = Page::read(root().join(block.path()), &[])?;
+    page.put(block.name, &format!("{}\n\n{last}", kept.trim()))?;
     Ok(page.write()?)
 }
 
@@ -170,7 +191,7 @@ fn stamp_past(blocks: &[&Block], commit: &str) -> Result<()> {
     let day = output(Command::new("git").current_dir(root()).args(["log", "-1", "--format=%cs", commit]));
     for block in blocks {
         let day = day.as_deref().unwrap_or("unknown day");
-        put(block, &Stamp::past(block, commit, day, &mut hashes)?)?;
+        put(block, &Stamp::past(block, commit, day, &mut hashes)?.to_string())?;
         println!("{}: stamped with {commit}", block.place());
     }
     Ok(())
@@ -181,7 +202,7 @@ fn stamp_past(blocks: &[&Block], commit: &str) -> Result<()> {
 mod tests {
     use super::artefact::Hashes;
     use super::blocks::BLOCKS;
-    use super::{root, spread, state};
+    use super::{root, spread, stamped, state};
     use std::collections::BTreeSet;
 
     /// Every block that a page of docs/measured marks is in the list, and the other way round.
@@ -204,16 +225,23 @@ mod tests {
     }
 
     #[test]
-    fn every_measured_page_is_of_things_as_they_are() {
+    fn every_measured_page_is_of_the_present_state_or_says_that_it_is_not() {
         let mut hashes = Hashes::of_now();
-        let stale: Vec<String> = BLOCKS
-            .iter()
-            .filter_map(|block| state(block, &mut hashes).unwrap().map(|why| format!("{}: {why}", block.place())))
-            .collect();
+        let mut wrong = Vec::new();
+        for block in BLOCKS {
+            let place = block.place();
+            match (state(block, &mut hashes).unwrap(), stamped(block).unwrap().1) {
+                (None, false) | (Some(_), true) => {}
+                (None, true) => {
+                    wrong.push(format!("{place}: is current, and says that it is not: cargo xtask measured --mark"))
+                }
+                (Some(why), false) => wrong.push(format!("{place}: {why}; measure it again: {}", block.command)),
+            }
+        }
         assert!(
-            stale.is_empty(),
-            "measure again with `cargo xtask measured --renew`, or one by one:\n{}",
-            stale.join("\n")
+            wrong.is_empty(),
+            "`cargo xtask measured --renew` measures all of these again; `--mark` says on the pages that they are not current\n{}",
+            wrong.join("\n")
         );
     }
 

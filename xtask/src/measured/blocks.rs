@@ -20,6 +20,11 @@ impl Block {
         format!("docs/measured/{}.md", self.page)
     }
 
+    /// True if this is the name of its page or its own.
+    pub(super) fn is_called(&self, name: &str) -> bool {
+        [self.page, self.name].contains(&name)
+    }
+
     /// Page and block, for people.
     pub(super) fn place(&self) -> String {
         format!("{}, block `{}`", self.path(), self.name)
@@ -50,6 +55,7 @@ const BUDGET_COMMAND: &str = "cargo xtask budget --flood --write";
 const CYCLE_COMMAND: &str = "cargo xtask cycles --write";
 const ARM_COMMAND: &str = "cargo xtask bench --arms";
 const SIMULATORS: &str = "cargo xtask bench --simulators";
+const EXTREMES_COMMAND: &str = "cargo sim extremes --long --write";
 const EXTREMES: &[Artefact] = &[Printed("extremes")];
 
 const fn block(page: &'static str, name: &'static str, command: &'static str, artefacts: &'static [Artefact]) -> Block {
@@ -71,8 +77,8 @@ pub(super) const BLOCKS: &[Block] = &[
     block("campaign", "campaign, qemu", "cargo sim campaign --target qemu --runs 700 --write", QEMU),
     block("cycles", "cycles", CYCLE_COMMAND, CYCLES),
     block("cycles", "cycles by class", CYCLE_COMMAND, CYCLES),
-    block("extremes", "extremes", "cargo sim extremes --write", EXTREMES),
-    block("extremes", "extremes, long", "cargo sim extremes --long --write", EXTREMES),
+    block("extremes", "extremes", EXTREMES_COMMAND, EXTREMES),
+    block("extremes", "extremes, long", EXTREMES_COMMAND, EXTREMES),
     block("kernels", "machine", BENCH, &[Kernels]),
     block("kernels", "chip", BENCH, &[Kernels]),
     block("kernels", "spills", BENCH, &[Kernels]),

@@ -31,9 +31,9 @@ impl Stamp {
         Self::new(block, commit, machine(), day, hashes)
     }
 
-    /// A measurement of an earlier commit, on a machine that is not recorded.
+    /// A measurement of an earlier commit, of which only the commit is known.
     pub(super) fn past(block: &Block, commit: &str, day: &str, hashes: &mut Hashes) -> Result<Self> {
-        Self::new(block, commit.to_owned(), "see above".to_owned(), day.to_owned(), hashes)
+        Self::new(block, commit.to_owned(), "a machine that was not recorded".to_owned(), day.to_owned(), hashes)
     }
 
     fn new(block: &Block, commit: String, machine: String, day: String, hashes: &mut Hashes) -> Result<Self> {
