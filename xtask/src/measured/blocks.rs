@@ -31,10 +31,30 @@ impl Block {
     }
 }
 
-/// All that runs on the chip besides the emitted arm.
+/// All that runs on the chip besides the emitted arm: of the core, what a controller and the safety machine are made of.
 const CHIP: Artefact = Files(
     "sources of the chip",
-    &["dynamics-core/src", "link/src", "link/session/src", "link/joint-io/src", "firmware/src"],
+    &[
+        "dynamics-core/src/control.rs",
+        "dynamics-core/src/control",
+        "dynamics-core/src/drive.rs",
+        "dynamics-core/src/drive",
+        "dynamics-core/src/dynamics",
+        "dynamics-core/src/geometry.rs",
+        "dynamics-core/src/inertia.rs",
+        "dynamics-core/src/joint.rs",
+        "dynamics-core/src/model.rs",
+        "dynamics-core/src/safety.rs",
+        "dynamics-core/src/safety",
+        "dynamics-core/src/scalar.rs",
+        "dynamics-core/src/scene.rs",
+        "dynamics-core/src/trig.rs",
+        "dynamics-core/src/trig",
+        "link/src",
+        "link/session/src",
+        "link/joint-io/src",
+        "firmware/src",
+    ],
 );
 const ESTIMATOR: Artefact =
     Files("sources of the cycle estimate", &["xtask/image/src/cycles", "xtask/image/src/decode"]);

@@ -1,7 +1,7 @@
 //! Errors of both simulators, and their speeds at equal error.
 //!
 //! The arm follows the torques of a feedforward controller, whose feedback is a thousandth of a usual one: an open loop, in which an error of the
-//! integration stays. An error is the largest distance of a joint from a far finer integration of the same simulator, over 0.3 s.
+//! integration stays. An error is the largest distance of a joint from a far finer integration of the same simulator, over 0.25 s.
 
 use super::{Settings, scene};
 use crate::bench::Table;
@@ -17,7 +17,7 @@ const OPEN: [(&str, &str); 6] = [
     ("scalar", "\"f64\""),
     ("sensors.encoder", "false"),
     ("actuators.saturation", "false"),
-    (".duration", "0.3"),
+    (".duration", "0.25"),
 ];
 
 /// The reference's settings.
