@@ -43,8 +43,10 @@ The safety state machine is not in a run: `connect` has it. A joint that leaves 
 scene's [safety] is told, with the tick in which the firmware would have held.
 
 Columns:
-  at rest, settled  error at the end of the last stretch in which every reference stands still, and the time from its start
-                    until the error stays within `resolution` of [safety]; `never` if it does not
+  at rest, settles in
+                    error at the end of the last stretch in which every reference stands still, and the settling time: from the
+                    start of that stretch until the error is within 2 % of the joint's last move, or within `resolution` of
+                    [safety] if that is more, and stays there; `not in 1.00 s` if it was still outside after 1 s
   chatter           root mean square of the torque's change from one tick to the next; with encoders most of it is the
                     counts, which the velocity gain turns into torque";
 
