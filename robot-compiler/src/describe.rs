@@ -8,6 +8,7 @@ mod dof;
 pub(crate) mod draft;
 pub mod drive;
 mod hash;
+pub(crate) mod link_shape;
 pub(crate) mod linkage;
 pub(crate) mod robot;
 pub mod scene;

@@ -42,6 +42,7 @@ mod read;
 
 pub use describe::cut::{Ends, UrdfArm};
 pub use describe::diagnostics::FileError;
+pub use describe::link_shape::{Geometry, LinkShape};
 pub use describe::linkage::{LinkageFile, Mechanism};
 pub use describe::robot::{JointEncoder, JointFriction, JointHeat, Robot, RobotJoint};
 pub use describe::scene::SceneFile;

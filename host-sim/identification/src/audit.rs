@@ -11,11 +11,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Random postures.
-const POSTURES: usize = 300;
+const POSTURES: usize = 200;
 /// Of these, so many are improved.
-const IMPROVED: usize = 3;
+const IMPROVED: usize = 2;
 /// First and last step of the improvement, as shares of the range.
-const STEPS: (f64, f64) = (0.1, 1e-3);
+const STEPS: (f64, f64) = (0.1, 4e-3);
 /// Range of a joint without limits, rad or m.
 const FREE: (f64, f64) = (-std::f64::consts::PI, std::f64::consts::PI);
 

@@ -5,6 +5,7 @@
 use crate::describe::cut::{Ends, NAMESPACE, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
+use crate::describe::link_shape::LinkShape;
 use crate::describe::robot::{BuildError, DOF, JointFriction, JointHeat, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Tool};
@@ -17,6 +18,7 @@ mod merge;
 mod places;
 mod pose;
 mod rotor;
+mod shapes;
 
 use chain::Chain;
 use description::{Description, Joint, Kind};
@@ -39,6 +41,15 @@ pub(super) fn read(source: &Source, ends: Ends<'_>) -> Result<UrdfArm, FileError
         links: (0..chain.moving.len()).map(|i| merge::parts(&chain, i).iter().map(link).collect()).collect(),
         held: chain.held.iter().map(|&index| urdf.joints[index].name.to_owned()).collect(),
     })
+}
+
+/// Reads the collision shapes of the arm between two links.
+pub(super) fn shapes(source: &Source, ends: Ends<'_>) -> Result<Vec<LinkShape>, FileError> {
+    let document = markup::parse(source)?;
+    let markup = Markup::new(source, &document)?;
+    let (urdf, chain) = cut(&markup, ends)?;
+    let robot = stated(source, &markup, &urdf, &chain, ends)?;
+    shapes::shapes(&markup, &urdf, &chain, &robot)
 }
 
 /// Reads the arm between two links as its file states it.

@@ -171,12 +171,18 @@ impl Outcome {
     }
 
     /// The audit in words.
-    fn mass_matrix(&self) -> String {
+    fn mass_matrix(&self, subject: &Subject) -> String {
         let Audit { smallest, smallest_before, ratio } = &self.audit;
         let sign =
             if smallest.value > 0.0 { "positive in every posture searched" } else { "NOT POSITIVE in some posture" };
+        let bare = if subject.maker.rotors.iter().all(|rotor| *rotor <= 0.0) { ", which have no rotors" } else { "" };
         let beside = ratio.as_ref().map_or_else(String::new, |(low, high)| {
-            format!("; {:.2} to {:.2} times the maker's over all directions", low.value, high.value)
+            let times = |x: f64| if x < 100.0 { format!("{x:.2}") } else { format!("{x:.0}") };
+            format!(
+                "; {} to {} times the maker's numbers{bare}, over all directions",
+                times(low.value),
+                times(high.value)
+            )
         });
         format!("{sign}, smallest eigenvalue {:.2e} (maker's {:.2e}){beside}", smallest.value, smallest_before.value)
     }
@@ -228,7 +234,7 @@ impl Outcome {
             found.filters.motion,
             found.cutoffs.iter().map(|(f, _)| format!("{f:.1}")).collect::<Vec<_>>().join(", "),
             (found.distance() / found.base.len() as f64).sqrt(),
-            self.mass_matrix(),
+            self.mass_matrix(subject),
             if unseen.is_empty() {
                 "nothing".to_owned()
             } else {
