@@ -9,6 +9,7 @@ pub(crate) mod draft;
 pub mod drive;
 pub(crate) mod friction;
 mod hash;
+pub(crate) mod link_shape;
 pub(crate) mod linkage;
 pub(crate) mod robot;
 pub mod scene;

@@ -43,6 +43,7 @@ mod read;
 pub use describe::cut::{Ends, UrdfArm};
 pub use describe::diagnostics::FileError;
 pub use describe::friction::{Breakaway, FrictionPart, JointFriction};
+pub use describe::link_shape::{Geometry, LinkShape};
 pub use describe::linkage::{LinkageFile, Mechanism};
 pub use describe::robot::{JointEncoder, JointHeat, Robot, RobotJoint};
 pub use describe::scene::SceneFile;

@@ -15,6 +15,7 @@ mod kernel_error;
 mod kernel_interpreter;
 mod kernel_source;
 mod law;
+mod link_shapes;
 mod linkage;
 mod precision;
 mod rooms;

@@ -11,6 +11,7 @@
 //! | [`prepare`] | a log and an arm together: filtered torques and columns |
 //! | [`fit`] | weighted least squares with robust weights, held-out error, deviations |
 //! | [`choose`] | which terms of friction and which cut-off earn their place |
+//! | [`audit`] | the mass matrix over all postures, against the maker's |
 //! | [`consistent`] | bodies that some mass distribution could have, nearest to data and maker |
 //! | [`identify`] | all of it in order, and predictions |
 //! | [`payload`] | what an arm holds, from a log against a known arm |
@@ -20,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arm;
+pub mod audit;
 pub mod base;
 pub mod choose;
 pub mod consistent;

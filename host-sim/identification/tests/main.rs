@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should say so")]
 
 mod arms;
+mod audits;
 mod base;
 mod bodies;
 mod filters;

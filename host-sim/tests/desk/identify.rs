@@ -89,6 +89,11 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
         let (left, before) = (joint["relative_rms"].as_f64().unwrap(), joint["before"].as_f64().unwrap());
         assert!(left < 0.02 && before > 3.0 * left, "{joint}");
     }
+    // The links of this arm weigh 0.8 or 1.2 times what the file says, its rotors the same.
+    let audit = &found["mass_matrix"];
+    let ratio: [f64; 2] = serde_json::from_value(audit["ratio"].clone()).unwrap();
+    assert!(audit["smallest_eigenvalue"].as_f64().unwrap() > 0.0, "{audit}");
+    assert!(ratio[0] > 0.6 && ratio[0] < 1.0 && ratio[1] > 1.0 && ratio[1] < 1.4, "{audit}");
 
     // The robot file: no physicist objects, and gravity is known to within friction.
     let new = Robot::load(&out).unwrap();

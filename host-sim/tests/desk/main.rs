@@ -18,6 +18,7 @@ mod doctor;
 mod drives;
 mod dynamics;
 mod energy;
+mod excite;
 mod explain_command;
 mod extremes;
 mod feel;

@@ -5,6 +5,7 @@ use super::urdf;
 use crate::describe::cut::{Ends, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::Draft;
+use crate::describe::link_shape::LinkShape;
 use crate::describe::robot::Robot;
 use std::path::Path;
 
@@ -84,6 +85,25 @@ impl UrdfArm {
         let mut arm = urdf::arm(&read_text(path)?, ends)?;
         path.clone_into(&mut arm.robot.path);
         Ok(arm)
+    }
+}
+
+impl LinkShape {
+    /// Collision shapes of an arm: of the base first, then of each moving link with what is fixed to it. Moving joints beside the chain are
+    /// at zero. Empty for a TOML robot file, which has none.
+    ///
+    /// # Errors
+    /// As [`Robot::load_between`]; a shape of an unknown form, or with a size that is not above zero.
+    pub fn load(path: &Path, ends: Ends<'_>) -> Result<Vec<Self>, FileError> {
+        if is_urdf(path)? { urdf::shapes(&read_text(path)?, ends) } else { Ok(Vec::new()) }
+    }
+
+    /// Reads the text of a URDF file; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// As [`LinkShape::load`].
+    pub fn from_urdf_str(text: &str, name: &str, ends: Ends<'_>) -> Result<Vec<Self>, FileError> {
+        urdf::shapes(&Source { file: name.to_owned(), text: text.to_owned() }, ends)
     }
 }
 

@@ -6,6 +6,7 @@ use crate::describe::cut::{Ends, JointGaps, NAMESPACE, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, Remark, RemarkKind, readable};
 use crate::describe::friction::JointFriction;
+use crate::describe::link_shape::LinkShape;
 use crate::describe::robot::{BuildError, DOF, JointHeat, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Tool};
@@ -21,6 +22,7 @@ mod places;
 mod pose;
 mod remarks;
 mod rotor;
+mod shapes;
 
 use chain::Chain;
 use description::{Description, Joint, Kind};
@@ -95,6 +97,15 @@ fn gaps(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) ->
         torque: bound(|limit| limit.effort, "effort"),
         gear: rotor::reduction(markup, joint.name),
     }
+}
+
+/// Reads the collision shapes of the arm between two links.
+pub(super) fn shapes(source: &Source, ends: Ends<'_>) -> Result<Vec<LinkShape>, FileError> {
+    let document = markup::parse(source)?;
+    let markup = Markup::new(source, &document)?;
+    let (urdf, chain) = cut(&markup, ends)?;
+    let robot = stated(source, &markup, &urdf, &chain, ends)?;
+    shapes::shapes(&markup, &urdf, &chain, &robot)
 }
 
 /// Reads the arm between two links as its file states it.

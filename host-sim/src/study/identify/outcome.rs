@@ -5,6 +5,7 @@ use super::subject::{Subject, torque};
 use crate::table::table;
 use comfy_table::Cell;
 use identification::Series;
+use identification::audit::{Audit, audit};
 use identification::identify::{Identified, Prediction, Settings, difference, identify, rms};
 use identification::log::Log;
 use serde_json::{Value, json};
@@ -15,6 +16,8 @@ pub struct Outcome {
     pub found: Identified,
     /// What a robot file can hold of it.
     pub numbers: Numbers,
+    /// Mass matrix of the new robot file over all postures, against that of the old one.
+    pub audit: Audit,
     /// The logs that were judged, in this order.
     pub judged: Vec<Judged>,
     /// Whether these were held out.
@@ -52,6 +55,8 @@ impl Outcome {
     pub fn of(subject: &Subject, logs: &[Log], validation: &[Log], settings: &Settings) -> Self {
         let found = identify(subject.arm.as_ref(), &subject.maker, logs, settings);
         let numbers = Numbers::of(subject, &found, logs);
+        let limits: Vec<(f64, f64)> = subject.robot.joints.iter().map(|joint| joint.spec.limits.position).collect();
+        let audit = audit(subject.arm.as_ref(), &subject.parameters, &numbers.parameters(subject), &limits);
         let held_out = !validation.is_empty();
         let judged = if held_out { validation } else { logs };
         let judge = |log: &Log| {
@@ -68,7 +73,7 @@ impl Outcome {
             }
         };
         let judged = judged.iter().map(judge).collect();
-        Self { found, numbers, judged, held_out }
+        Self { found, numbers, audit, judged, held_out }
     }
 
     /// The error of every joint.
@@ -150,11 +155,34 @@ impl Outcome {
                 "what": tried.what, "held_out": tried.held_out, "kept": tried.kept,
             })).collect::<Vec<_>>(),
             "condition": found.condition,
+            "mass_matrix": {
+                "smallest_eigenvalue": self.audit.smallest.value,
+                "at": self.audit.smallest.q,
+                "before": self.audit.smallest_before.value,
+                "ratio": self.audit.ratio.as_ref().map(|(low, high)| [low.value, high.value]),
+            },
             "rank": found.base.len(),
             "gap": [found.base.gap.0, found.base.gap.1],
             "motion_cutoff": found.filters.motion,
             "torque_cutoff": found.filters.torque,
         })
+    }
+
+    /// The audit in words.
+    fn mass_matrix(&self, subject: &Subject) -> String {
+        let Audit { smallest, smallest_before, ratio } = &self.audit;
+        let sign =
+            if smallest.value > 0.0 { "positive in every posture searched" } else { "NOT POSITIVE in some posture" };
+        let bare = if subject.maker.rotors.iter().all(|rotor| *rotor <= 0.0) { ", which have no rotors" } else { "" };
+        let beside = ratio.as_ref().map_or_else(String::new, |(low, high)| {
+            let times = |x: f64| if x < 100.0 { format!("{x:.2}") } else { format!("{x:.0}") };
+            format!(
+                "; {} to {} times the maker's numbers{bare}, over all directions",
+                times(low.value),
+                times(high.value)
+            )
+        });
+        format!("{sign}, smallest eigenvalue {:.2e} (maker's {:.2e}){beside}", smallest.value, smallest_before.value)
     }
 
     /// Terms of a joint's friction: name, coefficient, deviation.
@@ -191,6 +219,7 @@ impl Outcome {
              condition           {:.0}\n\
              motion cut-off      {:.1} Hz: least error in blocks held out, of {}\n\
              bodies              possible, {:.1} deviations from least squares\n\
+             mass matrix         {}\n\
              not seen            {}\n",
             subject.robot.name,
             logs.join(", "),
@@ -203,6 +232,7 @@ impl Outcome {
             found.filters.motion,
             found.cutoffs.iter().map(|(f, _)| format!("{f:.1}")).collect::<Vec<_>>().join(", "),
             (found.distance() / found.base.len() as f64).sqrt(),
+            self.mass_matrix(subject),
             if unseen.is_empty() {
                 "nothing".to_owned()
             } else {
