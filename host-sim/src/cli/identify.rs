@@ -1,13 +1,15 @@
 //! `identify`: the model of an arm from logs of its motion.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::corrections::CorrectionArgs;
 use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{json, print};
-use crate::failure::{Failure, in_file};
-use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report};
+use crate::failure::{FAULT, Failure, in_file};
+use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report, verdict};
 use clap::Args;
 use identification::identify::Settings;
 use identification::log::Log;
+use identification::verdict::{Grade, Reason, Verdict};
 use nalgebra::Vector3;
 use std::path::PathBuf;
 
@@ -23,7 +25,10 @@ and `tau_1` .. (N m or N) or `current_1` .. (A, with --torque-per-ampere, or wit
 
 Torque is linear in the base parameters of the bodies, in rotor inertias and in friction: weighted least squares with robust weights.
 Each term of friction, and the cut-off of the filter of motions, must earn its place by the error in blocks held out. The bodies written
-are those of possible mass distributions nearest to the data, and to the robot file's where the data say nothing.";
+are those of possible mass distributions nearest to the data, and to the robot file's where the data say nothing.
+
+The verdict is `trusted` (exit code 0), `doubtful` (3, and no robot file unless --accept-doubtful) or `refused` (3, and no robot file). If a
+sign, a unit, the order of columns, or gravity explains a log that the arm does not, it is named with the option that corrects it.";
 
 /// Options of `identify`.
 #[derive(Clone, Debug, Args)]
@@ -73,6 +78,12 @@ pub struct IdentifyArgs {
     /// How far the robot file's masses and second moments are trusted, as a share.
     #[arg(long, value_name = "SHARE", default_value_t = 0.3)]
     pub trust: f64,
+    /// Write the robot file of a doubtful model, too, and exit with 0.
+    #[arg(long)]
+    pub accept_doubtful: bool,
+    /// Corrections of the logs.
+    #[command(flatten)]
+    pub corrections: CorrectionArgs,
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
@@ -84,11 +95,11 @@ pub struct IdentifyArgs {
     pub json: bool,
 }
 
-/// Identify, print, write.
+/// Identify, print, write; returns the exit code: 0, or 3 for a model that is doubtful or refused.
 ///
 /// # Errors
 /// [`Failure::Input`] for a robot file, a log or an option that is wrong; [`Failure::Output`] for a file that cannot be written.
-pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
+pub fn run(args: &IdentifyArgs) -> Result<u8, Failure> {
     let wrong = |expected: &str, found: String| {
         Err(Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}")))
     };
@@ -116,26 +127,49 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
         per_ampere: args.torque_per_ampere.clone(),
         tick_rate: args.tick_rate,
         may_rest: false,
+        correction: Some(args.corrections.correction(subject.robot.dof())?).filter(|correction| !correction.is_none()),
     };
-    let logs = args.log.iter().map(|path| subject.log(path, &options)).collect::<Result<Vec<Log>, _>>()?;
+    let mut logs: Vec<Log> = Vec::new();
+    for path in &args.log {
+        let failure = match subject.log(path, &options) {
+            Ok(log) => {
+                logs.push(log);
+                continue;
+            }
+            Err(failure) => failure,
+        };
+        // Outside of what the arm can do: a sign or a scale may explain it.
+        let Some(findings) = subject.explained(path, &options) else { return Err(failure) };
+        let refused = Verdict { grade: Grade::Refused, reasons: vec![Reason::Explained(findings.explanations)] };
+        if args.json {
+            print(&(json(&serde_json::json!({ "verdict": verdict::json(&refused, &subject) }))? + "\n"))?;
+        } else {
+            print(&verdict::text(&refused, &subject))?;
+        }
+        eprintln!("{}: {}", path.display(), verdict::refusal(&refused, &subject));
+        return Ok(FAULT);
+    }
     let resting = LogOptions { may_rest: true, ..options };
     let validation = args.validate.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
     let loaded = args.payload.iter().map(|path| subject.log(path, &resting)).collect::<Result<Vec<Log>, _>>()?;
-    let settings =
-        Settings { torque_cutoff: args.cutoff, motion_cutoff: args.motion_cutoff, plain_friction: args.plain_friction };
+    let settings = Settings {
+        torque_cutoff: args.cutoff,
+        motion_cutoff: args.motion_cutoff,
+        plain_friction: args.plain_friction,
+        keep_delay: !args.corrections.delay.is_empty(),
+    };
     if logs.is_empty() {
         let held = held::against_file(&subject, &loaded, &settings, args.torque_deviation);
-        return print(&if args.json {
-            json(&held::json(&held, &subject))? + "\n"
-        } else {
-            held::text(&held, &subject)
-        });
+        print(&if args.json { json(&held::json(&held, &subject))? + "\n" } else { held::text(&held, &subject) })?;
+        return Ok(0);
     }
     let outcome = Outcome::of(&subject, &logs, &validation, &settings);
     if let (Some(path), Some(judged)) = (&args.predict, outcome.judged.first()) {
         prediction::write(judged, path)?;
     }
-    if let Some(path) = &args.out {
+    let grade = outcome.verdict.grade;
+    let accepted = grade == Grade::Trusted || (grade == Grade::Doubtful && args.accept_doubtful);
+    if let Some(path) = args.out.as_ref().filter(|_| accepted) {
         let text = outcome.numbers.robot_file(&subject, &args.robot, args.chain.ends())?;
         std::fs::write(path, text).map_err(|error| in_file(path, &error))?;
     }
@@ -149,7 +183,13 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
         if let Some(held) = &held {
             all["payload"] = held::json(held, &subject)["payload"].clone();
         }
-        return print(&(json(&all)? + "\n"));
+        print(&(json(&all)? + "\n"))?;
+    } else {
+        print(&(outcome.text(&subject) + &held.map_or_else(String::new, |held| held::text(&held, &subject))))?;
     }
-    print(&(outcome.text(&subject) + &held.map_or_else(String::new, |held| held::text(&held, &subject))))
+    if accepted {
+        return Ok(0);
+    }
+    eprintln!("{}", verdict::refusal(&outcome.verdict, &subject));
+    Ok(FAULT)
 }
