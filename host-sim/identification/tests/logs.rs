@@ -2,7 +2,6 @@
 
 use crate::arms::load;
 use crate::made::{Making, log, text};
-use identification::exchanged::{Exchanged, exchanged};
 use identification::log::{BadLog, Log, Reading};
 
 fn reading() -> Reading {
@@ -118,19 +117,6 @@ fn exchanged_velocities_and_other_units_of_velocity_are_named() {
     let degrees = read(&with(57.3, false)).unwrap_err();
     assert!(degrees.found.contains("times the position's change"), "{degrees:?}");
     assert!(degrees.expected.contains("velocity in deg/s and position in rad?"), "{degrees:?}");
-}
-
-#[test]
-fn exchanged_torques_and_positions_are_told_and_good_logs_left_alone() {
-    let known = load("yam.toml");
-    let good = log(&known, &known.parameters, &Making::default());
-    assert_eq!(exchanged(known.arm.as_ref(), &good), None);
-    let mut torques = good.clone();
-    torques.tau.swap(1, 3);
-    assert_eq!(exchanged(known.arm.as_ref(), &torques), Some(Exchanged::Torques(1, 3)));
-    let mut positions = good.clone();
-    positions.q.swap(0, 4);
-    assert_eq!(exchanged(known.arm.as_ref(), &positions), Some(Exchanged::Positions(0, 4)));
 }
 
 #[test]

@@ -1,14 +1,16 @@
 //! `identify`: the model of an arm from logs of its motion.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::corrections::CorrectionArgs;
 use crate::cli::force::ForceArgs;
 use crate::cli::gravity::{GravityArgs, say_mounting};
 use crate::cli::output::{json, print};
-use crate::failure::{Failure, in_file};
-use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report};
+use crate::failure::{FAULT, Failure, in_file};
+use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report, verdict};
 use clap::Args;
 use identification::identify::Settings;
 use identification::log::{ColumnNames, Log};
+use identification::verdict::{Grade, Reason, Verdict};
 use nalgebra::Vector3;
 use robot_compiler::Robot;
 use std::path::PathBuf;
@@ -36,7 +38,10 @@ torque acted) and MCAP files of `run --mcap`.
 
 Torque is linear in the base parameters of the bodies, in rotor inertias and in friction: weighted least squares with robust weights.
 Each term of friction, and the cut-off of the filter of motions, must earn its place by the error in blocks held out. The bodies written
-are those of possible mass distributions nearest to the data, and to the robot file's where the data say nothing.";
+are those of possible mass distributions nearest to the data, and to the robot file's where the data say nothing.
+
+The verdict is `trusted` (exit code 0), `doubtful` (3, and no robot file unless --accept-doubtful) or `refused` (3, and no robot file). If a
+sign, a unit, the order of columns, or gravity explains a log that the arm does not, it is named with the option that corrects it.";
 
 /// Options of `identify`.
 #[derive(Clone, Debug, Args)]
@@ -92,6 +97,12 @@ pub struct IdentifyArgs {
     /// How far the robot file's masses and second moments are trusted, as a share.
     #[arg(long, value_name = "SHARE", default_value_t = 0.3, allow_negative_numbers = true)]
     pub trust: f64,
+    /// Write the robot file of a doubtful model, too, and exit with 0.
+    #[arg(long)]
+    pub accept_doubtful: bool,
+    /// Corrections of the logs.
+    #[command(flatten)]
+    pub corrections: CorrectionArgs,
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
@@ -103,11 +114,11 @@ pub struct IdentifyArgs {
     pub json: bool,
 }
 
-/// Identify, print, write.
+/// Identify, print, write; returns the exit code: 0, or 3 for a model that is doubtful or refused.
 ///
 /// # Errors
 /// [`Failure::Input`] for a robot file, a log or an option that is wrong; [`Failure::Output`] for a file that cannot be written.
-pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
+pub fn run(args: &IdentifyArgs) -> Result<u8, Failure> {
     let wrong = |expected: &str, found: String| {
         Err(Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}")))
     };
@@ -143,33 +154,60 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
         tick_rate: args.tick_rate,
         may_rest: false,
         columns: args.columns.clone(),
+        correction: Some(args.corrections.correction(subject.robot.dof())?).filter(|correction| !correction.is_none()),
     };
     let mut notes = Vec::new();
-    let mut read = |paths: &[PathBuf], options: &LogOptions| {
-        paths.iter().map(|path| subject.log(path, options, &mut notes)).collect::<Result<Vec<Log>, _>>()
-    };
-    let logs = read(&args.log, &options)?;
+    let mut logs: Vec<Log> = Vec::new();
+    for path in &args.log {
+        let failure = match subject.log(path, &options, &mut notes) {
+            Ok(log) => {
+                logs.push(log);
+                continue;
+            }
+            Err(failure) => failure,
+        };
+        // Outside of what the arm can do: a sign or a scale may explain it.
+        let Some(findings) = subject.explained(path, &options) else { return Err(failure) };
+        let refused = Verdict { grade: Grade::Refused, reasons: vec![Reason::Explained(findings.explanations)] };
+        if args.json {
+            print(&(json(&serde_json::json!({ "verdict": verdict::json(&refused, &subject) }))? + "\n"))?;
+        } else {
+            print(&verdict::text(&refused, &subject))?;
+        }
+        eprintln!("{}: {}", path.display(), verdict::refusal(&refused, &subject));
+        return Ok(FAULT);
+    }
     let resting = LogOptions { may_rest: true, ..options };
-    let validation = read(&args.validate, &resting)?;
-    let loaded = read(&args.payload, &resting)?;
+    let mut read = |paths: &[PathBuf]| {
+        paths.iter().map(|path| subject.log(path, &resting, &mut notes)).collect::<Result<Vec<Log>, _>>()
+    };
+    let validation = read(&args.validate)?;
+    let loaded = read(&args.payload)?;
     let validation = held_out(&logs, validation, &mut notes);
-    let settings =
-        Settings { torque_cutoff: args.cutoff, motion_cutoff: args.motion_cutoff, plain_friction: args.plain_friction };
+    let settings = Settings {
+        torque_cutoff: args.cutoff,
+        motion_cutoff: args.motion_cutoff,
+        plain_friction: args.plain_friction,
+        keep_delay: !args.corrections.delay.is_empty(),
+    };
     if logs.is_empty() {
         let held = held::against_file(&subject, &loaded, &settings, args.torque_deviation);
-        return print(&if args.json {
+        print(&if args.json {
             let mut all = held::json(&held, &subject);
             all["notes"] = notes.into();
             json(&all)? + "\n"
         } else {
             held::text(&held, &subject) + &noted(&notes)
-        });
+        })?;
+        return Ok(0);
     }
     let outcome = Outcome::of(&subject, &logs, &validation, &settings);
     if let (Some(path), Some(judged)) = (&args.predict, outcome.judged.first()) {
         prediction::write(judged, path)?;
     }
-    if let Some(path) = &args.out {
+    let grade = outcome.verdict.grade;
+    let accepted = grade == Grade::Trusted || (grade == Grade::Doubtful && args.accept_doubtful);
+    if let Some(path) = args.out.as_ref().filter(|_| accepted) {
         let text = outcome.numbers.robot_file(&subject, &args.robot, args.chain.ends())?;
         std::fs::write(path, text).map_err(|error| in_file(path, &error))?;
     }
@@ -187,10 +225,16 @@ pub fn run(args: &IdentifyArgs) -> Result<(), Failure> {
             all["payload"] = held::json(held, &subject)["payload"].clone();
         }
         all["notes"] = notes.into();
-        return print(&(json(&all)? + "\n"));
+        print(&(json(&all)? + "\n"))?;
+    } else {
+        let held = held.map_or_else(String::new, |held| held::text(&held, &subject));
+        print(&(outcome.text(&subject) + &held + &noted(&notes)))?;
     }
-    let held = held.map_or_else(String::new, |held| held::text(&held, &subject));
-    print(&(outcome.text(&subject) + &held + &noted(&notes)))
+    if accepted {
+        return Ok(0);
+    }
+    eprintln!("{}", verdict::refusal(&outcome.verdict, &subject));
+    Ok(FAULT)
 }
 
 /// Logs for validation that are not among those to identify from; a remark for each that is.

@@ -8,6 +8,7 @@ pub mod choose;
 pub mod compare;
 pub mod connect;
 pub mod contact;
+pub mod corrections;
 pub mod doctor;
 pub mod dynamics;
 pub mod energy;

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`subject`] | the arm and its maker's numbers |
 //! | [`outcome`] | errors of torque on logs, before and after; JSON and text |
+//! | [`verdict`] | the verdict in words |
 //! | [`held`] | what the arm holds |
 //! | [`friction`] | friction as a robot file holds it |
 //! | [`robot_file`] | the robot file with the identified numbers |
@@ -19,6 +20,7 @@ pub mod record;
 pub mod report;
 pub mod robot_file;
 pub mod subject;
+pub mod verdict;
 
 pub use outcome::Outcome;
 pub use subject::{LogOptions, Subject};
