@@ -261,6 +261,7 @@ impl Outcome {
              condition           {:.0}\n\
              motion cut-off      {:.1} Hz: least error in blocks held out, of {}\n\
              bodies              possible, {:.1} deviations from least squares\n\
+             mass matrix         {}\n\
              delay of torque     {}\n\
              not seen            {}\n",
                 subject.robot.name,
