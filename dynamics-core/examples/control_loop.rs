@@ -50,7 +50,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         integral: None,
         teach: None,
         posture_damping: None,
-        friction_terms: None,
     };
     let model = arm(1.5)?;
     let mut controller =

@@ -1,8 +1,6 @@
 //! Visitors see every field of a configuration once, in the order of declaration, and a cast rounds each number.
 
-use dynamics_core::control::{
-    Encoder, Friction, FrictionTerms, Gains, Guard, Integral, Law, LoadGrowth, Rise, Teach, TrackingObserver,
-};
+use dynamics_core::control::{Encoder, Friction, Gains, Guard, Integral, Law, Teach, TrackingObserver};
 use dynamics_core::fields::{Fields, Group, Visitor};
 use dynamics_core::{ControllerConfig, Limits, Real};
 use std::fmt::Debug;
@@ -45,12 +43,6 @@ fn config() -> ControllerConfig<f64, 2> {
             slowing: x(n + 11),
         })),
         posture_damping: Some(x(67)),
-        friction_terms: Some([68, 75].map(|n| FrictionTerms {
-            rise: Some(Rise { torque: x(n), per_speed: x(n + 1) }),
-            load: Some(LoadGrowth { coulomb: x(n + 2), rise: x(n + 3), most: x(n + 4) }),
-            asymmetry: Some(x(n + 5)),
-            offset: Some(x(n + 6)),
-        })),
     }
 }
 
@@ -116,9 +108,7 @@ fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
                observer:TrackingObserver::from_gains(31.1 32.1 33.1 34.1 . \
                integral:some [Integral{gain:35.1 torque_max:36.1 dead_band:37.1 friction:38.1 . Integral{gain:39.1 torque_max:40.1 dead_band:41.1 friction:42.1 . . \
                teach:some [Teach{friction:43.1 per_still_speed:44.1 breakaway:45.1 slip:46.1 drag:47.1 speed:48.1 wall:(49.1 50.1 . per_wall:51.1 stiffness:52.1 damping:53.1 slowing:54.1 . \
-               Teach{friction:55.1 per_still_speed:56.1 breakaway:57.1 slip:58.1 drag:59.1 speed:60.1 wall:(61.1 62.1 . per_wall:63.1 stiffness:64.1 damping:65.1 slowing:66.1 . . posture_damping:some 67.1 \
-               friction_terms:some [FrictionTerms{rise:some Rise{torque:68.1 per_speed:69.1 . load:some LoadGrowth{coulomb:70.1 rise:71.1 most:72.1 . asymmetry:some 73.1 offset:some 74.1 . \
-               FrictionTerms{rise:some Rise{torque:75.1 per_speed:76.1 . load:some LoadGrowth{coulomb:77.1 rise:78.1 most:79.1 . asymmetry:some 80.1 offset:some 81.1 . . . ";
+               Teach{friction:55.1 per_still_speed:56.1 breakaway:57.1 slip:58.1 drag:59.1 speed:60.1 wall:(61.1 62.1 . per_wall:63.1 stiffness:64.1 damping:65.1 slowing:66.1 . . posture_damping:some 67.1 . ";
     assert!(text.contains(middle) && text.contains(limits) && text.ends_with(end), "{text}");
     let none = seen(&ControllerConfig { friction: None, ..config() }).text;
     assert!(none.contains(". . friction:none limits:["), "{none}");
@@ -127,7 +117,7 @@ fn a_visitor_sees_every_field_by_name_in_the_order_of_declaration() {
 #[test]
 fn a_cast_rounds_every_number_once_and_loses_none() {
     let (wide, narrow) = (seen(&config()).numbers, seen(&config().cast::<f32>()).numbers);
-    assert_eq!(wide.len(), 81);
+    assert_eq!(wide.len(), 67);
     assert_eq!(narrow, wide.iter().map(|x| f64::from(*x as f32)).collect::<Vec<_>>());
     assert!(narrow.iter().zip(&wide).all(|(narrow, wide)| narrow.to_bits() != wide.to_bits()));
     assert_eq!(config().cast::<f64>(), config());

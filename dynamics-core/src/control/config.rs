@@ -1,6 +1,6 @@
 //! Everything about a controller that does not change while it runs, and where it is kept.
 
-use super::friction::{Friction, FrictionTerms};
+use super::friction::Friction;
 use super::integral::Integral;
 use super::law::{Gains, Law};
 use super::observer::{Encoder, TrackingObserver};
@@ -48,8 +48,6 @@ record! {
         /// Share of the damping of [`Law::Impedance`] and [`Law::Split`] that goes through the model, as `M(q) Kd` instead of `M0 Kd`;
         /// `None` for none.
         pub posture_damping: Option<S>,
-        /// Terms of each joint's friction in addition to `friction`; `None` for none.
-        pub friction_terms: Option<[FrictionTerms<S>; N]>,
     }
 }
 
@@ -61,16 +59,6 @@ record! {
 pub trait Configuration<S, const N: usize> {
     /// The configuration; the same until it is changed through [`Configuration::get_mut`].
     fn get(&self) -> &ControllerConfig<S, N>;
-
-    /// Terms of friction in addition to viscous and Coulomb friction, which no host changes. A configuration in RAM may keep them in
-    /// the program: where they are absent there, the tick has no instruction of them.
-    #[inline]
-    fn friction_terms<'a>(&'a self) -> Option<&'a [FrictionTerms<S>; N]>
-    where
-        S: 'a,
-    {
-        self.get().friction_terms.as_ref()
-    }
 
     /// The configuration, to be changed between ticks; `None` where it is part of the program.
     fn get_mut(&mut self) -> Option<&mut ControllerConfig<S, N>> {

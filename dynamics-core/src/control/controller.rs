@@ -262,7 +262,7 @@ where
         acceleration: Option<&mut [S; N]>,
     ) -> Result<(), Fault> {
         let Self { config, dynamics, trig, live, memory, protection } = self;
-        let (config, friction_terms) = (config.get(), config.friction_terms());
+        let config = config.get();
         let Given { reference, inside, runs, q, qd } = *given;
         *limits = [LimitFlags::NONE; N];
         let held;
@@ -284,7 +284,8 @@ where
             protection.forget();
         } else if P::WATCHES {
             // A constant at build time: a controller without protection has not one instruction of this.
-            let seen = Seen { q, qd, live, friction: config.friction.as_ref(), friction_terms };
+            let (friction, friction_terms) = (config.friction.as_ref(), dynamics.friction_terms());
+            let seen = Seen { q, qd, live, friction, friction_terms };
             let verdict;
             (verdict, turn) = protection.look(&seen, || trig.sin_cos_all(q));
             match verdict {
@@ -311,6 +312,7 @@ where
         let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
         *torque = torques((law, complies), config, dynamics, trig, &state);
         let gives = complies || led;
+        let friction_terms = dynamics.friction_terms();
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {
                 torque[i] += match friction_terms {

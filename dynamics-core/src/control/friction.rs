@@ -129,7 +129,7 @@ impl<S: Real> FrictionTerms<S> {
     }
 }
 
-/// `exp(-x^2)` to within 4e-4, by Taylor's cubic of `exp(-x^2 / 8)` to the eighth power: no division, and nothing to overflow. It
+/// `exp(-x^2)` to within 5.8e-4, by Taylor's cubic of `exp(-x^2 / 8)` to the eighth power: no division, and nothing to overflow. It
 /// falls from 1 at 0 to 0 where the cubic has its zero, at 3.57, and stays there.
 #[inline]
 fn bell<S: Real>(x: S) -> S {

@@ -81,7 +81,6 @@ pub(crate) fn config<const N: usize>(law: Law) -> ControllerConfig<f64, N> {
         integral: None,
         teach: None,
         posture_damping: None,
-        friction_terms: None,
     }
 }
 

@@ -147,7 +147,6 @@ fn let_go(teach: Teach<f64>, friction: f64, q: f64, speed: f64, ticks: u32) -> V
         integral: None,
         teach: Some([teach]),
         posture_damping: None,
-        friction_terms: None,
     };
     let mut controller = Controller::new(config, Folding, Libm);
     let (mut q, mut qd) = (q, speed);

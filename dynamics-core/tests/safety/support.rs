@@ -43,7 +43,6 @@ pub(crate) fn config() -> Protected<f32, 2> {
         integral: None,
         teach: None,
         posture_damping: None,
-        friction_terms: None,
     };
     let joint = JointRules {
         rest_speed: REST,

@@ -2,7 +2,7 @@
 //! out from a scene file. `cargo xtask firmware build --scene FILE` writes them; `build.rs` sets their path.
 #![no_std]
 
-use dynamics_core::control::{Configuration, Controller, ControllerConfig, FrictionTerms};
+use dynamics_core::control::{Configuration, Controller, ControllerConfig};
 use dynamics_core::safety::{self, Rules, Safety};
 
 pub use generated::arm::{HASH, N, NAME, RATE_HZ, ROBOT, TRIG, Trig};
@@ -48,26 +48,6 @@ impl Configuration<f32, N> for Settings {
     }
 }
 
-/// The configuration of a controller whose gains, friction and law can be changed: in RAM, but for what no host changes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tunable(pub ControllerConfig<f32, N>);
-
-impl Configuration<f32, N> for Tunable {
-    #[inline]
-    fn get(&self) -> &ControllerConfig<f32, N> {
-        &self.0
-    }
-
-    fn get_mut(&mut self) -> Option<&mut ControllerConfig<f32, N>> {
-        Some(&mut self.0)
-    }
-
-    #[inline]
-    fn friction_terms(&self) -> Option<&[FrictionTerms<f32>; N]> {
-        const { &generated::arm::config() }.friction_terms.as_ref()
-    }
-}
-
 impl safety::Configuration<f32, N> for Settings {
     #[inline]
     fn rules(&self) -> &Rules<f32, N> {
@@ -75,7 +55,7 @@ impl safety::Configuration<f32, N> for Settings {
     }
 }
 
-/// The controller of this arm. `Tuning` is [`Settings`], or [`Tunable`] where the scene says `tunable = true`.
+/// The controller of this arm. `Tuning` is [`Settings`], or the configuration itself in RAM where the scene says `tunable = true`.
 pub type ArmController = Controller<f32, N, Arm, Trig, Tuning, Protection>;
 
 /// The controller of this arm, at rest.

@@ -128,7 +128,6 @@ fn control<const N: usize>() -> ControllerConfig<f32, N> {
         integral: None,
         teach: None,
         posture_damping: None,
-        friction_terms: None,
     }
 }
 

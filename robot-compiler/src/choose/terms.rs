@@ -105,7 +105,7 @@ impl<'a, const N: usize> Along<'a, N> {
     fn torques(&self, spec: &ModelSpec) -> impl Iterator<Item = [f64; N]> + use<'_, N> {
         let dynamics = Dynamics::new(*self.model, spec.scene(self.model));
         let friction = spec.friction.then(|| core::array::from_fn::<_, N, _>(|i| self.file.friction(i)));
-        let terms = self.file.friction_terms::<N>();
+        let terms = self.file.robot_friction_terms::<N>();
         self.instants.iter().map(move |(Reference { q, qd, qdd }, turn)| {
             let mut torque = dynamics.inverse_dynamics(turn, q, qd, qdd, &self.live);
             for (i, friction) in friction.iter().flatten().enumerate() {

@@ -55,7 +55,7 @@ impl Fnv1a {
 }
 
 /// Optional fields that came after hashes were first taken.
-const LATER: [&str; 4] = ["integral", "teach", "posture_damping", "friction_terms"];
+const LATER: [&str; 3] = ["integral", "teach", "posture_damping"];
 
 /// Every number of a configuration, in the order in which its fields are declared.
 impl Visitor<f32> for Fnv1a {
@@ -120,6 +120,10 @@ impl SceneFile {
         hash_scene(&mut fnv, &self.scene(model).cast());
         self.controller_config(model).cast::<f32>().visit(&mut fnv);
         self.safety_rules(model).cast::<f32>().visit(&mut fnv);
+        // A robot without such terms keeps the hash that it had before they existed.
+        if let Some(terms) = self.friction_terms::<N>() {
+            terms.map(|terms| terms.cast::<f32>()).visit(&mut fnv);
+        }
         // A scene without this setting keeps the hash that it had before the setting existed.
         if self.control.model_every > 1 {
             fnv.tag(self.control.model_every);

@@ -153,7 +153,6 @@ impl SceneFile {
             integral,
             teach,
             posture_damping: self.control.damping_at.share(),
-            friction_terms: if self.model.friction { self.friction_terms() } else { None },
         }
     }
 
@@ -272,8 +271,13 @@ impl SceneFile {
         self.joint_friction(index).feedforward(self.model.friction_smoothing)
     }
 
-    /// Terms of each joint's friction in addition to [`SceneFile::friction`]; `None` where no joint has any.
+    /// Terms of each joint's friction in addition to [`SceneFile::friction`]; `None` where no joint has any, or where friction is left out.
     pub(crate) fn friction_terms<const N: usize>(&self) -> Option<[FrictionTerms<f64>; N]> {
+        self.robot_friction_terms().filter(|_| self.model.friction)
+    }
+
+    /// The same of the robot, whether or not the model has friction.
+    pub(crate) fn robot_friction_terms<const N: usize>(&self) -> Option<[FrictionTerms<f64>; N]> {
         let limit = |index: usize| self.robot.joints.get(index).map_or(0.0, |joint| joint.spec.limits.torque);
         let terms = |index: usize| self.joint_friction(index).terms(limit(index));
         (0..N).any(|index| self.joint_friction(index).has_terms()).then(|| std::array::from_fn(terms))

@@ -90,28 +90,12 @@ fn imports<S: Float, const N: usize>(
     trig: &str,
 ) -> String {
     let heat = if rules.heat.is_some() { "use dynamics_core::safety::heat::HeatRules;\n" } else { "" };
-    let terms = config.friction_terms.as_ref().map_or(&[][..], |terms| terms);
-    let control = [
-        ("Encoder", true),
-        ("Friction", config.friction.is_some()),
-        ("FrictionTerms", !terms.is_empty()),
-        ("Gains", true),
-        ("Guard", true),
-        ("Integral", config.integral.is_some()),
-        ("Law", true),
-        ("LoadGrowth", terms.iter().any(|terms| terms.load.is_some())),
-        ("Rise", terms.iter().any(|terms| terms.rise.is_some())),
-        ("Teach", config.teach.is_some()),
-        ("TrackingObserver", true),
-    ];
-    let names: Vec<&str> = control.iter().filter(|(_, used)| *used).map(|(name, _)| *name).collect();
-    let names = names.join(", ");
-    let line = format!("use dynamics_core::control::{{{names}}};\n");
-    // One line, the newline not counted.
-    let control = if line.len() <= 121 { line } else { format!("use dynamics_core::control::{{\n    {names},\n}};\n") };
+    let friction = if config.friction.is_some() { "Friction, " } else { "" };
+    let integral = if config.integral.is_some() { "Integral, " } else { "" };
+    let teach = if config.teach.is_some() { ", Teach" } else { "" };
     let wrench = if matches!(scene.tip_wrench, Term::Constant(_)) { ", Wrench" } else { "" };
     format!(
-        "{control}\
+        "use dynamics_core::control::{{Encoder, {friction}Gains, Guard, {integral}Law{teach}, TrackingObserver}};\n\
          use dynamics_core::model::{{Link, Placement}};\n\
          {heat}use dynamics_core::safety::{{JointRules, Rules, SafeAction}};\n\
          use dynamics_core::trig::{trig};\n\

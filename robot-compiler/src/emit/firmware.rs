@@ -67,7 +67,7 @@ fn frames(protocol: Option<Protocol>) -> String {
 /// Location of the controller's configuration: in RAM where it can be changed, else in the program.
 fn tuning_module(tunable: bool) -> String {
     let (kind, value) = if tunable {
-        ("crate::Tunable", "crate::Tunable(super::arm::config())")
+        ("dynamics_core::control::ControllerConfig<f32, { super::arm::N }>", "super::arm::config()")
     } else {
         ("crate::Settings", "crate::Settings")
     };

@@ -18,11 +18,11 @@ pub use tree::{LinkTree, TreeJoint};
 /// | rows, placements, axes | origins and axes; see [`LinkTree`] for the frames |
 /// | masses, mass centres, inertias, the tool's too | `<inertial>`, its origin turned as the robot file's frame is |
 /// | limits of position, velocity, torque | `<limit>`; version 1.2 where one of them is missing |
-/// | friction | `<dynamics>` |
+/// | viscous and Coulomb friction | `<dynamics>` |
 /// | rotor and gear | `<transmission>` with Drake's `drake:rotor_inertia` and `drake:gear_ratio` |
 /// | leave for unphysical bodies | an attribute of ours |
 /// | a turned base | a link `world`, and a fixed joint that turns the base in it |
-/// | torque rates, encoders, drives | nowhere |
+/// | other terms of friction, torque rates, encoders, drives | nowhere |
 ///
 /// Shapes are ours: a cylinder along every link, and one about, or a box on, every axis.
 #[must_use]

@@ -159,7 +159,6 @@ pub const fn config() -> ControllerConfig<f32, N> {
         integral: None,
         teach: None,
         posture_damping: None,
-        friction_terms: None,
     }
 }
 

@@ -139,7 +139,6 @@ fn config(torque_rate: f32) -> ControllerConfig<f32, 1> {
         integral: None,
         teach: None,
         posture_damping: None,
-        friction_terms: None,
     }
 }
 

@@ -67,7 +67,6 @@ fn config() -> ControllerConfig<f32, 2> {
         integral: None,
         teach: None,
         posture_damping: None,
-        friction_terms: None,
     }
 }
 
