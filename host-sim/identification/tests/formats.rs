@@ -161,6 +161,14 @@ fn files() -> Vec<(&'static str, File)> {
             "a row of units",
             File { units: Some([vec!["s"], vec!["deg"; 6], vec!["Nmm"; 6]].concat()), ..usual().scaled(deg, 1e3) },
         ),
+        ("units above the header", {
+            let before = "s,deg,deg,deg,deg,deg,deg,Nmm,Nmm,Nmm,Nmm,Nmm,Nmm\n";
+            File { before, ..usual().scaled(deg, 1e3) }
+        }),
+        ("units in a comment", {
+            let before = "# s,deg,deg,deg,deg,deg,deg,Nmm,Nmm,Nmm,Nmm,Nmm,Nmm\n";
+            File { before, ..usual().scaled(deg, 1e3) }
+        }),
         (
             "a row of units in brackets",
             File {
@@ -303,6 +311,17 @@ fn quoted_fields_and_decimal_commas_between_commas_are_read() {
     });
     let log = Log::read(rows.collect::<Vec<_>>().join("\n").as_bytes(), "a.csv", &reading()).unwrap();
     assert!(differs(&log, 1.0) < 1e-6);
+}
+
+#[test]
+fn rows_before_the_first_reading_are_no_header() {
+    let mut file = File::usual();
+    for (_, values) in &mut file.columns[1..] {
+        values[..5].iter_mut().for_each(String::clear);
+    }
+    let (log, notes) = file.read().unwrap();
+    assert!((log.q[2][0] - truth().q[2][5]).abs() < 1e-9);
+    assert_eq!((log.time.len(), notes), (195, Vec::new()));
 }
 
 #[test]

@@ -40,7 +40,7 @@ const FILES: [&str; 17] = [
     "run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out run --mcap FILE",
     "run @scenes/planar2r_sine.toml --duration 0.01 --quiet --out run --report FILE",
     "connect @scenes/planar2r_swing.toml --target desk --script script.txt --record FILE",
-    "campaign --runs 1 --report FILE",
+    "campaign @scenes/campaign/encoders.toml --runs 1 --report FILE",
     "extremes --report FILE",
     "compare a b --report FILE",
     "key new FILE",
