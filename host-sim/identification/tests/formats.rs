@@ -327,7 +327,7 @@ fn rows_before_the_first_reading_are_no_header() {
 #[test]
 fn a_file_that_was_cut_loses_its_last_row_only_and_says_so() {
     let text = File::usual().text();
-    let (log, notes) = Log::read_noted(text[..text.len() - 60].as_bytes(), "a.csv", &reading()).unwrap();
+    let (log, notes) = Log::read_noted(&text.as_bytes()[..text.len() - 60], "a.csv", &reading()).unwrap();
     assert_eq!(log.time.len(), truth().time.len() - 1);
     assert!(notes.iter().any(|note| note.contains("line 201 is left out")), "{notes:?}");
 }
@@ -459,7 +459,6 @@ fn what_could_mean_two_things_is_refused_with_both() {
     let mut fewer = usual();
     fewer.columns.retain(|(name, _)| name != "q_4");
     let mut point = File { separator: ";", comma: true, ..usual() }.text();
-    point = point.replacen("0,0100", "0,0100", 1);
     let at = point.rfind("0,").unwrap();
     point.replace_range(at..=at + 1, "0.");
     let cases: Vec<(&str, String, &str, &str)> = vec![
