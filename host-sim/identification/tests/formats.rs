@@ -161,6 +161,14 @@ fn files() -> Vec<(&'static str, File)> {
             "a row of units",
             File { units: Some([vec!["s"], vec!["deg"; 6], vec!["Nmm"; 6]].concat()), ..usual().scaled(deg, 1e3) },
         ),
+        ("units above the header", {
+            let before = "s,deg,deg,deg,deg,deg,deg,Nmm,Nmm,Nmm,Nmm,Nmm,Nmm\n";
+            File { before, ..usual().scaled(deg, 1e3) }
+        }),
+        ("units in a comment", {
+            let before = "# s,deg,deg,deg,deg,deg,deg,Nmm,Nmm,Nmm,Nmm,Nmm,Nmm\n";
+            File { before, ..usual().scaled(deg, 1e3) }
+        }),
         (
             "a row of units in brackets",
             File {
@@ -306,9 +314,20 @@ fn quoted_fields_and_decimal_commas_between_commas_are_read() {
 }
 
 #[test]
+fn rows_before_the_first_reading_are_no_header() {
+    let mut file = File::usual();
+    for (_, values) in &mut file.columns[1..] {
+        values[..5].iter_mut().for_each(String::clear);
+    }
+    let (log, notes) = file.read().unwrap();
+    assert!((log.q[2][0] - truth().q[2][5]).abs() < 1e-9);
+    assert_eq!((log.time.len(), notes), (195, Vec::new()));
+}
+
+#[test]
 fn a_file_that_was_cut_loses_its_last_row_only_and_says_so() {
     let text = File::usual().text();
-    let (log, notes) = Log::read_noted(text[..text.len() - 60].as_bytes(), "a.csv", &reading()).unwrap();
+    let (log, notes) = Log::read_noted(&text.as_bytes()[..text.len() - 60], "a.csv", &reading()).unwrap();
     assert_eq!(log.time.len(), truth().time.len() - 1);
     assert!(notes.iter().any(|note| note.contains("line 201 is left out")), "{notes:?}");
 }
@@ -440,7 +459,6 @@ fn what_could_mean_two_things_is_refused_with_both() {
     let mut fewer = usual();
     fewer.columns.retain(|(name, _)| name != "q_4");
     let mut point = File { separator: ";", comma: true, ..usual() }.text();
-    point = point.replacen("0,0100", "0,0100", 1);
     let at = point.rfind("0,").unwrap();
     point.replace_range(at..=at + 1, "0.");
     let cases: Vec<(&str, String, &str, &str)> = vec![

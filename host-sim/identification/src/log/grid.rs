@@ -198,6 +198,14 @@ impl Grid {
                 "a header of column names, and rows of numbers below it (CSV; commas, semicolons, tabs or blanks)";
             return Err(("the whole file".to_owned(), ("no rows of numbers".to_owned(), expected.to_owned())));
         };
+        // Rows before it in which hardly anything was measured yet.
+        let begun = |fields: &[String]| {
+            fields.len() == width
+                && numbers(fields) > 0
+                && fields.iter().all(|field| is_missing(field) || number(field).is_some())
+        };
+        let above = (0..first).rev().filter(|k| readable(&lines[*k]));
+        let first = above.take_while(|k| begun(&separator.fields(lines[*k]))).last().unwrap_or(first);
         let mut grid = Self::under(&lines, first, separator, width)?;
         let whole: String = lines[first..]
             .iter()
@@ -256,13 +264,20 @@ impl Grid {
                 }
             }
         }
+        // Units above the header, or in a comment.
+        let units = (0..first).filter(|k| grid.units.is_empty() && *k as u64 + 1 != grid.head_line).find_map(|k| {
+            let fields = split(comment(lines[k]).unwrap_or(lines[k]), separator);
+            (fields.len() == width && is_units(&fields)).then_some(fields)
+        });
+        grid.units = units.unwrap_or(grid.units);
         let place = |line: u64| format!("line {line}");
         if grid.head.is_empty() {
             // Columns can still be named by their numbers.
             grid.head = (1..=width).map(|k| format!("#{k}")).collect();
             return Ok(grid);
         }
-        if let Some(&above) = plain.iter().find(|k| (**k as u64) + 1 < grid.head_line) {
+        let left_out = |k: &&usize| (**k as u64) + 1 < grid.head_line && !is_units(&separator.fields(lines[**k]));
+        if let Some(&above) = plain.iter().find(left_out) {
             grid.notes.push(format!("line {} and those before it are left out: they are above the header", above + 1));
         }
         let filled = grid.head.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1);

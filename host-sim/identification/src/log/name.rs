@@ -245,7 +245,7 @@ impl Names {
                     meaning.quantity,
                     Quantity::Position | Quantity::Velocity | Quantity::Torque | Quantity::Current | Quantity::Name
                 );
-            whole.then(|| Meaning { group, ..meaning })
+            whole.then_some(Meaning { group, ..meaning })
         })
     }
 

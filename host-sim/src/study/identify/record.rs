@@ -30,16 +30,18 @@ pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
     let wrong = |problem: String, expected: &str| {
         Failure::Input(miette::miette!(help = format!("expected {expected}"), "{}: {problem}", path.display()))
     };
-    let joints = bytes.starts_with(mcap_file::MAGIC).then(|| joint_states(&bytes));
-    let log = match (frame_log::Log::new(bytes), joints) {
+    let kept = bytes.starts_with(mcap_file::MAGIC).then(|| bytes.clone());
+    let log = match (frame_log::Log::new(bytes), kept) {
         (Ok(log), _) => log,
         // No session: the file of a run, or of another program.
-        (Err(LogError::Mcap(_) | LogError::Headless(_)), Some(Ok(text))) => return Ok(text),
-        (Err(LogError::Mcap(_)), Some(Err(problem))) => {
-            return Err(wrong(
-                problem,
-                "an MCAP file that `run --mcap` or `connect --record` wrote; others as CSV, for example exported by PlotJuggler",
-            ));
+        (Err(error @ (LogError::Mcap(_) | LogError::Headless(_))), Some(bytes)) => {
+            return joint_states(&bytes).map_err(|problem| match error {
+                LogError::Mcap(_) => wrong(
+                    problem,
+                    "an MCAP file that `run --mcap` or `connect --record` wrote; others as CSV, for example exported by PlotJuggler",
+                ),
+                other => wrong(other.to_string(), "a record of this version"),
+            });
         }
         (Err(error), _) => return Err(wrong(error.to_string(), "a record of this version")),
     };
