@@ -262,13 +262,25 @@ fn follow_from_a_unit(draft: &Draft, all: &mut Vec<Finding>) {
     if !all.iter().any(unit) {
         return;
     }
+    let far: Vec<String> = all
+        .iter()
+        .filter(|finding| finding.rule == Rule::MassCentre && finding.severity == Severity::Wrong)
+        .map(|finding| link_of(finding).to_owned())
+        .collect();
     let lengths = draft.length() > units::LONGEST;
     all.retain(|finding| match finding.rule {
         Rule::Holding | Rule::Heat | Rule::TorqueStep | Rule::PositionStep => finding.severity == Severity::Note,
+        Rule::Gyration if far.iter().any(|link| link == link_of(finding)) => finding.severity == Severity::Note,
         Rule::Gyration | Rule::InertiaAtJoint | Rule::MassCentre | Rule::SwappedAxes => {
             !lengths || finding.severity == Severity::Note
         }
         Rule::Placeholder => !finding.place.problem().contains("though gravity loads"),
         _ => true,
     });
+}
+
+/// The link or joint that a finding's field belongs to.
+fn link_of(finding: &Finding) -> &str {
+    let field = finding.place.field();
+    field.rsplit_once('.').map_or(field, |(link, _)| link)
 }

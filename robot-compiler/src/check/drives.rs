@@ -125,7 +125,9 @@ fn coarse(
     step: f64,
     advice: &str,
 ) -> Option<Finding> {
-    (load.holding > NOTHING && step > STEP * load.holding).then(|| {
+    // Friction holds a weight below it, however coarse the step.
+    let held = joint.friction.map_or(NOTHING, |friction| friction.coulomb.max(NOTHING));
+    (load.holding > held && step > STEP * load.holding).then(|| {
         let unit = Units::of(joint).torque;
         let problem = format!(
             "a step is {}, {} of the {} of gravity in the worst posture",

@@ -106,7 +106,8 @@ fn limits(limits: &Limits<f64>, gaps: &JointGaps) -> String {
     let given: Vec<String> =
         all.iter().filter(|(_, there, _)| *there).map(|(key, _, value)| format!("{key} = {value}")).collect();
     let reasons = [&gaps.position, &gaps.velocity, &gaps.torque, &None];
-    let missing = all.iter().zip(reasons).filter(|((_, there, _), reason)| !there || reason.is_some());
+    // A torque rate is for arms with drives: nothing is missing without.
+    let missing = all.iter().zip(reasons).take(3).filter(|((_, there, _), reason)| !there || reason.is_some());
     let named = |((key, ..), reason): (&(&str, bool, String), &Option<String>)| {
         reason.as_ref().map_or((*key).to_owned(), |reason| format!("{key} ({})", one_line(reason)))
     };
