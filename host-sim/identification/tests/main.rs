@@ -13,3 +13,4 @@ mod made;
 mod motions;
 mod seeds;
 mod timing;
+mod verdict;
