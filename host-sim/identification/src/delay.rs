@@ -18,7 +18,7 @@ const STEP: f64 = 0.04;
 /// Steps of the method.
 const STEPS: usize = 8;
 /// Change of a delay below which it has settled, s.
-const SETTLED: f64 = 1e-4;
+const SETTLED: f64 = 3e-4;
 /// Standard deviation of a delay before the log is seen, s.
 const EXPECTED: f64 = 0.1;
 
@@ -94,16 +94,20 @@ pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
         }
         if step > 0 {
             let mut change = 0.0_f64;
-            let covariance = crate::fit::inverse(&normal.matrix);
             for joint in 0..n {
-                let left = more[joint].residual(&all);
-                let runs = more[joint].runs(left.as_slice());
-                let at = unknowns + joint;
-                found.deviation[joint] = (covariance[(at, at)].max(0.0) * runs).sqrt();
-                let next = found.value[joint] + all[at].clamp(-STEP, STEP);
+                let next = found.value[joint] + all[unknowns + joint].clamp(-STEP, STEP);
                 let next = next.clamp(-LONGEST, LONGEST);
                 change = change.max((next - found.value[joint]).abs());
                 found.value[joint] = next;
+            }
+            if change < SETTLED || step + 1 == STEPS {
+                let covariance = crate::fit::inverse(&normal.matrix);
+                for joint in 0..n {
+                    let left = more[joint].residual(&all);
+                    let runs = more[joint].runs(left.as_slice());
+                    let at = unknowns + joint;
+                    found.deviation[joint] = (covariance[(at, at)].max(0.0) * runs).sqrt();
+                }
             }
             if change < SETTLED {
                 break;
@@ -157,23 +161,21 @@ const SURE: f64 = 4.0;
 const OWN: f64 = 1e-3;
 
 impl Delays {
-    /// Delays that are worth a try: one for all joints, and each joint's own where it differs. Empty if none is seen.
+    /// Delays that are worth a try, and whether they are one for all joints: the common one, then each joint's own where it is seen.
+    ///
+    /// Positions may be late together, but not those of one joint: what looks so is friction.
     #[must_use]
-    pub fn candidates(&self) -> Vec<Vec<f64>> {
+    pub fn candidates(&self) -> Vec<(bool, Vec<f64>)> {
         let n = self.value.len();
         let mut found = Vec::new();
         let (common, sure) = self.common();
         if common.abs() > SURE * sure + OWN {
-            found.push(vec![common; n]);
+            found.push((true, vec![common; n]));
         }
-        let own: Vec<f64> = self
-            .value
-            .iter()
-            .zip(&self.deviation)
-            .map(|(d, s)| if d.abs() > SURE * s + OWN { *d } else { 0.0 })
-            .collect();
+        let own = |(d, s): (&f64, &f64)| if *d > SURE * s + OWN { *d } else { 0.0 };
+        let own: Vec<f64> = self.value.iter().zip(&self.deviation).map(own).collect();
         if own.iter().any(|d| *d != 0.0) {
-            found.push(own);
+            found.push((false, own));
         }
         found
     }

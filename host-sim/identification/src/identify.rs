@@ -25,11 +25,21 @@ const MOTION_CUTOFFS: [f64; 6] = [0.6, 1.0, 1.5, 2.5, 5.0, 8.0];
 /// Ways of telling the direction of friction: of arms with real gears, and of arms whose friction creeps, as a simulated one's.
 const DIRECTIONS: [Direction; 2] = [Direction::Hysteresis(1e-4), Direction::Smooth(2e-3)];
 
-/// The same where a delay is looked for.
-const DELAY_DIRECTIONS: [Direction; 3] =
-    [Direction::Hysteresis(1e-4), Direction::Smooth(2e-3), Direction::Smooth(2e-2)];
-/// Share by which a delay must lower the held-out error to be compensated.
+/// The same where a delay is looked for: the first ones to estimate it, all of them to judge it.
+const DELAY_DIRECTIONS: [Direction; 7] = [
+    Direction::Hysteresis(1e-4),
+    Direction::Smooth(2e-3),
+    Direction::Smooth(2e-2),
+    Direction::Smooth(8e-2),
+    Direction::Hysteresis(1e-3),
+    Direction::Hysteresis(5e-3),
+    Direction::Hysteresis(2e-2),
+];
+const BY_LAW: usize = 3;
+/// Share by which a delay must lower the held-out error to be compensated: one of all torques, in half of the joints, and one of a
+/// single joint, in that joint. Friction of a shape that no law here has takes less.
 const WORTH_A_DELAY: f64 = 0.1;
+const WORTH_ONE_DELAY: f64 = 0.25;
 
 /// States over which a joint's torque is called known or open.
 const STATES: usize = 60;
@@ -186,17 +196,35 @@ fn best_delay(arm: &dyn Arm, base: &Base, logs: &[Log], torque: f64) -> (Vec<f64
     };
     let mean = |errors: &[(usize, f64)]| errors.iter().map(|(_, e)| e.max(1e-12).ln()).sum::<f64>() / n.max(1) as f64;
     let prepared = prepare(&vec![0.0; n]);
-    let by_law: Vec<Delays> = laws.iter().map(|laws| delays(&prepared, base, laws)).collect();
+    let by_law: Vec<Delays> = laws[..BY_LAW].iter().map(|laws| delays(&prepared, base, laws)).collect();
     let now = least(&judge(&prepared));
-    let chosen = |pick: &[(usize, f64)]| Delays {
-        value: pick.iter().enumerate().map(|(joint, (law, _))| by_law[*law].value[joint]).collect(),
-        deviation: pick.iter().enumerate().map(|(joint, (law, _))| by_law[*law].deviation[joint]).collect(),
+    let chosen = |pick: &[(usize, f64)]| {
+        let of = |joint: usize| if pick[joint].0 < BY_LAW { pick[joint].0 } else { 0 };
+        Delays {
+            value: (0..n).map(|joint| by_law[of(joint)].value[joint]).collect(),
+            deviation: (0..n).map(|joint| by_law[of(joint)].deviation[joint]).collect(),
+        }
     };
     let (mut best, mut error, mut seen) = (vec![0.0; n], mean(&now), chosen(&now));
     for delays in &by_law {
-        for candidate in delays.candidates() {
-            let there = least(&judge(&prepare(&candidate)));
-            if mean(&there) < error + (1.0 - WORTH_A_DELAY).ln() {
+        for (is_common, mut candidate) in delays.candidates() {
+            let mut there = least(&judge(&prepare(&candidate)));
+            let lower = |there: &[(usize, f64)], joint: usize, by: f64| there[joint].1 < (1.0 - by) * now[joint].1;
+            if is_common {
+                if 2 * (0..n).filter(|joint| lower(&there, *joint, WORTH_A_DELAY)).count() < n {
+                    continue;
+                }
+            } else {
+                let worth: Vec<bool> = (0..n).map(|joint| lower(&there, joint, WORTH_ONE_DELAY)).collect();
+                if !worth.contains(&true) {
+                    continue;
+                }
+                if candidate.iter().zip(&worth).any(|(d, worth)| *d != 0.0 && !worth) {
+                    candidate.iter_mut().zip(&worth).filter(|(_, worth)| !**worth).for_each(|(d, _)| *d = 0.0);
+                    there = least(&judge(&prepare(&candidate)));
+                }
+            }
+            if mean(&there) < error + (1.0 - choose::EARNED).ln() {
                 (best, error, seen) = (candidate, mean(&there), chosen(&there));
             }
         }

@@ -32,6 +32,8 @@ impl Grade {
 pub enum Reason {
     /// One or two faults of the log explain it, the most likely first.
     Explained(Vec<Explanation>),
+    /// Faults of the logs for validation explain them.
+    ExplainedThere(Vec<Explanation>),
     /// The motion does not separate the parameters: the condition number of their columns.
     LittleMotion(f64),
     /// Share of the maker's uncertainty about a joint's torque in other motions that the log leaves.
@@ -171,6 +173,23 @@ pub fn verdict(
     reasons.sort_by_key(|reason| std::cmp::Reverse(reason.grade()));
     let grade = reasons.iter().map(Reason::grade).max().unwrap_or(Grade::Trusted);
     Verdict { grade, reasons }
+}
+
+impl Verdict {
+    /// Adds what explains the logs for validation, if they fit badly.
+    pub fn explain_validation(&mut self, findings: impl FnOnce() -> Findings) {
+        let bad = |reason: &Reason| {
+            matches!(reason, Reason::NoBetter(..) | Reason::Worse(..) | Reason::Missed(..) | Reason::OtherThere(..))
+        };
+        let known = |reason: &Reason| matches!(reason, Reason::Explained(_));
+        if self.reasons.iter().any(known) || !self.reasons.iter().any(bad) {
+            return;
+        }
+        let explanations = findings().explanations;
+        if !explanations.is_empty() {
+            self.reasons.insert(0, Reason::ExplainedThere(explanations));
+        }
+    }
 }
 
 /// Autocorrelation of what is left of each joint's torque after a quarter of a second, from 0 to 1, and the root mean square of it.

@@ -16,3 +16,4 @@ mod motions;
 mod seeds;
 mod terms;
 mod timing;
+mod verdict;

@@ -116,6 +116,50 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
     assert!(table.starts_with("time,tau_1,tau_2,tau_3,tau_4,tau_5,tau_6,model_1,"), "{}", &table[..80]);
 }
 
+/// A log with the numbers of one joint's column changed.
+fn spoilt(log: &str, column: &str, change: impl Fn(f64) -> f64) -> String {
+    let text = std::fs::read_to_string(log).unwrap();
+    let place = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
+    let row = |(k, line): (usize, &str)| -> String {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let (true, Ok(x)) = (k > 0, fields[place].parse::<f64>()) {
+            fields[place] = change(x).to_string();
+        }
+        fields.join(",") + "\n"
+    };
+    let path = format!("{log}.{column}.csv");
+    std::fs::write(&path, text.lines().enumerate().map(row).collect::<String>()).unwrap();
+    path
+}
+
+#[test]
+fn a_log_with_a_fault_is_refused_and_mended_by_the_option_that_is_named() {
+    let log = recorded("3", "1");
+    let out = folder().join("mended.toml");
+    let identify = |log: &str, more: &[&str]| {
+        let _ = std::fs::remove_file(&out);
+        let common = ["identify", ROBOT, "--log", log, "--plain-friction", "--motion-cutoff", "8"];
+        let all = [&common, &["--out", out.to_str().unwrap()], more].concat();
+        told(simulator(&all).output().unwrap())
+    };
+    let negated = spoilt(&log, "tau2", |x| -x);
+    let (code, text, error) = identify(&negated, &[]);
+    assert_eq!(code, 3, "{text}{error}");
+    assert!(text.starts_with("verdict             refused"), "{text}");
+    assert!(error.contains("torque of joint 2 (shoulder) has the opposite sign [--negate-torque 2]"), "{error}");
+    assert!(!out.exists());
+    // The option that is named gives the model; without a fault there is none to name.
+    for (log, more) in [(&negated, &["--negate-torque", "2"][..]), (&log, &[][..])] {
+        let (code, text, error) = identify(log, more);
+        assert!(code == 0 && out.exists() && text.starts_with("verdict             trusted"), "{code} {text}{error}");
+    }
+    // A doubtful option is bad input.
+    let (code, _, error) = identify(&log, &["--negate-torque", "7"]);
+    assert!(code == 2 && error.contains("joints from 1 to 6, or all"), "{code} {error}");
+    let (code, _, error) = identify(&log, &["--permute", "1,2,3,4,5,5"]);
+    assert!(code == 2 && error.contains("each of 1 to 6 once"), "{code} {error}");
+}
+
 #[test]
 fn slow_sweeps_and_rests_can_be_played() {
     let folder = folder("slow");

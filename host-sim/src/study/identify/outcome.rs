@@ -82,6 +82,10 @@ impl Outcome {
         let nothing = Verdict { grade: Grade::Trusted, reasons: Vec::new() };
         let mut outcome = Self { found, numbers, audit, judged, held_out, verdict: nothing };
         outcome.verdict = outcome.judge(subject, &findings);
+        if held_out {
+            let explained = || explain(subject.arm.as_ref(), &subject.maker, validation);
+            outcome.verdict.explain_validation(explained);
+        }
         outcome
     }
 

@@ -22,7 +22,8 @@ pub fn write(outcome: &Outcome, subject: &Subject, payload: Option<&str>, folder
 }
 
 fn page(outcome: &Outcome, subject: &Subject, payload: Option<&str>) -> Page {
-    let mut blocks = vec![Block::Words(summary(outcome)), errors(outcome, subject), links(outcome, subject)];
+    let verdict = Block::Terminal(super::verdict::text(&outcome.verdict, subject));
+    let mut blocks = vec![verdict, links(outcome, subject), errors(outcome, subject), Block::Words(summary(outcome))];
     blocks.extend(base(outcome, subject));
     blocks.push(tried(outcome, subject));
     if let Some(text) = payload {
@@ -151,6 +152,7 @@ fn links(outcome: &Outcome, subject: &Subject) -> Block {
             let seen = |index: usize| if link.seen[index] { "" } else { " (not seen)" };
             vec![
                 subject.robot.joints[joint].name.clone(),
+                format!("{:.4}", subject.maker.links[joint][0]),
                 format!("{:.4} ± {:.1e}{}", link.mass.0, link.mass.1, seen(0)),
                 format!("{}{}", three(&link.com.0), seen(1)),
                 format!("{:.2e}, {:.2e}, {:.2e}{}", i.m11, i.m22, i.m33, seen(2)),
@@ -159,7 +161,8 @@ fn links(outcome: &Outcome, subject: &Subject) -> Block {
             ]
         })
         .collect();
-    let head = ["link", "mass, kg", "mass centre, m", "xx, yy, zz, kg m^2", "rotor, kg m^2", "friction"];
+    let head =
+        ["link", "mass before, kg", "mass, kg", "mass centre, m", "xx, yy, zz, kg m^2", "rotor, kg m^2", "friction"];
     table("The robot file", &head, &rows)
 }
 

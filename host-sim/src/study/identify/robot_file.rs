@@ -99,7 +99,7 @@ impl Numbers {
             let i = &link.inertia;
             json!({
                 "name": subject.robot.joints[joint].name,
-                "mass": link.mass.0, "mass_deviation": link.mass.1,
+                "mass": link.mass.0, "mass_deviation": link.mass.1, "mass_before": subject.maker.links[joint][0],
                 "com": link.com.0.as_slice(), "com_deviation": link.com.1.as_slice(),
                 "inertia": { "xx": i.m11, "yy": i.m22, "zz": i.m33, "xy": i.m12, "xz": i.m13, "yz": i.m23 },
                 "rotor": self.rotors[joint].0, "rotor_deviation": self.rotors[joint].1,

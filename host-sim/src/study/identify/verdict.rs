@@ -38,7 +38,7 @@ pub fn text(verdict: &Verdict, subject: &Subject) -> String {
 pub fn json(verdict: &Verdict, subject: &Subject) -> Value {
     let reason = |reason: &Reason| {
         let options: Vec<Value> = match reason {
-            Reason::Explained(all) => all.iter().map(|one| json!(options(one))).collect(),
+            Reason::Explained(all) | Reason::ExplainedThere(all) => all.iter().map(|one| json!(options(one))).collect(),
             _ => Vec::new(),
         };
         json!({
@@ -67,6 +67,7 @@ pub fn refusal(verdict: &Verdict, subject: &Subject) -> String {
 const fn kind(reason: &Reason) -> &'static str {
     match reason {
         Reason::Explained(_) => "explained",
+        Reason::ExplainedThere(_) => "explained_in_validation",
         Reason::LittleMotion(_) => "little_motion",
         Reason::Unexcited(..) => "unexcited",
         Reason::NoBetter(..) => "no_better",
@@ -91,11 +92,13 @@ fn percent(share: f64) -> String {
 
 fn words(reason: &Reason, subject: &Subject) -> Vec<String> {
     let one = match reason {
-        Reason::Explained(all) => {
+        Reason::Explained(all) | Reason::ExplainedThere(all) => {
+            let there = matches!(reason, Reason::ExplainedThere(_));
+            let first = if there { "in the logs for validation: " } else { "" };
             return all
                 .iter()
                 .enumerate()
-                .map(|(k, one)| format!("{}{}", if k == 0 { "" } else { "or: " }, explanation(one, subject)))
+                .map(|(k, one)| format!("{}{}", if k == 0 { first } else { "or: " }, explanation(one, subject)))
                 .collect();
         }
         Reason::LittleMotion(condition) => format!(
