@@ -153,10 +153,10 @@ impl Rule {
         Self::BrakeDelay,
     ];
 
-    /// True for a rule about the scene, not about the robot file.
+    /// True for a rule about the safety settings of a scene.
     #[must_use]
     pub const fn is_of_scene(self) -> bool {
-        matches!(self, Self::FirstMotion | Self::LiveAge | Self::BrakeDelay | Self::Gravity | Self::Payload)
+        matches!(self, Self::FirstMotion | Self::LiveAge | Self::BrakeDelay)
     }
 
     /// The name.

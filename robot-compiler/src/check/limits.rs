@@ -92,7 +92,7 @@ fn no_travel(draft: &Draft) -> Option<Finding> {
             FileKind::Toml => place.position.given || draft.robot.ideal.is_some(),
             FileKind::Urdf => place.turns_on,
         };
-        !declared && !(low.is_finite() && high.is_finite())
+        !(declared || low.is_finite() && high.is_finite())
     };
     let without: Vec<_> = all.filter(missing).collect();
     let (_, first) = without.first()?;

@@ -25,6 +25,9 @@ const LENGTHS: [(f64, &str); 3] = [(1e3, "mm"), (1e2, "cm"), (39.37, "inches")];
 const INERTIAS: [(f64, &str); 6] =
     [(1e9, "g mm^2"), (1e7, "g cm^2"), (1e6, "kg mm^2"), (1e4, "kg cm^2"), (3417.0, "lb in^2"), (1e3, "g m^2")];
 
+/// Units of rotors in data sheets, in one kg m^2.
+const ROTORS: [(f64, &str); 3] = [(1e9, "g mm^2"), (1e7, "g cm^2"), (1e4, "kg cm^2")];
+
 /// The unit in which a number is nearest to a usual one, and the number in SI units; `None` if no unit explains it.
 fn guess<'a>(value: f64, usual: f64, units: &[(f64, &'a str)], spread: f64) -> Option<(&'a str, f64)> {
     let off = |scale: f64| (value / scale / usual).ln().abs();
@@ -147,7 +150,7 @@ fn grams(draft: &Draft) -> Vec<Finding> {
 /// A rotor that outweighs the arm.
 fn large_rotor(draft: &Draft, place: &Place, inertia: f64, gear: f64, own: f64) -> Finding {
     let squared = gear * gear;
-    let guess = guess(inertia, own.max(1e-3) / squared, &INERTIAS, 1e3).map_or(String::new(), |(unit, moment)| {
+    let guess = guess(inertia, own.max(1e-3) / squared, &ROTORS, 1e3).map_or(String::new(), |(unit, moment)| {
         format!("; in {unit}? Then the joint feels {}", amount(moment * squared, "kg m^2"))
     });
     let problem = format!(
