@@ -62,7 +62,19 @@ fn arm() -> Result<Robot, Box<dyn std::error::Error>> {
              <inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/></inertial></link>\
              <joint name=\"joint{to}\" type=\"continuous\"><origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>\
              <parent link=\"link{i}\"/><child link=\"link{to}\"/><axis xyz=\"0 0 1\"/></joint>",
-            n[13], n[14], n[15], n[12], n[16], n[17], n[18], n[19], n[20], n[21], n[9], n[10], n[11],
+            n[13],
+            n[14],
+            n[15],
+            n[12],
+            n[16],
+            n[17],
+            n[18],
+            n[19],
+            n[20],
+            n[21],
+            n[9],
+            n[10],
+            n[11],
             to = i + 1,
         )?;
     }
@@ -73,7 +85,11 @@ fn arm() -> Result<Robot, Box<dyn std::error::Error>> {
 }
 
 /// Results of all states; NaN where dynibo gives none, which the harness finds.
-fn all(states: &AllStates<'_>, out: &mut ByState, one: impl Fn(&mut Robot, &Scaled, usize, &mut [f64; JOINTS]) -> bool) {
+fn all(
+    states: &AllStates<'_>,
+    out: &mut ByState,
+    one: impl Fn(&mut Robot, &Scaled, usize, &mut [f64; JOINTS]) -> bool,
+) {
     let scaled = scaled(states);
     let mut arm = ARM.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     for (i, out) in out.iter_mut().enumerate() {
