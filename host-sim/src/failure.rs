@@ -7,7 +7,7 @@ use std::path::Path;
 pub const OUTSIDE: u8 = 1;
 /// Exit code: bad input.
 pub const INPUT: u8 = 2;
-/// Exit code: the run ended in a fault, the simulation of the arm diverged, or a robot file is wrong.
+/// Exit code: the run ended in a fault, the simulation of the arm diverged, a robot file is wrong, or an identified model is doubtful.
 pub const FAULT: u8 = 3;
 /// Exit code: chip and desk differed.
 pub const PARITY: u8 = 4;

@@ -187,9 +187,10 @@ fn best_delay(arm: &dyn Arm, base: &Base, logs: &[Log], torque: f64) -> (Vec<f64
         logs.iter().map(|log| Prepared::new(&shifted(log, delay), arm, base, filters)).collect()
     };
     let laws = DELAY_DIRECTIONS.map(|direction| vec![Law::with(direction, &[]); n]);
-    let judge = |logs: &[Prepared]| -> Vec<Vec<f64>> {
-        laws.iter().map(|laws| Problem { logs, base, laws }.fit().held_out()).collect()
+    let judge_by = |count: usize, logs: &[Prepared]| -> Vec<Vec<f64>> {
+        laws[..count].iter().map(|laws| Problem { logs, base, laws }.fit().held_out()).collect()
     };
+    let judge = |logs: &[Prepared]| judge_by(laws.len(), logs);
     let least = |errors: &[Vec<f64>]| -> Vec<(usize, f64)> {
         let of = |joint: usize| errors.iter().map(|e| e[joint]).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
         (0..n).map(|joint| of(joint).unwrap_or((0, f64::MAX))).collect()
@@ -197,7 +198,8 @@ fn best_delay(arm: &dyn Arm, base: &Base, logs: &[Log], torque: f64) -> (Vec<f64
     let mean = |errors: &[(usize, f64)]| errors.iter().map(|(_, e)| e.max(1e-12).ln()).sum::<f64>() / n.max(1) as f64;
     let prepared = prepare(&vec![0.0; n]);
     let by_law: Vec<Delays> = laws[..BY_LAW].iter().map(|laws| delays(&prepared, base, laws)).collect();
-    let now = least(&judge(&prepared));
+    let any = by_law.iter().any(|delays| !delays.candidates().is_empty());
+    let now = least(&judge_by(if any { laws.len() } else { BY_LAW }, &prepared));
     let chosen = |pick: &[(usize, f64)]| {
         let of = |joint: usize| if pick[joint].0 < BY_LAW { pick[joint].0 } else { 0 };
         Delays {

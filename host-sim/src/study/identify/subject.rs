@@ -105,7 +105,8 @@ impl Subject {
     /// unit of angles, which the message about the range names.
     #[must_use]
     pub fn explained(&self, path: &Path, options: &LogOptions) -> Option<Findings> {
-        let log = self.read(path, options, false, &mut Vec::new()).ok()?;
+        // With corrections the range is the user's own.
+        let log = self.read(path, options, false, &mut Vec::new()).ok().filter(|_| options.correction.is_none())?;
         let findings = explain(self.arm.as_ref(), &self.maker, &[log]);
         let degrees = |fault: &Fault| matches!(fault, Fault::PositionScales(_));
         findings.explanations.first().filter(|one| !one.faults.iter().any(degrees))?;
