@@ -132,7 +132,7 @@ fn a_log_with_a_fault_is_refused_and_mended_by_the_option_that_is_named() {
     let identify = |log: &str, more: &[&str]| {
         let _ = std::fs::remove_file(&out);
         let common = ["identify", ROBOT, "--log", log, "--plain-friction", "--motion-cutoff", "8"];
-        let all = [&common, &["--out", out.to_str().unwrap()], more].concat();
+        let all = [common.as_slice(), &["--out", out.to_str().unwrap()], more].concat();
         told(simulator(&all).output().unwrap())
     };
     let negated = spoilt(&log, "tau2", |x| -x);
