@@ -231,8 +231,9 @@ fn a_motion_worth_recording_is_played_and_its_record_is_a_log() {
     assert!(code == 0 && out.contains("wait: arrived"), "{out}");
     let (code, out, error) =
         told(at_the_top().args(["identify", "robots/yam.toml", "--json", "--log"]).arg(&record).output().unwrap());
-    assert_eq!((code, error.as_str()), (0, ""), "{out}");
+    assert!(matches!(code, 0 | 3), "{out}{error}");
     let found: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(code == 0, found["verdict"]["grade"] == "trusted", "{out}{error}");
     let joints = found["joints"].as_array().unwrap();
     // The arm is what its file says, so nothing gets better, and little is left.
     assert!(

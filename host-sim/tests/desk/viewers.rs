@@ -275,8 +275,10 @@ fn identify_and_motion_read_a_session_for_viewers_as_they_read_the_other() {
         assert_eq!((plain.0, unnamed(&plain.1), unnamed(&plain.2)), (mcap.0, unnamed(&mcap.1), unnamed(&mcap.2)));
     }
     let (code, out, error) = &answers[1][0];
-    assert_eq!((*code, error.as_str()), (0, ""));
-    assert!(serde_json::from_str::<Value>(out).unwrap().is_object());
+    // The arm is what its file says, so a model may be refused as no better: code, message and verdict say the same.
+    let grade = serde_json::from_str::<Value>(out).unwrap()["verdict"]["grade"].as_str().unwrap().to_owned();
+    assert_eq!((*code == 0, error.is_empty()), (grade == "trusted", grade == "trusted"), "{code} {grade} {error}");
+    assert!(matches!(*code, 0 | 3), "{code} {error}");
     // In a drill the statuses carry no readings, and a path is made of those.
     assert!(answers[1][1].2.contains("0 samples of the joints"), "{}", answers[1][1].2);
 }
