@@ -48,6 +48,7 @@ const ALL: &[&str] = &[
     "firmware",
     "host-sim",
     "fuzz",
+    "clearance",
     "identification",
     "report",
     "chip-image",
@@ -81,6 +82,7 @@ const ROWS: [Row; 24] = [
         &[
             "actuator-model",
             "dynamics-core",
+            "clearance",
             "identification",
             "joint-io",
             "link",
@@ -92,6 +94,7 @@ const ROWS: [Row; 24] = [
         &[],
     ),
     row("fuzz", "host-sim/fuzz", &["dynamics-core", "host-sim", "link", "robot-compiler", "session"], &[]),
+    row("clearance", "host-sim/clearance", &["dynamics-core"], &["identification", "robot-compiler"]),
     row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
     row("report", "host-sim/report", &[], &[]),
     row("chip-image", "xtask/image", &[], &[]),

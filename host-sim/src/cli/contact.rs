@@ -1,10 +1,11 @@
 //! `contact`: the wrench at the tip from that in the base, or the other way round.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::{GravityArgs, say_mounting};
+use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
 use crate::study::contact::{Known, Question, answer};
+use crate::study::robot_or_scene::say_mounting;
 use clap::Args;
 use robot_compiler::{Robot, with_dof};
 use std::path::PathBuf;

@@ -1,10 +1,10 @@
 //! `dynamics`: inverse and forward dynamics of states given as JSON lines.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::say_mounting;
 use crate::cli::names::{Presence, named};
 use crate::failure::Failure;
 use crate::study::dynamics::answer_all;
+use crate::study::robot_or_scene::say_mounting;
 use clap::Args;
 use dynamics_core::Model;
 use robot_compiler::names::name;

@@ -18,11 +18,3 @@ impl GravityArgs {
         self.gravity.clone().unwrap_or_else(|| robot.gravity().as_slice().to_vec())
     }
 }
-
-/// Says on standard error that the base of a robot is turned, where it is: results depend on it.
-pub(crate) fn say_mounting(robot: &Robot) {
-    let note = robot.mounting_note();
-    if !note.is_empty() {
-        eprintln!("note: {note}");
-    }
-}

@@ -3,10 +3,11 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::corrections::CorrectionArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::gravity::{GravityArgs, say_mounting};
+use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{json, print};
 use crate::failure::{FAULT, Failure, in_file};
 use crate::study::identify::{LogOptions, Outcome, Subject, held, prediction, report, verdict};
+use crate::study::robot_or_scene::say_mounting;
 use clap::Args;
 use identification::identify::Settings;
 use identification::log::{ColumnNames, Log};

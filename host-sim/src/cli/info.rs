@@ -1,10 +1,10 @@
 //! `info`: what a robot file holds.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::say_mounting;
 use crate::cli::output::print;
 use crate::failure::Failure;
 use crate::run::record::JointLabel;
+use crate::study::robot_or_scene::say_mounting;
 use crate::table::table;
 use clap::Args;
 use dynamics_core::JointKind;

@@ -1,7 +1,6 @@
 //! `run`: close the loop of a scene, show and write what came of it.
 
 use crate::cli::force::ForceArgs;
-use crate::cli::gravity::say_mounting;
 use crate::cli::names::{Target, named};
 use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
@@ -10,6 +9,7 @@ use crate::run::closed_loop::End;
 use crate::run::files::{file_name, write, write_report};
 use crate::run::mcap_file;
 use crate::run::simulate::{self, Run};
+use crate::study::robot_or_scene::say_mounting;
 use clap::Args;
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;

@@ -2,10 +2,11 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
-use crate::cli::gravity::{GravityArgs, say_mounting};
+use crate::cli::gravity::GravityArgs;
 use crate::cli::output::{files, json, print};
 use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
+use crate::study::robot_or_scene::say_mounting;
 use crate::study::statics::{Axes, Question, answer, sweep};
 use clap::Args;
 use robot_compiler::{Robot, with_dof};

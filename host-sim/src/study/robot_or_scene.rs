@@ -1,6 +1,5 @@
 //! Input of a command: a scene, or a robot in a default scene.
 
-use crate::cli::gravity::say_mounting;
 use crate::failure::Failure;
 use robot_compiler::{Ends, Robot, SceneFile};
 use std::fs::File;
@@ -74,4 +73,12 @@ pub(crate) fn scene_about(robot_file: &Path, ends: Ends<'_>, scene_file: Option<
         file.robot.name,
         robot.name
     )))
+}
+
+/// Says on standard error that the base of a robot is turned, where it is: results depend on it.
+pub(crate) fn say_mounting(robot: &Robot) {
+    let note = robot.mounting_note();
+    if !note.is_empty() {
+        eprintln!("note: {note}");
+    }
 }

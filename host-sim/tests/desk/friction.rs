@@ -59,7 +59,8 @@ fn a_shoulder_with_stiction_follows_five_times_better_with_what_a_log_tells_of_i
     let robot = |name: &str| folder().join(name).to_str().unwrap().to_owned();
     let (plain, full) = (robot("plain.toml"), robot("full.toml"));
     let identify = ["identify", ROBOT, "--log", &slow, &fast, "--json", "--out"];
-    done(&[&identify[..], &[&plain, "--plain-friction"]].concat());
+    // Viscous and Coulomb friction explain this log badly: that is a doubt.
+    done(&[&identify[..], &[&plain, "--plain-friction", "--accept-doubtful"]].concat());
     let found: Value = serde_json::from_str(&done(&[&identify[..], &[&full]].concat())).unwrap();
 
     // The world has 2.8 N m at breakaway and a tenth of a load of 1 to 4 N m more, 0.7 N m sliding, and 0.1 rad/s.

@@ -23,6 +23,10 @@ const SECOND: f64 = 8.0;
 /// Explanations that are at most so many nats worse than the best are named, too.
 const CLOSE: f64 = 5.0;
 
+/// Largest share of a joint's torque that one fault, and two, may leave unexplained. With more, nothing explains the log: with stiction in a
+/// slow log, for example, the residuals are long runs, and some unlikely fault always lowers them.
+const LEFT: [f64; 2] = [0.2, 0.1];
+
 /// One or two faults, and what mends them.
 #[derive(Clone, Debug)]
 pub struct Explanation {
@@ -37,6 +41,12 @@ pub struct Explanation {
 }
 
 impl Explanation {
+    /// True if little of every joint's torque is left unexplained.
+    fn explains(&self) -> bool {
+        let most = LEFT[usize::from(self.faults.len() > 1)];
+        self.score.left.iter().all(|left| *left <= most)
+    }
+
     /// The score less the cost of the faults, nats.
     #[must_use]
     pub fn worth(&self) -> f64 {
@@ -63,7 +73,8 @@ pub fn explain(arm: &dyn Arm, maker: &Maker, logs: &[Log]) -> Findings {
     let evidence = Evidence::of(arm, &expected, logs);
     let recorded = evidence.score(&expected, &evidence.as_recorded());
     let all = search::search(arm, &expected, logs, &evidence, &recorded);
-    let mut clear: Vec<Explanation> = all.into_iter().filter(|found| found.worth() > recorded.nats + CLEAR).collect();
+    let mut clear: Vec<Explanation> =
+        all.into_iter().filter(|found| found.worth() > recorded.nats + CLEAR && found.explains()).collect();
     clear.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
     if let Some(best) = clear.first().cloned() {
         clear.retain(|other| other.worth() > best.worth() - CLOSE && other.faults.len() <= best.faults.len());

@@ -216,11 +216,11 @@ impl Outcome {
         let Audit { smallest, smallest_before, ratio } = &self.audit;
         let sign =
             if smallest.value > 0.0 { "positive in every posture searched" } else { "NOT POSITIVE in some posture" };
-        let bare = if subject.maker.rotors.iter().all(|rotor| *rotor <= 0.0) { ", which have no rotors" } else { "" };
+        let bare = if subject.maker.rotors.iter().all(|rotor| *rotor <= 0.0) { ", which has no rotors" } else { "" };
         let beside = ratio.as_ref().map_or_else(String::new, |(low, high)| {
             let times = |x: f64| if x < 100.0 { format!("{x:.2}") } else { format!("{x:.0}") };
             format!(
-                "; {} to {} times the maker's numbers{bare}, over all directions",
+                "; relative to the maker's{bare}: {} in its lightest direction, {} in its heaviest",
                 times(low.value),
                 times(high.value)
             )
@@ -280,7 +280,7 @@ impl Outcome {
                 found.cutoffs.iter().map(|(f, _)| format!("{f:.1}")).collect::<Vec<_>>().join(", "),
                 (found.distance() / found.base.len() as f64).sqrt(),
                 self.mass_matrix(subject),
-                self.delay(),
+                self.delay(subject),
                 if unseen.is_empty() {
                     "nothing".to_owned()
                 } else {
@@ -290,12 +290,19 @@ impl Outcome {
     }
 
     /// Delay and jitter in words.
-    fn delay(&self) -> String {
+    fn delay(&self, subject: &Subject) -> String {
         let found = &self.found;
+        let late = |(joint, delay): (usize, &f64)| {
+            let name = &subject.robot.joints[joint].name;
+            (*delay != 0.0).then(|| format!("{:.1} ms of joint {} ({name})", 1e3 * delay, joint + 1))
+        };
+        let common = found.delay.windows(2).all(|pair| (pair[0] - pair[1]).abs() < 1e-9);
         let milli = |x: f64| format!("{:.1}", 1e3 * x);
         let list = |x: &[f64]| x.iter().map(|x| milli(*x)).collect::<Vec<_>>().join(", ");
         let delay = if found.delay.iter().any(|d| *d != 0.0) {
-            format!("{} ms, compensated", list(&found.delay))
+            let each: Vec<String> = found.delay.iter().enumerate().filter_map(late).collect();
+            let all = format!("{} ms of all joints", milli(found.delay[0]));
+            format!("{}, compensated", if common { all } else { each.join(", ") })
         } else if found.delays.value.is_empty() {
             "as given".to_owned()
         } else {
