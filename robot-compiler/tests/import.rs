@@ -71,6 +71,9 @@ fn torques(robot: &Robot, q: &[f64; 3], qd: &[f64; 3], qdd: &[f64; 3]) -> [f64; 
     dynamics.inverse_dynamics(&Libm.sin_cos_all(q), q, qd, qdd, &Live::zero())
 }
 
+/// Texts of a file, each with what replaces it.
+type Changes<'a> = &'a [(&'a str, &'a str)];
+
 #[test]
 fn the_crane_has_the_torques_of_pinocchio_and_no_doubts() {
     let robot = Robot::from_urdf_str(CRANE, "crane.urdf", Ends::default()).unwrap();
@@ -92,7 +95,7 @@ fn the_likely_cause_of_a_wrong_number_is_named() {
     ]
     .concat();
     let tensor = "ixx=\"0.0021\" iyy=\"0.0162\" izz=\"0.0165\" ixy=\"0\" ixz=\"0.0001\"";
-    let cases: [(&[(&str, &str)], &str, &str); 17] = [
+    let cases: [(Changes<'_>, &str, &str); 17] = [
         (&all_mm, "unit", "is this file in mm? Then the arm is 0."),
         (&[("0.14 0.0 0.015", "140 0 15")], "mass-centre", "in mm? Then it is 0.141 m"),
         (&[("0.14 0.0 0.015", "14 0 1.5")], "mass-centre", "in cm? Then it is 0.138 m"),

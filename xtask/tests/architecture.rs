@@ -59,7 +59,7 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 24] = [
+const ROWS: [Row; 25] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),

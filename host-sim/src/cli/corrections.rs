@@ -43,7 +43,7 @@ impl CorrectionArgs {
         correction.torque = factors("--torque-scale", &self.torque_scale, joints, 1.0)?;
         correction.position = factors("--position-scale", &self.position_scale, joints, 1.0)?;
         for (name, factors) in [("--torque-scale", &correction.torque), ("--position-scale", &correction.position)] {
-            if factors.iter().any(|x| *x == 0.0) {
+            if factors.contains(&0.0) {
                 return Err(wrong(name, "0".to_owned(), "factors other than zero".to_owned()));
             }
         }

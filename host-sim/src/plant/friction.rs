@@ -111,7 +111,7 @@ impl JointFriction {
 
     /// Whether viscous and Coulomb friction are all.
     pub(super) fn is_plain(&self) -> bool {
-        self.breakaway.is_none() && [self.coulomb_load, self.asymmetry, self.offset] == [0.0; 3]
+        self.breakaway.is_none() && [self.coulomb_load, self.asymmetry, self.offset].iter().all(|term| *term == 0.0)
     }
 
     /// Friction of every joint from its `(viscous, coulomb)`, with a speed scale suited to the step `h` (s) at `q`.

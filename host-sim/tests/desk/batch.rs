@@ -101,7 +101,7 @@ fn runs_of_different_integrators_ends_and_effects_share_a_batch() {
         with(&|scene| {
             let plain = JointFriction { viscous: 1.0, coulomb: 2.0, ..JointFriction::default() };
             let more = JointFriction { coulomb_load: 0.02, asymmetry: -0.3, offset: 0.2, ..plain };
-            let each = |joint: usize| if joint % 2 == 0 { more } else { plain };
+            let each = |joint: usize| if joint.is_multiple_of(2) { more } else { plain };
             scene.plant.friction_law = Some((0..joints).map(each).collect());
         }),
         with(&|scene| {

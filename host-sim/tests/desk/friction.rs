@@ -1,6 +1,6 @@
 //! Friction beyond viscous and Coulomb friction: the simulated joint has it, a log gives it back, and the controller compensates it.
 
-use crate::program::{at_the_top, told};
+use crate::program::{at_the_top, new, told};
 use host_sim::plant::friction::{Breakaway, JointFriction};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -55,10 +55,12 @@ fn tracking(robot: &str) -> f64 {
 
 #[test]
 fn a_shoulder_with_stiction_follows_five_times_better_with_what_a_log_tells_of_it() {
+    new(&folder());
     let (slow, fast) = (recorded("slow", "0.05", "0.1"), recorded("fast", "0.4", "0.5"));
     let robot = |name: &str| folder().join(name).to_str().unwrap().to_owned();
     let (plain, full) = (robot("plain.toml"), robot("full.toml"));
-    let identify = ["identify", ROBOT, "--log", &slow, &fast, "--json", "--out"];
+    // The delay is known to be none: to look for it takes longer than all else.
+    let identify = ["identify", ROBOT, "--log", &slow, &fast, "--delay", "0", "--json", "--out"];
     // Viscous and Coulomb friction explain this log badly: that is a doubt.
     done(&[&identify[..], &[&plain, "--plain-friction", "--accept-doubtful"]].concat());
     let found: Value = serde_json::from_str(&done(&[&identify[..], &[&full]].concat())).unwrap();

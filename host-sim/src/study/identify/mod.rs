@@ -6,7 +6,7 @@
 //! | [`outcome`] | errors of torque on logs, before and after; JSON and text |
 //! | [`verdict`] | the verdict in words |
 //! | [`held`] | what the arm holds |
-//! | [`friction`] | friction as a robot file holds it |
+//! | `friction` | friction as a robot file holds it |
 //! | [`robot_file`] | the robot file with the identified numbers |
 //! | [`report`] | the page that a person reads |
 //! | [`record`] | a record of `connect` as a log |
