@@ -31,7 +31,7 @@ pub use controller::Controller;
 pub(crate) use controller::{Observed, believed, name_reference};
 pub use every_nth::{Between, EveryNth};
 pub use fault::Fault;
-pub use friction::Friction;
+pub use friction::{Friction, FrictionTerms, LoadGrowth, Rise};
 pub use integral::{Integral, Integrated};
 pub use law::{Gains, Law, Spring, computed_torque};
 pub use limits::LimitFlags;

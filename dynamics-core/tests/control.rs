@@ -6,6 +6,7 @@ mod collision;
 mod every_nth;
 mod faults;
 mod friction;
+mod friction_terms;
 mod integral;
 mod laws;
 mod limits;

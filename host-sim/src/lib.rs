@@ -12,13 +12,15 @@
 //! | [`study`] | computed answers: trade, torque error, extremes, campaign, very many runs, statics, energy, linkages |
 //! | [`cli`] | one file per command: its arguments, help, call and print |
 //!
-//! All rooms use [`failure`], the reasons why a command fails, [`key`], the link's keys, and the tables.
+//! All rooms use [`failure`], the reasons why a command fails, [`output`], the files that commands write, [`key`], the link's keys, and the tables.
 #![forbid(unsafe_code)]
 
 pub mod chip;
 pub mod cli;
 pub mod failure;
 pub mod key;
+mod marker;
+pub mod output;
 pub mod plant;
 pub mod run;
 pub mod session;

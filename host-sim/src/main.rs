@@ -26,7 +26,7 @@ fn main() -> ExitCode {
         Command::Check(args) => cli::check::run(&args),
         Command::Motion(args) => cli::motion::run(&args).map(|()| 0),
         Command::Excite(args) => cli::excite::run(&args).map(|()| 0),
-        Command::Identify(args) => cli::identify::run(&args).map(|()| 0),
+        Command::Identify(args) => cli::identify::run(&args),
         Command::Export(args) => cli::export::run(&args).map(|()| 0),
         Command::Import(args) => cli::import::run(&args).map(|()| 0),
         Command::Kernel(args) => cli::kernel::run(&args).map(|()| 0),

@@ -10,6 +10,8 @@
 //! | `load` | torque that holds the arm |
 //! | `drives` | rotors, friction, steps of torque and position |
 //! | `heat` | continuous torque of the motors, and the pose in which the arm carries itself |
+//! | `units` | angles beyond a turn, lengths, masses and rotors that are a power of ten off |
+//! | `remarks` | what the reader noticed: unknown names, held joints, open questions |
 //! | `scene` | settings of a scene: the first motion, and the age of live inputs |
 
 mod amount;
@@ -18,13 +20,15 @@ mod drives;
 mod heat;
 mod limits;
 mod load;
+mod remarks;
 mod scene;
+mod units;
 
 use crate::describe::diagnostics::FileError;
 pub use crate::describe::draft::Draft;
 use crate::describe::draft::{FileKind, Place};
 use dynamics_core::JointKind;
-pub use scene::scene_findings;
+pub use scene::{gravity_finding, scene_findings};
 
 /// Distance from a limit, rad or m, within which a joint that gravity presses against it counts as lying on its stop: it falls no farther.
 #[must_use]
@@ -93,6 +97,22 @@ pub enum Rule {
     Heat,
     /// A rest pose from which a joint sinks.
     Rest,
+    /// A number that is a power of ten off: another unit.
+    Unit,
+    /// An angle beyond a turn: degrees.
+    Angle,
+    /// A tensor whose axes are exchanged.
+    SwappedAxes,
+    /// An element or attribute that URDF does not have.
+    UnknownName,
+    /// A joint beside the arm that is held where it cannot be.
+    HeldJoint,
+    /// Something that `import` could not know, and that nobody has answered.
+    OpenQuestion,
+    /// Gravity of a size that no place has, or against the robot file's mounting.
+    Gravity,
+    /// A payload out of reach, or heavier than the arm can hold.
+    Payload,
     /// A scene of an arm with drives that does not limit the first motion after homing.
     FirstMotion,
     /// Live inputs of an arm with drives that may be of any age.
@@ -103,7 +123,7 @@ pub enum Rule {
 
 impl Rule {
     /// All rules.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 27] = [
         Self::ImpossibleBody,
         Self::Mass,
         Self::Gyration,
@@ -120,6 +140,14 @@ impl Rule {
         Self::PositionStep,
         Self::Heat,
         Self::Rest,
+        Self::Unit,
+        Self::Angle,
+        Self::SwappedAxes,
+        Self::UnknownName,
+        Self::HeldJoint,
+        Self::OpenQuestion,
+        Self::Gravity,
+        Self::Payload,
         Self::FirstMotion,
         Self::LiveAge,
         Self::BrakeDelay,
@@ -128,7 +156,7 @@ impl Rule {
     /// True for a rule about the scene, not about the robot file.
     #[must_use]
     pub const fn is_of_scene(self) -> bool {
-        matches!(self, Self::FirstMotion | Self::LiveAge | Self::BrakeDelay)
+        matches!(self, Self::FirstMotion | Self::LiveAge | Self::BrakeDelay | Self::Gravity | Self::Payload)
     }
 
     /// The name.
@@ -151,6 +179,14 @@ impl Rule {
             Self::PositionStep => "position-step",
             Self::Heat => "heat",
             Self::Rest => "rest",
+            Self::Unit => "unit",
+            Self::Angle => "angle",
+            Self::SwappedAxes => "swapped-axes",
+            Self::UnknownName => "unknown-name",
+            Self::HeldJoint => "held-joint",
+            Self::OpenQuestion => "open-question",
+            Self::Gravity => "gravity",
+            Self::Payload => "payload",
             Self::FirstMotion => "first-motion",
             Self::LiveAge => "live-age",
             Self::BrakeDelay => "brake-delay",
@@ -208,6 +244,43 @@ pub fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Finding> {
     all.extend(drives::findings(draft, loads));
     all.extend(heat::findings(draft, loads));
     all.extend(loads.map(|loads| load::findings(draft, loads)).unwrap_or_default());
+    all.extend(units::findings(draft, loads));
+    all.extend(remarks::findings(draft));
+    follow_from_a_unit(draft, &mut all);
     all.sort_by_key(|finding| (finding.severity, finding.rule, finding.place.line_column()));
     all
+}
+
+/// Takes out what follows from a wrong unit: advice about it would mislead.
+///
+/// With lengths in mm, every tensor is nearly a point and every torque too small; so it is with a mass centre or a mass in another
+/// unit. The severity of what is left is that of the worst of them.
+fn follow_from_a_unit(draft: &Draft, all: &mut Vec<Finding>) {
+    let unit = |finding: &Finding| {
+        finding.rule == Rule::Unit || (finding.rule == Rule::MassCentre && finding.severity == Severity::Wrong)
+    };
+    if !all.iter().any(unit) {
+        return;
+    }
+    let far: Vec<String> = all
+        .iter()
+        .filter(|finding| finding.rule == Rule::MassCentre && finding.severity == Severity::Wrong)
+        .map(|finding| link_of(finding).to_owned())
+        .collect();
+    let lengths = draft.length() > units::LONGEST;
+    all.retain(|finding| match finding.rule {
+        Rule::Holding | Rule::Heat | Rule::TorqueStep | Rule::PositionStep => finding.severity == Severity::Note,
+        Rule::Gyration if far.iter().any(|link| link == link_of(finding)) => finding.severity == Severity::Note,
+        Rule::Gyration | Rule::InertiaAtJoint | Rule::MassCentre | Rule::SwappedAxes => {
+            !lengths || finding.severity == Severity::Note
+        }
+        Rule::Placeholder => !finding.place.problem().contains("though gravity loads"),
+        _ => true,
+    });
+}
+
+/// The link or joint that a finding's field belongs to.
+fn link_of(finding: &Finding) -> &str {
+    let field = finding.place.field();
+    field.rsplit_once('.').map_or(field, |(link, _)| link)
 }

@@ -10,6 +10,6 @@ mod dynamics;
 mod loop_gain;
 mod terms;
 
-pub use dynamics::{ArmDynamics, Ready};
+pub use dynamics::ArmDynamics;
 pub use loop_gain::LoopGain;
-pub use terms::{Along, FewestTerms, TorqueError};
+pub use terms::{Along, FewestTerms, TorqueError, operations_of};

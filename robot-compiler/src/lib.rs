@@ -42,8 +42,10 @@ mod read;
 
 pub use describe::cut::{Ends, UrdfArm};
 pub use describe::diagnostics::FileError;
+pub use describe::friction::{Breakaway, FrictionPart, JointFriction};
+pub use describe::link_shape::{Geometry, LinkShape};
 pub use describe::linkage::{LinkageFile, Mechanism};
-pub use describe::robot::{JointEncoder, JointFriction, JointHeat, Robot, RobotJoint};
+pub use describe::robot::{JointEncoder, JointHeat, Robot, RobotJoint};
 pub use describe::scene::SceneFile;
 pub use describe::{drive, scene};
 pub use read::actuators;

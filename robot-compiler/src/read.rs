@@ -1,6 +1,7 @@
 //! Readers of files, from text to descriptions.
 
 mod fields;
+mod friction;
 mod linkage;
 mod rest;
 mod robot;

@@ -9,7 +9,7 @@ use dynamics_core::trig::Method;
 use dynamics_core::{Live, Term};
 use nalgebra::Vector3;
 use robot_compiler::scene::{FIRST_MOTION, MotionSpec, ScalarChoice, SensorSpec};
-use robot_compiler::{FileError, JointHeat, SceneFile, with_dof};
+use robot_compiler::{Breakaway, FileError, JointFriction, JointHeat, SceneFile, with_dof};
 use std::path::Path;
 
 use crate::common::standing;
@@ -102,23 +102,23 @@ fn encoder_counts_become_radians_and_metres() {
 
 #[test]
 fn the_plant_can_rub_and_ripple_otherwise_than_the_model_believes() {
-    let table = "[plant]\nfriction = { coulomb = [3.0, 1.0], breakaway = 4.5, stribeck_speed = 0.02, load = 0.1 }\n\
+    let table = "[plant]\nfriction = { coulomb = [3.0, 1.0], breakaway = 4.5, stribeck_speed = 0.02, breakaway_load = 0.1 }\n\
                  [actuators]\nripple = { share = 0.02, cycles = 6 }\n";
     // The planar arm's file has no friction. The controller has none either, and missing coefficients of the plant are
     // zero.
     let planar = scene("../../../robots/planar2r.toml", table).unwrap();
     assert!(!planar.model.friction && planar.plant.friction);
     let law = planar.plant.friction_law.unwrap();
-    assert_eq!((law.viscous, law.coulomb), (vec![0.0; 2], vec![3.0, 1.0]));
-    let breakaway = law.breakaway.unwrap();
-    assert_eq!((breakaway.torque, breakaway.speed, breakaway.load), (vec![4.5; 2], 0.02, 0.1));
+    let breakaway = Some(Breakaway { torque: 4.5, speed: 0.02, load: 0.1 });
+    let joint = |coulomb: f64| JointFriction { coulomb, breakaway, ..JointFriction::default() };
+    assert_eq!(law, [joint(3.0), joint(1.0)]);
     let ripple = planar.actuators.ripple.unwrap();
     assert_eq!((ripple.share, ripple.cycles), (0.02, 6.0));
     // For a robot with friction, missing coefficients come from its file.
     let puma = scene("../../../robots/puma560.toml", "[plant]\nfriction = { viscous = 0.0 }\n").unwrap();
     let law = puma.plant.friction_law.unwrap();
-    let coulomb: Vec<f64> = puma.robot.joints.iter().map(|joint| joint.friction.unwrap().coulomb).collect();
-    assert_eq!((law.viscous, law.coulomb, law.breakaway), (vec![0.0; 6], coulomb, None));
+    let of_file = puma.robot.joints.iter().map(|joint| JointFriction { viscous: 0.0, ..joint.friction.unwrap() });
+    assert_eq!(law, of_file.collect::<Vec<_>>());
 }
 
 #[test]

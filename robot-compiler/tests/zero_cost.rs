@@ -17,7 +17,11 @@ fn everything() -> Vec<SceneFile> {
     assert!(robots.len() >= 6, "found {}", robots.len());
     let with_everything = |mut robot: Robot| {
         for joint in &mut robot.joints {
-            joint.friction.get_or_insert(robot_compiler::JointFriction { viscous: 0.3, coulomb: 0.7 });
+            joint.friction.get_or_insert(robot_compiler::JointFriction {
+                viscous: 0.3,
+                coulomb: 0.7,
+                ..Default::default()
+            });
             if joint.spec.rotor.reflected() == 0.0 {
                 joint.spec.rotor = Rotor { inertia: 1e-4, gear: 30.0 };
             }

@@ -193,7 +193,7 @@ pub(crate) fn sizes(elf: &Path, scene: &Path, board: Board) -> Result<()> {
 }
 
 /// The shipped scenes for the firmware: those at the top of the folder, by name.
-fn shipped() -> Result<Vec<PathBuf>> {
+pub(crate) fn shipped() -> Result<Vec<PathBuf>> {
     let folder = root().join("scenes");
     let mut scenes = Vec::new();
     for entry in std::fs::read_dir(&folder).with_context(|| folder.display().to_string())? {

@@ -8,6 +8,7 @@ mod emitted;
 mod firmware;
 mod flash;
 mod gate;
+mod measured;
 mod peers;
 mod process;
 mod qemu;
@@ -75,6 +76,11 @@ enum Task {
         /// Write the program with the stretches to the board first, with probe-rs; only with the drives' power off
         #[arg(long, requires = "port")]
         flash: bool,
+    },
+    /// Show which pages of docs/measured are of the present state, and measure again; code 1 if one is not and none is measured
+    Measured {
+        #[command(flatten)]
+        options: measured::Options,
     },
     /// The report page: its scripts from their sources, its picture in the README
     Report {
@@ -190,6 +196,7 @@ fn run(task: Task) -> anyhow::Result<()> {
         Task::Budget { options } => budget::run(&options),
         Task::Cycles { micro, port, flash, .. } if micro || port.is_some() => bench::micro::run(port.as_deref(), flash),
         Task::Cycles { write, .. } => bench::cycles::run(write),
+        Task::Measured { options } => measured::run(&options),
         Task::Report { options } => report::run_task(&options),
         Task::Scale { options } => scale::run_all(&options),
         Task::Gate { scene } => gate::check(&scene),

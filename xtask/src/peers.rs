@@ -20,6 +20,7 @@ mod desk;
 mod install;
 mod report;
 
+use crate::measured;
 use crate::process::{root, target_directory};
 use anyhow::Result;
 use report::PLACE;
@@ -28,6 +29,9 @@ use std::path::{Path, PathBuf};
 
 /// The arms, by the names of their files.
 const ARMS: [&str; 2] = ["ur5", "puma560"];
+
+/// The page with the tables.
+const DOCUMENT: &str = "docs/measured/peers.md";
 
 /// Joints of every arm that is measured.
 const JOINTS: usize = 6;
@@ -52,7 +56,7 @@ struct Measured {
 /// Installs, builds, checks, measures, and reports: on the terminal, as JSON to a file or to `-`, and in the documentation.
 pub(crate) fn run(json: Option<&Path>) -> Result<()> {
     // Checked now rather than after an hour: the page must have a place for its tables.
-    let mut page = Page::read(root().join("docs/measured/peers.md"), &[PLACE])?;
+    let mut page = Page::read(root().join(DOCUMENT), &[PLACE])?;
     let python = install::all()?;
     let ours = contestants::Ours::build()?;
     contestants::generate(&python)?;
@@ -65,7 +69,7 @@ pub(crate) fn run(json: Option<&Path>) -> Result<()> {
         measured.push(Measured { arm, desk, chip });
     }
     let report = report::Report::new(&measured)?;
-    page.put(PLACE, &report.markdown())?;
+    measured::fill(&mut page, DOCUMENT, &[(PLACE, report.markdown())])?;
     page.write()?;
     if json != Some(Path::new("-")) {
         report.print();

@@ -90,7 +90,7 @@ pub(crate) fn check() -> Result<()> {
 fn picture() -> Result<()> {
     crate::setup::chromium()?;
     let folder = target_directory().join("report");
-    run(cargo_run("host-sim").args(["run", SCENE, "--quiet", "--out"]).arg(&folder)).or_else(|error| {
+    run(cargo_run("host-sim").args(["run", SCENE, "--quiet", "--force", "--out"]).arg(&folder)).or_else(|error| {
         // A collision is a fault: the run's exit code says so, and its report is there.
         if folder.join("report.html").is_file() { Ok(()) } else { Err(error) }
     })?;

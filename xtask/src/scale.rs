@@ -38,6 +38,9 @@ pub(crate) struct Options {
 /// Where the tables go.
 const PLACE: &str = "scale";
 
+/// The page with the figures.
+const DOCUMENT: &str = "docs/measured/scale.md";
+
 /// Shards of the merge whose memory is measured, and runs of each.
 const MANY: (u64, u64) = (1_000, 100);
 
@@ -46,7 +49,7 @@ const PICKS: u64 = 1_000;
 
 /// Installs the engines, runs, compares, and reports.
 pub(crate) fn run_all(options: &Options) -> Result<()> {
-    let mut page = Page::read(root().join("docs/measured/scale.md"), &[PLACE])?;
+    let mut page = Page::read(root().join(DOCUMENT), &[PLACE])?;
     let python = engines::install()?;
     slurm::install()?;
     run(&mut cargo(["build", "--release", "--locked", "--package", "host-sim"]))?;
@@ -86,7 +89,7 @@ pub(crate) fn run_all(options: &Options) -> Result<()> {
     };
     print!("{}", figures.markdown());
     if options.write {
-        page.put(PLACE, &figures.markdown())?;
+        crate::measured::fill(&mut page, DOCUMENT, &[(PLACE, figures.markdown())])?;
         page.write()?;
     }
     Ok(())

@@ -150,6 +150,27 @@ fn what_commands_write_stands_in_its_folder_alone() {
     }
 }
 
+#[test]
+fn every_page_has_the_protocol_s_version() {
+    let source = text("link/src/lib.rs");
+    let version =
+        source.split("pub const PROTOCOL_VERSION: u8 = ").nth(1).and_then(|rest| rest.split(';').next()).unwrap();
+    let mut found = 0;
+    for page in prose() {
+        let lower = text(&page).to_lowercase();
+        for number in
+            lower.split("protocol version ").skip(1).filter_map(|rest| rest.split(|c: char| !c.is_ascii_digit()).next())
+        {
+            assert!(
+                number.is_empty() || number == version,
+                "{page}: protocol version {number}, link/src/lib.rs has {version}"
+            );
+            found += usize::from(!number.is_empty());
+        }
+    }
+    assert!(found >= 2, "{found}");
+}
+
 /// Rows of the table between the markers of `budget`, by the title of the column.
 fn budget_rows(page: &str) -> Vec<BTreeMap<String, String>> {
     let text = text(page);

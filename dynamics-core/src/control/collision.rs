@@ -24,8 +24,8 @@
 //! all of these; `docs/collision.md` says how to find them. (De Luca et al., IROS 2006; Haddadin et al., T-RO 2017,
 //! section IV.)
 
-use super::Friction;
 use super::momentum_observer::{MomentumFilter, MomentumObserver};
+use super::{Friction, FrictionTerms};
 use crate::fields::{record, words};
 use crate::momentum::GeneralizedMomentum;
 use crate::scalar::Real;
@@ -115,6 +115,8 @@ pub struct Seen<'a, S, const N: usize> {
     pub live: &'a Live<S, N>,
     /// Friction as the controller feeds it forward.
     pub friction: Option<&'a [Friction<S>; N]>,
+    /// Its further terms.
+    pub friction_terms: Option<&'a [FrictionTerms<S>; N]>,
 }
 
 /// A watch over a controller. [`Unprotected`] costs nothing.
@@ -299,11 +301,15 @@ impl<S: Real, const N: usize, M: GeneralizedMomentum<S, N>, K: CollisionConfigur
         seen: &Seen<'_, S, N>,
         turn: impl FnOnce() -> [SinCos<S>; N],
     ) -> (Verdict<S, N>, Option<[SinCos<S>; N]>) {
-        let Seen { q, qd, live, friction } = *seen;
+        let Seen { q, qd, live, friction, friction_terms } = *seen;
         let turn = turn();
         let momentum = self.momentum.momentum(&turn, q, qd, live);
         let lost = match friction {
-            Some(friction) => core::array::from_fn(|i| friction[i].torque(qd[i])),
+            Some(friction) => core::array::from_fn(|i| match friction_terms {
+                None => friction[i].torque(qd[i]),
+                // Without the growth with the load, which a threshold has to cover: the torque of this tick is not known yet.
+                Some(terms) => friction[i].torque_with(&FrictionTerms { load: None, ..terms[i] }, qd[i], S::zero()),
+            }),
             None => [S::zero(); N],
         };
         self.observer.observe(&self.config.get().filter, &momentum, &lost);

@@ -284,7 +284,8 @@ where
             protection.forget();
         } else if P::WATCHES {
             // A constant at build time: a controller without protection has not one instruction of this.
-            let seen = Seen { q, qd, live, friction: config.friction.as_ref() };
+            let (friction, friction_terms) = (config.friction.as_ref(), dynamics.friction_terms());
+            let seen = Seen { q, qd, live, friction, friction_terms };
             let verdict;
             (verdict, turn) = protection.look(&seen, || trig.sin_cos_all(q));
             match verdict {
@@ -311,9 +312,13 @@ where
         let law = if config.law == Law::Teach && !led { Law::PdGravity } else { config.law };
         *torque = torques((law, complies), config, dynamics, trig, &state);
         let gives = complies || led;
+        let friction_terms = dynamics.friction_terms();
         for i in 0..N {
             if let (Some(friction), false) = (&config.friction, gives) {
-                torque[i] += friction[i].torque(reference.qd[i]);
+                torque[i] += match friction_terms {
+                    None => friction[i].torque(reference.qd[i]),
+                    Some(terms) => friction[i].torque_with(&terms[i], reference.qd[i], torque[i]),
+                };
             }
             if let Some(integral) = &config.integral {
                 // An arm that gives way must not be pushed on by what it was held with.

@@ -17,7 +17,7 @@
 //! For a law that asks for gravity alone ([`super::Law::PdGravity`], [`super::Law::DiagonalInertia`]) `qdd` is zero,
 //! and the torque of gravity is kept.
 
-use super::Gains;
+use super::{FrictionTerms, Gains};
 use crate::newton_euler::InverseDynamics;
 use crate::scalar::Real;
 use crate::scene::Live;
@@ -162,6 +162,11 @@ impl<S: Real, const N: usize, D: InverseDynamics<S, N>> InverseDynamics<S, N> fo
         let next = self.kept.since + 1;
         self.kept.since = if next == self.every { 0 } else { next };
         torque
+    }
+
+    #[inline]
+    fn friction_terms(&self) -> Option<&[FrictionTerms<S>; N]> {
+        self.inner.friction_terms()
     }
 
     #[inline]

@@ -19,6 +19,7 @@
 //! A quantity that is zero by construction (no velocity terms, no gravity on the first link, no turning after prismatic
 //! joints) is `None` and costs no arithmetic: the model and the scene decide this, never the data.
 
+use crate::control::FrictionTerms;
 use crate::geometry::{apply, apply_transposed};
 use crate::inertia::{Inertia, Wrench};
 use crate::joint::JointKind;
@@ -75,6 +76,14 @@ pub trait InverseDynamics<S, const N: usize> {
     /// Clear the memory of [`InverseDynamics::tick`]: the next tick is the first.
     #[inline]
     fn forget(&mut self) {}
+
+    /// Terms of each joint's friction in addition to viscous and Coulomb friction; `None` for none.
+    ///
+    /// A firmware's are constants of its program: a controller whose arm has none has no instruction of them.
+    #[inline]
+    fn friction_terms(&self) -> Option<&[FrictionTerms<S>; N]> {
+        None
+    }
 }
 
 impl<S: Scalar, const N: usize> InverseDynamics<S, N> for Dynamics<S, N> {

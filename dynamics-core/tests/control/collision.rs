@@ -215,7 +215,7 @@ fn what_complies_is_pushed_by_no_integral_action() {
 fn a_residual_that_is_no_number_is_a_collision() {
     let mut watch = CollisionWatch::new(CollisionConfig { ticks: 1, ..settings(Reaction::Stop) }, Rails);
     let look = |watch: &mut CollisionWatch<f64, 2, Rails>, qd: [f64; 2]| {
-        let seen = Seen { q: &[0.0; 2], qd: &qd, live: &Live::zero(), friction: None };
+        let seen = Seen { q: &[0.0; 2], qd: &qd, live: &Live::zero(), friction: None, friction_terms: None };
         watch.look(&seen, || Desk.sin_cos_all(&[0.0; 2])).0
     };
     assert_eq!(look(&mut watch, [0.0; 2]), Verdict::Free);

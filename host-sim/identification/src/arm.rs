@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 ///
 /// Parameters of an arm of `n` joints: ten of each link in the order of [`PARAMETER_NAMES`], base first, then the reflected inertia of
 /// each rotor: `11 n`.
-pub trait Arm {
+pub trait Arm: Send + Sync {
     /// Number of joints.
     fn joints(&self) -> usize;
 
@@ -20,6 +20,12 @@ pub trait Arm {
     /// | `q`, `qd`, `qdd` | position, velocity, acceleration | rad, m, s | n |
     /// | `out` | torque per parameter | N m (N) per kg, kg m, kg m^2 | n x 10 n |
     fn columns(&self, q: &[f64], qd: &[f64], qdd: &[f64], out: &mut [f64]);
+
+    /// Gravitational acceleration in the base frame, m/s^2.
+    fn gravity(&self) -> Vector3<f64>;
+
+    /// The same arm under another gravity, m/s^2 in the base frame.
+    fn under(&self, gravity: Vector3<f64>) -> Box<dyn Arm>;
 }
 
 /// Number of parameters of an arm with so many joints.
@@ -51,6 +57,7 @@ pub const fn parameter_unit(index: usize, joints: usize) -> &'static str {
 #[derive(Clone, Debug)]
 pub struct Chain<const N: usize> {
     dynamics: Dynamics<f64, N>,
+    gravity: Vector3<f64>,
 }
 
 impl<const N: usize> Chain<N> {
@@ -58,7 +65,7 @@ impl<const N: usize> Chain<N> {
     #[must_use]
     pub fn new(model: Model<f64, N>, gravity: Vector3<f64>) -> Self {
         let scene = Scene { rotor: Term::Absent, ..Scene::with_gravity(gravity, &model) };
-        Self { dynamics: Dynamics::new(model, scene) }
+        Self { dynamics: Dynamics::new(model, scene), gravity }
     }
 
     /// The parameters of the model itself.
@@ -81,5 +88,13 @@ impl<const N: usize> Arm for Chain<N> {
         for (place, value) in out.iter_mut().zip(found.iter().flatten().flatten()) {
             *place = *value;
         }
+    }
+
+    fn gravity(&self) -> Vector3<f64> {
+        self.gravity
+    }
+
+    fn under(&self, gravity: Vector3<f64>) -> Box<dyn Arm> {
+        Box::new(Self::new(*self.dynamics.model(), gravity))
     }
 }

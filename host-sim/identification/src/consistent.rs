@@ -19,6 +19,8 @@ const STEPS: usize = 100;
 const FLOOR: f64 = 1e-4;
 /// Radius of gyration of a body whose maker tells its inertia and no mass, m.
 const RADIUS: f64 = 0.2;
+/// Mass of a body of which the maker tells nothing, kg, and how far it is trusted: within a factor of 20 either way.
+const GUESS: (f64, f64) = (0.5, 1.5);
 /// Logarithmic deviation of a rotor's inertia where the maker says one, and where nobody does.
 const ROTOR: (f64, f64) = (0.5, 2.0);
 
@@ -35,6 +37,25 @@ pub struct Maker {
     pub deviation: f64,
 }
 
+impl Maker {
+    /// How far a link's numbers are trusted: relative standard deviation of the roots of mass and second moments.
+    #[must_use]
+    pub fn deviation_of(&self, link: usize) -> f64 {
+        if is_missing(&self.links[link]) { GUESS.1 } else { self.deviation }
+    }
+
+    /// True if some link has neither mass nor inertia: a description of geometry alone.
+    #[must_use]
+    pub fn is_incomplete(&self) -> bool {
+        self.links.iter().any(is_missing)
+    }
+}
+
+/// True if the maker tells nothing of a body.
+fn is_missing(parameters: &[f64; PARAMETERS]) -> bool {
+    parameters.iter().all(|x| x.abs() < 1e-12)
+}
+
 /// Bodies and rotors, with their deviations.
 #[derive(Clone, Debug)]
 pub struct Consistent {
@@ -46,6 +67,10 @@ pub struct Consistent {
     pub unseen: Vec<f64>,
     /// `R` times the parameters with what is fixed: what torques depend on.
     pub beta: DVector<f64>,
+    /// Covariance of these by data and maker.
+    pub beta_covariance: DMatrix<f64>,
+    /// The same by the maker alone.
+    pub beta_before: DMatrix<f64>,
 }
 
 /// The ten parameters of a pseudo-inertia.
@@ -68,6 +93,10 @@ fn factor(parameters: &[f64; PARAMETERS], mass: f64) -> Matrix4<f64> {
     // In metres and kilograms a link's eigenvalues are far apart for good reason: a tenth of a metre is the unit of length here.
     let unit = Matrix4::from_diagonal(&nalgebra::Vector4::new(10.0, 10.0, 10.0, 1.0));
     let mut given = pseudo(parameters);
+    if is_missing(parameters) {
+        let size = RADIUS * RADIUS / 3.0;
+        given = Matrix4::from_diagonal(&nalgebra::Vector4::new(size, size, size, 1.0)) * GUESS.0;
+    }
     if given[(3, 3)] <= 0.0 {
         // An inertia without a mass: as much as would turn it at the radius of an arm's link.
         given[(3, 3)] = (given.trace() / (RADIUS * RADIUS)).max(0.0);
@@ -154,7 +183,10 @@ pub fn nearest(base: &Base, maker: &Maker, wanted: &DVector<f64>, covariance: &D
     let heaviest = maker.links.iter().fold(1e-3_f64, |m, link| m.max(link[0]));
     let largest = maker.links.iter().map(|link| link[9].abs()).fold(1e-6, f64::max);
     let rotors: Vec<f64> = maker.rotors.iter().map(|r| if *r > 0.0 { *r } else { 0.1 * largest }).collect();
-    let mut trust = DVector::from_element(base.regroup.ncols(), maker.deviation.powi(-2));
+    let mut trust = DVector::zeros(base.regroup.ncols());
+    for link in 0..n {
+        trust.rows_mut(PARAMETERS * link, PARAMETERS).fill(maker.deviation_of(link).powi(-2));
+    }
     for (joint, rotor) in maker.rotors.iter().enumerate() {
         trust[PARAMETERS * n + joint] = if *rotor > 0.0 { ROTOR.0 } else { ROTOR.1 }.powi(-2);
     }
@@ -173,7 +205,44 @@ pub fn nearest(base: &Base, maker: &Maker, wanted: &DVector<f64>, covariance: &D
     let deviations: Vec<f64> = spread.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
     let unseen = deviations.iter().zip(before.diagonal().iter()).map(|(d, b)| d / b.sqrt().max(1e-300)).collect();
     let beta = &base.regroup * (&value + &search.fixed);
-    Consistent { parameters: value.as_slice().to_vec(), deviations, unseen, beta }
+    let of_beta = |covariance: &DMatrix<f64>| &base.regroup * covariance * base.regroup.transpose();
+    let (beta_covariance, beta_before) = (of_beta(&spread), of_beta(&before));
+    Consistent { parameters: value.as_slice().to_vec(), deviations, unseen, beta, beta_covariance, beta_before }
+}
+
+/// Standard deviation of the roots of a maker's masses and second moments where the log itself is in doubt.
+const WIDE: f64 = 0.25;
+/// Standard deviation of a rotor's inertia: of a known one as a share of it, of an unknown one in inertias of the largest link.
+const WIDE_ROTOR: (f64, f64) = (1.0, 10.0);
+
+/// Mean and covariance of the base parameters by the maker's numbers, linear about his bodies and wide: what a log is judged by before
+/// its columns are believed.
+#[must_use]
+pub fn prior(base: &Base, maker: &Maker) -> (DVector<f64>, DMatrix<f64>) {
+    let n = base.joints;
+    let total = base.regroup.ncols();
+    let heaviest = maker.links.iter().fold(1e-3_f64, |m, link| m.max(link[0]));
+    let largest = maker.links.iter().map(|link| link[9].abs()).fold(1e-6, f64::max);
+    let (mut mean, mut covariance) = (DVector::zeros(total), DMatrix::zeros(total, total));
+    for (link, (own, fixed)) in maker.links.iter().zip(&maker.fixed).enumerate() {
+        let at = PARAMETERS * link;
+        let wide = WIDE.max(maker.deviation_of(link));
+        let (value, slopes) = body(&factor(own, heaviest), &[0.0; PARAMETERS]);
+        for i in 0..PARAMETERS {
+            mean[at + i] = value[i] + fixed[i];
+            for j in 0..PARAMETERS {
+                let product: f64 = slopes.iter().map(|slope| slope[i] * slope[j]).sum();
+                covariance[(at + i, at + j)] = wide * wide * product;
+            }
+        }
+    }
+    for (joint, rotor) in maker.rotors.iter().enumerate() {
+        let at = PARAMETERS * n + joint;
+        mean[at] = if *rotor > 0.0 { *rotor } else { 0.1 * largest };
+        let deviation = if *rotor > 0.0 { WIDE_ROTOR.0 * rotor } else { WIDE_ROTOR.1 * largest };
+        covariance[(at, at)] = deviation * deviation;
+    }
+    (&base.regroup * mean, &base.regroup * covariance * base.regroup.transpose())
 }
 
 impl Search<'_> {

@@ -71,8 +71,37 @@ pub struct Subject<'a> {
     pub base: &'a Base,
     /// Expected base parameters.
     pub beta: &'a [f64],
-    /// Whether a posture is allowed: a workspace.
-    pub allowed: &'a dyn Fn(&[f64]) -> bool,
+    /// Where it may be.
+    pub workspace: &'a dyn Workspace,
+}
+
+/// Postures and motions that are free of collisions.
+pub trait Workspace {
+    /// True if a posture is free.
+    fn posture(&self, q: &[f64]) -> bool;
+    /// True if the straight line in joint space between two postures is free.
+    fn line(&self, from: &[f64], to: &[f64]) -> bool;
+    /// True if the whole motion of a series is free: amplitudes of each harmonic in each joint. Asked only of a series that would be the
+    /// best yet, so it may take its time.
+    fn series(&self, sine: &[Vec<f64>], cosine: &[Vec<f64>]) -> bool;
+}
+
+/// A workspace without obstacles.
+#[derive(Clone, Copy, Debug)]
+pub struct Unlimited;
+
+impl Workspace for Unlimited {
+    fn posture(&self, _: &[f64]) -> bool {
+        true
+    }
+
+    fn line(&self, _: &[f64], _: &[f64]) -> bool {
+        true
+    }
+
+    fn series(&self, _: &[Vec<f64>], _: &[Vec<f64>]) -> bool {
+        true
+    }
 }
 
 /// `[q, qd, qdd]` of every sample of a period.
@@ -121,7 +150,8 @@ pub fn excite(subject: &Subject<'_>, room: &Room, search: &Search, tick: &dyn Fn
         };
         if fit_in(subject, room, search, &mut next) {
             let found = information(subject, room, &motion(room, search, &next)).0;
-            if best.as_ref().is_none_or(|(most, _)| found > *most) {
+            let better = best.as_ref().is_none_or(|(most, _)| found > *most);
+            if better && subject.workspace.series(&next.sine, &next.cosine) {
                 best = Some((found, next));
             }
         }
@@ -199,7 +229,7 @@ fn fit_in(subject: &Subject<'_>, room: &Room, search: &Search, coefficients: &mu
 }
 
 fn holds(subject: &Subject<'_>, room: &Room, state: &[Vec<f64>; 3]) -> bool {
-    (subject.allowed)(&state[0])
+    subject.workspace.posture(&state[0])
         && rows(subject, state).iter().enumerate().all(|(joint, row)| {
             let tau: f64 = row.iter().zip(subject.beta).map(|(y, beta)| y * beta).sum();
             tau.abs() <= room.torque[joint]
@@ -252,7 +282,8 @@ fn information(subject: &Subject<'_>, room: &Room, motion: &Motion) -> (f64, DMa
     (determinant, matrix)
 }
 
-/// Postures that gravity's columns differ most in: each next the one that adds most to the information, of random ones.
+/// Postures that gravity's columns differ most in: each next the one that adds most to the information, of random ones that the arm can
+/// go to on a straight line in joint space. From the last it can go back to the first.
 #[must_use]
 pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tick: &dyn Fn()) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -264,7 +295,7 @@ pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tic
     let mut chosen = vec![room.centre.clone()];
     while chosen.len() < count {
         let covariance = inverse(&matrix);
-        let mut best: Option<(f64, Vec<f64>)> = None;
+        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         for _ in 0..200 {
             let q: Vec<f64> = room.position.iter().map(|(lo, hi)| lo + share() * (hi - lo)).collect();
             let state = [q, still.clone(), still.clone()];
@@ -279,17 +310,20 @@ pub fn postures(subject: &Subject<'_>, room: &Room, count: usize, seed: u64, tic
                     (1.0 + y.dot(&(&covariance * &y)) / (noise * noise)).ln()
                 })
                 .sum();
-            if best.as_ref().is_none_or(|(most, _)| gain > *most) {
-                best = Some((gain, state[0].clone()));
-            }
+            found.push((gain, state[0].clone()));
         }
         tick();
-        let Some((_, q)) = best else { break };
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let here = chosen.last().unwrap_or(&room.centre);
+        let Some((_, q)) = found.into_iter().find(|(_, q)| subject.workspace.line(here, q)) else { break };
         for (row, noise) in rows(subject, &[q.clone(), still.clone(), still.clone()]).iter().zip(&room.noise) {
             let y = DVector::from_column_slice(row);
             matrix += &y * y.transpose() / (noise * noise);
         }
         chosen.push(q);
+    }
+    while chosen.len() > 1 && !chosen.last().is_some_and(|q| subject.workspace.line(q, &room.centre)) {
+        chosen.pop();
     }
     chosen
 }

@@ -11,8 +11,6 @@ use crate::friction::Law;
 use crate::prepare::Prepared;
 use nalgebra::{DMatrix, DVector};
 
-/// Rows a second, in cut-offs of the torque filter: what is left of a torque behind it has no more to say.
-const ROWS_PER_CUTOFF: f64 = 4.0;
 /// Rounds of robust weights; loads of friction follow along.
 const ROUNDS: usize = 5;
 /// Huber's constant: residuals beyond so many deviations weigh less.
@@ -44,6 +42,8 @@ pub struct Rows {
     pub target: DVector<f64>,
     /// Log and block of each row.
     pub from: Vec<(usize, usize)>,
+    /// Rows a second.
+    pub rate: f64,
 }
 
 /// Coefficients, and what is left.
@@ -100,7 +100,7 @@ impl Problem<'_> {
         let mut picked = Vec::new();
         let each = (BLOCKS / self.logs.len().max(1)).max(2);
         for (index, log) in self.logs.iter().enumerate() {
-            let step = ((log.rate / (ROWS_PER_CUTOFF * log.cutoff)).floor() as usize).max(1);
+            let step = log.row_step();
             picked.extend((0..log.len()).step_by(step).map(|k| (index, k, index * each + k * each / log.len())));
         }
         let columns = DMatrix::from_fn(picked.len(), places.len(), |row, column| {
@@ -112,7 +112,8 @@ impl Problem<'_> {
         });
         let target =
             DVector::from_iterator(picked.len(), picked.iter().map(|(log, k, _)| self.logs[*log].tau[joint][*k]));
-        Rows { places, columns, target, from: picked.into_iter().map(|(log, _, block)| (log, block)).collect() }
+        let rate = self.logs.first().map_or(1.0, |log| log.rate / log.row_step() as f64);
+        Rows { places, columns, target, from: picked.into_iter().map(|(log, _, block)| (log, block)).collect(), rate }
     }
 
     /// Normal equations of all rows. An offset of the torque is expected to be small: on a vertical slide it looks like weight, and is
@@ -135,7 +136,7 @@ impl Problem<'_> {
         let mut sigma: Vec<f64> = rows.iter().map(|rows| deviation(rows.target.as_slice())).collect();
         let mut weights: Vec<Vec<f64>> = rows.iter().map(|rows| vec![1.0; rows.target.len()]).collect();
         let mut x = DVector::zeros(self.unknowns());
-        let uses_loads = self.laws.iter().any(|law| law.terms.contains(&crate::friction::Term::Load));
+        let uses_loads = self.laws.iter().any(|law| law.terms.iter().any(|term| term.uses_load()));
         for round in 0..ROUNDS {
             let normal = self.normal(&rows, &sigma, &weights);
             x = solve(&normal.matrix, &normal.right);
@@ -194,6 +195,34 @@ impl Fit {
             }
         }
         squares.iter().map(|(sum, count)| (sum / (*count).max(1) as f64).sqrt()).collect()
+    }
+
+    /// Autocorrelation of each joint's residual over a quarter of a second, from 0 to 1: noise has none left, what the model lacks has.
+    #[must_use]
+    pub fn persistence(&self) -> Vec<f64> {
+        let of = |rows: &Rows| {
+            let left = rows.residual(&self.x);
+            let lag = ((0.25 * rows.rate).round() as usize).max(1);
+            let pairs = (0..left.len().saturating_sub(lag)).filter(|k| rows.from[*k].0 == rows.from[k + lag].0);
+            let product: f64 = pairs.map(|k| left[k] * left[k + lag]).sum();
+            (product / left.norm_squared().max(1e-300)).max(0.0)
+        };
+        self.rows.iter().map(of).collect()
+    }
+
+    /// Change of the unknowns for a change of one joint's torque, a number for each row.
+    #[must_use]
+    pub fn change(&self, joint: usize, torque: &DVector<f64>) -> DVector<f64> {
+        let rows = &self.rows[joint];
+        let weighed = DVector::from_iterator(
+            torque.len(),
+            torque.iter().zip(&self.weights[joint]).map(|(t, w)| t * w / (self.sigma[joint] * self.sigma[joint])),
+        );
+        let mut right = DVector::zeros(self.x.len());
+        for (column, &place) in rows.columns.column_iter().zip(&rows.places) {
+            right[place] += column.dot(&weighed);
+        }
+        solve(&self.normal.matrix, &right)
     }
 
     /// Covariance of the unknowns. Residuals behind a filter, and all that a model does not know, come in runs: their measured

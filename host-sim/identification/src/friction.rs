@@ -1,6 +1,7 @@
 //! Laws of friction, linear in their coefficients.
 //!
-//! `tau_f = o + b qd + s (c + d |load| + e sqrt|qd| + g exp(-|qd| / v_s)) + a |qd|`, where `s` stands for the direction.
+//! `tau_f = o + b qd + s (c + d |load| + e sqrt|qd| + (g + h |load|) exp(-(qd / v_s)^2)) + a s^2`, where `s` stands for the direction.
+//! All terms but the root are those of a robot file ([`JointLaw`]); literature: [`dynamics_core::control::FrictionTerms`].
 //!
 //! The sign of a velocity that is noise says nothing. So the direction follows the position: a joint that turns back by less than twice
 //! `w` has not turned its friction over yet. `s` is the play of an element that sticks until it is stretched by `w`,
@@ -29,10 +30,14 @@ pub enum Term {
     Load,
     /// `s sqrt|qd|`, N m sqrt(s/rad).
     Root,
-    /// `s exp(-|qd| / v_s)`, N m, with `v_s` in rad/s: Stribeck's rise towards rest.
+    /// `s exp(-(qd / v_s)^2)`, N m, with `v_s` in rad/s: Stribeck's rise towards rest.
     Stribeck(f64),
-    /// `|qd|`, N m s/rad: more friction one way than the other.
+    /// `s |load| exp(-(qd / v_s)^2)`, without unit: a rise that grows with the load.
+    StribeckLoad(f64),
+    /// `s^2`, N m: another Coulomb torque one way than the other.
     Asymmetric,
+    /// 0: in the place of a term, to see what is lost without it.
+    Nothing,
 }
 
 impl Term {
@@ -45,8 +50,10 @@ impl Term {
             Self::Coulomb => "coulomb".to_owned(),
             Self::Load => "load".to_owned(),
             Self::Root => "root".to_owned(),
-            Self::Stribeck(speed) => format!("stribeck {speed}"),
+            Self::Stribeck(speed) => format!("stribeck {speed:.3}"),
+            Self::StribeckLoad(speed) => format!("stribeck load {speed:.3}"),
             Self::Asymmetric => "asymmetric".to_owned(),
+            Self::Nothing => "nothing".to_owned(),
         }
     }
 
@@ -59,10 +66,41 @@ impl Term {
             Self::Coulomb => s,
             Self::Load => s * load.abs(),
             Self::Root => s * qd.abs().sqrt(),
-            Self::Stribeck(speed) => s * (-qd.abs() / speed).exp(),
-            Self::Asymmetric => qd.abs(),
+            Self::Stribeck(speed) => s * bell(qd / speed),
+            Self::StribeckLoad(speed) => s * load.abs() * bell(qd / speed),
+            Self::Asymmetric => s * s,
+            Self::Nothing => 0.0,
         }
     }
+
+    /// Whether the function depends on the load.
+    #[must_use]
+    pub const fn uses_load(self) -> bool {
+        matches!(self, Self::Load | Self::StribeckLoad(_))
+    }
+}
+
+fn bell(x: f64) -> f64 {
+    (-x * x).exp()
+}
+
+/// Friction of one joint by the terms that a robot file knows. A term that is zero is absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointLaw {
+    /// N m s/rad or N s/m.
+    pub viscous: f64,
+    /// N m or N.
+    pub coulomb: f64,
+    /// Growth of the Coulomb torque per unit of load.
+    pub coulomb_load: f64,
+    /// Rise from Coulomb's torque to breakaway, N m or N, and its growth per unit of load.
+    pub rise: (f64, f64),
+    /// Stribeck velocity, rad/s or m/s; 0 without a rise.
+    pub stribeck_speed: f64,
+    /// Half the difference of both directions' Coulomb torques, N m or N.
+    pub asymmetry: f64,
+    /// N m or N.
+    pub offset: f64,
 }
 
 /// The law of one joint.
@@ -80,6 +118,47 @@ impl Law {
     pub fn with(direction: Direction, more: &[Term]) -> Self {
         let terms = [Term::Offset, Term::Viscous, Term::Coulomb].into_iter().chain(more.iter().copied()).collect();
         Self { direction, terms }
+    }
+
+    /// The same without an offset, at the cost of the same number of terms.
+    #[must_use]
+    pub fn without_offset(&self) -> Self {
+        let of = |term: &Term| if *term == Term::Offset { Term::Nothing } else { *term };
+        Self { direction: self.direction, terms: self.terms.iter().map(of).collect() }
+    }
+
+    /// Coefficient of the first term that `of` accepts, from all coefficients; 0 without one.
+    fn coefficient(&self, coefficients: &[f64], of: impl Fn(Term) -> bool) -> f64 {
+        self.terms.iter().zip(coefficients).find(|(term, _)| of(**term)).map_or(0.0, |(_, c)| *c)
+    }
+
+    /// Stribeck velocity, if the law has a rise.
+    #[must_use]
+    pub fn stribeck_speed(&self) -> Option<f64> {
+        self.terms.iter().find_map(|term| if let Term::Stribeck(speed) = term { Some(*speed) } else { None })
+    }
+
+    /// The same law with these coefficients by the terms of a robot file; `None` where it has a term or a number that no robot file
+    /// has: a root, a rise below zero, a Coulomb torque that the asymmetry makes negative, a growth outside `0..=0.5`.
+    #[must_use]
+    pub fn by_joint(&self, coefficients: &[f64]) -> Option<JointLaw> {
+        let of = |wanted: fn(Term) -> bool| self.coefficient(coefficients, wanted);
+        let law = JointLaw {
+            viscous: of(|term| term == Term::Viscous).max(0.0),
+            coulomb: of(|term| term == Term::Coulomb),
+            coulomb_load: of(|term| term == Term::Load),
+            rise: (of(|term| matches!(term, Term::Stribeck(_))), of(|term| matches!(term, Term::StribeckLoad(_)))),
+            stribeck_speed: self.stribeck_speed().unwrap_or(0.0),
+            asymmetry: of(|term| term == Term::Asymmetric),
+            offset: of(|term| term == Term::Offset),
+        };
+        let share = 0.0..=0.5;
+        let fits = !self.terms.contains(&Term::Root)
+            && law.coulomb >= law.asymmetry.abs()
+            && law.rise.0 >= 0.0
+            && share.contains(&law.coulomb_load)
+            && share.contains(&(law.coulomb_load + law.rise.1));
+        fits.then_some(law)
     }
 
     /// The functions of every term along a motion, before any filter.

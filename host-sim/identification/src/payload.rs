@@ -14,7 +14,9 @@ pub use scale::torque_scale;
 use crate::Series;
 use crate::arm::Arm;
 use crate::base::Base;
+use crate::clock::repaired;
 use crate::consistent::{Maker, central, nearest};
+use crate::correction::shifted;
 use crate::fit::{Normal, Problem, Rows, deviation, inverse, solve};
 use crate::friction::{Direction, Law};
 use crate::identify::Identified;
@@ -43,6 +45,8 @@ pub struct Known {
     pub friction: Vec<Vec<f64>>,
     /// The filters.
     pub filters: Filters,
+    /// Delay of each joint's torque that is compensated, s; empty for none.
+    pub delay: Vec<f64>,
 }
 
 /// What is held.
@@ -79,6 +83,7 @@ impl Known {
             laws: found.laws.clone(),
             friction: found.friction.clone(),
             filters: found.filters,
+            delay: found.delay.clone(),
         }
     }
 
@@ -90,7 +95,7 @@ impl Known {
         let covariance = DMatrix::from_diagonal(&beta.map(|b| (1e-3 * b).powi(2) + 1e-12));
         let laws = vec![Law::with(Direction::Hysteresis(1e-4), &[]); base.joints];
         let friction = friction.iter().map(|(viscous, coulomb)| vec![0.0, *viscous, *coulomb]).collect();
-        Self { base, beta, covariance, laws, friction, filters }
+        Self { base, beta, covariance, laws, friction, filters, delay: Vec::new() }
     }
 
     /// `R` restricted to the last link.
@@ -102,8 +107,9 @@ impl Known {
     /// What the arm holds along these logs. `scale` is measured torque over true torque with its deviation: [`torque_scale`], or (1, 0).
     #[must_use]
     pub fn payload(&self, arm: &dyn Arm, logs: &[Log], scale: (f64, f64)) -> Payload {
+        let in_time = |log: &Log| shifted(&repaired(log), &self.delay);
         let prepared: Vec<Prepared> =
-            logs.iter().map(|log| Prepared::new(log, arm, &self.base, self.filters)).collect();
+            logs.iter().map(|log| Prepared::new(&in_time(log), arm, &self.base, self.filters)).collect();
         let problem = Problem { logs: &prepared, base: &self.base, laws: &self.laws };
         let last = self.last_link();
         let b = self.base.len();
@@ -202,7 +208,7 @@ fn rows_of_load(rows: &Rows, base: usize, last: &DMatrix<f64>, known: &DVector<f
         columns.column_mut(PARAMETERS + k).copy_from(&rows.columns.column(bodies + k));
         places.push(PARAMETERS + place - base);
     }
-    Rows { places, columns, target: rows.residual(known), from: rows.from.clone() }
+    Rows { places, columns, target: rows.residual(known), from: rows.from.clone(), rate: rows.rate }
 }
 
 impl Payload {

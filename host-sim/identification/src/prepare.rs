@@ -11,6 +11,9 @@ use nalgebra::DMatrix;
 /// Rate that is enough for what is left after the filter of torques, and of motions, in cut-offs.
 const PER_CUTOFF: (f64, f64) = (10.0, 5.0);
 
+/// Rows a second, in cut-offs of the torque filter: a torque behind it holds no more.
+const ROWS_PER_CUTOFF: f64 = 4.0;
+
 /// The two filters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Filters {
@@ -74,6 +77,12 @@ impl Prepared {
     #[must_use]
     pub fn len(&self) -> usize {
         self.time.len()
+    }
+
+    /// Every how many samples are a row of the fit.
+    #[must_use]
+    pub fn row_step(&self) -> usize {
+        ((self.rate / (ROWS_PER_CUTOFF * self.cutoff)).floor() as usize).max(1)
     }
 
     /// Whether there is no sample.

@@ -39,7 +39,7 @@ fn an_arm_identified_without_its_masses_misses_its_torques() {
     let heavier: Vec<f64> = known.parameters.iter().map(|x| 1.2 * x).collect();
     let logs = [log(&known, &heavier, &Making::default())];
     let found = identify(known.arm.as_ref(), &known.maker(), &logs, &Settings::default());
-    let before = found.predict_by(known.arm.as_ref(), &logs[0], &known.parameters, &|_, _| 0.0);
+    let before = found.predict_by(known.arm.as_ref(), &logs[0], &known.parameters, &|_, _, _| 0.0);
     let prediction = found.predict(known.arm.as_ref(), &logs[0]);
     let missed = rms(&difference(&prediction.measured, &before));
     let left = rms(&difference(&prediction.measured, &prediction.model));

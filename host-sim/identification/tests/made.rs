@@ -7,7 +7,30 @@ use identification::log::Log;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
+/// Results of work that several threads share.
+pub(crate) fn parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let threads = std::thread::available_parallelism().map_or(2, std::num::NonZero::get);
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let run = || {
+        let mut done = Vec::new();
+        loop {
+            let k = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            if k >= count {
+                return done;
+            }
+            done.push((k, work(k)));
+        }
+    };
+    let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(run)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+    });
+    all.sort_by_key(|(k, _)| *k);
+    all.into_iter().map(|(_, result)| result).collect()
+}
+
 /// What a log is made with.
+#[derive(Clone, Copy)]
 pub(crate) struct Making {
     /// s.
     pub(crate) duration: f64,
@@ -22,11 +45,22 @@ pub(crate) struct Making {
     pub(crate) seed: u64,
     /// Seed of the motion.
     pub(crate) motion: u64,
+    /// Moves from point to point, with a rest after each, in place of harmonics.
+    pub(crate) moves: Option<usize>,
 }
 
 impl Default for Making {
     fn default() -> Self {
-        Self { duration: 12.0, rate: 100.0, friction: (0.1, 0.2), noise: 0.02, encoder: 1e-5, seed: 1, motion: 7 }
+        Self {
+            duration: 12.0,
+            rate: 100.0,
+            friction: (0.1, 0.2),
+            noise: 0.02,
+            encoder: 1e-5,
+            seed: 1,
+            motion: 7,
+            moves: None,
+        }
     }
 }
 
@@ -47,6 +81,17 @@ impl Random {
     }
 }
 
+/// Position, velocity and acceleration of a move from rest to rest.
+fn quintic(from: f64, to: f64, length: f64, t: f64) -> [f64; 3] {
+    let s = (t / length).clamp(0.0, 1.0);
+    let way = to - from;
+    [
+        from + way * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s),
+        way * 30.0 * s * s * (1.0 - s).powi(2) / length,
+        way * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (length * length),
+    ]
+}
+
 /// A log of the arm with these parameters.
 pub(crate) fn log(known: &Known, parameters: &[f64], making: &Making) -> Log {
     let n = known.joints();
@@ -57,9 +102,16 @@ pub(crate) fn log(known: &Known, parameters: &[f64], making: &Making) -> Log {
             core::array::from_fn(|k| (0.7 * (random.share() - 0.5) / (0.5 + 0.5 * k as f64), 6.3 * random.share()))
         })
         .collect();
+    let points: Vec<Vec<f64>> =
+        (0..=making.moves.unwrap_or(0)).map(|_| (0..n).map(|_| 0.3 + 1.6 * (random.share() - 0.5)).collect()).collect();
     let count = (making.duration * making.rate) as usize;
     let time: Vec<f64> = (0..count).map(|k| k as f64 / making.rate).collect();
     let state = |joint: usize, t: f64| {
+        if let Some(moves) = making.moves {
+            let each = making.duration / moves as f64;
+            let at = ((t / each) as usize).min(moves - 1);
+            return quintic(points[at][joint], points[at + 1][joint], 0.7 * each, t - at as f64 * each - 0.15 * each);
+        }
         let mut x = [0.3, 0.0, 0.0];
         for (k, (a, phase)) in draws[joint].iter().enumerate() {
             let rate = 0.2 * std::f64::consts::PI * (k + 1) as f64;

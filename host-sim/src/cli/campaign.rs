@@ -1,6 +1,7 @@
 //! `campaign`: every fault in every state, each tick judged.
 
 use crate::cli::document;
+use crate::cli::force::ForceArgs;
 use crate::cli::output::{json, print, write_report};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure};
@@ -61,6 +62,9 @@ pub struct CampaignArgs {
     /// File for the report, a page for a browser.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -112,6 +116,8 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     };
     // Better now than after the runs.
     let page = document::page(args.write.as_deref(), &[place])?;
+    let mut output = paths.iter().fold(args.force.output(), |output, path| output.reads(path));
+    args.report.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let campaign = Campaign {
         scenes,
         seed: args.seed,
@@ -120,7 +126,7 @@ pub fn run(args: &CampaignArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     };
     let progress = if args.json { ProgressBar::hidden() } else { progress_bar(None, "runs") };
     let report = campaign.report(stop, &progress)?;
-    write_report(args.report.as_deref(), || Ok(report.page(&paths)))?;
+    write_report(&output, args.report.as_deref(), || Ok(report.page(&paths)))?;
     if let Some(page) = page {
         document::fill(page, &[(place, report.markdown())])?;
     }

@@ -65,7 +65,8 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     let draft = Draft::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     let scene =
         args.scene.as_deref().map(|path| scene_about(&args.robot, args.chain.ends(), Some(path))).transpose()?;
-    let answer = answer_in(draft, &args.gravity.gravity, scene)?;
+    let gravity = args.gravity.of(&draft.robot);
+    let answer = answer_in(draft, &gravity, scene)?;
     print(&if args.json { json(&answer.json())? + "\n" } else { answer.text() })?;
     Ok(if answer.count(Severity::Wrong) > 0 { FAULT } else { 0 })
 }

@@ -1,6 +1,7 @@
 //! `choose`: the cheapest choice that meets a request, as a scene.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::force::ForceArgs;
 use crate::cli::output::{json, print};
 use crate::cli::trade::{AxisArgs, folder, measured};
 use crate::failure::{Failure, in_file};
@@ -35,13 +36,13 @@ pub struct ChooseArgs {
     #[arg(long, value_name = "SHARE")]
     pub max_torque_error: Option<Share>,
     /// Greatest tracking error of any joint on any course, rad or m.
-    #[arg(long, value_name = "RAD")]
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     pub max_tracking_error: Option<f64>,
     /// Share of the processor that the whole interrupt may take at a control rate: 20%@4kHz.
     #[arg(long, value_name = "SHARE@RATE")]
     pub budget: Option<Budget>,
     /// Clock of the processor, MHz.
-    #[arg(long, value_name = "MHZ", default_value_t = 168.0)]
+    #[arg(long, value_name = "MHZ", default_value_t = 168.0, allow_negative_numbers = true)]
     pub clock: f64,
     /// What is combined.
     #[command(flatten)]
@@ -49,6 +50,9 @@ pub struct ChooseArgs {
     /// Where the scene goes; out/trade/NAME/chosen.toml otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Measure again what is known.
     #[arg(long)]
     pub fresh: bool,
@@ -68,7 +72,11 @@ pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), 
         )));
     }
     let base = Baseline::load(&args.scene, args.chain.ends())?;
-    let work = folder(None, &base)?;
+    let mut output = args.force.output().reads(&args.scene);
+    let work = folder(None, &base, &mut output)?;
+    let path = args.out.clone().unwrap_or_else(|| work.join("chosen.toml"));
+    // Better now than after the measurements.
+    output.file(&path)?;
     let rate = args.budget.map(|budget| budget.rate);
     let trade = measured(&base, &args.scene, &choices(&args.axes.axes(), &base, rate)?, chip, &work, args.fresh, stop)?;
     let request = Request {
@@ -85,11 +93,10 @@ pub fn run(args: &ChooseArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), 
             trade.points.len()
         )));
     };
-    let path = args.out.clone().unwrap_or_else(|| work.join("chosen.toml"));
     let home = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(home).map_err(|error| in_file(home, &error))?;
     let name = path.file_stem().map_or_else(|| base.file.name.clone(), |stem| stem.to_string_lossy().into_owned());
     fs::write(&path, base.with_in(&chosen.chosen, &name, home)).map_err(|error| in_file(&path, &error))?;
+    output.written(std::slice::from_ref(&path))?;
     if args.json {
         let text = serde_json::json!({ "scene": path, "point": chosen, "cpu_share": request.share_of(chosen) });
         return print(&(json(&text)? + "\n"));

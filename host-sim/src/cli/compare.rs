@@ -1,5 +1,6 @@
 //! `compare`: two runs on one page.
 
+use crate::cli::force::ForceArgs;
 use crate::cli::output::{files, print, write_report};
 use crate::failure::Failure;
 use crate::study::compare::{Side, page};
@@ -27,6 +28,9 @@ pub struct CompareArgs {
     /// File for the page.
     #[arg(long, value_name = "FILE", default_value = "out/compare.html")]
     pub report: PathBuf,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
 }
 
 /// Write the page of two runs.
@@ -36,7 +40,10 @@ pub struct CompareArgs {
 /// written.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let page = page(&Side::load(&args.a)?, &Side::load(&args.b)?)?;
-    write_report(Some(&args.report), || Ok(page.clone()))?;
+    let sides = [&args.a, &args.b].map(|side| if side.is_dir() { side.join("report.html") } else { side.clone() });
+    let mut output = sides.iter().fold(args.force.output(), |output, side| output.reads(side));
+    output.file(&args.report)?;
+    write_report(&output, Some(&args.report), || Ok(page.clone()))?;
     let said: String = page.lead.iter().map(|line| format!("{line}\n")).collect();
     print(&format!("{said}{}", files(std::slice::from_ref(&args.report))))
 }

@@ -1,9 +1,11 @@
 //! `connect`: operate the arm of a scene, at a board on a serial port or in a drill.
 
 use crate::chip::{Chip, build_firmware, hello};
+use crate::cli::force::ForceArgs;
 use crate::cli::key;
 use crate::cli::names::Target;
 use crate::failure::{self, Failure, in_file};
+use crate::output::Output;
 use crate::run::simulate;
 use crate::session::drill::{OnChip, OnDesk};
 use crate::session::frame_log::Head;
@@ -25,8 +27,8 @@ use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim connect scenes/puma560_pick.toml --port /dev/ttyACM0 --key arm.key --record session.log
-  host-sim connect scenes/puma560_pick.toml --target qemu --record session.mcap
+  host-sim connect scenes/puma560_pick.toml --port /dev/ttyACM0 --key arm.key --record out/session.log
+  host-sim connect scenes/puma560_pick.toml --target qemu --record out/session.mcap
   printf 'home\\nconfirm\\narm\\nrun\\nwait\\n' | host-sim connect scenes/planar2r_swing.toml --target desk
 
 Commands, one a line: status, home, confirm, arm, stop, park, disarm, run, hold, clear, jog, goto, wait, watch, dump, quit and more; `help`
@@ -106,13 +108,13 @@ pub struct ConnectArgs {
     #[arg(long, requires = "target")]
     pub simulate_link: bool,
     /// Probability that a frame is lost, 0 to 1.
-    #[arg(long, value_name = "P", requires = "target", value_parser = probability)]
+    #[arg(long, value_name = "P", requires = "target", value_parser = probability, allow_negative_numbers = true)]
     pub drop_chance: Option<f64>,
     /// Probability that a frame is damaged and discarded, 0 to 1.
-    #[arg(long, value_name = "P", requires = "target", value_parser = probability)]
+    #[arg(long, value_name = "P", requires = "target", value_parser = probability, allow_negative_numbers = true)]
     pub corrupt_chance: Option<f64>,
     /// Delay of the host link in each direction, ms.
-    #[arg(long, value_name = "MS", requires = "target", value_parser = delay)]
+    #[arg(long, value_name = "MS", requires = "target", value_parser = delay, allow_negative_numbers = true)]
     pub delay: Option<f64>,
     /// Seed of the random losses.
     #[arg(long, value_name = "N", requires = "target")]
@@ -129,6 +131,9 @@ pub struct ConnectArgs {
     /// A file with another table `[motion]` for `run`, as `host-sim motion` and `excite` write it; the scene's otherwise.
     #[arg(long, value_name = "FILE")]
     pub motion: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print a JSON object for everything that happens, one a line.
     #[arg(long)]
     pub json: bool,
@@ -148,11 +153,14 @@ pub fn run(args: &ConnectArgs, presses: Presses) -> Result<u8, Failure> {
         )));
     }
     let text = std::fs::read_to_string(&args.scene).map_err(|error| bad_file(&args.scene, &error))?;
+    let inputs = [&args.key, &args.script, &args.motion].into_iter().flatten().chain([&args.scene]);
+    let mut outputs = inputs.fold(args.force.output(), |outputs, path| outputs.reads(path));
+    args.record.as_deref().map_or(Ok(()), |record| outputs.file(record))?;
     let console = match &args.script {
         Some(script) => Console::script(script).map_err(|error| bad_file(script, &error))?,
         None => Console::standard_input(),
     };
-    with_dof!(scene.robot.dof(), N => run_arm::<N>(args, &scene, text, console, presses))
+    with_dof!(scene.robot.dof(), N => run_arm::<N>(args, &scene, text, console, outputs, presses))
 }
 
 fn bad_file(path: &Path, error: &std::io::Error) -> Failure {
@@ -164,6 +172,7 @@ fn run_arm<const N: usize>(
     scene: &SceneFile,
     text: String,
     console: Console,
+    outputs: Output,
     presses: Presses,
 ) -> Result<u8, Failure> {
     let model = scene.robot.model::<N>().map_err(Failure::input)?;
@@ -206,7 +215,7 @@ fn run_arm<const N: usize>(
         plays.take_motion(motion).map_err(Failure::input)?;
     }
     let operator = Operator::new(device, (scene, &plays), &model, head, report, presses).map_err(wrong)?;
-    operate(args, operator.with_stop_key(console.stops()), console)
+    operate(args, operator.with_outputs(outputs).with_stop_key(console.stops()), console)
 }
 
 /// Why it ended; `place` is where a wrong command stands.

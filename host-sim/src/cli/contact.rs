@@ -1,7 +1,7 @@
 //! `contact`: the wrench at the tip from that in the base, or the other way round.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::GravityArgs;
+use crate::cli::gravity::{GravityArgs, say_mounting};
 use crate::cli::output::{json, print};
 use crate::failure::Failure;
 use crate::study::contact::{Known, Question, answer};
@@ -61,6 +61,7 @@ pub struct ContactArgs {
 /// [`Failure::Input`] for a robot or an option that is wrong.
 pub fn run(args: &ContactArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    say_mounting(&robot);
     let known = match (&args.base_wrench, &args.tip_wrench) {
         (Some(base), _) => Known::Base(base.clone()),
         (None, tip) => Known::Tip(tip.clone().unwrap_or_default()),
@@ -69,7 +70,7 @@ pub fn run(args: &ContactArgs) -> Result<(), Failure> {
         q: args.q.clone(),
         qd: args.qd.clone(),
         qdd: args.qdd.clone(),
-        gravity: args.gravity.gravity.clone(),
+        gravity: args.gravity.of(&robot),
         known,
     };
     let wrong = |problem| Failure::Input(miette::miette!(help = "see `host-sim contact --help`", "{problem}"));

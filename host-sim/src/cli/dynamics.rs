@@ -1,6 +1,7 @@
 //! `dynamics`: inverse and forward dynamics of states given as JSON lines.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::gravity::say_mounting;
 use crate::cli::names::{Presence, named};
 use crate::failure::Failure;
 use crate::study::dynamics::answer_all;
@@ -58,6 +59,8 @@ pub struct DynamicsArgs {
 /// [`Failure::Input`] for a robot or a line that is wrong; the lines before it have been answered.
 pub fn run(args: &DynamicsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    say_mounting(&robot);
+    let floor: [f64; 3] = robot.gravity().into();
     let source = name_of(&args.input);
     let input: Box<dyn BufRead> = if args.input == Path::new("-") {
         Box::new(stdin().lock())
@@ -73,8 +76,8 @@ pub fn run(args: &DynamicsArgs) -> Result<(), Failure> {
             model = Model::from_checked(model.links().map(|link| dynamics_core::model::Link { rotor: 0.0, ..link }), *model.tip());
         }
         match args.scalar {
-            ScalarChoice::F64 => answer_all(&model, &source, input, &mut output),
-            ScalarChoice::F32 => answer_all(&model.cast::<f32>(), &source, input, &mut output),
+            ScalarChoice::F64 => answer_all(&model, &floor, &source, input, &mut output),
+            ScalarChoice::F32 => answer_all(&model.cast::<f32>(), &floor, &source, input, &mut output),
         }
     });
     match (done, output.flush()) {

@@ -1,5 +1,6 @@
 //! `energy`: run a scene and account for the energy.
 
+use crate::cli::force::ForceArgs;
 use crate::cli::output::{files, json, print};
 use crate::cli::run::{exit_code, set_duration};
 use crate::failure::{Failure, in_file};
@@ -49,11 +50,14 @@ pub struct EnergyArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["duration", "out"])]
     pub path: Option<PathBuf>,
     /// Simulated time, s; the scene's otherwise.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Folder for the files; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -71,12 +75,14 @@ pub fn run(args: &EnergyArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     set_duration(&mut scene, args.duration)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // Better now than after the run.
-    fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+    let mut output = args.force.output().reads(&args.scene);
+    output.folder(&folder, &["energy.json", "power.svg"])?;
     let (run, account) = with_dof!(scene.robot.dof(), N => account::<N>(&scene, stop))?;
     let json = json(&account)?;
     let file = folder.join("energy.json");
     fs::write(&file, format!("{json}\n")).map_err(|error| in_file(&file, &error))?;
     let power = plot::write_power(&run.record, &scene.name, &folder).map_err(|error| in_file(&folder, &error))?;
+    output.written(&[file.clone(), power.clone()])?;
     show(args.json, &json, &account, &[file, power])?;
     Ok(exit_code(&run))
 }

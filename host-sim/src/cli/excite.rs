@@ -1,10 +1,11 @@
 //! `excite`: a motion worth recording.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::force::ForceArgs;
 use crate::cli::output::{json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{Failure, in_file};
-use crate::study::excite::{Kind, Wishes, design};
+use crate::study::excite::{Kind, Surroundings, Wishes, design};
 use crate::study::robot_or_scene::RobotOrScene;
 use clap::Args;
 use robot_compiler::with_dof;
@@ -14,14 +15,20 @@ const EXAMPLES: &str = "\
 Examples:
   host-sim excite scenes/examples/yam_move.toml --out out/excite.toml
   host-sim run scenes/examples/yam_move.toml --motion out/excite.toml --duration 33 --out out/excite
-  host-sim excite robots/ur5.toml --above 0.2 --period 8 --seed 3
+  host-sim excite robots/ur5.toml --floor 0 --box 0.7,0,0.3,0.4,0.8,0.6 --clearance 0.05 --seed 3
   host-sim excite robots/ur5.toml --friction > slow.toml
 
 A finite Fourier series per joint about the centre, inside shares of the position, speed, acceleration and torque limits of the robot
-file, with every link's origin from the third on, and the tip, above a height: of the series tried, the one whose log tells most of the
-base parameters and of friction (largest log det of the information). The same seed gives the same motion. The file's comments give
-the condition number, and the deviation to be expected of every base parameter. With --friction: slow sweeps at two steady speeds, all
-joints at once. With --static: postures that gravity tells most in, with rests. What the arm may hit it cannot know: watch it.";
+file: of the series tried, the one whose log tells most of the base parameters and of friction (largest log det of the information). The
+same seed gives the same motion. The file's comments give the condition number, and the deviation to be expected of every base
+parameter. With --friction: slow sweeps at two steady speeds, all joints at once. With --static: postures that gravity tells most in, with
+rests.
+
+The arm keeps --clearance from itself, from --floor and from every --box, at every time: between samples a bound on the motion of every
+link is used. Shapes are the convex hulls of the collision shapes of a URDF robot (mesh files in STL or OBJ), or capsules from joint
+over mass centre to joint with --radius. Links that share a joint, that overlap in every posture, or in the rest pose (`rest` of the robot
+file; otherwise zero), are not judged against each other; the output lists them. The clearance holds for these shapes and for the
+reference motion. It does not know cables, a gripper that the shapes do not contain, or how far the arm strays from its reference: watch it.";
 
 /// Options of `excite`.
 #[derive(Clone, Debug, Args)]
@@ -39,22 +46,31 @@ pub struct ExciteArgs {
     #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_hyphen_values = true)]
     pub centre: Option<Vec<f64>>,
     /// Widest swing to either side of a joint, rad or m.
-    #[arg(long, value_name = "SWING", default_value_t = 1.5)]
+    #[arg(long, value_name = "SWING", default_value_t = 1.5, allow_negative_numbers = true)]
     pub swing: f64,
     /// Share of the speed limits.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.6)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.6, allow_negative_numbers = true)]
     pub speed: f64,
     /// Greatest acceleration of every joint, rad/s^2 or m/s^2; the speed limit in 0.4 s otherwise.
-    #[arg(long, value_name = "ACCELERATION")]
+    #[arg(long, value_name = "ACCELERATION", allow_negative_numbers = true)]
     pub acceleration: Option<f64>,
     /// Share of the torque limits.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.7)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.7, allow_negative_numbers = true)]
     pub torque: f64,
-    /// Lowest height of the outer links' origins and of the tip, against gravity, m.
+    /// Height of a floor against gravity, in the base frame, m.
     #[arg(long, value_name = "HEIGHT", allow_hyphen_values = true)]
-    pub above: Option<f64>,
+    pub floor: Option<f64>,
+    /// A box along the axes of the base frame: its centre and its edges, m. May be given several times.
+    #[arg(long = "box", value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true)]
+    pub boxes: Vec<String>,
+    /// Smallest distance from the floor, from boxes, and between links, m.
+    #[arg(long, value_name = "DISTANCE", default_value_t = 0.02, allow_hyphen_values = true)]
+    pub clearance: f64,
+    /// Radius of links without collision shapes, one for all or one each, m; 6 % of the arm's length otherwise.
+    #[arg(long, value_name = "R1,R2,..", value_delimiter = ',')]
+    pub radius: Vec<f64>,
     /// Period of the first harmonic, s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true)]
     pub period: f64,
     /// Periods to record.
     #[arg(long, value_name = "NUMBER", default_value_t = 3)]
@@ -63,7 +79,7 @@ pub struct ExciteArgs {
     #[arg(long, value_name = "NUMBER", default_value_t = 5)]
     pub harmonics: usize,
     /// Expected deviation of the measured torque, as a share of each torque limit.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.005)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.005, allow_negative_numbers = true)]
     pub noise: f64,
     /// Motions to try.
     #[arg(long, value_name = "NUMBER", default_value_t = 1500)]
@@ -74,6 +90,9 @@ pub struct ExciteArgs {
     /// File for the motion; standard output otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// The chain of a URDF robot.
     #[command(flatten)]
     pub chain: ChainArgs,
@@ -110,7 +129,11 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
             "a number out of its range".to_owned(),
         );
     }
+    let around = surroundings(args)?;
     let given = RobotOrScene::load(&args.file, args.chain.ends())?;
+    // Better now than after the search.
+    let mut output = args.force.output().reads(&args.file);
+    args.out.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let kind = match (args.friction, args.r#static) {
         (true, _) => Kind::Friction,
         (_, true) => Kind::Static,
@@ -124,7 +147,7 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
         speed: args.speed,
         acceleration: args.acceleration,
         torque: args.torque,
-        above: args.above,
+        around,
         period: args.period,
         periods: args.periods,
         harmonics: args.harmonics,
@@ -135,14 +158,41 @@ pub fn run(args: &ExciteArgs) -> Result<(), Failure> {
     let designed = with_dof!(given.file.robot.dof(), N => design::<N>(&given.file, &wishes, &|| bar.inc(1)))?;
     bar.finish_and_clear();
     if let Some(path) = &args.out {
-        if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
-        }
         std::fs::write(path, &designed.toml).map_err(|error| in_file(path, &error))?;
+        output.written(std::slice::from_ref(path))?;
     }
     match (args.json, &args.out) {
         (true, _) => print(&(json(&designed.json)? + "\n")),
         (false, None) => print(&designed.toml),
         (false, Some(path)) => print(&format!("{}\nwritten to {}\n", designed.line, path.display())),
     }
+}
+
+/// Floor, boxes and radii of the options.
+fn surroundings(args: &ExciteArgs) -> Result<Surroundings, Failure> {
+    let wrong = |expected: &str, found: String| {
+        Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"))
+    };
+    if let Some(radius) = args.radius.iter().find(|radius| !(**radius > 0.0 && radius.is_finite())) {
+        return Err(wrong("radii above zero, m", format!("--radius {radius}")));
+    }
+    if !(args.clearance >= 0.0 && args.clearance.is_finite()) {
+        return Err(wrong("a distance of zero or more, m", format!("--clearance {}", args.clearance)));
+    }
+    if let Some(height) = args.floor.filter(|height| !height.is_finite()) {
+        return Err(wrong("a finite height, m", format!("--floor {height}")));
+    }
+    let numbers = |text: &String| {
+        let found: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+        let six = found.and_then(|found| <[f64; 6]>::try_from(found).ok());
+        six.ok_or_else(|| wrong("six numbers X,Y,Z,DX,DY,DZ: centre and edges, m", format!("--box {text}")))
+    };
+    Ok(Surroundings {
+        floor: args.floor,
+        boxes: args.boxes.iter().map(numbers).collect::<Result<_, _>>()?,
+        radius: args.radius.clone(),
+        clearance: args.clearance,
+        base: args.chain.base.clone(),
+        tip: args.chain.tip.clone(),
+    })
 }

@@ -1,8 +1,9 @@
 //! `export`: an arm in a format of other programs.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::force::ForceArgs;
 use crate::cli::output::print;
-use crate::failure::{Failure, in_file};
+use crate::failure::Failure;
 use clap::Args;
 use robot_compiler::Robot;
 use robot_compiler::emit::urdf;
@@ -10,7 +11,7 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim export robots/puma560.toml --urdf --out puma560.urdf
+  host-sim export robots/puma560.toml --urdf --out out/puma560.urdf
   host-sim export two_arms.urdf --base left_base --tip left_flange --urdf > left.urdf
 
 Written are origins, axes, masses, inertias, limits and friction; rotors and gears as Drake reads them, in a <transmission>. Links are
@@ -32,6 +33,9 @@ pub struct ExportArgs {
     /// A file for the result; standard output otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
 }
 
 /// Write the arm.
@@ -41,6 +45,6 @@ pub struct ExportArgs {
 pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
     let text = urdf(&robot);
-    let write = |path: &PathBuf| std::fs::write(path, &text).map_err(|error| in_file(path, &error));
+    let write = |path: &PathBuf| args.force.output().reads(&args.robot).write(path, &text);
     args.out.as_ref().map_or_else(|| print(&text), write)
 }

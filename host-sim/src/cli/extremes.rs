@@ -1,6 +1,7 @@
 //! `extremes`: what happens at the edges, cell by cell.
 
 use crate::cli::document;
+use crate::cli::force::ForceArgs;
 use crate::cli::output::{json, print, write_report};
 use crate::failure::Failure;
 use crate::study::extremes::{Report, time, write_plots};
@@ -38,7 +39,7 @@ extremes_region.svg, extremes_stability.svg and extremes_stability_puma.svg besi
 #[command(after_long_help = EXAMPLES)]
 pub struct ExtremesArgs {
     /// Also run what takes minutes: a million ticks of a microsecond, and so many simulated hours at 1 kHz.
-    #[arg(long, value_name = "HOURS", num_args = 0..=1, default_missing_value = "24")]
+    #[arg(long, value_name = "HOURS", num_args = 0..=1, default_missing_value = "24", allow_negative_numbers = true)]
     pub long: Option<f64>,
     /// Put the tables into this file.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/extremes.md")]
@@ -46,6 +47,9 @@ pub struct ExtremesArgs {
     /// File for the report, a page for a browser.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -62,6 +66,8 @@ pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
     // Better now than after the run.
     let places: &[&str] = if args.long.is_some() { &["extremes", "extremes, long"] } else { &["extremes"] };
     let page = document::page(args.write.as_deref(), places)?;
+    let mut output = args.force.output();
+    args.report.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let mut report = Report::new()?;
     let long = args.long.map(|hours| time::long_cells(hours).map(Report::of)).transpose()?;
     if let Some(page) = page {
@@ -76,7 +82,7 @@ pub fn run(args: &ExtremesArgs) -> Result<(), Failure> {
         report.cells.extend(long.cells);
         report = Report::of(report.cells);
     }
-    write_report(args.report.as_deref(), || report.page())?;
+    write_report(&output, args.report.as_deref(), || report.page())?;
     let text = if args.json { json(&report)? } else { report.table() };
     print(&format!("{text}\n"))
 }

@@ -1,14 +1,14 @@
 //! `import`: an arm of a URDF file as a TOML robot file.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::force::ForceArgs;
 use crate::cli::output::print;
-use crate::failure::{Failure, in_file};
+use crate::failure::Failure;
 use clap::Args;
+use robot_compiler::UrdfArm;
+use robot_compiler::check::Draft;
 use robot_compiler::emit::robot_file;
-use robot_compiler::{Robot, UrdfArm};
-use std::fs::OpenOptions;
-use std::io::{ErrorKind, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -16,12 +16,17 @@ Examples:
   host-sim import arm.urdf --tip gripper_base --out robots/arm.toml
   host-sim import two_arms.urdf --base left_base --tip left_flange > robots/left.toml
 
-Written are name, placement, axis, mass, inertia, limits, friction and Drake's rotor of every joint and its link, and the tip frame. Fixed links
-are merged into the moving link that carries them; moving joints beside the chain are held at zero. Numbers read back exactly;
-rotations are roll, pitch and yaw, exact to rounding. Lines that begin with `# ?` name what a URDF does not say: rotor and gear,
-encoder, drive, limits that are missing.
+The first gap does not stop it: all that the URDF says is written, and each gap is marked `# ?` with its reason. `host-sim check`
+reports a gap until it is filled, or declared ideal (rotor = { inertia = 0, gear = 1 }, friction = {}, a limit of inf). With --base, the
+turn of the base against the root is written as `mounting`, and gravity turns with it.
 
-A file that exists is not overwritten by --out.";
+Written are name, placement, axis, mass, inertia, limits, friction and Drake's rotor of every joint and its link, and the tip frame. Fixed links
+are merged into the moving link that carries them; moving joints beside the chain are held at zero, or where they are when the joint that
+they mimic is at zero. Numbers read back exactly;
+rotations are roll, pitch and yaw, exact to rounding. A reduction of a <transmission> is
+written into the `# ?` of the rotor.
+
+A file that exists is not overwritten by --out, unless --force is given: what was filled in by hand would be lost.";
 
 /// Options of `import`.
 #[derive(Clone, Debug, Args)]
@@ -32,9 +37,12 @@ pub struct ImportArgs {
     /// The chain.
     #[command(flatten)]
     pub chain: ChainArgs,
-    /// A new file for the robot; standard output otherwise.
+    /// A file for the robot; standard output otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
 }
 
 /// Write the robot file.
@@ -46,18 +54,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let arm = UrdfArm::load(&args.urdf, args.chain.ends()).map_err(Failure::input)?;
     let text = robot_file(&arm);
     // A name may be allowed in XML and not here: better said now than when the file is used.
-    Robot::from_toml_str(&text, "the imported robot").map_err(Failure::input)?;
-    args.out.as_deref().map_or_else(|| print(&text), |path| write_new(path, &text))
-}
-
-fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
-    let opened = OpenOptions::new().write(true).create_new(true).open(path);
-    match opened.and_then(|mut file| file.write_all(text.as_bytes())) {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(Failure::Input(miette::miette!(
-            help = "expected the name of a new file: what was filled in by hand would be lost",
-            "--out {}: the file exists",
-            path.display()
-        ))),
-        written => written.map_err(|error| in_file(path, &error)),
-    }
+    Draft::from_toml_str(&text, "the imported robot").map_err(Failure::input)?;
+    let write = |path: &PathBuf| args.force.output().reads(&args.urdf).write(path, &text);
+    args.out.as_ref().map_or_else(|| print(&text), write)
 }

@@ -1,6 +1,7 @@
 //! `info`: what a robot file holds.
 
 use crate::cli::chain::ChainArgs;
+use crate::cli::gravity::say_mounting;
 use crate::cli::output::print;
 use crate::failure::Failure;
 use crate::run::record::JointLabel;
@@ -26,6 +27,7 @@ pub struct InfoArgs {
 /// A robot file that is wrong.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    say_mounting(&robot);
     print(&format!("{}\n", describe(&robot)))
 }
 

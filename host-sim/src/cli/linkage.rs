@@ -1,8 +1,10 @@
 //! `linkage`: a closed loop driven round, or let run.
 
+use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
 use crate::cli::output::{files, json, print};
 use crate::failure::{self, Failure, number};
+use crate::output::Output;
 use crate::run::files::file_name;
 use crate::study::linkage::files::{write_run, write_turn};
 use crate::study::linkage::report::{describe_range, run_table, turn_table};
@@ -54,10 +56,10 @@ pub struct LinkageArgs {
     #[arg(long, value_name = "MOMENT", allow_negative_numbers = true)]
     pub simulate: Option<f64>,
     /// Simulated time, s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, requires = "simulate")]
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, requires = "simulate", allow_negative_numbers = true)]
     pub duration: f64,
     /// Time step of the simulation, s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 1e-4, requires = "simulate")]
+    #[arg(long, value_name = "SECONDS", default_value_t = 1e-4, requires = "simulate", allow_negative_numbers = true)]
     pub time_step: f64,
     /// Crank angle at which the simulation starts, rad; the middle of its range if nothing is said, 0 if that is a whole turn.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true, requires = "simulate")]
@@ -65,6 +67,9 @@ pub struct LinkageArgs {
     /// Folder for table and plots; the linkage's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -96,6 +101,13 @@ pub fn run(args: &LinkageArgs) -> Result<u8, Failure> {
     }
 }
 
+/// The folder, claimed.
+fn claimed(args: &LinkageArgs, folder: &Path) -> Result<Output, Failure> {
+    let mut output = args.force.output().reads(&args.linkage);
+    output.folder(folder, &["driven.csv", "free.csv", "summary.json", "*.svg"])?;
+    Ok(output)
+}
+
 fn drive(args: &LinkageArgs, linkage: &LinkageFile, folder: &Path) -> Result<u8, Failure> {
     let (branch, speed) = (args.branch, args.speed.unwrap_or(SPEED));
     let turn = turn::turn(linkage, branch, speed, args.steps);
@@ -109,7 +121,9 @@ fn drive(args: &LinkageArgs, linkage: &LinkageFile, folder: &Path) -> Result<u8,
         )));
     }
     let json = json(&summary)?;
+    let output = claimed(args, folder)?;
     let written = write_turn(folder, &turn, &summary, &json)?;
+    output.written(&written)?;
     show(args.json, &json, || turn_table(&summary), &written)?;
     Ok(0)
 }
@@ -135,7 +149,9 @@ fn simulate(args: &LinkageArgs, linkage: &LinkageFile, moment: f64, folder: &Pat
     let run = free::run(linkage, &start).map_err(|error| no_start(args, &start, &range, error))?;
     let summary = run.summary(linkage, &start);
     let json = json(&summary)?;
+    let output = claimed(args, folder)?;
     let written = write_run(folder, &run, &summary, &json)?;
+    output.written(&written)?;
     show(args.json, &json, || run_table(&summary), &written)?;
     Ok(if run.stopped.is_some() { failure::FAULT } else { 0 })
 }

@@ -1,5 +1,6 @@
 //! `merge`: the shards of a study, put together.
 
+use crate::cli::force::ForceArgs;
 use crate::cli::progress::progress_bar;
 use crate::cli::sweep::{Shown, code, show};
 use crate::failure::Failure;
@@ -24,9 +25,12 @@ pub struct MergeArgs {
     /// The shards' folders in any order, or the folder that holds them.
     #[arg(value_name = "FOLDER", required = true)]
     pub shards: Vec<PathBuf>,
-    /// Folder for the whole; a new one.
+    /// Folder for the whole; a new one, or an empty one.
     #[arg(long, value_name = "FOLDER")]
     pub out: PathBuf,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print results.json, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -43,10 +47,11 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let bar = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "shards") };
     let shards = store::shards(&args.shards)?;
     bar.set_length(shards.len() as u64);
-    let merged = store::merge(&shards, &args.out, &|shards| bar.set_position(shards));
+    let mut output = shards.iter().fold(args.force.output(), |output, shard| output.reads(&shard.join(store::RUNS)));
+    let merged = store::merge(&shards, &args.out, &mut output, &|shards| bar.set_position(shards));
     bar.finish_and_clear();
     let (prepared, _) = merged?;
     let results = Results::of(&prepared, &args.out)?;
-    show(&Shown { json: args.json, quiet: args.quiet, pace: "" }, &prepared, &results, &args.out)?;
+    show(&Shown { json: args.json, quiet: args.quiet, pace: "" }, &prepared, &results, &args.out, &output)?;
     Ok(code(&prepared, &results))
 }

@@ -8,6 +8,7 @@ pub mod choose;
 pub mod compare;
 pub mod connect;
 pub mod contact;
+pub mod corrections;
 pub mod doctor;
 pub mod dynamics;
 pub mod energy;
@@ -15,6 +16,7 @@ pub mod excite;
 pub mod explain;
 pub mod export;
 pub mod extremes;
+pub mod force;
 pub mod gravity;
 pub mod identify;
 pub mod import;
@@ -48,6 +50,9 @@ pub struct Cli {
 }
 
 const EXIT_CODES: &str = "\
+Files: what exists is not overwritten. A folder that host-sim made has a marker, .host-sim-output.json; files in it that host-sim wrote and
+that nobody changed since are replaced. --force of a command overwrites other files too, but never an input of that command.
+
 Exit codes:
   0    done
   1    something outside failed: a file could not be written, the target died; a replay that differs, or ends before its record

@@ -1,5 +1,6 @@
 //! `motion`: a motion from the path that an arm was led along by hand.
 
+use crate::cli::force::ForceArgs;
 use crate::cli::output::print;
 use crate::failure::{Failure, in_file};
 use crate::study::taught::{Path as Led, taught};
@@ -27,11 +28,14 @@ pub struct MotionArgs {
     #[arg(long, value_name = "FILE")]
     pub scene: PathBuf,
     /// Largest distance of a joint from the path, rad or m.
-    #[arg(long, value_name = "DISTANCE", default_value_t = 0.01)]
+    #[arg(long, value_name = "DISTANCE", default_value_t = 0.01, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// File for the motion; standard output otherwise.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
 }
 
 /// Write the motion.
@@ -46,6 +50,8 @@ pub fn run(args: &MotionArgs) -> Result<(), Failure> {
         )));
     }
     let scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    let mut output = args.force.output().reads(&args.log).reads(&args.scene);
+    args.out.as_deref().map_or(Ok(()), |path| output.file(path))?;
     let motion = with_dof!(scene.robot.dof(), N => {
         taught::<N>(&scene, &Led::load::<N>(&args.log, &scene)?, args.tolerance)?
     });
@@ -61,6 +67,7 @@ pub fn run(args: &MotionArgs) -> Result<(), Failure> {
         None => print(&text),
         Some(path) => {
             std::fs::write(path, &text).map_err(|error| in_file(path, &error))?;
+            output.finish()?;
             print(text.lines().next().map_or("", |line| line.trim_start_matches("# ")))?;
             print(&format!("\nwritten to {}\n", path.display()))
         }

@@ -1,6 +1,7 @@
 //! Results on standard output.
 
 use crate::failure::{Failure, in_file};
+use crate::output::Output;
 use report::Page;
 use serde::Serialize;
 use std::fs;
@@ -20,13 +21,15 @@ pub(super) fn json(result: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(result).map_err(|error| Failure::Output(error.into()))
 }
 
-/// Write a page to the file that was asked for, if one was; folders on the way are made.
-pub(super) fn write_report(path: Option<&Path>, page: impl FnOnce() -> Result<Page, Failure>) -> Result<(), Failure> {
+/// Write a page to the file of `--report`, if it was given and has been claimed.
+pub(super) fn write_report(
+    output: &Output,
+    path: Option<&Path>,
+    page: impl FnOnce() -> Result<Page, Failure>,
+) -> Result<(), Failure> {
     let Some(path) = path else { return Ok(()) };
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
-    }
-    fs::write(path, page()?.html()).map_err(|error| in_file(path, &error))
+    fs::write(path, page()?.html()).map_err(|error| in_file(path, &error))?;
+    output.written(&[path.to_owned()])
 }
 
 /// A line for each file that was written.

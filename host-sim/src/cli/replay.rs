@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim connect scenes/planar2r_swing.toml --target qemu --script session.txt --record session.log
-  host-sim replay session.log
+  host-sim connect scenes/planar2r_swing.toml --target qemu --script session.txt --record out/session.log
+  host-sim replay out/session.log
 
 The record, MCAP or not, holds its scene; the robot file is read from where it was, or --scene names a scene beside it. It must be the robot, scene and
 controller that the board was built from, by their hash.

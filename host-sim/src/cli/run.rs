@@ -1,9 +1,11 @@
 //! `run`: close the loop of a scene, show and write what came of it.
 
+use crate::cli::force::ForceArgs;
+use crate::cli::gravity::say_mounting;
 use crate::cli::names::{Target, named};
 use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
-use crate::failure::{self, Failure, in_file, number};
+use crate::failure::{self, Failure, number};
 use crate::run::closed_loop::End;
 use crate::run::files::{file_name, write, write_report};
 use crate::run::mcap_file;
@@ -12,10 +14,10 @@ use clap::Args;
 use dynamics_core::control::Law;
 use dynamics_core::trig::Method;
 use indicatif::ProgressBar;
+use robot_compiler::check::{Severity, scene_findings};
 use robot_compiler::names::name;
 use robot_compiler::scene::{ScalarChoice, TeachSpec};
 use robot_compiler::{SceneFile, with_dof};
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -24,7 +26,7 @@ Examples:
   host-sim run scenes/puma560_pick.toml
   host-sim run scenes/puma560_pick.toml --target qemu
   host-sim run scenes/puma560_pick.toml --law pd --scalar f64 --out out/pd
-  host-sim run scenes/puma560_pick.toml --mcap pick.mcap
+  host-sim run scenes/puma560_pick.toml --mcap out/pick.mcap
   host-sim run scenes/puma560_pick.toml --json | jq .tracking_max
 
 Files, in the folder given by --out:
@@ -41,8 +43,10 @@ The safety state machine is not in a run: `connect` has it. A joint that leaves 
 scene's [safety] is told, with the tick in which the firmware would have held.
 
 Columns:
-  at rest, settled  error at the end of the last stretch in which every reference stands still, and the time from its start
-                    until the error stays within `resolution` of [safety]; `never` if it does not
+  at rest, settles in
+                    error at the end of the last stretch in which every reference stands still, and the settling time: from the
+                    start of that stretch until the error is within 2 % of the joint's last move, or within `resolution` of
+                    [safety] if that is more, and stays there; `not in 1.00 s` if it was still outside after 1 s
   chatter           root mean square of the torque's change from one tick to the next; with encoders most of it is the
                     counts, which the velocity gain turns into torque";
 
@@ -68,7 +72,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "FILE")]
     pub motion: Option<PathBuf>,
     /// Simulated time, s; the scene's otherwise.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Folder for log and plots; the scene's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER")]
@@ -82,6 +86,9 @@ pub struct RunArgs {
     /// Write no report.
     #[arg(long)]
     pub no_report: bool,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -98,11 +105,13 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     let scene = scene(args)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&scene.name)));
     // Better now than after the run.
-    fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
-    let report = (!args.no_report).then(|| args.report.clone().flatten().unwrap_or_else(|| folder.join("report.html")));
-    for parent in [report.as_deref(), args.mcap.as_deref()].into_iter().flatten().filter_map(Path::parent) {
-        fs::create_dir_all(parent).map_err(|error| in_file(parent, &error))?;
+    let mut output = args.force.output().reads(&args.scene);
+    if let Some(motion) = &args.motion {
+        output = output.reads(motion);
     }
+    output.folder(&folder, &["log.csv", "summary.json", "*.svg"])?;
+    let report = (!args.no_report).then(|| args.report.clone().flatten().unwrap_or_else(|| folder.join("report.html")));
+    [report.as_deref(), args.mcap.as_deref()].into_iter().flatten().try_for_each(|path| output.file(path))?;
     let progress = if args.json || args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
     let run = with_dof!(scene.robot.dof(), N => match args.target {
         Target::Desk => simulate::on_desk::<N>(&scene, stop, &progress),
@@ -116,6 +125,7 @@ pub fn run(args: &RunArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     if let Some(path) = &report {
         written.push(write_report(&run, &scene, path)?);
     }
+    output.written(&written)?;
     show(args, &run, &written)?;
     let code = exit_code(&run);
     match run.failure {
@@ -135,6 +145,10 @@ fn scene(args: &RunArgs) -> Result<SceneFile, Failure> {
         )));
     }
     let mut scene = SceneFile::load(&args.scene).map_err(Failure::input)?;
+    say_mounting(&scene.robot);
+    for doubt in scene_findings(&scene).iter().filter(|finding| finding.severity == Severity::Doubt) {
+        eprintln!("doubt: {}; {}", doubt.place, doubt.place.expected());
+    }
     if let Some(motion) = &args.motion {
         scene.take_motion(motion).map_err(Failure::input)?;
     }

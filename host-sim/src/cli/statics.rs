@@ -1,14 +1,14 @@
 //! `statics`: what holds an arm at rest, and the posture that takes least.
 
 use crate::cli::chain::ChainArgs;
-use crate::cli::gravity::GravityArgs;
+use crate::cli::force::ForceArgs;
+use crate::cli::gravity::{GravityArgs, say_mounting};
 use crate::cli::output::{files, json, print};
 use crate::failure::{Failure, in_file};
 use crate::run::files::file_name;
 use crate::study::statics::{Axes, Question, answer, sweep};
 use clap::Args;
 use robot_compiler::{Robot, with_dof};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
@@ -75,6 +75,9 @@ pub struct StaticsArgs {
     /// Folder for the picture of --sweep; the robot's name under out/ otherwise.
     #[arg(long, value_name = "FOLDER", requires = "sweep")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Axes of the joints' wrenches.
     #[arg(long, value_enum, default_value_t = Axes::Link)]
     pub axes: Axes,
@@ -89,9 +92,10 @@ pub struct StaticsArgs {
 /// [`Failure::Input`] for a robot or an option that is wrong.
 pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
     let robot = Robot::load_between(&args.robot, args.chain.ends()).map_err(Failure::input)?;
+    say_mounting(&robot);
     let question = Question {
         q: args.q.clone(),
-        gravity: args.gravity.gravity.clone(),
+        gravity: args.gravity.of(&robot),
         load: args.load.clone(),
         tip_wrench: args.tip_wrench.clone(),
         minimise: args.minimise.clone(),
@@ -110,8 +114,10 @@ pub fn run(args: &StaticsArgs) -> Result<(), Failure> {
 fn swept(args: &StaticsArgs, robot: &Robot, question: &Question, joint: &str) -> Result<(), Failure> {
     let found = with_dof!(robot.dof(), N => sweep::<N>(robot, question, joint))?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(file_name(&robot.name)));
-    fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+    let mut output = args.force.output().reads(&args.robot);
+    output.folder(&folder, &["statics.svg"])?;
     let picture = folder.join("statics.svg");
     found.draw(&picture).map_err(|error| in_file(&picture, &error))?;
+    output.written(std::slice::from_ref(&picture))?;
     print(&if args.json { json(&found)? + "\n" } else { format!("{}{}", found.table(), files(&[picture])) })
 }

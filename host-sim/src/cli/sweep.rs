@@ -1,16 +1,18 @@
 //! `sweep`: very many runs of a study, or a part of them.
 
 use crate::cli::document;
+use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
 use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{self, Failure};
+use crate::output::Output;
 use crate::run::files::file_name;
 use crate::study::parallel::Jobs;
 use crate::study::sweep::Prepared;
 use crate::study::sweep::repeat::Repeat;
 use crate::study::sweep::replay::{Replayed, replay};
-use crate::study::sweep::results::Results;
+use crate::study::sweep::results::{FILES, Results};
 use crate::study::sweep::store::{self, Done, Progress, Shard};
 use crate::study::sweep::submit::{self, Engine, Submission};
 use clap::Args;
@@ -75,6 +77,9 @@ pub struct SweepArgs {
     /// Put the results into this page, between its lines `<!-- measured: NAME -->` with the study's name.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "docs/measured/studies.md")]
     pub write: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Print results.json, and nothing else.
     #[arg(long)]
     pub json: bool,
@@ -103,6 +108,14 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
     }
     // Better now than after the runs.
     let page = document::page(args.write.as_deref(), &[&prepared.study.name])?;
+    let mut output = outputs(args, &prepared);
+    if folder.join(store::MANIFEST).exists() {
+        // Runs that are there are continued; the store checks whose they are.
+        output.known_folder(&folder, FILES)?;
+    } else {
+        prepared.may_lie_in(&folder)?;
+        output.folder(&folder, &[FILES, &[store::RUNS]].concat())?;
+    }
     let Some(done) = write(args, &prepared, &folder, stop)? else { return Ok(failure::INTERRUPTED) };
     if !args.shard.is_whole() {
         let written = format!("shard {}: {} runs in {}\n", args.shard, done.manifest.rows, folder.display());
@@ -114,8 +127,17 @@ pub fn run(args: &SweepArgs, stop: &AtomicBool) -> Result<u8, Failure> {
         document::fill(page, &[(&prepared.study.name, results.measured())])?;
     }
     let pace = format!("{:<21}{}\n", "pace", pace(&done));
-    show(&Shown { json: args.json, quiet: args.quiet, pace: &pace }, &prepared, &results, &folder)?;
+    show(&Shown { json: args.json, quiet: args.quiet, pace: &pace }, &prepared, &results, &folder, &output)?;
     Ok(code(&prepared, &results))
+}
+
+/// Outputs of the command: the study and its scenes are never overwritten.
+fn outputs(args: &SweepArgs, prepared: &Prepared) -> Output {
+    let scenes = match &prepared.study.subject {
+        Subject::Scene(experiment) => std::slice::from_ref(&experiment.scene),
+        Subject::Campaign(scenes) => scenes.as_slice(),
+    };
+    scenes.iter().fold(args.force.output().reads(&args.study), |output, scene| output.reads(scene))
 }
 
 /// Do the runs; `None` where they were interrupted.
@@ -154,8 +176,15 @@ pub(super) struct Shown<'a> {
 }
 
 /// Write the results, and print them.
-pub(super) fn show(shown: &Shown<'_>, prepared: &Prepared, results: &Results, folder: &Path) -> Result<(), Failure> {
+pub(super) fn show(
+    shown: &Shown<'_>,
+    prepared: &Prepared,
+    results: &Results,
+    folder: &Path,
+    output: &Output,
+) -> Result<(), Failure> {
     let written = results.write(folder, prepared)?;
+    output.written(&FILES.iter().map(|name| folder.join(name)).collect::<Vec<_>>())?;
     if shown.json {
         return print(&format!("{}\n", json(results)?));
     }
@@ -183,7 +212,7 @@ fn submitted(args: &SweepArgs, prepared: &Prepared, folder: &Path, engine: Engin
         },
         image: args.image.clone(),
     };
-    let written = submit::write(prepared, &submission, folder)?;
+    let written = submit::write(prepared, &submission, folder, &mut outputs(args, prepared))?;
     if !args.quiet {
         print(&files(&written))?;
     }
@@ -199,7 +228,7 @@ fn replayed(
     stop: &AtomicBool,
 ) -> Result<u8, Failure> {
     let bar = if args.quiet { ProgressBar::hidden() } else { progress_bar(None, "ticks") };
-    let Replayed { run, files: written } = replay(prepared, index, folder, stop, &bar)?;
+    let Replayed { run, files: written } = replay(prepared, index, folder, &mut outputs(args, prepared), stop, &bar)?;
     if !args.quiet {
         print(&format!("{}\n{}", run.summary.table(), files(&written)))?;
     }

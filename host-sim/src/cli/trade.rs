@@ -2,10 +2,12 @@
 
 use crate::cli::chain::ChainArgs;
 use crate::cli::document;
+use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
 use crate::cli::output::{json, print};
 use crate::cli::progress::progress_bar;
 use crate::failure::{Failure, in_file};
+use crate::output::Output;
 use crate::run::files::file_name;
 use crate::study::trade::baseline::Baseline;
 use crate::study::trade::chip::Chip;
@@ -70,6 +72,9 @@ pub struct TradeArgs {
     /// Folder for the files.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Overwriting.
+    #[command(flatten)]
+    pub force: ForceArgs,
     /// Measure again what is known.
     #[arg(long)]
     pub fresh: bool,
@@ -153,7 +158,8 @@ pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), F
     let base = Baseline::load(&args.scene, args.chain.ends())?;
     let place = place_of(&base.file.name);
     let page = document::page(args.write.as_deref(), &[&place])?;
-    let folder = folder(args.out.as_deref(), &base)?;
+    let mut output = args.force.output().reads(&args.scene);
+    let folder = folder(args.out.as_deref(), &base, &mut output)?;
     let trade =
         measured(&base, &args.scene, &choices(&args.axes.axes(), &base, None)?, chip, &folder, args.fresh, stop)?;
     let csv = folder.join("trade.csv");
@@ -162,6 +168,7 @@ pub fn run(args: &TradeArgs, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), F
     trade.write_plot(&plot).map_err(|error| in_file(&plot, &error))?;
     let report = folder.join("report.html");
     fs::write(&report, trade.page().html()).map_err(|error| in_file(&report, &error))?;
+    output.written(&[csv.clone(), plot.clone(), report.clone()])?;
     if let Some(page) = page {
         let picture = format!("trade_{}.svg", file_name(&base.file.name));
         let path = page.folder().join(&picture);
@@ -185,9 +192,9 @@ fn place_of(scene: &str) -> String {
 }
 
 /// Where the files go, made if it is not there.
-pub(super) fn folder(out: Option<&Path>, base: &Baseline) -> Result<PathBuf, Failure> {
+pub(super) fn folder(out: Option<&Path>, base: &Baseline, output: &mut Output) -> Result<PathBuf, Failure> {
     let folder = out.map_or_else(|| Path::new("out/trade").join(file_name(&base.file.name)), Path::to_owned);
-    fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+    output.folder(&folder, &["trade.csv", "trade.svg", "report.html"])?;
     Ok(folder)
 }
 

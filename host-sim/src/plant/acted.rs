@@ -62,7 +62,7 @@ impl<const N: usize> Acted<N> {
         if let Some(friction) = &self.friction {
             for i in 0..N {
                 let level = friction[i].level(torque[i], state.qd[i]);
-                torque[i] -= friction[i].viscous * state.qd[i] + level * dry.sign[i][0];
+                torque[i] -= friction[i].viscous * state.qd[i] + level * dry.sign[i][0] + friction[i].constant();
                 dry.level[i][0] = level;
             }
         }

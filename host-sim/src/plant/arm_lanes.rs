@@ -224,14 +224,17 @@ struct Frictions<const N: usize> {
     is_dry: bool,
     /// As each lane's arm has it; `None` without friction.
     whole: [Option<[JointFriction; N]>; LANES],
-    /// Joints of which some arm has a breakaway.
+    /// Torque that does not depend on the motion.
+    constant: Joints<N>,
+    /// Joints of which some arm's level depends on torque or velocity.
     special: [bool; N],
 }
 
 impl<const N: usize> Frictions<N> {
     fn none() -> Self {
         let zero = [[0.0; LANES]; N];
-        Self { viscous: zero, coulomb: zero, rough: zero, is_dry: false, whole: [None; LANES], special: [false; N] }
+        let special = [false; N];
+        Self { viscous: zero, coulomb: zero, constant: zero, rough: zero, is_dry: false, whole: [None; LANES], special }
     }
 
     fn place(&mut self, lane: usize, friction: Option<&[JointFriction; N]>) {
@@ -240,10 +243,10 @@ impl<const N: usize> Frictions<N> {
             let own = friction.map(|friction| friction[joint]);
             self.viscous[joint][lane] = own.map_or(0.0, |own| own.viscous);
             self.coulomb[joint][lane] = own.map_or(0.0, |own| own.coulomb);
+            self.constant[joint][lane] = own.map_or(0.0, |own| own.constant());
             self.rough[joint][lane] = f64::from(u8::from(own.is_some_and(|own| own.is_dry())));
-            let rises =
-                |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| it[joint].breakaway.is_some());
-            self.special[joint] = self.whole.iter().any(rises);
+            let varies = |friction: &Option<[JointFriction; N]>| friction.is_some_and(|it| it[joint].varies());
+            self.special[joint] = self.whole.iter().any(varies);
         }
         self.is_dry = self.rough.as_flattened().contains(&1.0);
     }
@@ -260,8 +263,9 @@ impl<const N: usize> Frictions<N> {
                 }
             }
             let (viscous, level, sign) = (&self.viscous[joint], &dry.level[joint], &dry.sign[joint]);
+            let constant = &self.constant[joint];
             for lane in 0..LANES {
-                torque[joint][lane] -= viscous[lane] * qd[joint][lane] + level[lane] * sign[lane];
+                torque[joint][lane] -= viscous[lane] * qd[joint][lane] + level[lane] * sign[lane] + constant[lane];
             }
         }
     }

@@ -7,8 +7,8 @@ use crate::run::simulate;
 use dynamics_core::{Term, Wrench};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use robot_compiler::scene::{BreakawaySpec, ElasticitySpec, FrictionSpec, Integrator, Ripple};
-use robot_compiler::{Robot, SceneFile, with_dof};
+use robot_compiler::scene::{ElasticitySpec, Integrator, Ripple};
+use robot_compiler::{Breakaway, JointFriction, Robot, SceneFile, with_dof};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -62,10 +62,10 @@ fn each_effect_that_is_asked_for_is_called_and_no_other() {
     let asks: [(Effect, Ask); 15] = [
         (Effect::Friction, |scene| scene.plant.friction = true),
         (Effect::Breakaway, |scene| {
-            let breakaway = BreakawaySpec { torque: vec![1.0; 6], speed: 1.0, load: 0.0 };
-            let (viscous, coulomb) = (vec![0.0; 6], vec![0.5; 6]);
+            let breakaway = Some(Breakaway { torque: 1.0, speed: 1.0, load: 0.0 });
             scene.plant.friction = true;
-            scene.plant.friction_law = Some(FrictionSpec { viscous, coulomb, breakaway: Some(breakaway) });
+            scene.plant.friction_law =
+                Some(vec![JointFriction { coulomb: 0.5, breakaway, ..JointFriction::default() }; 6]);
         }),
         (Effect::TipWrench, |scene| {
             scene.plant.tip_wrench = Some(Wrench { force: Vector3::new(1.0, 0.0, 0.0), moment: Vector3::zeros() });
@@ -125,10 +125,9 @@ fn what_only_the_model_has_is_not_in_the_world() {
 fn a_step_that_would_hide_breakaway_is_refused_with_one_that_would_not() {
     let puma = shipped().into_iter().find(|path| path.ends_with("puma560.toml")).unwrap();
     let mut scene = bare(&puma);
-    let breakaway = BreakawaySpec { torque: vec![30.0; 6], speed: 0.02, load: 0.0 };
+    let breakaway = Some(Breakaway { torque: 30.0, speed: 0.02, load: 0.0 });
     scene.plant.friction = true;
-    scene.plant.friction_law =
-        Some(FrictionSpec { viscous: vec![0.0; 6], coulomb: vec![1.0; 6], breakaway: Some(breakaway) });
+    scene.plant.friction_law = Some(vec![JointFriction { coulomb: 1.0, breakaway, ..JointFriction::default() }; 6]);
     let Err(failure) = simulate::world::<6>(&scene) else { unreachable!("a step of {} s", scene.plant.step) };
     let report = failure.report();
     assert!(report.to_string().contains("is too long for breakaway"), "{report}");

@@ -1,4 +1,4 @@
-//! Figures of a run beside its tracking error: chatter of the torque, the error at rest, the distance from the reference.
+//! Figures of a run besides its tracking error: chatter of the torque, the error at rest, the distance from the reference.
 
 use crate::run::record::Record;
 use robot_compiler::scene::SafetySpec;
@@ -28,9 +28,14 @@ pub struct OutOfReach {
 pub(super) struct AtRest {
     /// Reference less actual position in the last tick, rad or m.
     pub(super) error: f64,
-    /// Time from the start of the stretch until the error stays within the band, s; `None` if it never does.
+    /// Error within which the joint counts as settled, rad or m.
+    pub(super) band: f64,
+    /// Settling time: from the start of the stretch until the error stays within the band to its end, s; `None` if it does not.
     pub(super) settled: Option<f64>,
 }
+
+/// Share of a joint's last move within which its error has settled: 2 %, the usual band.
+const SETTLED: f64 = 0.02;
 
 impl Supervision {
     /// Judge the ticks before a fault.
@@ -63,13 +68,24 @@ pub(super) fn last_rest(record: &Record, driven: usize) -> Option<Range<usize>> 
     Some(start..end)
 }
 
-/// A joint in such a stretch; `band` is the error within which it counts as settled, rad or m.
-pub(super) fn at_rest(record: &Record, joint: usize, rest: &Range<usize>, band: f64, period: f64) -> AtRest {
+/// A joint in such a stretch. Its band is 2 % of the joint's last move, and at least `resolution`, rad or m: a move of nothing, or of a few
+/// counts of an encoder, has no smaller error that could be seen.
+pub(super) fn at_rest(record: &Record, joint: usize, rest: &Range<usize>, resolution: f64, period: f64) -> AtRest {
     let errors: Vec<f64> = record.joint(joint).take(rest.end).skip(rest.start).map(|sample| sample.error()).collect();
     let error = errors.last().copied().unwrap_or(0.0);
+    let band = f64::max(SETTLED * last_move(record, joint, rest), resolution);
     let outside = errors.iter().rposition(|error| error.abs() > band);
     let from = outside.map_or(0, |last| last + 1);
-    AtRest { error, settled: (from < errors.len()).then_some(from as f64 * period) }
+    AtRest { error, band, settled: (from < errors.len()).then_some(from as f64 * period) }
+}
+
+/// Range that a joint's reference covers in the move that ends with the stretch, rad or m: since every reference was last at rest for at
+/// least two ticks, or since the start of the run.
+fn last_move(record: &Record, joint: usize, rest: &Range<usize>) -> f64 {
+    let start = last_rest(record, rest.start).map_or(0, |before| before.end - 1);
+    let places = record.joint(joint).take(rest.end).skip(start).map(|sample| sample.q_reference);
+    let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));
+    f64::max(high - low, 0.0)
 }
 
 #[cfg(test)]
@@ -112,10 +128,54 @@ mod tests {
         assert_eq!(rest, 2..6);
         let found = at_rest(&record, 0, &rest, 0.1, 1e-3);
         assert!((found.error - 0.02).abs() < 1e-15 && found.settled == Some(3e-3), "{:?}", found.settled);
-        assert!(at_rest(&record, 0, &rest, 0.01, 1e-3).settled.is_none());
         assert!(at_rest(&record, 0, &rest, 0.5, 1e-3).settled == Some(0.0));
         assert_eq!(last_rest(&record, 2), None);
         assert_eq!(last_rest(&record, 0), None);
+    }
+
+    /// A move from 0 to `goal`, then a rest with these errors.
+    fn moved(goal: f64, errors: &[f64]) -> Record {
+        let mut ticks = vec![(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.5 * goal, 1.0, 0.0)];
+        ticks.extend(errors.iter().map(|error| (goal, 0.0, goal - error)));
+        record(&ticks)
+    }
+
+    fn settling(record: &Record, resolution: f64) -> (f64, Option<f64>) {
+        let rest = last_rest(record, record.ticks()).unwrap();
+        let found = at_rest(record, 0, &rest, resolution, 1e-3);
+        (found.band, found.settled)
+    }
+
+    #[test]
+    fn a_joint_has_settled_when_its_error_stays_within_two_percent_of_its_move() {
+        // 2 % of 0.5 rad is 10 mrad, and 2 % of a move the other way too.
+        for goal in [0.5, -0.5] {
+            assert_eq!(settling(&moved(goal, &[0.02, 0.009, -0.011, 0.009, -0.009]), 1e-3), (0.01, Some(3e-3)));
+            assert_eq!(settling(&moved(goal, &[0.009, -0.009]), 1e-3), (0.01, Some(0.0)));
+        }
+        // It was in the band and is outside it at the end.
+        assert_eq!(settling(&moved(0.5, &[0.009, 0.009, 0.011]), 1e-3), (0.01, None));
+    }
+
+    #[test]
+    fn the_band_of_a_tiny_move_or_of_none_is_the_resolution() {
+        for goal in [0.0, 1e-3] {
+            assert_eq!(settling(&moved(goal, &[3e-3, 1.9e-3, 1.9e-3]), 2e-3), (2e-3, Some(1e-3)));
+            assert_eq!(settling(&moved(goal, &[3e-3, 2.1e-3, 2.1e-3]), 2e-3), (2e-3, None));
+        }
+    }
+
+    #[test]
+    fn only_the_last_move_counts_and_there_and_back_is_a_move() {
+        // 1 rad there, a rest, 0.1 rad back: 2 mrad, not 20.
+        let mut ticks = vec![(0.0, 1.0, 0.0), (0.5, 1.0, 0.5), (1.0, 0.0, 1.0), (1.0, 0.0, 1.0), (0.95, -1.0, 0.95)];
+        ticks.extend([(0.9, 0.0, 0.895), (0.9, 0.0, 0.899)]);
+        let (band, settled) = settling(&record(&ticks), 1e-4);
+        assert!((band - 2e-3).abs() < 1e-15 && settled == Some(1e-3), "{band} {settled:?}");
+        // Without a rest between them both are one move, of 0.3 rad.
+        let whole = [(0.0, 1.0, 0.0), (0.3, -1.0, 0.3), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)];
+        let (band, _) = settling(&record(&whole), 1e-4);
+        assert!((band - 6e-3).abs() < 1e-15, "{band}");
     }
 
     #[test]

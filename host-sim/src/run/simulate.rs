@@ -352,21 +352,16 @@ fn can_swing(scene: &SceneFile, step: f64, fastest: f64) -> Result<(), Failure> 
 
 /// Friction of the simulated joints: the plant's own, or the robot file's.
 pub(crate) fn friction_laws<const N: usize>(scene: &SceneFile) -> [JointFriction; N] {
-    let at = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(0.0);
-    core::array::from_fn(|i| match &scene.plant.friction_law {
-        Some(law) => JointFriction {
-            viscous: at(&law.viscous, i),
-            coulomb: at(&law.coulomb, i),
-            breakaway: law.breakaway.as_ref().map(|breakaway| Breakaway {
-                torque: at(&breakaway.torque, i),
-                speed: breakaway.speed,
-                load: breakaway.load,
-            }),
-        },
-        None => {
-            let friction = scene.robot.joints.get(i).and_then(|joint| joint.friction);
-            friction.map_or(JointFriction::new(0.0, 0.0), |f| JointFriction::new(f.viscous, f.coulomb))
-        }
+    core::array::from_fn(|i| {
+        let friction = match &scene.plant.friction_law {
+            Some(all) => all.get(i).copied(),
+            None => scene.robot.joints.get(i).and_then(|joint| joint.friction),
+        };
+        let robot_compiler::JointFriction { viscous, coulomb, coulomb_load, breakaway, asymmetry, offset } =
+            friction.unwrap_or_default();
+        let breakaway =
+            breakaway.map(|robot_compiler::Breakaway { torque, speed, load }| Breakaway { torque, speed, load });
+        JointFriction { viscous, coulomb, breakaway, coulomb_load, asymmetry, offset }
     })
 }
 

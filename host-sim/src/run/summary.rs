@@ -129,8 +129,13 @@ pub struct Summary {
     /// Per joint, rest error: reference less actual position in the last tick of the last stretch in which every reference stands
     /// still, rad or m. `None` without such a stretch.
     pub rest_error: Vec<Option<f64>>,
-    /// Per joint, settling time: from the start of that stretch until the error stays within the joint's `resolution` of the scene's
-    /// `[safety]`, s. `None` without such a stretch, or if it does not.
+    /// Length of that stretch, s. `None` without one.
+    pub rest_time: Option<f64>,
+    /// Per joint, error within which it counts as settled, rad or m: 2 % of its last move, and at least its `resolution` of the scene's
+    /// `[safety]`. `None` without such a stretch.
+    pub settling_band: Vec<Option<f64>>,
+    /// Per joint, settling time: from the start of that stretch, the end of the motion, until the error is within the band and stays
+    /// there, s. `None` without such a stretch, or if the joint is outside its band at the end.
     pub settling_time: Vec<Option<f64>>,
     /// Per joint, ticks in which each limit acted.
     pub limits: Vec<LimitCounts>,
@@ -190,6 +195,8 @@ impl Summary {
             torque_chatter: each(&|i| chatter(torques(i))),
             external_rms: record.estimates().then(|| each(&|i| rms(record.external(i).take(driven)))),
             rest_error: rests.iter().map(|rest| rest.as_ref().map(|rest| rest.error)).collect(),
+            rest_time: rest.as_ref().map(|rest| rest.len() as f64 * setting.period),
+            settling_band: rests.iter().map(|rest| rest.as_ref().map(|rest| rest.band)).collect(),
             settling_time: rests.iter().map(|rest| rest.as_ref().and_then(|rest| rest.settled)).collect(),
             limits: (0..record.joints().len()).map(|i| count_limits(record, i)).collect(),
             closest_limit: closest_limit(record, driven, &scene.robot),
@@ -214,7 +221,7 @@ impl Summary {
             "joint",
             "error rms",
             "error max",
-            "at rest, settled",
+            "at rest, settles in",
             "torque rms",
             "torque peak",
             "chatter",
@@ -241,11 +248,15 @@ impl Summary {
 
     /// Rest error and settling time of a joint.
     fn rest(&self, joint: usize, unit: &str) -> String {
-        match (self.rest_error[joint], self.settling_time[joint]) {
-            (None, _) => "no rest".to_owned(),
-            (Some(error), None) => format!("{}, never", engineering(error, unit)),
-            (Some(error), Some(time)) => format!("{}, {}", engineering(error, unit), engineering(time, "s")),
-        }
+        self.rest_error[joint].map_or("no rest".to_owned(), |error| {
+            let settled = self.settling_time[joint].map_or_else(|| self.unsettled(), |time| engineering(time, "s"));
+            format!("{}, {settled}", engineering(error, unit))
+        })
+    }
+
+    /// Instead of a settling time: how long the arm rested without the joint settling.
+    pub(super) fn unsettled(&self) -> String {
+        format!("not in {}", engineering(self.rest_time.unwrap_or(0.0), "s"))
     }
 
     /// What is said about the safety state machine.

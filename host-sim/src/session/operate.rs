@@ -61,6 +61,7 @@ mod torque_check;
 mod weigh;
 
 use crate::chip::ChipError;
+use crate::output::Output;
 use crate::session::frame_log::Head;
 use crate::session::states::{ARMED, DISARMING, FAULT, HOLDING, LOWERING, RUNNING};
 use ::session::trajectory::WAYS;
@@ -175,6 +176,8 @@ pub struct Operator {
     judged: bool,
     first_motion: first_motion::FirstMotion,
     heat: motor_heat::MotorHeat,
+    /// Files of `dump` and `record`.
+    outputs: Output,
 }
 
 impl Operator {
@@ -194,6 +197,7 @@ impl Operator {
         let arm = Arm::new(scene, plays, model, head, hello)?;
         let lines = Lines::CALM;
         Ok(Self {
+            outputs: Output::default(),
             feed: MotionQueue::new(arm.period),
             report,
             heard: device.now(),

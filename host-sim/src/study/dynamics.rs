@@ -11,9 +11,6 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::io::{BufRead, Read as _, Write};
 
-/// Gravity for an arm on a floor, m/s^2.
-const FLOOR: [f64; 3] = [0.0, 0.0, -9.81];
-
 /// Longest line that is read, bytes.
 const LINE_MAX: usize = 64 << 10;
 
@@ -62,13 +59,14 @@ pub struct TipPose {
     pub position: [f64; 3],
 }
 
-/// Answer every line of the input and skip empty lines. `source` names the input in errors.
+/// Answer every line of the input and skip empty lines. `floor` is gravity where a line gives none, m/s^2. `source` names the input in errors.
 ///
 /// # Errors
 /// [`Failure::Input`] with the number of the first invalid line; the lines before it have been answered.
 /// [`Failure::Output`] if an answer cannot be written.
 pub fn answer_all<S: Real, const N: usize>(
     model: &Model<S, N>,
+    floor: &[f64; 3],
     source: &str,
     mut input: impl BufRead,
     mut output: impl Write,
@@ -96,7 +94,7 @@ where
         if line.trim().is_empty() {
             continue;
         }
-        let answer = read(line).and_then(|question| answer(model, &question)).map_err(at)?;
+        let answer = read(line).and_then(|question| answer(model, floor, &question)).map_err(at)?;
         let text = serde_json::to_string(&answer).map_err(|error| Failure::Output(error.into()))?;
         writeln!(output, "{text}").map_err(Failure::Output)?;
     }
@@ -128,7 +126,11 @@ fn printable(c: char) -> impl Iterator<Item = char> {
 ///
 /// # Errors
 /// A list has the wrong length, the scalar cannot hold a number, or a result is not finite.
-pub fn answer<S: Real, const N: usize>(model: &Model<S, N>, question: &Question) -> Result<Answer, String>
+pub fn answer<S: Real, const N: usize>(
+    model: &Model<S, N>,
+    floor: &[f64; 3],
+    question: &Question,
+) -> Result<Answer, String>
 where
     Libm: Trig<S>,
 {
@@ -139,7 +141,7 @@ where
     let q = numbers::<S, N>("q", &question.q, "one for each joint")?;
     let (qd, qdd) = (joints("qd", &question.qd)?, joints("qdd", &question.qdd)?);
     let tau_in = question.tau.as_ref().map(|tau| numbers::<S, N>("tau", tau, "one for each joint")).transpose()?;
-    let gravity = question.gravity.as_deref().unwrap_or(&FLOOR);
+    let gravity = question.gravity.as_deref().unwrap_or(floor);
     let gravity = Vector3::from(numbers::<S, 3>("gravity", gravity, "gx, gy, gz")?);
     let wrench = question.wrench_tip.as_deref().unwrap_or(&[0.0; 6]);
     let [fx, fy, fz, mx, my, mz] = numbers::<S, 6>("wrench_tip", wrench, "fx, fy, fz, mx, my, mz")?;

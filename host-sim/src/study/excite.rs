@@ -1,13 +1,17 @@
-//! Motions worth recording: limits of a robot file, and the motion as a file.
+//! Motions worth recording: limits of a robot file, clearances, and the motion as a file.
+
+mod judge;
+mod surroundings;
+
+pub use surroundings::Surroundings;
 
 use crate::failure::Failure;
-use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion, MotionError};
-use dynamics_core::kinematics::{link_poses, tip_pose};
-use dynamics_core::trig::Libm;
-use dynamics_core::{Model, Term, Trig};
+use dynamics_core::control::trajectory::{Bounds, FourierSpec, HARMONICS_MAX, Motion, MotionError, Timing, Waypoint};
+use dynamics_core::{Model, Term};
 use identification::arm::Chain;
 use identification::base::Base;
 use identification::excite::{Room, Search, Series, Subject, excite, postures};
+use judge::Watched;
 use nalgebra::Vector3;
 use robot_compiler::SceneFile;
 use serde_json::{Value, json};
@@ -49,8 +53,8 @@ pub struct Wishes {
     pub acceleration: Option<f64>,
     /// Share of torque limits.
     pub torque: f64,
-    /// Lowest height, m.
-    pub above: Option<f64>,
+    /// What stands around the arm.
+    pub around: Surroundings,
     /// Period, s.
     pub period: f64,
     /// Number of periods.
@@ -79,7 +83,8 @@ pub struct Designed {
 /// Design a motion for the scene's arm; `tick` is called after every try.
 ///
 /// # Errors
-/// [`Failure::Input`]: a centre outside the limits, or nothing found that keeps them.
+/// [`Failure::Input`]: a centre outside the limits or without clearance, shapes that cannot be read, or nothing found that keeps limits and
+/// clearance.
 pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn()) -> Result<Designed, Failure> {
     let wrong = |expected: &str, found: String| {
         Failure::Input(miette::miette!(help = format!("expected {expected}"), "{found}"))
@@ -90,31 +95,55 @@ pub fn design<const N: usize>(scene: &SceneFile, wishes: &Wishes, tick: &dyn Fn(
         Term::Absent | Term::Live => scene.plant.gravity,
     };
     let room = room(&model, wishes).map_err(|found| wrong("a centre for each joint, inside its limits", found))?;
+    let up = if gravity.norm() > 0.0 { -gravity.normalize() } else { Vector3::z() };
+    let judged = surroundings::judged(scene, &model, &up, &wishes.around)?;
+    let watched =
+        Watched { model: &model, judged: &judged, around: &wishes.around, centre: &room.centre, period: wishes.period };
+    watched.check_start()?;
     let chain = Chain::new(model, gravity);
     let base = Base::of(&chain);
     let beta = base.of_parameters(&chain.parameters());
-    let allowed = |q: &[f64]| wishes.above.is_none_or(|height| lowest(&model, &gravity, q) >= height);
-    let subject = Subject { arm: &chain, base: &base, beta: beta.as_slice(), allowed: &allowed };
+    let subject = Subject { arm: &chain, base: &base, beta: beta.as_slice(), workspace: &watched };
     let nothing = || {
         wrong(
-            "a lower --above, another --centre, less --swing or more --torque",
-            "no motion keeps limits and workspace".to_owned(),
+            "another --centre, less --swing, more --torque, or less --clearance",
+            format!("none of the motions tried keeps limits and clearance{}", watched.nearest_at_centre()),
         )
     };
-    match wishes.kind {
+    let no_motion = |error: MotionError| wrong("a longer --period or less --speed", error.to_string());
+    let (motion, mut designed) = match wishes.kind {
         Kind::Series => {
             let search =
                 Search { harmonics: wishes.harmonics, period: wishes.period, tries: wishes.tries, seed: wishes.seed };
             let series = excite(&subject, &room, &search, tick).ok_or_else(nothing)?;
-            with_ramp(&model, &base, &room, wishes, &series)
-                .map_err(|error| wrong("a longer --period or less --speed", error.to_string()))
+            let (motion, spec) =
+                fastest_ramp(&model, &room.centre, wishes.period, wishes.periods, [&series.sine, &series.cosine])
+                    .map_err(no_motion)?;
+            (motion, file(&base, wishes, &series, &spec))
         }
-        Kind::Friction => Ok(sweeps(&room)),
+        Kind::Friction => {
+            let tried = (0..20).map(|k| sweeps(&room, 0.6 * 0.85_f64.powi(k)));
+            let clear = |points: &Vec<Point>| {
+                quintic::<N>(points).is_ok_and(|motion| judged.cell.keeps(&motion, wishes.around.clearance))
+            };
+            let points = tried.into_iter().find(clear).ok_or_else(nothing)?;
+            let line = "Friction: slow sweeps of all joints at two steady speeds";
+            (quintic(&points).map_err(no_motion)?, through(line, &points))
+        }
         Kind::Static => {
             let found = postures(&subject, &room, 15, wishes.seed, tick);
-            if found.len() < 4 { Err(nothing()) } else { Ok(rests(&found)) }
+            if found.len() < 4 {
+                return Err(nothing());
+            }
+            let points = rests(&found);
+            (quintic(&points).map_err(no_motion)?, through("Gravity: postures with rests", &points))
         }
-    }
+    };
+    let (comments, value) = watched.state(&motion)?;
+    designed.line += comments.lines().next().map_or("", |line| line.trim_start_matches('#'));
+    designed.toml = designed.toml.replacen('\n', &format!("\n{comments}"), 1);
+    designed.json["clearance"] = value;
+    Ok(designed)
 }
 
 fn room<const N: usize>(model: &Model<f64, N>, wishes: &Wishes) -> Result<Room, String> {
@@ -147,40 +176,31 @@ fn room<const N: usize>(model: &Model<f64, N>, wishes: &Wishes) -> Result<Room, 
     })
 }
 
-/// Height of the lowest of the tip and the links' origins from the third on, against gravity, m.
-fn lowest<const N: usize>(model: &Model<f64, N>, gravity: &Vector3<f64>, q: &[f64]) -> f64 {
-    let q: [f64; N] = core::array::from_fn(|i| q[i]);
-    let turn = Libm.sin_cos_all(&q);
-    let up = if gravity.norm() > 0.0 { -gravity.normalize() } else { Vector3::z() };
-    let tip = tip_pose(model, &turn, &q).translation.dot(&up);
-    link_poses(model, &turn, &q).iter().skip(2).map(|pose| pose.translation.dot(&up)).fold(tip, f64::min)
-}
-
-/// The series as a motion, with ramps long enough for the limits.
-fn with_ramp<const N: usize>(
+/// A series as a motion, with ramps long enough for the limits: amplitudes of the sines and of the cosines, of each harmonic.
+fn fastest_ramp<const N: usize>(
     model: &Model<f64, N>,
-    base: &Base,
-    room: &Room,
-    wishes: &Wishes,
-    series: &Series,
-) -> Result<Designed, MotionError> {
+    centre: &[f64],
+    period: f64,
+    periods: u32,
+    [sine, cosine]: [&[Vec<f64>]; 2],
+) -> Result<(Motion<f64, N>, FourierSpec<f64, N>), MotionError> {
     let bounds = Bounds::from_limits(&model.links().map(|link| link.limits));
     let harmonics = |list: &[Vec<f64>]| -> [[f64; N]; HARMONICS_MAX] {
         core::array::from_fn(|k| core::array::from_fn(|i| list.get(k).map_or(0.0, |a| round(a[i]))))
     };
-    let mut ramp = 0.15 * wishes.period;
+    let mut ramp = 0.15 * period;
     loop {
         let spec = FourierSpec {
-            centre: core::array::from_fn(|i| round(room.centre[i])),
-            sine: harmonics(&series.sine),
-            cosine: harmonics(&series.cosine),
-            period: wishes.period,
-            duration: f64::from(wishes.periods) * wishes.period + 2.0 * ramp,
+            centre: core::array::from_fn(|i| round(centre[i])),
+            sine: harmonics(sine),
+            cosine: harmonics(cosine),
+            period,
+            duration: f64::from(periods) * period + 2.0 * ramp,
             ramp,
         };
         match Motion::fourier(&spec, &bounds) {
-            Ok(_) => return Ok(file(base, wishes, series, &spec)),
-            Err(error) if ramp > 2.0 * wishes.period => return Err(error),
+            Ok(motion) => return Ok((motion, spec)),
+            Err(error) if ramp > 2.0 * period => return Err(error),
             Err(_) => ramp *= 1.4,
         }
     }
@@ -235,9 +255,20 @@ fn file<const N: usize>(base: &Base, wishes: &Wishes, series: &Series, spec: &Fo
     Designed { line, toml, json }
 }
 
-/// A quintic through points: position, duration of the way there, rest.
-fn through(line: &str, points: &[(Vec<f64>, f64, f64)]) -> Designed {
-    let point = |(index, (q, duration, dwell)): (usize, &(Vec<f64>, f64, f64))| {
+/// A point of a quintic: position, duration of the way there, rest, s.
+type Point = (Vec<f64>, f64, f64);
+
+/// Quintics through points as a motion.
+fn quintic<const N: usize>(points: &[Point]) -> Result<Motion<f64, N>, MotionError> {
+    let way: Vec<Waypoint<f64, N>> =
+        points.iter().map(|(q, _, dwell)| Waypoint { q: core::array::from_fn(|i| q[i]), dwell: *dwell }).collect();
+    let durations: Vec<f64> = points.iter().skip(1).map(|(_, duration, _)| *duration).collect();
+    Motion::quintic(&way, Timing::Durations(&durations), &Bounds::none())
+}
+
+/// Quintics through points as a file.
+fn through(line: &str, points: &[Point]) -> Designed {
+    let point = |(index, (q, duration, dwell)): (usize, &Point)| {
         let way = if index == 0 { String::new() } else { format!(", duration = {duration:.3}") };
         let rest = if *dwell > 0.0 { format!(", dwell = {dwell:.3}") } else { String::new() };
         format!("    {{ q = {}{way}{rest} }},\n", list(q))
@@ -249,8 +280,9 @@ fn through(line: &str, points: &[(Vec<f64>, f64, f64)]) -> Designed {
     Designed { json: json!({ "duration": total, "points": points.len() }), line, toml }
 }
 
-/// There and back between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed.
-fn sweeps(room: &Room) -> Designed {
+/// There and back between the ends at two steady speeds: a quintic passes evenly spaced points at their mean speed. `share_of_range` is
+/// that of the free range.
+fn sweeps(room: &Room, share_of_range: f64) -> Vec<Point> {
     const WAY: [(f64, bool); 14] = [
         (0.0, false),
         (0.5, false),
@@ -268,25 +300,28 @@ fn sweeps(room: &Room) -> Designed {
         (0.0, false),
     ];
     let swing: Vec<f64> =
-        room.centre.iter().zip(&room.position).map(|(q, (lo, hi))| 0.6 * (q - lo).min(hi - q)).collect();
+        room.centre.iter().zip(&room.position).map(|(q, (lo, hi))| share_of_range * (q - lo).min(hi - q)).collect();
     let mut before = 0.0;
-    let points: Vec<(Vec<f64>, f64, f64)> = WAY
-        .iter()
+    WAY.iter()
         .map(|&(place, fast)| {
             let share = if fast { SLOW.1 } else { SLOW.0 };
             let needs = |(a, v): (&f64, &f64)| a * (place - before).abs() / (share * v);
             let duration = swing.iter().zip(&room.velocity).map(needs).fold(0.1, f64::max);
             before = place;
-            (room.centre.iter().zip(&swing).map(|(q, a)| round(q + a * place)).collect(), duration, 0.0)
+            (room.centre.iter().zip(&swing).map(|(q, a)| round(q + a * place)).collect(), milliseconds(duration), 0.0)
         })
-        .collect();
-    through("Friction: slow sweeps of all joints at two steady speeds", &points)
+        .collect()
+}
+
+/// A time as the file has it, s.
+fn milliseconds(time: f64) -> f64 {
+    (time * 1e3).ceil() / 1e3
 }
 
 /// Postures with rests; the first is the last.
-fn rests(found: &[Vec<f64>]) -> Designed {
-    let mut points: Vec<(Vec<f64>, f64, f64)> =
-        found.iter().map(|q| (q.iter().map(|q| round(*q)).collect(), REST.1, REST.0)).collect();
-    points.extend(found.first().map(|q| (q.iter().map(|q| round(*q)).collect(), REST.1, 0.0)));
-    through("Gravity: postures with rests", &points)
+fn rests(found: &[Vec<f64>]) -> Vec<Point> {
+    let rounded = |q: &Vec<f64>| q.iter().map(|q| round(*q)).collect();
+    let mut points: Vec<Point> = found.iter().map(|q| (rounded(q), REST.1, REST.0)).collect();
+    points.extend(found.first().map(|q| (rounded(q), REST.1, 0.0)));
+    points
 }

@@ -1,5 +1,6 @@
 //! Input of a command: a scene, or a robot in a default scene.
 
+use crate::cli::gravity::say_mounting;
 use crate::failure::Failure;
 use robot_compiler::{Ends, Robot, SceneFile};
 use std::fs::File;
@@ -22,9 +23,11 @@ impl RobotOrScene {
         if is_scene {
             refuse_ends(path, ends)?;
             let file = SceneFile::load(path).map_err(Failure::input)?;
+            say_mounting(&file.robot);
             Ok(Self { scene: Some(file.name.clone()), file })
         } else {
             let robot = Robot::load_between(path, ends).map_err(Failure::input)?;
+            say_mounting(&robot);
             Ok(Self { scene: None, file: SceneFile::default_for(robot) })
         }
     }
@@ -56,6 +59,7 @@ fn names_a_robot(line: &str) -> bool {
 /// Loads the given scene and checks that it is a scene of the given robot; without a scene, the robot's default scene.
 pub(crate) fn scene_about(robot_file: &Path, ends: Ends<'_>, scene_file: Option<&Path>) -> Result<SceneFile, Failure> {
     let robot = Robot::load_between(robot_file, ends).map_err(Failure::input)?;
+    say_mounting(&robot);
     let Some(path) = scene_file else { return Ok(SceneFile::default_for(robot)) };
     let file = SceneFile::load(path).map_err(Failure::input)?;
     // Compare contents: the same file may be reached by many paths, and the source of a URDF robot holds its path.

@@ -1,6 +1,7 @@
 //! Whole closed loops in the emulated chip, run as by a user: every tick gives the desk's bits.
 
 use crate::pinned::assert_pinned;
+use crate::program::new;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -13,10 +14,10 @@ fn run(scene: &str, options: &[&str]) -> Value {
 /// As [`run`], of a scene file anywhere in the project.
 fn run_file(file: &str, scene: &str, options: &[&str]) -> Value {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let out = workspace.join("target/tmp").join(format!("closed_loop-{scene}"));
+    let out = workspace.join("target/tmp").join(format!("closed_loop-{scene}{}", options.join("")));
     let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
     command.current_dir(&workspace).args(["run", file, "--target", "qemu", "--json"]);
-    let output = command.arg("--out").arg(&out).args(options).output().unwrap();
+    let output = command.arg("--out").arg(new(&out)).args(options).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }

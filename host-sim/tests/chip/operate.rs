@@ -1,6 +1,6 @@
 //! `connect` in a drill of the emulated chip, and its record replayed on the desk: the same bits in every status.
 
-use crate::program::{at_the_top, printed, told};
+use crate::program::{at_the_top, new, printed, told};
 use std::path::Path;
 
 #[test]
@@ -11,7 +11,7 @@ fn a_session_on_the_chip_has_the_desk_s_bits_in_every_status_refusal_and_remembe
     std::fs::write(&script, commands).unwrap();
     let mut connect = at_the_top();
     connect.args(["connect", "scenes/planar2r_swing.toml", "--target", "qemu", "--script"]).arg(&script);
-    let (code, out, error) = told(connect.arg("--record").arg(&log).output().unwrap());
+    let (code, out, error) = told(connect.arg("--record").arg(new(&log)).output().unwrap());
     assert_eq!(code, 3, "arming was refused first: {out}{error}");
     assert!(out.contains("press: fault 9: emergency stop"), "{out}");
     assert!(out.ends_with("clear: idle, homed\n"), "{out}");
@@ -30,7 +30,7 @@ fn gains_are_changed_on_the_chip_within_their_bounds_and_its_record_has_the_same
     std::fs::write(&script, commands).unwrap();
     let mut connect = at_the_top();
     connect.args(["connect", "host-sim/tests/fixtures/tunable.toml", "--target", "qemu", "--script"]).arg(&script);
-    let (code, out, error) = told(connect.arg("--record").arg(&log).output().unwrap());
+    let (code, out, error) = told(connect.arg("--record").arg(new(&log)).output().unwrap());
     assert_eq!(code, 3, "one value was refused: {out}{error}");
     for line in [
         "set: elbow position gain 500 1/s^2 (100 to 1600)",

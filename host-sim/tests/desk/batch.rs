@@ -7,7 +7,8 @@ use host_sim::run::closed_loop::End;
 use host_sim::run::simulate::{self, Run};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use robot_compiler::scene::{BreakawaySpec, FrictionSpec, Integrator, Push, Ripple};
+use robot_compiler::scene::{Integrator, Push, Ripple};
+use robot_compiler::{Breakaway, JointFriction};
 use robot_compiler::{SceneFile, with_dof};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -92,10 +93,16 @@ fn runs_of_different_integrators_ends_and_effects_share_a_batch() {
         with(&|scene| (scene.actuators.lag, scene.sensors.position_noise) = (2e-3, 1e-5)),
         with(&|scene| scene.actuators.ripple = Some(Ripple { share: 0.05, cycles: 12.0 })),
         with(&|scene| {
-            let (viscous, coulomb) = (vec![1.0; joints], vec![2.0; joints]);
-            let breakaway = BreakawaySpec { torque: vec![3.0; joints], speed: 0.05, load: 0.01 };
+            let breakaway = Some(Breakaway { torque: 3.0, speed: 0.05, load: 0.01 });
+            let friction = JointFriction { viscous: 1.0, coulomb: 2.0, breakaway, ..JointFriction::default() };
             fixed(Integrator::RungeKutta, 0.02e-3)(scene);
-            scene.plant.friction_law = Some(FrictionSpec { viscous, coulomb, breakaway: Some(breakaway) });
+            scene.plant.friction_law = Some(vec![friction; joints]);
+        }),
+        with(&|scene| {
+            let plain = JointFriction { viscous: 1.0, coulomb: 2.0, ..JointFriction::default() };
+            let more = JointFriction { coulomb_load: 0.02, asymmetry: -0.3, offset: 0.2, ..plain };
+            let each = |joint: usize| if joint % 2 == 0 { more } else { plain };
+            scene.plant.friction_law = Some((0..joints).map(each).collect());
         }),
         with(&|scene| {
             let mut wrench = dynamics_core::Wrench { force: Vector3::zeros(), moment: Vector3::zeros() };

@@ -99,7 +99,7 @@ fn pictures_and_summary_show_limits_waypoints_and_the_lost_reference() {
     .unwrap();
     std::fs::write(out.join("weak.toml"), format!("{text}\n[actuators]\nsaturation = true\n")).unwrap();
     let scene = out.join("weak.toml");
-    let output = run(scene.to_str().unwrap(), &out, &["--json"]);
+    let output = run(scene.to_str().unwrap(), &out, &["--json", "--force"]);
     let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
     let far = &summary["supervision"]["out_of_reach"];
     assert_eq!(summary["supervision"]["state_machine"], false);
@@ -337,6 +337,9 @@ fn bad_options_and_files_are_named() {
 fn a_log_that_cannot_be_written_is_an_outside_failure() {
     // A file occupies the path of the folder.
     let output = run(SCENE, &Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("Cargo.toml: is a file"));
+    let output = run(SCENE, &Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml/out"), &[]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8(output.stderr).unwrap().contains("cannot be written"));
 }

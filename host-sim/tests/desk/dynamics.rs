@@ -22,7 +22,7 @@ where
         wrench_tip: wrench.then(|| state.wrench_tip.to_vec()),
         gravity: Some(gravity.to_vec()),
     };
-    answer(model, &question).unwrap()
+    answer(model, &[0.0, 0.0, -9.81], &question).unwrap()
 }
 
 /// Worst relative difference of torques and of accelerations over all states.

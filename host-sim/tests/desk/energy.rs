@@ -1,7 +1,7 @@
 //! Energy balance of the command `energy`.
 #![allow(clippy::float_cmp, reason = "what is not there is exactly zero")]
 
-use crate::program::{at_its_fixtures, told};
+use crate::program::{at_its_fixtures, new, told};
 use host_sim::study::energy::{Account, account};
 use nalgebra::Vector3;
 use robot_compiler::scene::Integrator;
@@ -103,6 +103,7 @@ fn command(arguments: &[&str], folder: &Path) -> (i32, String, String) {
 #[test]
 fn the_command_writes_the_account_and_the_power() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("energy");
+    new(&folder);
     let (code, table, error) = command(&["tests/fixtures/swing.toml"], &folder);
     assert_eq!((code, error.as_str()), (0, ""));
     for word in ["swing: planar, work of every joint", "taken back", "friction", "residual", "energy.json", "power.svg"]
@@ -123,6 +124,7 @@ fn the_command_writes_the_account_and_the_power() {
 #[test]
 fn a_fault_ends_the_account_and_exits_with_3() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("energy-fault");
+    new(&folder);
     let (code, table, _) = command(&["tests/fixtures/stale.toml"], &folder);
     assert_eq!(code, 3);
     assert!(table.contains("fault 3: measurement is stale; the account ends there"), "{table}");
@@ -132,6 +134,7 @@ fn a_fault_ends_the_account_and_exits_with_3() {
 #[test]
 fn a_bad_scene_or_duration_is_an_error_of_input() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("energy-refused");
+    new(&folder);
     for (arguments, problem) in [
         (&["tests/fixtures/nowhere.toml"][..], "cannot be read"),
         (&["tests/fixtures/swing.toml", "--duration", "0"], "expected a time in s above zero"),

@@ -1,7 +1,7 @@
 //! `connect` to an arm that people own: law, stiffness and payload changed while it is armed, torques that are not what they should
 //! be, and drives that say what is wrong with them.
 
-use crate::program::{at_the_top, told};
+use crate::program::{at_the_top, new, told};
 use std::path::{Path, PathBuf};
 
 fn file(name: &str) -> PathBuf {
@@ -218,10 +218,14 @@ fn a_push_is_told_in_newtons_at_the_tip() {
 fn a_motion_worth_recording_is_played_and_its_record_is_a_log() {
     let motion = file("feel_motion.toml");
     let (code, _, error) = told(
-        at_the_top().args(["excite", "scenes/yam_move.toml", "--periods", "1", "--out"]).arg(&motion).output().unwrap(),
+        at_the_top()
+            .args(["excite", "scenes/yam_move.toml", "--periods", "1", "--out"])
+            .arg(new(&motion))
+            .output()
+            .unwrap(),
     );
     assert_eq!((code, error.as_str()), (0, ""));
-    let record = file("feel_record.log");
+    let record = new(&file("feel_record.log")).to_owned();
     let more = ["--motion", motion.to_str().unwrap(), "--record", record.to_str().unwrap()];
     let (code, out) = connect_with("feel_plays", "", "run\nwait\n", &more);
     assert!(code == 0 && out.contains("wait: arrived"), "{out}");
@@ -236,7 +240,7 @@ fn a_motion_worth_recording_is_played_and_its_record_is_a_log() {
         "{joints:?}"
     );
     // A record without torque.
-    let idle = file("feel_idle.log");
+    let idle = new(&file("feel_idle.log")).to_owned();
     connect_with("feel_idles", "", "disarm\n", &["--record", idle.to_str().unwrap()]);
     let short = std::fs::read(&idle).unwrap();
     std::fs::write(&idle, &short[..short.len() - 3]).unwrap();

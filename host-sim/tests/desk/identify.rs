@@ -1,6 +1,6 @@
 //! From a motion worth recording to a better robot file, on a simulated YAM whose masses, friction and drives are not what its file says.
 
-use crate::program::{at_the_top, told};
+use crate::program::{at_the_top, new, told};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Scene, Trig};
 use nalgebra::Vector3;
@@ -12,9 +12,10 @@ use std::process::Command;
 const SCENE: &str = "scenes/examples/yam_identify.toml";
 const ROBOT: &str = "robots/yam.toml";
 
-fn folder() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("identify");
-    std::fs::create_dir_all(&folder).unwrap();
+/// An empty folder of this test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("identify").join(test);
+    std::fs::create_dir_all(new(&folder)).unwrap();
     folder
 }
 
@@ -31,8 +32,8 @@ fn done(arguments: &[&str]) -> String {
 }
 
 /// A log of the simulated arm on an excitation of this seed, and its file.
-fn recorded(seed: &str, periods: &str) -> String {
-    let folder = folder().join(seed);
+fn recorded(folder: &Path, seed: &str, periods: &str) -> String {
+    let folder = folder.join(seed);
     let (motion, run) = (folder.with_extension("toml"), folder.to_str().unwrap().to_owned());
     let motion = motion.to_str().unwrap();
     done(&["excite", SCENE, "--seed", seed, "--periods", periods, "--period", "8", "--tries", "150", "--out", motion]);
@@ -63,9 +64,10 @@ fn missed(model: &Robot, truth: &Robot) -> [f64; 6] {
 
 #[test]
 fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
-    let (log, other) = (recorded("1", "2"), recorded("2", "1"));
-    let out = folder().join("yam.toml");
-    let (report, predicted) = (folder().join("report"), folder().join("predicted.csv"));
+    let folder = folder("yam");
+    let (log, other) = (recorded(&folder, "1", "2"), recorded(&folder, "2", "1"));
+    let out = folder.join("yam.toml");
+    let (report, predicted) = (folder.join("report"), folder.join("predicted.csv"));
     let found = done(&[
         "identify",
         ROBOT,
@@ -87,6 +89,11 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
         let (left, before) = (joint["relative_rms"].as_f64().unwrap(), joint["before"].as_f64().unwrap());
         assert!(left < 0.02 && before > 3.0 * left, "{joint}");
     }
+    // The links of this arm weigh 0.8 or 1.2 times what the file says, its rotors the same.
+    let audit = &found["mass_matrix"];
+    let ratio: [f64; 2] = serde_json::from_value(audit["ratio"].clone()).unwrap();
+    assert!(audit["smallest_eigenvalue"].as_f64().unwrap() > 0.0, "{audit}");
+    assert!(ratio[0] > 0.6 && ratio[0] < 1.0 && ratio[1] > 1.0 && ratio[1] < 1.4, "{audit}");
 
     // The robot file: no physicist objects, and gravity is known to within friction.
     let new = Robot::load(&out).unwrap();
@@ -109,19 +116,64 @@ fn a_simulated_yam_is_identified_from_the_log_of_an_excitation() {
     assert!(table.starts_with("time,tau_1,tau_2,tau_3,tau_4,tau_5,tau_6,model_1,"), "{}", &table[..80]);
 }
 
+/// A log with the numbers of one joint's column changed.
+fn spoilt(log: &str, column: &str, change: impl Fn(f64) -> f64) -> String {
+    let text = std::fs::read_to_string(log).unwrap();
+    let place = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
+    let row = |(k, line): (usize, &str)| -> String {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let (true, Ok(x)) = (k > 0, fields[place].parse::<f64>()) {
+            fields[place] = change(x).to_string();
+        }
+        fields.join(",") + "\n"
+    };
+    let path = format!("{log}.{column}.csv");
+    std::fs::write(&path, text.lines().enumerate().map(row).collect::<String>()).unwrap();
+    path
+}
+
+#[test]
+fn a_log_with_a_fault_is_refused_and_mended_by_the_option_that_is_named() {
+    let log = recorded("3", "1");
+    let out = folder().join("mended.toml");
+    let identify = |log: &str, more: &[&str]| {
+        let _ = std::fs::remove_file(&out);
+        let common = ["identify", ROBOT, "--log", log, "--plain-friction", "--motion-cutoff", "8"];
+        let all = [&common, &["--out", out.to_str().unwrap()], more].concat();
+        told(simulator(&all).output().unwrap())
+    };
+    let negated = spoilt(&log, "tau2", |x| -x);
+    let (code, text, error) = identify(&negated, &[]);
+    assert_eq!(code, 3, "{text}{error}");
+    assert!(text.starts_with("verdict             refused"), "{text}");
+    assert!(error.contains("torque of joint 2 (shoulder) has the opposite sign [--negate-torque 2]"), "{error}");
+    assert!(!out.exists());
+    // The option that is named gives the model; without a fault there is none to name.
+    for (log, more) in [(&negated, &["--negate-torque", "2"][..]), (&log, &[][..])] {
+        let (code, text, error) = identify(log, more);
+        assert!(code == 0 && out.exists() && text.starts_with("verdict             trusted"), "{code} {text}{error}");
+    }
+    // A doubtful option is bad input.
+    let (code, _, error) = identify(&log, &["--negate-torque", "7"]);
+    assert!(code == 2 && error.contains("joints from 1 to 6, or all"), "{code} {error}");
+    let (code, _, error) = identify(&log, &["--permute", "1,2,3,4,5,5"]);
+    assert!(code == 2 && error.contains("each of 1 to 6 once"), "{code} {error}");
+}
+
 #[test]
 fn slow_sweeps_and_rests_can_be_played() {
+    let folder = folder("slow");
     for kind in ["--friction", "--static"] {
-        let motion = folder().join(format!("{kind}.toml"));
+        let motion = folder.join(format!("{kind}.toml"));
         done(&["excite", SCENE, kind, "--out", motion.to_str().unwrap()]);
-        let run = folder().join(kind);
+        let run = folder.join(kind);
         done(&["run", SCENE, "--motion", motion.to_str().unwrap(), "--out", run.to_str().unwrap(), "--quiet"]);
     }
 }
 
 #[test]
 fn what_identify_cannot_use_is_refused_with_what_is_expected() {
-    let bad = folder().join("bad.csv");
+    let bad = folder("bad").join("bad.csv");
     std::fs::write(&bad, "time,q_1\n0,0\n").unwrap();
     let bad = bad.to_str().unwrap();
     let cases: [(&[&str], &str); 6] = [

@@ -1,7 +1,7 @@
 //! `connect` and `replay` as used by a script: in a drill on the desk, and with a board on a port.
 
 use crate::live_board::LiveBoard;
-use crate::program::{at_the_top, told};
+use crate::program::{at_the_top, new, told};
 use host_sim::session::frame_log::{Entry, Log, Way, Writer};
 use link::convert::joints;
 use link::{Actuation, Frame};
@@ -45,6 +45,9 @@ fn connect(name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
 fn connect_to(scene: &str, name: &str, script: &str, more: &[&str]) -> (i32, String, String) {
     let path = file(&format!("{name}.txt"));
     std::fs::write(&path, script).unwrap();
+    for pair in more.windows(2).filter(|pair| pair[0] == "--record") {
+        new(Path::new(pair[1]));
+    }
     told(at_the_top().args(["connect", scene, "--script"]).arg(&path).args(more).output().unwrap())
 }
 

@@ -277,7 +277,7 @@ fn coulomb_friction_holds_what_it_can_and_opposes_motion() {
 /// Friction of the planar arm's first joint: 4 N m when sliding, 12 N m at breakaway.
 fn sticky(load: f64) -> [JointFriction; 2] {
     let breakaway = Some(Breakaway { torque: 12.0, speed: 0.05, load });
-    let first = JointFriction { viscous: 0.2, coulomb: 4.0, breakaway };
+    let first = JointFriction { breakaway, ..JointFriction::new(0.2, 4.0) };
     [first, JointFriction::new(0.0, 0.5)]
 }
 

@@ -50,7 +50,9 @@ fn torques(robot: &Robot, question: &Question) -> Vec<f64> {
         wrench_tip: question.tip_wrench.clone(),
         gravity: Some(question.gravity.clone()),
     };
-    with_dof!(robot.dof(), N => dynamics::answer::<f64, N>(&robot.model::<N>().unwrap(), &same)).unwrap().tau
+    with_dof!(robot.dof(), N => dynamics::answer::<f64, N>(&robot.model::<N>().unwrap(), &[0.0, 0.0, -9.81], &same))
+        .unwrap()
+        .tau
 }
 
 #[test]

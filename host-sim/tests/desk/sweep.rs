@@ -60,7 +60,7 @@ fn a_row_is_the_run_of_a_scene_in_which_a_person_typed_the_same_values() {
         fs::write(typed.join("robot.toml"), robot).unwrap();
         fs::write(typed.join("scene.toml"), scene + &plant).unwrap();
         let mut run = at_the_top();
-        run.arg("run").arg(typed.join("scene.toml")).args(["--json", "--out"]).arg(&typed);
+        run.arg("run").arg(typed.join("scene.toml")).args(["--json", "--force", "--out"]).arg(&typed);
         let summary: Value = serde_json::from_str(&printed(run.output().unwrap())).unwrap();
         let number = |value: &Value| value.as_f64().unwrap();
         let errors: Vec<f64> = summary["tracking_max"].as_array().unwrap().iter().map(number).collect();
@@ -113,7 +113,7 @@ fn a_run_whose_values_make_no_scene_is_refused_alone() {
     // Beyond 100 a factor on the masses is refused.
     let text = text.replace("uniform = [0.5, 2.0]", "list = [1.0, 101.0]");
     fs::write(out.join("some.toml"), text).unwrap();
-    let done = sweep(out.join("some.toml").to_str().unwrap(), &out, &["--json"]);
+    let done = sweep(out.join("some.toml").to_str().unwrap(), &out, &["--json", "--force"]);
     let found: Value = serde_json::from_str(&done).unwrap();
     let refused = found["refused"].as_u64().unwrap();
     assert!(refused > 5 && refused < 35, "{refused}");

@@ -45,12 +45,12 @@ fn numbers(text: &str) -> Vec<f64> {
     text.split(|c| !of_number(c)).filter_map(|word| word.parse().ok()).collect()
 }
 
-/// Demands that a text has these numbers with three digits, and `never` for each that is missing.
+/// Demands that a text has these numbers with three digits, and `unsettled` for each that is missing.
 fn says(text: &str, values: &[Value]) {
     let (found, expected) = (numbers(text), values.iter().filter_map(Value::as_f64).collect::<Vec<_>>());
     let near = |(shown, exact): (&f64, &f64)| (shown - exact).abs() <= 0.005 * exact.abs();
     assert!(found.len() == expected.len() && found.iter().zip(&expected).all(near), "{text}: {values:?}");
-    assert_eq!(text.matches("never").count(), values.len() - expected.len(), "{text}: {values:?}");
+    assert_eq!(text.matches("unsettled").count(), values.len() - expected.len(), "{text}: {values:?}");
 }
 
 /// Numbers of a share with its interval in percent.
@@ -99,8 +99,8 @@ pub(crate) fn shows_the_distributions(browser: &mut Browser, results: &Value, ta
         says(&row[3].0, &[at("p50")]);
         says(&row[4].0, &[at("p05"), at("p95")]);
         says(&row[5].0, &[at("p99")]);
-        let never = metric["infinite"].as_u64().unwrap() > 0;
-        says(&row[6].0, &[if never { Value::Null } else { metric["max"].clone() }]);
+        let unsettled = metric["infinite"].as_u64().unwrap() > 0;
+        says(&row[6].0, &[if unsettled { Value::Null } else { metric["max"].clone() }]);
         let worst: Vec<String> = list(&metric["worst"]).iter().map(|run| run["index"].to_string()).collect();
         assert_eq!(row[7].0, worst.join(", "));
     }

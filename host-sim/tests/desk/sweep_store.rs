@@ -3,6 +3,7 @@
 use crate::program::{at_its_fixtures, printed, told};
 use crate::sweep::folder;
 use host_sim::failure::Failure;
+use host_sim::output::Output;
 use host_sim::study::parallel::Jobs;
 use host_sim::study::sweep::Prepared;
 use host_sim::study::sweep::store::{self, Manifest, Progress, Shard};
@@ -57,7 +58,7 @@ fn shards_of_any_division_merge_to_the_bytes_of_one_process() {
         parts.reverse();
         let out = folder(&format!("merged_{of}"));
         fs::remove_dir(&out).unwrap();
-        let (again, _) = store::merge(&parts, &out, &|_| {}).unwrap();
+        let (again, _) = store::merge(&parts, &out, &mut Output::default(), &|_| {}).unwrap();
         assert!(bytes(&out) == bytes(&whole), "{of} shards");
         assert_eq!(again.identity, prepared.identity);
     }
@@ -202,14 +203,14 @@ fn shards_that_do_not_belong_together_are_refused() {
     ];
     let out = folder("refused_merge");
     for (name, parts, expected) in bad {
-        let refused = message(store::merge(&parts, &out, &|_| {}).unwrap_err());
+        let refused = message(store::merge(&parts, &out, &mut Output::default(), &|_| {}).unwrap_err());
         assert!(refused.starts_with("2: ") && refused.contains(expected), "{name}: {refused}");
         assert!(!out.join("manifest.json").exists(), "{name}: looks complete");
         assert!(!out.join("runs.new").exists(), "{name}: half a table is left");
     }
     let copy = a.join("study.toml");
     fs::write(&copy, fs::read_to_string(&copy).unwrap() + "# more\n").unwrap();
-    let refused = message(store::merge(&[a, b, c], &out, &|_| {}).unwrap_err());
+    let refused = message(store::merge(&[a, b, c], &out, &mut Output::default(), &|_| {}).unwrap_err());
     assert!(refused.contains("another study") && refused.contains("their files unchanged"), "{refused}");
 }
 

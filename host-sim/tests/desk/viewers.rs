@@ -1,6 +1,6 @@
 //! Files for viewers: what a run or a session writes is read back, here and by other programs.
 
-use crate::program::{at_the_top, printed, told};
+use crate::program::{at_the_top, new, printed, told};
 use crate::skipping::skipped;
 use dynamics_core::kinematics::tip_pose;
 use dynamics_core::trig::Libm;
@@ -223,7 +223,7 @@ fn recorded_by(commands: &str, name: &str) -> (PathBuf, i32) {
     std::fs::write(&script, commands).unwrap();
     let mut connect = at_the_top();
     connect.args(["connect", "scenes/planar2r_swing.toml", "--target", "desk", "--script"]).arg(&script);
-    let (code, _, error) = told(connect.arg("--record").arg(&record).output().unwrap());
+    let (code, _, error) = told(connect.arg("--record").arg(new(&record)).output().unwrap());
     assert_eq!(error, "");
     (record, code)
 }
@@ -352,7 +352,7 @@ fn files_that_are_no_record_are_bad_input_and_say_what_they_are() {
     let identify = at_the_top().args(["identify", "robots/planar2r.toml", "--log"]).arg(&run).output().unwrap();
     let (code, _, error) = told(identify);
     assert_eq!(code, 2);
-    assert!(error.contains("without newtau.session"), "{error}");
+    assert!(error.contains("10 samples"), "{error}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The program as run by a person or a script.
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its part")]
 
+use std::path::Path;
 use std::process::{Command, Output};
 
 /// Command in the project's root folder.
@@ -17,6 +18,16 @@ fn within(folder: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
     command.current_dir(folder).env("NO_COLOR", "1").env_remove("RUST_BACKTRACE");
     command
+}
+
+/// A path at which there is nothing: the program overwrites no file of an earlier test run.
+pub fn new(path: &Path) -> &Path {
+    if path.is_dir() {
+        std::fs::remove_dir_all(path).unwrap()
+    } else {
+        std::fs::remove_file(path).ok().unwrap_or_default()
+    }
+    path
 }
 
 /// Standard output of a program that succeeded with an empty standard error.

@@ -20,6 +20,11 @@ const GYRATION_WRONG: f64 = 2.0;
 const GYRATION_ARM: f64 = 0.3;
 /// Share of the link's size below which its radius of gyration is that of a point; a uniform rod has 1 / sqrt(12) = 0.29.
 const GYRATION_POINT: f64 = 0.05;
+/// Share of the link's size below which a radius of gyration is too small for a link whose mass centre is far from its joints: it
+/// reaches from joint to joint, so that no single heavy motor explains it.
+const GYRATION_SUM: f64 = 0.1;
+/// Least distance of such a mass centre from the joints, as a share of the link's size.
+const MID_LINK: f64 = 0.3;
 /// Band in which a tensor is the parallel-axis term, in units of m c^2, with nothing below and half above it. A uniform rod is
 /// off by -2/3 about its centre, and by 1/3 if its tensor is about its end.
 const AT_JOINT: (f64, f64) = (-0.1, 0.5);
@@ -37,7 +42,7 @@ pub(super) fn findings(draft: &Draft) -> Vec<Finding> {
             continue;
         }
         found.extend([empty_part(draft, body), at_joint(draft, body), centre(draft, body)].into_iter().flatten());
-        found.extend(gyration(draft, body));
+        found.extend(gyration(draft, body).into_iter().chain(swapped(draft, body)));
     }
     found
 }
@@ -119,7 +124,9 @@ fn gyration(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     let room = size + ROOM * draft.length();
     let radius = (inertia.symmetric_eigenvalues().max().max(0.0) / mass).sqrt();
     let (severity, problem) = if radius == 0.0 {
-        (Severity::Note, format!("a point of {} kg without extent", digits(*mass)))
+        let given = body.inertia.given && draft.kind == FileKind::Urdf;
+        let severity = if given { Severity::Doubt } else { Severity::Note };
+        (severity, format!("a point mass: {} kg without extent", digits(*mass)))
     } else if radius > room && room > 0.0 {
         let problem = format!(
             "radius of gyration {} with a mass of {}, on a link of {}",
@@ -127,15 +134,62 @@ fn gyration(draft: &Draft, body: &DraftBody) -> Option<Finding> {
             amount(*mass, "kg"),
             amount(size, "m")
         );
+        let problem =
+            problem + &super::units::inertia(mass * radius * radius, mass * (0.3 * size.max(0.3 * room)).powi(2));
         let beyond = radius > GYRATION_WRONG * room && radius > GYRATION_ARM * draft.length();
         (if beyond { Severity::Wrong } else { Severity::Doubt }, problem)
     } else if radius < GYRATION_POINT * size {
+        let share = percent(radius / size);
         let (radius, size) = (amount(radius, "m"), amount(size, "m"));
-        (Severity::Doubt, format!("radius of gyration {radius} on a link of {size}: nearly a point"))
+        (Severity::Doubt, format!("radius of gyration {radius} on a link of {size}, {share}: nearly a point"))
+    } else if radius < GYRATION_SUM * size && mid_link(body, size) {
+        let share = percent(radius / size);
+        let (radius, size) = (amount(radius, "m"), amount(size, "m"));
+        let cause = "were the tensors of its parts added up without their parallel-axis terms?";
+        (Severity::Doubt, format!("radius of gyration {radius} on a link of {size}, {share}: {cause}"))
     } else {
         return None;
     };
     Some(Finding::new(draft, (Rule::Gyration, severity), &body.inertia, problem, ADVICE.to_owned()))
+}
+
+/// True if the mass centre is far from every joint of the link.
+fn mid_link(body: &DraftBody, size: f64) -> bool {
+    body.points.len() > 1 && body.points.iter().all(|point| (body.centre - point).norm() > MID_LINK * size)
+}
+
+/// A tensor with the shape of a rod across the link: its mass centre lies along the link, its tensor is that of a rod along another axis.
+///
+/// With `u` the direction of the link and `v` the axis of the least moment: `I_min < 0.3 I_mid`, `|u.v| < 0.3`, `|u.c| > 0.9 |c|`, and
+/// `k > 0.2` of the link's size.
+fn swapped(draft: &Draft, body: &DraftBody) -> Option<Finding> {
+    let Body { mass, com, inertia } = &body.body;
+    let size = spread(&body.points);
+    if *mass <= 0.0 || size == 0.0 || com.norm() < 0.2 * size {
+        return None;
+    }
+    let along = com.normalize();
+    // In the frame of the points, the mass centre has the same direction from the link's own joint.
+    let own = body.points.first()?;
+    let far = body.points.iter().map(|point| point - own).max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+    let straight = (body.centre - own).normalize().dot(&far.normalize()).abs() > 0.9;
+    let eigen = inertia.symmetric_eigen();
+    let mut order: Vec<usize> = vec![0, 1, 2];
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    let [least, middle, most] = order.as_slice() else { return None };
+    let moments = &eigen.eigenvalues;
+    let rod = moments[*least] < 0.3 * moments[*middle] && (moments[*most] / mass).sqrt() > 0.2 * size;
+    let axis = eigen.eigenvectors.column(*least).into_owned();
+    (straight && rod && axis.dot(&along).abs() < 0.3).then(|| {
+        let name = |v: &Vector3<f64>| ["x", "y", "z"].get(v.iamax()).copied().unwrap_or("?");
+        let problem = format!(
+            "the tensor is that of a rod along {}, and the link lies along {}: axes exchanged?",
+            name(&axis),
+            name(&along)
+        );
+        let advice = "write the tensor in the axes of the link's frame, xx being the moment about x".to_owned();
+        Finding::new(draft, (Rule::SwappedAxes, Severity::Doubt), &body.inertia, problem, advice)
+    })
 }
 
 /// An inertia tensor about the origin of the link's frame instead of the mass centre.
@@ -186,7 +240,7 @@ fn centre(draft: &Draft, body: &DraftBody) -> Option<Finding> {
         amount(far, "m"),
         amount(size, "m"),
         amount(length, "m")
-    );
+    ) + &super::units::length(far, 0.4 * size.max(0.3 * length));
     let advice = "write it in m, in the link's own frame; balance the link on an edge to measure it".to_owned();
     Some(Finding::new(draft, (Rule::MassCentre, severity), &body.com, problem, advice))
 }

@@ -30,14 +30,15 @@ fn joints(draft: &Draft, wanted: impl Fn(&RobotJoint) -> bool) -> Vec<(usize, &R
     all.filter(|(_, (joint, _))| wanted(joint)).map(|(i, (joint, places))| (i, joint, places)).collect()
 }
 
-/// Rotor inertia that is missing on a joint with a drive or friction, or in a URDF, which seldom has rotors.
+/// Rotor inertia that is missing, and not declared ideal by `rotor = { inertia = 0, gear = 1 }` or the key `ideal`.
 ///
 /// The joint feels `gear^2 J` beside the link's own `D_ii`; on geared arms the two are of one size, and at the wrist the rotor is
 /// the larger one.
 fn no_rotor(draft: &Draft, loads: Option<&[JointLoad]>) -> Option<Finding> {
     let urdf = draft.kind == FileKind::Urdf;
-    let geared = |joint: &RobotJoint| joint.drive.is_some() || joint.friction.is_some() || urdf;
-    let without = joints(draft, |joint| geared(joint) && joint.spec.rotor.reflected() == 0.0);
+    let declared = |places: &JointPlaces| !urdf && (places.rotor.given || draft.robot.ideal.is_some());
+    let mut without = joints(draft, |joint| joint.spec.rotor.reflected() == 0.0);
+    without.retain(|(_, _, places)| !declared(places));
     let (_, _, first) = without.first()?;
     let own = |(i, joint, _): &(usize, &RobotJoint, &JointPlaces)| {
         let (low, high) = loads?.get(*i)?.inertia;
@@ -76,10 +77,12 @@ fn small_rotor(draft: &Draft, joint: &RobotJoint, places: &JointPlaces, load: &J
     })
 }
 
-/// Friction that is missing on a joint with a drive, or in a URDF: geared joints lose a tenth and more of their torque to it.
+/// Friction that is missing, and not declared ideal by `friction = {}` or the key `ideal`: geared joints lose a tenth and more of their torque to it.
 fn no_friction(draft: &Draft) -> Option<Finding> {
-    let driven = |joint: &RobotJoint| joint.drive.is_some() || draft.kind == FileKind::Urdf;
-    let without = joints(draft, |joint| driven(joint) && joint.friction.is_none());
+    let urdf = draft.kind == FileKind::Urdf;
+    let declared = |places: &JointPlaces| !urdf && (places.friction.given || draft.robot.ideal.is_some());
+    let mut without = joints(draft, |joint| joint.friction.is_none());
+    without.retain(|(_, _, places)| !declared(places));
     let (_, _, first) = without.first()?;
     let problem = format!("no friction on {}", names(without.iter().map(|(_, joint, _)| *joint)));
     let advice = "turn each joint at two steady speeds, both ways; half the difference of the torques is coulomb + viscous x speed"
@@ -122,7 +125,9 @@ fn coarse(
     step: f64,
     advice: &str,
 ) -> Option<Finding> {
-    (load.holding > NOTHING && step > STEP * load.holding).then(|| {
+    // Friction holds a weight below it, however coarse the step.
+    let held = joint.friction.map_or(NOTHING, |friction| friction.coulomb.max(NOTHING));
+    (load.holding > held && step > STEP * load.holding).then(|| {
         let unit = Units::of(joint).torque;
         let problem = format!(
             "a step is {}, {} of the {} of gravity in the worst posture",

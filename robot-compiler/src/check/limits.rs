@@ -2,7 +2,7 @@
 
 use super::amount::{Units, amount, digits, names};
 use super::{Finding, JointLoad, Rule, Severity};
-use crate::describe::draft::{Draft, Place};
+use crate::describe::draft::{Draft, FileKind, JointPlaces, Place};
 use crate::describe::robot::RobotJoint;
 use dynamics_core::JointKind;
 use std::f64::consts::TAU;
@@ -50,6 +50,7 @@ pub(super) fn findings(draft: &Draft, loads: Option<&[JointLoad]>) -> Vec<Findin
         all().flat_map(|(joint, at)| [reversed(draft, joint, &at.position), wide(draft, joint, &at.position)]);
     let mut found: Vec<Finding> = positions.flatten().collect();
     found.extend(fast(draft, &velocities));
+    found.extend(no_travel(draft));
     for (joints, advice) in [(&torques, TORQUE), (&velocities, VELOCITY)] {
         found.extend(not_positive(draft, joints, advice));
         found.extend(missing(draft, joints, advice));
@@ -81,9 +82,33 @@ fn reversed(draft: &Draft, joint: &RobotJoint, place: &Place) -> Option<Finding>
     })
 }
 
-/// Limits that are missing, of all joints at once: nothing then bounds what the controller commands.
+/// Position limits that are missing, or of which one is; a joint that turns without an end says so, in URDF by its type, in TOML by
+/// `[-inf, inf]`.
+fn no_travel(draft: &Draft) -> Option<Finding> {
+    let all = draft.robot.joints.iter().zip(&draft.places);
+    let missing = |(joint, place): &(&RobotJoint, &JointPlaces)| {
+        let (low, high) = joint.spec.limits.position;
+        let declared = match draft.kind {
+            FileKind::Toml => place.position.given || draft.robot.ideal.is_some(),
+            FileKind::Urdf => place.turns_on,
+        };
+        !declared && !(low.is_finite() && high.is_finite())
+    };
+    let without: Vec<_> = all.filter(missing).collect();
+    let (_, first) = without.first()?;
+    let problem = format!("no position limits on {}", names(without.iter().map(|(joint, _)| *joint)));
+    let advice = "write the lowest and the highest position, both, that the stops or the cables allow; [-inf, inf] for a joint that \
+                  turns on"
+        .to_owned();
+    Some(Finding::new(draft, (Rule::MissingLimit, Severity::Note), &first.position, problem, advice))
+}
+
+/// Limits that are missing, of all joints at once: nothing then bounds what the controller commands. In TOML, `inf` says that it is
+/// meant.
 fn missing(draft: &Draft, joints: &[Joint<'_>], advice: &str) -> Option<Finding> {
-    let without: Vec<_> = joints.iter().filter(|joint| joint.limit == f64::INFINITY).collect();
+    let toml = draft.kind == FileKind::Toml;
+    let declared = |joint: &&Joint<'_>| toml && (joint.place.given || draft.robot.ideal.is_some());
+    let without: Vec<_> = joints.iter().filter(|joint| joint.limit == f64::INFINITY && !declared(joint)).collect();
     let first = without.first()?;
     let problem = format!("no limit on {}", names(without.iter().map(|joint| joint.spec)));
     Some(Finding::new(draft, (Rule::MissingLimit, Severity::Note), first.place, problem, advice.to_owned()))
@@ -132,6 +157,7 @@ fn same(draft: &Draft, joints: &[Joint<'_>], loads: Option<&[JointLoad]>) -> Opt
 fn wide(draft: &Draft, joint: &RobotJoint, place: &Place) -> Option<Finding> {
     let (low, high) = joint.spec.limits.position;
     let (range, turns) = (high - low, joint.spec.kind == JointKind::Revolute);
+    let turns = turns && low.abs().max(high.abs()) <= TAU * 1.003;
     // Limits of exactly two turns are rounded ones.
     (turns && range.is_finite() && range > TURNS_WIDE * (1.0 + 1e-6)).then(|| {
         let problem = format!("a range of {}, {} turns", amount(range, "rad"), digits(range / TAU));
@@ -148,6 +174,8 @@ fn fast(draft: &Draft, joints: &[Joint<'_>]) -> Option<Finding> {
     let first = fast.first()?;
     let speeds: Vec<String> =
         fast.iter().map(|joint| format!("{} {}", joint.spec.name, amount(joint.limit, joint.unit))).collect();
-    let problem = format!("{}: arms stay below {} {}", speeds.join(", "), most(first), first.unit);
+    let turns = first.spec.spec.kind == JointKind::Revolute;
+    let guess = if turns { super::units::speed(first.limit) } else { String::new() };
+    let problem = format!("{}: arms stay below {} {}{guess}", speeds.join(", "), most(first), first.unit);
     Some(Finding::new(draft, (Rule::WideLimit, Severity::Doubt), first.place, problem, VELOCITY.to_owned()))
 }

@@ -1,17 +1,92 @@
 //! Settings of a scene that matter to a person near an arm with drives.
 
-use super::{Finding, Rule, Severity};
+use super::amount::digits;
+use super::{Finding, Rule, Severity, units};
 use crate::describe::diagnostics::FileError;
+use crate::describe::draft::{bones, skeleton};
 use crate::describe::scene::{FIRST_MOTION, SceneFile};
 use dynamics_core::safety::{LiveInput, SafeAction};
+use dynamics_core::{Body, Term};
+use nalgebra::Vector3;
+use std::path::Path;
 
-/// Notes on the safety settings of a scene: a first motion without limits, and live inputs without an age limit. None for an arm without
-/// drives, which moves nothing real.
+/// Doubts about gravity and payload, and notes on the safety settings of a scene: a first motion without limits, and live inputs without
+/// an age limit; the notes for an arm with drives only, which moves something real.
 #[must_use]
 pub fn scene_findings(scene: &SceneFile) -> Vec<Finding> {
-    if !scene.robot.joints.iter().any(|joint| joint.drive.is_some()) {
-        return Vec::new();
+    let mut found = Vec::new();
+    if let Term::Constant(gravity) = scene.model.gravity {
+        found.extend(gravity_finding(&scene.path, "model.gravity", &gravity, Some(scene.robot.gravity())));
     }
+    found
+        .extend(gravity_finding(&scene.path, "plant.gravity", &scene.plant.gravity, None).filter(|_| found.is_empty()));
+    if let Term::Constant(body) = scene.model.payload {
+        found.extend(payload(scene, "model.payload", &body));
+    }
+    if let Some(body) = scene.plant.payload {
+        let alone = found.iter().all(|finding| finding.rule != Rule::Payload);
+        found.extend(payload(scene, "plant.payload", &body).filter(|_| alone));
+    }
+    if scene.robot.joints.iter().any(|joint| joint.drive.is_some()) {
+        found.extend(of_drives(scene));
+    }
+    found
+}
+
+/// A doubt about gravity of a size that no place has: `|g|` neither 0 nor 9.7 to 9.9 m/s^2; or one that points away from where the
+/// robot file's mounting has it.
+#[must_use]
+pub fn gravity_finding(
+    path: &Path,
+    field: &str,
+    gravity: &Vector3<f64>,
+    mounted: Option<Vector3<f64>>,
+) -> Option<Finding> {
+    let size = gravity.norm();
+    let [x, y, z] = [gravity.x, gravity.y, gravity.z].map(digits);
+    let (problem, advice) = if size > 0.0 && !(9.7..=9.9).contains(&size) {
+        let cause = [(981.0, "cm/s^2"), (9810.0, "mm/s^2"), (1.0, "units of g"), (32.17, "ft/s^2")];
+        let guess = cause.iter().find(|(unit, _)| (size / unit - 1.0).abs() < 0.02);
+        let guess = guess.map_or(String::new(), |(_, unit)| format!(": in {unit}?"));
+        (
+            format!("({x}, {y}, {z}) is {} m/s^2{guess}", digits(size)),
+            "write m/s^2: 9.81 on earth, (0, 0, 0) without gravity",
+        )
+    } else {
+        let turned = mounted.filter(|g| (g - Vector3::new(0.0, 0.0, -9.81)).amax() > 1e-9)?;
+        if size == 0.0 || gravity.dot(&turned) > 0.99 * size * turned.norm() {
+            return None;
+        }
+        let [a, b, c] = [turned.x, turned.y, turned.z].map(digits);
+        (
+            format!("({x}, {y}, {z}), but the robot file's mounting has ({a}, {b}, {c})"),
+            "leave the key out, or correct the mounting",
+        )
+    };
+    let place = FileError::whole_file(path, field, problem, advice);
+    Some(Finding { rule: Rule::Gravity, severity: Severity::Doubt, place, quote: None })
+}
+
+/// A payload whose mass centre is farther from the tip than the arm is long.
+fn payload(scene: &SceneFile, field: &str, body: &Body) -> Option<Finding> {
+    let model = skeleton(&scene.robot);
+    let length: f64 = bones(&model).iter().map(|bone| bone.end.norm()).sum();
+    let far = body.com.norm();
+    (body.mass > 0.0 && far > length.max(0.2)).then(|| {
+        let problem = format!(
+            "its mass centre is {} m from the tip of an arm of {} m{}",
+            digits(far),
+            digits(length),
+            units::length(far, 0.2 * length.max(0.2))
+        );
+        let advice = "write the mass centre in m, in the tip frame";
+        let place = FileError::whole_file(&scene.path, field, problem, advice);
+        Finding { rule: Rule::Payload, severity: Severity::Doubt, place, quote: None }
+    })
+}
+
+/// Notes on the safety settings of an arm with drives.
+fn of_drives(scene: &SceneFile) -> Vec<Finding> {
     let note = |rule, field: &str, problem: String, advice: String| Finding {
         rule,
         severity: Severity::Note,

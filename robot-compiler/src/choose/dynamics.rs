@@ -5,13 +5,20 @@ use crate::kernel::functions::{input_count, input_values, write_input_values};
 use crate::kernel::interpreter::Interpreter;
 use crate::kernel::{Function, Level, Precision, Program, compile};
 use core::cell::RefCell;
-use dynamics_core::control::CollisionWatch;
+use dynamics_core::control::{CollisionWatch, FrictionTerms};
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Real, SinCos};
 
 /// Inverse dynamics on the desk: the recursion, or a kernel run by an interpreter. The interpreter does the operations of
 /// the kernel's source on the chip, so it gives the same bits.
 #[derive(Clone, Debug)]
-pub enum ArmDynamics<S, const N: usize> {
+pub struct ArmDynamics<S, const N: usize> {
+    means: Means<S, N>,
+    friction_terms: Option<[FrictionTerms<S>; N]>,
+}
+
+/// How torques are computed.
+#[derive(Clone, Debug)]
+enum Means<S, const N: usize> {
     /// The recursion. It stands for the exact kernel too, to which it is equal.
     Recursion(Dynamics<S, N>),
     /// A regrouped kernel.
@@ -22,7 +29,7 @@ pub enum ArmDynamics<S, const N: usize> {
 
 /// An interpreter, and room for its inputs: nothing is allocated in a tick.
 #[derive(Clone, Debug)]
-pub struct Ready<S> {
+struct Ready<S> {
     interpreter: Interpreter<S>,
     inputs: Vec<S>,
 }
@@ -56,20 +63,21 @@ impl SceneFile {
     #[must_use]
     pub fn dynamics<S: Real, const N: usize>(&self, model: &Model<f64, N>) -> ArmDynamics<S, N> {
         let scene = self.scene(model);
-        match self.control.kernel.level() {
+        let means = match self.control.kernel.level() {
             Some(Level::Regrouped) => {
                 let function = Function::InverseDynamics;
                 let program = compile(function, model, &scene, Level::Regrouped, Precision::of::<S>());
                 match Interpreter::new(&program, input_count(N)) {
-                    Some(interpreter) => ArmDynamics::Kernel(RefCell::new(Ready {
-                        interpreter,
-                        inputs: Vec::with_capacity(input_count(N)),
-                    })),
-                    None => ArmDynamics::Program(program),
+                    Some(interpreter) => {
+                        Means::Kernel(RefCell::new(Ready { interpreter, inputs: Vec::with_capacity(input_count(N)) }))
+                    }
+                    None => Means::Program(program),
                 }
             }
-            None | Some(Level::Exact) => ArmDynamics::Recursion(Dynamics::new(model.cast(), scene.cast())),
-        }
+            None | Some(Level::Exact) => Means::Recursion(Dynamics::new(model.cast(), scene.cast())),
+        };
+        let friction_terms = self.friction_terms::<N>().map(|all| all.map(|terms| terms.cast()));
+        ArmDynamics { means, friction_terms }
     }
 }
 
@@ -82,19 +90,23 @@ impl<S: Real, const N: usize> InverseDynamics<S, N> for ArmDynamics<S, N> {
         qdd: &[S; N],
         live: &Live<S, N>,
     ) -> [S; N] {
-        match self {
-            Self::Recursion(dynamics) => dynamics.inverse_dynamics(turn, q, qd, qdd, live),
-            Self::Kernel(ready) => {
+        match &self.means {
+            Means::Recursion(dynamics) => dynamics.inverse_dynamics(turn, q, qd, qdd, live),
+            Means::Kernel(ready) => {
                 let Ready { interpreter, inputs } = &mut *ready.borrow_mut();
                 write_input_values(inputs, turn, [q, qd, qdd, &[S::zero(); N]], live);
                 let mut found = [S::zero(); N];
                 interpreter.run(inputs, &mut found);
                 found
             }
-            Self::Program(program) => {
+            Means::Program(program) => {
                 let found = program.evaluate(&input_values(turn, q, qd, qdd, live));
                 core::array::from_fn(|i| found.get(i).copied().unwrap_or_else(S::zero))
             }
         }
+    }
+
+    fn friction_terms(&self) -> Option<&[FrictionTerms<S>; N]> {
+        self.friction_terms.as_ref()
     }
 }

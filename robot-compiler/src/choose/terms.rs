@@ -1,6 +1,7 @@
 //! Torque error from dropping terms of a scene's model, and the fewest terms that a tolerance allows.
 
 use super::loop_gain::{Feedback, LoopGain};
+use crate::describe::friction::FrictionPart;
 use crate::describe::scene::{ModelSpec, ModelTerm, SceneFile};
 use crate::kernel::{Function, Level, Operations, Precision, compile};
 use dynamics_core::control::trajectory::MotionError;
@@ -10,6 +11,18 @@ use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Reference, SinCos, T
 /// Operations of the friction feedforward of one joint: `tau += b qd + x (1.5 c - 0.5 c x^2)` with `x = qd / v`, the
 /// constants folded. Clamping `x` to `[-1, 1]` is not counted.
 const FRICTION_OPERATIONS: Operations = Operations { mul: 5, add: 2, sub: 1, div: 0, neg: 0 };
+
+/// Operations of a term of one joint's friction, counted in [`dynamics_core::control::Friction::torque_with`]; of the load's with a rise.
+#[must_use]
+pub const fn operations_of(part: FrictionPart) -> Operations {
+    let (mul, add, sub) = match part {
+        FrictionPart::Breakaway => (10, 1, 3),
+        FrictionPart::Load => (3, 3, 0),
+        FrictionPart::Asymmetry => (2, 1, 0),
+        FrictionPart::Offset => (0, 1, 0),
+    };
+    Operations { mul, add, sub, div: 0, neg: 0 }
+}
 
 /// Torque that a model leaves out along a reference motion. Each list holds one number per joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,10 +105,14 @@ impl<'a, const N: usize> Along<'a, N> {
     fn torques(&self, spec: &ModelSpec) -> impl Iterator<Item = [f64; N]> + use<'_, N> {
         let dynamics = Dynamics::new(*self.model, spec.scene(self.model));
         let friction = spec.friction.then(|| core::array::from_fn::<_, N, _>(|i| self.file.friction(i)));
+        let terms = self.file.robot_friction_terms::<N>();
         self.instants.iter().map(move |(Reference { q, qd, qdd }, turn)| {
             let mut torque = dynamics.inverse_dynamics(turn, q, qd, qdd, &self.live);
             for (i, friction) in friction.iter().flatten().enumerate() {
-                torque[i] += friction.torque(qd[i]);
+                torque[i] += match &terms {
+                    None => friction.torque(qd[i]),
+                    Some(terms) => friction.torque_with(&terms[i], qd[i], torque[i]),
+                };
             }
             torque
         })
@@ -127,8 +144,13 @@ impl<'a, const N: usize> Along<'a, N> {
     /// Torque error of the full model without these terms.
     #[must_use]
     pub fn error_without(&self, terms: &[ModelTerm]) -> TorqueError {
+        self.error(self.missing(terms))
+    }
+
+    /// Largest, and root mean square, of the missing torques of every instant.
+    fn error(&self, missing: impl Iterator<Item = [f64; N]>) -> TorqueError {
         let (mut max, mut squares) = ([0.0; N], [0.0; N]);
-        for missing in self.missing(terms) {
+        for missing in missing {
             for i in 0..N {
                 max[i] = f64::max(max[i], missing[i].abs());
                 squares[i] += missing[i] * missing[i];
@@ -142,6 +164,18 @@ impl<'a, const N: usize> Along<'a, N> {
             share: max.iter().zip(self.scale).map(|(max, scale)| max / scale).collect(),
             of_limit: max.iter().zip(limits).map(|(max, limit)| limit.is_finite().then(|| max / limit)).collect(),
         }
+    }
+
+    /// Torque error of friction feedforward without one of its terms.
+    #[must_use]
+    pub fn error_without_part(&self, part: FrictionPart) -> TorqueError {
+        let mut file = self.file.clone();
+        for joint in &mut file.robot.joints {
+            joint.friction = joint.friction.map(|friction| friction.without(part));
+        }
+        let less = Along { file: &file, ..self.clone() };
+        let spec = self.file.model.full();
+        self.error(self.torques(spec).zip(less.torques(spec)).map(|(a, b)| core::array::from_fn(|i| a[i] - b[i])))
     }
 
     /// Whether the full model without these terms stays within a share of every torque limit, or of the greatest torque

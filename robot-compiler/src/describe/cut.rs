@@ -33,6 +33,25 @@ pub struct UrdfArm {
     pub tip: String,
     /// Links whose bodies each joint moves, base first: its own link, then those merged into it.
     pub links: Vec<Vec<String>>,
-    /// Moving joints beside the chain, held at zero.
+    /// Moving joints beside the chain, held at zero, or where they are when the joint that they follow is at zero.
     pub held: Vec<String>,
+    /// What the URDF does not say of each joint.
+    pub gaps: Vec<JointGaps>,
+    /// What else is to be looked at: misspelt names, held joints outside their limits, a base that floats.
+    pub remarks: Vec<String>,
+}
+
+/// Reasons why numbers of a joint and its link are missing; `None`: the file gives the number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointGaps {
+    /// Of the mass and the inertia tensor.
+    pub body: Option<String>,
+    /// Of the position limits.
+    pub position: Option<String>,
+    /// Of the velocity limit.
+    pub velocity: Option<String>,
+    /// Of the torque limit.
+    pub torque: Option<String>,
+    /// The gear that a `<transmission>` names for a rotor that it does not name: reduction and name.
+    pub gear: Option<(f64, String)>,
 }

@@ -20,6 +20,37 @@ pub struct Draft {
     pub(crate) kind: FileKind,
     pub(crate) bodies: Vec<DraftBody>,
     pub(crate) places: Vec<JointPlaces>,
+    /// What its reader has to say beside the numbers.
+    pub(crate) remarks: Vec<Remark>,
+    /// Angles beyond a turn, rad, as the file states them.
+    pub(crate) angles: Vec<(Place, f64)>,
+}
+
+/// What the reader of a file has to say beside its numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Remark {
+    pub(crate) kind: RemarkKind,
+    pub(crate) place: Place,
+    pub(crate) problem: String,
+    pub(crate) advice: String,
+}
+
+/// What a remark is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RemarkKind {
+    /// An element or attribute that is not read.
+    Unknown {
+        /// True if a word of the format is near.
+        misspelt: bool,
+    },
+    /// A part of a body that is missing.
+    Gap,
+    /// A joint that is held.
+    Held,
+    /// A base that may be turned.
+    Base,
+    /// A line of a robot file that begins with `# ?`.
+    Open,
 }
 
 /// Format of a robot file: it decides what can be missing.
@@ -61,6 +92,8 @@ pub(crate) struct DraftBody {
 #[derive(Clone, Debug)]
 pub(crate) struct JointPlaces {
     pub(crate) position: Place,
+    /// True for a joint whose type says that it turns without an end.
+    pub(crate) turns_on: bool,
     pub(crate) velocity: Place,
     pub(crate) torque: Place,
     pub(crate) rotor: Place,

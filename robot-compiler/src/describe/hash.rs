@@ -120,6 +120,10 @@ impl SceneFile {
         hash_scene(&mut fnv, &self.scene(model).cast());
         self.controller_config(model).cast::<f32>().visit(&mut fnv);
         self.safety_rules(model).cast::<f32>().visit(&mut fnv);
+        // A robot without such terms keeps the hash that it had before they existed.
+        if let Some(terms) = self.friction_terms::<N>() {
+            terms.map(|terms| terms.cast::<f32>()).visit(&mut fnv);
+        }
         // A scene without this setting keeps the hash that it had before the setting existed.
         if self.control.model_every > 1 {
             fnv.tag(self.control.model_every);

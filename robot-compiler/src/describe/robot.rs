@@ -2,10 +2,12 @@
 
 use crate::describe::diagnostics::FileError;
 use crate::describe::drive::JointDrive;
+use crate::describe::friction::JointFriction;
 use crate::with_dof;
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::safety::heat::HeatRules;
 use dynamics_core::{Body, Dh, Frame, JointKind, JointSpec, Limits, Model, ModelError, Rotor, Tool};
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
@@ -23,15 +25,22 @@ pub struct Robot {
     pub source: String,
     /// Reason for accepting bodies that no mass distribution could have; `None` refuses them.
     pub allow_unphysical: Option<String>,
+    /// Reason why what the file leaves out is meant to be ideal: no rotors, no friction, no limits; `None`: it is missing.
+    pub ideal: Option<String>,
     /// The joints and their links, base first.
     pub joints: Vec<RobotJoint>,
     /// The tool on the last link.
     pub tool: Tool,
     /// Pose in which the arm carries itself without torque, rad or m; `None` if the file gives none.
     pub rest: Option<Vec<f64>>,
+    /// Orientation of the base frame in a world whose z axis points up, where the file says that the base is turned; `None` is upright.
+    pub mounting: Option<Matrix3<f64>>,
     /// The file it came from.
     pub path: PathBuf,
 }
+
+/// Gravitational acceleration in a world whose z axis points up, m/s^2.
+pub(crate) const FLOOR: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 /// One joint, its link, its motor and its sensor.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,15 +95,6 @@ impl RobotJoint {
     }
 }
 
-/// Friction of a joint, on the joint's side of the gear.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointFriction {
-    /// Viscous coefficient, N m s/rad or N s/m.
-    pub viscous: f64,
-    /// Coulomb torque or force, N m or N, the same in both directions.
-    pub coulomb: f64,
-}
-
 /// Encoder of a joint, on the joint's side of the gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointEncoder {
@@ -116,6 +116,23 @@ impl Robot {
     #[must_use]
     pub fn dof(&self) -> usize {
         self.joints.len()
+    }
+
+    /// Gravitational acceleration in the base frame, m/s^2: along -z, unless the base is turned.
+    #[must_use]
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.mounting.map_or(FLOOR, |world_from_base| world_from_base.transpose() * FLOOR)
+    }
+
+    /// A sentence about a base that is turned: by how much, and gravity in its frame; empty for one that is upright.
+    #[must_use]
+    pub fn mounting_note(&self) -> String {
+        let Some(rotation) = self.mounting else { return String::new() };
+        let tilt = rotation.m33.clamp(-1.0, 1.0).acos().to_degrees();
+        let [x, y, z] = <[f64; 3]>::from(self.gravity()).map(|g| (g * 1e3).round() / 1e3 + 0.0);
+        format!(
+            "the base is turned: its z axis is {tilt:.1} degrees off upright, gravity is ({x}, {y}, {z}) m/s^2 in its frame"
+        )
     }
 
     /// The checked model.

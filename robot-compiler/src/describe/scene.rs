@@ -1,8 +1,9 @@
 //! Loads on an arm, its controller and the simulated world, as a scene file describes them.
 
+use crate::describe::friction::JointFriction;
 use crate::describe::robot::{Robot, RobotJoint};
 use dynamics_core::control::{
-    CollisionConfig, Encoder, EveryNth, Friction, Gains, Guard, Integral, MomentumFilter, Spring, Teach,
+    CollisionConfig, Encoder, EveryNth, Friction, FrictionTerms, Gains, Guard, Integral, MomentumFilter, Spring, Teach,
     TrackingObserver,
 };
 use dynamics_core::mass_matrix::mass_matrix;
@@ -33,8 +34,7 @@ pub use lists::joints;
 pub use model::{AutoTerms, ModelSpec, ModelTerm};
 pub use motion::{MotionSpec, ViaPoint};
 pub use plant::{
-    ActuatorSpec, BreakawaySpec, DriveFailure, ElasticitySpec, FailureKind, FrictionSpec, Integrator, PlantSpec, Push,
-    Ripple, SensorSpec, Side,
+    ActuatorSpec, DriveFailure, ElasticitySpec, FailureKind, Integrator, PlantSpec, Push, Ripple, SensorSpec, Side,
 };
 pub use safety::{FIRST_MOTION, SafetySpec, axis_to_tip};
 
@@ -268,9 +268,23 @@ impl SceneFile {
     }
 
     pub(crate) fn friction(&self, index: usize) -> Friction<f64> {
-        let friction = self.robot.joints.get(index).and_then(|joint| joint.friction);
-        let (viscous, coulomb) = friction.map_or((0.0, 0.0), |friction| (friction.viscous, friction.coulomb));
-        Friction { viscous, coulomb, per_smoothing_speed: 1.0 / self.model.friction_smoothing }
+        self.joint_friction(index).feedforward(self.model.friction_smoothing)
+    }
+
+    /// Terms of each joint's friction in addition to [`SceneFile::friction`]; `None` where no joint has any, or where friction is left out.
+    pub(crate) fn friction_terms<const N: usize>(&self) -> Option<[FrictionTerms<f64>; N]> {
+        self.robot_friction_terms().filter(|_| self.model.friction)
+    }
+
+    /// The same of the robot, whether or not the model has friction.
+    pub(crate) fn robot_friction_terms<const N: usize>(&self) -> Option<[FrictionTerms<f64>; N]> {
+        let limit = |index: usize| self.robot.joints.get(index).map_or(0.0, |joint| joint.spec.limits.torque);
+        let terms = |index: usize| self.joint_friction(index).terms(limit(index));
+        (0..N).any(|index| self.joint_friction(index).has_terms()).then(|| std::array::from_fn(terms))
+    }
+
+    fn joint_friction(&self, index: usize) -> JointFriction {
+        self.robot.joints.get(index).and_then(|joint| joint.friction).unwrap_or_default()
     }
 
     fn encoder(&self, index: usize) -> Encoder<f64> {

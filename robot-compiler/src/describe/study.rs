@@ -189,7 +189,8 @@ pub enum Figure {
     ExternalRms,
     /// Magnitude of the error at the end of the last rest, rad or m; NaN without a rest.
     RestError,
-    /// Time until the error stays within `resolution`, s; infinite if it does not.
+    /// Time from the end of the motion until the error stays within 2 % of the move, or `resolution` if that is more, s; infinite if it
+    /// does not.
     SettlingTime,
     /// Ticks in which a limit of position, velocity, torque or torque rate acted.
     LimitedTicks,

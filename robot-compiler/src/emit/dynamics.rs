@@ -1,5 +1,6 @@
 //! The arm's inverse dynamics.
 
+use super::fields::item;
 use super::kernel::{Title, module};
 use crate::describe::scene::{ControlSpec, KernelMemory, ScalarChoice, SceneFile};
 use crate::kernel::{Function, Precision};
@@ -51,7 +52,50 @@ pub fn dynamics_module_in<const N: usize>(file: &SceneFile, model: &Model<f64, N
             }
         }
     };
-    text + "\n" + &arm_items::<N>(file, inner, precision.name())
+    match file.friction_terms::<N>() {
+        None => text + "\n" + &arm_items::<N>(file, inner, precision.name()),
+        Some(terms) => {
+            let terms = match scalar {
+                ScalarChoice::F32 => item(&terms.map(|terms| terms.cast::<f32>())),
+                ScalarChoice::F64 => item(&terms.map(|terms| terms.cast::<f64>())),
+            };
+            let items = arm_items::<N>(file, inner, precision.name());
+            // Its own name inside, `Arm` outside.
+            let items = items
+                .replace("pub type Arm ", "type Frictionless ")
+                .replace("fn arm() -> Arm", "fn frictionless() -> Frictionless");
+            let items = items.replace("pub const fn", "const fn").replace("pub fn", "fn");
+            text + "\n" + &items + "\n" + &with_friction(N, precision.name(), &terms.print(8))
+        }
+    }
+}
+
+/// The type `Arm` of an arm whose friction has terms beyond viscous and Coulomb friction: constants of the program.
+fn with_friction(joints: usize, real: &str, terms: &str) -> String {
+    let call = |name: &str, turn: &str, this: &str| {
+        format!(
+            "    #[inline]\n    fn {name}(\n        {this},\n        turn: {turn},\n        q: &[{real}; {joints}],\n        \
+             qd: &[{real}; {joints}],\n        qdd: &[{real}; {joints}],\n        live: &dynamics_core::Live<{real}, {joints}>,\n    \
+             ) -> [{real}; {joints}] {{\n        self.0.{name}(turn, q, qd, qdd, live)\n    }}\n\n"
+        )
+    };
+    let sines = format!("[dynamics_core::SinCos<{real}>; {joints}]");
+    format!(
+        "/// The arm's inverse dynamics, and the terms of its friction.\n#[derive(Clone, Copy, Debug, PartialEq)]\n\
+         pub struct Arm(Frictionless);\n\nimpl dynamics_core::InverseDynamics<{real}, {joints}> for Arm {{\n{}{}    \
+         #[inline]\n    fn forget(&mut self) {{\n        \
+         dynamics_core::InverseDynamics::<{real}, {joints}>::forget(&mut self.0);\n    }}\n\n    #[inline]\n    \
+         fn friction_terms(&self) -> Option<&[dynamics_core::control::FrictionTerms<{real}>; {joints}]> {{\n        \
+         #[allow(unused_imports, reason = \"what any arm may need\")]\n        \
+         use dynamics_core::control::{{FrictionTerms, LoadGrowth, Rise}};\n        \
+         Some(const {{ &{terms} }})\n    }}\n}}\n\n/// The arm's inverse dynamics.\npub fn arm() -> Arm {{\n    \
+         Arm(frictionless())\n}}\n",
+        call("inverse_dynamics", &format!("&{sines}"), "&self"),
+        call("tick", &format!("impl FnOnce() -> {sines}"), "&mut self"),
+    )
+    // Methods of the trait are called by name, which the recursion's module does not import.
+    .replace("self.0.inverse_dynamics(", "dynamics_core::InverseDynamics::inverse_dynamics(&self.0, ")
+    .replace("self.0.tick(", "dynamics_core::InverseDynamics::tick(&mut self.0, ")
 }
 
 /// The dynamics of an emitted module: its type, its value, and whether a `const fn` can return it.

@@ -1,7 +1,7 @@
 //! An arm from a URDF file as a TOML robot file, for a person to go on with.
 
 use super::angles::roll_pitch_yaw;
-use crate::describe::cut::UrdfArm;
+use crate::describe::cut::{JointGaps, UrdfArm};
 use crate::describe::robot::RobotJoint;
 use dynamics_core::{Body, Dh, Frame, JointKind, Limits, Tool};
 use nalgebra::{Matrix3, Vector3};
@@ -10,17 +10,18 @@ const HEAD: &str = "\
 # Written by `host-sim import`. SI units and radians; the keys stand in robots/README.md.
 #
 # From the URDF: placements, axes, masses, inertias, limits, friction. Fixed links are merged into the moving link that carries them.
-# Not in a URDF, and so to be filled in: the lines that begin with `# ?`. Without them the arm has no rotor inertia, no encoder
-# and no drive. Check what a URDF often has wrong: effort limits that are placeholders, and friction that is left out.
+# Every gap is marked `# ?` with its reason, and `host-sim check` reports it until it is filled. What is ideal is said so: rotor = {
+# inertia = 0, gear = 1 }, friction = {}, a limit of inf. Encoders and drives are for arms that a board moves.
 
 ";
 
 const ROTOR: &str = "# ? rotor = { inertia = , gear = } # the motor's, kg m^2, and its turns per turn of the joint";
 const ROTOR_SLIDE: &str =
     "# ? rotor = { inertia = , gear = } # the motor's, kg m^2, and its radians per metre of the joint";
-const ENCODER: &str = "# ? encoder = { counts_per_turn = } # of the joint";
-const ENCODER_SLIDE: &str = "# ? encoder = { counts_per_metre = } # of the joint";
-const DRIVE: &str = "# ? [joint.drive] # kind = \"mit\" or \"pwm\": for every joint, or for none";
+const ENCODER: &str = "# encoder = { counts_per_turn = } # of the joint";
+const ENCODER_SLIDE: &str = "# encoder = { counts_per_metre = } # of the joint";
+const DRIVE: &str =
+    "# [joint.drive] # kind = \"mit\", \"damiao\", \"robstride\" or \"pwm\": for every joint, or for none";
 
 /// TOML text of an arm, which [`Robot::from_toml_str`](crate::Robot::from_toml_str) reads.
 ///
@@ -35,16 +36,25 @@ pub fn robot_file(arm: &UrdfArm) -> String {
         text += &format!("allow_unphysical = {}\n", quoted(reason));
     }
     if !arm.held.is_empty() {
-        text += &format!("# Held at zero, and carried along: {}.\n", arm.held.join(", "));
+        text += &format!("# Held still, and carried along: {}.\n", arm.held.join(", "));
     }
     text += &format!("# The arm stands on the link {}.\n", arm.base);
-    for (joint, links) in robot.joints.iter().zip(&arm.links) {
-        text += &joint_table(joint, links);
+    if let Some(rotation) = &robot.mounting {
+        let [x, y, z] = <[f64; 3]>::from(robot.gravity()).map(|g| (g * 1e4).round() / 1e4 + 0.0);
+        text += &format!("# The base is turned: gravity is ({x}, {y}, {z}) m/s^2 in its frame.\n");
+        text += &format!("mounting = {{ rpy = {} }}\n", vector(&roll_pitch_yaw(rotation)));
+    }
+    for remark in &arm.remarks {
+        text += &format!("# ? {}\n", one_line(remark));
+    }
+    let none = JointGaps::default();
+    for (i, (joint, links)) in robot.joints.iter().zip(&arm.links).enumerate() {
+        text += &joint_table(joint, links, arm.gaps.get(i).unwrap_or(&none));
     }
     text + &tool_table(&robot.tool, &arm.tip)
 }
 
-fn joint_table(joint: &RobotJoint, links: &[String]) -> String {
+fn joint_table(joint: &RobotJoint, links: &[String], gaps: &JointGaps) -> String {
     let spec = &joint.spec;
     let slides = spec.kind == JointKind::Prismatic;
     let (link, merged) = links.split_first().map_or(("", &[][..]), |(link, merged)| (link.as_str(), merged));
@@ -55,34 +65,53 @@ fn joint_table(joint: &RobotJoint, links: &[String]) -> String {
     }
     lines.push(format!("type = \"{}\"", if slides { "prismatic" } else { "revolute" }));
     lines.extend(frame(&spec.frame));
-    lines.extend(body(&spec.body));
+    let mut body = body(&spec.body);
+    if let (Some(reason), Some(mass)) = (&gaps.body, body.first_mut()) {
+        *mass += &format!(" # ? {}", one_line(reason));
+    }
+    lines.extend(body);
     lines.push(match (spec.rotor.reflected() > 0.0, slides) {
         (true, _) => format!("rotor = {{ inertia = {:?}, gear = {:?} }}", spec.rotor.inertia, spec.rotor.gear),
-        (false, true) => ROTOR_SLIDE.to_owned(),
-        (false, false) => ROTOR.to_owned(),
+        (false, slides) => {
+            let line = if slides { ROTOR_SLIDE } else { ROTOR };
+            gaps.gear.as_ref().map_or(line.to_owned(), |(gear, name)| {
+                let line = line.replace("gear = }", &format!("gear = {gear:?} }}"));
+                format!("{line}; the gear is the reduction of the transmission {}", one_line(name))
+            })
+        }
     });
     lines.push(joint.friction.map_or_else(
         || "# ? friction = { viscous = , coulomb = } # on the joint's side of the gear".to_owned(),
         |friction| format!("friction = {{ viscous = {:?}, coulomb = {:?} }}", friction.viscous, friction.coulomb),
     ));
-    lines.push(limits(&spec.limits));
+    lines.push(limits(&spec.limits, gaps));
     lines.push(if slides { ENCODER_SLIDE } else { ENCODER }.to_owned());
     lines.push(DRIVE.to_owned());
     lines.join("\n") + "\n"
 }
 
 /// Limits that are there, and the names of those that are not.
-fn limits(limits: &Limits<f64>) -> String {
+fn limits(limits: &Limits<f64>, gaps: &JointGaps) -> String {
     let (lo, hi) = limits.position;
     let all = [
-        ("position", lo.is_finite() || hi.is_finite(), format!("[{}, {}]", bound(lo), bound(hi))),
+        (
+            "position",
+            gaps.position.is_none() || lo.is_finite() || hi.is_finite(),
+            format!("[{}, {}]", bound(lo), bound(hi)),
+        ),
         ("velocity", limits.velocity.is_finite(), bound(limits.velocity)),
         ("torque", limits.torque.is_finite(), bound(limits.torque)),
         ("torque_rate", limits.torque_rate.is_finite(), bound(limits.torque_rate)),
     ];
     let given: Vec<String> =
         all.iter().filter(|(_, there, _)| *there).map(|(key, _, value)| format!("{key} = {value}")).collect();
-    let missing: Vec<&str> = all.iter().filter(|(_, there, _)| !there).map(|(key, ..)| *key).collect();
+    let reasons = [&gaps.position, &gaps.velocity, &gaps.torque, &None];
+    // A torque rate is for arms with drives: nothing is missing without.
+    let missing = all.iter().zip(reasons).take(3).filter(|((_, there, _), reason)| !there || reason.is_some());
+    let named = |((key, ..), reason): (&(&str, bool, String), &Option<String>)| {
+        reason.as_ref().map_or((*key).to_owned(), |reason| format!("{key} ({})", one_line(reason)))
+    };
+    let missing: Vec<String> = missing.map(named).collect();
     let note = if missing.is_empty() { String::new() } else { format!(" # ? {}", missing.join(", ")) };
     format!("limits = {{ {} }}{note}", given.join(", ")).replace("{  }", "{}")
 }
@@ -140,6 +169,11 @@ fn bound(x: f64) -> String {
 
 fn vector(numbers: &[f64]) -> String {
     format!("{numbers:?}")
+}
+
+/// Text of the URDF in a comment: names may hold line breaks.
+fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 fn quoted(text: &str) -> String {

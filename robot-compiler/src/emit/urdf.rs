@@ -18,10 +18,11 @@ pub use tree::{LinkTree, TreeJoint};
 /// | rows, placements, axes | origins and axes; see [`LinkTree`] for the frames |
 /// | masses, mass centres, inertias, the tool's too | `<inertial>`, its origin turned as the robot file's frame is |
 /// | limits of position, velocity, torque | `<limit>`; version 1.2 where one of them is missing |
-/// | friction | `<dynamics>` |
+/// | viscous and Coulomb friction | `<dynamics>` |
 /// | rotor and gear | `<transmission>` with Drake's `drake:rotor_inertia` and `drake:gear_ratio` |
 /// | leave for unphysical bodies | an attribute of ours |
-/// | torque rates, encoders, drives | nowhere |
+/// | a turned base | a link `world`, and a fixed joint that turns the base in it |
+/// | other terms of friction, torque rates, encoders, drives | nowhere |
 ///
 /// Shapes are ours: a cylinder along every link, and one about, or a box on, every axis.
 #[must_use]
@@ -33,6 +34,19 @@ pub fn urdf(robot: &Robot) -> String {
         String::from("<?xml version=\"1.0\"?>\n<!-- Written by `host-sim export`. SI units and radians. -->\n");
     let name = escaped(&robot.name);
     push(&mut text, format_args!("<robot name=\"{name}\" version=\"{version}\"{}>\n", extensions(robot)));
+    if let Some(rotation) = robot.mounting {
+        let place = Placement { rotation, translation: tree::here().translation };
+        let joint = escaped(&unused(robot, "mounting"));
+        push(
+            &mut text,
+            format_args!(
+                "  <link name=\"world\"/>\n  <joint name=\"{joint}\" type=\"fixed\">\n    {}\n    <parent link=\"world\"/>\n    \
+                 <child link=\"{}\"/>\n  </joint>\n",
+                origin(&place),
+                escaped(&tree.base)
+            ),
+        );
+    }
     let radius = shapes::radius(&tree);
     let ends = |i: usize| tree.joints.get(i).map(|joint| joint.origin.translation);
     link(&mut text, &tree.base, "", &shapes::rod(ends(0), radius));
@@ -52,6 +66,15 @@ pub fn urdf(robot: &Robot) -> String {
         text += &transmission(&joint.name, &joint.spec.rotor);
     }
     text + "</robot>\n"
+}
+
+/// A name that no joint of the robot has.
+fn unused(robot: &Robot, name: &str) -> String {
+    let mut name = name.to_owned();
+    while robot.joints.iter().any(|joint| joint.name == name) {
+        name.push('_');
+    }
+    name
 }
 
 /// Namespaces of what URDF has no word for, and what stands in the root element itself.

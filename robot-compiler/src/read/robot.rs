@@ -5,6 +5,7 @@ use super::urdf;
 use crate::describe::cut::{Ends, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::Draft;
+use crate::describe::link_shape::LinkShape;
 use crate::describe::robot::Robot;
 use std::path::Path;
 
@@ -50,7 +51,7 @@ impl Robot {
     /// # Errors
     /// As [`Robot::load_between`].
     pub fn from_urdf(path: &Path, ends: Ends<'_>) -> Result<Self, FileError> {
-        let mut robot = urdf::read(&read_text(path)?, ends)?.robot;
+        let mut robot = urdf::read(&read_text(path)?, ends)?;
         path.clone_into(&mut robot.path);
         Ok(robot)
     }
@@ -60,17 +61,17 @@ impl Robot {
     /// # Errors
     /// As [`Robot::load`].
     pub fn from_urdf_str(text: &str, name: &str, ends: Ends<'_>) -> Result<Self, FileError> {
-        Ok(urdf::read(&Source { file: name.to_owned(), text: text.to_owned() }, ends)?.robot)
+        urdf::read(&Source { file: name.to_owned(), text: text.to_owned() }, ends)
     }
 }
 
 impl UrdfArm {
-    /// As [`Robot::from_urdf_str`], with the names of its links.
+    /// As [`Robot::from_urdf_str`], with the names of its links, and with gaps in place of errors where numbers are missing.
     ///
     /// # Errors
     /// As [`Robot::load_between`].
     pub fn from_urdf_str(text: &str, name: &str, ends: Ends<'_>) -> Result<Self, FileError> {
-        urdf::read(&Source { file: name.to_owned(), text: text.to_owned() }, ends)
+        urdf::arm(&Source { file: name.to_owned(), text: text.to_owned() }, ends)
     }
 
     /// Cut an arm out of a URDF file, and keep the names of its links.
@@ -81,9 +82,28 @@ impl UrdfArm {
         if !is_urdf(path)? {
             return Err(FileError::whole_file(path, "", "a robot file in TOML", "a URDF file: .urdf or .xml"));
         }
-        let mut arm = urdf::read(&read_text(path)?, ends)?;
+        let mut arm = urdf::arm(&read_text(path)?, ends)?;
         path.clone_into(&mut arm.robot.path);
         Ok(arm)
+    }
+}
+
+impl LinkShape {
+    /// Collision shapes of an arm: of the base first, then of each moving link with what is fixed to it. Moving joints beside the chain are
+    /// at zero. Empty for a TOML robot file, which has none.
+    ///
+    /// # Errors
+    /// As [`Robot::load_between`]; a shape of an unknown form, or with a size that is not above zero.
+    pub fn load(path: &Path, ends: Ends<'_>) -> Result<Vec<Self>, FileError> {
+        if is_urdf(path)? { urdf::shapes(&read_text(path)?, ends) } else { Ok(Vec::new()) }
+    }
+
+    /// Reads the text of a URDF file; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// As [`LinkShape::load`].
+    pub fn from_urdf_str(text: &str, name: &str, ends: Ends<'_>) -> Result<Vec<Self>, FileError> {
+        urdf::shapes(&Source { file: name.to_owned(), text: text.to_owned() }, ends)
     }
 }
 
@@ -136,10 +156,11 @@ fn is_urdf(path: &Path) -> Result<bool, FileError> {
     if path.is_dir() {
         return Err(FileError::whole_file(path, "", "it is a folder", EXPECTED));
     }
-    match path.extension().and_then(|e| e.to_str()).unwrap_or_default() {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    match ending.to_ascii_lowercase().as_str() {
         "toml" => Ok(false),
         "urdf" | "xml" => Ok(true),
         "xacro" => Err(FileError::whole_file(path, "", "a xacro file, from which a URDF is made", urdf::EXPAND)),
-        other => Err(FileError::whole_file(path, "", format!("the file name ends in {other:?}"), EXPECTED)),
+        _ => Err(FileError::whole_file(path, "", format!("the file name ends in {ending:?}"), EXPECTED)),
     }
 }

@@ -17,7 +17,7 @@ mod control;
 mod model;
 mod motion;
 mod safety;
-mod values;
+pub(super) mod values;
 mod world;
 
 const SCENE_KEYS: [&str; 14] = [

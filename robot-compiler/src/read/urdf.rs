@@ -2,43 +2,110 @@
 //!
 //! The XML is parsed once. Each value read from it keeps its element, and so its place, until the robot is checked.
 
-use crate::describe::cut::{Ends, NAMESPACE, UrdfArm};
+use crate::describe::cut::{Ends, JointGaps, NAMESPACE, UrdfArm};
 use crate::describe::diagnostics::{FileError, Source};
-use crate::describe::draft::{Draft, FileKind, readable};
-use crate::describe::robot::{BuildError, DOF, JointFriction, JointHeat, Robot, RobotJoint};
+use crate::describe::draft::{Draft, FileKind, Remark, RemarkKind, readable};
+use crate::describe::friction::JointFriction;
+use crate::describe::link_shape::LinkShape;
+use crate::describe::robot::{BuildError, DOF, JointHeat, Robot, RobotJoint};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Body, Frame, JointKind, JointSpec, Limits, ModelError, Tool};
+use nalgebra::Vector3;
 use std::path::PathBuf;
 
 mod chain;
 mod description;
 mod markup;
 mod merge;
+mod names;
 mod places;
 mod pose;
+mod remarks;
 mod rotor;
+mod shapes;
 
 use chain::Chain;
 use description::{Description, Joint, Kind};
 pub(super) use markup::EXPAND;
 use markup::{Markup, child};
 
-/// Reads the arm between two links.
-pub(super) fn read(source: &Source, ends: Ends<'_>) -> Result<UrdfArm, FileError> {
+/// Reads the arm between two links, and refuses one whose masses are missing or whose names are misspelt.
+pub(super) fn read(source: &Source, ends: Ends<'_>) -> Result<Robot, FileError> {
+    let document = markup::parse(source)?;
+    let markup = Markup::new(source, &document)?;
+    let (mut urdf, chain) = cut(&markup, ends)?;
+    (0..chain.moving.len()).try_for_each(|i| has_mass(&markup, &urdf, &chain, i))?;
+    for link in (0..chain.moving.len()).flat_map(|i| merge::parts(&chain, i)) {
+        if let Some(gap) = urdf.links[link].gap.take() {
+            return Err(gap.error);
+        }
+    }
+    let misspelt = |remark: &Remark| remark.kind == RemarkKind::Unknown { misspelt: true };
+    if let Some(remark) = remarks::all(&markup, &urdf, &chain).into_iter().find(misspelt) {
+        let Remark { place, problem, advice, .. } = remark;
+        return Err(source.error(place.span, place.field, problem, advice));
+    }
+    let robot = stated(source, &markup, &urdf, &chain, ends)?;
+    robot.check().map_err(|error| placed(&error, &robot, &markup, &urdf, &chain))?;
+    Ok(robot)
+}
+
+/// Reads the arm between two links with its gaps.
+pub(super) fn arm(source: &Source, ends: Ends<'_>) -> Result<UrdfArm, FileError> {
     let document = markup::parse(source)?;
     let markup = Markup::new(source, &document)?;
     let (urdf, chain) = cut(&markup, ends)?;
-    (0..chain.moving.len()).try_for_each(|i| has_mass(&markup, &urdf, &chain, i))?;
     let robot = stated(source, &markup, &urdf, &chain, ends)?;
-    robot.check().map_err(|error| placed(&error, &robot, &markup, &urdf, &chain))?;
+    readable(&robot).map_err(|error| placed(&error, &robot, &markup, &urdf, &chain))?;
     let link = |&index: &usize| urdf.links[index].name.to_owned();
+    let all = 0..chain.moving.len();
+    // A gap of a body is in the line of its joint.
+    let remark =
+        |it: Remark| (it.kind != RemarkKind::Gap).then(|| format!("{}: {}; {}", it.place.field, it.problem, it.advice));
     Ok(UrdfArm {
-        robot,
         base: link(&chain.base),
         tip: link(&chain.tip),
-        links: (0..chain.moving.len()).map(|i| merge::parts(&chain, i).iter().map(link).collect()).collect(),
+        links: all.clone().map(|i| merge::parts(&chain, i).iter().map(link).collect()).collect(),
         held: chain.held.iter().map(|&index| urdf.joints[index].name.to_owned()).collect(),
+        gaps: all.map(|i| gaps(&markup, &urdf, &chain, i)).collect(),
+        remarks: remarks::all(&markup, &urdf, &chain).into_iter().filter_map(remark).collect(),
+        robot,
     })
+}
+
+/// What the file does not say of the `i`-th moving joint and its link.
+fn gaps(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -> JointGaps {
+    let joint = &urdf.joints[chain.moving[i]];
+    let own = chain.child[chain.moving[i]];
+    let mut body: Vec<String> = merge::parts(chain, i)
+        .into_iter()
+        .filter_map(|link| Some(urdf.links[link].gap.as_ref()?.reason.clone()))
+        .collect();
+    if child(&urdf.links[own].node, "inertial").is_none() && merge::body(urdf, chain, i) == Body::massless() {
+        body.push(format!("the link {} has no <inertial>", urdf.links[own].name));
+    }
+    let bound = |get: fn(&description::Limit) -> Option<f64>, key: &str| match joint.limit.as_ref().map(get) {
+        None => Some("no <limit>".to_owned()),
+        Some(None) => Some(format!("no {key}")),
+        Some(Some(0.0)) => Some(format!("{key} is 0, a placeholder")),
+        Some(Some(_)) => None,
+    };
+    JointGaps {
+        body: (!body.is_empty()).then(|| body.join("; ")),
+        position: travel(markup, joint).1,
+        velocity: bound(|limit| limit.velocity, "velocity"),
+        torque: bound(|limit| limit.effort, "effort"),
+        gear: rotor::reduction(markup, joint.name),
+    }
+}
+
+/// Reads the collision shapes of the arm between two links.
+pub(super) fn shapes(source: &Source, ends: Ends<'_>) -> Result<Vec<LinkShape>, FileError> {
+    let document = markup::parse(source)?;
+    let markup = Markup::new(source, &document)?;
+    let (urdf, chain) = cut(&markup, ends)?;
+    let robot = stated(source, &markup, &urdf, &chain, ends)?;
+    shapes::shapes(&markup, &urdf, &chain, &robot)
 }
 
 /// Reads the arm between two links as its file states it.
@@ -53,6 +120,8 @@ pub(super) fn draft(source: &Source, ends: Ends<'_>) -> Result<Draft, FileError>
         source: source.clone(),
         kind: FileKind::Urdf,
         bodies: all.clone().flat_map(|i| places::bodies(&markup, &urdf, &chain, &robot, i)).collect(),
+        angles: places::angles(&urdf, &chain),
+        remarks: remarks::all(&markup, &urdf, &chain),
         places: all.map(|i| places::joint(&markup, &urdf, &chain, i)).collect(),
         robot,
     })
@@ -82,12 +151,17 @@ fn stated(
     ends: Ends<'_>,
 ) -> Result<Robot, FileError> {
     let joints = (0..chain.moving.len()).map(|i| joint(markup, urdf, chain, i)).collect::<Result<Vec<_>, _>>()?;
-    let tip = merge::tip_placement(urdf, chain);
+    let tip = merge::tip_placement(chain);
+    let mounting = merge::mounting(chain);
+    // Turned about the vertical, it is upright.
+    let upright = (mounting.row(2) - Vector3::z().transpose()).amax() < 1e-9;
     Ok(Robot {
         rest: None,
+        mounting: (!upright).then_some(mounting),
         name: if urdf.name.is_empty() { "robot".to_owned() } else { urdf.name.to_owned() },
         source: describe(&source.file, urdf, chain, ends.base),
         allow_unphysical: unphysical(markup),
+        ideal: None,
         joints,
         tool: Tool { rotation: tip.rotation, translation: tip.translation, ..Tool::default() },
         path: PathBuf::from(&source.file),
@@ -104,8 +178,16 @@ fn describe(file: &str, urdf: &Description<'_>, chain: &Chain, base: Option<&str
     let from = base.map_or(String::new(), |base| format!(" from {base}"));
     let mut text = format!("{file}, chain{from} to {}", urdf.links[chain.tip].name);
     if !chain.held.is_empty() {
-        let names: Vec<&str> = chain.held.iter().map(|&index| urdf.joints[index].name).collect();
-        text += &format!("; held at zero: {}", names.join(", "));
+        let name = |index: &usize| urdf.joints[*index].name.to_owned();
+        let (zero, moved): (Vec<&usize>, Vec<&usize>) =
+            chain.held.iter().partition(|&&index| chain.position[index] == 0.0);
+        if !zero.is_empty() {
+            text += &format!("; held at zero: {}", zero.into_iter().map(name).collect::<Vec<_>>().join(", "));
+        }
+        let at = |index: &usize| format!("{} at {}", name(index), remarks::short(chain.position[*index]));
+        if !moved.is_empty() {
+            text += &format!("; held: {}", moved.into_iter().map(at).collect::<Vec<_>>().join(", "));
+        }
     }
     text
 }
@@ -120,7 +202,12 @@ fn has_mass(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize
     let label = Robot::joint_label(i, urdf.joints[index].name);
     let field = format!("link {}.inertial", link.name);
     let problem = format!("missing, but the link moves with {label}, and nothing fixed to it has a mass");
-    Err(markup.error(&link.node, field, problem, "an <inertial> with mass and inertia"))
+    Err(markup.error(
+        &link.node,
+        field,
+        problem,
+        "an <inertial> with mass and inertia; `host-sim import` writes a robot file in which the gap is marked",
+    ))
 }
 
 /// The `i`-th moving joint of the chain, and the link that moves with it.
@@ -129,7 +216,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
     let joint = &urdf.joints[index];
     let label = Robot::joint_label(i, joint.name);
     let body = merge::body(urdf, chain, i);
-    let place = merge::joint_placement(urdf, chain, i);
+    let place = merge::joint_placement(chain, i);
     let largest = joint.axis.amax();
     if largest == 0.0 {
         let (field, problem) = (format!("{label}.axis"), "the axis has no direction");
@@ -145,7 +232,7 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
             frame: Frame::Placement { rotation: place.rotation, translation: place.translation, axis },
             body,
             rotor: rotor::rotor(markup, joint.name, &label)?,
-            limits: limits(markup, joint, &label)?,
+            limits: limits(markup, joint),
         },
         friction: friction(markup, joint, &label)?,
         encoder: None,
@@ -153,33 +240,41 @@ fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, i: usize) -
     })
 }
 
-/// Version 1.2 made every limit optional. Before, a missing travel limit is zero, and the other limits are required.
-fn limits(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Limits<f64>, FileError> {
-    let optional = markup.version >= (1, 2);
-    let continuous = joint.kind == Kind::Continuous;
-    let Some(limit) = &joint.limit else {
-        if continuous {
-            return Ok(Limits::none());
-        }
-        let (field, problem) = (format!("{label}.limit"), "missing on a joint with limited travel");
-        return Err(markup.error(&joint.node, field, problem, "a <limit> with lower, upper, effort, velocity"));
+/// The limits that the file gives; zero is how exporters write that a limit is not known.
+fn limits(markup: &Markup<'_>, joint: &Joint<'_>) -> Limits<f64> {
+    let limit = |get: fn(&description::Limit) -> Option<f64>| {
+        joint.limit.as_ref().and_then(get).filter(|limit| *limit != 0.0).unwrap_or(f64::INFINITY)
     };
-    let must_be = |key: &str, value: Option<f64>| match value {
-        Some(value) => Ok(value),
-        None if optional => Ok(f64::INFINITY),
-        None => {
-            Err(markup.error_in(&joint.node, "limit", format!("{label}.limit.{key}"), "missing", "a limit above zero"))
-        }
-    };
-    let (torque, velocity) = (must_be("effort", limit.effort)?, must_be("velocity", limit.velocity)?);
-    let end = |value: Option<f64>, free: f64| value.unwrap_or(if optional { free } else { 0.0 });
-    let (lowest, highest) = (f64::NEG_INFINITY, f64::INFINITY);
-    Ok(Limits {
-        position: if continuous { (lowest, highest) } else { (end(limit.lower, lowest), end(limit.upper, highest)) },
-        velocity,
-        torque,
+    Limits {
+        position: travel(markup, joint).0,
+        velocity: limit(|limit| limit.velocity),
+        torque: limit(|limit| limit.effort),
         torque_rate: f64::INFINITY,
-    })
+    }
+}
+
+/// Position limits, and why one is missing. Before version 1.2 a single missing one is zero.
+fn travel(markup: &Markup<'_>, joint: &Joint<'_>) -> ((f64, f64), Option<String>) {
+    let none = (f64::NEG_INFINITY, f64::INFINITY);
+    if joint.kind == Kind::Continuous {
+        return (none, None);
+    }
+    let Some(limit) = &joint.limit else { return (none, Some("no <limit>".to_owned())) };
+    let zero = if markup.version < (1, 2) { Some(0.0) } else { None };
+    let taken = if zero.is_some() { "0 is taken" } else { "none is taken" };
+    match (limit.lower, limit.upper) {
+        (None, None) => (none, Some("lower and upper are both missing".to_owned())),
+        (Some(0.0), Some(0.0)) => (none, Some("lower and upper are 0, a placeholder".to_owned())),
+        (Some(low), Some(high)) => ((low, high), None),
+        (Some(low), None) => {
+            let high = zero.filter(|high| low < *high).unwrap_or(none.1);
+            ((low, high), Some(format!("no upper, {taken}")))
+        }
+        (None, Some(high)) => {
+            let low = zero.filter(|low| *low < high).unwrap_or(none.0);
+            ((low, high), Some(format!("no lower, {taken}")))
+        }
+    }
 }
 
 fn friction(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Option<JointFriction>, FileError> {
@@ -190,7 +285,7 @@ fn friction(markup: &Markup<'_>, joint: &Joint<'_>, label: &str) -> Result<Optio
         }
     }
     let given = joint.damping > 0.0 || joint.friction > 0.0;
-    Ok(given.then_some(JointFriction { viscous: joint.damping, coulomb: joint.friction }))
+    Ok(given.then_some(JointFriction { viscous: joint.damping, coulomb: joint.friction, ..JointFriction::default() }))
 }
 
 /// The core's refusal, reported at the element that caused it.

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Steps of MuJoCo for an arm of ours: what they cost, and whether they go where ours go.
+"""Steps of MuJoCo for an arm of ours: what they cost, their errors, and whether they go where ours go.
 
-    mujoco_steps.py ROBOT SCENE STEP LOG
+    mujoco_steps.py ROBOT SCENE LOG_WITH_FRICTION LOG_WITHOUT
 
-Builds the arm of a robot file, with the payload of the scene's model, as MuJoCo's own model: nothing is shared with the project's reader. Prints
-a JSON object: nanoseconds of a step for each method and friction, and the largest difference in position from a log of ours, under its torques.
+Builds the arm of a robot file, with the payload of the scene's model, as MuJoCo's own model: nothing is shared with the project's reader. The
+torques are those of the logs, held for a tick. Prints a JSON object: for each method and friction the nanoseconds of a step and, for each length
+of a step, the largest difference in position from MuJoCo's own finest integration; and how far that is from our logs.
 """
 
 import csv
@@ -19,8 +20,9 @@ import numpy as np
 
 STEPS = 20_000
 REPEATS = 5
-# Ticks that are compared: an open loop drifts apart from the last place on.
-TICKS = 300
+# Lengths of a step, s, of which the control period is a multiple; the last is the reference.
+LENGTHS = [1e-3 / 2**k for k in range(6)]
+FINEST = 1e-3 / 2**8
 
 
 def turn(axis, angle):
@@ -104,32 +106,52 @@ def nanoseconds(model, start):
     return best / STEPS * 1e9
 
 
-def difference(model, log, step):
-    """Largest difference in position from the log, rad, under the torques that it holds for a tick."""
+def read(path):
+    """Torques and positions of a log, tick by tick, and the length of a tick."""
+    rows = list(csv.DictReader(path.open()))
+    joints = range(1, 1 + sum(name.startswith("tau") for name in rows[0]))
+    torques = np.array([[float(row[f"tau{k}"]) for k in joints] for row in rows])
+    positions = np.array([[float(row[f"q{k}"]) for k in joints] for row in rows])
+    return torques, positions, float(rows[1]["t"]) - float(rows[0]["t"])
+
+
+def path(model, log, step):
+    """Positions at the ticks of a log under its torques."""
+    torques, positions, tick = log
     data = mujoco.MjData(model)
-    rows = list(csv.DictReader(log.open()))
-    joints = range(1, model.nv + 1)
-    data.qpos[:] = [float(rows[0][f"q{k}"]) for k in joints]
-    worst = 0.0
-    for before, after in zip(rows[:TICKS], rows[1 : TICKS + 1]):
-        data.qfrc_applied[:] = [float(before[f"tau{k}"]) for k in joints]
-        mujoco.mj_step(model, data, round((float(after["t"]) - float(before["t"])) / step))
-        worst = max(worst, *(abs(data.qpos[k - 1] - float(after[f"q{k}"])) for k in joints))
-    return worst
+    model.opt.timestep = step
+    data.qpos[:] = positions[0]
+    found = [data.qpos.copy()]
+    for torque in torques[:-1]:
+        data.qfrc_applied[:] = torque
+        mujoco.mj_step(model, data, round(tick / step))
+        found.append(data.qpos.copy())
+    return np.array(found)
+
+
+def apart(one, other):
+    return float(np.abs(one - other).max())
 
 
 def main():
     robot, scene = (tomllib.loads(pathlib.Path(path).read_text()) for path in sys.argv[1:3])
-    step, payload = float(sys.argv[3]), scene.get("model", {}).get("payload")
+    payload = scene.get("model", {}).get("payload")
+    logs = {True: read(pathlib.Path(sys.argv[3])), False: read(pathlib.Path(sys.argv[4]))}
     start = scene["motion"]["points"][0]["q"]
-    model = lambda method, rubs: build(robot, payload, step, method, rubs)
+    model = lambda method, rubs: build(robot, payload, LENGTHS[2], method, rubs)
+    finest = {rubs: path(model("RK4", rubs), logs[rubs], FINEST) for rubs in (False, True)}
     steps = [
-        {"method": method, "friction": rubs, "ns": nanoseconds(model(method, rubs), start)}
+        {
+            "method": method,
+            "friction": rubs,
+            "ns": nanoseconds(model(method, rubs), start),
+            "errors": [[step, apart(path(model(method, rubs), logs[rubs], step), finest[rubs])] for step in LENGTHS],
+        }
         for method in ("RK4", "Euler")
         for rubs in (False, True)
     ]
-    apart = difference(model("RK4", False), pathlib.Path(sys.argv[4]), step)
-    print(json.dumps({"version": mujoco.__version__, "steps": steps, "apart": apart}))
+    far = {rubs: apart(finest[rubs], logs[rubs][1]) for rubs in (False, True)}
+    print(json.dumps({"version": mujoco.__version__, "steps": steps, "apart": far[False], "apart_with_friction": far[True]}))
 
 
 if __name__ == "__main__":

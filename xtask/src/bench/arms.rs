@@ -112,7 +112,7 @@ fn fault(summary: &Value) -> Option<String> {
 fn simulated(scene: &Path) -> Result<Value> {
     let out = target_directory().join("arms");
     let mut command = cargo_run("host-sim");
-    let done = command.arg("run").arg(scene).arg("--json").arg("--out").arg(&out).output()?;
+    let done = command.arg("run").arg(scene).args(["--json", "--force", "--out"]).arg(&out).output()?;
     // A fault is a result too.
     ensure!(
         matches!(done.status.code(), Some(0 | 3)),

@@ -3,6 +3,7 @@
 use super::baseline;
 use super::chip::{Counted, Row};
 use super::desk::Times;
+use crate::measured;
 use crate::process::{output, root};
 use anyhow::{Context as _, Result};
 use robot_compiler::emit::page::Page;
@@ -44,8 +45,8 @@ pub(crate) fn write_into(document: &str, tables: &[(&str, String)]) -> Result<()
     let mut page = Page::read(root().join(document), &places)?;
     for (name, table) in tables {
         println!("{name}\n{table}");
-        page.put(name, table)?;
     }
+    measured::fill(&mut page, document, tables)?;
     page.write()?;
     println!("written to {document}");
     Ok(())

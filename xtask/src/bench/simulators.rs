@@ -2,6 +2,8 @@
 //!
 //! Ours is a whole loop: controller, sensors, record and figures of every tick. MuJoCo's is its step alone, in its own loop in C.
 
+mod errors;
+
 use super::{Table, write_into};
 use crate::budget::variant;
 use crate::process::{cargo_run, root, run as run_command, target_directory};
@@ -26,15 +28,17 @@ const RUNS: [u32; 2] = [64, 320];
 type Settings = &'static [(&'static str, &'static str)];
 
 /// A way to integrate: name, settings of the scene, MuJoCo's name.
-const METHODS: [(&str, Settings, Option<&str>); 3] = [
-    ("as the scene has it: adaptive, 1e-9", &[], None),
+const METHODS: [(&str, Settings, Option<&str>); 5] = [
+    ("adaptive, tolerance 1e-9 (the scene's own)", &[], None),
+    ("adaptive, tolerance 1e-6", &[("plant.tolerance", "1e-6")], None),
+    ("adaptive, tolerance 1e-3", &[("plant.tolerance", "1e-3")], None),
     (
-        "Runge-Kutta, 0.25 ms",
+        "Runge-Kutta, step 0.25 ms",
         &[("plant.integrator", "\"runge-kutta\""), ("plant.tolerance", ""), ("plant.step", "0.25e-3")],
         Some("RK4"),
     ),
     (
-        "semi-implicit Euler, 0.25 ms",
+        "semi-implicit Euler, step 0.25 ms",
         &[("plant.integrator", "\"semi-implicit-euler\""), ("plant.tolerance", ""), ("plant.step", "0.25e-3")],
         Some("Euler"),
     ),
@@ -45,20 +49,25 @@ pub(super) fn run() -> Result<()> {
     let folder = target_directory().join("simulators");
     std::fs::create_dir_all(&folder)?;
     run_command(cargo_run("host-sim").arg("--version"))?;
-    let peer = mujoco(&folder)?;
+    let truth = [errors::Truth::new(true, &folder)?, errors::Truth::new(false, &folder)?];
+    let peer = mujoco(&folder, &truth)?;
     let mut table = Table::new(&[
-        "method",
+        "integrator",
         "friction",
+        "threads",
+        "error, rad",
         "alone",
         "side by side",
         "steps alone",
-        "MuJoCo's steps alone",
-        "steps alone / MuJoCo's",
+        "MuJoCo: error, rad",
+        "steps alone",
+        "ours / MuJoCo's",
     ]);
-    for (name, settings, theirs) in METHODS {
-        for rubs in [true, false] {
+    let mut at_quarter = Vec::new();
+    for (number, (name, settings, theirs)) in METHODS.into_iter().enumerate() {
+        for (rubs, truth) in [true, false].into_iter().zip(&truth) {
             let friction = [("plant.friction", if rubs { "true" } else { "false" })];
-            let scene = scene(&format!("{}-{rubs}", name.len()), &[settings, &friction].concat())?;
+            let scene = scene(&format!("{number}-{rubs}"), &[settings, &friction].concat())?;
             let alone = alone(&scene, &folder)?;
             let whole = side_by_side(&scene, &folder, RUNS)?;
             let together = DURATION / whole;
@@ -68,36 +77,54 @@ pub(super) fn run() -> Result<()> {
                 Some(_) => {
                     let finer = [("plant.step", "0.0625e-3")];
                     let finer =
-                        self::scene(&format!("{}-{rubs}-finer", name.len()), &[settings, &friction, &finer].concat())?;
+                        self::scene(&format!("{number}-{rubs}-finer"), &[settings, &friction, &finer].concat())?;
                     Some(3.0 * DURATION / (side_by_side(&finer, &folder, RUNS)? - whole))
                 }
             };
-            let theirs = theirs.and_then(|method| nanoseconds(&peer, method, rubs)).map(|ns| STEP / (ns * 1e-9));
+            let error = truth.error(settings, &folder)?;
+            let rival = theirs.map(|method| errors::of_mujoco(&peer, method, rubs)).transpose()?;
+            let pace = rival.as_ref().map(|rival| STEP / (rival.ns * 1e-9));
+            if let (Some(ours), Some(pace), Some(method)) = (steps, pace, theirs) {
+                at_quarter.push(errors::Pace { method, rubs, ours, mujoco: pace });
+            }
             let or = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.1}"));
-            let friction = if rubs { "viscous, Coulomb" } else { "none" };
-            let cells = [name.into(), friction.into(), format!("{alone:.0}"), format!("{together:.0}")];
-            let ratio = steps.zip(theirs).map(|(ours, theirs)| ours / theirs);
-            table.row(&[cells.to_vec(), vec![or(steps), or(theirs), or(ratio)]].concat());
+            let their_error = rival.and_then(|rival| rival.error(STEP)).map_or("-".to_owned(), errors::short);
+            table.row(&[
+                name.into(),
+                (if rubs { "viscous, Coulomb" } else { "none" }).into(),
+                "1".into(),
+                errors::short(error),
+                format!("{alone:.0}"),
+                format!("{together:.0}"),
+                or(steps),
+                their_error,
+                or(pace),
+                or(steps.zip(pace).map(|(ours, theirs)| ours / theirs)),
+            ]);
         }
     }
+    let equal = errors::at_equal_error(&at_quarter, &truth, &peer, &folder)?;
     let mut linear = Table::new(&["simulated time", "runs", "ms a run"]);
     for (duration, label) in [("0.525", "0.525 s"), ("1.05", "1.05 s"), ("2.1", "2.1 s")] {
         for runs in [[64, 192], [64, 320], [64, 576]] {
             // Steps of one length: the adaptive method takes more of them where friction turns or holds.
-            let settings = [METHODS[1].1, &[(".duration", duration)]].concat();
+            let settings = [METHODS[3].1, &[(".duration", duration)]].concat();
             let scene = scene(&format!("linear-{duration}"), &settings)?;
             let cost = side_by_side(&scene, &folder, runs)?;
             linear.row(&[label.into(), (runs[1] - runs[0]).to_string(), format!("{:.2}", cost * 1e3)]);
         }
     }
-    let mut agreement = Table::new(&["MuJoCo", "largest difference in position, rad"]);
+    let mut agreement = Table::new(&["MuJoCo", "friction", "largest difference in position, rad"]);
     let version = peer.get("version").and_then(Value::as_str).unwrap_or("?");
-    let apart = peer.get("apart").and_then(Value::as_f64).context("MuJoCo's answer has no `apart`")?;
-    agreement.row(&[version.into(), format!("{apart:.1e}")]);
+    for (rubs, label) in [(false, "none"), (true, "viscous, Coulomb")] {
+        let apart = errors::apart(&peer, rubs)?;
+        agreement.row(&[version.into(), label.into(), errors::short(apart)]);
+    }
     write_into(
         "docs/measured/simulators.md",
         &[
             ("simulators", table.0),
+            ("simulators, equal error", equal.0),
             ("simulators, cost by time and runs", linear.0),
             ("simulators, agreement", agreement.0),
         ],
@@ -109,31 +136,17 @@ fn scene(name: &str, settings: &[(&str, &str)]) -> Result<PathBuf> {
     variant::write(Path::new(SCENE), &format!("simulators-{name}"), settings)
 }
 
-/// MuJoCo's steps, and its distance from a log of ours.
-fn mujoco(folder: &Path) -> Result<Value> {
+/// MuJoCo's times and errors.
+fn mujoco(folder: &Path, truth: &[errors::Truth; 2]) -> Result<Value> {
     let tools = root().join("xtask/bench/simulators");
     let python = setup::python(&folder.join("venv"), &tools.join("requirements.txt"))?;
-    let settings = [METHODS[1].1, &[("plant.friction", "false")]].concat();
-    let scene = scene("log", &settings)?;
-    let out = folder.join("log");
-    let done = cargo_run("host-sim").arg("run").arg(&scene).args(["--quiet", "--out"]).arg(&out).status()?;
-    ensure!(done.success(), "{}: the run failed", scene.display());
     let output = Command::new(python)
         .arg(tools.join("mujoco_steps.py"))
         .args([root().join(ROBOT), root().join(SCENE)])
-        .arg(STEP.to_string())
-        .arg(out.join("log.csv"))
+        .args(truth.iter().map(|truth| &truth.log))
         .output()?;
     ensure!(output.status.success(), "mujoco_steps.py: {}", String::from_utf8_lossy(&output.stderr));
     Ok(serde_json::from_slice(&output.stdout)?)
-}
-
-fn nanoseconds(peer: &Value, method: &str, rubs: bool) -> Option<f64> {
-    let asked = |step: &&Value| {
-        step.get("method").and_then(Value::as_str) == Some(method)
-            && step.get("friction").and_then(Value::as_bool) == Some(rubs)
-    };
-    peer.get("steps")?.as_array()?.iter().find(asked)?.get("ns")?.as_f64()
 }
 
 /// Times faster than real of one run: the best of some.
@@ -141,7 +154,8 @@ fn alone(scene: &Path, folder: &Path) -> Result<f64> {
     let mut best = 0.0_f64;
     for _ in 0..5 {
         let mut command = cargo_run("host-sim");
-        let done = command.arg("run").arg(scene).arg("--json").arg("--out").arg(folder.join("alone")).output()?;
+        let done =
+            command.arg("run").arg(scene).args(["--json", "--force", "--out"]).arg(folder.join("alone")).output()?;
         ensure!(done.status.success(), "{}: {}", scene.display(), String::from_utf8_lossy(&done.stderr));
         let summary: Value = serde_json::from_slice(&done.stdout)?;
         best = best.max(summary.get("realtime_factor").and_then(Value::as_f64).context("no `realtime_factor`")?);

@@ -1,4 +1,4 @@
-//! Results: targets met or not, tables for people, JSON for programs.
+//! Results: ratios, tables for people, JSON for programs.
 
 use super::chip::{Count, Cycles};
 use super::contestants::{CLANG, Family, GENERATORS, ORDINARY, Task, generated};
@@ -13,9 +13,10 @@ use std::process::Command;
 /// Name of the markers around the tables in the document.
 pub(super) const PLACE: &str = "peers";
 
-/// A number of ours beside the strongest peer's.
+/// A number of ours and that of the strongest peer of the same kind: traced code against traced code, a model at run time against a model
+/// at run time, many states a call against many states a call.
 #[derive(Serialize)]
-struct Target {
+struct Ratio {
     arm: &'static str,
     what: &'static str,
     unit: &'static str,
@@ -26,15 +27,13 @@ struct Target {
     /// The strongest peer, and its build.
     strongest: String,
     ratio: f64,
-    target: f64,
-    met: bool,
 }
 
 /// All results, in the form of the JSON.
 #[derive(Serialize)]
 pub(super) struct Report<'a> {
     machine: Machine,
-    targets: Vec<Target>,
+    ratios: Vec<Ratio>,
     arms: Vec<Arm<'a>>,
 }
 
@@ -58,10 +57,10 @@ struct Arm<'a> {
 impl<'a> Report<'a> {
     /// Finds the strongest peer of every row, and the ratios.
     pub(super) fn new(measured: &'a [Measured]) -> Result<Self> {
-        let mut targets = Vec::new();
+        let mut ratios = Vec::new();
         let mut arms = Vec::new();
         for Measured { arm, desk, chip } in measured {
-            targets.extend(targets_of(arm, desk, chip)?);
+            ratios.extend(ratios_of(arm, desk, chip)?);
             let operations = GENERATORS.into_iter().map(|(family, name, _)| {
                 let path = generated(arm, name, "kernel", "f32");
                 let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
@@ -69,7 +68,7 @@ impl<'a> Report<'a> {
             });
             arms.push(Arm { arm, desk, chip, operations: operations.collect::<Result<_>>()? });
         }
-        Ok(Self { machine: Machine::this()?, targets, arms })
+        Ok(Self { machine: Machine::this()?, ratios, arms })
     }
 
     /// Prints the tables on the terminal.
@@ -91,28 +90,18 @@ impl<'a> Report<'a> {
         let Machine { date, processor, compilers, peers } = &self.machine;
         let mut text =
             format!("{date}, {processor}, one thread. {}. Against {}.\n\n", compilers.join("; "), peers.join(", "));
-        text += "| what | arm | ours | our build | strongest peer | its build | ratio | target | |\n|---|---|---|---|---|---|---|---|---|\n";
-        for t in &self.targets {
-            let digits = usize::from(t.unit == "ns");
+        text += "| what | arm | ours | our build | the strongest peer's | peer, its build | ratio |\n|---|---|---|---|---|---|---|\n";
+        for row in &self.ratios {
+            let Ratio { what, arm, unit, ours, our_build, peer, strongest, ratio } = row;
+            let digits = usize::from(*unit == "ns");
             text += &format!(
-                "| {}, {} | {} | {:.digits$} | {} | {:.digits$} | {} | {:.2} | {:.2} | {} |\n",
-                t.what,
-                t.unit,
-                t.arm,
-                t.ours,
-                t.our_build,
-                t.peer,
-                t.strongest,
-                t.ratio,
-                t.target,
-                if t.met { "met" } else { "not met" }
+                "| {what}, {unit} | {arm} | {ours:.digits$} | {our_build} | {peer:.digits$} | {strongest} | {ratio:.2} |\n"
             );
         }
         for arm in &self.arms {
             text += &format!("\n### {} on the desk\n\n", arm.arm);
             text += "ns for one state in f64, each contestant's fastest build and that build.\n\n";
-            text +=
-                "| | sine and cosine included | the same, many states a call | given | accelerations from torques |\n";
+            text += "| | torques, sine and cosine included | the same, many states a call | torques, sine and cosine given | accelerations |\n";
             text += "|---|---|---|---|---|\n";
             for family in families(arm.desk.iter().map(|time| time.family)) {
                 let cell = |task| match best(arm.desk, |time| time.family == family && time.task == task) {
@@ -157,8 +146,8 @@ impl Count {
     }
 }
 
-/// The rows of the issue's table for which there is a peer.
-fn targets_of(arm: &'static str, desk: &[Time], chip: &[Count]) -> Result<Vec<Target>> {
+/// All ratios of an arm.
+fn ratios_of(arm: &'static str, desk: &[Time], chip: &[Count]) -> Result<Vec<Ratio>> {
     let of_generator = |family| GENERATORS.iter().any(|(generator, ..)| *generator == family);
     let ours = |family, task| {
         best(desk, |time| time.family == family && time.task == task)
@@ -169,41 +158,62 @@ fn targets_of(arm: &'static str, desk: &[Time], chip: &[Count]) -> Result<Vec<Ta
             .with_context(|| format!("{arm}: nobody measured the regrouped kernel of an ordinary build"))?;
     let generated =
         |task| best(desk, |time| of_generator(time.family) && time.task == task).context("no generated C was measured");
-    let pinocchio = |task| {
-        best(desk, |time| time.family == Family::Pinocchio && time.task == task).context("no Pinocchio was measured")
+    let at_run_time = |task| {
+        let peer = |family| matches!(family, Family::Pinocchio | Family::Kdl | Family::Dynibo);
+        best(desk, |time| peer(time.family) && time.task == task).context("no peer with its model at run time")
     };
-    let counted = |family, task| fewest(chip, family, task).context("the chip counted too few");
+    let counted = |task| fewest(chip, Family::Regrouped, task).context("the chip counted too few");
     let on_chip = |task| {
         let found = GENERATORS.iter().filter_map(|(family, ..)| fewest(chip, *family, task));
         found.min_by(|a, b| a.instructions_mean.total_cmp(&b.instructions_mean)).context("no generated C on the chip")
     };
-    let desk_row = |what, ours: &Time, peer: &Time, target| {
-        row(arm, what, "ns", [ours.ns, peer.ns], [ours.build.to_owned(), strongest(peer.family, peer.build)], target)
-    };
-    let chip_row = |what, ours: &Count, peer: &Count, target| {
-        let means = [ours.instructions_mean, peer.instructions_mean];
-        row(arm, what, "instructions", means, [ours.build.clone(), strongest(peer.family, &peer.build)], target)
-    };
+    let quick = |task| quickest(chip, Family::Regrouped, task).context("the chip counted too few");
     let quickest_on_chip = |task| {
         let found = GENERATORS.iter().filter_map(|(family, ..)| quickest(chip, *family, task));
         found.min_by(|a, b| a.flash.likely.total_cmp(&b.flash.likely)).context("no generated C on the chip")
     };
-    let cycle_row = |what, ours: &Count, peer: &Count, target| {
-        let means = [ours.flash.likely, peer.flash.likely];
-        row(arm, what, "cycles", means, [ours.build.clone(), strongest(peer.family, &peer.build)], target)
+    let desk_row = |what, ours: &Time, peer: &Time| {
+        row(arm, what, "ns", [ours.ns, peer.ns], [ours.build.to_owned(), strongest(peer.family, peer.build)])
     };
-    let kernel = counted(Family::Regrouped, Task::Inverse)?;
-    let whole = generated(Task::Inverse)?;
+    let chip_row = |what, ours: &Count, peer: &Count| {
+        let means = [ours.instructions_mean, peer.instructions_mean];
+        row(arm, what, "instructions", means, [ours.build.clone(), strongest(peer.family, &peer.build)])
+    };
+    let cycle_row = |what, ours: &Count, peer: &Count| {
+        let means = [ours.flash.likely, peer.flash.likely];
+        row(arm, what, "cycles", means, [ours.build.clone(), strongest(peer.family, &peer.build)])
+    };
+    let (kernel, whole) = (ours(Family::Regrouped, Task::Inverse)?, generated(Task::Inverse)?);
     Ok(vec![
-        desk_row("desk, regrouped", ours(Family::Regrouped, Task::Inverse)?, whole, 0.60),
-        desk_row("desk, regrouped, any processor", for_any_processor, whole, 0.60),
-        desk_row("desk, recursion", ours(Family::Generic, Task::Inverse)?, pinocchio(Task::Inverse)?, 0.50),
-        desk_row("desk, batch, each state", ours(Family::Regrouped, Task::Many)?, whole, 0.20),
-        desk_row("desk, forward dynamics", ours(Family::Regrouped, Task::Forward)?, pinocchio(Task::Forward)?, 0.60),
-        chip_row("chip, sine and cosine included", kernel, on_chip(Task::Inverse)?, 0.50),
-        chip_row("chip, the same sine and cosine", kernel, on_chip(Task::KernelAfterOurTrig)?, 0.85),
-        cycle_row("chip, sine and cosine included", kernel, quickest_on_chip(Task::Inverse)?, 0.40),
-        cycle_row("chip, the same sine and cosine", kernel, quickest_on_chip(Task::KernelAfterOurTrig)?, 0.62),
+        desk_row("traced, torques", kernel, whole),
+        desk_row("traced, torques, our build for any processor", for_any_processor, whole),
+        desk_row(
+            "traced, torques, sine and cosine given",
+            ours(Family::Regrouped, Task::Kernel)?,
+            generated(Task::Kernel)?,
+        ),
+        desk_row("traced, torques, many states a call", ours(Family::Regrouped, Task::Many)?, generated(Task::Many)?),
+        desk_row("traced, accelerations", ours(Family::Regrouped, Task::Forward)?, generated(Task::Forward)?),
+        desk_row("model at run time, torques", ours(Family::Generic, Task::Inverse)?, at_run_time(Task::Inverse)?),
+        desk_row(
+            "model at run time, accelerations",
+            ours(Family::Generic, Task::Forward)?,
+            at_run_time(Task::Forward)?,
+        ),
+        chip_row("chip, torques", counted(Task::Inverse)?, on_chip(Task::Inverse)?),
+        chip_row(
+            "chip, torques, everybody with our sine and cosine",
+            counted(Task::Inverse)?,
+            on_chip(Task::KernelAfterOurTrig)?,
+        ),
+        chip_row("chip, torques, sine and cosine given", counted(Task::Kernel)?, on_chip(Task::Kernel)?),
+        cycle_row("chip, torques", quick(Task::Inverse)?, quickest_on_chip(Task::Inverse)?),
+        cycle_row(
+            "chip, torques, everybody with our sine and cosine",
+            quick(Task::Inverse)?,
+            quickest_on_chip(Task::KernelAfterOurTrig)?,
+        ),
+        cycle_row("chip, torques, sine and cosine given", quick(Task::Kernel)?, quickest_on_chip(Task::Kernel)?),
     ])
 }
 
@@ -217,10 +227,8 @@ fn row(
     unit: &'static str,
     [ours, peer]: [f64; 2],
     [our_build, strongest]: [String; 2],
-    target: f64,
-) -> Target {
-    let ratio = ours / peer;
-    Target { arm, what, unit, ours, our_build, peer, strongest, ratio, target, met: ratio <= target }
+) -> Ratio {
+    Ratio { arm, what, unit, ours, our_build, peer, strongest, ratio: ours / peer }
 }
 
 /// The build of a contestant with the fewest instructions.
@@ -261,6 +269,13 @@ fn operators(right: &[u8]) -> usize {
     (0..right.len()).filter(|&at| matches!(right[at], b'*' | b'+' | b'-') && binary(at)).count()
 }
 
+/// dynibo with its version, as its contestant demands it.
+fn dynibo() -> Option<String> {
+    let text = std::fs::read_to_string(source("dynibo/Cargo.toml")).ok()?;
+    let version = text.lines().find_map(|line| line.strip_prefix("dynibo = \"="))?;
+    Some(format!("dynibo {}", version.trim_end_matches('"')))
+}
+
 impl Machine {
     fn this() -> Result<Self> {
         let version = |program: &str| {
@@ -280,7 +295,7 @@ impl Machine {
             date,
             processor: name.map_or_else(|| "unknown processor".to_owned(), |(_, name)| name.to_owned()),
             compilers,
-            peers: packages.chain(kdl).collect(),
+            peers: packages.chain(kdl).chain(dynibo()).collect(),
         })
     }
 }

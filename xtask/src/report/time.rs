@@ -21,7 +21,7 @@ pub(super) fn run() -> Result<()> {
     run_command(cargo_run("host-sim").arg("--version"))?;
     let once = |report: &str| -> Result<f64> {
         let mut command = cargo_run("host-sim");
-        command.args(["run", SCENE, "--duration", DURATION, "--quiet", report, "--out"]).arg(&folder);
+        command.args(["run", SCENE, "--duration", DURATION, "--quiet", "--force", report, "--out"]).arg(&folder);
         let began = Instant::now();
         let done = command.output()?;
         ensure!(done.status.success(), "{SCENE}: {}", String::from_utf8_lossy(&done.stderr));

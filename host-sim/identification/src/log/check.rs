@@ -22,6 +22,16 @@ const TOO_MUCH: f64 = 20.0;
 /// Samples in a row at the very same extreme that count as clipped, and how many in all.
 const CLIPPED: (usize, usize) = (8, 24);
 
+/// Velocity over the position's change per second, and what it suggests.
+const UNITS: [(f64, &str); 6] = [
+    (57.295_78, "velocity in deg/s and position in rad"),
+    (0.017_453_29, "velocity in rad/s and position in deg"),
+    (9.549_297, "velocity in rpm and position in rad"),
+    (0.159_154_9, "velocity in rev/s and position in rad"),
+    (1e-3, "time in ms"),
+    (1e3, "velocity in mm/s, or in 1/ms"),
+];
+
 pub(super) struct Table<'a> {
     pub(super) file: &'a str,
     pub(super) head: &'a [String],
@@ -46,18 +56,9 @@ impl Table<'_> {
     pub(super) fn checked(&self, columns: Vec<Vec<f64>>, reading: &Reading) -> Result<Log, BadLog> {
         let n = reading.joints.len();
         let mut columns = columns.into_iter();
-        let ticks = if self.places.ticks { reading.tick_rate.unwrap_or(1.0) } else { 1.0 };
-        let time: Vec<f64> = columns.next().unwrap_or_default().iter().map(|t| t / ticks).collect();
-        let scaled = |series: Series| -> Series {
-            let unit = |turns: bool| if reading.degrees && turns { 1f64.to_radians() } else { 1.0 };
-            series
-                .into_iter()
-                .zip(&reading.turns)
-                .map(|(x, turns)| x.iter().map(|x| x * unit(*turns)).collect())
-                .collect()
-        };
-        let q = scaled(columns.by_ref().take(n).collect());
-        let qd = self.places.velocities.then(|| scaled(columns.by_ref().take(n).collect()));
+        let time = columns.next().unwrap_or_default();
+        let q: Series = columns.by_ref().take(n).collect();
+        let qd: Option<Series> = self.places.velocities.then(|| columns.by_ref().take(n).collect());
         let qd = qd.filter(|qd| qd.iter().flatten().all(|x| x.is_finite()));
         let mut tau: Series = columns.collect();
         self.time(&time)?;
@@ -154,11 +155,10 @@ impl Table<'_> {
             let ratio = dot(&change[i], &qd[i]) / dot(&change[i], &change[i]);
             if own > 0.7 && !(0.5..2.0).contains(&ratio) {
                 let found = format!("{ratio:.4} times the position's change per second");
-                return Err(self.wrong(
-                    self.at(0, 1 + n + i),
-                    found,
-                    "position, velocity and time in one set of units",
-                ));
+                let cause = UNITS.iter().find(|(factor, _)| (ratio / factor - 1.0).abs() < 0.1);
+                let cause = cause.map_or(String::new(), |(_, unit)| format!(": {unit}?"));
+                let expected = format!("position, velocity and time in one set of units{cause}");
+                return Err(self.wrong(self.at(0, 1 + n + i), found, &expected));
             }
         }
         Ok(())

@@ -83,7 +83,7 @@ pub(super) fn quality(run: &Run) -> Table {
             summary.rest_error[i].map_or("no rest".into(), |error| number(error, unit)),
             match (summary.rest_error[i], summary.settling_time[i]) {
                 (None, _) => "no rest".into(),
-                (Some(_), None) => Cell::from("never").warning(true),
+                (Some(_), None) => Cell::from(summary.unsettled()).warning(true),
                 (Some(_), Some(time)) => number(time, "s"),
             },
             Cell::from(if acted { format!("{limits} ticks") } else { limits }).warning(acted),

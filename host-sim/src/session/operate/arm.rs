@@ -290,7 +290,7 @@ impl Arm {
             (joint.name.clone(), place, force)
         });
         let of_friction = |joint: &RobotJoint| {
-            hidden(joint.friction.map_or(0.0, |friction| friction.coulomb), joint.spec.limits.torque)
+            hidden(joint.friction.map_or(0.0, |friction| friction.starting()), joint.spec.limits.torque)
         };
         let rubs = |joint: &RobotJoint| joint.friction.map_or((0.0, 0.0), |rubs| (rubs.viscous, rubs.coulomb));
         let bounds = Bounds::from_limits(&limits).with_acceleration(deceleration);

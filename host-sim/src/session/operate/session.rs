@@ -5,6 +5,7 @@ use super::device::{Cut, DeviceError};
 use super::requests::{Rejection, name_of};
 use super::{Operator, SILENCE, Stop, has_taken, table};
 use crate::chip::ChipError;
+use crate::output::Output;
 use crate::session::frame_log::recorder::Recorder;
 use crate::session::states::RUNNING;
 use link::{Denial, Frame, Hello, Parts, Request, Watch};
@@ -381,10 +382,15 @@ impl Operator {
             None => format!("dump: {} ticks\n{}", past.len(), table::table(&past, &self.joint_names())),
             Some(file) => {
                 // The session goes on: an arm must not fall for a mistyped name.
-                if let Err(error) = table::write_csv(&past, self.arm.joints.len(), file) {
+                let claimed = self.claim(file);
+                let error = |error: io::Error| format!("{}: {error}", file.display());
+                let written =
+                    claimed.and_then(|()| table::write_csv(&past, self.arm.joints.len(), file).map_err(error));
+                if let Err(problem) = written {
                     self.refused = true;
-                    return self.say("dump", &format!("dump: rejected: {}: {error}", file.display()));
+                    return self.say("dump", &format!("dump: rejected: {problem}"));
                 }
+                self.outputs.written(&[file.to_owned()]).ok();
                 format!("dump: {} ticks, {}", past.len(), file.display())
             }
         };
@@ -409,9 +415,28 @@ impl Operator {
                 "record: rejected: torque acts, and a record begins with a hello, which takes it away; `disarm` first";
             return self.say("record", why);
         }
+        if let Err(problem) = self.claim(file) {
+            self.refused = true;
+            return self.say("record", &format!("record: rejected: {problem}"));
+        }
         self.keep(file)?;
         self.begin()?;
         self.say("record", &format!("record: {}; a new session, not homed", file.display()))
+    }
+
+    /// The same operator with these outputs: files that `dump` and `record` may overwrite, and inputs that they may not.
+    #[must_use]
+    pub fn with_outputs(mut self, outputs: Output) -> Self {
+        self.outputs = outputs;
+        self
+    }
+
+    /// Claims a file for `dump` or `record`; the problem as a text, because the session goes on.
+    fn claim(&mut self, file: &Path) -> Result<(), String> {
+        self.outputs.file(file).map_err(|failure| {
+            let report = failure.report();
+            report.help().map_or_else(|| report.to_string(), |help| format!("{report}; {help}"))
+        })
     }
 
     /// Record every frame from here on. Call [`Operator::begin`] next.
@@ -429,7 +454,10 @@ impl Operator {
     /// The record cannot be written.
     pub fn close(&mut self) -> io::Result<()> {
         self.report.still();
-        self.device.tap().record(None)
+        self.device.tap().record(None)?;
+        // A file that is not registered is only harder to replace.
+        self.outputs.finish().ok();
+        Ok(())
     }
 }
 

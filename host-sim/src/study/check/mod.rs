@@ -14,8 +14,9 @@ use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, Inertia, Live, Rotor, Scene, Trig, Wrench};
 pub use hazard::{CLASS_I, Hazard};
 use nalgebra::Vector3;
-use robot_compiler::check::{Draft, Finding, JointLoad, Severity, findings, scene_findings};
+use robot_compiler::check::{Draft, Finding, JointLoad, Severity, findings, gravity_finding, scene_findings};
 use robot_compiler::{Robot, SceneFile, with_dof};
+use std::path::Path;
 
 /// The findings about an arm.
 #[derive(Debug)]
@@ -61,12 +62,16 @@ pub fn answer_in(mut draft: Draft, gravity: &[f64], scene: Option<SceneFile>) ->
     }
     let loads = draft.arm().and_then(|arm| with_dof!(arm.dof(), N => loads::<N>(arm, &gravity)));
     let name = scene.as_ref().map(|scene| scene.name.clone());
+    let named = name.clone();
     let of_scene = scene.as_ref().map(scene_findings).unwrap_or_default();
     let file = scene.or_else(|| draft.arm().map(SceneFile::default_for));
     let hazard = file.and_then(|file| with_dof!(file.robot.dof(), N => hazard::hazard::<N>(&file, name, &gravity)));
     // Notes, which come last.
     let mut findings = findings(&draft, loads.as_deref());
     findings.extend(of_scene);
+    if named.is_none() {
+        findings.extend(gravity_finding(Path::new("the command line"), "--gravity", &gravity, None));
+    }
     Ok(Answer { draft, gravity, loads, hazard, findings })
 }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// Severities, the worst first, of the robot or of the scene, with their meaning.
 const MEANINGS: [(Severity, bool, &str); 4] = [
-    (Severity::Wrong, false, "no physics allows it, or the arm cannot hold itself"),
+    (Severity::Wrong, false, "no physics allows it, the arm cannot hold itself, or a name is misspelt"),
     (Severity::Doubt, false, "a physicist would ask"),
     (Severity::Note, false, "missing: measure it"),
     (Severity::Note, true, "settings of the scene: think about them before the arm is armed"),
@@ -52,7 +52,7 @@ impl Answer {
     /// The findings, grouped by severity, and their count.
     #[must_use]
     pub fn text(&self) -> String {
-        let [x, y, z] = self.gravity.into();
+        let [x, y, z] = <[f64; 3]>::from(self.gravity).map(|g| (g * 1e4).round() / 1e4 + 0.0);
         let robot = &self.draft.robot;
         let mut text = format!(
             "{}: {}, {:.3} kg that move, {:.3} m from the first joint to the tip, gravity {x},{y},{z}\n",
@@ -61,6 +61,10 @@ impl Answer {
             self.draft.mass(),
             self.draft.length()
         );
+        let mounting = robot.mounting_note();
+        if !mounting.is_empty() {
+            text += &format!("{mounting}\n");
+        }
         if self.loads.is_none() {
             text += "not put into postures, so that no load is compared: correct the masses first\n";
         }

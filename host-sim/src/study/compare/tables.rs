@@ -78,7 +78,7 @@ fn table(caption: &str, quantities: &[Quantity], a: &Side, b: &Side) -> Table {
 /// Why a number is not there.
 fn missing(side: &Side, list: &str, joint: usize) -> &'static str {
     match list {
-        SETTLING_TIME if side.number(REST_ERROR, joint).is_some() => "never",
+        SETTLING_TIME if side.number(REST_ERROR, joint).is_some() => "unsettled",
         SETTLING_TIME | REST_ERROR => "no rest",
         _ => "none",
     }

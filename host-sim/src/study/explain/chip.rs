@@ -1,7 +1,8 @@
 //! Cost of each term on the chip.
 
-use super::{ChipSaving, Explanation, OnChip};
+use super::{ChipSaving, Explanation, OnChip, friction};
 use crate::failure::{Failure, in_file};
+use crate::output::Output;
 use crate::run::files::file_name;
 use crate::study::trade::baseline::Baseline;
 use crate::study::trade::chip::{Chip, Cost, Surroundings};
@@ -16,7 +17,7 @@ impl Explanation {
     pub(crate) fn measure(&mut self, scene: &Path, chip: &dyn Chip, stop: &AtomicBool) -> Result<(), Failure> {
         let base = Baseline::load(scene, Ends::default())?;
         let folder = Path::new("out/explain").join(file_name(&self.scene));
-        fs::create_dir_all(&folder).map_err(|error| in_file(&folder, &error))?;
+        Output::new(false).folder(&folder, &[])?;
         let term = |name: &str| ModelTerm::ALL.into_iter().find(|term| term.name() == name);
         let mut sets: Vec<Vec<ModelTerm>> = vec![Vec::new()];
         sets.extend(
@@ -35,7 +36,15 @@ impl Explanation {
             fs::write(&path, base.without(terms)).map_err(|error| in_file(&path, &error))?;
             Ok(path)
         });
-        let paths: Vec<PathBuf> = paths.collect::<Result<_, Failure>>()?;
+        let mut paths: Vec<PathBuf> = paths.collect::<Result<_, Failure>>()?;
+        for part in friction::parts(&base.file) {
+            let [robot, path] =
+                ["robot", "scene"].map(|what| folder.join(format!("{what}_without_{}.toml", part.name())));
+            fs::write(&robot, friction::robot_without(&base.file.robot.path, part)?)
+                .map_err(|error| in_file(&robot, &error))?;
+            fs::write(&path, base.with_robot(&robot)).map_err(|error| in_file(&path, &error))?;
+            paths.push(path);
+        }
         let found = chip.controllers(&paths, stop)?;
         let Some((full, rest)) = found.split_first() else { return Ok(()) };
         let around = folder.join("interrupt.toml");
@@ -50,8 +59,9 @@ impl Explanation {
             interrupt: surroundings.around(cost, rate),
         };
         let each = self.terms.iter_mut().filter_map(|report| report.dropped.as_mut());
-        for (dropped, cost) in each.chain(core::iter::once(&mut self.fewest.dropped)).zip(rest) {
-            dropped.chip = Some(saving(cost));
+        let each = each.chain(core::iter::once(&mut self.fewest.dropped)).map(|dropped| &mut dropped.chip);
+        for (chip, cost) in each.chain(self.friction.iter_mut().map(|report| &mut report.chip)).zip(rest) {
+            *chip = Some(saving(cost));
         }
         self.chip = Some(OnChip { controller: *full, interrupt: surroundings.around(full, rate), rate });
         Ok(())

@@ -30,8 +30,29 @@ pub struct Explanation {
     pub tracking: Tracking,
     /// Report on each term.
     pub terms: Vec<TermReport>,
+    /// Terms of friction in addition to viscous and Coulomb friction; empty where no joint has any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub friction: Vec<PartReport>,
     /// The smallest set of terms that keeps the tolerance.
     pub fewest: Fewest,
+}
+
+/// Cost and benefit of one term of friction.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PartReport {
+    /// Name of the term.
+    pub term: &'static str,
+    /// Names of the joints that have it.
+    pub joints: Vec<String>,
+    /// Operations saved without it.
+    pub operations: Count,
+    /// Cost saved on the chip without it, if measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chip: Option<ChipSaving>,
+    /// Torque of the term on the reference motion.
+    pub torque: Error,
+    /// The closed loop without it, in the same world.
+    pub tracking: Tracking,
 }
 
 /// A joint of the arm.

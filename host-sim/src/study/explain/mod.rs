@@ -2,9 +2,12 @@
 
 mod chip;
 mod explanation;
+mod friction;
 mod report;
 
-pub use explanation::{ChipSaving, Count, Dropped, Error, Explanation, Fewest, Joint, OnChip, TermReport, Tracking};
+pub use explanation::{
+    ChipSaving, Count, Dropped, Error, Explanation, Fewest, Joint, OnChip, PartReport, TermReport, Tracking,
+};
 
 use crate::failure::Failure;
 use crate::run::closed_loop::End;
@@ -45,6 +48,7 @@ pub fn explain<const N: usize>(
     });
     let terms: Vec<TermReport> = terms.collect::<Result<_, Failure>>()?;
     let (fewest, dropped) = lab.fewest(&terms)?;
+    let friction = lab.friction()?;
     Ok(Explanation {
         scene: file.name.clone(),
         robot: file.robot.name.clone(),
@@ -56,6 +60,7 @@ pub fn explain<const N: usize>(
         chip: None,
         tracking: lab.full,
         terms,
+        friction,
         fewest: Fewest {
             chosen: asked == Some(tolerance),
             given_up: fewest.iter().map(|term| term.name()).collect(),
@@ -161,10 +166,15 @@ impl<const N: usize> Lab<'_, N> {
 
     /// Run the loop with the full model less these terms, in the scene's world and along its motion.
     fn tracking(&self, terms: &[ModelTerm]) -> Result<Tracking, Failure> {
-        let mut world = simulate::world::<N>(self.file)?;
         let mut scene = self.file.clone();
         scene.model = self.file.model.full().without(terms);
-        let run = simulate::on_desk_in::<N>(&mut world, &scene, self.stop, &ProgressBar::hidden())?;
+        self.tracking_of(&scene)
+    }
+
+    /// Run the loop with the controller of another scene in this scene's world.
+    fn tracking_of(&self, scene: &SceneFile) -> Result<Tracking, Failure> {
+        let mut world = simulate::world::<N>(self.file)?;
+        let run = simulate::on_desk_in::<N>(&mut world, scene, self.stop, &ProgressBar::hidden())?;
         if run.end == End::Interrupted {
             return Err(Failure::Interrupted);
         }

@@ -1,6 +1,6 @@
 //! Tables of an explanation.
 
-use super::{Count, Dropped, Error, Explanation, Fewest, OnChip, Tracking};
+use super::{Count, Dropped, Error, Explanation, Fewest, OnChip, PartReport, Tracking};
 use crate::run::summary::engineering;
 use crate::study::trade::chip::{Cost, Load};
 use crate::study::trade::report::mean_share;
@@ -36,7 +36,37 @@ impl Explanation {
         let tracking = self.joint_table(Some(&baseline), |i, dropped| most(i, &dropped.tracking));
         text += &format!("\nTorque left out without, on the reference motion: most (root mean square)\n{torques}\n");
         text += &format!("\nGreatest tracking error of the closed loop without, in the scene's world\n{tracking}\n");
+        if !self.friction.is_empty() {
+            text += &format!("\nTerms of friction beyond viscous and Coulomb friction\n{}\n", self.friction_table());
+        }
         text + "\n" + &self.fewest_lines()
+    }
+
+    /// A row per term and joint with the term: its torque, the tracking error without it, its cost.
+    fn friction_table(&self) -> Table {
+        let mut head = vec!["term", "joint", "torque: most (rms)", "tracking error", "without", "mul", "add", "sub"];
+        if self.chip.is_some() {
+            head.extend(["instructions", "cycles, est.", "flash"]);
+        }
+        let mut table = table(head, 2);
+        for PartReport { term, joints, operations: Count { mul, add, sub }, chip, torque, tracking } in &self.friction {
+            for (i, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joints.contains(&joint.name)) {
+                let most = |error: f64| engineering(error, joint.position_unit);
+                let [max, rms] = [torque.max[i], torque.rms[i]].map(|x| engineering(x, joint.torque_unit));
+                let without = tracking.fault.as_ref().map_or_else(|| most(tracking.max[i]), |_| "fault".to_owned());
+                // The cost is that of all joints with the term, and is in the row of the first.
+                let first = joints.first() == Some(&joint.name);
+                let of_term = [mul, add, sub].map(i64::to_string).into_iter();
+                let on_chip = chip.iter().flat_map(|chip| {
+                    [format!("{:.0}", chip.instructions), format!("{:.0}", chip.cycles), chip.flash.to_string()]
+                });
+                let cost = of_term.chain(on_chip).map(|cell| if first { cell } else { String::new() });
+                let cells = [(*term).to_owned(), joint.name.clone(), format!("{max} ({rms})")].into_iter();
+                let cells = cells.chain([most(self.tracking.max[i]), without]);
+                table.add_row(cells.chain(cost).collect::<Vec<_>>());
+            }
+        }
+        table
     }
 
     fn cost_table(&self) -> Table {

@@ -8,8 +8,8 @@ use crate::run::simulate;
 use crate::run::target::{Ticked, Torques};
 use dynamics_core::{Body, Command, JointKind, Live, Measurement, Model, Reference, Term};
 use nalgebra::{Matrix3, Vector3};
-use robot_compiler::scene::{BreakawaySpec, FrictionSpec, MotionSpec, ViaPoint};
-use robot_compiler::{JointFriction, SceneFile};
+use robot_compiler::scene::{MotionSpec, ViaPoint};
+use robot_compiler::{Breakaway, JointFriction, RobotJoint, SceneFile};
 use std::sync::atomic::AtomicBool;
 
 const GROUP: &str = "control";
@@ -177,16 +177,12 @@ fn breakaway_cells(cells: &mut Vec<Cell>, pick: &SceneFile) -> Result<(), Failur
     const HOLD: f64 = 2.0;
     let sticky = |scene: &SceneFile| {
         let mut sticky = scene.clone();
-        let friction = |of: fn(&JointFriction) -> f64| {
-            sticky.robot.joints.iter().map(|joint| joint.friction.as_ref().map_or(0.0, of)).collect::<Vec<f64>>()
+        let of_joint = |joint: &RobotJoint| {
+            let friction = joint.friction.unwrap_or_default();
+            let breakaway = Breakaway { torque: 3.0 * friction.coulomb, speed: STRIBECK, load: 0.0 };
+            JointFriction { breakaway: Some(breakaway), ..friction }
         };
-        let (viscous, coulomb) = (friction(|f| f.viscous), friction(|f| f.coulomb));
-        let torque = coulomb.iter().map(|c| 3.0 * c).collect();
-        sticky.plant.friction_law = Some(FrictionSpec {
-            viscous,
-            coulomb,
-            breakaway: Some(BreakawaySpec { torque, speed: STRIBECK, load: 0.0 }),
-        });
+        sticky.plant.friction_law = Some(scene.robot.joints.iter().map(of_joint).collect());
         // Steep friction near rest requires this small step.
         sticky.plant.step = 6.25e-5;
         sticky

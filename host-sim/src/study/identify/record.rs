@@ -1,10 +1,14 @@
-//! A record of `connect` as a log: the ticks in which torque acted.
+//! A record of `connect`, or of `run --mcap`, as a log: the ticks in which torque acted.
 
 use crate::failure::Failure;
+use crate::run::mcap_file;
+use crate::run::mcap_file::messages::{JointState, JointStates, Message as _};
+use crate::run::mcap_file::reader::{Item, Reader};
+use crate::session::frame_log::LogError;
 use crate::session::frame_log::{self, Way};
 use link::{Actuation, Frame, Sensed};
 use robot_compiler::{SceneFile, with_dof};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 /// Ticks without torque, or whose status is missing, that end a stretch.
@@ -26,7 +30,21 @@ pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
     let wrong = |problem: String, expected: &str| {
         Failure::Input(miette::miette!(help = format!("expected {expected}"), "{}: {problem}", path.display()))
     };
-    let log = frame_log::Log::new(bytes).map_err(|error| wrong(error.to_string(), "a record of this version"))?;
+    let kept = bytes.starts_with(mcap_file::MAGIC).then(|| bytes.clone());
+    let log = match (frame_log::Log::new(bytes), kept) {
+        (Ok(log), _) => log,
+        // No session: the file of a run, or of another program.
+        (Err(error @ (LogError::Mcap(_) | LogError::Headless(_))), Some(bytes)) => {
+            return joint_states(&bytes).map_err(|problem| match error {
+                LogError::Mcap(_) => wrong(
+                    problem,
+                    "an MCAP file that `run --mcap` or `connect --record` wrote; others as CSV, for example exported by PlotJuggler",
+                ),
+                other => wrong(other.to_string(), "a record of this version"),
+            });
+        }
+        (Err(error), _) => return Err(wrong(error.to_string(), "a record of this version")),
+    };
     let scene = SceneFile::from_toml_str(&log.head.text, &log.head.scene).map_err(Failure::input)?;
     let per_count: Vec<f64> = with_dof!(scene.robot.dof(), N => {
         let model = scene.robot.model::<N>().map_err(Failure::input)?;
@@ -63,6 +81,46 @@ pub fn text(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
         return Err(wrong("no torque acted in it".to_owned(), "a record of an arm that was armed and moved"));
     };
     Ok(csv(stretch, scene.period()))
+}
+
+/// Joint states of an MCAP file as the text of a log, by the joints' names. Joints without a torque leave an empty field.
+///
+/// # Errors
+/// What is wrong with the file: no joint states, joints that change, a broken message.
+fn joint_states(bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let mut others: BTreeSet<String> = BTreeSet::new();
+    let mut names: Vec<String> = Vec::new();
+    let mut text = String::new();
+    for (number, item) in Reader::new(bytes).enumerate() {
+        let Item::Message(raw) = item? else { continue };
+        if raw.schema != JointStates::SCHEMA {
+            others.insert(format!("{} ({})", raw.topic, raw.schema));
+            continue;
+        }
+        let states: JointStates = serde_json::from_slice(&raw.data)
+            .map_err(|error| format!("message {} of {}: {error}; JSON was expected", number + 1, raw.topic))?;
+        if names.is_empty() {
+            names = states.joints.iter().map(|joint| joint.name.clone()).collect();
+            let head = ["position", "velocity", "effort"].iter().flat_map(|what| {
+                names.iter().map(move |name| format!("\"joint_states/{}/{what}\"", name.replace(['/', '.', '"'], "_")))
+            });
+            text = std::iter::once("time [ns]".to_owned()).chain(head).collect::<Vec<_>>().join(",") + "\n";
+        }
+        if !states.joints.iter().map(|joint| &joint.name).eq(&names) {
+            return Err(format!("message {} of {} has other joints than the first", number + 1, raw.topic));
+        }
+        let field = |value: Option<f64>| value.map_or_else(String::new, |x| x.to_string());
+        let of = |pick: fn(&JointState) -> Option<f64>| states.joints.iter().map(move |joint| field(pick(joint)));
+        let numbers = of(|joint| joint.position).chain(of(|joint| joint.velocity)).chain(of(|joint| joint.effort));
+        let time = u128::from(states.timestamp.sec) * 1_000_000_000 + u128::from(states.timestamp.nsec);
+        text += &(std::iter::once(time.to_string()).chain(numbers).collect::<Vec<_>>().join(",") + "\n");
+    }
+    if names.is_empty() {
+        let others =
+            if others.is_empty() { "nothing".to_owned() } else { others.into_iter().collect::<Vec<_>>().join(", ") };
+        return Err(format!("no messages of the schema {}; it holds {others}", JointStates::SCHEMA));
+    }
+    Ok(text.into_bytes())
 }
 
 fn csv(ticks: &[Tick], period: f64) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! The page that a person reads.
 
 use super::outcome::{Judged, Outcome};
-use super::subject::{Subject, law};
+use super::subject::{Subject, torque as friction_torque};
 use crate::failure::{Failure, in_file};
 use dynamics_core::JointKind;
 use identification::friction::Direction;
@@ -22,7 +22,8 @@ pub fn write(outcome: &Outcome, subject: &Subject, payload: Option<&str>, folder
 }
 
 fn page(outcome: &Outcome, subject: &Subject, payload: Option<&str>) -> Page {
-    let mut blocks = vec![Block::Words(summary(outcome)), errors(outcome, subject), links(outcome, subject)];
+    let verdict = Block::Terminal(super::verdict::text(&outcome.verdict, subject));
+    let mut blocks = vec![verdict, links(outcome, subject), errors(outcome, subject), Block::Words(summary(outcome))];
     blocks.extend(base(outcome, subject));
     blocks.push(tried(outcome, subject));
     if let Some(text) = payload {
@@ -87,10 +88,10 @@ fn friction(outcome: &Outcome, subject: &Subject, joint: usize) -> Block {
         let terms = law_of.terms.iter().zip(&outcome.found.friction[joint]).skip(1);
         terms.map(|(term, c)| c * term.value(s, qd, 0.0)).sum()
     };
-    let rub = outcome.numbers.friction[joint];
+    let rub = outcome.numbers.friction[joint].law;
     let name = subject.robot.joints[joint].name.clone();
     let figure = Figure::new(name, "speed / (rad/s)", format!("friction / ({})", unit(subject, joint)));
-    let file = curve("robot file", &|qd| law(rub.viscous, rub.coulomb).torque(qd));
+    let file = curve("robot file", &|qd| friction_torque(&rub, qd, 0.0));
     Block::Figure(figure.with(curve("identified", &identified)).with(file))
 }
 
@@ -146,20 +147,22 @@ fn links(outcome: &Outcome, subject: &Subject) -> Block {
         .enumerate()
         .map(|(joint, link)| {
             let three = |v: &nalgebra::Vector3<f64>| format!("{:.4}, {:.4}, {:.4}", v.x, v.y, v.z);
-            let (rotor, rub) = (outcome.numbers.rotors[joint], outcome.numbers.friction[joint]);
+            let (rotor, rub) = (outcome.numbers.rotors[joint], &outcome.numbers.friction[joint]);
             let i = &link.inertia;
             let seen = |index: usize| if link.seen[index] { "" } else { " (not seen)" };
             vec![
                 subject.robot.joints[joint].name.clone(),
+                format!("{:.4}", subject.maker.links[joint][0]),
                 format!("{:.4} ± {:.1e}{}", link.mass.0, link.mass.1, seen(0)),
                 format!("{}{}", three(&link.com.0), seen(1)),
                 format!("{:.2e}, {:.2e}, {:.2e}{}", i.m11, i.m22, i.m33, seen(2)),
                 format!("{:.4} ± {:.1e}", rotor.0, rotor.1),
-                format!("{:.4}, {:.4}", rub.viscous, rub.coulomb),
+                rub.entries().iter().map(|(key, x, _)| format!("{key} {x:.4}")).collect::<Vec<_>>().join(", "),
             ]
         })
         .collect();
-    let head = ["link", "mass, kg", "mass centre, m", "xx, yy, zz, kg m^2", "rotor, kg m^2", "viscous, Coulomb"];
+    let head =
+        ["link", "mass before, kg", "mass, kg", "mass centre, m", "xx, yy, zz, kg m^2", "rotor, kg m^2", "friction"];
     table("The robot file", &head, &rows)
 }
 

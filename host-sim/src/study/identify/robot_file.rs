@@ -1,14 +1,15 @@
 //! The robot file with the identified numbers.
 
-use super::subject::{Subject, law};
+use super::friction::{Written, friction};
+use super::subject::Subject;
 use crate::failure::Failure;
 use dynamics_core::{Inertia, JointKind};
 use identification::consistent::central;
-use identification::identify::{Identified, difference};
+use identification::identify::Identified;
 use identification::log::Log;
 use nalgebra::{Matrix3, Vector3};
 use robot_compiler::emit::robot_file;
-use robot_compiler::{Ends, JointFriction, Robot, UrdfArm};
+use robot_compiler::{Ends, Robot, UrdfArm};
 use serde_json::{Value as Json, json};
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
@@ -22,8 +23,8 @@ pub struct Numbers {
     pub links: Vec<Link>,
     /// Reflected inertia of each rotor, and its deviation.
     pub rotors: Vec<(f64, f64)>,
-    /// Viscous and Coulomb friction that come nearest to the identified law on the logs.
-    pub friction: Vec<JointFriction>,
+    /// Friction of each joint.
+    pub friction: Vec<Written>,
     /// All parameters without the tool, in the model's frames.
     parameters: Vec<f64>,
 }
@@ -98,11 +99,12 @@ impl Numbers {
             let i = &link.inertia;
             json!({
                 "name": subject.robot.joints[joint].name,
-                "mass": link.mass.0, "mass_deviation": link.mass.1,
+                "mass": link.mass.0, "mass_deviation": link.mass.1, "mass_before": subject.maker.links[joint][0],
                 "com": link.com.0.as_slice(), "com_deviation": link.com.1.as_slice(),
                 "inertia": { "xx": i.m11, "yy": i.m22, "zz": i.m33, "xy": i.m12, "xz": i.m13, "yz": i.m23 },
                 "rotor": self.rotors[joint].0, "rotor_deviation": self.rotors[joint].1,
-                "viscous": self.friction[joint].viscous, "coulomb": self.friction[joint].coulomb,
+                "viscous": self.friction[joint].law.viscous, "coulomb": self.friction[joint].law.coulomb,
+                "friction": self.friction[joint].json(),
                 "seen": { "mass": link.seen[0], "com": link.seen[1], "inertia": link.seen[2] },
             })
         };
@@ -159,8 +161,8 @@ impl Numbers {
         let rotor = inline(&[("inertia", inertia / (gear * gear)), ("gear", gear)]);
         set(table, "rotor", rotor.into(), &format!("+- {:.1e} kg m^2", deviation / (gear * gear)));
         let friction = &self.friction[joint];
-        let pair = inline(&[("viscous", friction.viscous), ("coulomb", friction.coulomb)]);
-        set(table, "friction", pair.into(), &format!("nearest to the identified law; {rub}, {force}"));
+        let entries: Vec<(&str, f64)> = friction.entries().iter().map(|(key, x, _)| (*key, *x)).collect();
+        set(table, "friction", inline(&entries).into(), &friction.note(rub, force));
     }
 }
 
@@ -182,37 +184,4 @@ fn set(table: &mut Table, key: &str, value: Value, comment: &str) {
         Some(item) => *item = Item::Value(value),
         None => drop(table.insert(key, Item::Value(value))),
     }
-}
-
-/// Viscous and Coulomb friction of the controller's law that leave least of the torque beside the bodies, none below zero.
-fn friction(subject: &Subject, found: &Identified, logs: &[Log]) -> Vec<JointFriction> {
-    let n = found.base.joints;
-    let mut sums = vec![[0.0_f64; 5]; n];
-    let offset = |joint: usize| found.friction[joint].first().copied().unwrap_or(0.0);
-    let mut bodies = found.bodies.parameters.clone();
-    bodies.iter_mut().zip(subject.maker.fixed.iter().flatten()).for_each(|(sum, x)| *sum += x);
-    for log in logs {
-        let prediction = found.predict(subject.arm.as_ref(), log);
-        let rest = found.predict_by(subject.arm.as_ref(), log, &bodies, &|_, _| 0.0);
-        for (joint, left) in difference(&prediction.measured, &rest).iter().enumerate() {
-            for (tau, qd) in left.iter().zip(&prediction.qd[joint]) {
-                let (a, b, y) = (*qd, law(0.0, 1.0).torque(*qd), tau - offset(joint));
-                let more = [a * a, a * b, b * b, a * y, b * y];
-                sums[joint].iter_mut().zip(more).for_each(|(sum, x)| *sum += x);
-            }
-        }
-    }
-    let solve = |[aa, ab, bb, ay, by]: [f64; 5]| {
-        let alone = JointFriction { viscous: 0.0, coulomb: (by / bb.max(1e-300)).max(0.0) };
-        let det = aa * bb - ab * ab;
-        let (viscous, coulomb) = ((ay * bb - by * ab) / det, (aa * by - ab * ay) / det);
-        if coulomb < 0.0 {
-            JointFriction { viscous: (ay / aa.max(1e-300)).max(0.0), coulomb: 0.0 }
-        } else if viscous >= 0.0 && det > 1e-12 * aa * bb {
-            JointFriction { viscous, coulomb }
-        } else {
-            alone
-        }
-    };
-    sums.into_iter().map(solve).collect()
 }

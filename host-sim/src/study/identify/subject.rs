@@ -3,15 +3,15 @@
 use super::record;
 use crate::failure::Failure;
 use crate::session::frame_log::is_record;
-use dynamics_core::control::Friction;
 use dynamics_core::{Inertia, JointKind};
 use identification::arm::{Arm, Chain};
 use identification::consistent::Maker;
-use identification::exchanged::{Exchanged, exchanged};
-use identification::log::{Log, Reading};
+use identification::correction::Correction;
+use identification::hypotheses::{Fault, Findings, explain};
+use identification::log::{ColumnNames, Log, Reading};
 use nalgebra::Vector3;
 use robot_compiler::drive::JointDrive;
-use robot_compiler::{Ends, Robot, with_dof};
+use robot_compiler::{Ends, JointFriction, Robot, with_dof};
 use std::path::Path;
 
 /// Speed at which the controller's friction acts in full, rad/s: the default of a scene.
@@ -40,7 +40,14 @@ pub struct LogOptions {
     pub tick_rate: Option<f64>,
     /// A joint that never moves is no reason to refuse the log.
     pub may_rest: bool,
+    /// Columns named by hand.
+    pub columns: Option<ColumnNames>,
+    /// Signs, scales, order and delay of the columns.
+    pub correction: Option<Correction>,
 }
+
+/// How far beyond its limits a corrected position may be, rad or m.
+const BEYOND: f64 = 0.2;
 
 impl Subject {
     /// From a robot file. `deviation` says how far its masses are trusted.
@@ -71,11 +78,42 @@ impl Subject {
         Ok(Self { robot, arm, parameters, maker })
     }
 
-    /// Read and check a log of this arm.
+    /// Read and check a log of this arm; adds remarks on how it was understood.
     ///
     /// # Errors
     /// [`Failure::Input`] with file, line and column.
-    pub fn log(&self, path: &Path, options: &LogOptions) -> Result<Log, Failure> {
+    pub fn log(&self, path: &Path, options: &LogOptions, notes: &mut Vec<String>) -> Result<Log, Failure> {
+        let Some(correction) = &options.correction else { return self.read(path, options, true, notes) };
+        let log = correction.apply(&self.read(path, options, false, notes)?);
+        for (joint, q) in self.robot.joints.iter().zip(&log.q) {
+            let (low, high) = joint.spec.limits.position;
+            if let Some(far) = q.iter().find(|q| !(low - BEYOND..=high + BEYOND).contains(*q)) {
+                return Err(Failure::Input(miette::miette!(
+                    help = format!(
+                        "expected positions from {low:.3} to {high:.3}: are the signs, the order and the scale right?"
+                    ),
+                    "{}: found {far:.4} for {} after the corrections",
+                    path.display(),
+                    joint.name
+                )));
+            }
+        }
+        Ok(log)
+    }
+
+    /// Faults that explain a log whose positions or torques are outside of what the arm can do. `None` if there are none, or if it is the
+    /// unit of angles, which the message about the range names.
+    #[must_use]
+    pub fn explained(&self, path: &Path, options: &LogOptions) -> Option<Findings> {
+        let log = self.read(path, options, false, &mut Vec::new()).ok()?;
+        let findings = explain(self.arm.as_ref(), &self.maker, &[log]);
+        let degrees = |fault: &Fault| matches!(fault, Fault::PositionScales(_));
+        findings.explanations.first().filter(|one| !one.faults.iter().any(degrees))?;
+        Some(findings)
+    }
+
+    /// Reads a log, with or without the arm's limits.
+    fn read(&self, path: &Path, options: &LogOptions, limited: bool, notes: &mut Vec<String>) -> Result<Log, Failure> {
         let joints = &self.robot.joints;
         let n = joints.len();
         let per_ampere = match &options.per_ampere {
@@ -90,50 +128,42 @@ impl Subject {
             }
             None => joints.iter().map(|joint| joint.drive.as_ref().and_then(per_ampere)).collect(),
         };
+        let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
         let reading = Reading {
             joints: joints.iter().map(|joint| joint.name.clone()).collect(),
             turns: joints.iter().map(|joint| joint.spec.kind == JointKind::Revolute).collect(),
-            limits: joints.iter().map(|joint| joint.spec.limits.position).collect(),
-            torque: joints.iter().map(|joint| joint.spec.limits.torque).collect(),
+            limits: joints.iter().map(|joint| if limited { joint.spec.limits.position } else { everywhere }).collect(),
+            torque: joints.iter().map(|joint| if limited { joint.spec.limits.torque } else { f64::INFINITY }).collect(),
             degrees: options.degrees,
             per_ampere,
             tick_rate: options.tick_rate,
             may_rest: options.may_rest,
+            currents_meant: options.per_ampere.is_some(),
+            columns: options.columns.clone(),
         };
         let text =
             std::fs::read(path).map_err(|error| Failure::Input(miette::miette!("{}: {error}", path.display())))?;
         let text = if is_record(&text) { record::text(text, path)? } else { text };
-        let log = Log::read(&text, &path.display().to_string(), &reading).map_err(|error| {
+        let file = path.display().to_string();
+        let (log, said) = Log::read_noted(&text, &file, &reading).map_err(|error| {
             Failure::Input(miette::miette!(help = format!("expected {}", error.expected), "{error}"))
         })?;
-        let (what, a, b) = match exchanged(self.arm.as_ref(), &log) {
-            None => return Ok(log),
-            Some(Exchanged::Torques(a, b)) => ("torque", a, b),
-            Some(Exchanged::Positions(a, b)) => ("position", a, b),
-        };
-        Err(Failure::Input(miette::miette!(
-            help =
-                "expected every column to be that of its own joint; with these two exchanged, the arm explains the log",
-            "{}: line 1: found the {what} of joint {} ({}) in the place of joint {}'s ({}), and the other way round",
-            path.display(),
-            a + 1,
-            joints[a].name,
-            b + 1,
-            joints[b].name
-        )))
+        notes.extend(said.into_iter().map(|note| format!("{file}: {note}")));
+        Ok(log)
     }
 
     /// The robot file's own friction, as a controller makes up for it, N m or N.
     #[must_use]
-    pub fn friction(&self, joint: usize, qd: f64) -> f64 {
-        self.robot.joints[joint].friction.map_or(0.0, |friction| law(friction.viscous, friction.coulomb).torque(qd))
+    pub fn friction(&self, joint: usize, qd: f64, load: f64) -> f64 {
+        self.robot.joints[joint].friction.map_or(0.0, |friction| torque(&friction, qd, load))
     }
 }
 
-/// The controller's law of friction.
+/// Friction as a controller makes up for it at the velocity `qd` under the torque `load`, N m or N.
 #[must_use]
-pub fn law(viscous: f64, coulomb: f64) -> Friction<f64> {
-    Friction { viscous, coulomb, per_smoothing_speed: SMOOTHING_SPEED.recip() }
+pub fn torque(friction: &JointFriction, qd: f64, load: f64) -> f64 {
+    let plain = friction.feedforward(SMOOTHING_SPEED);
+    if friction.has_terms() { plain.torque_with(&friction.terms(f64::INFINITY), qd, load) } else { plain.torque(qd) }
 }
 
 fn per_ampere(drive: &JointDrive) -> Option<f64> {

@@ -33,7 +33,6 @@ fn write(
     json: &str,
     charts: &[(&str, Chart)],
 ) -> Result<Vec<PathBuf>, Failure> {
-    fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
     let log = folder.join(log);
     let mut csv = csv::Writer::from_path(&log).map_err(|error| in_file(&log, &error))?;
     csv.write_record(header).map_err(|error| in_file(&log, &error))?;

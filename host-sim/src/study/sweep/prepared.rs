@@ -98,7 +98,7 @@ impl Prepared {
     ///
     /// # Errors
     /// [`Failure::Input`]: the folder has another file of a copy's name.
-    pub(super) fn may_lie_in(&self, folder: &Path) -> Result<(), Failure> {
+    pub fn may_lie_in(&self, folder: &Path) -> Result<(), Failure> {
         replace_nothing(&self.files, folder, "expected an empty folder, or one that the same study wrote")
     }
 

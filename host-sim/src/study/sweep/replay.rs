@@ -5,6 +5,7 @@ use super::prepared::replace_nothing;
 use super::repeat::Repeat;
 use super::store::{MANIFEST, STUDY};
 use crate::failure::{Failure, in_file};
+use crate::output::Output;
 use crate::run::files::{write, write_report};
 use crate::run::simulate::{self, Run};
 use indicatif::ProgressBar;
@@ -32,6 +33,7 @@ pub fn replay(
     prepared: &Prepared,
     index: u64,
     folder: &Path,
+    output: &mut Output,
     stop: &AtomicBool,
     progress: &ProgressBar,
 ) -> Result<Replayed, Failure> {
@@ -50,8 +52,15 @@ pub fn replay(
     let (scene, robot) = runs.texts(index);
     // The copies of the study name each other; the run's own texts stand in their place.
     let alone = prepared.stand_alone(&scene, robot.as_deref())?;
-    replace_nothing(&alone, folder, "expected another folder by --out, or one that the same run wrote")?;
-    fs::create_dir_all(folder).map_err(|error| in_file(folder, &error))?;
+    alone.iter().try_for_each(|(name, _)| output.spares(&folder.join(name)))?;
+    if !output.is_forced() {
+        replace_nothing(
+            &alone,
+            folder,
+            "expected another folder by --out, or one that the same run wrote; or --force",
+        )?;
+    }
+    output.folder(folder, &["log.csv", "summary.json", "report.html", "*.svg"])?;
     let mut files = Vec::new();
     for (name, text) in alone {
         let path = folder.join(name);
@@ -62,5 +71,6 @@ pub fn replay(
     let run = with_dof!(scene.robot.dof(), N => simulate::on_desk::<N>(&scene, stop, progress))?;
     files.extend(write(&run, &format!("{}, run {index}", prepared.study.name), folder)?);
     files.push(write_report(&run, &scene, &folder.join("report.html"))?);
+    output.written(&files)?;
     Ok(Replayed { run, files })
 }

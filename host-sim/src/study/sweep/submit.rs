@@ -3,6 +3,7 @@
 use super::Prepared;
 use super::store::{self, Manifest, STUDY};
 use crate::failure::{Failure, in_file};
+use crate::output::Output;
 use robot_compiler::names::Named;
 use std::fs;
 use std::io;
@@ -51,7 +52,12 @@ const RETRIES: u32 = 10;
 ///
 /// # Errors
 /// [`Failure::Input`] for more shards than runs, or a folder where a shard of another number has begun. [`Failure::Output`].
-pub fn write(prepared: &Prepared, submission: &Submission, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+pub fn write(
+    prepared: &Prepared,
+    submission: &Submission,
+    folder: &Path,
+    output: &mut Output,
+) -> Result<Vec<PathBuf>, Failure> {
     let Submission { engine, shards, .. } = *submission;
     if shards > prepared.count {
         let runs = prepared.count;
@@ -61,6 +67,7 @@ pub fn write(prepared: &Prepared, submission: &Submission, folder: &Path) -> Res
     }
     prepared.may_lie_in(folder)?;
     begun_as(shards, folder)?;
+    output.folder(folder, &["shard.sh", "merge.sh", "submit.sh", "submit.sbatch", "job.yaml"])?;
     fs::create_dir_all(folder.join("logs")).map_err(|error| in_file(folder, &error))?;
     let name = name(&prepared.study.name);
     let own = match engine {
@@ -70,14 +77,17 @@ pub fn write(prepared: &Prepared, submission: &Submission, folder: &Path) -> Res
     };
     let scripts = [("shard.sh", shard(submission)), ("merge.sh", merge(submission)), own];
     let copies = prepared.files.iter().map(|(name, text)| (name.as_str(), text.clone()));
-    copies
+    let written: Result<Vec<PathBuf>, Failure> = copies
         .chain(scripts)
         .map(|(name, text)| {
             let path = folder.join(name);
             let written = fs::write(&path, text).and_then(|()| executable(&path));
             written.map_err(|error| in_file(&path, &error)).map(|()| path)
         })
-        .collect()
+        .collect();
+    let written = written?;
+    output.written(&written)?;
+    Ok(written)
 }
 
 /// Checks that the shards which have begun in a folder are as many parts of the whole.

@@ -98,6 +98,14 @@ impl Baseline {
         text.to_string()
     }
 
+    /// Text of the scene with its own choices and another robot file.
+    #[must_use]
+    pub fn with_robot(&self, robot: &Path) -> String {
+        let mut text = self.text.clone();
+        text["robot"] = value(absolute(robot).display().to_string());
+        text.to_string()
+    }
+
     /// As [`Baseline::with`], for a file in a folder: the robot's path is relative to that folder if possible.
     #[must_use]
     pub fn with_in(&self, choice: &Choice, name: &str, folder: &Path) -> String {

@@ -6,9 +6,6 @@ use dynamics_core::safety::LiveInput;
 use dynamics_core::{Body, Inertia, Model, Scene, Term, Wrench};
 use nalgebra::Vector3;
 
-/// Gravity on a floor, in the base frame, m/s^2.
-pub(crate) const FLOOR: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
-
 /// Terms of the controller's inverse dynamics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelSpec {
@@ -99,7 +96,7 @@ impl ModelSpec {
     pub(crate) fn default_for(robot: &Robot) -> Self {
         let rotors = robot.joints.iter().any(|joint| joint.spec.rotor.reflected() > 0.0);
         Self {
-            gravity: Term::Constant(FLOOR),
+            gravity: Term::Constant(robot.gravity()),
             payload: Term::Absent,
             tip_wrench: Term::Absent,
             rotor: if rotors { Term::Constant(()) } else { Term::Absent },

@@ -1,7 +1,8 @@
 //! The simulated world: the tables `[plant]`, `[sensors]` and `[actuators]`.
 
 use super::control::ControlSpec;
-use super::model::{FLOOR, ModelSpec};
+use super::model::ModelSpec;
+use crate::describe::friction::JointFriction;
 use crate::describe::robot::Robot;
 use dynamics_core::{Body, Term, Wrench};
 use nalgebra::Vector3;
@@ -23,8 +24,8 @@ pub struct PlantSpec {
     pub push: Option<Push>,
     /// Whether the joints have friction.
     pub friction: bool,
-    /// Friction law of the joints; `None` means that of the robot file, which the controller uses too.
-    pub friction_law: Option<FrictionSpec>,
+    /// Friction of the joints; `None` means that of the robot file, which the controller uses too.
+    pub friction_law: Option<Vec<JointFriction>>,
     /// Springs in the joints.
     pub elasticity: Option<ElasticitySpec>,
     /// Whether the spin of each rotor is coupled with the motion of the link that carries it (eq. 12.404, completed).
@@ -82,28 +83,6 @@ pub enum Side {
     Motor,
     /// The link's side.
     Link,
-}
-
-/// Friction of the simulated joints, independent of the controller's friction model. Lists hold a number per joint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FrictionSpec {
-    /// Viscous coefficient, N m s/rad or N s/m.
-    pub viscous: Vec<f64>,
-    /// Coulomb torque or force, N m or N.
-    pub coulomb: Vec<f64>,
-    /// Stribeck's rise towards rest.
-    pub breakaway: Option<BreakawaySpec>,
-}
-
-/// Rise of friction from Coulomb's level to breakaway as the velocity vanishes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BreakawaySpec {
-    /// Breakaway torque or force per joint without load, N m or N; not below Coulomb's.
-    pub torque: Vec<f64>,
-    /// Stribeck velocity, rad/s or m/s: there the rise is down to `1/e`.
-    pub speed: f64,
-    /// Increase of breakaway per N m or N of actuator torque or force.
-    pub load: f64,
 }
 
 /// Torque ripple: at the joint position `q` the torque `tau` acts as `tau (1 + a sin(2 pi n x))`, where `x` is `q` in turns or metres.
@@ -212,7 +191,7 @@ impl PlantSpec {
     pub(crate) fn default_for(robot: &Robot, model: &ModelSpec, control: &ControlSpec, start: &[f64]) -> Self {
         let constant = |gravity: Term<Vector3<f64>>| match gravity {
             Term::Constant(gravity) => gravity,
-            Term::Absent | Term::Live => FLOOR,
+            Term::Absent | Term::Live => robot.gravity(),
         };
         Self {
             integrator: Integrator::RungeKutta,

@@ -79,7 +79,8 @@ impl SceneFile {
         // motion must not depend on them.
         let dynamics = Dynamics::new(*model, self.model.full().scene(model));
         let torque = std::array::from_fn(|i| {
-            let coulomb = self.robot.joints.get(i).and_then(|joint| joint.friction).map_or(0.0, |f| f.coulomb);
+            let coulomb =
+                self.robot.joints.get(i).and_then(|joint| joint.friction).map_or(0.0, |friction| friction.starting());
             let limit = model.links()[i].limits.torque;
             // A drive whose friction alone takes the whole torque is a problem of the plant, no reason to refuse the
             // motion.

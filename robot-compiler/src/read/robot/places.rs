@@ -1,6 +1,7 @@
 //! Places of an arm's numbers in a TOML file.
 
-use crate::describe::draft::{DraftBody, JointPlaces, bones, own_joint, skeleton};
+use crate::describe::diagnostics::Source;
+use crate::describe::draft::{DraftBody, JointPlaces, Place, Remark, RemarkKind, bones, own_joint, skeleton};
 use crate::describe::robot::Robot;
 use crate::read::table::Table;
 use dynamics_core::Body;
@@ -37,6 +38,7 @@ pub(super) fn joint(table: &Table<'_>, root: &Table<'_>) -> JointPlaces {
     let torque = either(["torque", "actuator"]).unwrap_or_else(|| drive("current_max"));
     JointPlaces {
         position: limit("position"),
+        turns_on: false,
         velocity: limit("velocity"),
         torque: limit("torque"),
         rotor: table.place("rotor"),
@@ -50,4 +52,49 @@ pub(super) fn joint(table: &Table<'_>, root: &Table<'_>) -> JointPlaces {
             .unwrap_or_else(|| table.place("heat")),
         rest: root.place("rest"),
     }
+}
+
+/// Angles of placements and rows.
+pub(super) fn angles(joints: &[Table<'_>], tool: Option<&Table<'_>>, root: &Table<'_>) -> Vec<(Place, f64)> {
+    let in_placement = |table: &Table<'_>, key: &str| {
+        let place = table.place_in(key, "rpy");
+        let value = table.table(key).ok().flatten().and_then(|table| table.get("rpy"));
+        let all = value.and_then(|value| value.numbers(3, "").ok()).unwrap_or_default();
+        all.into_iter().map(move |angle| (place.clone(), angle)).collect::<Vec<_>>()
+    };
+    let in_row = |table: &Table<'_>, row: &str, key: &str| {
+        let value =
+            table.table(row).ok().flatten().and_then(|table| table.get(key)).and_then(|value| value.finite("").ok());
+        value.map(|angle| (table.place_in(row, key), angle))
+    };
+    let mut found: Vec<(Place, f64)> = in_placement(root, "mounting");
+    for table in joints.iter().chain(tool) {
+        found.extend(in_placement(table, "placement"));
+        let rows = [("dh", "alpha"), ("dh", "theta"), ("mdh", "alpha"), ("mdh", "theta")];
+        found.extend(rows.into_iter().filter_map(|(row, key)| in_row(table, row, key)));
+    }
+    found
+}
+
+/// Lines that begin with `# ?` and name no key: what `import` could not know. Keys that are missing have their own rules.
+pub(super) fn open_lines(source: &Source) -> Vec<Remark> {
+    let mut start = 0;
+    let mut found = Vec::new();
+    for line in source.text.split_inclusive('\n') {
+        let text = line.trim();
+        let question = text.strip_prefix("# ?").map(str::trim).filter(|rest| {
+            let key = rest.split([' ', '=']).next().unwrap_or_default();
+            !rest.is_empty() && !["rotor", "friction"].contains(&key)
+        });
+        if let Some(question) = question {
+            found.push(Remark {
+                kind: RemarkKind::Open,
+                place: Place { span: start..start + line.trim_end().len(), field: String::new(), given: true },
+                problem: format!("an open question: {question}"),
+                advice: "answer it in the file, then take the line out".to_owned(),
+            });
+        }
+        start += line.len();
+    }
+    found
 }

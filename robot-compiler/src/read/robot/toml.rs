@@ -3,16 +3,18 @@
 use super::{drive, heat, places};
 use crate::describe::diagnostics::{FileError, Source};
 use crate::describe::draft::{Draft, FileKind, readable};
-use crate::describe::robot::{BuildError, DOF, JointEncoder, JointFriction, Robot, RobotJoint};
+use crate::describe::robot::{BuildError, DOF, JointEncoder, Robot, RobotJoint};
 use crate::read::fields::{body, origin, placement, text};
+use crate::read::friction;
 use crate::read::linkage::refuse;
 use crate::read::rest;
 use crate::read::table::{Table, Value, counted, parse};
 use dynamics_core::model::{Impossible, Place};
 use dynamics_core::{Dh, Frame, JointKind, JointSpec, Limits, ModelError, Rotor, Tool};
+use nalgebra::Matrix3;
 use std::path::PathBuf;
 
-const ROBOT_KEYS: [&str; 6] = ["name", "source", "allow_unphysical", "rest", "joint", "tool"];
+const ROBOT_KEYS: [&str; 8] = ["name", "source", "allow_unphysical", "ideal", "mounting", "rest", "joint", "tool"];
 const JOINT_KEYS: [&str; 15] = [
     "name",
     "type",
@@ -49,6 +51,8 @@ pub(super) fn draft(source: &Source) -> Result<Draft, FileError> {
         kind: FileKind::Toml,
         bodies: places::bodies(&stated.robot, &stated.joints, stated.tool.as_ref()),
         places: stated.joints.iter().map(|table| places::joint(table, &stated.root)).collect(),
+        remarks: places::open_lines(source),
+        angles: places::angles(&stated.joints, stated.tool.as_ref(), &stated.root),
         robot: stated.robot,
     })
 }
@@ -71,6 +75,10 @@ impl<'a> Stated<'a> {
             .get("allow_unphysical")
             .map(|value| text(&value, "the reason, as a string that is not empty, why impossible bodies are accepted"))
             .transpose()?;
+        let ideal = root
+            .get("ideal")
+            .map(|value| text(&value, "the reason, as a string that is not empty, why what is left out is ideal"))
+            .transpose()?;
         let tables = joint_tables(&root)?;
         let joints = tables.iter().map(joint).collect::<Result<Vec<_>, _>>()?;
         for (index, table) in tables.iter().enumerate() {
@@ -82,13 +90,16 @@ impl<'a> Stated<'a> {
         drive::check(&joints, &tables)?;
         let rest = root.get("rest").map(|value| rest::read(&value, &joints)).transpose()?;
         let tool = root.table("tool")?;
+        let mounting = root.table("mounting")?.as_ref().map(mounting).transpose()?;
         let robot = Robot {
             name,
             source: origin,
             allow_unphysical,
+            ideal,
             joints,
             tool: tool.as_ref().map_or(Ok(Tool::default()), read_tool)?,
             rest,
+            mounting,
             path: PathBuf::from(&source.file),
         };
         Ok(Self { robot, root, joints: tables, tool })
@@ -135,7 +146,7 @@ fn joint(table: &Table<'_>) -> Result<RobotJoint, FileError> {
     Ok(RobotJoint {
         name,
         spec,
-        friction: table.table("friction")?.as_ref().map(friction).transpose()?,
+        friction: table.table("friction")?.as_ref().map(friction::of_joint).transpose()?,
         encoder,
         drive,
         heat,
@@ -171,6 +182,12 @@ fn frame(table: &Table<'_>) -> Result<Frame, FileError> {
     Ok(frame)
 }
 
+/// Orientation of the base frame in a world whose z axis points up.
+fn mounting(table: &Table<'_>) -> Result<Matrix3<f64>, FileError> {
+    table.only(&["rpy"])?;
+    Ok(placement(table)?.0)
+}
+
 fn dh(row: &Table<'_>) -> Result<Dh, FileError> {
     row.only(&["a", "alpha", "d", "theta"])?;
     let length = |key| row.require(key, "a length in m")?.finite("a length in m");
@@ -185,15 +202,6 @@ fn rotor(table: &Table<'_>) -> Result<Rotor, FileError> {
     let gear = table.require("gear", GEAR)?;
     let ratio = gear.finite(GEAR)?;
     if ratio == 0.0 { Err(gear.error("found 0", GEAR)) } else { Ok(Rotor { inertia, gear: ratio }) }
-}
-
-fn friction(table: &Table<'_>) -> Result<JointFriction, FileError> {
-    table.only(&["viscous", "coulomb"])?;
-    let part = |key, expected| table.get(key).map_or(Ok(0.0), |value| value.not_negative(expected));
-    Ok(JointFriction {
-        viscous: part("viscous", "a coefficient of zero or more, N m s/rad or N s/m")?,
-        coulomb: part("coulomb", "a torque or force of zero or more, N m or N")?,
-    })
 }
 
 fn limits(table: &Table<'_>) -> Result<Limits<f64>, FileError> {

@@ -20,7 +20,7 @@ pub(super) fn payload(value: &Value<'_>) -> Result<Body, FileError> {
 }
 
 /// One number for all joints, or one for each.
-pub(super) fn per_joint(
+pub(in crate::read) fn per_joint(
     value: &Value<'_>,
     robot: &Robot,
     what: &str,

@@ -2,12 +2,13 @@
 
 use super::values::{BODY, GRAVITY, WRENCH, payload, per_joint, per_joint_text};
 use crate::describe::diagnostics::FileError;
-use crate::describe::robot::{JointFriction, Robot};
+use crate::describe::robot::Robot;
 use crate::describe::scene::{
-    ActuatorSpec, BreakawaySpec, ControlSpec, DriveFailure, ElasticitySpec, FailureKind, FrictionSpec, Integrator,
-    ModelSpec, PlantSpec, Push, Ripple, SensorSpec, Side,
+    ActuatorSpec, ControlSpec, DriveFailure, ElasticitySpec, FailureKind, Integrator, ModelSpec, PlantSpec, Push,
+    Ripple, SensorSpec, Side,
 };
 use crate::read::fields::wrench;
+use crate::read::friction;
 use crate::read::table::{Table, Value};
 use nalgebra::Vector3;
 
@@ -54,7 +55,7 @@ pub(super) fn plant(
     plant.push = table.table("push")?.map(|table| push(&table)).transpose()?;
     if let Some(value) = table.get("friction").filter(Value::is_table) {
         plant.friction = true;
-        plant.friction_law = Some(friction(&value.table()?, robot)?);
+        plant.friction_law = Some(friction::of_joints(&value.table()?, robot)?);
     } else if let Some(value) = table.get("friction") {
         plant.friction = value.boolean()?;
         if plant.friction && robot.joints.iter().all(|joint| joint.friction.is_none()) {
@@ -165,40 +166,6 @@ fn jitter(table: &Table<'_>, control: &ControlSpec) -> Result<f64, FileError> {
     } else {
         Err(value.error(format!("found {jitter}, and the control period is {period} s"), EXPECTED))
     }
-}
-
-/// Friction of the simulated joints; missing Coulomb and viscous coefficients are those of the robot file.
-fn friction(table: &Table<'_>, robot: &Robot) -> Result<FrictionSpec, FileError> {
-    table.only(&["viscous", "coulomb", "breakaway", "stribeck_speed", "load"])?;
-    const LEVEL: &str = "a torque (N m) or force (N) of zero or more";
-    const VISCOUS: &str = "a viscous coefficient of zero or more, N m s/rad or N s/m";
-    const SPEED: &str = "a Stribeck velocity in rad/s or m/s, 5e-3 or more";
-    const LOAD: &str = "a share of the actuator's torque, 0 to 1";
-    let list = |key, what: &str| {
-        let read = |value: Value<'_>| per_joint(&value, robot, what, |value| value.not_negative(what));
-        table.get(key).map(read).transpose()
-    };
-    let of_robot = |one: fn(&JointFriction) -> f64| -> Vec<f64> {
-        robot.joints.iter().map(|joint| joint.friction.as_ref().map_or(0.0, one)).collect()
-    };
-    let viscous = list("viscous", VISCOUS)?.unwrap_or_else(|| of_robot(|friction| friction.viscous));
-    let coulomb = list("coulomb", LEVEL)?.unwrap_or_else(|| of_robot(|friction| friction.coulomb));
-    let Some(torque) = list("breakaway", LEVEL)? else {
-        if let Some(value) = table.get("stribeck_speed").or_else(|| table.get("load")) {
-            return Err(
-                value.error("given without `breakaway`", "`breakaway`, the friction that a motion starts against")
-            );
-        }
-        return Ok(FrictionSpec { viscous, coulomb, breakaway: None });
-    };
-    if let Some(index) = (0..robot.dof()).find(|&i| torque[i] < coulomb[i]) {
-        let label = Robot::joint_label(index, &robot.joints[index].name);
-        let problem = format!("{} is below the Coulomb friction of {label}", torque[index]);
-        return Err(table.error("breakaway", problem, format!("{} or more", coulomb[index])));
-    }
-    let speed = table.require("stribeck_speed", SPEED)?.at_least(5e-3, SPEED)?;
-    let load = table.get("load").map_or(Ok(0.0), |value| value.within(0.0, 1.0, LOAD))?;
-    Ok(FrictionSpec { viscous, coulomb, breakaway: Some(BreakawaySpec { torque, speed, load }) })
 }
 
 fn ripple(table: &Table<'_>) -> Result<Ripple, FileError> {

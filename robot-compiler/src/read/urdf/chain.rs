@@ -1,10 +1,11 @@
 //! Choice of the joints that form the arm.
 
-use super::description::{Description, Kind};
+use super::description::{Description, Joint, Kind};
 use super::markup::{Markup, child};
 use crate::describe::cut::Ends;
-use crate::describe::diagnostics::{FileError, listed};
+use crate::describe::diagnostics::{FileError, listed, one_of};
 use crate::describe::robot::DOF;
+use dynamics_core::model::Placement;
 use std::collections::HashMap;
 
 /// Names of the command line's options in a scene file.
@@ -26,8 +27,12 @@ pub(super) struct Chain {
     pub(super) base: usize,
     /// The link whose frame is the tip.
     pub(super) tip: usize,
-    /// Moving joints beside the chain, held at zero.
+    /// Moving joints beside the chain, held still.
     pub(super) held: Vec<usize>,
+    /// Position of every joint that is held, rad or m: zero, or where a mimic joint is when its leader is at zero.
+    pub(super) position: Vec<f64>,
+    /// `parent_from_child` of every joint that is held or fixed; of a moving one at zero.
+    pub(super) place: Vec<Placement<f64>>,
 }
 
 impl Chain {
@@ -59,7 +64,45 @@ impl Chain {
         let base = chain.moving.first().map_or(chain.base, |&joint| chain.child[joint]);
         let carried = (0..urdf.joints.len()).filter(|&joint| moves(urdf, joint) && !chain.moving.contains(&joint));
         chain.held = carried.filter(|&joint| chain.is_below(joint, base)).collect();
+        chain.place = urdf.joints.iter().map(|joint| joint.origin).collect();
+        chain.position = vec![0.0; urdf.joints.len()];
+        for joint in chain.held.clone() {
+            let q = chain.held_at(markup, urdf, joint, 0)?;
+            chain.position[joint] = q;
+            chain.place[joint] = urdf.joints[joint].at(q);
+        }
         Ok(chain)
+    }
+
+    /// Position of a held joint: zero, or `multiplier q + offset` of the joint that it follows.
+    fn held_at(
+        &self,
+        markup: &Markup<'_>,
+        urdf: &Description<'_>,
+        joint: usize,
+        depth: usize,
+    ) -> Result<f64, FileError> {
+        let Joint { node, name, .. } = &urdf.joints[joint];
+        let Some(mimic) = child(node, "mimic") else { return Ok(0.0) };
+        let label = format!("joint {name}");
+        let error =
+            |problem: String, expected: String| markup.error(&mimic, format!("{label}.mimic"), problem, expected);
+        if depth > urdf.joints.len() {
+            return Err(error(
+                "the joints follow each other in a loop".to_owned(),
+                "one joint that moves on its own".to_owned(),
+            ));
+        }
+        let leader = mimic.attribute("joint").unwrap_or_default();
+        let Some(index) = urdf.joints.iter().position(|joint| joint.name == leader) else {
+            let names: Vec<&str> = urdf.joints.iter().map(|joint| joint.name).collect();
+            return Err(error(format!("there is no joint {leader:?}"), one_of(leader, &names)));
+        };
+        let number =
+            |key, otherwise| Ok::<f64, FileError>(markup.finite(&mimic, key, &label)?.map_or(otherwise, |[x]| x));
+        let (multiplier, offset) = (number("multiplier", 1.0)?, number("offset", 0.0)?);
+        let followed = if self.moving.contains(&index) { 0.0 } else { self.held_at(markup, urdf, index, depth + 1)? };
+        Ok(multiplier * followed + offset)
     }
 
     /// Links by name, and the parent and child of every joint.
@@ -87,6 +130,8 @@ impl Chain {
             base: 0,
             tip: 0,
             held: Vec::new(),
+            position: Vec::new(),
+            place: Vec::new(),
         };
         for (index, joint) in urdf.joints.iter().enumerate() {
             let node = &urdf.joints[index].node;
@@ -171,8 +216,13 @@ impl Chain {
         }
     }
 
+    /// True if a joint is between the root and a link.
+    pub(super) fn is_above(&self, joint: usize, link: usize) -> bool {
+        self.upwards(link).any(|link| self.above[link] == Some(joint))
+    }
+
     /// Whether a joint is a descendant of a link.
-    fn is_below(&self, joint: usize, link: usize) -> bool {
+    pub(super) fn is_below(&self, joint: usize, link: usize) -> bool {
         self.reaches(self.parent[joint], link)
     }
 
@@ -252,5 +302,9 @@ fn supported(markup: &Markup<'_>, urdf: &Description<'_>, index: usize) -> Resul
     };
     let field = format!("joint {}.type", joint.name);
     let problem = format!("a {kind} joint is in the chain");
-    Err(markup.error(node, field, problem, "revolute, continuous, prismatic or fixed"))
+    let expected = format!(
+        "revolute, continuous, prismatic or fixed; for the arm that {} carries, `--base {}`",
+        joint.name, joint.child
+    );
+    Err(markup.error(node, field, problem, expected))
 }

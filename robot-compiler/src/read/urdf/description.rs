@@ -25,6 +25,16 @@ pub(super) struct Link<'a> {
     pub(super) name: &'a str,
     /// The body in the link's frame; massless without an `<inertial>`.
     pub(super) body: Body,
+    /// What its `<inertial>` does not say.
+    pub(super) gap: Option<Gap>,
+}
+
+/// A number that is missing from an `<inertial>`.
+pub(super) struct Gap {
+    /// The element or attribute, and the value that is taken in its place.
+    pub(super) reason: String,
+    /// The same as an error, for the commands that compute with the number.
+    pub(super) error: FileError,
 }
 
 pub(super) struct Joint<'a> {
@@ -41,6 +51,23 @@ pub(super) struct Joint<'a> {
     /// Viscous and Coulomb friction; zero where the file gives none.
     pub(super) damping: f64,
     pub(super) friction: f64,
+}
+
+impl Joint<'_> {
+    /// `parent_from_child` at a position, rad or m.
+    pub(super) fn at(&self, q: f64) -> Placement<f64> {
+        let Some(axis) = self.axis.try_normalize(f64::MIN_POSITIVE).filter(|_| q != 0.0) else { return self.origin };
+        let Placement { rotation, translation } = self.origin;
+        match self.kind {
+            Kind::Prismatic => Placement { rotation, translation: translation + rotation * axis * q },
+            Kind::Revolute | Kind::Continuous => {
+                let (sin, cos) = libm::sincos(q);
+                let k = axis.cross_matrix();
+                Placement { rotation: rotation * (Matrix3::identity() + k * sin + k * k * (1.0 - cos)), translation }
+            }
+            _ => self.origin,
+        }
+    }
 }
 
 /// A `<limit>`; `None` means a missing attribute.
@@ -92,30 +119,72 @@ fn link<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Link<'a>, FileErr
     let name = markup.name(&node, "link")?;
     let label = format!("link {name}");
     let inertial = markup.only_child(&node, "inertial", &label)?;
-    let body = inertial.map_or(Ok(Body::massless()), |inertial| body(markup, &inertial, &label))?;
-    Ok(Link { node, name, body })
+    let (body, gap) = inertial.map_or(Ok((Body::massless(), None)), |inertial| body(markup, &inertial, &label))?;
+    Ok(Link { node, name, body, gap })
 }
 
+/// Square of a radius of gyration, m^2, that is none: a tensor below it is the rounding of an exporter, and the body a point.
+const NOTHING: f64 = 1e-12;
+
 /// An `<inertial>`, converted to the link's frame: its own origin has a position and an orientation.
-fn body<'a>(markup: &Markup<'a>, inertial: &Node<'a, 'a>, link: &str) -> Result<Body, FileError> {
+fn body<'a>(markup: &Markup<'a>, inertial: &Node<'a, 'a>, link: &str) -> Result<(Body, Option<Gap>), FileError> {
     let label = format!("{link}.inertial");
-    let part = |name: &str| {
-        markup
-            .only_child(inertial, name, &label)?
-            .ok_or_else(|| markup.error(inertial, format!("{label}.{name}"), "missing", format!("<{name}>")))
+    let mut gap = None;
+    let mut missing = |reason: String, node: &Node<'a, 'a>, field: String, expected: &str| {
+        let error = || markup.error(node, field, "missing", expected);
+        gap.get_or_insert_with(|| Gap { reason, error: error() });
     };
-    let (mass, tensor) = (part("mass")?, part("inertia")?);
     let place = origin(markup, markup.only_child(inertial, "origin", &label)?.as_ref(), link)?;
-    let [mass] = markup.required(&mass, "value", link)?;
-    let moment = |key| markup.required(&tensor, key, link).map(|[x]| x);
-    let (xx, yy, zz) = (moment("ixx")?, moment("iyy")?, moment("izz")?);
-    let (xy, xz, yz) = (moment("ixy")?, moment("ixz")?, moment("iyz")?);
+    let mass = markup.only_child(inertial, "mass", &label)?;
+    let value = mass.map_or(Ok(None), |mass| markup.finite(&mass, "value", link))?;
+    match (mass, value) {
+        (_, Some(_)) => {}
+        (Some(mass), None) => {
+            missing(
+                format!("the mass of {link} has no value"),
+                &mass,
+                format!("{link}.mass.value"),
+                "one finite number",
+            );
+        }
+        (None, _) => missing(format!("{link} has no <mass>"), inertial, format!("{label}.mass"), "<mass>"),
+    }
+    let tensor = markup.only_child(inertial, "inertia", &label)?;
+    let mut entries = [0.0; 6];
+    if let Some(tensor) = tensor {
+        for (entry, key) in entries.iter_mut().zip(["ixx", "iyy", "izz", "ixy", "ixz", "iyz"]) {
+            match markup.finite(&tensor, key, link)? {
+                Some([x]) => *entry = x,
+                None => {
+                    let reason = format!("the inertia of {link} lacks {key}, 0 is taken");
+                    missing(reason, &tensor, format!("{link}.inertia.{key}"), "one finite number");
+                }
+            }
+        }
+    } else {
+        missing(
+            format!("{link} has no <inertia>, a point is taken"),
+            inertial,
+            format!("{label}.inertia"),
+            "<inertia>",
+        );
+    }
+    let [mut xx, mut yy, mut zz, mut xy, mut xz, mut yz] = entries;
+    // Without a mass a tensor says nothing; with a moment missing it is no tensor.
+    let [mass] = value.unwrap_or([0.0]);
+    let lacks_moment = tensor.is_some_and(|tensor| ["ixx", "iyy", "izz"].iter().any(|key| !tensor.has_attribute(*key)));
+    if value.is_none() || lacks_moment {
+        [xx, yy, zz, xy, xz, yz] = [0.0; 6];
+    }
     let about_com = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     if mass == 0.0 && about_com.amax() == 0.0 {
-        return Ok(Body::massless());
+        return Ok((Body::massless(), gap));
+    }
+    if about_com.amax() <= mass * NOTHING {
+        return Ok((Body { mass, com: place.translation, inertia: Matrix3::zeros() }, gap));
     }
     let turned = place.rotation * about_com * place.rotation.transpose();
-    Ok(Body { mass, com: place.translation, inertia: (turned + turned.transpose()) * 0.5 })
+    Ok((Body { mass, com: place.translation, inertia: (turned + turned.transpose()) * 0.5 }, gap))
 }
 
 fn joint<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Joint<'a>, FileError> {
@@ -137,7 +206,6 @@ fn joint<'a>(markup: &Markup<'a>, node: Node<'a, 'a>) -> Result<Joint<'a>, FileE
         let coefficient = |key| Ok::<f64, FileError>(markup.finite(&dynamics, key, &label)?.map_or(0.0, |[x]| x));
         (damping, friction) = (coefficient("damping")?, coefficient("friction")?);
     }
-    // A joint that mimics another is held still, so its ratio does not matter.
     part("mimic")?;
     let origin = origin(markup, part("origin")?.as_ref(), &label)?;
     let axis = Vector3::from(axis.unwrap_or([1.0, 0.0, 0.0]));

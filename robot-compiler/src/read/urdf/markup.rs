@@ -46,8 +46,14 @@ impl<'a> Markup<'a> {
         });
         let markup = Self { source, robot, version: version.unwrap_or((1, 0)) };
         if !robot.has_tag_name("robot") {
-            let problem = format!("the outermost element is <{}>", robot.tag_name().name());
-            return Err(markup.error(&robot, "robot", problem, "<robot>"));
+            let name = robot.tag_name().name();
+            let problem = format!("the outermost element is <{name}>");
+            let expected = match name {
+                "sdf" => "<robot>: this is an SDF model; its URDF is mostly in the same package",
+                "mujoco" => "<robot>: this is a MuJoCo model; its URDF is mostly in the maker's package",
+                _ => "<robot>",
+            };
+            return Err(markup.error(&robot, "robot", problem, expected));
         }
         let is_macro = |node: &Node<'_, '_>| node.tag_name().namespace().is_some_and(|name| name.contains("xacro"));
         if let Some(found) = robot.descendants().find(is_macro) {
@@ -128,7 +134,9 @@ impl<'a> Markup<'a> {
         label: &str,
         good: fn(f64) -> bool,
     ) -> Result<Option<[f64; N]>, FileError> {
-        let Some(found) = element.attribute_node(attribute) else { return Ok(None) };
+        let Some(found) = element.attribute_node(attribute).filter(|found| !found.value().trim().is_empty()) else {
+            return Ok(None);
+        };
         let words = found.value().split_whitespace();
         let numbers = words.map(|word| word.parse().ok().filter(|x| good(*x))).collect::<Option<Vec<f64>>>();
         let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
@@ -161,7 +169,7 @@ impl<'a> Markup<'a> {
     }
 
     /// The opening tag of an element.
-    fn tag(&self, node: &Node<'_, '_>) -> Range<usize> {
+    pub(super) fn tag(&self, node: &Node<'_, '_>) -> Range<usize> {
         let range = node.range();
         let text = self.source.text.get(range.clone()).unwrap_or_default();
         let tag = text.find('>').map_or(range.len(), |end| end + 1);

@@ -8,35 +8,47 @@ use dynamics_core::{Body, Inertia};
 use nalgebra::{Matrix3, Vector3};
 
 /// The placement of `joint` on the nearest moving link above it, or on the base.
-fn above_to(urdf: &Description<'_>, chain: &Chain, joint: usize) -> Placement<f64> {
-    let mut place = urdf.joints[joint].origin;
+fn above_to(chain: &Chain, joint: usize) -> Placement<f64> {
+    let mut place = chain.place[joint];
     let mut link = chain.parent[joint];
     while let Some(above) = chain.above[link].filter(|_| link != chain.base) {
         if chain.moving.contains(&above) {
             break;
         }
-        place = urdf.joints[above].origin.then(&place);
+        place = chain.place[above].then(&place);
         link = chain.parent[above];
     }
     place
 }
 
 /// Where the `i`-th moving joint sits on the moving link before it.
-pub(super) fn joint_placement(urdf: &Description<'_>, chain: &Chain, i: usize) -> Placement<f64> {
-    above_to(urdf, chain, chain.moving[i])
+pub(super) fn joint_placement(chain: &Chain, i: usize) -> Placement<f64> {
+    above_to(chain, chain.moving[i])
 }
 
 /// Where the tip link's frame sits on the last moving link.
-pub(super) fn tip_placement(urdf: &Description<'_>, chain: &Chain) -> Placement<f64> {
+pub(super) fn tip_placement(chain: &Chain) -> Placement<f64> {
     match chain.above[chain.tip] {
-        Some(joint) if !chain.moving.contains(&joint) => above_to(urdf, chain, joint),
+        Some(joint) if !chain.moving.contains(&joint) => above_to(chain, joint),
         _ => here(),
     }
 }
 
+/// Orientation of the base link in the root, whose z axis points up; the joints between them are at zero.
+pub(super) fn mounting(chain: &Chain) -> Matrix3<f64> {
+    let mut rotation = Matrix3::identity();
+    let mut link = chain.base;
+    // A tree: no link comes twice.
+    while let Some(above) = chain.above[link] {
+        rotation = chain.place[above].rotation * rotation;
+        link = chain.parent[above];
+    }
+    rotation
+}
+
 /// The link of the `i`-th moving joint together with everything fixed to it, in its frame.
 ///
-/// Moving joints beside the chain count as fixed, at `q = 0`.
+/// Moving joints beside the chain count as fixed, where they are held.
 pub(super) fn body(urdf: &Description<'_>, chain: &Chain, i: usize) -> Body {
     let link = chain.child[chain.moving[i]];
     let own = urdf.links[link].body;
@@ -45,7 +57,7 @@ pub(super) fn body(urdf: &Description<'_>, chain: &Chain, i: usize) -> Body {
     let mut open = vec![(link, here())];
     while let Some((link, link_from_part)) = open.pop() {
         for &joint in chain.below[link].iter().filter(|joint| !chain.moving.contains(joint)) {
-            let place = link_from_part.then(&urdf.joints[joint].origin);
+            let place = link_from_part.then(&chain.place[joint]);
             let part = urdf.links[chain.child[joint]].body;
             if part != Body::massless() {
                 let part = Inertia::from_mass_centre(part.mass, &part.com, &part.inertia);

@@ -1,7 +1,7 @@
 //! Places of an arm's numbers in a URDF file, and its links before fixed ones are merged.
 
 use super::chain::Chain;
-use super::description::Description;
+use super::description::{Description, Kind};
 use super::markup::{Markup, child};
 use super::merge;
 use crate::describe::draft::{DraftBody, JointPlaces, Place, own_joint};
@@ -25,7 +25,7 @@ pub(super) fn bodies(
             Some(joint) if part == 0 => own_joint(&joint.spec, axis(urdf, chain, i)),
             _ => vec![Vector3::zeros()],
         };
-        points.extend(chain.below[index].iter().map(|&joint| urdf.joints[joint].origin.translation));
+        points.extend(chain.below[index].iter().map(|&joint| chain.place[joint].translation));
         let field = |name: &str| format!("link {}.inertial.{name}", link.name);
         let inertial = child(&link.node, "inertial");
         let place = |name: &str| match &inertial {
@@ -62,6 +62,7 @@ pub(super) fn joint(markup: &Markup<'_>, urdf: &Description<'_>, chain: &Chain, 
     let none = |field: &str| of("", field);
     JointPlaces {
         position: limit(&["lower", "upper"]),
+        turns_on: joint.kind == Kind::Continuous,
         velocity: limit(&["velocity"]),
         torque: limit(&["effort"]),
         rotor: none("rotor"),
@@ -83,4 +84,28 @@ fn limit(markup: &Markup<'_>, joint: &Node<'_, '_>, keys: &[&str], label: &str) 
         Some(attribute) => Place { span: attribute.range(), ..place },
         None => Place { given: false, ..place },
     }
+}
+
+/// Roll, pitch and yaw of joints and bodies of the arm.
+pub(super) fn angles(urdf: &Description<'_>, chain: &Chain) -> Vec<(Place, f64)> {
+    let mut found = Vec::new();
+    let mut add = |origin: Option<Node<'_, '_>>, label: String| {
+        let Some(attribute) = origin.and_then(|origin| origin.attribute_node("rpy")) else { return };
+        let numbers = attribute.value().split_whitespace().filter_map(|word| word.parse().ok());
+        let place = Place { span: attribute.range(), field: format!("{label}.origin.rpy"), given: true };
+        found.extend(numbers.map(|angle: f64| (place.clone(), angle)));
+    };
+    for link in (0..chain.moving.len()).flat_map(|i| merge::parts(chain, i)) {
+        let part = &urdf.links[link];
+        let inertial = child(&part.node, "inertial");
+        add(inertial.and_then(|inertial| child(&inertial, "origin")), format!("link {}.inertial", part.name));
+    }
+    // Joints from the tip's side up to the root, those above the base too: they turn gravity.
+    for (index, joint) in urdf.joints.iter().enumerate() {
+        let below = chain.moving.first().is_some_and(|first| chain.is_below(index, chain.child[*first]));
+        if below || chain.moving.first() == Some(&index) || chain.is_above(index, chain.tip) {
+            add(child(&joint.node, "origin"), format!("joint {}", joint.name));
+        }
+    }
+    found
 }

@@ -34,3 +34,15 @@ fn of_drake<'a>(actuator: &Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
         tag.name() == name && tag.namespace().is_some_and(|address| address.contains("drake"))
     })
 }
+
+/// The reduction that a transmission of a joint names, and the transmission's name; ROS 1 and ROS 2 write it differently.
+pub(super) fn reduction(markup: &Markup<'_>, joint: &str) -> Option<(f64, String)> {
+    let mut all = markup.robot.descendants().filter(|node| node.has_tag_name("transmission"));
+    all.find_map(|node| {
+        let of_joint = node.children().any(|it| it.has_tag_name("joint") && it.attribute("name") == Some(joint));
+        let words = ["mechanicalReduction", "mechanical_reduction", "reduction"];
+        let element = node.descendants().filter(|_| of_joint).find(|it| words.contains(&it.tag_name().name()))?;
+        let gear: f64 = element.text()?.trim().parse().ok()?;
+        (gear.is_finite() && gear != 0.0).then(|| (gear, node.attribute("name").unwrap_or_default().to_owned()))
+    })
+}

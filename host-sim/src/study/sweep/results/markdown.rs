@@ -160,7 +160,7 @@ impl Distribution {
             (Some(limit), Some(least)) => format!("above {}, below {}", short(limit), short(least)),
         };
         let failures = if bound == "-" { "-".to_owned() } else { share(&self.failures) };
-        let at = |x: Option<Option<f64>>| x.map_or("-".to_owned(), |x| x.map_or("never".to_owned(), short));
+        let at = |x: Option<Option<f64>>| x.map_or("-".to_owned(), |x| x.map_or("unsettled".to_owned(), short));
         let quantiles = self.quantiles.as_ref();
         let worst: Vec<String> = self.worst.iter().map(|worst| worst.index.to_string()).collect();
         vec![
@@ -170,7 +170,7 @@ impl Distribution {
             at(quantiles.map(|q| q.p50)),
             format!("{} to {}", at(quantiles.map(|q| q.p05)), at(quantiles.map(|q| q.p95))),
             at(quantiles.map(|q| q.p99)),
-            if self.infinite > 0 { "never".to_owned() } else { at(self.max.map(Some)) },
+            if self.infinite > 0 { "unsettled".to_owned() } else { at(self.max.map(Some)) },
             worst.join(", "),
         ]
     }

@@ -29,6 +29,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use table::{Columns, Sample, Table};
 
+/// Files of the results of a study.
+pub const FILES: &[&str] = &["results.json", "results.md", "report.html"];
+
 /// Results of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {

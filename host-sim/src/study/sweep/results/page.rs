@@ -60,7 +60,7 @@ impl Results {
         let mut any = false;
         for metric in &self.metrics {
             for worst in &metric.worst {
-                let value = worst.figure.map_or_else(|| "never".into(), |x| Cell::number(short(x), x));
+                let value = worst.figure.map_or_else(|| "unsettled".into(), |x| Cell::number(short(x), x));
                 let command = repeat.command(worst.index);
                 let command = Cell::from(command.clone()).told(command);
                 table.row(vec![metric.label().into(), worst.index.to_string().into(), value, command]);

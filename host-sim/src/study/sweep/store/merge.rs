@@ -3,8 +3,10 @@
 use super::manifest::replace;
 use super::{MANIFEST, Manifest, RUNS, STUDY, Shard};
 use crate::failure::{Failure, in_file};
+use crate::output::Output;
 use crate::study::sweep::Prepared;
 use crate::study::sweep::prepared::hexadecimal;
+use crate::study::sweep::results::FILES;
 use sha2::{Digest as _, Sha256};
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -42,7 +44,12 @@ pub(in crate::study::sweep) fn below(folder: &Path) -> Result<Vec<PathBuf>, Fail
 /// # Errors
 /// [`Failure::Input`]: a folder without a manifest or with an incomplete one, shards of different studies, versions or builds, a hole or an
 /// overlap between them, a table that is not what its manifest says.
-pub fn merge(folders: &[PathBuf], out: &Path, after_shard: &dyn Fn(u64)) -> Result<(Prepared, Manifest), Failure> {
+pub fn merge(
+    folders: &[PathBuf],
+    out: &Path,
+    output: &mut Output,
+    after_shard: &dyn Fn(u64),
+) -> Result<(Prepared, Manifest), Failure> {
     let shards = in_order(folders)?;
     let Some((first_folder, first)) = shards.first() else {
         return Err(Failure::Input(miette::miette!("no folder to merge: expected those of all shards")));
@@ -56,10 +63,13 @@ pub fn merge(folders: &[PathBuf], out: &Path, after_shard: &dyn Fn(u64)) -> Resu
             "expected shards of this version of the program, their files unchanged",
         ));
     }
-    if out.join(MANIFEST).exists() {
-        return Err(refused(out, "holds runs already".to_owned(), "expected a new folder"));
+    if !output.is_forced() {
+        if out.join(MANIFEST).exists() {
+            return Err(refused(out, "holds runs already".to_owned(), "expected a new folder, or --force"));
+        }
+        prepared.may_lie_in(out)?;
     }
-    fs::create_dir_all(out).map_err(|error| in_file(out, &error))?;
+    output.folder(out, &[FILES, &[RUNS, MANIFEST]].concat())?;
     let beside = out.join("runs.new");
     if let Err(error) = put_together(&shards, &mut whole, &beside, after_shard) {
         // What led to the failure is told; a file that stays is no worse than that.

@@ -4,6 +4,7 @@ use crate::{JOINTS, given, torques};
 use bench::states::{DESK, State, States};
 use bench::{kernels, plain};
 use dynamics_batch::{F64Lanes, inverse_dynamics_batch};
+use dynamics_core::forward_dynamics::forward_dynamics;
 use dynamics_core::trig::{Libm, Polynomial};
 use dynamics_core::{Dynamics, InverseDynamics, Live, Trig};
 use std::sync::LazyLock;
@@ -64,6 +65,18 @@ impl AllStates<'_> {
         for (i, out) in out.iter_mut().enumerate() {
             one_by_one();
             *out = torques(arm, &given(&self.turn[i]), [&self.q[i], &self.qd[i], &self.qdd[i]]);
+        }
+    }
+
+    /// Accelerations by the recursion: the model is read at run time.
+    #[inline(always)]
+    fn forward(&self, arm: &Dynamics<f64, JOINTS>, out: &mut ByState) {
+        for (i, out) in out.iter_mut().enumerate() {
+            one_by_one();
+            let turn = Polynomial.sin_cos_all(&self.q[i]);
+            // A NaN is found by the harness.
+            *out = forward_dynamics(arm, &turn, &self.q[i], &self.qd[i], &self.tau[i], &Live::zero())
+                .unwrap_or([f64::NAN; JOINTS]);
         }
     }
 
@@ -152,4 +165,16 @@ fn arm(name: &str) -> Dynamics<f64, JOINTS> {
     let scene = plain::scene(name).expect("a robot file of the project");
     let model = scene.robot.model().expect("six joints");
     Dynamics::new(model, scene.scene(&model))
+}
+
+/// Accelerations, the model at run time.
+#[unsafe(no_mangle)]
+pub extern "C" fn ur5_generic_forward(states: &AllStates<'_>, out: &mut ByState) {
+    states.forward(&UR5, out);
+}
+
+/// Accelerations, the model at run time.
+#[unsafe(no_mangle)]
+pub extern "C" fn puma560_generic_forward(states: &AllStates<'_>, out: &mut ByState) {
+    states.forward(&PUMA560, out);
 }

@@ -1,0 +1,7 @@
+//! Distances and clearances that are known, and bounds against dense sampling.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say so")]
+
+mod avoid;
+mod meshes;
+mod motions;
+mod shapes;

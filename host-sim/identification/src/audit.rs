@@ -1,0 +1,123 @@
+//! An audit of the mass matrix over all postures, against the maker's.
+//!
+//! A controller divides by the mass matrix `M(q)`, and its gains are worth what `M(q)` says. So an identified arm is searched for the
+//! posture in which `M` is nearest to singular, and for the direction in which it is lightest and heaviest beside the maker's: the
+//! extreme eigenvalues of `M_0^-1 M`, which have no unit.
+
+use crate::arm::Arm;
+use dynamics_core::regressor::PARAMETERS;
+use nalgebra::DMatrix;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// Random postures.
+const POSTURES: usize = 200;
+/// Of these, so many are improved.
+const IMPROVED: usize = 2;
+/// First and last step of the improvement, as shares of the range.
+const STEPS: (f64, f64) = (0.1, 4e-3);
+/// Range of a joint without limits, rad or m.
+const FREE: (f64, f64) = (-std::f64::consts::PI, std::f64::consts::PI);
+
+/// A value and the posture it belongs to, rad or m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extreme {
+    /// The value.
+    pub value: f64,
+    /// Where it was found.
+    pub q: Vec<f64>,
+}
+
+/// Extremes of the mass matrix over the postures within the limits: found by a search, not proven.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Audit {
+    /// Smallest eigenvalue of the identified mass matrix, kg m^2 (kg for slides). Above zero in a possible arm.
+    pub smallest: Extreme,
+    /// The same of the maker's.
+    pub smallest_before: Extreme,
+    /// Least and greatest inertia beside the maker's, over all postures and directions; `None` if the maker's matrix is singular.
+    pub ratio: Option<(Extreme, Extreme)>,
+}
+
+/// `M(q)` by all parameters of an arm: ten of each link, then the rotors.
+#[must_use]
+pub fn mass_matrix(arm: &dyn Arm, parameters: &[f64], q: &[f64]) -> DMatrix<f64> {
+    let n = arm.joints();
+    let width = PARAMETERS * n;
+    let zero = vec![0.0; n];
+    let mut out = vec![0.0; n * width];
+    let mut torque = |qdd: &[f64]| -> Vec<f64> {
+        arm.columns(q, &zero, qdd, &mut out);
+        out.chunks_exact(width).map(|row| row.iter().zip(parameters).map(|(y, pi)| y * pi).sum()).collect()
+    };
+    let weight = torque(&zero);
+    let mut matrix = DMatrix::zeros(n, n);
+    for joint in 0..n {
+        let mut unit = zero.clone();
+        unit[joint] = 1.0;
+        for (row, (with, without)) in torque(&unit).iter().zip(&weight).enumerate() {
+            matrix[(row, joint)] = with - without;
+        }
+        matrix[(joint, joint)] += parameters[width + joint];
+    }
+    // Rounding alone makes it uneven.
+    (&matrix + matrix.transpose()) * 0.5
+}
+
+/// Audit of identified parameters against the maker's, within position limits.
+#[must_use]
+pub fn audit(arm: &dyn Arm, maker: &[f64], identified: &[f64], limits: &[(f64, f64)]) -> Audit {
+    let range: Vec<(f64, f64)> = limits
+        .iter()
+        .map(|(lo, hi)| (if lo.is_finite() { *lo } else { FREE.0 }, if hi.is_finite() { *hi } else { FREE.1 }))
+        .collect();
+    let least = |parameters: &[f64], q: &[f64]| mass_matrix(arm, parameters, q).symmetric_eigenvalues().min();
+    let beside = |q: &[f64]| -> Option<(f64, f64)> {
+        let lower = mass_matrix(arm, maker, q).cholesky()?.l();
+        let half = lower.solve_lower_triangular(&mass_matrix(arm, identified, q))?;
+        let values = lower.solve_lower_triangular(&half.transpose())?.symmetric_eigenvalues();
+        Some((values.min(), values.max()))
+    };
+    let smallest = lowest(&range, &|q| least(identified, q));
+    let smallest_before = lowest(&range, &|q| least(maker, q));
+    let ratio = (smallest_before.value > 0.0).then(|| {
+        let low = lowest(&range, &|q| beside(q).map_or(f64::INFINITY, |(low, _)| low));
+        let high = lowest(&range, &|q| beside(q).map_or(f64::INFINITY, |(_, high)| -high));
+        (low, Extreme { value: -high.value, ..high })
+    });
+    Audit { smallest, smallest_before, ratio }
+}
+
+/// Lowest value of a function over postures: random ones, the best of them improved one joint at a time.
+fn lowest(range: &[(f64, f64)], value: &dyn Fn(&[f64]) -> f64) -> Extreme {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut share = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+    let mut tried: Vec<Extreme> = (0..POSTURES)
+        .map(|_| {
+            let q: Vec<f64> = range.iter().map(|(lo, hi)| lo + share() * (hi - lo)).collect();
+            Extreme { value: value(&q), q }
+        })
+        .collect();
+    tried.sort_by(|a, b| a.value.total_cmp(&b.value));
+    tried.truncate(IMPROVED);
+    for best in &mut tried {
+        let mut step = STEPS.0;
+        while step > STEPS.1 {
+            let before = best.value;
+            for (joint, (lo, hi)) in range.iter().enumerate() {
+                for sign in [-1.0, 1.0] {
+                    let mut q = best.q.clone();
+                    q[joint] = (q[joint] + sign * step * (hi - lo)).clamp(*lo, *hi);
+                    let there = value(&q);
+                    if there < best.value {
+                        *best = Extreme { value: there, q };
+                    }
+                }
+            }
+            if best.value >= before {
+                step *= 0.5;
+            }
+        }
+    }
+    tried.into_iter().min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(Extreme { value: f64::NAN, q: Vec::new() })
+}

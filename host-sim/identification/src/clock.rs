@@ -1,0 +1,93 @@
+//! Time stamps that jitter while the samples are even.
+//!
+//! A program that stamps samples when it receives them adds its own delays to their times. Velocity and acceleration taken by such stamps
+//! are mostly noise, and noise in a column of a model makes its coefficient too small. The positions show which clock is right: by the
+//! true one they are smooth.
+
+use crate::Series;
+use crate::filter::LowPass;
+use crate::log::Log;
+
+/// Cut-off of what a clock may drift, Hz.
+const DRIFT: f64 = 0.5;
+/// Share of the roughness by the stamps that is left by an even clock where the stamps are wrong, at most.
+const SMOOTHER: f64 = 0.6;
+/// Stamps that are nearer to even, as a share of a step, are left as they are.
+const EVEN: f64 = 0.005;
+
+/// Root mean square deviation of the stamps from the clock that is used, s: 0 if the stamps are believed.
+#[must_use]
+pub fn jitter(log: &Log) -> f64 {
+    let (_, jitter) = clock(log);
+    jitter
+}
+
+/// The log with an even clock if positions say that its stamps jitter, else as it is.
+#[must_use]
+pub fn repaired(log: &Log) -> Log {
+    let (time, _) = clock(log);
+    Log { time, ..log.clone() }
+}
+
+fn clock(log: &Log) -> (Vec<f64>, f64) {
+    let n = log.time.len();
+    let stamps = || (log.time.clone(), 0.0);
+    if n < 20 {
+        return stamps();
+    }
+    let line = line(&log.time);
+    let off: Vec<f64> = log.time.iter().zip(&line).map(|(t, l)| t - l).collect();
+    let step = (line[n - 1] - line[0]) / (n - 1) as f64;
+    let size = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / n as f64).sqrt();
+    if size(&off) < EVEN * step {
+        return stamps();
+    }
+    let rate = step.recip();
+    let drift = LowPass::new(DRIFT.min(0.1 * rate), rate).apply(&off);
+    let drifting: Vec<f64> = line.iter().zip(&drift).map(|(l, d)| l + d).collect();
+    let by_stamps = roughness(&log.time, &log.q);
+    let best = [line, drifting]
+        .into_iter()
+        .filter(|clock| clock.windows(2).all(|t| t[1] > t[0]))
+        .map(|clock| (roughness(&clock, &log.q), clock))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((rough, clock)) if rough < SMOOTHER * by_stamps => {
+            let jitter: Vec<f64> = log.time.iter().zip(&clock).map(|(t, c)| t - c).collect();
+            let size = size(&jitter);
+            (clock, size)
+        }
+        _ => stamps(),
+    }
+}
+
+/// The straight line of least squares through the stamps.
+fn line(time: &[f64]) -> Vec<f64> {
+    let n = time.len() as f64;
+    let (middle, mean) = (0.5 * (n - 1.0), time.iter().sum::<f64>() / n);
+    let (mut up, mut across) = (0.0, 0.0);
+    for (k, t) in time.iter().enumerate() {
+        let k = k as f64 - middle;
+        up += k * (t - mean);
+        across += k * k;
+    }
+    (0..time.len()).map(|k| mean + up / across.max(1e-300) * (k as f64 - middle)).collect()
+}
+
+/// How far positions are from the cubic through their four neighbours: root mean square over all joints.
+fn roughness(time: &[f64], q: &Series) -> f64 {
+    let mut sum = 0.0;
+    for k in 2..time.len() - 2 {
+        let near = [k - 2, k - 1, k + 1, k + 2];
+        let weights = near.map(|i| {
+            near.iter().filter(|j| **j != i).map(|j| (time[k] - time[*j]) / (time[i] - time[*j])).product::<f64>()
+        });
+        // Weights of neighbours that nearly coincide are large: a sample between them says nothing of the clock.
+        let norm = 1.0 + weights.iter().map(|w| w * w).sum::<f64>();
+        for q in q {
+            let off = q[k] - near.iter().zip(weights).map(|(i, w)| w * q[*i]).sum::<f64>();
+            sum += off * off / norm;
+        }
+    }
+    (sum / (time.len() * q.len()).max(1) as f64).sqrt()
+}

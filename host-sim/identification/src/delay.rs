@@ -1,0 +1,182 @@
+//! Delay between a joint's torque and its position, estimated from a log.
+//!
+//! A torque that is recorded late by `d` is `tau(t) = m(t - d)`, about `m - d m'` for the model's torque `m`. So `-m'` is one column more
+//! in the joint's rows, and its coefficient is what is left of the delay (Gauss and Newton's method: the torque is then moved by it, and
+//! the columns are taken again). The column comes from the model, not from the measured torque, whose noise would bias it towards zero.
+
+use crate::base::Base;
+use crate::filter::{derivative, spline};
+use crate::fit::{Normal, Problem, Rows, deviation, solve};
+use crate::friction::Law;
+use crate::prepare::Prepared;
+use nalgebra::{DMatrix, DVector};
+
+/// Largest delay that is looked for, s.
+const LONGEST: f64 = 0.25;
+/// Largest change in one step, s: the column is good for a part of the fastest motion's period.
+const STEP: f64 = 0.04;
+/// Steps of the method.
+const STEPS: usize = 8;
+/// Change of a delay below which it has settled, s.
+const SETTLED: f64 = 3e-4;
+/// Standard deviation of a delay before the log is seen, s.
+const EXPECTED: f64 = 0.1;
+
+/// Delay of each joint's torque after its position, and its standard deviation, s.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Delays {
+    /// s; negative if the position is late.
+    pub value: Vec<f64>,
+    /// s.
+    pub deviation: Vec<f64>,
+}
+
+impl Delays {
+    /// The mean delay of all joints by their deviations, and its deviation, s.
+    #[must_use]
+    pub fn common(&self) -> (f64, f64) {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (d, s) in self.value.iter().zip(&self.deviation) {
+            let w = s.max(1e-6).powi(-2);
+            sum += w * d;
+            weight += w;
+        }
+        (sum / weight.max(1e-300), weight.max(1e-300).sqrt().recip())
+    }
+}
+
+/// Delays of the torques of prepared logs.
+#[must_use]
+pub fn delays(logs: &[Prepared], base: &Base, laws: &[Law]) -> Delays {
+    let problem = Problem { logs, base, laws };
+    let loads: Vec<_> = logs.iter().map(|log| log.tau.clone()).collect();
+    let rows = problem.rows(&loads);
+    let n = base.joints;
+    let unknowns = problem.unknowns();
+    let mut found = Delays { value: vec![0.0; n], deviation: vec![EXPECTED; n] };
+    let mut sigma: Vec<f64> = rows.iter().map(|rows| deviation(rows.target.as_slice())).collect();
+    let mut x = DVector::zeros(unknowns);
+    for step in 0..STEPS {
+        let mut more: Vec<Rows> = rows.clone();
+        for (joint, rows) in more.iter_mut().enumerate() {
+            rows.target = moved(logs, joint, found.value[joint], rows.target.len());
+            if step > 0 {
+                let slope = slope(logs, rows, &x);
+                let width = rows.columns.ncols();
+                rows.columns = std::mem::replace(&mut rows.columns, DMatrix::zeros(0, 0)).insert_column(width, 0.0);
+                rows.columns.column_mut(width).copy_from(&slope);
+                rows.places.push(unknowns + joint);
+            }
+        }
+        let weights: Vec<Vec<f64>> = more
+            .iter()
+            .zip(&sigma)
+            .map(|(rows, sigma)| {
+                let left = if step == 0 { DVector::zeros(rows.target.len()) } else { rows.residual(&padded(&x, n)) };
+                // Ends are continued by reflection, and a moved torque has none there.
+                let count = left.len();
+                let end = (count / 20).clamp(1, 8);
+                let inside = |k: usize| if k < end || k + end >= count { 1e-6 } else { 1.0 };
+                left.iter().enumerate().map(|(k, e)| inside(k) * (1.5 * sigma / e.abs().max(1e-12)).min(1.0)).collect()
+            })
+            .collect();
+        let mut normal = Normal::of(&more, &sigma, &weights, |_| true, unknowns + n);
+        for joint in 0..n {
+            normal.matrix[(unknowns + joint, unknowns + joint)] += EXPECTED.powi(-2);
+            // An offset is small: it stays one.
+            let at = problem.offset(joint);
+            normal.matrix[(at, at)] += 1e-9 * normal.matrix[(at, at)];
+        }
+        let all = solve(&normal.matrix, &normal.right);
+        x = all.rows(0, unknowns).into_owned();
+        for (rows, sigma) in more.iter().zip(&mut sigma) {
+            *sigma = deviation(rows.residual(&all).as_slice());
+        }
+        if step > 0 {
+            let mut change = 0.0_f64;
+            for joint in 0..n {
+                let next = found.value[joint] + all[unknowns + joint].clamp(-STEP, STEP);
+                let next = next.clamp(-LONGEST, LONGEST);
+                change = change.max((next - found.value[joint]).abs());
+                found.value[joint] = next;
+            }
+            if change < SETTLED || step + 1 == STEPS {
+                let covariance = crate::fit::inverse(&normal.matrix);
+                for joint in 0..n {
+                    let left = more[joint].residual(&all);
+                    let runs = more[joint].runs(left.as_slice());
+                    let at = unknowns + joint;
+                    found.deviation[joint] = (covariance[(at, at)].max(0.0) * runs).sqrt();
+                }
+            }
+            if change < SETTLED {
+                break;
+            }
+        }
+    }
+    found
+}
+
+fn padded(x: &DVector<f64>, more: usize) -> DVector<f64> {
+    let mut all = DVector::zeros(x.len() + more);
+    all.rows_mut(0, x.len()).copy_from(x);
+    all
+}
+
+/// Torque of a joint at the rows' times, moved towards earlier times by `delay`, s.
+fn moved(logs: &[Prepared], joint: usize, delay: f64, count: usize) -> DVector<f64> {
+    let mut all = Vec::with_capacity(count);
+    for log in logs {
+        let (Some(first), Some(last)) = (log.time.first(), log.time.last()) else { continue };
+        let at: Vec<f64> =
+            (0..log.len()).step_by(log.row_step()).map(|k| (log.time[k] + delay).clamp(*first, *last)).collect();
+        all.extend(spline(&log.time, &log.tau[joint], &at));
+    }
+    DVector::from_vec(all)
+}
+
+/// Slope of the torque that a fit predicts for one joint, at its rows, per second: the error that a second of delay makes.
+pub(crate) fn torque_slope(logs: &[Prepared], fit: &crate::fit::Fit, joint: usize) -> DVector<f64> {
+    -slope(logs, &fit.rows[joint], &fit.x)
+}
+
+/// Minus the slope of the model's torque at the rows' times, per second.
+fn slope(logs: &[Prepared], rows: &Rows, x: &DVector<f64>) -> DVector<f64> {
+    let model = &rows.target - rows.residual(&padded(x, 0));
+    let mut slope = Vec::with_capacity(model.len());
+    let mut start = 0;
+    for log in logs {
+        let step = log.row_step();
+        let count = log.len().div_ceil(step);
+        let part = &model.as_slice()[start..start + count];
+        slope.extend(derivative(part, log.rate / step as f64).iter().map(|x| -x));
+        start += count;
+    }
+    DVector::from_vec(slope)
+}
+
+/// Which delays are compensated.
+const SURE: f64 = 4.0;
+/// Delay that filters and friction make up by themselves, s.
+const OWN: f64 = 1e-3;
+
+impl Delays {
+    /// Delays that are worth a try, and whether they are one for all joints: the common one, then each joint's own where it is seen.
+    ///
+    /// Positions may be late together, but not those of one joint: what looks so is friction.
+    #[must_use]
+    pub fn candidates(&self) -> Vec<(bool, Vec<f64>)> {
+        let n = self.value.len();
+        let mut found = Vec::new();
+        let (common, sure) = self.common();
+        if common.abs() > SURE * sure + OWN {
+            found.push((true, vec![common; n]));
+        }
+        let own = |(d, s): (&f64, &f64)| if *d > SURE * s + OWN { *d } else { 0.0 };
+        let own: Vec<f64> = self.value.iter().zip(&self.deviation).map(own).collect();
+        if own.iter().any(|d| *d != 0.0) {
+            found.push((false, own));
+        }
+        found
+    }
+}

@@ -1,0 +1,83 @@
+//! Explanations of a log that the arm does not explain as it is recorded.
+//!
+//! Each [`Fault`] is a change of the log, or of gravity, that is undone and then scored by [`crate::evidence`]. Faults of torques need no
+//! new columns of the model, so they are tried in combination with every fault of motion; further pairs are tried from the best ones.
+
+mod fault;
+mod search;
+
+pub use fault::Fault;
+
+use crate::arm::Arm;
+use crate::clock::repaired;
+use crate::consistent::Maker;
+use crate::correction::Correction;
+use crate::evidence::{Evidence, Expected, Score};
+use crate::log::Log;
+use nalgebra::Vector3;
+
+/// Nats by which an explanation must beat the log as it is recorded.
+const CLEAR: f64 = 15.0;
+/// Nats that a second fault must bring beyond its own cost.
+const SECOND: f64 = 8.0;
+/// Explanations that are at most so many nats worse than the best are named, too.
+const CLOSE: f64 = 5.0;
+
+/// One or two faults, and what mends them.
+#[derive(Clone, Debug)]
+pub struct Explanation {
+    /// The faults.
+    pub faults: Vec<Fault>,
+    /// What mends the log.
+    pub correction: Correction,
+    /// Gravity in the base frame, m/s^2.
+    pub gravity: Vector3<f64>,
+    /// The score of the mended log.
+    pub score: Score,
+}
+
+impl Explanation {
+    /// The score less the cost of the faults, nats.
+    #[must_use]
+    pub fn worth(&self) -> f64 {
+        let more = self.faults.len().saturating_sub(1) as f64;
+        self.score.nats - self.faults.iter().map(Fault::cost).sum::<f64>() - SECOND * more
+    }
+}
+
+/// Scores of a log as recorded and mended.
+#[derive(Clone, Debug)]
+pub struct Findings {
+    /// The log as recorded.
+    pub recorded: Score,
+    /// Explanations that beat it clearly, the best first, then those that are about as good with as few faults.
+    pub explanations: Vec<Explanation>,
+}
+
+/// Looks for one or two faults that explain logs of an arm better than no fault does.
+#[must_use]
+pub fn explain(arm: &dyn Arm, maker: &Maker, logs: &[Log]) -> Findings {
+    let logs: Vec<Log> = logs.iter().map(repaired).collect();
+    let logs = logs.as_slice();
+    let expected = Expected::of(arm, maker);
+    let evidence = Evidence::of(arm, &expected, logs);
+    let recorded = evidence.score(&expected, &evidence.as_recorded());
+    let all = search::search(arm, &expected, logs, &evidence, &recorded);
+    let mut clear: Vec<Explanation> = all.into_iter().filter(|found| found.worth() > recorded.nats + CLEAR).collect();
+    clear.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+    if let Some(best) = clear.first().cloned() {
+        clear.retain(|other| other.worth() > best.worth() - CLOSE && other.faults.len() <= best.faults.len());
+        // Of one kind the best is enough.
+        let mut kinds = Vec::new();
+        clear.retain(|found| {
+            let kind = found.correction.clone();
+            let same = |(known, gravity): &(Correction, Vector3<f64>)| {
+                search::alike(known, &kind) && (gravity - found.gravity).norm() < 1.0
+            };
+            let new = !kinds.iter().any(same);
+            kinds.push((kind, found.gravity));
+            new
+        });
+    }
+    Findings { recorded, explanations: clear }
+}

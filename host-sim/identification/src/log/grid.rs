@@ -1,0 +1,337 @@
+//! A text file as a header, a row of units and rows of fields.
+
+use super::unit::Unit;
+use csv::StringRecord;
+
+/// What was found, and what was expected.
+pub(super) type Problem = (String, String);
+
+/// A table of text.
+#[derive(Debug)]
+pub(super) struct Grid {
+    /// Names of the columns.
+    pub(super) head: Vec<String>,
+    /// Line of the header, counted from 1.
+    pub(super) head_line: u64,
+    /// The row of units under the header; empty if there is none.
+    pub(super) units: Vec<String>,
+    /// Line and fields of each row.
+    pub(super) rows: Vec<(u64, StringRecord)>,
+    /// Remarks for the reader of the report.
+    pub(super) notes: Vec<String>,
+}
+
+/// A number of a table, with a decimal point or a decimal comma; `None` if it is none, or not finite.
+pub(super) fn number(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let number = text.parse::<f64>().ok().or_else(|| {
+        let comma = text.matches(',').count() == 1 && !text.contains('.');
+        let plain = text.replace('−', "-").replace(',', if comma { "." } else { "," });
+        plain.parse().ok()
+    });
+    number.filter(|x: &f64| x.is_finite())
+}
+
+/// True if a field holds no reading.
+pub(super) fn is_missing(text: &str) -> bool {
+    matches!(text.trim().to_lowercase().as_str(), "" | "nan" | "null" | "none" | "na" | "n/a")
+}
+
+/// What separates fields.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Separator {
+    Semicolon,
+    Tab,
+    Comma,
+    Blanks,
+    Bar,
+}
+
+const SEPARATORS: [Separator; 5] =
+    [Separator::Semicolon, Separator::Tab, Separator::Comma, Separator::Blanks, Separator::Bar];
+
+impl Separator {
+    fn byte(self) -> u8 {
+        match self {
+            Self::Semicolon => b';',
+            Self::Tab | Self::Blanks => b'\t',
+            Self::Comma => b',',
+            Self::Bar => b'|',
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Semicolon => "semicolons",
+            Self::Tab => "tabs",
+            Self::Comma => "commas",
+            Self::Blanks => "blanks",
+            Self::Bar => "vertical bars",
+        }
+    }
+
+    fn fields(self, line: &str) -> Vec<String> {
+        if self == Self::Blanks {
+            return between_blanks(line, false);
+        }
+        self.rows(line).next().map_or_else(Vec::new, |(_, row)| row.iter().map(str::to_owned).collect())
+    }
+
+    /// Line and fields of each row of a text, in which blanks have been replaced by tabs.
+    fn rows(self, text: &str) -> impl Iterator<Item = (u64, StringRecord)> {
+        let reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .delimiter(self.byte())
+            .from_reader(text.as_bytes());
+        // A text in memory cannot fail, and it is UTF-8.
+        let rows = reader.into_records().filter_map(Result::ok);
+        rows.map(|row| (row.position().map_or(0, csv::Position::line), row))
+    }
+}
+
+/// Fields between blanks; brackets and quotes hold together. `glue`: a bracket belongs to the word before it.
+fn between_blanks(line: &str, glue: bool) -> Vec<String> {
+    let mut fields: Vec<String> = Vec::new();
+    let (mut depth, mut quoted, mut open) = (0_i32, false, false);
+    for c in line.trim().chars() {
+        match c {
+            '"' => {
+                quoted = !quoted;
+                if !open {
+                    fields.push(String::new());
+                    open = true;
+                }
+                continue;
+            }
+            '[' | '(' => {
+                open |= glue && !fields.is_empty();
+                depth += 1;
+            }
+            ']' | ')' => depth -= 1,
+            _ => {}
+        }
+        if c.is_whitespace() && depth <= 0 && !quoted {
+            open = false;
+            continue;
+        }
+        if !open {
+            fields.push(String::new());
+            open = true;
+        }
+        if let Some(field) = fields.last_mut() {
+            field.push(c);
+        }
+    }
+    fields
+}
+
+/// The text of a comment line, without its mark.
+fn comment(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    ["#", "%", "//"]
+        .iter()
+        .find_map(|mark| line.strip_prefix(mark))
+        .map(|rest| rest.trim_start_matches(['#', '%', '/']))
+}
+
+/// Numbers of a row; a list of numbers counts as many as there are in it.
+fn numbers(fields: &[String]) -> usize {
+    let count = |field: &String| {
+        let is_list = is_list(field);
+        if is_list {
+            elements(field).iter().filter(|field| number(field).is_some()).count()
+        } else {
+            usize::from(number(field).is_some())
+        }
+    };
+    fields.iter().map(count).sum()
+}
+
+/// True for `[0.1, 0.2]` and `(0.1, 0.2)`.
+fn is_list(field: &str) -> bool {
+    let ends = field.chars().next().zip(field.chars().next_back());
+    matches!(ends, Some(('[', ']') | ('(', ')'))) && elements(field).len() > 1
+}
+
+/// True for a row of readings: two numbers or more, and not fewer than half of the fields that are not empty.
+fn is_data(fields: &[String]) -> bool {
+    let (numbers, filled) = (numbers(fields), fields.iter().filter(|field| !is_missing(field)).count());
+    numbers >= 2 && 2 * numbers >= filled
+}
+
+/// True for a row of units: every field is one, a hyphen, or empty.
+fn is_units(fields: &[String]) -> bool {
+    let is_unit = |field: &String| Unit::parse(field.trim_matches(['[', ']', '{', '}'])).is_some();
+    let empty = |field: &String| matches!(field.as_str(), "" | "-" | "[-]" | "[]" | "()" | "(-)");
+    fields.iter().any(is_unit) && fields.iter().all(|field| empty(field) || is_unit(field))
+}
+
+impl Grid {
+    /// Reads a text whose lines end in `\n`.
+    ///
+    /// # Errors
+    /// Place, what was found and what was expected: no rows of numbers, no header, a header of another length.
+    pub(super) fn read(text: &str) -> Result<Self, (String, Problem)> {
+        let lines: Vec<&str> = text.split('\n').collect();
+        let readable = |line: &&str| !line.trim().is_empty() && comment(line).is_none();
+        let some: Vec<&str> = lines.iter().copied().filter(readable).collect();
+        let step = (some.len() / 40).max(1);
+        // The most numbers in a usual row: what separates them is what separates fields.
+        let usual = |separator: Separator, of: fn(&[String]) -> usize| {
+            let mut counts: Vec<usize> = some.iter().step_by(step).map(|line| of(&separator.fields(line))).collect();
+            counts.sort_unstable();
+            counts.get(counts.len() / 2).copied().unwrap_or(0)
+        };
+        let best = SEPARATORS.into_iter().rev().max_by_key(|separator| usual(*separator, numbers));
+        let separator = best.unwrap_or(Separator::Comma);
+        let width = usual(separator, <[String]>::len);
+        let first = lines.iter().position(|line| {
+            readable(line) && {
+                let fields = separator.fields(line);
+                fields.len() == width && is_data(&fields)
+            }
+        });
+        let Some(first) = first.filter(|_| width >= 2) else {
+            let expected =
+                "a header of column names, and rows of numbers below it (CSV; commas, semicolons, tabs or blanks)";
+            return Err(("the whole file".to_owned(), ("no rows of numbers".to_owned(), expected.to_owned())));
+        };
+        // Rows before it in which hardly anything was measured yet.
+        let begun = |fields: &[String]| {
+            fields.len() == width
+                && numbers(fields) > 0
+                && fields.iter().all(|field| is_missing(field) || number(field).is_some())
+        };
+        let above = (0..first).rev().filter(|k| readable(&lines[*k]));
+        let first = above.take_while(|k| begun(&separator.fields(lines[*k]))).last().unwrap_or(first);
+        let mut grid = Self::under(&lines, first, separator, width)?;
+        let whole: String = lines[first..]
+            .iter()
+            .map(|line| match separator {
+                _ if !readable(line) => "\n".to_owned(),
+                Separator::Blanks => between_blanks(line, false).join("\t") + "\n",
+                _ => format!("{line}\n"),
+            })
+            .collect();
+        grid.rows = separator.rows(&whole).map(|(line, row)| (line + first as u64, row)).collect();
+        let cut = grid.rows.last().is_some_and(|(_, row)| row.len() < width) && !text.ends_with('\n');
+        if let (true, Some((line, _))) = (cut, grid.rows.last()) {
+            grid.notes.push(format!("line {line} is left out: the file ends within it"));
+            grid.rows.pop();
+        }
+        grid.expand();
+        Ok(grid)
+    }
+
+    /// Finds header and units above the first row of numbers.
+    fn under(lines: &[&str], first: usize, separator: Separator, width: usize) -> Result<Self, (String, Problem)> {
+        let mut grid = Self { head: Vec::new(), head_line: 0, units: Vec::new(), rows: Vec::new(), notes: Vec::new() };
+        let split = |line: &str, by: Separator| {
+            let fields = by.fields(line);
+            if by == Separator::Blanks && fields.len() != width { between_blanks(line, true) } else { fields }
+        };
+        let plain = (0..first).rev().filter(|k| !lines[*k].trim().is_empty() && comment(lines[*k]).is_none());
+        let plain: Vec<usize> = plain.filter(|k| !lines[*k].to_lowercase().starts_with("sep=")).collect();
+        for &k in &plain {
+            let fields = split(lines[k], separator);
+            // Units may be apart from each other by blanks that the rows do not have.
+            let apart = separator.fields(lines[k]);
+            if grid.units.is_empty() && is_units(&apart) && plain.len() > 1 {
+                grid.units = apart;
+                continue;
+            }
+            grid.head = fields;
+            grid.head_line = k as u64 + 1;
+            break;
+        }
+        // A header that is a comment, as some programs write it.
+        if grid.head.is_empty() {
+            for k in (0..first).rev() {
+                let Some(text) = comment(lines[k]) else { continue };
+                let ways = [separator, Separator::Comma, Separator::Tab, Separator::Semicolon, Separator::Blanks];
+                let Some(fields) = ways.into_iter().map(|by| split(text, by)).find(|fields| fields.len() == width)
+                else {
+                    continue;
+                };
+                if grid.units.is_empty() && is_units(&fields) {
+                    grid.units = fields;
+                } else if numbers(&fields) == 0 {
+                    grid.head = fields;
+                    grid.head_line = k as u64 + 1;
+                    break;
+                }
+            }
+        }
+        // Units above the header, or in a comment.
+        let units = (0..first).filter(|k| grid.units.is_empty() && *k as u64 + 1 != grid.head_line).find_map(|k| {
+            let fields = split(comment(lines[k]).unwrap_or(lines[k]), separator);
+            (fields.len() == width && is_units(&fields)).then_some(fields)
+        });
+        grid.units = units.unwrap_or(grid.units);
+        let place = |line: u64| format!("line {line}");
+        if grid.head.is_empty() {
+            // Columns can still be named by their numbers.
+            grid.head = (1..=width).map(|k| format!("#{k}")).collect();
+            return Ok(grid);
+        }
+        let left_out = |k: &&usize| (**k as u64) + 1 < grid.head_line && !is_units(&separator.fields(lines[**k]));
+        if let Some(&above) = plain.iter().find(left_out) {
+            grid.notes.push(format!("line {} and those before it are left out: they are above the header", above + 1));
+        }
+        let filled = grid.head.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1);
+        let row = separator.fields(lines[first]);
+        let beyond = row.iter().skip(grid.head.len()).filter(|field| !field.is_empty()).count();
+        if beyond > 0 {
+            let found = format!("{} fields between {}, and {filled} names in the header", row.len(), separator.name());
+            let decimal = separator == Separator::Comma && row.len() * 2 >= filled * 3;
+            let cause = if decimal {
+                "as many as names. Decimal commas between commas cannot be told apart: export with decimal points, or with semicolons"
+            } else {
+                "as many fields as names"
+            };
+            return Err((place(first as u64 + 1), (found, cause.to_owned())));
+        }
+        Ok(grid)
+    }
+
+    /// Replaces a column of lists (`[0.1, 0.2]`) by a column for each element.
+    fn expand(&mut self) {
+        let first = |k: usize| self.rows.iter().find_map(|(_, row)| row.get(k).filter(|field| !field.is_empty()));
+        let lists: Vec<Option<usize>> = (0..self.head.len())
+            .map(|k| first(k).filter(|field| is_list(field)).map(|field| elements(field).len()))
+            .collect();
+        if lists.iter().all(Option::is_none) {
+            return;
+        }
+        let spread = |fields: Vec<String>, of: &dyn Fn(&str, usize) -> Vec<String>| -> Vec<String> {
+            let each = fields.into_iter().enumerate();
+            each.flat_map(|(k, field)| match lists.get(k).copied().flatten() {
+                Some(count) => of(&field, count),
+                None => vec![field],
+            })
+            .collect()
+        };
+        let numbered = |name: &str, count: usize| (0..count).map(|k| format!("{name}[{k}]")).collect();
+        let repeated = |unit: &str, count: usize| vec![unit.to_owned(); count];
+        let parts = |field: &str, count: usize| {
+            let mut parts = elements(field);
+            parts.resize(count, String::new());
+            parts
+        };
+        self.head = spread(std::mem::take(&mut self.head), &numbered);
+        self.units = spread(std::mem::take(&mut self.units), &repeated);
+        for (_, row) in &mut self.rows {
+            *row = spread(row.iter().map(str::to_owned).collect(), &parts).into_iter().collect();
+        }
+    }
+}
+
+/// Elements of a list in one field.
+fn elements(field: &str) -> Vec<String> {
+    let inner = field.trim_matches(['[', ']', '(', ')']);
+    let parts = inner.split(|c: char| c == ',' || c == ';' || c.is_whitespace());
+    let bare = parts.map(|part| part.trim_matches(['\'', '"', ' ']).to_owned());
+    bare.filter(|part| !part.is_empty()).collect()
+}

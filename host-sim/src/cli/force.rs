@@ -1,0 +1,20 @@
+//! Overwriting files that exist, on the command line.
+
+use crate::output::Output;
+use clap::Args;
+
+/// Whether files that exist may be overwritten.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct ForceArgs {
+    /// Overwrite files that exist. Otherwise only files are replaced that host-sim wrote and nobody changed since.
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl ForceArgs {
+    /// Outputs of a command with this option.
+    #[must_use]
+    pub fn output(self) -> Output {
+        Output::new(self.force)
+    }
+}

@@ -1,0 +1,357 @@
+//! Files that commands write. Nothing that exists is overwritten, unless this program wrote it and nobody changed it since, or `--force` is given.
+//!
+//! A folder that this program made holds `.host-sim-output.json`: names and SHA-256 of the files that it wrote there. A folder that has other files and
+//! no such marker is left alone. An input of a command is never overwritten by it, with `--force` neither.
+
+use crate::failure::{Failure, in_file};
+use crate::marker::{self, MARKER, Marker};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Folder of all default outputs, relative to the working directory.
+const DEFAULT: &str = "out";
+
+/// Outputs of one command. Claim them before the work, and register them after it.
+#[derive(Clone, Debug, Default)]
+pub struct Output {
+    force: bool,
+    inputs: Vec<PathBuf>,
+    claimed: Vec<PathBuf>,
+}
+
+impl Output {
+    /// Outputs of a command. `force`: existing files may be overwritten.
+    #[must_use]
+    pub fn new(force: bool) -> Self {
+        Self { force, inputs: Vec::new(), claimed: Vec::new() }
+    }
+
+    /// Adds an input of the command: a file that it never overwrites.
+    #[must_use]
+    pub fn reads(mut self, path: &Path) -> Self {
+        self.inputs.push(path.to_owned());
+        self
+    }
+
+    /// True if existing files may be overwritten.
+    #[must_use]
+    pub fn is_forced(&self) -> bool {
+        self.force
+    }
+
+    /// Claims a file, and makes the folders above it.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the file is an input of the command or another output of it, or it exists and may not be overwritten.
+    /// [`Failure::Output`]: a folder cannot be made.
+    pub fn file(&mut self, path: &Path) -> Result<(), Failure> {
+        self.may_write(path)?;
+        if self.claimed.iter().any(|other| is_same(other, path)) {
+            return Err(refused(path, "two outputs of this command in one file", "expected a file for each"));
+        }
+        self.claimed.push(path.to_owned());
+        make(parent(path))
+    }
+
+    /// Claims a folder, and makes it. `names` are the files that will be written there; `*.svg` stands for all with this ending.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the folder holds files and this program did not make it, or one of these files exists and may not be
+    /// overwritten. [`Failure::Output`]: the folder cannot be made.
+    pub fn folder(&mut self, folder: &Path, names: &[&str]) -> Result<(), Failure> {
+        self.claim(folder, names, false)
+    }
+
+    /// As [`Output::folder`], of one that is known to be ours by its other files, with a marker or without.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn known_folder(&mut self, folder: &Path, names: &[&str]) -> Result<(), Failure> {
+        self.claim(folder, names, true)
+    }
+
+    fn claim(&self, folder: &Path, names: &[&str], known: bool) -> Result<(), Failure> {
+        if folder.exists() && !folder.is_dir() {
+            return Err(refused(folder, "is a file", "expected a folder"));
+        }
+        let held = entries(folder)?;
+        let others: Vec<&str> = held.iter().map(String::as_str).filter(|name| *name != MARKER).collect();
+        let ours = known || folder.join(MARKER).exists();
+        if !ours && !others.is_empty() && !self.force {
+            let some = others.iter().take(3).copied().collect::<Vec<_>>().join(", ");
+            let more = if others.len() > 3 { format!(" and {} more", others.len() - 3) } else { String::new() };
+            let found = format!("the folder holds {some}{more}, and host-sim did not make it");
+            return Err(refused(
+                folder,
+                &found,
+                "expected a new or empty folder, or one that host-sim made; --force writes into it",
+            ));
+        }
+        let written = |name: &&str| names.iter().any(|known| fits(name, known));
+        others.into_iter().filter(written).try_for_each(|name| self.may_write(&folder.join(name)))?;
+        make(folder)?;
+        Marker::adopt(folder)
+    }
+
+    /// Refuses an input of the command.
+    ///
+    /// # Errors
+    /// [`Failure::Input`]: the file is one.
+    pub fn spares(&self, path: &Path) -> Result<(), Failure> {
+        if self.inputs.iter().any(|input| is_same(input, path)) {
+            return Err(refused(
+                path,
+                "is an input of this command and is not overwritten",
+                "expected another name for the output",
+            ));
+        }
+        Ok(())
+    }
+
+    fn may_write(&self, path: &Path) -> Result<(), Failure> {
+        self.spares(path)?;
+        let Ok(data) = fs::metadata(path) else { return Ok(()) };
+        if data.is_dir() {
+            return Err(refused(path, "is a folder", "expected a file"));
+        }
+        // A terminal, a pipe, /dev/null: nothing is lost.
+        if self.force || !data.is_file() {
+            return Ok(());
+        }
+        let marker = Marker::read(parent(path));
+        let known = marker.digest(path);
+        let expected = "expected another name, or --force to overwrite it";
+        match known {
+            Some(known) if marker::digest(path).is_ok_and(|now| now == known) => Ok(()),
+            Some(_) => Err(refused(path, "the file was changed since host-sim wrote it", expected)),
+            None => Err(refused(path, "the file exists", expected)),
+        }
+    }
+
+    /// Registers files that were written, so that the next command may replace them. Those in folders that host-sim did not make are
+    /// not registered.
+    ///
+    /// # Errors
+    /// [`Failure::Output`]: a marker cannot be written.
+    pub fn written(&self, files: &[PathBuf]) -> Result<(), Failure> {
+        let mut folders: Vec<&Path> = files.iter().map(|file| parent(file)).collect();
+        folders.sort_unstable();
+        folders.dedup();
+        for folder in folders {
+            let in_default = folder.is_relative() && folder.starts_with(DEFAULT);
+            if !in_default && !folder.join(MARKER).exists() {
+                continue;
+            }
+            let mut marker = Marker::read(folder);
+            for file in files.iter().filter(|file| parent(file) == folder && file.is_file()) {
+                marker.set(file).map_err(|error| in_file(file, &error))?;
+            }
+            marker.write(folder).map_err(|error| in_file(&folder.join(MARKER), &error))?;
+        }
+        Ok(())
+    }
+
+    /// Registers all files that were claimed and are there.
+    ///
+    /// # Errors
+    /// As [`Output::written`].
+    pub fn finish(&self) -> Result<(), Failure> {
+        self.written(&self.claimed)
+    }
+
+    /// Claims a file, writes it and registers it.
+    ///
+    /// # Errors
+    /// As [`Output::file`]; [`Failure::Output`]: the file cannot be written.
+    pub fn write(&mut self, path: &Path, text: impl AsRef<[u8]>) -> Result<(), Failure> {
+        self.file(path)?;
+        fs::write(path, text).map_err(|error| in_file(path, &error))?;
+        self.written(&[path.to_owned()])
+    }
+}
+
+fn refused(path: &Path, found: &str, expected: &str) -> Failure {
+    Failure::Input(miette::miette!(help = expected.to_owned(), "{}: {found}", path.display()))
+}
+
+fn parent(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// True if both are one file: the same path, or links to the same file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    if a == b {
+        return true;
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt as _;
+        let id = |path: &Path| fs::metadata(path).ok().map(|data| (data.dev(), data.ino()));
+        if let (Some(a), Some(b)) = (id(a), id(b)) {
+            return a == b;
+        }
+    }
+    let whole = |path: &Path| {
+        let folder = fs::canonicalize(parent(path)).ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    whole(a).is_some_and(|a| whole(b) == Some(a))
+}
+
+/// Names in a folder; none if it does not exist.
+fn entries(folder: &Path) -> Result<Vec<String>, Failure> {
+    let read = || -> io::Result<Vec<String>> {
+        fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
+    };
+    match read() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(in_file(folder, &error)),
+        Ok(mut names) => {
+            names.sort();
+            Ok(names)
+        }
+    }
+}
+
+/// True if a name is this one, or ends as `*.svg` says.
+fn fits(name: &str, pattern: &str) -> bool {
+    pattern.strip_prefix('*').map_or(name == pattern, |end| name.ends_with(end))
+}
+
+/// Makes a folder and those above it that are missing, each with a marker.
+fn make(folder: &Path) -> Result<(), Failure> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    make(parent(folder)).and_then(|()| match fs::create_dir(folder) {
+        // Another process was faster, which has marked it.
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists && folder.is_dir() => Ok(()),
+        Err(error) => Err(in_file(folder, &error)),
+        Ok(()) => Marker::adopt(folder),
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails should stop there")]
+mod tests {
+    use super::Output;
+    use crate::marker::MARKER;
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("host-sim-output-{}-{name}", std::process::id()));
+        fs::remove_dir_all(&folder).ok();
+        fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    fn said(result: Result<(), crate::failure::Failure>) -> String {
+        let failure = result.unwrap_err();
+        assert_eq!(failure.code(), crate::failure::INPUT);
+        let report = failure.report();
+        format!("{report}; {}", report.help().map(|help| help.to_string()).unwrap_or_default())
+    }
+
+    fn write(force: bool, path: &Path, text: &str) -> Result<(), crate::failure::Failure> {
+        Output::new(force).write(path, text)
+    }
+
+    #[test]
+    fn a_file_of_the_user_is_overwritten_by_force_only() {
+        let path = folder("file").join("arm.toml");
+        fs::write(&path, "mine").unwrap();
+        let problem = said(write(false, &path, "new"));
+        assert!(problem.contains("the file exists") && problem.contains("--force"), "{problem}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+        write(true, &path, "new").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        // No marker in a folder that we did not make: the same file is refused again.
+        assert!(!path.with_file_name(MARKER).exists());
+        assert!(write(false, &path, "newer").is_err());
+    }
+
+    #[test]
+    fn a_file_in_a_folder_of_ours_is_replaced_until_somebody_changes_it() {
+        let path = folder("ours").join("a/b/arm.toml");
+        write(false, &path, "first").unwrap();
+        write(false, &path, "second").unwrap();
+        fs::write(&path, "edited").unwrap();
+        let problem = said(write(false, &path, "third"));
+        assert!(problem.contains("was changed since"), "{problem}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "edited");
+        let own = path.with_file_name("own.toml");
+        fs::write(&own, "of the user").unwrap();
+        assert!(said(write(false, &own, "x")).contains("the file exists"));
+    }
+
+    #[test]
+    fn an_input_is_kept_in_spite_of_force_and_by_any_of_its_names() {
+        let folder = folder("input");
+        let path = folder.join("log.csv");
+        fs::write(&path, "data").unwrap();
+        let mut names = vec![
+            path.clone(),
+            folder.join("./log.csv"),
+            folder.join("../").join(folder.file_name().unwrap()).join("log.csv"),
+        ];
+        #[cfg(unix)]
+        {
+            let link = folder.join("link.csv");
+            std::os::unix::fs::symlink(&path, &link).unwrap();
+            names.push(link);
+        }
+        for name in names {
+            let problem = said(Output::new(true).reads(&path).write(&name, "x"));
+            assert!(problem.contains("is an input"), "{problem}");
+        }
+        assert_eq!(fs::read_to_string(&path).unwrap(), "data");
+        Output::new(true).reads(&folder.join("another.csv")).write(&path, "x").unwrap();
+    }
+
+    #[test]
+    fn two_outputs_in_one_file_are_refused() {
+        let path = folder("two").join("x.csv");
+        let mut output = Output::new(true);
+        output.file(&path).unwrap();
+        assert!(said(output.file(&path)).contains("two outputs"));
+    }
+
+    #[test]
+    fn a_folder_of_the_user_is_not_mixed_into_and_one_of_ours_is_used_again() {
+        let folder = folder("folder");
+        let names = ["log.csv", "*.svg"];
+        let run = |force| {
+            let mut output = Output::new(force);
+            output.folder(&folder, &names)?;
+            let files = [folder.join("log.csv"), folder.join("a.svg")];
+            files.iter().for_each(|file| fs::write(file, "run").unwrap());
+            output.written(&files)
+        };
+        fs::write(folder.join("thesis.tex"), "years").unwrap();
+        let problem = said(run(false));
+        assert!(problem.contains("holds thesis.tex") && problem.contains("did not make"), "{problem}");
+        run(true).unwrap();
+        run(false).unwrap();
+        assert_eq!(fs::read_to_string(folder.join("thesis.tex")).unwrap(), "years");
+        // A file of the user under a name that would be written.
+        fs::write(folder.join("b.svg"), "drawn by hand").unwrap();
+        assert!(said(run(false)).contains("b.svg: the file exists"));
+        fs::remove_file(folder.join("b.svg")).unwrap();
+        fs::write(folder.join("log.csv"), "noted by hand").unwrap();
+        assert!(said(run(false)).contains("log.csv: the file was changed"));
+        // An empty folder is taken.
+        let empty = folder.join("empty");
+        fs::create_dir(&empty).unwrap();
+        Output::new(false).folder(&empty, &names).unwrap();
+        assert!(empty.join(MARKER).exists());
+        assert!(said(Output::new(true).folder(&folder.join("thesis.tex"), &names)).contains("is a file"));
+    }
+
+    #[test]
+    fn devices_are_written_to() {
+        #[cfg(unix)]
+        write(false, Path::new("/dev/null"), "x").unwrap();
+    }
+}

@@ -1,0 +1,141 @@
+//! Friction of an identified arm, as a robot file holds it.
+
+use super::subject::{Subject, torque};
+use identification::choose::WITHOUT_OFFSET;
+use identification::friction::{JointLaw, Law, Term};
+use identification::identify::{Identified, difference};
+use identification::log::Log;
+use robot_compiler::{Breakaway, JointFriction};
+use serde_json::{Map, Value as Json, json};
+
+/// Lowest Stribeck velocity that a robot file can hold, rad/s or m/s.
+const STRIBECK_SPEED_MIN: f64 = 5e-3;
+
+/// An offset of so many standard deviations is written. On a joint that carries weight, a shorter log cannot tell one from the other.
+const SURE: f64 = 3.0;
+
+/// Friction of one joint.
+pub struct Written {
+    /// The numbers.
+    pub law: JointFriction,
+    /// Standard deviation of each key, where the numbers are those of the identified law; `None` where they are only nearest to it.
+    deviations: Option<Vec<(&'static str, f64)>>,
+}
+
+impl Written {
+    /// Keys of the robot file, their numbers and standard deviations; absent terms are left out.
+    pub(super) fn entries(&self) -> Vec<(&'static str, f64, Option<f64>)> {
+        let law = &self.law;
+        let deviation = |key: &str| self.deviations.as_ref()?.iter().find(|(name, _)| *name == key).map(|(_, x)| *x);
+        let mut all = vec![("viscous", law.viscous), ("coulomb", law.coulomb)];
+        let given = |key: &'static str, x: f64| (x != 0.0).then_some((key, x));
+        all.extend(given("coulomb_load", law.coulomb_load));
+        if let Some(Breakaway { torque, speed, load }) = law.breakaway {
+            all.extend([("breakaway", torque), ("stribeck_speed", speed)]);
+            // Where it is not given, it is the Coulomb torque's.
+            all.extend((load.to_bits() != law.coulomb_load.to_bits()).then_some(("breakaway_load", load)));
+        }
+        all.extend([given("asymmetry", law.asymmetry), given("offset", law.offset)].into_iter().flatten());
+        all.into_iter().map(|(key, x)| (key, x, deviation(key))).collect()
+    }
+
+    /// Comment in the robot file.
+    pub(super) fn note(&self, viscous: &str, force: &str) -> String {
+        let units = format!("{viscous}, {force}");
+        match &self.deviations {
+            None => format!("nearest to the identified law; {units}"),
+            Some(all) => {
+                let each: Vec<String> = all.iter().map(|(key, x)| format!("{x:.1e} {key}")).collect();
+                format!("+- {}; {units}", each.join(", "))
+            }
+        }
+    }
+
+    pub(super) fn json(&self) -> Json {
+        let each = self.entries().into_iter();
+        let of = |(key, value, deviation): (&str, f64, Option<f64>)| {
+            (key.to_owned(), json!({ "value": value, "deviation": deviation }))
+        };
+        Json::Object(each.map(of).collect::<Map<_, _>>())
+    }
+}
+
+/// Friction of every joint: the identified law itself where a robot file can hold it, else the viscous and Coulomb friction nearest to it.
+pub(super) fn friction(subject: &Subject, found: &Identified, logs: &[Log]) -> Vec<Written> {
+    let nearest = nearest(subject, found, logs);
+    let of = |(joint, nearest): (usize, JointFriction)| {
+        itself(found, joint).unwrap_or(Written { law: nearest, deviations: None })
+    };
+    nearest.into_iter().enumerate().map(of).collect()
+}
+
+/// The identified law of a joint, if it has more than viscous and Coulomb friction and a robot file can hold it.
+fn itself(found: &Identified, joint: usize) -> Option<Written> {
+    let (law, coefficients) = (&found.laws[joint], &found.friction[joint]);
+    let by = law.by_joint(coefficients)?;
+    let tried = found.tried.iter().find(|tried| tried.what == WITHOUT_OFFSET);
+    let sure = law.terms.iter().zip(&found.friction_deviations[joint]).find(|(term, _)| **term == Term::Offset);
+    let sure = sure.is_some_and(|(_, deviation)| by.offset.abs() > SURE * deviation);
+    let earned = sure && tried.is_some_and(|tried| !tried.kept[joint]);
+    // More than the Coulomb torque would move the joint by itself: an error of the torque's zero, and not the joint's.
+    let offset = if earned && by.offset.abs() <= by.coulomb { by.offset } else { 0.0 };
+    let breakaway = (by.stribeck_speed > 0.0).then(|| Breakaway {
+        torque: by.coulomb + by.rise.0,
+        speed: by.stribeck_speed.max(STRIBECK_SPEED_MIN),
+        load: by.coulomb_load + by.rise.1,
+    });
+    let JointLaw { viscous, coulomb, coulomb_load, asymmetry, .. } = by;
+    let friction = JointFriction { viscous, coulomb, coulomb_load, breakaway, asymmetry, offset };
+    friction.has_terms().then(|| Written { law: friction, deviations: Some(deviations(found, joint, law, offset)) })
+}
+
+/// Standard deviations of what is written, by key. That of `breakaway` is the rise's: it says how well the peak is known above Coulomb's
+/// torque.
+fn deviations(found: &Identified, joint: usize, law: &Law, offset: f64) -> Vec<(&'static str, f64)> {
+    let key = |term: &Term| match term {
+        Term::Viscous => Some("viscous"),
+        Term::Coulomb => Some("coulomb"),
+        Term::Load => Some("coulomb_load"),
+        Term::Stribeck(_) => Some("breakaway"),
+        Term::StribeckLoad(_) => Some("breakaway_load"),
+        Term::Asymmetric => Some("asymmetry"),
+        Term::Offset => (offset != 0.0).then_some("offset"),
+        Term::Root | Term::Nothing => None,
+    };
+    let all = law.terms.iter().zip(&found.friction_deviations[joint]);
+    all.filter_map(|(term, deviation)| Some((key(term)?, *deviation))).collect()
+}
+
+/// Viscous and Coulomb friction of the controller's law that leave least of the torque beside the bodies, none below zero.
+fn nearest(subject: &Subject, found: &Identified, logs: &[Log]) -> Vec<JointFriction> {
+    let n = found.base.joints;
+    let mut sums = vec![[0.0_f64; 5]; n];
+    let offset = |joint: usize| found.friction[joint].first().copied().unwrap_or(0.0);
+    let mut bodies = found.bodies.parameters.clone();
+    bodies.iter_mut().zip(subject.maker.fixed.iter().flatten()).for_each(|(sum, x)| *sum += x);
+    let unit = JointFriction { coulomb: 1.0, ..JointFriction::default() };
+    for log in logs {
+        let prediction = found.predict(subject.arm.as_ref(), log);
+        let rest = found.predict_by(subject.arm.as_ref(), log, &bodies, &|_, _, _| 0.0);
+        for (joint, left) in difference(&prediction.measured, &rest).iter().enumerate() {
+            for (tau, qd) in left.iter().zip(&prediction.qd[joint]) {
+                let (a, b, y) = (*qd, torque(&unit, *qd, 0.0), tau - offset(joint));
+                let more = [a * a, a * b, b * b, a * y, b * y];
+                sums[joint].iter_mut().zip(more).for_each(|(sum, x)| *sum += x);
+            }
+        }
+    }
+    let solve = |[aa, ab, bb, ay, by]: [f64; 5]| {
+        let det = aa * bb - ab * ab;
+        let (viscous, coulomb) = ((ay * bb - by * ab) / det, (aa * by - ab * ay) / det);
+        let (viscous, coulomb) = if coulomb < 0.0 {
+            ((ay / aa.max(1e-300)).max(0.0), 0.0)
+        } else if viscous >= 0.0 && det > 1e-12 * aa * bb {
+            (viscous, coulomb)
+        } else {
+            (0.0, (by / bb.max(1e-300)).max(0.0))
+        };
+        JointFriction { viscous, coulomb, ..JointFriction::default() }
+    };
+    sums.into_iter().map(solve).collect()
+}

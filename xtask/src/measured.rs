@@ -1,0 +1,254 @@
+//! `cargo xtask measured`: which page of docs/measured is of things as they are now, and the command that renews it.
+//!
+//! A measured block of a page ends with a line: the command, the commit on which it ran, the machine, and a hash of each artefact that was
+//! measured. A test recomputes the hashes. It fails when an artefact has changed since, and names the command.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`blocks`] | every measured block: its page, its command, its artefacts |
+//! | [`artefact`] | artefacts, and their hashes |
+//! | [`tokens`] | Rust without what changes no program: comments, layout, tests |
+//! | [`stamp`] | the line at the end of a block |
+
+mod artefact;
+mod blocks;
+mod stamp;
+mod tokens;
+
+use crate::bad_input::BadInput;
+use crate::process::{output, root, run as run_command};
+use anyhow::{Context as _, Result, bail};
+use artefact::{Artefact, Hashes};
+use blocks::{BLOCKS, Block};
+use robot_compiler::emit::page::Page;
+use stamp::Stamp;
+use std::process::Command;
+
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask measured                     each block: current, or which artefact has changed, and the command that renews it
+  cargo xtask measured --renew             run the commands of all blocks that are not current
+  cargo xtask measured --renew --page cycles --page 'campaign, desk'
+  cargo xtask measured --mark              say on the pages which blocks are not current
+  cargo xtask measured --of e5b5086 --page calibration
+                                           after a measurement by hand at this commit: stamp the page, with the hashes of its sources";
+
+/// What is asked for.
+#[derive(Clone, Debug, clap::Args)]
+#[command(after_long_help = EXAMPLES)]
+pub(crate) struct Options {
+    /// Only these pages of docs/measured, or blocks of pages, by their names; with --renew also those that are current
+    #[arg(long = "page", value_name = "NAME")]
+    pages: Vec<String>,
+    /// Measure again what is not current
+    #[arg(long, conflicts_with = "of")]
+    renew: bool,
+    /// Stamp these pages as measured at this commit
+    #[arg(long, value_name = "COMMIT", requires = "pages")]
+    of: Option<String>,
+    /// Say on every page that is not current that it is not, for measurements that take too long now
+    #[arg(long, conflicts_with_all = ["of", "renew"])]
+    mark: bool,
+}
+
+/// Shows, renews or stamps. An error if a block is not current.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    for name in &options.pages {
+        if !BLOCKS.iter().any(|block| block.is_called(name)) {
+            let mut known: Vec<_> = BLOCKS.iter().map(|block| block.page).collect();
+            known.dedup();
+            return Err(BadInput(format!("--page {name}: expected a block, or one of {}", known.join(", "))).into());
+        }
+    }
+    let asked = |block: &&Block| options.pages.is_empty() || options.pages.iter().any(|name| block.is_called(name));
+    let blocks: Vec<&Block> = BLOCKS.iter().filter(asked).collect();
+    if let Some(commit) = &options.of {
+        return stamp_past(&blocks, commit);
+    }
+    let mut hashes = Hashes::of_now();
+    let mut done: Vec<&str> = Vec::new();
+    let mut stale = 0;
+    for block in blocks {
+        let found = state(block, &mut hashes)?;
+        if options.renew && (found.is_some() || !options.pages.is_empty()) {
+            // Some commands write several blocks.
+            if !done.contains(&block.command) {
+                renew(block)?;
+                done.push(block.command);
+            }
+            if stamped(block)?.0.is_none() {
+                put(block, &Stamp::now(block, &mut hashes)?.to_string())?;
+            }
+            continue;
+        }
+        match &found {
+            None => println!("{}: current", block.place()),
+            Some(why) => println!("{}: {why}; measure it again: {}", block.place(), block.command),
+        }
+        if options.mark {
+            mark(block, found.as_deref())?;
+        } else {
+            stale += usize::from(found.is_some());
+        }
+    }
+    if stale > 0 { bail!("{stale} measured blocks are not of the present state") } else { Ok(()) }
+}
+
+/// Runs the command of a block.
+fn renew(block: &Block) -> Result<()> {
+    eprintln!("measured: {}: {}", block.place(), block.command);
+    let mut words = block.command.split_whitespace();
+    let program = words.next().filter(|&program| program == "cargo");
+    let Some(program) = program else {
+        bail!("{} is measured by hand: {}", block.place(), block.command);
+    };
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| program.into()));
+    run_command(command.current_dir(root()).args(words.flat_map(spread)))
+}
+
+/// A word of a command, as a shell gives it: `robots/*.toml` is every robot file.
+fn spread(word: &str) -> Vec<String> {
+    let Some((folder, ending)) = word.split_once("/*") else { return vec![word.to_owned()] };
+    let entries = std::fs::read_dir(root().join(folder)).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .filter(|name| name.ends_with(ending))
+        .collect();
+    names.sort();
+    names.into_iter().map(|name| format!("{folder}/{name}")).collect()
+}
+
+/// Why a block is not current; `None` if it is.
+fn state(block: &Block, hashes: &mut Hashes) -> Result<Option<String>> {
+    let (Some(stamp), _) = stamped(block)? else {
+        return Ok(Some("it does not say what was measured".to_owned()));
+    };
+    let mut changed = Vec::new();
+    for artefact in block.artefacts {
+        if stamp.hash(&artefact.name()) != Some(&hashes.of(*artefact)?) {
+            changed.push(artefact.name());
+        }
+    }
+    Ok((!changed.is_empty()).then(|| format!("changed since it was measured: {}", changed.join("; "))))
+}
+
+/// How the line of a block begins that says that the block is not current.
+const MARK: &str = "**Not of the present state**: ";
+
+/// The text of a block.
+fn text_of(block: &Block) -> Result<String> {
+    let path = root().join(block.path());
+    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let (begin, end) = (format!("<!-- measured: {} -->", block.name), format!("<!-- end measured: {} -->", block.name));
+    let inside =
+        text.split_once(&begin).and_then(|(_, rest)| rest.split_once(&end)).map(|(inside, _)| inside.to_owned());
+    inside.with_context(|| format!("{}: no lines `{begin}` and `{end}`", block.path()))
+}
+
+/// The stamp of a block, and whether it says that it is not current.
+fn stamped(block: &Block) -> Result<(Option<Stamp>, bool)> {
+    let text = text_of(block)?;
+    let stamp = text.lines().find_map(Stamp::parse).transpose().with_context(|| block.place())?;
+    Ok((stamp, text.lines().any(|line| line.starts_with(MARK))))
+}
+
+/// Says on a page that a block is not current, or no longer that.
+fn mark(block: &Block, why: Option<&str>) -> Result<()> {
+    let stamp = stamped(block)?.0.map(|stamp| stamp.to_string());
+    let mark = why.map(|why| format!("{MARK}{why}. Measure it again: `{}`.", block.command));
+    put(block, &mark.into_iter().chain(stamp).collect::<Vec<_>>().join("\n\n"))
+}
+
+/// Gives a block these last lines in the place of its stamp and its mark.
+fn put(block: &Block, last: &str) -> Result<()> {
+    let own = |line: &&str| !line.starts_with(stamp::BEGIN) && !line.starts_with(MARK);
+    let kept = text_of(block)?.lines().filter(own).collect::<Vec<_>>().join("\n");
+    let mut page = Page::read(root().join(block.path()), &[])?;
+    page.put(block.name, &format!("{}\n\n{last}", kept.trim()))?;
+    Ok(page.write()?)
+}
+
+/// Puts texts into the blocks of a document, each by the name of its markers; those of docs/measured get their stamps.
+pub(crate) fn fill(page: &mut Page, document: &str, texts: &[(&str, String)]) -> Result<()> {
+    let mut hashes = Hashes::of_now();
+    for (name, text) in texts {
+        let block = BLOCKS.iter().find(|block| block.path() == document && block.name == *name);
+        let stamp = block.map(|block| Stamp::now(block, &mut hashes)).transpose()?;
+        page.put(name, &stamp.map_or_else(|| text.clone(), |stamp| format!("{}\n\n{stamp}", text.trim_end())))?;
+    }
+    Ok(())
+}
+
+/// Stamps blocks as measured at a commit: with the hashes that its files give.
+fn stamp_past(blocks: &[&Block], commit: &str) -> Result<()> {
+    let past = crate::process::target_directory().join("measured").join("past");
+    std::fs::remove_dir_all(&past).ok();
+    std::fs::create_dir_all(&past)?;
+    let archive = past.join("archive.tar");
+    run_command(Command::new("git").current_dir(root()).args(["archive", "--output"]).arg(&archive).arg(commit))?;
+    run_command(Command::new("tar").arg("-xf").arg(&archive).arg("-C").arg(&past))?;
+    let mut hashes = Hashes::of_commit(commit, past);
+    let day = output(Command::new("git").current_dir(root()).args(["log", "-1", "--format=%cs", commit]));
+    for block in blocks {
+        let day = day.as_deref().unwrap_or("unknown day");
+        put(block, &Stamp::past(block, commit, day, &mut hashes)?.to_string())?;
+        println!("{}: stamped with {commit}", block.place());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+mod tests {
+    use super::artefact::Hashes;
+    use super::blocks::BLOCKS;
+    use super::{root, spread, stamped, state};
+    use std::collections::BTreeSet;
+
+    /// Every block that a page of docs/measured marks is in the list, and the other way round.
+    #[test]
+    fn every_measured_block_is_known() {
+        let mut found = BTreeSet::new();
+        for entry in std::fs::read_dir(root().join("docs/measured")).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|extension| extension != "md") {
+                continue;
+            }
+            let page = path.file_stem().unwrap().to_str().unwrap().to_owned();
+            let text = std::fs::read_to_string(&path).unwrap();
+            let marked: Vec<_> = text.lines().filter_map(|line| line.strip_prefix("<!-- measured: ")).collect();
+            assert!(!marked.is_empty(), "{page} has no measured block");
+            found.extend(marked.iter().map(|name| (page.clone(), name.trim_end_matches(" -->").to_owned())));
+        }
+        let known = BLOCKS.iter().map(|block| (block.page.to_owned(), block.name.to_owned())).collect();
+        assert_eq!(found, known);
+    }
+
+    #[test]
+    fn every_measured_page_is_of_the_present_state_or_says_that_it_is_not() {
+        let mut hashes = Hashes::of_now();
+        let mut wrong = Vec::new();
+        for block in BLOCKS {
+            let place = block.place();
+            match (state(block, &mut hashes).unwrap(), stamped(block).unwrap().1) {
+                (None, false) | (Some(_), true) => {}
+                (None, true) => {
+                    wrong.push(format!("{place}: is current, and says that it is not: cargo xtask measured --mark"))
+                }
+                (Some(why), false) => wrong.push(format!("{place}: {why}; measure it again: {}", block.command)),
+            }
+        }
+        assert!(
+            wrong.is_empty(),
+            "`cargo xtask measured --renew` measures all of these again; `--mark` says on the pages that they are not current\n{}",
+            wrong.join("\n")
+        );
+    }
+
+    #[test]
+    fn a_pattern_is_every_file_that_fits_it() {
+        assert_eq!(spread("--write"), ["--write"]);
+        let robots = spread("robots/*.toml");
+        assert!(robots.len() > 5 && robots.contains(&"robots/ur5.toml".to_owned()), "{robots:?}");
+    }
+}

@@ -1,0 +1,342 @@
+//! Artefacts: what a page is a measurement of. Each has a hash that changes when the measured thing does.
+
+use super::tokens;
+use crate::bench::kernels;
+use crate::budget::shipped;
+use crate::firmware::Board;
+use crate::process::{cargo, root, target_directory};
+use anyhow::{Context as _, Result, bail, ensure};
+use robot_compiler::emit;
+use serde_json::Value;
+use sha2::{Digest as _, Sha256};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::SystemTime;
+
+/// Something that was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Artefact {
+    /// Files and folders of files, by their name as a group.
+    Files(&'static str, &'static [&'static str]),
+    /// The Rust of an arm and its controller that is compiled into the firmware: of these scenes; of all that ship, if there is none.
+    Programs(&'static [&'static str]),
+    /// The kernels that `cargo xtask bench` counts.
+    Kernels,
+    /// The log of the first half second of a scene's run.
+    Log(&'static str),
+    /// What `host-sim` prints for these arguments and `--json`, without times.
+    Printed(&'static str),
+}
+
+/// Simulated time of a hashed log, s.
+const DURATION: &str = "0.5";
+
+/// Keys of JSON that hold times of this machine.
+const TIMES: [&str; 3] = ["seconds", "realtime_factor", "seconds_per_tick"];
+
+impl Artefact {
+    /// Its name on a page.
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::Files(name, _) => name.to_owned(),
+            Self::Programs([]) => "emitted programs of all scenes".to_owned(),
+            Self::Programs(scenes) => format!("emitted programs of {}", scenes.join(", ")),
+            Self::Kernels => "emitted kernels".to_owned(),
+            Self::Log(scene) => format!("log of {scene}, {DURATION} s"),
+            Self::Printed(arguments) => format!("output of `{arguments}`"),
+        }
+    }
+}
+
+/// Where everything is that an emitted program or kernel depends on.
+const COMPILED_FROM: [&str; 6] =
+    ["robot-compiler/src", "dynamics-core/src", "robots", "scenes", "xtask/bench/src", "xtask/src/bench/kernels.rs"];
+
+impl Artefact {
+    /// Checks that the present programs give the artefact of an earlier commit, whose files are in this folder.
+    fn is_of(self, commit: &str, folder: &Path) -> Result<()> {
+        match self {
+            Self::Files(..) => return Ok(()),
+            Self::Programs(_) | Self::Kernels => {}
+            Self::Log(_) | Self::Printed(_) => {
+                bail!("{}: measure it again: {commit} has no programs here", self.name())
+            }
+        }
+        let sources = |folder: &Path| -> Result<String> {
+            let mut hash = Hash(Sha256::new());
+            COMPILED_FROM.iter().try_for_each(|path| hash.files(folder, Path::new(path)))?;
+            Ok(hash.digits())
+        };
+        let same = sources(folder)? == sources(&root())?;
+        ensure!(same, "{}: what it is compiled from has changed since {commit}: measure it again", self.name());
+        Ok(())
+    }
+}
+
+/// Hashes of artefacts, each computed once.
+pub(super) struct Hashes {
+    /// The project's folder, or that of an earlier state of its files.
+    folder: PathBuf,
+    /// The commit of that earlier state.
+    past: Option<String>,
+    known: HashMap<Artefact, String>,
+}
+
+impl Hashes {
+    /// Of things as they are.
+    pub(super) fn of_now() -> Self {
+        Self { folder: root(), past: None, known: HashMap::new() }
+    }
+
+    /// Of the state of a commit, whose files are in this folder.
+    pub(super) fn of_commit(commit: &str, folder: PathBuf) -> Self {
+        Self { folder, past: Some(commit.to_owned()), known: HashMap::new() }
+    }
+
+    /// The first 12 digits of an artefact's SHA-256.
+    pub(super) fn of(&mut self, artefact: Artefact) -> Result<String> {
+        if let Some(known) = self.known.get(&artefact) {
+            return Ok(known.clone());
+        }
+        let mut hash = Hash(Sha256::new());
+        if let Some(commit) = &self.past {
+            artefact.is_of(commit, &self.folder)?;
+        }
+        match artefact {
+            Artefact::Files(_, paths) => paths.iter().try_for_each(|path| hash.files(&self.folder, Path::new(path)))?,
+            Artefact::Programs([]) => {
+                let boards = Board::ALL.map(|board| root().join(board.scene()));
+                shipped()?.into_iter().chain(boards).try_for_each(|scene| hash.program(&scene))?;
+            }
+            Artefact::Programs(scenes) => {
+                scenes.iter().try_for_each(|name| hash.program(&root().join(format!("scenes/{name}.toml"))))?;
+            }
+            Artefact::Kernels => {
+                let folder = fresh("kernels")?;
+                kernels::write(folder.clone()).map_err(|error| anyhow::anyhow!("{error}"))?;
+                hash.files(&folder, Path::new(""))?;
+            }
+            Artefact::Log(scene) => hash.text("log.csv", &log(scene)?),
+            Artefact::Printed(arguments) => hash.text(arguments, &printed(arguments)?),
+        }
+        let digits = hash.digits();
+        self.known.insert(artefact, digits.clone());
+        Ok(digits)
+    }
+}
+
+/// A hash under way.
+struct Hash(Sha256);
+
+impl Hash {
+    /// A text and its name, with their lengths: no two lists of texts are the same bytes.
+    fn text(&mut self, name: &str, text: &str) {
+        for part in [name, text] {
+            self.0.update((part.len() as u64).to_le_bytes());
+            self.0.update(part.as_bytes());
+        }
+    }
+
+    /// A file, or all files of a folder and the folders in it, by name.
+    fn files(&mut self, folder: &Path, path: &Path) -> Result<()> {
+        let whole = folder.join(path);
+        if whole.is_dir() {
+            let mut names: Vec<_> =
+                std::fs::read_dir(&whole)?.map(|entry| Ok(entry?.file_name())).collect::<Result<_>>()?;
+            names.sort();
+            return names.into_iter().try_for_each(|name| self.files(folder, &path.join(name)));
+        }
+        let Some(text) = meaning(&whole)? else { return Ok(()) };
+        // An emitted module names its files by where they were written.
+        self.text(&path.to_string_lossy(), &text.replace(&*folder.to_string_lossy(), ""));
+        Ok(())
+    }
+
+    /// What the firmware of a scene includes.
+    fn program(&mut self, scene: &Path) -> Result<()> {
+        let name = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let folder = fresh(&format!("program-{name}"))?;
+        emit::write_firmware(scene, &folder).map_err(|error| anyhow::anyhow!("{}: {error}", scene.display()))?;
+        self.text("program", &name);
+        self.files(&folder, Path::new(""))
+    }
+
+    fn digits(self) -> String {
+        self.0.finalize().iter().take(6).map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+/// The part of a file that changes what it means; `None` of a file that is only for people.
+fn meaning(path: &Path) -> Result<Option<String>> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+    if matches!(extension.as_str(), "md" | "svg" | "png" | "snap") {
+        return Ok(None);
+    }
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let said = || path.display().to_string();
+    Ok(Some(match extension.as_str() {
+        "rs" => tokens::of(&text).with_context(said)?,
+        "toml" => format!("{:?}", toml::from_str::<toml::Table>(&text).with_context(said)?),
+        _ => {
+            let comment = |line: &&str| ["#!", "# ", "//", "/*", "* "].iter().any(|sign| line.starts_with(sign));
+            let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !comment(line));
+            lines.collect::<Vec<_>>().join("\n")
+        }
+    }))
+}
+
+/// An empty folder that nobody else has.
+fn fresh(name: &str) -> Result<PathBuf> {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let folder = target_directory().join("measured").join(format!("{}-{number}-{name}", std::process::id()));
+    std::fs::remove_dir_all(&folder).ok();
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    Ok(folder)
+}
+
+/// The standard output of `host-sim`, in the profile of this program.
+fn host_sim(arguments: &[&str]) -> Result<String> {
+    let done = program()?.args(arguments).output().context("cannot start host-sim")?;
+    // A fault is a result too.
+    let ended = matches!(done.status.code(), Some(0 | 3));
+    ensure!(ended, "host-sim {}: {}", arguments.join(" "), String::from_utf8_lossy(&done.stderr));
+    Ok(String::from_utf8(done.stdout)?)
+}
+
+/// `host-sim`. A test takes the program that was built with it: cargo, asked for this package alone, would build it again.
+fn program() -> Result<Command> {
+    let built = target_directory().join("debug/host-sim");
+    let made = built.metadata().and_then(|data| data.modified()).ok();
+    let newer = |folder: &str| newest(&root().join(folder)).map(|time| made.is_none_or(|made| made < time));
+    let sources = ["host-sim/src", "dynamics-core/src", "robot-compiler/src", "link"];
+    if cfg!(debug_assertions)
+        && !sources.iter().map(|folder| newer(folder)).collect::<Result<Vec<_>>>()?.contains(&true)
+    {
+        let mut command = Command::new(built);
+        command.current_dir(root());
+        return Ok(command);
+    }
+    let profile: &[&str] = if cfg!(debug_assertions) { &[] } else { &["--release"] };
+    let mut command = cargo(["run", "--quiet", "--locked", "--package", "host-sim"]);
+    command.args(profile).arg("--");
+    Ok(command)
+}
+
+/// Time of the last change of any file below a folder.
+fn newest(folder: &Path) -> Result<SystemTime> {
+    let mut newest = SystemTime::UNIX_EPOCH;
+    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        newest = newest.max(if path.is_dir() { self::newest(&path)? } else { path.metadata()?.modified()? });
+    }
+    Ok(newest)
+}
+
+fn log(scene: &str) -> Result<String> {
+    let folder = fresh(&format!("log-{}", scene.replace('/', "-")))?;
+    let (path, out) = (format!("scenes/{scene}.toml"), folder.display().to_string());
+    host_sim(&["run", &path, "--duration", DURATION, "--quiet", "--no-report", "--out", &out])?;
+    let file = folder.join("log.csv");
+    std::fs::read_to_string(&file).with_context(|| file.display().to_string())
+}
+
+fn printed(arguments: &str) -> Result<String> {
+    let mut words: Vec<&str> = arguments.split_whitespace().chain(["--json"]).collect();
+    let out = fresh("printed")?.display().to_string();
+    if words.first() == Some(&"sweep") {
+        words.extend(["--out", &out]);
+    }
+    let text = host_sim(&words)?;
+    let values = serde_json::Deserializer::from_str(&text).into_iter::<Value>();
+    let values = values.map(|value| Ok(timeless(value?))).collect::<Result<Vec<Value>>>();
+    Ok(serde_json::to_string(&values.with_context(|| format!("host-sim {arguments} --json"))?)?)
+}
+
+/// JSON without times of this machine.
+fn timeless(value: Value) -> Value {
+    match value {
+        Value::Object(map) => {
+            let kept = map.into_iter().filter(|(key, _)| !TIMES.contains(&key.as_str()));
+            Value::Object(kept.map(|(key, value)| (key, timeless(value))).collect())
+        }
+        Value::Array(list) => Value::Array(list.into_iter().map(timeless).collect()),
+        other => other,
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+mod tests {
+    use super::{Artefact, Hashes, fresh, timeless};
+    use serde_json::json;
+
+    const FILES: Artefact = Artefact::Files("files", &["a"]);
+
+    /// Hash of a folder with these files.
+    fn hash(name: &str, files: &[(&str, &str)]) -> String {
+        let folder = fresh(name).unwrap();
+        for (path, text) in files {
+            let path = folder.join("a").join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        Hashes::of_commit("HEAD", folder).of(FILES).unwrap()
+    }
+
+    #[test]
+    fn comments_and_layout_do_not_change_a_hash_and_anything_else_does() {
+        let scene = "# A scene.\n[control]\nrate = 1000 # Hz\nlaw = \"pd\"\n";
+        let here = hash("one", &[("x.toml", scene), ("b/y.rs", "fn f() {}"), ("z.py", "# why\nf()\n")]);
+        assert_eq!(here.len(), 12);
+        let same =
+            [("x.toml", "[control]\nlaw = \"pd\"\nrate = 1000\n"), ("b/y.rs", "/// f\nfn f() { }"), ("z.py", "f()")];
+        assert_eq!(hash("two", &[same.as_slice(), &[("page.md", "words")]].concat()), here);
+        for (at, text) in [(0, "[control]\nlaw = \"pd\"\nrate = 1001\n"), (1, "fn f() { g() }"), (2, "g()")] {
+            let mut other = same;
+            other[at].1 = text;
+            assert_ne!(hash("three", &other), here, "{text}");
+        }
+        let mut renamed = same;
+        renamed[1].0 = "c/y.rs";
+        assert_ne!(hash("four", &renamed), here);
+    }
+
+    #[test]
+    fn the_same_kernels_written_twice_have_one_hash() {
+        let digits = || Hashes::of_now().of(Artefact::Kernels).unwrap();
+        assert_eq!(digits(), digits());
+        let at = |name: &str| {
+            let folder = fresh(name).unwrap();
+            std::fs::create_dir_all(folder.join("a")).unwrap();
+            std::fs::write(folder.join("a/b.rs"), format!("#[path = \"{}/c.rs\"] mod c;", folder.display())).unwrap();
+            Hashes::of_commit("HEAD", folder).of(FILES).unwrap()
+        };
+        assert_eq!(at("here"), at("there"), "the folder is no part of it");
+    }
+
+    #[test]
+    fn a_file_that_is_missing_is_an_error_with_its_path() {
+        let error = Hashes::of_commit("HEAD", fresh("none").unwrap()).of(FILES).unwrap_err();
+        assert!(format!("{error:#}").contains("-none/a"), "{error:#}");
+    }
+
+    #[test]
+    fn an_earlier_commit_has_no_log_and_kernels_only_with_their_sources() {
+        let of =
+            |commit, artefact| Hashes::of_commit(commit, fresh("past").unwrap()).of(artefact).unwrap_err().to_string();
+        let log = of("HEAD", Artefact::Log("yam_move"));
+        assert!(log.contains("log of yam_move") && log.contains("measure it again"), "{log}");
+        let kernels =
+            format!("{:#}", Hashes::of_commit("HEAD", fresh("empty").unwrap()).of(Artefact::Kernels).unwrap_err());
+        assert!(kernels.contains("robot-compiler/src"), "{kernels}");
+    }
+
+    #[test]
+    fn times_are_left_out_at_any_depth() {
+        let found = timeless(json!({ "seconds": 1.5, "rows": [{ "runs": 2, "realtime_factor": 3.0 }] }));
+        assert_eq!(found, json!({ "rows": [{ "runs": 2 }] }));
+    }
+}

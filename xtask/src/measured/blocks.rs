@@ -1,0 +1,143 @@
+//! Every measured block: its page, its command, what it is a measurement of.
+
+use super::artefact::Artefact::{self, Files, Kernels, Log, Printed, Programs};
+
+/// A block of a page of docs/measured.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    /// The page's file name, without its ending.
+    pub(super) page: &'static str,
+    /// The block's name in its marker lines.
+    pub(super) name: &'static str,
+    /// The command that writes it; otherwise, how it is measured by hand.
+    pub(super) command: &'static str,
+    pub(super) artefacts: &'static [Artefact],
+}
+
+impl Block {
+    /// Path of the page in the project.
+    pub(super) fn path(&self) -> String {
+        format!("docs/measured/{}.md", self.page)
+    }
+
+    /// True if this is the name of its page or its own.
+    pub(super) fn is_called(&self, name: &str) -> bool {
+        [self.page, self.name].contains(&name)
+    }
+
+    /// Page and block, for people.
+    pub(super) fn place(&self) -> String {
+        format!("{}, block `{}`", self.path(), self.name)
+    }
+}
+
+/// All that runs on the chip besides the emitted arm: of the core, what a controller and the safety machine are made of.
+const CHIP: Artefact = Files(
+    "sources of the chip",
+    &[
+        "dynamics-core/src/control.rs",
+        "dynamics-core/src/control",
+        "dynamics-core/src/drive.rs",
+        "dynamics-core/src/drive",
+        "dynamics-core/src/dynamics",
+        "dynamics-core/src/geometry.rs",
+        "dynamics-core/src/inertia.rs",
+        "dynamics-core/src/joint.rs",
+        "dynamics-core/src/model.rs",
+        "dynamics-core/src/safety.rs",
+        "dynamics-core/src/safety",
+        "dynamics-core/src/scalar.rs",
+        "dynamics-core/src/scene.rs",
+        "dynamics-core/src/trig.rs",
+        "dynamics-core/src/trig",
+        "link/src",
+        "link/session/src",
+        "link/joint-io/src",
+        "firmware/src",
+    ],
+);
+const ESTIMATOR: Artefact =
+    Files("sources of the cycle estimate", &["xtask/image/src/cycles", "xtask/image/src/decode"]);
+const PICK: Artefact = Programs(&["puma560_pick"]);
+const CAMPAIGNS: Artefact = Programs(&["campaign/encoders", "campaign/states", "campaign/yam"]);
+const PEERS: Artefact = Files("sources of the peers' harness", &["xtask/bench/peers"]);
+const MUJOCO: Artefact = Files("sources of MuJoCo's side", &["xtask/bench/simulators"]);
+const BATCH: Artefact =
+    Files("sources of the batch", &["xtask/bench/batch/src", "dynamics-core/src/trig", "dynamics-core/src/dynamics"]);
+
+const ARMS: &[Artefact] = &[Log("yam_move"), Log("rebot_move"), Log("yam_split")];
+const BUDGET: &[Artefact] = &[Programs(&[]), CHIP, ESTIMATOR];
+const CYCLES: &[Artefact] = &[Kernels, ESTIMATOR];
+const SIMULATED: &[Artefact] = &[Log("puma560_pick"), MUJOCO];
+
+const BENCH: &str = "cargo xtask bench";
+const BUDGET_COMMAND: &str = "cargo xtask budget --flood --write";
+const CYCLE_COMMAND: &str = "cargo xtask cycles --write";
+const ARM_COMMAND: &str = "cargo xtask bench --arms";
+const SIMULATORS: &str = "cargo xtask bench --simulators";
+const EXTREMES_COMMAND: &str = "cargo sim extremes --long --write";
+const EXTREMES: &[Artefact] = &[Printed("extremes")];
+
+const fn block(page: &'static str, name: &'static str, command: &'static str, artefacts: &'static [Artefact]) -> Block {
+    Block { page, name, command, artefacts }
+}
+
+/// All of them, page by page.
+pub(super) const BLOCKS: &[Block] = &[
+    block("arms", "arms", ARM_COMMAND, ARMS),
+    block("arms", "arms, torque from outside", ARM_COMMAND, ARMS),
+    block("batch", "batch", "cargo bench -p dynamics-batch, once for each -C target-cpu", &[BATCH]),
+    block("bound", "bound", "cargo sim bound robots/*.toml --write docs/measured/bound.md", BOUND),
+    block("budget", "budget", BUDGET_COMMAND, BUDGET),
+    block("budget", "tick start", BUDGET_COMMAND, FLOOD),
+    block("budget", "link", "cargo xtask budget --link --write", &[PICK, CHIP, ESTIMATOR]),
+    block("calibration", "calibration", "the programs of others, by hand: the page says how", &[ESTIMATOR]),
+    block("campaign", "campaign, desk", "cargo sim campaign --runs 10000 --write", &[Printed("campaign --runs 700")]),
+    block("campaign", "campaign, drives", "cargo sim campaign --target drives --runs 10000 --write", DRIVES),
+    block("campaign", "campaign, qemu", "cargo sim campaign --target qemu --runs 700 --write", QEMU),
+    block("cycles", "cycles", CYCLE_COMMAND, CYCLES),
+    block("cycles", "cycles by class", CYCLE_COMMAND, CYCLES),
+    block("extremes", "extremes", EXTREMES_COMMAND, EXTREMES),
+    block("extremes", "extremes, long", EXTREMES_COMMAND, EXTREMES),
+    block("kernels", "machine", BENCH, &[Kernels]),
+    block("kernels", "chip", BENCH, &[Kernels]),
+    block("kernels", "spills", BENCH, &[Kernels]),
+    block("kernels", "terms", BENCH, &[Kernels]),
+    block("kernels", "gravity", BENCH, &[Kernels]),
+    block("kernels", "desk", BENCH, &[Kernels]),
+    block("kernels", "callgrind", BENCH, &[Kernels]),
+    block("kernels", "compiler", BENCH, &[Kernels]),
+    block("peers", "peers", "cargo xtask bench --peers", &[Kernels, PEERS]),
+    block("report", "report", "cargo xtask report --time", &[Log("puma560_pick")]),
+    block("scale", "scale", "cargo xtask scale --write", SCALE),
+    block("simulators", "simulators", SIMULATORS, SIMULATED),
+    block("simulators", "simulators, equal error", SIMULATORS, SIMULATED),
+    block("simulators", "simulators, cost by time and runs", SIMULATORS, SIMULATED),
+    block("simulators", "simulators, agreement", SIMULATORS, SIMULATED),
+    block("studies", "pick_payload_friction", study::PICK, study::PICKED),
+    block("studies", "yam_teach_masses", study::MASSES, study::TAUGHT),
+    block("studies", "delay_stiffness", study::DELAY, study::DELAYED),
+    block("trade_puma560_pick", "trade, puma560_pick", TRADE, &[PICK, CHIP, ESTIMATOR, Log("puma560_pick")]),
+    block("tuning", "tuning", "cargo xtask budget --tuning --write", &[PICK, CHIP, ESTIMATOR]),
+];
+
+const FLOOD: &[Artefact] = &[Programs(&["puma560_collision"]), CHIP];
+const DRIVES: &[Artefact] = &[Printed("campaign --target drives --runs 700")];
+const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["host-sim/src/study/campaign"])];
+const BOUND: &[Artefact] = &[Printed("bound robots/scara.toml --samples 100 --boxes 20")];
+const SCALE: &[Artefact] = &[Printed("sweep scenes/studies/pick_payload_friction.toml --runs 32")];
+
+/// The command of docs/trade.md.
+const TRADE: &str = "cargo sim trade scenes/puma560_pick.toml --write docs/measured/trade_puma560_pick.md \
+    --trig polynomial,polynomial-5,polynomial-3,table --every 1,4:hold,4:extrapolate --kernel exact,regrouped";
+
+mod study {
+    use super::{Artefact, Printed};
+
+    pub(super) const PICK: &str = "cargo sim sweep scenes/studies/pick_payload_friction.toml --write";
+    pub(super) const MASSES: &str = "cargo sim sweep scenes/studies/yam_teach_masses.toml --write";
+    pub(super) const DELAY: &str = "cargo sim sweep scenes/studies/delay_stiffness.toml --write";
+    pub(super) const PICKED: &[Artefact] = &[Printed("sweep scenes/studies/pick_payload_friction.toml --runs 32")];
+    pub(super) const TAUGHT: &[Artefact] = &[Printed("sweep scenes/studies/yam_teach_masses.toml --runs 32")];
+    pub(super) const DELAYED: &[Artefact] = &[Printed("sweep scenes/studies/delay_stiffness.toml")];
+}
