@@ -210,7 +210,7 @@ fn every_rule_speaks_and_is_silent_on_the_other_side_of_its_threshold() {
         (&[("velocity=\"5\"", "velocity=\"21\"")], (WideLimit, Doubt), &[("velocity=\"5\"", "velocity=\"20\"")]),
         (
             &[("-2.5\" upper=\"2.5\" effort=\"6", "-6.4\" upper=\"6.4\" effort=\"6")],
-            (WideLimit, Doubt),
+            (Angle, Doubt),
             &[("-2.5\" upper=\"2.5\" effort=\"6", "-6.2\" upper=\"6.2\" effort=\"6")],
         ),
     ];

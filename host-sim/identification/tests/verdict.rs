@@ -32,7 +32,7 @@ fn judged_with(known: &Known, train: &Log, other: &Log, change: &dyn Fn(&mut Err
     let prediction = found.predict(arm, other);
     let size = rms(&prediction.measured);
     let share = |left: Vec<f64>| left.iter().zip(&size).map(|(left, size)| left / size).collect::<Vec<f64>>();
-    let before = found.predict_by(arm, other, &known.parameters, &|_, _| 0.0);
+    let before = found.predict_by(arm, other, &known.parameters, &|_, _, _| 0.0);
     let mut errors = Errors {
         before: share(rms(&difference(&prediction.measured, &before))),
         after: share(rms(&difference(&prediction.measured, &prediction.model))),

@@ -70,7 +70,7 @@ fn question(robot: &Robot, share: f64, gravity: Vector3<f64>) -> Question {
 }
 
 fn ask<const N: usize>(robot: &Robot, question: &Question) -> Answer {
-    answer(&robot.model::<N>().unwrap(), question).unwrap()
+    answer(&robot.model::<N>().unwrap(), &[0.0; 3], question).unwrap()
 }
 
 /// The simulator's own derivation of the same torques: bodies about their mass centres, in base axes.
@@ -348,7 +348,7 @@ fn a_last_link_without_mass_is_refused_where_accelerations_are_asked_for_unless_
         gravity: Some(vec![0.0, -G, 0.0]),
     };
     let bare = two_links("mass = 0.0\nlimits = { velocity = 5.0 }");
-    let refused = answer(&bare.model::<2>().unwrap(), &asked).unwrap_err();
+    let refused = answer(&bare.model::<2>().unwrap(), &[0.0; 3], &asked).unwrap_err();
     assert_eq!(
         refused,
         "no accelerations follow from `tau`: joint 2 moves neither mass nor rotor: the inertia matrix is singular"

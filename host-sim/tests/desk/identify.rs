@@ -134,12 +134,13 @@ fn spoilt(log: &str, column: &str, change: impl Fn(f64) -> f64) -> String {
 
 #[test]
 fn a_log_with_a_fault_is_refused_and_mended_by_the_option_that_is_named() {
-    let log = recorded("3", "1");
-    let out = folder().join("mended.toml");
+    let folder = folder("fault");
+    let log = recorded(&folder, "3", "1");
+    let out = folder.join("mended.toml");
     let identify = |log: &str, more: &[&str]| {
         let _ = std::fs::remove_file(&out);
         let common = ["identify", ROBOT, "--log", log, "--plain-friction", "--motion-cutoff", "8"];
-        let all = [&common, &["--out", out.to_str().unwrap()], more].concat();
+        let all = [&common[..], &["--out", out.to_str().unwrap()], more].concat();
         told(simulator(&all).output().unwrap())
     };
     let negated = spoilt(&log, "tau2", |x| -x);

@@ -180,7 +180,8 @@ fn swapped(draft: &Draft, body: &DraftBody) -> Option<Finding> {
     let moments = &eigen.eigenvalues;
     let rod = moments[*least] < 0.3 * moments[*middle] && (moments[*most] / mass).sqrt() > 0.2 * size;
     let axis = eigen.eigenvectors.column(*least).into_owned();
-    (straight && rod && axis.dot(&along).abs() < 0.3).then(|| {
+    // Exchanged axes leave the rod along an axis of the frame; a tensor turned in between has another cause.
+    (straight && rod && axis.amax() > 0.95 && axis.dot(&along).abs() < 0.3).then(|| {
         let name = |v: &Vector3<f64>| ["x", "y", "z"].get(v.iamax()).copied().unwrap_or("?");
         let problem = format!(
             "the tensor is that of a rod along {}, and the link lies along {}: axes exchanged?",

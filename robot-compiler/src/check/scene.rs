@@ -77,7 +77,7 @@ fn payload(scene: &SceneFile, field: &str, body: &Body) -> Option<Finding> {
             "its mass centre is {} m from the tip of an arm of {} m{}",
             digits(far),
             digits(length),
-            units::length(far, 0.2 * length.max(0.2))
+            units::length(far, 0.1)
         );
         let advice = "write the mass centre in m, in the tip frame";
         let place = FileError::whole_file(&scene.path, field, problem, advice);
