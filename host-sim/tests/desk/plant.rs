@@ -308,7 +308,9 @@ fn a_joint_breaks_away_above_its_level_and_then_slides_on_less() {
     };
     // Up to the level, and to the last bit, the joint is held; above it is torn loose.
     assert_eq!((moved(10.0, 0.0), moved(12.0, 0.0)), (0.0, 0.0));
-    assert!(moved(12.01, 0.0) > 0.01 && moved(-12.01, 0.0) < -0.01 && moved(13.0, 0.0) > 0.1);
+    // At first only the excess over the level drives it.
+    let [barely, back, torn] = [12.01, -12.01, 13.0].map(|torque| moved(torque, 0.0));
+    assert!(barely > 1e-5 && back < -1e-5 && torn > 0.1, "{barely} {back} {torn}");
     // With half of the load added to breakaway friction, the joint holds 13 N m too.
     assert_eq!(moved(13.0, 0.5), 0.0);
 }
