@@ -172,7 +172,7 @@ impl<const N: usize> Cell<N> {
     }
 }
 
-/// How much nearer two parts can get while the joints move this far, m.
+/// Upper bound of how much closer two parts can get while the joints move by at most this far, m.
 fn approach<const N: usize>(per_joint: &[f64; N], way: &[f64; N]) -> f64 {
     per_joint.iter().zip(way).map(|(lever, way)| lever * way).sum()
 }

@@ -74,7 +74,7 @@ fn line(time: &[f64]) -> Vec<f64> {
     (0..time.len()).map(|k| mean + up / across.max(1e-300) * (k as f64 - middle)).collect()
 }
 
-/// How far positions are from the cubic through their four neighbours: root mean square over all joints.
+/// Roughness of positions: distance from the cubic through their four neighbours, root mean square over all joints.
 fn roughness(time: &[f64], q: &Series) -> f64 {
     let mut sum = 0.0;
     for k in 2..time.len() - 2 {

@@ -38,7 +38,7 @@ pub struct Maker {
 }
 
 impl Maker {
-    /// How far a link's numbers are trusted: relative standard deviation of the roots of mass and second moments.
+    /// Trust in a link's numbers: relative standard deviation of the roots of mass and second moments.
     #[must_use]
     pub fn deviation_of(&self, link: usize) -> f64 {
         if is_missing(&self.links[link]) { GUESS.1 } else { self.deviation }

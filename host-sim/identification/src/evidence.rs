@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 const CUTOFF: f64 = 3.0;
 /// Independent samples per second: half the residuals' autocorrelation time of real logs.
 const INDEPENDENT: f64 = 3.0;
-/// Least residual that is told from none, as a share of the torque's root mean square.
+/// Smallest residual that counts; a smaller one counts as this. Share of the torque's root mean square.
 const FLOOR: f64 = 0.01;
 /// Standard deviation of an offset of the torque, as a share of the torque's root mean square.
 const OFFSET: f64 = 0.05;
@@ -38,7 +38,7 @@ const FRICTION: usize = 3;
 /// Gravity whose base parameters contain those of every other direction, m/s^2.
 const GENERIC: [f64; 3] = [3.1, -4.7, 6.3];
 
-/// What is expected of the base parameters before the log is seen.
+/// Prior distribution of the base parameters, from the maker's numbers.
 #[derive(Clone, Debug)]
 pub struct Expected {
     /// The base parameters of the arm under a gravity of no special direction.

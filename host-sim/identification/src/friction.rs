@@ -73,7 +73,7 @@ impl Term {
         }
     }
 
-    /// Whether the function depends on the load.
+    /// True if the function depends on the load.
     #[must_use]
     pub const fn uses_load(self) -> bool {
         matches!(self, Self::Load | Self::StribeckLoad(_))

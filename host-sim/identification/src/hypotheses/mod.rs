@@ -27,12 +27,12 @@ const CLOSE: f64 = 5.0;
 /// slow log, for example, the residuals are long runs, and some unlikely fault always lowers them.
 const LEFT: [f64; 2] = [0.2, 0.1];
 
-/// One or two faults, and what mends them.
+/// One or two faults, and the correction of the log that undoes them.
 #[derive(Clone, Debug)]
 pub struct Explanation {
     /// The faults.
     pub faults: Vec<Fault>,
-    /// What mends the log.
+    /// Signs, scales, order and delay that correct the log.
     pub correction: Correction,
     /// Gravity in the base frame, m/s^2.
     pub gravity: Vector3<f64>,

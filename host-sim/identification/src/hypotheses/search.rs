@@ -296,7 +296,7 @@ fn usual_orders(n: usize) -> Vec<Vec<usize>> {
     found.push(own.iter().rev().copied().collect());
     found.push((0..n).map(|k| (k + 1) % n.max(1)).collect());
     found.push((0..n).map(|k| (k + n - 1) % n.max(1)).collect());
-    // An arm whose second half comes first, and the two ends of an arm read from their middle.
+    // With two or three joints several of these are the same order.
     let mut seen: Vec<Vec<usize>> = vec![own];
     found.retain(|order| {
         let new = !seen.contains(order);

@@ -1,8 +1,8 @@
-//! How a log counts time.
+//! Units of a log's time column.
 
 use super::grid::{Problem, number};
 
-/// How a column of time is to be read.
+/// Interpretation of a time column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Clock {
     /// Times this, s.
