@@ -4,6 +4,7 @@ use super::dynamics::Arm;
 use super::tanh::{ONE_FROM, tanh, tanh_of_vectors};
 use dynamics_core::JointSpec;
 use nalgebra::SMatrix;
+pub use robot_compiler::{Breakaway, JointFriction as FrictionLaw};
 
 /// Viscous and Coulomb friction: `tau_f = b qd + c tanh(qd / v)`, opposed to the motion.
 ///
@@ -25,40 +26,12 @@ pub struct JointFriction {
     pub viscous: f64,
     /// Coulomb torque or force `c`, N m or N.
     pub coulomb: f64,
-    /// Speed scale `v` of the sign function, rad/s or m/s.
+    /// Speed scale `v` of the sign function, rad/s or m/s. Where the breakaway's rise begins to fall, the sign function is not yet complete:
+    /// friction reaches 83 % of the excess over Coulomb if the Stribeck velocity is `5 v`, and 93 % if it is `10 v`.
     pub sign_speed: f64,
     /// Breakaway level, if it is more than `c`.
     pub breakaway: Option<Breakaway>,
     /// Gain `l_c` of the Coulomb torque per unit of the actuator's torque.
-    pub coulomb_load: f64,
-    /// Half the difference of the Coulomb torques of both directions, N m or N.
-    pub asymmetry: f64,
-    /// Constant torque, N m or N.
-    pub offset: f64,
-}
-
-/// Friction's rise towards rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Breakaway {
-    /// Level `s_0` without load, N m or N; not below the Coulomb torque.
-    pub torque: f64,
-    /// Stribeck velocity `v_s`, rad/s or m/s. The sign function is not yet complete where the rise begins to fall. So
-    /// friction reaches 83 % of the excess over Coulomb if `v_s` is `5 v`, and 93 % if it is `10 v`.
-    pub speed: f64,
-    /// Gain `l` of the level per unit of the actuator's torque.
-    pub load: f64,
-}
-
-/// A joint's friction as a scene gives it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrictionLaw {
-    /// Viscous coefficient, N m s/rad or N s/m.
-    pub viscous: f64,
-    /// Coulomb torque or force, N m or N.
-    pub coulomb: f64,
-    /// Breakaway level, if there is one.
-    pub breakaway: Option<Breakaway>,
-    /// Gain of the Coulomb torque per unit of the actuator's torque.
     pub coulomb_load: f64,
     /// Half the difference of the Coulomb torques of both directions, N m or N.
     pub asymmetry: f64,

@@ -356,11 +356,7 @@ pub(crate) fn friction_laws<const N: usize>(scene: &SceneFile) -> [FrictionLaw; 
             Some(all) => all.get(i).copied(),
             None => scene.robot.joints.get(i).and_then(|joint| joint.friction),
         };
-        let robot_compiler::JointFriction { viscous, coulomb, coulomb_load, breakaway, asymmetry, offset } =
-            friction.unwrap_or_default();
-        let breakaway =
-            breakaway.map(|robot_compiler::Breakaway { torque, speed, load }| Breakaway { torque, speed, load });
-        FrictionLaw { viscous, coulomb, breakaway, coulomb_load, asymmetry, offset }
+        friction.unwrap_or_default()
     })
 }
 
