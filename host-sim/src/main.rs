@@ -2,10 +2,10 @@
 
 use clap::Parser;
 use host_sim::cli::{self, Cli, Command};
-use host_sim::study::trade::chip::EmulatedChip;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use studies::trade::chip::EmulatedChip;
 
 fn main() -> ExitCode {
     // Scripts read the messages too and search them for a line number: no line is broken in the middle.

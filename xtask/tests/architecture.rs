@@ -46,6 +46,9 @@ const ALL: &[&str] = &[
     "tick-gate",
     "probe",
     "firmware",
+    "sim",
+    "board",
+    "studies",
     "host-sim",
     "fuzz",
     "clearance",
@@ -59,7 +62,7 @@ const ALL: &[&str] = &[
     "bench-peers",
 ];
 
-const ROWS: [Row; 25] = [
+const ROWS: [Row; 28] = [
     row("dynamics-core", "dynamics-core", &[], &[]),
     row("robot-compiler", "robot-compiler", &["dynamics-core"], &[]),
     row("kernel-tests", "robot-compiler/kernel-tests", &["dynamics-core", "robot-compiler"], &[]),
@@ -77,23 +80,57 @@ const ROWS: [Row; 25] = [
     row("probe", "firmware/probe", &["bench", "dynamics-core"], &[]),
     row("firmware", "firmware", &["arm", "dynamics-core", "joint-io", "link", "session"], &[]),
     row(
-        "host-sim",
-        "host-sim",
+        "sim",
+        "host-sim/sim",
+        &["actuator-model", "dynamics-core", "joint-io", "link", "machine-code", "report", "robot-compiler", "session"],
+        &[],
+    ),
+    row(
+        "board",
+        "host-sim/board",
         &[
             "actuator-model",
             "dynamics-core",
-            "clearance",
             "identification",
             "joint-io",
             "link",
-            "machine-code",
             "report",
             "robot-compiler",
             "session",
+            "sim",
         ],
         &[],
     ),
-    row("fuzz", "host-sim/fuzz", &["dynamics-core", "host-sim", "link", "robot-compiler", "session"], &[]),
+    row(
+        "studies",
+        "host-sim/studies",
+        &[
+            "actuator-model",
+            "board",
+            "clearance",
+            "dynamics-core",
+            "identification",
+            "joint-io",
+            "link",
+            "report",
+            "robot-compiler",
+            "session",
+            "sim",
+        ],
+        &[],
+    ),
+    row(
+        "host-sim",
+        "host-sim",
+        &["board", "dynamics-core", "identification", "link", "report", "robot-compiler", "session", "sim", "studies"],
+        &[],
+    ),
+    row(
+        "fuzz",
+        "host-sim/fuzz",
+        &["board", "dynamics-core", "link", "robot-compiler", "session", "sim", "studies"],
+        &[],
+    ),
     row("clearance", "host-sim/clearance", &["dynamics-core"], &["identification", "robot-compiler"]),
     row("identification", "host-sim/identification", &["dynamics-core"], &["robot-compiler"]),
     row("report", "host-sim/report", &[], &[]),
@@ -107,8 +144,10 @@ const ROWS: [Row; 25] = [
 ];
 
 /// Pairs of packages; the first must not depend on the second, even through others.
-const NEVER: [(&str, &str); 7] = [
+const NEVER: [(&str, &str); 9] = [
     ("host-sim", "firmware"),
+    ("sim", "board"),
+    ("board", "studies"),
     ("host-sim", "arm"),
     ("firmware", "host-sim"),
     ("firmware", "actuator-model"),

@@ -3,9 +3,9 @@
 use dynamics_core::control::{Command, Measurement, Reference, Sensed};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Dynamics, InverseDynamics, Live, Model, Scene, Trig};
-use host_sim::run::simulate::desk;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use robot_compiler::{FileError, Robot, SceneFile, emit, with_dof};
+use sim::run::simulate::desk;
 use std::fmt::Debug;
 
 /// Words that are TOML syntax somewhere, and numbers at the ends of their ranges.

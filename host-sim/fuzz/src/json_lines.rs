@@ -4,12 +4,12 @@ use crate::Target;
 use crate::examples::{files, top};
 use dynamics_core::trig::Libm;
 use dynamics_core::{Model, Real, Trig};
-use host_sim::failure::Failure;
-use host_sim::study::dynamics::answer_all;
 use robot_compiler::Robot;
 use serde_json::Value;
+use sim::failure::Failure;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
+use studies::dynamics::answer_all;
 
 /// Lines for arms with one, two, four and six joints.
 pub const TARGET: Target = Target { name: "json_lines", check, examples, words: &WORDS };

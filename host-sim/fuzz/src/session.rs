@@ -11,17 +11,17 @@ mod wire;
 use crate::Target;
 use crate::examples::top;
 use crate::packets::{expected, taken};
+use board::chip::hello;
+use board::session::drill::{DeskSession, Uncounted, desk_session};
 use dynamics_core::control::Sensed;
 use dynamics_core::{ControllerConfig, Model};
-use host_sim::chip::hello;
-use host_sim::session::drill::{DeskSession, Uncounted, desk_session};
-use host_sim::study::campaign::Told;
-use host_sim::study::campaign::judge::{Judge, Trust};
 use link::{DecodeError, Decoder, Encoder, Frame, Hello, Pacing, Packet, Parts, Received, Request, Watch};
 use robot_compiler::SceneFile;
 use session::meter::Meter;
 use session::readings::{JointFaults, Lines};
 use std::sync::LazyLock;
+use studies::campaign::Told;
+use studies::campaign::judge::{Judge, Trust};
 
 /// Sessions that reach each state and then meet each event.
 pub const TARGET: Target = Target { name: "session", check, examples, words: &[] };

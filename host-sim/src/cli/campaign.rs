@@ -4,14 +4,14 @@ use crate::cli::document;
 use crate::cli::force::ForceArgs;
 use crate::cli::output::{json, print, write_report};
 use crate::cli::progress::progress_bar;
-use crate::failure::{self, Failure};
-use crate::study::campaign::{Campaign, Report, Target};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
+use sim::failure::{self, Failure};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
+use studies::campaign::{Campaign, Report, Target};
 
 const EXAMPLES: &str = "\
 Each run takes the machine to one of its states (idle, homing, idle and homed, armed, running, holding, fault; with drives also arming

@@ -3,11 +3,11 @@
 use crate::cli::chain::ChainArgs;
 use crate::cli::force::ForceArgs;
 use crate::cli::output::print;
-use crate::failure::Failure;
 use clap::Args;
 use robot_compiler::UrdfArm;
 use robot_compiler::check::Draft;
 use robot_compiler::emit::robot_file;
+use sim::failure::Failure;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\

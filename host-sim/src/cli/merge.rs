@@ -3,12 +3,12 @@
 use crate::cli::force::ForceArgs;
 use crate::cli::progress::progress_bar;
 use crate::cli::sweep::{Shown, code, show};
-use crate::failure::Failure;
-use crate::study::sweep::results::Results;
-use crate::study::sweep::store;
 use clap::Args;
 use indicatif::ProgressBar;
+use sim::failure::Failure;
 use std::path::PathBuf;
+use studies::sweep::results::Results;
+use studies::sweep::store;
 
 const EXAMPLES: &str = "\
 Every shard is checked: the same study, program and machine's numbers, every run once, the table as it was written. The merged files are

@@ -1,9 +1,9 @@
 //! Results on standard output.
 
-use crate::failure::{Failure, in_file};
-use crate::output::Output;
 use report::Page;
 use serde::Serialize;
+use sim::failure::{Failure, in_file};
+use sim::output::Output;
 use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};

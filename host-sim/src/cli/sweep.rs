@@ -5,22 +5,22 @@ use crate::cli::force::ForceArgs;
 use crate::cli::names::named;
 use crate::cli::output::{files, json, print};
 use crate::cli::progress::progress_bar;
-use crate::failure::{self, Failure};
-use crate::output::Output;
-use crate::run::files::file_name;
-use crate::study::parallel::Jobs;
-use crate::study::sweep::Prepared;
-use crate::study::sweep::repeat::Repeat;
-use crate::study::sweep::replay::{Replayed, replay};
-use crate::study::sweep::results::{FILES, Results};
-use crate::study::sweep::store::{self, Done, Progress, Shard};
-use crate::study::sweep::submit::{self, Engine, Submission};
 use clap::Args;
 use indicatif::ProgressBar;
 use robot_compiler::study::Subject;
+use sim::failure::{self, Failure};
+use sim::output::Output;
+use sim::run::files::file_name;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::parallel::Jobs;
+use studies::sweep::Prepared;
+use studies::sweep::repeat::Repeat;
+use studies::sweep::replay::{Replayed, replay};
+use studies::sweep::results::{FILES, Results};
+use studies::sweep::store::{self, Done, Progress, Shard};
+use studies::sweep::submit::{self, Engine, Submission};
 
 const EXAMPLES: &str = "\
 A study names a scene and what varies in it (docs/studies.md). Run K depends on the study and K alone: the same bits on any machine, with

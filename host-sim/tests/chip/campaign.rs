@@ -1,10 +1,10 @@
 //! A few runs of the fault-injection campaign in the emulated chip: no command is unsafe, and every answer is the desk's to the last bit.
 
-use host_sim::study::campaign::{Campaign, Target};
 use indicatif::ProgressBar;
 use robot_compiler::SceneFile;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use studies::campaign::{Campaign, Target};
 
 #[test]
 fn no_command_of_the_chip_is_unsafe_and_all_are_the_desk_s() {

@@ -3,16 +3,16 @@
 
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
-use host_sim::study::campaign::{
-    Campaign, Case, Counterexample, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage,
-    Target, Told, Trouble, run,
-};
 use indicatif::ProgressBar;
 use link::{Actuation, Encoder, Frame, Pacing};
 use robot_compiler::SceneFile;
 use session::Drives;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use studies::campaign::{
+    Campaign, Case, Counterexample, Desk, FaultKind, Law, Machine, Number, Outcome, Report, Said, Situation, Stage,
+    Target, Told, Trouble, run,
+};
 
 pub(super) const N: usize = 6;
 

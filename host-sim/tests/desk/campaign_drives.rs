@@ -1,14 +1,12 @@
 //! The campaign with drives on a bus: no unsafe motion in some hundred runs, and every board that is broken on purpose is found.
 
-use host_sim::study::campaign::drives::{Breakage, DrivesStage, run};
-use host_sim::study::campaign::{
-    Campaign, Case, Desk, FaultKind, Law, Number, Outcome, Report, Situation, Span, Target,
-};
 use indicatif::ProgressBar;
 use link::Pacing;
 use robot_compiler::SceneFile;
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
+use studies::campaign::drives::{Breakage, DrivesStage, run};
+use studies::campaign::{Campaign, Case, Desk, FaultKind, Law, Number, Outcome, Report, Situation, Span, Target};
 
 const N: usize = 6;
 

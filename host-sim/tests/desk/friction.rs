@@ -1,8 +1,8 @@
 //! Friction beyond viscous and Coulomb friction: the simulated joint has it, a log gives it back, and the controller compensates it.
 
 use crate::program::{at_the_top, new, told};
-use host_sim::plant::friction::{Breakaway, JointFriction};
 use serde_json::Value;
+use sim::plant::friction::{Breakaway, JointFriction};
 use std::path::{Path, PathBuf};
 
 const SCENE: &str = "scenes/examples/yam_friction.toml";

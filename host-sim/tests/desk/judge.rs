@@ -4,10 +4,10 @@
 use super::campaign::{Moment, N, brake, found, scene};
 use dynamics_core::Sensed;
 use dynamics_core::safety::SafeAction;
-use host_sim::study::campaign::judge::{Heard, Judge, Trust};
-use host_sim::study::campaign::{FaultKind, Law, Said, Situation, Told};
 use link::{Actuation, Denial, Pacing, Request, Status};
 use session::Drives;
+use studies::campaign::judge::{Heard, Judge, Trust};
+use studies::campaign::{FaultKind, Law, Said, Situation, Told};
 
 #[test]
 fn a_fault_out_of_nothing_is_found() {

@@ -136,7 +136,7 @@ fn every_shipped_study_is_read_with_its_first_run() {
     let mut count = 0;
     for entry in fs::read_dir(top.join("scenes/studies")).unwrap() {
         let path = entry.unwrap().path();
-        let prepared = host_sim::study::sweep::Prepared::load(&path, None).unwrap();
+        let prepared = studies::sweep::Prepared::load(&path, None).unwrap();
         assert_eq!(path.file_stem().unwrap().to_str().unwrap(), prepared.study.name);
         count += 1;
     }

@@ -5,11 +5,11 @@ use crate::pages::{WINDOWS, handed_over, open, rows};
 use crate::sweep::{cells, folder};
 use crate::sweep_page::{FAILING, WORST, fixture, list, shows_the_distributions, studied};
 use crate::sweep_told::{of_rows, prepared, rods};
-use host_sim::study::sweep::results::Results;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use studies::sweep::results::Results;
 
 /// What a command prints that a shell runs in a folder.
 fn done(command: &str, folder: &Path) -> String {

@@ -2,13 +2,13 @@
 
 use crate::sweep::{cells, folder};
 use dynamics_core::JointKind::{Prismatic, Revolute};
-use host_sim::study::sweep::Prepared;
-use host_sim::study::sweep::repeat::Repeat;
-use host_sim::study::sweep::results::Results;
 use robot_compiler::study::{Figure, Metric};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
+use studies::sweep::Prepared;
+use studies::sweep::repeat::Repeat;
+use studies::sweep::results::Results;
 
 pub(crate) fn prepared(study: &str, runs: u64) -> Prepared {
     let top = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

@@ -211,7 +211,7 @@ fn program() -> Result<Command> {
     let built = target_directory().join("debug/host-sim");
     let made = built.metadata().and_then(|data| data.modified()).ok();
     let newer = |folder: &str| newest(&root().join(folder)).map(|time| made.is_none_or(|made| made < time));
-    let sources = ["host-sim/src", "dynamics-core/src", "robot-compiler/src", "link"];
+    let sources = ["host-sim", "dynamics-core/src", "robot-compiler/src", "link"];
     if cfg!(debug_assertions)
         && !sources.iter().map(|folder| newer(folder)).collect::<Result<Vec<_>>>()?.contains(&true)
     {

@@ -123,7 +123,7 @@ pub(super) const BLOCKS: &[Block] = &[
 
 const FLOOD: &[Artefact] = &[Programs(&["puma560_collision"]), CHIP];
 const DRIVES: &[Artefact] = &[Printed("campaign --target drives --runs 700")];
-const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["host-sim/src/study/campaign"])];
+const QEMU: &[Artefact] = &[CAMPAIGNS, CHIP, Files("sources of the campaign", &["host-sim/studies/src/campaign"])];
 const BOUND: &[Artefact] = &[Printed("bound robots/scara.toml --samples 100 --boxes 20")];
 const SCALE: &[Artefact] = &[Printed("sweep scenes/studies/pick_payload_friction.toml --runs 32")];
 

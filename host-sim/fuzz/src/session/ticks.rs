@@ -2,15 +2,15 @@
 
 use super::Bench;
 use crate::packets::all_bits;
+use board::session::drill::DeskSession;
 use dynamics_core::Reference;
 use dynamics_core::control::Sensed;
-use host_sim::session::drill::DeskSession;
-use host_sim::study::campaign::Said;
-use host_sim::study::campaign::judge::Heard;
 use link::{Aside, Frame, Measurement, Pacing, Status};
 use session::Drives;
 use session::black_box::Report;
 use session::readings::{JointFaults, Readings};
+use studies::campaign::Said;
+use studies::campaign::judge::Heard;
 
 impl<const N: usize> Bench<N> {
     /// Sensor reading of the arm.
