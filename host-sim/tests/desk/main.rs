@@ -4,8 +4,6 @@
 
 mod bound;
 mod browser;
-mod campaign;
-mod campaign_drives;
 mod chapter12;
 mod check;
 mod command_line;
@@ -23,7 +21,6 @@ mod friction;
 mod heat;
 mod identify;
 mod identify_logs;
-mod judge;
 mod kernel_command;
 mod linkage;
 mod live_board;
