@@ -51,6 +51,7 @@ mod rooms;
 mod skipping;
 mod split;
 mod statics;
+mod stiction;
 mod study_page;
 mod sweep;
 mod sweep_bad;
